@@ -1,0 +1,3 @@
+//! The palpus program: what was typed, what it means, one call.
+
+fn main() {}

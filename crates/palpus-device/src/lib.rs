@@ -1,0 +1,1 @@
+//! Hands and clocks: devices, the simulated hand, the servo loop.

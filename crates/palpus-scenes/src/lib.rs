@@ -1,0 +1,1 @@
+//! The paper's scenes and scripted hands as code.

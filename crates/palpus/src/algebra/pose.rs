@@ -1,0 +1,120 @@
+//! Rigid placements.
+
+use glam::{DMat3, DQuat, DVec3};
+
+/// A rigid placement of one frame in another: `pose_ab * p_b` is the point `p_b` of frame b written in frame a.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Unit quaternion.
+    pub rotation: DQuat,
+    /// Origin of the placed frame, in the units of the model (metres in a scene).
+    pub translation: DVec3,
+}
+
+impl Pose {
+    /// The placement that moves nothing.
+    pub const IDENTITY: Self = Self { rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
+
+    /// A placement from its parts; `rotation` is normalised here, so a recorded quaternion may be a little off.
+    pub fn new(rotation: DQuat, translation: DVec3) -> Self {
+        Self { rotation: rotation.normalize(), translation }
+    }
+
+    /// A placement that only translates.
+    pub fn from_translation(translation: DVec3) -> Self {
+        Self { rotation: DQuat::IDENTITY, translation }
+    }
+
+    /// The point `p` of the placed frame, in the outer frame.
+    pub fn point(&self, p: DVec3) -> DVec3 {
+        self.rotation * p + self.translation
+    }
+
+    /// The free vector `v` of the placed frame, in the outer frame.
+    pub fn vector(&self, v: DVec3) -> DVec3 {
+        self.rotation * v
+    }
+
+    /// The opposite placement: `pose_ab.inverse()` is `pose_ba`.
+    pub fn inverse(&self) -> Self {
+        let rotation = self.rotation.conjugate();
+        Self { rotation, translation: -(rotation * self.translation) }
+    }
+
+    /// The same placement with its rotation expanded to a matrix, for placing many points.
+    pub fn placement(&self) -> Placement {
+        Placement { rotation: DMat3::from_quat(self.rotation), translation: self.translation }
+    }
+
+    /// True when every number is finite and the quaternion is of unit length within 1e-6.
+    pub fn is_valid(&self) -> bool {
+        self.rotation.is_finite() && self.translation.is_finite() && (self.rotation.length() - 1.0).abs() < 1e-6
+    }
+}
+
+impl std::ops::Mul for Pose {
+    type Output = Self;
+
+    /// `pose_ab * pose_bc` is `pose_ac`.
+    fn mul(self, inner: Self) -> Self {
+        Self { rotation: (self.rotation * inner.rotation).normalize(), translation: self.point(inner.translation) }
+    }
+}
+
+/// A [`Pose`] expanded to a matrix: what the pair algorithms work on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Orthonormal; its columns are the placed frame's axes.
+    pub rotation: DMat3,
+    /// Origin of the placed frame.
+    pub translation: DVec3,
+}
+
+impl Placement {
+    /// The placement that moves nothing.
+    pub const IDENTITY: Self = Self { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
+
+    /// The point `p` of the placed frame, in the outer frame.
+    #[inline]
+    pub fn point(&self, p: DVec3) -> DVec3 {
+        self.rotation * p + self.translation
+    }
+
+    /// The free vector `v` of the placed frame, in the outer frame.
+    #[inline]
+    pub fn vector(&self, v: DVec3) -> DVec3 {
+        self.rotation * v
+    }
+
+    /// The point `p` of the outer frame, in the placed frame.
+    #[inline]
+    pub fn inverse_point(&self, p: DVec3) -> DVec3 {
+        self.inverse_vector(p - self.translation)
+    }
+
+    /// The free vector `v` of the outer frame, in the placed frame.
+    #[inline]
+    pub fn inverse_vector(&self, v: DVec3) -> DVec3 {
+        DVec3::new(self.rotation.x_axis.dot(v), self.rotation.y_axis.dot(v), self.rotation.z_axis.dot(v))
+    }
+
+    /// The opposite placement.
+    pub fn inverse(&self) -> Self {
+        let rotation = self.rotation.transpose();
+        Self { rotation, translation: -(rotation * self.translation) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pose_and_its_inverse_cancel() {
+        let pose = Pose::new(DQuat::from_rotation_x(0.7) * DQuat::from_rotation_z(-1.2), DVec3::new(1.0, -2.0, 3.0));
+        let p = DVec3::new(0.3, 0.4, -0.5);
+        assert!((pose.inverse().point(pose.point(p)) - p).length() < 1e-15);
+        assert!((pose.placement().inverse_point(pose.point(p)) - p).length() < 1e-15);
+        assert!(((pose * pose.inverse()).translation).length() < 1e-14);
+    }
+}

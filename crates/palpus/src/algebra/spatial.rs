@@ -1,0 +1,90 @@
+//! Spatial vectors: velocities and forces of rigid bodies.
+
+use glam::DVec3;
+
+use super::Pose;
+
+/// The velocity of a rigid body: angular in rad/s, linear in m/s of the point that the holder states.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Twist {
+    /// rad/s.
+    pub angular: DVec3,
+    /// m/s of the stated point.
+    pub linear: DVec3,
+}
+
+impl Twist {
+    /// The velocity of the body's point that lies at `offset` from the stated point.
+    pub fn at(&self, offset: DVec3) -> DVec3 {
+        self.linear + self.angular.cross(offset)
+    }
+}
+
+/// A force in newtons and a torque in newton-metres about the point that the holder states.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Wrench {
+    /// N·m about the stated point.
+    pub torque: DVec3,
+    /// N.
+    pub force: DVec3,
+}
+
+impl Wrench {
+    /// No force and no torque.
+    pub const ZERO: Self = Self { torque: DVec3::ZERO, force: DVec3::ZERO };
+
+    /// The wrench of `force` applied at `offset` from the stated point.
+    pub fn of_force_at(force: DVec3, offset: DVec3) -> Self {
+        Self { torque: offset.cross(force), force }
+    }
+
+    /// The same wrench about another point, which lies at `offset` from the point stated now.
+    pub fn about(&self, offset: DVec3) -> Self {
+        Self { torque: self.torque - offset.cross(self.force), force: self.force }
+    }
+
+    /// The same wrench written in the frame in which `pose` places this one's frame; the stated point does not change.
+    pub fn rotated(&self, pose: &Pose) -> Self {
+        Self { torque: pose.vector(self.torque), force: pose.vector(self.force) }
+    }
+
+    /// Power in watts that the wrench gives a body moving with `twist`, both about the same point.
+    pub fn power(&self, twist: &Twist) -> f64 {
+        self.force.dot(twist.linear) + self.torque.dot(twist.angular)
+    }
+
+    /// True when every number is finite.
+    pub fn is_finite(&self) -> bool {
+        self.force.is_finite() && self.torque.is_finite()
+    }
+}
+
+impl std::ops::Add for Wrench {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { torque: self.torque + other.torque, force: self.force + other.force }
+    }
+}
+
+impl std::ops::Neg for Wrench {
+    type Output = Self;
+
+    fn neg(self) -> Self {
+        Self { torque: -self.torque, force: -self.force }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn power_does_not_depend_on_the_stated_point() {
+        let offset = DVec3::new(0.1, -0.4, 0.25);
+        let wrench = Wrench { torque: DVec3::new(0.3, 0.1, -0.2), force: DVec3::new(1.0, 2.0, -3.0) };
+        let twist = Twist { angular: DVec3::new(-1.0, 0.5, 2.0), linear: DVec3::new(0.2, 0.0, 0.7) };
+        let moved = Twist { angular: twist.angular, linear: twist.at(offset) };
+        assert!((wrench.power(&twist) - wrench.about(offset).power(&moved)).abs() < 1e-14);
+    }
+}

@@ -1,0 +1,42 @@
+//! The register of every tolerance in the engine. No other file holds a small literal that decides something.
+//!
+//! Each entry says its unit, why it has that size, and what breaks if it moves. "Relative" means: multiplied by a
+//! length of the thing at hand (stated) before use.
+
+/// Relative to the largest coordinate extent of the point set: two vertices closer than this are one.
+///
+/// Files written with 7 significant digits differ by 1e-7 of their size between copies of one vertex. Larger swallows
+/// features of fine meshes; smaller leaves cracks along the seams of STL files.
+pub const WELD: f64 = 1e-9;
+
+/// Relative to the longest edge of the triangle: a triangle lower than this over its longest edge has no area.
+///
+/// Its normal would be noise. Larger drops real slivers of CAD meshes and opens the surface.
+pub const ZERO_AREA: f64 = 1e-12;
+
+/// Relative to the model's bounding diagonal: how far a vertex may lie over the plane of a face and still count as in it.
+///
+/// Coplanar triangles must merge into one polygon, since between them lie Gauss arcs of no length that stall every
+/// walk. Larger flattens real curvature; smaller leaves rotated boxes cut into triangles.
+pub const COPLANAR: f64 = 1e-9;
+
+/// Radians: faces of a hull whose normals differ by less are candidates for merging into one polygon.
+///
+/// Goes with [`COPLANAR`], which decides; this only bounds the drift along a chain of merges.
+pub const COPLANAR_ANGLE: f64 = 1e-6;
+
+/// Relative to the pair's size: bodies nearer than this touch, and are answered by the depth walk.
+///
+/// The direction between two points this near is noise. Larger would report a false contact at zero separation.
+pub const TOUCHING: f64 = 1e-12;
+
+/// Relative to the pair's size: an improvement of the depth smaller than this ends the walk.
+///
+/// Strict decrease is what makes the walk end; rounding of a support offset is a few ulps of the size.
+pub const WALK_DECREASE: f64 = 1e-14;
+
+/// Relative to the pair's size: a step of the distance march must shorten the distance by more than this to count as progress.
+pub const MARCH_DECREASE: f64 = 1e-14;
+
+/// Relative gap between GJK's upper and lower bound of the distance at which it has converged.
+pub const GJK_GAP: f64 = 1e-13;

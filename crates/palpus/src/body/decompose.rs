@@ -1,0 +1,1 @@
+//! Convex surface decomposition.

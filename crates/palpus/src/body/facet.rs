@@ -1,0 +1,1 @@
+//! Maximal convex planar polygons of coplanar triangles.

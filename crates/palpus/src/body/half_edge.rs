@@ -1,0 +1,1 @@
+//! Which triangle lies across each edge.

@@ -1,0 +1,1 @@
+//! What a mesh is like: closed or open, manifold, self-intersecting, inverted.

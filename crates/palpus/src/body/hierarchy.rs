@@ -1,0 +1,1 @@
+//! The binary tree of hulls over the pieces.

@@ -1,0 +1,1 @@
+//! Convex hulls of small, large, flat and needle-like point sets.

@@ -1,0 +1,1 @@
+//! From polygon soup to a validated triangle mesh.

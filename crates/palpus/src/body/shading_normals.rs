@@ -1,0 +1,1 @@
+//! Per-corner normals for force shading, split at creases.

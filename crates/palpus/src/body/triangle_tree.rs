@@ -1,0 +1,1 @@
+//! A bounding-volume tree over the triangles of a mesh.

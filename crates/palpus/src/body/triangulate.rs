@@ -1,0 +1,1 @@
+//! Cutting polygons into triangles by ears.

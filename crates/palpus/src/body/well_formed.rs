@@ -1,0 +1,1 @@
+//! The walkers that assert every invariant of the body's structures.

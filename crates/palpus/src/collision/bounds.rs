@@ -1,0 +1,1 @@
+//! Cheap conservative bounds in front of hull tests.

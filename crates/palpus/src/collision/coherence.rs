@@ -1,0 +1,1 @@
+//! What a pair remembers of the last tick.

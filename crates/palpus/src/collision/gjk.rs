@@ -1,0 +1,1 @@
+//! GJK distance: the fallback of the march and its cross-check.

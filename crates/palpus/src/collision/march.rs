@@ -1,0 +1,1 @@
+//! Voronoi marching: the distance of two convex polytopes.

@@ -1,0 +1,10 @@
+//! Distance between convex pieces by Voronoi marching, and the descent through two hierarchies \[K02 §3.2\].
+
+mod bounds;
+mod coherence;
+mod gjk;
+mod march;
+mod proximity;
+mod traverse;
+
+pub use proximity::{Closest, Overlap, Proximity, StopReason};

@@ -1,0 +1,49 @@
+//! The answer of a distance query between two convex polytopes.
+
+use glam::DVec3;
+
+use crate::body::FeaturePair;
+
+/// Whether two convex polytopes are apart or overlap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Proximity {
+    /// They are apart; the closest points.
+    Disjoint(Closest),
+    /// They touch or overlap; where the search noticed.
+    Overlapping(Overlap),
+}
+
+/// The closest points of two disjoint polytopes, in b's frame; `point_a − point_b = distance · normal`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Closest {
+    /// On a.
+    pub point_a: DVec3,
+    /// On b.
+    pub point_b: DVec3,
+    /// Unit, from b into a.
+    pub normal: DVec3,
+    /// Greater than zero.
+    pub distance: f64,
+    /// The features that hold the two points in their relative interiors (within rounding).
+    pub features: FeaturePair,
+}
+
+/// What the distance search knows of an overlap: a start for the depth walk \[K02 §3.3.2\].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Overlap {
+    /// The feature pair at which the overlap was noticed.
+    pub features: FeaturePair,
+    /// A direction, from b into a and in b's frame, along which the depth is likely small; need not be unit.
+    pub direction: DVec3,
+}
+
+/// How a search ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum StopReason {
+    /// It found its answer.
+    Converged,
+    /// It stopped making progress (a repeat or a cycle) and the fallback answered.
+    Stalled,
+    /// It used up its step budget; the fallback answered, or the best so far was returned.
+    Budget,
+}

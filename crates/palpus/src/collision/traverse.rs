@@ -1,0 +1,1 @@
+//! The descent through two hierarchies to all leaf pairs within tolerance.

@@ -1,0 +1,88 @@
+//! The answer of a penetration-depth query between two convex polytopes.
+
+use glam::DVec3;
+
+use crate::body::FeaturePair;
+use crate::collision::StopReason;
+
+/// A pair of vertices whose normal cones overlap: the hub about which the CSO is extended locally \[K02 §3.3.1\].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct HubPair {
+    /// Vertex of a.
+    pub a: u32,
+    /// Vertex of b.
+    pub b: u32,
+}
+
+/// The features of a and b that span one facet of the CSO \[K02 §3.3.1\]; the first word is on a.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Antipodal {
+    /// A vertex of a against a face of b.
+    VertexFace {
+        /// Vertex of a.
+        a: u32,
+        /// Face of b.
+        b: u32,
+    },
+    /// A face of a against a vertex of b.
+    FaceVertex {
+        /// Face of a.
+        a: u32,
+        /// Vertex of b.
+        b: u32,
+    },
+    /// An edge of a against an edge of b.
+    EdgeEdge {
+        /// Edge of a.
+        a: u32,
+        /// Edge of b.
+        b: u32,
+    },
+}
+
+impl Antipodal {
+    /// The same pair as plain features.
+    pub fn features(self) -> FeaturePair {
+        use crate::body::Feature::{Edge, Face, Vertex};
+        match self {
+            Self::VertexFace { a, b } => FeaturePair { a: Vertex(a), b: Face(b) },
+            Self::FaceVertex { a, b } => FeaturePair { a: Face(a), b: Vertex(b) },
+            Self::EdgeEdge { a, b } => FeaturePair { a: Edge(a), b: Edge(b) },
+        }
+    }
+}
+
+/// What is known about a depth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Certainty {
+    /// No neighbouring facet of the CSO is nearer: what \[K02\] promises.
+    LocallyOptimal,
+    /// Proven: no direction separates the pair with a shorter motion.
+    GloballyOptimal,
+}
+
+/// The penetration depth of two overlapping convex polytopes, in b's frame.
+///
+/// Moving a by `depth · normal` separates the pair; `point_a − point_b = −depth · normal`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Depth {
+    /// On the boundary of a.
+    pub point_a: DVec3,
+    /// On the boundary of b.
+    pub point_b: DVec3,
+    /// Unit, from b into a.
+    pub normal: DVec3,
+    /// `max_b n·b − min_a n·a` along `normal`. Not negative for pairs that overlap; a negative value means that the pair
+    /// turned out to be apart by at least that much.
+    pub depth: f64,
+    /// The features that span the facet of the CSO on which the answer lies.
+    pub antipodal: Antipodal,
+    /// A hub pair of that facet: where the next tick starts.
+    pub hub: HubPair,
+    /// What is known about the answer.
+    pub certainty: Certainty,
+    /// Moves of the walk.
+    pub steps: u32,
+    /// Why the walk ended.
+    pub stop: StopReason,
+}

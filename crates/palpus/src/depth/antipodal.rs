@@ -1,0 +1,1 @@
+//! From a corner of the overlay to a facet of the CSO.

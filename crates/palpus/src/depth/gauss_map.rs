@@ -1,0 +1,1 @@
+//! The normal cone of a vertex.

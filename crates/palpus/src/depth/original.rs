@@ -1,0 +1,1 @@
+//! Repair of depth answers that rest on virtual features.

@@ -1,0 +1,1 @@
+//! Where two normal cones overlap on the sphere.

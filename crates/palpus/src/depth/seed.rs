@@ -1,0 +1,1 @@
+//! Starting directions of the walk.

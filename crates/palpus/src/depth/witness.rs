@@ -1,0 +1,1 @@
+//! Witness points of a CSO facet.

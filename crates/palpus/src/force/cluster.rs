@@ -1,0 +1,1 @@
+//! Exact single linkage of contacts.

@@ -1,0 +1,33 @@
+//! A contact, as the force model sees it \[K02 §4.1\].
+
+use glam::DVec3;
+
+use crate::body::FeaturePair;
+
+/// A pair of points, one on each body, nearer than the contact tolerance; in b's frame.
+///
+/// `point_a − point_b = separation · normal`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contact {
+    /// Index of the convex piece of a.
+    pub piece_a: u32,
+    /// Index of the convex piece of b.
+    pub piece_b: u32,
+    /// The features of the two pieces on which the points lie.
+    pub features: FeaturePair,
+    /// p₁ of \[K02\], on a.
+    pub point_a: DVec3,
+    /// p₂ of \[K02\], on b.
+    pub point_b: DVec3,
+    /// Unit, from b into a.
+    pub normal: DVec3,
+    /// d of \[K02\]: distance when apart, minus the depth when overlapping, in model units (metres in a scene).
+    pub separation: f64,
+}
+
+impl Contact {
+    /// p̂ of \[K02\]: half way between the two points.
+    pub fn midpoint(&self) -> DVec3 {
+        (self.point_a + self.point_b) * 0.5 // Eq. 1
+    }
+}

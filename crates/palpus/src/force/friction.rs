@@ -1,0 +1,1 @@
+//! Stick-slip friction tracked in time.

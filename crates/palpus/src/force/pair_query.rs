@@ -1,0 +1,1 @@
+//! All contacts of two bodies within the tolerance.

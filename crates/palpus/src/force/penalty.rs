@@ -1,0 +1,1 @@
+//! Penalty force and torque.

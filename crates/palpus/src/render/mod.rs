@@ -1,0 +1,7 @@
+//! One tick: from the probe's state to the wrench in the hand \[K02 §4.3, §5\].
+
+mod renderer;
+mod saturate;
+mod scratch;
+mod settings;
+mod tick;

@@ -1,0 +1,1 @@
+//! One turn of the loop in five named calls.

@@ -1,0 +1,1 @@
+//! Keeping a wrench within the device's limits.

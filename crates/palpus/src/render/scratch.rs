@@ -1,0 +1,1 @@
+//! All working memory of a renderer, sized once.

@@ -1,0 +1,1 @@
+//! What a renderer is told once.

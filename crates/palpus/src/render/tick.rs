@@ -1,0 +1,1 @@
+//! Everything that one turn of the loop produced.
