@@ -1,11 +1,13 @@
-//! Rigid placements, spatial vectors, planes, closest points, and the register of tolerances.
+//! Rigid placements, spatial vectors, planes, closest points, a lent clock, and the register of tolerances.
 
+mod clock;
 mod closest;
 mod plane;
 mod pose;
 mod spatial;
 pub mod tolerance;
 
+pub use clock::{Clock, NoClock};
 pub use closest::{SegmentSegment, closest_on_segment, closest_on_triangle, closest_segment_segment};
 pub use plane::Plane;
 pub use pose::{Placement, Pose};
