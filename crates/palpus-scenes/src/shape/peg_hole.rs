@@ -1,0 +1,79 @@
+//! A round peg and the block with its hole.
+//!
+//! Both are 32-gons at the same angles. The clearance is honest: the hole's *inscribed* circle is wider than the peg's
+//! *circumscribed* one by the clearance, so the peg fits at any rotation about its axis.
+
+use std::f64::consts::PI;
+
+use glam::DVec3;
+use palpus::body::PolygonSoup;
+
+use super::skin::{Skin, circle};
+
+/// Of the peg's circumscribed circle, m (an 8 mm peg).
+pub const PEG_RADIUS: f64 = 0.004;
+/// Hole diameter minus peg diameter, m: 0.05 mm on 8 mm.
+pub const DEFAULT_CLEARANCE: f64 = 0.05e-3;
+/// The middle of the peg's lower face in the peg's frame, m.
+pub const PEG_TIP: DVec3 = DVec3::new(0.0, 0.0, -0.040);
+
+const SIDES: usize = 32;
+
+/// An 8 mm peg along z, 50 mm long, with a 0.5 mm chamfer at its lower end, gripped 40 mm above [`PEG_TIP`]:
+/// 188 triangles.
+pub fn peg() -> PolygonSoup {
+    const LENGTH: f64 = 0.050;
+    const CHAMFER: f64 = 0.0005;
+    let mut skin = Skin::default();
+    let mut ring_at = |height: f64, radius: f64| {
+        skin.ring(circle(PEG_TIP + DVec3::Z * height, DVec3::X, DVec3::Y, radius, SIDES, 0.0))
+    };
+    let tip = ring_at(0.0, PEG_RADIUS - CHAMFER);
+    let shoulder = ring_at(CHAMFER, PEG_RADIUS);
+    let top = ring_at(LENGTH, PEG_RADIUS);
+    skin.cap_start(&tip);
+    skin.band(&tip, &shoulder);
+    skin.band(&shoulder, &top);
+    skin.cap_end(&top);
+    skin.finish()
+}
+
+/// A block, 40 mm × 40 mm × 25 mm, its top in the plane z = 0, with a hole along the z axis right through it that
+/// leaves [`peg`] a diametral `clearance` (m): 144 triangles, genus 1.
+pub fn hole_block(clearance: f64) -> PolygonSoup {
+    const HALF_SIDE: f64 = 0.020;
+    const HEIGHT: f64 = 0.025;
+    let inscribed = PEG_RADIUS + clearance / 2.0;
+    let circumscribed = inscribed / (PI / SIDES as f64).cos();
+    let mut skin = Skin::default();
+    let square = |z| {
+        [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)].map(|(x, y)| DVec3::new(x * HALF_SIDE, y * HALF_SIDE, z))
+    };
+    let mut level = |z: f64| {
+        let outline = skin.ring(square(z));
+        let mouth = skin.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, circumscribed, SIDES, 0.0));
+        (outline, mouth)
+    };
+    let (low_outline, low_mouth) = level(-HEIGHT);
+    let (top_outline, top_mouth) = level(0.0);
+    skin.band(&low_outline, &top_outline);
+    // The wall of the hole faces the axis: the same band, swept downward.
+    skin.band(&top_mouth, &low_mouth);
+    frame(&mut skin, &top_outline, &top_mouth, false);
+    frame(&mut skin, &low_outline, &low_mouth, true);
+    skin.finish()
+}
+
+/// The flat face between the square and the round mouth: each corner fans over its quarter of the mouth, and one
+/// triangle per side joins two corners. Facing +z, or −z when `downward`.
+fn frame(skin: &mut Skin, outline: &[u32], mouth: &[u32], downward: bool) {
+    let quarter = SIDES / 4;
+    let mut put = |a, b, c| if downward { skin.triangle(a, c, b) } else { skin.triangle(a, b, c) };
+    for corner in 0..4 {
+        for k in corner * quarter..(corner + 1) * quarter {
+            put(outline[corner], mouth[(k + 1) % SIDES], mouth[k]);
+        }
+        let next = (corner + 1) % 4;
+        put(outline[corner], outline[next], mouth[next * quarter]);
+    }
+}

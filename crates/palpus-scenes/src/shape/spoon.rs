@@ -1,0 +1,58 @@
+//! A spoon: a bowl with a real cavity and a handle, 336 triangles as in the paper's Table 1.
+//!
+//! Cross-sections at fixed x, twelve vertices each, swept from the handle's end to the bowl's tip. The sections lie in
+//! parallel planes and each is simple, so the surface cannot meet itself.
+
+use glam::DVec3;
+use palpus::body::PolygonSoup;
+
+use super::skin::Skin;
+
+/// The bowl's tip in the spoon's frame, m.
+pub const SPOON_TIP: DVec3 = DVec3::new(0.070, 0.0, -0.0066);
+
+/// One cross-section, in mm: where it stands along x, half its width, the height of its edges, how far the middle of
+/// the upper side rises over its edges (negative: a cavity), how far the middle of the lower side hangs under its
+/// edges, and the thickness at the edges.
+struct Section(f64, f64, f64, f64, f64, f64);
+
+const SECTIONS: [Section; 14] = [
+    Section(-49.0, 3.5, 0.6, 0.6, 0.5, 1.0),
+    Section(-44.0, 6.0, 0.6, 0.8, 0.7, 1.0),
+    Section(-30.0, 5.0, 0.6, 0.8, 0.7, 1.1),
+    Section(-10.0, 3.6, 0.6, 0.8, 0.7, 1.2),
+    Section(8.0, 2.9, 0.6, 0.8, 0.7, 1.4),
+    Section(20.0, 2.6, -2.0, 0.6, 0.8, 1.5),
+    Section(28.0, 3.4, -5.0, 0.2, 1.2, 1.4),
+    Section(33.0, 9.0, -6.0, -3.2, 3.6, 1.2),
+    Section(40.0, 12.8, -6.0, -6.4, 6.7, 1.2),
+    Section(48.0, 14.0, -6.0, -7.4, 7.7, 1.2),
+    Section(56.0, 13.0, -6.0, -6.6, 6.9, 1.2),
+    Section(62.0, 10.5, -6.0, -4.6, 4.9, 1.2),
+    Section(67.0, 6.4, -6.0, -2.0, 2.3, 1.2),
+    Section(69.2, 3.0, -6.0, -0.5, 0.8, 1.2),
+];
+
+/// Where a section's vertices stand across, from edge to edge, as parts of the half width.
+const ACROSS: [f64; 6] = [-1.0, -0.62, -0.22, 0.22, 0.62, 1.0];
+
+/// A spoon of 120 mm along x, its tip at [`SPOON_TIP`], the bowl's cavity opening towards +z, gripped on the handle at the
+/// origin: 336 triangles.
+pub fn spoon() -> PolygonSoup {
+    let mut skin = Skin::default();
+    let rings: Vec<_> = SECTIONS.iter().map(|section| skin.ring(outline(section))).collect();
+    skin.point_start(&rings[0], DVec3::new(-0.050, 0.0, 0.0));
+    for pair in rings.windows(2) {
+        skin.band(&pair[0], &pair[1]);
+    }
+    skin.point_end(&rings[13], SPOON_TIP);
+    skin.finish()
+}
+
+/// Counter-clockwise about +x: the lower side from left to right, then the upper side back.
+fn outline(&Section(x, half_width, edge, crown, belly, thickness): &Section) -> impl Iterator<Item = DVec3> {
+    let at = move |s: f64, z: f64| DVec3::new(x, s * half_width, z) * 1e-3;
+    let lower = ACROSS.iter().map(move |&s| at(s, edge - thickness - belly * (1.0 - s * s)));
+    let upper = ACROSS.iter().rev().map(move |&s| at(s, edge + crown * (1.0 - s * s)));
+    lower.chain(upper)
+}
