@@ -4,7 +4,11 @@ mod bounds;
 mod coherence;
 mod gjk;
 mod march;
+#[cfg(test)]
+mod oracle;
 mod proximity;
 mod traverse;
 
+pub use gjk::gjk;
+pub use march::{March, initial_features, march};
 pub use proximity::{Closest, Overlap, Proximity, StopReason};

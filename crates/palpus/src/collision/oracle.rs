@@ -1,0 +1,323 @@
+//! Test bodies and the exhaustive distance oracle that the march and GJK are held against.
+//!
+//! The oracle's weakness: it looks at every vertex against every polygon and every edge against every edge, so it shares
+//! with its subjects only the closed forms of `algebra::closest`; edges that are parallel within 1e-8 are answered there
+//! with an error of up to 1e-8 of their length, but then a vertex against a face answers too.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::{March, Proximity};
+use crate::algebra::{Placement, Plane, Pose, closest_on_segment, closest_on_triangle, closest_segment_segment};
+use crate::body::{Feature, Polytope, Provenance};
+
+/// SplitMix64.
+pub(crate) struct Random(pub(crate) u64);
+
+impl Random {
+    pub(crate) fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+        z ^ (z >> 31)
+    }
+
+    pub(crate) fn below(&mut self, n: usize) -> usize {
+        (self.next() % n as u64) as usize
+    }
+
+    /// Uniform in [0, 1).
+    pub(crate) fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
+        low + (high - low) * self.unit()
+    }
+
+    pub(crate) fn in_cube(&mut self) -> DVec3 {
+        DVec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0))
+    }
+
+    pub(crate) fn direction(&mut self) -> DVec3 {
+        loop {
+            let p = self.in_cube();
+            let l = p.length_squared();
+            if l > 0.01 && l <= 1.0 {
+                return p / l.sqrt();
+            }
+        }
+    }
+
+    pub(crate) fn rotation(&mut self) -> DQuat {
+        let [a, b, c, d] = [0; 4].map(|_| self.between(-1.0, 1.0));
+        DQuat::from_xyzw(a, b, c, d + 1e-3).normalize()
+    }
+
+    pub(crate) fn feature(&mut self, p: &Polytope) -> Feature {
+        match self.below(3) {
+            0 => Feature::Vertex(self.below(p.vertices().len()) as u32),
+            1 => Feature::Edge(self.below(p.edges().len()) as u32),
+            _ => Feature::Face(self.below(p.face_count()) as u32),
+        }
+    }
+}
+
+/// A solid from its loops, with planes by Newell's formula.
+pub(crate) fn solid(vertices: Vec<DVec3>, loops: &[Vec<u32>]) -> Polytope {
+    let planes = loops
+        .iter()
+        .map(|face| {
+            let origin = vertices[face[0] as usize];
+            let mut normal = DVec3::ZERO;
+            let mut mean = DVec3::ZERO;
+            for (k, &v) in face.iter().enumerate() {
+                let p = vertices[v as usize] - origin;
+                let q = vertices[face[(k + 1) % face.len()] as usize] - origin;
+                normal += p.cross(q);
+                mean += p / face.len() as f64;
+            }
+            let normal = normal.normalize();
+            Plane { normal, offset: normal.dot(mean + origin) }
+        })
+        .collect();
+    let provenance = vec![Provenance::Original; loops.len()];
+    Polytope::from_faces(vertices, loops, planes, provenance).unwrap()
+}
+
+/// The image of a solid under an affine map of positive determinant.
+pub(crate) fn mapped(p: &Polytope, map: DMat3, shift: DVec3) -> Polytope {
+    let vertices: Vec<_> = p.vertices().iter().map(|v| map * *v + shift).collect();
+    if p.is_flat() {
+        let (u, v) = (vertices[1] - vertices[0], vertices[2] - vertices[0]);
+        return Polytope::from_polygon(vertices, u.cross(v).normalize(), Provenance::Original).unwrap();
+    }
+    let loops: Vec<_> = (0..p.face_count() as u32).map(|f| p.face_vertices(f).to_vec()).collect();
+    solid(vertices, &loops)
+}
+
+/// A box of the given half extents.
+pub(crate) fn cuboid(half: DVec3) -> Polytope {
+    let sign = |bit: bool| if bit { 1.0 } else { -1.0 };
+    let vertices = (0..8).map(|k| half * DVec3::new(sign(k & 1 != 0), sign(k & 2 != 0), sign(k & 4 != 0))).collect();
+    let loops = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    solid(vertices, &loops.map(Vec::from))
+}
+
+/// A prism over a regular polygon of circumradius `radius`, from z = −height/2 to height/2.
+pub(crate) fn prism(sides: u32, radius: f64, height: f64) -> Polytope {
+    let corner = |k: u32, z: f64| {
+        let angle = f64::from(k) * std::f64::consts::TAU / f64::from(sides);
+        DVec3::new(radius * angle.cos(), radius * angle.sin(), z)
+    };
+    let vertices =
+        (0..sides).map(|k| corner(k, -height / 2.0)).chain((0..sides).map(|k| corner(k, height / 2.0))).collect();
+    let mut loops = vec![(0..sides).rev().collect::<Vec<_>>(), (sides..2 * sides).collect()];
+    for k in 0..sides {
+        let next = (k + 1) % sides;
+        loops.push(vec![k, next, sides + next, sides + k]);
+    }
+    solid(vertices, &loops)
+}
+
+/// A sphere of radius 1 by latitude and longitude: planar trapezoids, and triangles at the poles.
+pub(crate) fn globe(bands: u32, sides: u32) -> Polytope {
+    let mut vertices = vec![-DVec3::Z];
+    for band in 1..bands {
+        let latitude = std::f64::consts::PI * (f64::from(band) / f64::from(bands) - 0.5);
+        for k in 0..sides {
+            let angle = f64::from(k) * std::f64::consts::TAU / f64::from(sides);
+            let r = latitude.cos();
+            vertices.push(DVec3::new(r * angle.cos(), r * angle.sin(), latitude.sin()));
+        }
+    }
+    vertices.push(DVec3::Z);
+    let top = vertices.len() as u32 - 1;
+    let at = |band: u32, k: u32| 1 + (band - 1) * sides + k % sides;
+    let mut loops = Vec::new();
+    for k in 0..sides {
+        loops.push(vec![0, at(1, k + 1), at(1, k)]);
+        for band in 1..bands - 1 {
+            loops.push(vec![at(band, k), at(band, k + 1), at(band + 1, k + 1), at(band + 1, k)]);
+        }
+        loops.push(vec![at(bands - 1, k), at(bands - 1, k + 1), top]);
+    }
+    solid(vertices, &loops)
+}
+
+/// A random tetrahedron in the unit cube, not too flat.
+pub(crate) fn tetrahedron(random: &mut Random) -> Polytope {
+    loop {
+        let v = [0; 4].map(|_| random.in_cube());
+        let volume = (v[1] - v[0]).cross(v[2] - v[0]).dot(v[3] - v[0]);
+        if volume > 0.2 {
+            return solid(v.to_vec(), &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(Vec::from));
+        }
+    }
+}
+
+/// A plate over a regular polygon of circumradius 1 in the plane z = 0, squeezed along y.
+pub(crate) fn plate(sides: u32, squeeze: f64) -> Polytope {
+    let vertices = (0..sides)
+        .map(|k| {
+            let angle = f64::from(k) * std::f64::consts::TAU / f64::from(sides);
+            DVec3::new(angle.cos(), squeeze * angle.sin(), 0.0)
+        })
+        .collect();
+    Polytope::from_polygon(vertices, DVec3::Z, Provenance::Original).unwrap()
+}
+
+/// Every kind of test body, in its own oblique frame, of a size about 1.
+pub(crate) fn menagerie(random: &mut Random) -> Vec<(&'static str, Polytope)> {
+    let mut oblique = |p: Polytope, stretch: DVec3| {
+        let map = DMat3::from_quat(random.rotation()) * DMat3::from_diagonal(stretch);
+        let shift = random.in_cube() * 0.5;
+        mapped(&p, map, shift)
+    };
+    let mut zoo = vec![
+        ("box", cuboid(DVec3::new(0.5, 0.7, 0.9))),
+        ("oblique box", oblique(cuboid(DVec3::ONE), DVec3::new(0.5, 0.3, 1.0))),
+        ("hexagonal prism", oblique(prism(6, 0.7, 1.2), DVec3::ONE)),
+        ("cylinder", oblique(prism(32, 0.5, 1.5), DVec3::ONE)),
+        ("ellipsoid", oblique(globe(8, 12), DVec3::new(1.0, 0.6, 0.8))),
+        ("fine ellipsoid", oblique(globe(16, 24), DVec3::new(0.5, 0.9, 0.7))),
+        ("needle", oblique(cuboid(DVec3::ONE), DVec3::new(1e-3, 1e-3, 1.0))),
+        ("round needle", oblique(globe(6, 8), DVec3::new(1e-3, 2e-3, 1.0))),
+        ("sliver", oblique(prism(5, 1.0, 1.0), DVec3::new(1.0, 1.0, 1e-6))),
+        ("triangle", oblique(plate(3, 1.0), DVec3::ONE)),
+        ("plate", oblique(plate(7, 0.6), DVec3::ONE)),
+        ("narrow plate", oblique(plate(4, 1e-3), DVec3::ONE)),
+        ("flat plate", plate(4, 1.0)),
+    ];
+    let (t, u) = (tetrahedron(random), tetrahedron(random));
+    zoo.push(("tetrahedron", t));
+    zoo.push(("thin tetrahedron", mapped(&u, DMat3::from_diagonal(DVec3::new(1.0, 1.0, 1e-4)), DVec3::ZERO)));
+    zoo
+}
+
+/// The same body `scale` times as large.
+#[allow(dead_code, reason = "the march sweeps use it")]
+pub(crate) fn scaled(p: &Polytope, scale: f64) -> Polytope {
+    mapped(p, DMat3::from_diagonal(DVec3::splat(scale)), DVec3::ZERO)
+}
+
+/// A placement of a in b's frame that puts their centroids `apart` times the sum of radii from each other.
+pub(crate) fn random_pose(random: &mut Random, a: &Polytope, b: &Polytope, apart: f64) -> Placement {
+    let rotation = random.rotation();
+    let centre = b.centroid() + random.direction() * apart * (a.radius() + b.radius());
+    Pose::new(rotation, centre - rotation * a.centroid()).placement()
+}
+
+/// The largest gap over all directions that can separate two polytopes (face normals and crossed edges); negative when
+/// they overlap by that much.
+pub(crate) fn widest_gap(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> f64 {
+    let va: Vec<_> = a.vertices().iter().map(|v| pose_ba.point(*v)).collect();
+    let gap = |n: DVec3| {
+        let low = va.iter().map(|v| n.dot(*v)).fold(f64::INFINITY, f64::min);
+        let high = b.vertices().iter().map(|v| n.dot(*v)).fold(f64::NEG_INFINITY, f64::max);
+        low - high
+    };
+    let mut best = f64::NEG_INFINITY;
+    for plane in a.planes() {
+        best = best.max(gap(-pose_ba.vector(plane.normal)));
+    }
+    for plane in b.planes() {
+        best = best.max(gap(plane.normal));
+    }
+    for e in a.edges() {
+        let d = va[e.head as usize] - va[e.tail as usize];
+        for g in b.edges() {
+            let n = d.cross(b.vertex(g.head) - b.vertex(g.tail));
+            if n.length_squared() > 1e-20 * d.length_squared() {
+                let n = n.normalize();
+                best = best.max(gap(n)).max(gap(-n));
+            }
+        }
+    }
+    best
+}
+
+fn polygon_distance(p: DVec3, corners: &[DVec3]) -> f64 {
+    (1..corners.len().max(2) - 1)
+        .map(|k| closest_on_triangle(p, corners[0], corners[k], corners[k + 1]).distance(p))
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// The distance of two polytopes that are known to be apart, by looking at every pair of features.
+pub(crate) fn exhaustive_distance(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> f64 {
+    let va: Vec<_> = a.vertices().iter().map(|v| pose_ba.point(*v)).collect();
+    let vb = b.vertices();
+    let mut best = f64::INFINITY;
+    let corners = |face: &[u32], of: &[DVec3]| face.iter().map(|&v| of[v as usize]).collect::<Vec<_>>();
+    for f in 0..a.face_count() as u32 {
+        let corners = corners(a.face_vertices(f), &va);
+        for p in vb {
+            best = best.min(polygon_distance(*p, &corners));
+        }
+    }
+    for f in 0..b.face_count() as u32 {
+        let corners = corners(b.face_vertices(f), vb);
+        for p in &va {
+            best = best.min(polygon_distance(*p, &corners));
+        }
+    }
+    for e in a.edges() {
+        let (p, q) = (va[e.tail as usize], va[e.head as usize]);
+        for g in b.edges() {
+            let pair = closest_segment_segment(p, q, vb[g.tail as usize], vb[g.head as usize]);
+            best = best.min(pair.first.distance(pair.second));
+        }
+    }
+    best
+}
+
+/// How far `p` is from the closure of feature `f`.
+fn distance_from_feature(p: DVec3, polytope: &Polytope, f: Feature) -> f64 {
+    match f {
+        Feature::Vertex(v) => polytope.vertex(v).distance(p),
+        Feature::Edge(e) => {
+            let (tail, head) = (polytope.vertex(polytope.edge(e).tail), polytope.vertex(polytope.edge(e).head));
+            tail.lerp(head, closest_on_segment(p, tail, head)).distance(p)
+        }
+        Feature::Face(f) => {
+            // By heights over the face and its sides: closed forms on triangles lose digits on slivers.
+            let normal = polytope.plane(f).normal;
+            let corners = polytope.face_vertices(f);
+            let beyond = (0..corners.len()).map(|k| {
+                let (u, v) = (polytope.vertex(corners[k]), polytope.vertex(corners[(k + 1) % corners.len()]));
+                (v - u).cross(normal).normalize().dot(p - u)
+            });
+            polytope.plane(f).height(p).abs().max(beyond.fold(0.0, f64::max))
+        }
+    }
+}
+
+/// Checks an answer by itself: its points lie on its features, which bounds the distance from above, and its normal
+/// separates the bodies by the distance, which bounds it from below. An overlap is checked against GJK elsewhere.
+pub(crate) fn judge(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &March) -> Result<(), String> {
+    let Proximity::Disjoint(closest) = answer.proximity else { return Ok(()) };
+    let size = a.radius() + b.radius();
+    let reach = size + a.centroid().length() + b.centroid().length() + pose_ba.translation.length();
+    let distance = closest.distance;
+    if !(distance > 0.0 && (closest.normal.length() - 1.0).abs() < 1e-14) {
+        return Err(format!("distance {distance}, normal {}", closest.normal));
+    }
+    let mismatch = (closest.point_a - closest.point_b - closest.normal * distance).length();
+    if mismatch > 4e-15 * reach {
+        return Err(format!("points differ from distance times normal by {mismatch:e}"));
+    }
+    let off_a = distance_from_feature(pose_ba.inverse_point(closest.point_a), a, closest.features.a);
+    let off_b = distance_from_feature(closest.point_b, b, closest.features.b);
+    if off_a.max(off_b) > 2e-14 * reach {
+        return Err(format!("points lie off their features by {off_a:e} and {off_b:e}"));
+    }
+    let low = a.vertices().iter().map(|v| closest.normal.dot(pose_ba.point(*v))).fold(f64::INFINITY, f64::min);
+    let high = b.vertices().iter().map(|v| closest.normal.dot(*v)).fold(f64::NEG_INFINITY, f64::max);
+    let missing = distance - (low - high);
+    // The direction between two near points is known to the rounding of the points over their distance.
+    let allowed = 1e-10 * distance + 1e-14 * reach + 4e-15 * reach * size / distance;
+    if missing > allowed {
+        return Err(format!("distance {distance} is {missing:e} more than the normal proves, allowed {allowed:e}"));
+    }
+    Ok(())
+}
