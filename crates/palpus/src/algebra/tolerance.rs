@@ -54,3 +54,28 @@ pub const MARCH_NOISE: f64 = 8.0 * f64::EPSILON;
 ///
 /// Larger only costs time on data that doesn't converge; smaller returns points that are not closest.
 pub const GJK_STEPS: u32 = 128;
+
+// Body: hulls.
+
+/// Model units: the largest coordinate that a hull accepts.
+///
+/// Products of three differences and their rounding errors must not overflow, or signs stop being exact.
+pub const HULL_LARGEST: f64 = 1e70;
+
+/// Model units: a set of smaller size is a point.
+///
+/// The last error term of an orientation is about 1e-96 of the product of three sizes; below this it vanishes and
+/// signs stop being exact.
+pub const HULL_SMALLEST: f64 = 1e-70;
+
+/// Factor on the merge distance of a hull when merging at that distance would break the topology.
+///
+/// Far enough to leave the cluster of near-coplanar facets that made the trouble, near enough to still merge what
+/// differs by rounding only. If it fails too, only exactly coplanar facets merge.
+pub const HULL_MERGE_RETREAT: f64 = 1e-3;
+
+/// Relative to the largest coordinate: how far rounding may put a vertex above a supporting plane of its polytope, and
+/// how far a unit normal may be from unit length.
+///
+/// Some tens of ulps. Larger hides a wrong plane; smaller accuses rounding.
+pub const WELL_FORMED_ROUNDING: f64 = 1e-14;

@@ -1,1 +1,293 @@
-//! Convex hulls of small, large, flat and needle-like point sets.
+//! Convex hulls of small, large, flat and needle-like point sets \[K02 §3.2\].
+//!
+//! A piece is the convex hull of a patch, and a patch may be three points, a coplanar polygon, a needle or a sliver
+//! that is flat but for rounding. So the hull says what it found instead of failing, and every sign that decides
+//! topology is exact.
+//!
+//! 1. Sort the points by coordinates and drop exact duplicates. From here on the answer is a function of the set, not
+//!    of the order in which it was given.
+//! 2. Take four points that span it; too little extent along one, two or three directions ends in a point, a segment
+//!    or a polygon.
+//! 3. Quickhull from the tetrahedron (Barber, Dobkin, Huhdanpaa 1996) with exact orientation (Shewchuk's adaptive
+//!    predicate): a triangulated hull that is right whatever the degeneracy (`quickhull`).
+//! 4. A hull thinner than the merge distance becomes a polygon (`polygon`).
+//! 5. Coplanar triangles become one planar face (`merge`). A merge that would break the topology is not done.
+//!
+//! Deviation from quickhull as published: no "thick facets"; exact signs replace them, and merging comes after.
+
+mod merge;
+mod normal;
+mod polygon;
+mod quickhull;
+#[cfg(test)]
+mod tests;
+
+use glam::DVec3;
+
+use self::{normal::cross_of, quickhull::Shell};
+use super::{Polytope, Provenance};
+use crate::algebra::tolerance::{HULL_LARGEST, HULL_SMALLEST};
+
+/// The convex hull of a point set, by its dimension. `inputs` name points of the set that was given.
+#[derive(Clone, Debug)]
+pub enum Hull {
+    /// All points lie within the merge distance of one.
+    Point {
+        /// That point.
+        input: u32,
+    },
+    /// All points lie within the merge distance of a segment.
+    Segment {
+        /// Its ends.
+        inputs: [u32; 2],
+    },
+    /// All points lie within the merge distance of a plane.
+    Polygon {
+        /// The plate over the convex polygon; its front is original, its back and rims are virtual.
+        polytope: Polytope,
+        /// Vertex `v` of the polytope is the given point `inputs[v]`.
+        inputs: Vec<u32>,
+    },
+    /// The points span a volume.
+    Solid {
+        /// The hull with merged planar faces, all tagged original: see [`Polytope::with_provenance`].
+        polytope: Polytope,
+        /// Vertex `v` of the polytope is the given point `inputs[v]`.
+        inputs: Vec<u32>,
+    },
+}
+
+impl Hull {
+    /// The plate or solid, and for each of its vertices the given point; `None` for a point or a segment.
+    pub fn into_polytope(self) -> Option<(Polytope, Vec<u32>)> {
+        match self {
+            Self::Point { .. } | Self::Segment { .. } => None,
+            Self::Polygon { polytope, inputs } | Self::Solid { polytope, inputs } => Some((polytope, inputs)),
+        }
+    }
+}
+
+/// Why a point set has no hull.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum HullError {
+    /// There are no points.
+    #[error("a convex hull needs at least one point")]
+    Empty,
+    /// A coordinate is NaN or infinite.
+    #[error("point {0} has a coordinate that is not a finite number")]
+    NotFinite(u32),
+    /// A coordinate is so large that signs could not be exact.
+    #[error("point {0} has a coordinate too large for exact arithmetic")]
+    TooLarge(u32),
+    /// More points than indices.
+    #[error("a convex hull of more than 2^31 points")]
+    TooMany,
+    /// A polygon was asked for, and the points lie farther from every plane than the merge distance.
+    #[error("the points do not lie in one plane")]
+    NotFlat,
+    /// Exact signs contradicted each other: coordinates so small beside the others that their products vanish.
+    #[error("the points defeat exact arithmetic: some coordinates are vanishingly small beside others")]
+    Inconsistent,
+}
+
+/// The convex hull of `points`.
+///
+/// `coplanar` is the merge distance in model units: hull triangles whose vertices all lie this near to a common
+/// supporting plane become one face. Zero merges only what is exactly coplanar. For a polygon, which side is the
+/// front is arbitrary; see [`convex_polygon`].
+pub fn convex_hull(points: &[DVec3], coplanar: f64) -> Result<Hull, HullError> {
+    hull_of(&Cloud::new(points)?, coplanar.max(0.0), DVec3::ZERO)
+}
+
+/// The convex hull of points that lie in one plane within the merge distance, with its front on the side that
+/// `normal` points to (need not be unit; only its side counts, the plane is fitted to the points).
+///
+/// Never answers [`Hull::Solid`]: points that do not lie in a plane are [`HullError::NotFlat`].
+pub fn convex_polygon(points: &[DVec3], normal: DVec3, coplanar: f64) -> Result<Hull, HullError> {
+    match hull_of(&Cloud::new(points)?, coplanar.max(0.0), normal)? {
+        Hull::Solid { .. } => Err(HullError::NotFlat),
+        hull => Ok(hull),
+    }
+}
+
+/// The distinct points in lexicographic order.
+struct Cloud {
+    points: Vec<DVec3>,
+    /// For each of them, the first given point at that place.
+    inputs: Vec<u32>,
+}
+
+impl Cloud {
+    fn new(given: &[DVec3]) -> Result<Self, HullError> {
+        if given.is_empty() {
+            return Err(HullError::Empty);
+        }
+        if given.len() > (u32::MAX / 2) as usize {
+            return Err(HullError::TooMany);
+        }
+        if let Some(k) = given.iter().position(|p| !p.is_finite()) {
+            return Err(HullError::NotFinite(k as u32));
+        }
+        if let Some(k) = given.iter().position(|p| p.abs().max_element() > HULL_LARGEST) {
+            return Err(HullError::TooLarge(k as u32));
+        }
+        // Adding zero turns a negative zero into a positive one, so that equal points compare equal bit for bit.
+        let key = |k: u32| (given[k as usize] + DVec3::ZERO).to_array();
+        let mut inputs: Vec<u32> = (0..given.len() as u32).collect();
+        inputs.sort_unstable_by(|&i, &j| {
+            let (p, q) = (key(i), key(j));
+            p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(p[2].total_cmp(&q[2])).then(i.cmp(&j))
+        });
+        inputs.dedup_by(|later, first| key(*later) == key(*first));
+        Ok(Self { points: inputs.iter().map(|&k| given[k as usize]).collect(), inputs })
+    }
+}
+
+/// What the points span.
+enum Span {
+    Point(u32),
+    Segment(u32, u32),
+    /// In the plane with this normal.
+    Plane(DVec3),
+    /// Four points of non-zero volume.
+    Volume([u32; 4]),
+}
+
+/// The hull; `front` says which side of a polygon is its front (zero: any).
+fn hull_of(cloud: &Cloud, coplanar: f64, front: DVec3) -> Result<Hull, HullError> {
+    match span(&cloud.points, coplanar) {
+        Span::Point(p) => Ok(Hull::Point { input: cloud.inputs[p as usize] }),
+        Span::Segment(p, q) => Ok(Hull::Segment { inputs: [cloud.inputs[p as usize], cloud.inputs[q as usize]] }),
+        Span::Plane(normal) => plate(cloud, normal, front, coplanar),
+        Span::Volume(tetrahedron) => {
+            let shell = quickhull::quickhull(&cloud.points, tetrahedron)?;
+            if let Some(normal) = thin_direction(&cloud.points, &shell, coplanar) {
+                return plate(cloud, normal, front, coplanar);
+            }
+            let (polytope, vertices) = merge::merged(&cloud.points, &shell, coplanar)?;
+            debug_assert_eq!(polytope.check_well_formed(coplanar), Ok(()));
+            Ok(Hull::Solid { polytope, inputs: vertices.iter().map(|&v| cloud.inputs[v as usize]).collect() })
+        }
+    }
+}
+
+/// Finds two points far apart, a third far from their line and a fourth far from their plane.
+fn span(points: &[DVec3], coplanar: f64) -> Span {
+    let (p, q) = distant_pair(points);
+    let (a, b) = (points[p as usize], points[q as usize]);
+    if a.distance(b) <= coplanar.max(HULL_SMALLEST) {
+        return Span::Point(p);
+    }
+    let along = (b - a).normalize();
+    let off_line = |x: DVec3| (x - a).cross(along).length();
+    let (r, width) = farthest(points, off_line);
+    if width <= coplanar {
+        return Span::Segment(p, q);
+    }
+    // Exactly collinear points may seem to have a width by rounding.
+    let Some(r) = first_that(points, r, |c| !polygon::collinear(a, b, c)) else { return Span::Segment(p, q) };
+    let c = points[r as usize];
+    let normal = normal::unit(cross_of(a, b, c));
+    let height = |x: DVec3| normal.dot(x - a);
+    let (s, _) = farthest(points, |x| height(x).abs());
+    let (low, high) = range(points, height);
+    if high - low <= coplanar {
+        return Span::Plane(normal);
+    }
+    match first_that(points, s, |d| quickhull::orientation(a, b, c, d) != 0.0) {
+        None => Span::Plane(normal),
+        Some(s) if quickhull::orientation(a, b, c, points[s as usize]) > 0.0 => Span::Volume([p, q, r, s]),
+        Some(s) => Span::Volume([p, r, q, s]),
+    }
+}
+
+/// The two points farthest apart among the extremes along the axes: no nearer than the set's size over √3.
+fn distant_pair(points: &[DVec3]) -> (u32, u32) {
+    let mut extremes = [0u32; 6];
+    for (k, p) in points.iter().enumerate() {
+        for axis in 0..3 {
+            if p[axis] < points[extremes[axis] as usize][axis] {
+                extremes[axis] = k as u32;
+            }
+            if p[axis] > points[extremes[axis + 3] as usize][axis] {
+                extremes[axis + 3] = k as u32;
+            }
+        }
+    }
+    let mut best = (extremes[0], extremes[0], -1.0);
+    for (k, &i) in extremes.iter().enumerate() {
+        for &j in &extremes[k + 1..] {
+            let distance = points[i as usize].distance(points[j as usize]);
+            if distance > best.2 {
+                best = (i, j, distance);
+            }
+        }
+    }
+    (best.0, best.1)
+}
+
+/// The point of largest measure, and the measure.
+fn farthest(points: &[DVec3], measure: impl Fn(DVec3) -> f64) -> (u32, f64) {
+    let mut best = (0, f64::NEG_INFINITY);
+    for (k, &p) in points.iter().enumerate() {
+        let m = measure(p);
+        if m > best.1 {
+            best = (k as u32, m);
+        }
+    }
+    best
+}
+
+/// `preferred` when it satisfies `wanted`, else the first point that does.
+fn first_that(points: &[DVec3], preferred: u32, wanted: impl Fn(DVec3) -> bool) -> Option<u32> {
+    if wanted(points[preferred as usize]) {
+        return Some(preferred);
+    }
+    points.iter().position(|&p| wanted(p)).map(|k| k as u32)
+}
+
+fn range(points: &[DVec3], measure: impl Fn(DVec3) -> f64) -> (f64, f64) {
+    points.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &p| {
+        let m = measure(p);
+        (low.min(m), high.max(m))
+    })
+}
+
+/// A direction along which the hull is no thicker than the merge distance, if one is found.
+///
+/// Tried are the normal of the largest triangle and the mean normal of the side that this triangle lies on: for a
+/// thin slab the second is the direction in which its shadow is largest.
+fn thin_direction(points: &[DVec3], shell: &Shell, coplanar: f64) -> Option<DVec3> {
+    let areas: Vec<DVec3> = shell
+        .triangles
+        .iter()
+        .map(|t| {
+            let [a, b, c] = t.map(|v| points[v as usize]);
+            (b - a).cross(c - a)
+        })
+        .collect();
+    let largest = areas.iter().enumerate().max_by(|x, y| x.1.length_squared().total_cmp(&y.1.length_squared()))?.0;
+    let [a, b, c] = shell.triangles[largest].map(|v| points[v as usize]);
+    let first = normal::unit(cross_of(a, b, c));
+    let second = normal::unit(areas.iter().filter(|area| area.dot(first) > 0.0).sum());
+    [first, second].into_iter().find(|n| {
+        let (low, high) = range(points, |x| n.dot(x - a));
+        high - low <= coplanar
+    })
+}
+
+/// The plate over points that lie near the plane with this normal.
+fn plate(cloud: &Cloud, normal: DVec3, front: DVec3, coplanar: f64) -> Result<Hull, HullError> {
+    let normal = if normal.dot(front) < 0.0 { -normal } else { normal };
+    let corners = polygon::convex_polygon_corners(&cloud.points, normal, coplanar);
+    if corners.len() < 3 {
+        let (p, q) = distant_pair(&cloud.points);
+        return Ok(Hull::Segment { inputs: [cloud.inputs[p as usize], cloud.inputs[q as usize]] });
+    }
+    let vertices: Vec<DVec3> = corners.iter().map(|&v| cloud.points[v as usize]).collect();
+    let fitted = polygon::fitted_normal(&vertices, normal);
+    let polytope =
+        Polytope::from_polygon(vertices, fitted, Provenance::Original).map_err(|_| HullError::Inconsistent)?;
+    debug_assert_eq!(polytope.check_well_formed(coplanar), Ok(()));
+    Ok(Hull::Polygon { polytope, inputs: corners.iter().map(|&v| cloud.inputs[v as usize]).collect() })
+}

@@ -18,5 +18,7 @@ mod triangulate;
 mod well_formed;
 
 pub use feature::{Feature, FeaturePair};
+pub use hull::{Hull, HullError, convex_hull, convex_polygon};
 pub use polytope::{Edge, Polytope, PolytopeError, Provenance, Spoke};
 pub use soup::PolygonSoup;
+pub use well_formed::Malformed;

@@ -159,6 +159,16 @@ impl Polytope {
         Self::assemble(vertices, &loops, loop_edges, edges, planes, provenance, true)
     }
 
+    /// The same polytope with each face tagged by `of`, which is given the polytope and the face. Rims, which have no
+    /// width, stay virtual and are not asked about.
+    pub fn with_provenance(mut self, of: impl Fn(&Self, u32) -> Provenance) -> Self {
+        for f in 0..self.planes.len() as u32 {
+            let provenance = if self.is_rim(f) { Provenance::Virtual } else { of(&self, f) };
+            self.provenance[f as usize] = provenance;
+        }
+        self
+    }
+
     fn assemble(
         vertices: Vec<DVec3>,
         loops: &[Vec<u32>],

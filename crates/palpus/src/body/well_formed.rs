@@ -1,1 +1,183 @@
 //! The walkers that assert every invariant of the body's structures.
+//!
+//! Builders call them at their end in debug builds, tests call them on everything. They say what is broken and where.
+
+use super::{Edge, Polytope, Provenance};
+use crate::algebra::tolerance::WELL_FORMED_ROUNDING;
+
+/// What is broken in a polytope.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Malformed {
+    /// A position, plane or bound is NaN or infinite.
+    #[error("a number is not finite at {0}")]
+    NotFinite(&'static str),
+    /// V − E + F is not 2.
+    #[error("V − E + F is {0} and not 2")]
+    Euler(i64),
+    /// An edge is not a side of its faces, or joins a vertex to itself.
+    #[error("edge {0} does not stand in the loops of its two faces as it says")]
+    Edge(u32),
+    /// A spoke disagrees with its edge or with the next spoke.
+    #[error("spoke {spoke} of vertex {vertex} disagrees with its edge, its face or the next spoke")]
+    Ring {
+        /// The vertex.
+        vertex: u32,
+        /// Place in its ring.
+        spoke: u32,
+    },
+    /// A loop has too few corners, repeats one, or disagrees with its edges.
+    #[error("the loop of face {0} repeats a vertex, is too short or disagrees with its edges")]
+    Loop(u32),
+    /// A rim is original, or is found on a solid.
+    #[error("face {0} has no width but is not the virtual rim of a plate")]
+    Rim(u32),
+    /// A face's normal is not of unit length.
+    #[error("the normal of face {face} has length {length}")]
+    NotUnit {
+        /// The face.
+        face: u32,
+        /// Of its normal.
+        length: f64,
+    },
+    /// A corner of a face is not in its plane.
+    #[error("vertex {vertex} of face {face} lies {height:e} above its plane")]
+    NotPlanar {
+        /// The face.
+        face: u32,
+        /// A corner of it.
+        vertex: u32,
+        /// Above the face's plane.
+        height: f64,
+    },
+    /// A vertex next to a face is above its plane.
+    #[error("vertex {vertex} lies {height:e} above the plane of face {face}")]
+    NotConvex {
+        /// The face.
+        face: u32,
+        /// A neighbour of one of its corners.
+        vertex: u32,
+        /// Above the face's plane.
+        height: f64,
+    },
+    /// A face's loop runs clockwise seen from the side that its normal points to.
+    #[error("the loop of face {0} runs against its normal")]
+    Reversed(u32),
+}
+
+impl Polytope {
+    /// Walks the whole structure and says what is broken first.
+    ///
+    /// `coplanar` is how far, in model units, corners may lie from the plane of their face: the merge distance that
+    /// built the polytope. Convexity is tested across every edge, which for a closed surface is enough.
+    pub fn check_well_formed(&self, coplanar: f64) -> Result<(), Malformed> {
+        self.check_numbers()?;
+        self.check_loops()?;
+        self.check_edges()?;
+        self.check_rings()?;
+        let euler = self.vertices().len() as i64 - self.edges().len() as i64 + self.face_count() as i64;
+        if euler != 2 {
+            return Err(Malformed::Euler(euler));
+        }
+        self.check_planes(coplanar)
+    }
+
+    fn check_numbers(&self) -> Result<(), Malformed> {
+        let fails = |sound: bool, place| if sound { Ok(()) } else { Err(Malformed::NotFinite(place)) };
+        fails(self.vertices().iter().all(|v| v.is_finite()), "vertices")?;
+        fails(self.planes().iter().all(|p| p.normal.is_finite() && p.offset.is_finite()), "planes")?;
+        fails(self.centroid().is_finite() && self.radius().is_finite(), "bounds")
+    }
+
+    fn check_loops(&self) -> Result<(), Malformed> {
+        let mut seen = vec![u32::MAX; self.vertices().len()];
+        for f in 0..self.face_count() as u32 {
+            let (corners, edges) = (self.face_vertices(f), self.face_edges(f));
+            if corners.len() < 2 || edges.len() != corners.len() {
+                return Err(Malformed::Loop(f));
+            }
+            if self.is_rim(f) && (!self.is_flat() || self.face_provenance(f) != Provenance::Virtual) {
+                return Err(Malformed::Rim(f));
+            }
+            for (k, (&v, &e)) in corners.iter().zip(edges).enumerate() {
+                let next = corners[(k + 1) % corners.len()];
+                let Some(&Edge { tail, head, left, right }) = self.edges().get(e as usize) else {
+                    return Err(Malformed::Loop(f));
+                };
+                let along = (tail, head, left) == (v, next, f) || (head, tail, right) == (v, next, f);
+                if !along || seen.get(v as usize).is_none_or(|&last| last == f) {
+                    return Err(Malformed::Loop(f));
+                }
+                seen[v as usize] = f;
+            }
+        }
+        Ok(())
+    }
+
+    fn check_edges(&self) -> Result<(), Malformed> {
+        for (e, edge) in self.edges().iter().enumerate() {
+            let e = e as u32;
+            let stands = |f: u32| (f as usize) < self.face_count() && self.face_edges(f).contains(&e);
+            if edge.tail == edge.head || edge.left == edge.right || !stands(edge.left) || !stands(edge.right) {
+                return Err(Malformed::Edge(e));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_rings(&self) -> Result<(), Malformed> {
+        let mut spokes = 0;
+        for vertex in 0..self.vertices().len() as u32 {
+            let ring = self.ring(vertex);
+            spokes += ring.len();
+            if ring.len() < 3 {
+                return Err(Malformed::Ring { vertex, spoke: 0 });
+            }
+            for (k, spoke) in ring.iter().enumerate() {
+                let Edge { tail, head, left, right } = self.edge(spoke.edge);
+                let outward = (tail, head, left, right) == (vertex, spoke.neighbour, spoke.left, spoke.right);
+                let inward = (head, tail, right, left) == (vertex, spoke.neighbour, spoke.left, spoke.right);
+                if !(outward || inward) || spoke.left != ring[(k + 1) % ring.len()].right {
+                    return Err(Malformed::Ring { vertex, spoke: k as u32 });
+                }
+            }
+        }
+        // Every edge has two ends, and every ring is one turn: together they account for every spoke.
+        if spokes == 2 * self.edges().len() { Ok(()) } else { Err(Malformed::Ring { vertex: 0, spoke: 0 }) }
+    }
+
+    fn check_planes(&self, coplanar: f64) -> Result<(), Malformed> {
+        let size = self.vertices().iter().fold(0.0, |size: f64, v| size.max(v.abs().max_element()));
+        let rounding = WELL_FORMED_ROUNDING * size;
+        // A plate's one plane runs through the middle of its corners.
+        let above = if self.is_flat() { rounding + coplanar } else { rounding };
+        for face in 0..self.face_count() as u32 {
+            let plane = self.plane(face);
+            let length = plane.normal.length();
+            if (length - 1.0).abs() > WELL_FORMED_ROUNDING {
+                return Err(Malformed::NotUnit { face, length });
+            }
+            let corners = self.face_vertices(face);
+            for &vertex in corners {
+                let height = plane.height(self.vertex(vertex));
+                if height.abs() > coplanar + rounding {
+                    return Err(Malformed::NotPlanar { face, vertex, height });
+                }
+                for spoke in self.ring(vertex) {
+                    let height = plane.height(self.vertex(spoke.neighbour));
+                    if height > above {
+                        return Err(Malformed::NotConvex { face, vertex: spoke.neighbour, height });
+                    }
+                }
+            }
+            let first = self.vertex(corners[0]);
+            let area = corners[1..]
+                .windows(2)
+                .map(|side| (self.vertex(side[0]) - first).cross(self.vertex(side[1]) - first).dot(plane.normal));
+            // Of a face no wider than the rounding, the sign is noise.
+            if area.sum::<f64>() < -rounding * self.radius() {
+                return Err(Malformed::Reversed(face));
+            }
+        }
+        Ok(())
+    }
+}

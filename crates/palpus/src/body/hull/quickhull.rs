@@ -1,0 +1,236 @@
+//! Quickhull with exact signs: the triangulated hull of a point set of non-zero volume.
+//!
+//! Every point outside the hull so far waits at one facet that it lies strictly above. A round takes a facet with
+//! waiting points:
+//!
+//! 1. The apex is the point that waits highest above the facet (in floating point: any choice is correct).
+//! 2. The facets strictly below the apex are found by flooding across edges.
+//! 3. Their border, the horizon, is one simple ring; a cone of new facets from the apex closes it.
+//! 4. The points that waited at the removed facets wait at a new facet that they lie above, or are inside.
+//!
+//! Why exact signs are enough, with coplanar counted as *not above*: seen from the apex, the facets strictly below it
+//! project one to one onto a convex polygon, so they form a disc and no side of the horizon is in line with the apex:
+//! no facet is ever degenerate. And a point above both facets at a side of the horizon is above the new facet there,
+//! whose normal is a non-negative combination of theirs: no point outside is lost in step 4.
+
+use glam::DVec3;
+
+use super::HullError;
+
+/// A closed triangulated surface, counter-clockwise seen from outside.
+pub(super) struct Shell {
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// `neighbours[t][k]` is the triangle across the side from corner k to corner k + 1.
+    pub(super) neighbours: Vec<[u32; 3]>,
+}
+
+/// Positive when `d` lies below the plane of `abc`, seen counter-clockwise from above; exact.
+pub(super) fn orientation(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> f64 {
+    let [a, b, c, d] = [a, b, c, d].map(|p| robust::Coord3D { x: p.x, y: p.y, z: p.z });
+    robust::orient3d(a, b, c, d)
+}
+
+const NONE: u32 = u32::MAX;
+
+struct Facet {
+    corners: [u32; 3],
+    neighbours: [u32; 3],
+    /// First of the linked list of points that wait here.
+    waiting: u32,
+    alive: bool,
+    /// The last round that saw the facet from its apex.
+    seen: u32,
+}
+
+struct Builder<'a> {
+    points: &'a [DVec3],
+    facets: Vec<Facet>,
+    /// Places of removed facets.
+    free: Vec<u32>,
+    /// For each waiting point, the next one at its facet.
+    next: Vec<u32>,
+    /// For each vertex of the current horizon, the new facet whose side on the horizon starts there.
+    starts: Vec<u32>,
+    visible: Vec<u32>,
+    horizon: Vec<(u32, u32, u32)>,
+    cone: Vec<u32>,
+    round: u32,
+}
+
+/// The hull of distinct `points`, grown from a tetrahedron whose last corner lies strictly below the plane of the
+/// first three.
+pub(super) fn quickhull(points: &[DVec3], tetrahedron: [u32; 4]) -> Result<Shell, HullError> {
+    let mut builder = Builder {
+        points,
+        facets: Vec::new(),
+        free: Vec::new(),
+        next: vec![NONE; points.len()],
+        starts: vec![NONE; points.len()],
+        visible: Vec::new(),
+        horizon: Vec::new(),
+        cone: Vec::new(),
+        round: 0,
+    };
+    builder.begin(tetrahedron);
+    let mut pending: Vec<u32> = (0..4).collect();
+    while let Some(facet) = pending.pop() {
+        if !builder.facets[facet as usize].alive || builder.facets[facet as usize].waiting == NONE {
+            continue;
+        }
+        let apex = builder.highest(facet);
+        builder.round += 1;
+        builder.find_visible(facet, apex);
+        builder.raise_cone(apex)?;
+        builder.move_waiting(apex);
+        pending.extend_from_slice(&builder.cone);
+    }
+    Ok(builder.finish())
+}
+
+impl Builder<'_> {
+    fn begin(&mut self, [a, b, c, d]: [u32; 4]) {
+        let facets = [([a, b, c], [3, 1, 2]), ([c, b, d], [0, 3, 2]), ([a, c, d], [0, 1, 3]), ([b, a, d], [0, 2, 1])];
+        for (corners, neighbours) in facets {
+            self.facets.push(Facet { corners, neighbours, waiting: NONE, alive: true, seen: 0 });
+        }
+        // From the last to the first, so that the lists are in ascending order.
+        for p in (0..self.points.len() as u32).rev().filter(|p| ![a, b, c, d].contains(p)) {
+            if let Some(facet) = (0..4).find(|&f| self.is_above(f, p)) {
+                self.wait(facet, p);
+            }
+        }
+    }
+
+    fn is_above(&self, facet: u32, p: u32) -> bool {
+        let [a, b, c] = self.facets[facet as usize].corners.map(|v| self.points[v as usize]);
+        orientation(a, b, c, self.points[p as usize]) < 0.0
+    }
+
+    fn wait(&mut self, facet: u32, p: u32) {
+        let facet = &mut self.facets[facet as usize];
+        self.next[p as usize] = facet.waiting;
+        facet.waiting = p;
+    }
+
+    fn highest(&self, facet: u32) -> u32 {
+        let facet = &self.facets[facet as usize];
+        let [a, b, c] = facet.corners.map(|v| self.points[v as usize]);
+        let normal = (b - a).cross(c - a);
+        let (mut best, mut height) = (facet.waiting, f64::NEG_INFINITY);
+        let mut p = facet.waiting;
+        while p != NONE {
+            let h = normal.dot(self.points[p as usize] - a);
+            if h > height {
+                (best, height) = (p, h);
+            }
+            p = self.next[p as usize];
+        }
+        best
+    }
+
+    /// Floods from `facet` over all that `apex` lies above; collects them and the sides of their border.
+    fn find_visible(&mut self, facet: u32, apex: u32) {
+        self.visible.clear();
+        self.horizon.clear();
+        self.visible.push(facet);
+        self.facets[facet as usize].seen = self.round;
+        let mut done = 0;
+        while done < self.visible.len() {
+            let here = self.visible[done];
+            done += 1;
+            for k in 0..3 {
+                let across = self.facets[here as usize].neighbours[k];
+                if self.facets[across as usize].seen == self.round {
+                    continue;
+                }
+                if self.is_above(across, apex) {
+                    self.facets[across as usize].seen = self.round;
+                    self.visible.push(across);
+                } else {
+                    let corners = self.facets[here as usize].corners;
+                    self.horizon.push((corners[k], corners[(k + 1) % 3], across));
+                }
+            }
+        }
+    }
+
+    /// Puts a facet from each side of the horizon to the apex in place of the visible ones.
+    fn raise_cone(&mut self, apex: u32) -> Result<(), HullError> {
+        for &v in &self.visible {
+            self.facets[v as usize].alive = false;
+        }
+        self.cone.clear();
+        let horizon = std::mem::take(&mut self.horizon);
+        for &(tail, head, outer) in &horizon {
+            let facet = Facet {
+                corners: [tail, head, apex],
+                neighbours: [outer, NONE, NONE],
+                waiting: NONE,
+                alive: true,
+                seen: 0,
+            };
+            let place = self.free.pop().unwrap_or(self.facets.len() as u32);
+            if place as usize == self.facets.len() {
+                self.facets.push(facet);
+            } else {
+                self.facets[place as usize] = facet;
+            }
+            self.cone.push(place);
+            let turned = &mut self.facets[outer as usize];
+            // The outer facet runs along the side the other way.
+            let Some(k) = (0..3).find(|&k| turned.corners[k] == head && turned.corners[(k + 1) % 3] == tail) else {
+                return Err(HullError::Inconsistent);
+            };
+            turned.neighbours[k] = place;
+            if self.starts[tail as usize] != NONE {
+                return Err(HullError::Inconsistent);
+            }
+            self.starts[tail as usize] = place;
+        }
+        for &(tail, head, _) in &horizon {
+            let (here, after) = (self.starts[tail as usize], self.starts[head as usize]);
+            if after == NONE {
+                return Err(HullError::Inconsistent);
+            }
+            self.facets[here as usize].neighbours[1] = after;
+            self.facets[after as usize].neighbours[2] = here;
+        }
+        for &(tail, ..) in &horizon {
+            self.starts[tail as usize] = NONE;
+        }
+        self.horizon = horizon;
+        Ok(())
+    }
+
+    /// Finds new facets for the points that waited at the removed ones.
+    fn move_waiting(&mut self, apex: u32) {
+        let cone = std::mem::take(&mut self.cone);
+        for k in 0..self.visible.len() {
+            let removed = self.visible[k];
+            let mut p = std::mem::replace(&mut self.facets[removed as usize].waiting, NONE);
+            while p != NONE {
+                let after = self.next[p as usize];
+                if p != apex
+                    && let Some(&facet) = cone.iter().find(|&&f| self.is_above(f, p))
+                {
+                    self.wait(facet, p);
+                }
+                p = after;
+            }
+            self.free.push(removed);
+        }
+        self.cone = cone;
+    }
+
+    fn finish(self) -> Shell {
+        let mut places = vec![NONE; self.facets.len()];
+        let alive = || self.facets.iter().enumerate().filter(|(_, facet)| facet.alive);
+        for (place, (f, _)) in alive().enumerate() {
+            places[f] = place as u32;
+        }
+        Shell {
+            triangles: alive().map(|(_, facet)| facet.corners).collect(),
+            neighbours: alive().map(|(_, facet)| facet.neighbours.map(|f| places[f as usize])).collect(),
+        }
+    }
+}
