@@ -1,5 +1,14 @@
 //! The paper's scenes and scripted hands as code: what you watch is what is tested is what is timed.
 //!
 //! * [`shape`] — meshes as code, in metres: closed, outward, manifold, free of self-intersection, the same on every call.
+//! * [`HandPath`] — scripted hands: pure functions from time to the pose that a hand intends.
+//! * [`scenes`], [`scene`] — a probe, an environment, how they touch and how the hand moves, by name.
 
+mod catalogue;
+mod path;
+mod scene;
 pub mod shape;
+
+pub use catalogue::{SceneEntry, scene, scenes};
+pub use path::{HandPath, Key, Tremor};
+pub use scene::{ContactSettings, Friction, Scene};

@@ -1,0 +1,98 @@
+//! The built-in scenes by name.
+
+mod block;
+mod gut;
+mod pen_sphere;
+mod spoon_cup;
+mod torus_torus;
+
+use std::f64::consts::PI;
+
+use crate::scene::{ContactSettings, Friction, Scene};
+
+/// A scene that has not been built yet: its meshes and its path are made on demand.
+#[derive(Clone, Copy, Debug)]
+pub struct SceneEntry {
+    /// The name it is asked for by.
+    pub name: &'static str,
+    /// One line for a list.
+    pub summary: &'static str,
+    parts: fn() -> Parts,
+}
+
+impl SceneEntry {
+    /// Builds the scene; the same on every call.
+    pub fn build(&self) -> Scene {
+        let Parts { probe, environment, contact, path } = (self.parts)();
+        Scene { name: self.name, summary: self.summary, probe, environment, contact, start: path.pose(0.0), path }
+    }
+}
+
+/// What a scene's own file answers.
+struct Parts {
+    probe: palpus::body::PolygonSoup,
+    environment: palpus::body::PolygonSoup,
+    contact: ContactSettings,
+    path: crate::HandPath,
+}
+
+const SCENES: [SceneEntry; 7] = [
+    SceneEntry {
+        name: "spoon-cup",
+        summary: "a spoon stirs in a cup and touches its wall, its floor and its rim (the paper's Figures 4 and 5)",
+        parts: spoon_cup::parts,
+    },
+    SceneEntry {
+        name: "pen-sphere",
+        summary: "a pen is drawn over a sphere, one contact between convex bodies (the paper's Figure 6)",
+        parts: pen_sphere::parts,
+    },
+    SceneEntry {
+        name: "peg-hole",
+        summary: "an 8 mm peg finds its hole and goes in with 0.05 mm of clearance",
+        parts: block::peg_hole,
+    },
+    SceneEntry {
+        name: "torus-torus",
+        summary: "two rings of 2000 triangles linked like a chain, pulled and turned in each other",
+        parts: torus_torus::parts,
+    },
+    SceneEntry {
+        name: "intestine",
+        summary: "a ball feels its way along the inside of a folded tube of 24 846 triangles",
+        parts: gut::parts,
+    },
+    SceneEntry {
+        name: "box-table",
+        summary: "a box comes down on its edge, lies flat, slides and tips on a table",
+        parts: block::box_table,
+    },
+    SceneEntry {
+        name: "v-groove",
+        summary: "a ball drops into a right-angled groove and slides along it on two contacts",
+        parts: block::v_groove,
+    },
+];
+
+/// Every built-in scene, none of them built yet.
+pub fn scenes() -> &'static [SceneEntry] {
+    &SCENES
+}
+
+/// Builds the scene of that name.
+pub fn scene(name: &str) -> Option<Scene> {
+    scenes().iter().find(|entry| entry.name == name).map(SceneEntry::build)
+}
+
+/// What most scenes start from: hard and smooth to the hand at 1 kHz, on bodies of a few centimetres.
+const USUAL: ContactSettings = ContactSettings {
+    tolerance: 1e-3,
+    cluster_radius: 4e-3,
+    stiffness: 800.0,
+    friction: Some(Friction { static_coefficient: 0.4, dynamic_coefficient: 0.3 }),
+    shading: true,
+    crease: 40.0 * PI / 180.0,
+};
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,41 @@
+//! A pen drawn over a sphere \[K02 Figure 6\].
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::Pose;
+
+use super::{Parts, USUAL};
+use crate::shape::{PEN_TIP, pen, sphere};
+use crate::{HandPath, Key};
+
+const RADIUS: f64 = 0.040;
+/// The arc runs from this angle on one side of the top to the same on the other, rad.
+const HALF_ARC: f64 = 0.9;
+const DURATION: f64 = 6.0;
+const KEYS: usize = 30;
+/// The deepest that the intended tip goes under the surface, m.
+const PRESS: f64 = 0.0015;
+
+pub(super) fn parts() -> Parts {
+    let key = |k: usize| {
+        let u = 2.0 * k as f64 / KEYS as f64 - 1.0;
+        let time = DURATION * k as f64 / KEYS as f64;
+        if k == 0 || k == KEYS { Key::rest(time, along_arc(u)) } else { Key::through(time, along_arc(u)) }
+    };
+    let keys: Vec<_> = (0..=KEYS).map(key).collect();
+    Parts {
+        probe: pen(),
+        environment: sphere(RADIUS, 3),
+        contact: crate::ContactSettings { friction: None, ..USUAL },
+        path: HandPath::through(&keys),
+    }
+}
+
+/// In from free space, over the top, partly under the surface, and out again: `u` runs from −1 to 1.
+fn along_arc(u: f64) -> Pose {
+    let angle = HALF_ARC * u;
+    let gap = -PRESS + (0.012 + PRESS) * u.powi(4);
+    let tip = DVec3::new(angle.sin(), 0.0, angle.cos()) * (RADIUS + gap);
+    // The pen leans with the surface, by half its slope, and a little sideways.
+    let rotation = DQuat::from_rotation_y(angle / 2.0) * DQuat::from_rotation_x(0.25);
+    Pose::new(rotation, tip - rotation * PEN_TIP)
+}

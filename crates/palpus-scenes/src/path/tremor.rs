@@ -1,0 +1,71 @@
+//! Physiological tremor of a hand: a sum of sines between 8 and 12 Hz.
+
+use std::f64::consts::TAU;
+
+use glam::DVec3;
+
+const SINES: usize = 4;
+const LOWEST_HZ: f64 = 8.0;
+const HIGHEST_HZ: f64 = 12.0;
+
+/// A tremor of the intended position: the same for the same seed, and never larger than its amplitude along an axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tremor {
+    /// Amplitude of each sine, m.
+    share: f64,
+    /// Of each axis: (angular frequency in rad/s, phase in rad).
+    sines: [[(f64, f64); SINES]; 3],
+}
+
+impl Tremor {
+    /// A tremor of at most `amplitude` (m) along each axis; 0.05 to 0.1 mm is a healthy hand's.
+    pub fn new(amplitude: f64, seed: u64) -> Self {
+        let mut state = seed;
+        let sines = std::array::from_fn(|_| {
+            std::array::from_fn(|_| {
+                let hertz = LOWEST_HZ + (HIGHEST_HZ - LOWEST_HZ) * draw(&mut state);
+                (TAU * hertz, TAU * draw(&mut state))
+            })
+        });
+        Self { share: amplitude / SINES as f64, sines }
+    }
+
+    /// Where the tremor has the hand at `time` (s), m.
+    pub fn displacement(&self, time: f64) -> DVec3 {
+        DVec3::from_array(self.sines.map(|axis| axis.iter().map(|&(w, p)| (w * time + p).sin()).sum::<f64>()))
+            * self.share
+    }
+
+    /// Its velocity at `time` (s), m/s.
+    pub fn velocity(&self, time: f64) -> DVec3 {
+        DVec3::from_array(self.sines.map(|axis| axis.iter().map(|&(w, p)| w * (w * time + p).cos()).sum::<f64>()))
+            * self.share
+    }
+}
+
+/// The next number in \[0, 1) of the SplitMix64 sequence (Steele, Lea, Flood 2014).
+fn draw(state: &mut u64) -> f64 {
+    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+    let mut z = *state;
+    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
+    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tremor_stays_small_and_repeats_with_its_seed() {
+        let (tremor, same, other) = (Tremor::new(1e-4, 3), Tremor::new(1e-4, 3), Tremor::new(1e-4, 4));
+        let mut largest: f64 = 0.0;
+        for k in 0..2000 {
+            let t = f64::from(k) * 1e-3;
+            largest = largest.max(tremor.displacement(t).abs().max_element());
+            assert_eq!(tremor.displacement(t), same.displacement(t));
+        }
+        assert!(largest <= 1e-4 && largest > 4e-5, "{largest:e}");
+        assert!(tremor.displacement(0.5) != other.displacement(0.5));
+    }
+}

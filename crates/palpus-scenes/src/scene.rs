@@ -1,0 +1,53 @@
+//! What a scene is made of.
+
+use palpus::algebra::Pose;
+use palpus::body::PolygonSoup;
+
+use crate::HandPath;
+
+/// A probe, an environment, how they touch, and a hand that moves the one against the other.
+///
+/// The environment's frame is the world; everything is in SI units.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The name it is asked for by.
+    pub name: &'static str,
+    /// One line for a list.
+    pub summary: &'static str,
+    /// Body a, held at its origin, m.
+    pub probe: PolygonSoup,
+    /// Body b, m.
+    pub environment: PolygonSoup,
+    /// How the two touch.
+    pub contact: ContactSettings,
+    /// The probe's pose when the scene starts: free of contact, except that a chain link starts inside its neighbour.
+    pub start: Pose,
+    /// The scripted hand; `path.pose(0.0)` is `start`.
+    pub path: HandPath,
+}
+
+/// How two bodies touch.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ContactSettings {
+    /// t of \[K02\]: a contact exists when the separation is below this, m.
+    pub tolerance: f64,
+    /// δ of \[K02\], m.
+    pub cluster_radius: f64,
+    /// k of \[K02\], N/m.
+    pub stiffness: f64,
+    /// None: frictionless.
+    pub friction: Option<Friction>,
+    /// Force directions follow interpolated normals.
+    pub shading: bool,
+    /// Edges whose faces turn by more than this stay sharp under shading, rad.
+    pub crease: f64,
+}
+
+/// Coefficients of dry friction.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Friction {
+    /// Before sliding begins.
+    pub static_coefficient: f64,
+    /// While sliding.
+    pub dynamic_coefficient: f64,
+}
