@@ -1,6 +1,7 @@
 //! Distance between convex pieces by Voronoi marching, and the descent through two hierarchies \[K02 §3.2\].
 
 mod bounds;
+mod clip;
 mod coherence;
 mod gjk;
 mod march;
@@ -8,6 +9,7 @@ mod march;
 mod oracle;
 mod proximity;
 mod traverse;
+mod voronoi;
 
 pub use gjk::gjk;
 pub use march::{March, initial_features, march};
