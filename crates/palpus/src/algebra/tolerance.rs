@@ -97,3 +97,49 @@ pub const NEARLY_PARALLEL: f64 = 1e-2;
 ///
 /// Smaller trusts a cross product that cancels; larger leaves normals of near misses to the rounding of the points.
 pub const CROSSED: f64 = 0.1;
+// Body: the mesh and what is asked of it.
+
+/// Relative to the largest coordinate extent: the side of a cell of the welding grid.
+///
+/// Only speed depends on it. It is far larger than [`WELD`], so that a vertex's neighbourhood is nearly always one
+/// cell, and far smaller than the spacing of vertices, so that a cell nearly always holds one vertex.
+pub const WELD_CELL: f64 = 1e-5;
+
+/// Model units: a coordinate larger than this is refused.
+///
+/// The exact predicates multiply three coordinates and products of those must not overflow; nothing real is this large.
+pub const LARGEST_COORDINATE: f64 = 1e50;
+
+/// Model units: a model whose largest extent is smaller than this is refused.
+///
+/// The exact predicates multiply three coordinates and the rounding terms of those must not underflow.
+pub const SMALLEST_EXTENT: f64 = 1e-50;
+
+/// Rounds in which triangles of no area are exchanged with their neighbours.
+///
+/// One is enough unless such triangles lie in rows along one side. More only costs time; what is left after the last
+/// round is dropped and leaves a crack of no width.
+pub const CAP_ROUNDS: usize = 8;
+
+/// Vertices of a component that must lie inside another for the component to count as nested in it.
+///
+/// One would do if components never crossed; a few more tell a crossing one from a cavity.
+pub const NESTING_SAMPLES: usize = 8;
+
+/// Triangles in a leaf of the triangle tree, at most. Only speed depends on it.
+pub const LEAF_TRIANGLES: usize = 4;
+
+/// Relative to the ray's parameter: how much later a ray may enter a box than leave it and still be let in.
+///
+/// The slabs' parameters are rounded to a few ulps. Zero would lose triangles that lie in a face of their box.
+pub const RAY_SLACK: f64 = 1e-14;
+
+/// Of an open surface: the winding number from which on a point is inside.
+///
+/// Half way between nowhere near (0) and enclosed (1).
+pub const INSIDE_WINDING: f64 = 0.5;
+
+/// Multiples of a box's radius from which on its triangles are seen as one dipole.
+///
+/// The error of one box falls with the square of it: 3 keeps the winding number within about 0.02. Smaller is faster.
+pub const DIPOLE_REACH: f64 = 3.0;

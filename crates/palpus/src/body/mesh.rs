@@ -1,1 +1,488 @@
 //! From polygon soup to a validated triangle mesh.
+//!
+//! 1. Refuse what makes no sense: numbers that are not finite or absurd, indices out of range, no faces.
+//! 2. Weld vertices within the register's tolerance; corners of a face that become one are one.
+//! 3. Cut polygons into triangles by ears.
+//! 4. Drop duplicated triangles, exchange caps (triangles of no area over their longest side) with their neighbours,
+//!    and drop what is left without area.
+//! 5. Split into components, turn their triangles to agree, and turn closed components that are inside out.
+//!
+//! Nothing of this is silent: [`Cleaning`] counts it. No vertex is ever moved, other than onto the one that it is welded to.
+
+use glam::DVec3;
+
+use super::orient::{Orientation, orient};
+use super::triangle_tree::Aabb;
+use super::triangulate::{Cut, triangulate};
+use super::weld::{drop_duplicates, drop_empty, unbend_caps, weld};
+use super::{PolygonSoup, TriangleTree};
+use crate::algebra::tolerance;
+
+/// Why a soup is no mesh.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MeshError {
+    /// A coordinate is NaN or infinite.
+    #[error("vertex {vertex} has a coordinate that is not a finite number: {position}")]
+    NotFinite {
+        /// Counted from 0.
+        vertex: usize,
+        /// As given.
+        position: DVec3,
+    },
+    /// A coordinate is larger than [`tolerance::LARGEST_COORDINATE`].
+    #[error("vertex {vertex} is absurdly far away: {position}")]
+    TooFar {
+        /// Counted from 0.
+        vertex: usize,
+        /// As given.
+        position: DVec3,
+    },
+    /// All vertices that faces name lie within [`tolerance::SMALLEST_EXTENT`] of each other.
+    #[error("the whole model is only {extent:e} units across")]
+    TooSmall {
+        /// Largest coordinate extent, model units.
+        extent: f64,
+    },
+    /// A face names a vertex that does not exist.
+    #[error("face {face} names vertex {index}, but there are only {vertices} vertices, counted from 0")]
+    IndexOutOfRange {
+        /// Counted from 0.
+        face: usize,
+        /// The index, counted from 0.
+        index: u32,
+        /// Number of vertices.
+        vertices: usize,
+    },
+    /// The list of face starts does not rise from 0 to the number of face vertices.
+    #[error("the face list is broken at face {face}")]
+    BrokenFaces {
+        /// Counted from 0.
+        face: usize,
+    },
+    /// There is no face.
+    #[error("the model has no faces")]
+    Empty,
+    /// There are faces, but all are without area.
+    #[error("none of the {faces} faces has any area")]
+    NoArea {
+        /// Number of faces.
+        faces: usize,
+    },
+    /// More vertices or triangles than 32-bit indices of triangle sides can name.
+    #[error("{count} vertices or face corners are too many")]
+    TooMany {
+        /// The count that is too large.
+        count: usize,
+    },
+}
+
+/// What was done to a soup to make a mesh of it. All are counts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Cleaning {
+    /// Vertices that were welded onto an earlier one.
+    pub welded_vertices: usize,
+    /// Vertices that no remaining triangle uses.
+    pub unused_vertices: usize,
+    /// Polygons (also triangles) with fewer than three different corners or no area at all, dropped.
+    pub degenerate_faces: usize,
+    /// Polygons that cross themselves; cut somehow.
+    pub self_crossing_faces: usize,
+    /// Triangles with the same three corners as an earlier one, dropped.
+    pub duplicate_triangles: usize,
+    /// Triangles of no area that were exchanged with a neighbour by cutting it in two; nothing opened.
+    pub exchanged_triangles: usize,
+    /// Triangles of no area that were dropped.
+    pub empty_triangles: usize,
+    /// Triangles that were turned to agree with their component.
+    pub turned_triangles: usize,
+    /// Closed components that were inside out and were turned whole.
+    pub inverted_components: usize,
+    /// Components that have no outside (like a Möbius band).
+    pub one_sided_components: usize,
+}
+
+/// A triangle mesh: every triangle has an area, no two have the same corners, and each closed component is oriented
+/// outward (cavities inward to the cavity, that is out of the solid). It may be open, non-manifold or self-intersecting;
+/// `Health` tells.
+#[derive(Clone, Debug)]
+pub struct Mesh {
+    vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    sources: Vec<u32>,
+    component: Vec<u32>,
+    component_closed: Vec<bool>,
+    closed: bool,
+    bounds: Aabb,
+}
+
+impl Mesh {
+    /// Makes a mesh of a soup; see the module's description. Vertices and triangles keep their order in the file as
+    /// far as they are kept.
+    pub fn from_soup(soup: &PolygonSoup) -> Result<(Self, Cleaning), MeshError> {
+        let used = validate(soup)?;
+        let mut cleaning = Cleaning::default();
+        let welded = weld(&soup.vertices, &used);
+        cleaning.welded_vertices = welded.iter().zip(0..).filter(|&(&first, v)| first != v).count();
+        let (mut triangles, mut sources) = cut_faces(soup, &welded, &mut cleaning);
+        cleaning.duplicate_triangles = drop_duplicates(&mut triangles, &mut sources);
+        cleaning.exchanged_triangles = unbend_caps(&soup.vertices, &mut triangles, &mut sources);
+        cleaning.empty_triangles = drop_empty(&soup.vertices, &mut triangles, &mut sources);
+        if cleaning.exchanged_triangles > 0 {
+            cleaning.duplicate_triangles += drop_duplicates(&mut triangles, &mut sources);
+        }
+        if triangles.is_empty() {
+            return Err(MeshError::NoArea { faces: soup.face_count() });
+        }
+        let vertices = compact(&soup.vertices, &mut triangles);
+        cleaning.unused_vertices = soup.vertices.len() - cleaning.welded_vertices - vertices.len();
+        let Orientation { component, closed, balanced, turned, inverted, one_sided } =
+            orient(&vertices, &mut triangles);
+        cleaning.turned_triangles = turned;
+        cleaning.inverted_components = inverted;
+        cleaning.one_sided_components = one_sided;
+        let bounds = Aabb::around(vertices.iter().copied());
+        let mesh = Self { vertices, triangles, sources, component, component_closed: closed, closed: balanced, bounds };
+        Ok((mesh, cleaning))
+    }
+
+    /// All vertices; each is used.
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.vertices
+    }
+
+    /// The vertices of each triangle, counter-clockwise seen from outside.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        &self.triangles
+    }
+
+    /// The face of the soup that triangle `t` was cut from.
+    pub fn source_face(&self, t: u32) -> u32 {
+        self.sources[t as usize]
+    }
+
+    /// The component of triangle `t`: triangles connected across edges of exactly two.
+    pub fn component(&self, t: u32) -> u32 {
+        self.component[t as usize]
+    }
+
+    /// Number of components.
+    pub fn component_count(&self) -> usize {
+        self.component_closed.len()
+    }
+
+    /// Component `c` has no boundary, and its triangles agree about which side is outside.
+    pub fn is_component_closed(&self, c: u32) -> bool {
+        self.component_closed[c as usize]
+    }
+
+    /// Each edge is used as often in either direction: the surface has no boundary, and winding numbers are whole.
+    pub fn is_closed(&self) -> bool {
+        self.closed
+    }
+
+    /// The box around all vertices.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// Length of the diagonal of the bounding box: the size that tolerances are relative to.
+    pub fn bounding_diagonal(&self) -> f64 {
+        self.bounds.min.distance(self.bounds.max)
+    }
+
+    /// The corners of triangle `t`.
+    #[inline]
+    pub fn triangle_points(&self, t: u32) -> [DVec3; 3] {
+        self.triangles[t as usize].map(|v| self.vertices[v as usize])
+    }
+
+    /// Unit normal of triangle `t`, outward.
+    pub fn triangle_normal(&self, t: u32) -> DVec3 {
+        // Scaled first: the product of two short sides may underflow in models of microscopic unit.
+        let (area, scale) = self.scaled_area(t);
+        if scale > 0.0 { area.normalize_or_zero() } else { DVec3::ZERO }
+    }
+
+    /// Area of triangle `t`.
+    pub fn triangle_area(&self, t: u32) -> f64 {
+        let (area, scale) = self.scaled_area(t);
+        0.5 * area.length() * scale * scale
+    }
+
+    /// Centroid of triangle `t`.
+    pub fn triangle_centroid(&self, t: u32) -> DVec3 {
+        let [a, b, c] = self.triangle_points(t);
+        a + ((b - a) + (c - a)) / 3.0
+    }
+
+    /// The side (k, from corner k to k + 1) of triangle `t` that is longest; the first of several.
+    pub fn longest_side(&self, t: u32) -> usize {
+        let p = self.triangle_points(t);
+        let squared = |k: usize| p[k].distance_squared(p[(k + 1) % 3]);
+        let best = usize::from(squared(1) > squared(0));
+        if squared(2) > squared(best) { 2 } else { best }
+    }
+
+    /// The cross product of the two shorter sides (the best conditioned of the three), in units of the longest
+    /// coordinate difference, and that unit.
+    fn scaled_area(&self, t: u32) -> (DVec3, f64) {
+        let p = self.triangle_points(t);
+        let k = self.longest_side(t);
+        let apex = p[(k + 2) % 3];
+        let (to_first, to_second) = (p[k] - apex, p[(k + 1) % 3] - apex);
+        let scale = to_first.abs().max_element().max(to_second.abs().max_element());
+        ((to_first / scale).cross(to_second / scale), scale)
+    }
+
+    /// The bounding-volume tree over the triangles.
+    pub fn tree(&self) -> TriangleTree {
+        TriangleTree::new(self)
+    }
+}
+
+/// Checks everything that later steps rely on, and tells which vertices the faces use.
+fn validate(soup: &PolygonSoup) -> Result<Vec<bool>, MeshError> {
+    let largest = u32::MAX as usize / 3;
+    for count in [soup.vertices.len(), soup.face_vertices.len()] {
+        if count >= largest {
+            return Err(MeshError::TooMany { count });
+        }
+    }
+    for (vertex, &position) in soup.vertices.iter().enumerate() {
+        if !position.is_finite() {
+            return Err(MeshError::NotFinite { vertex, position });
+        }
+        if position.abs().max_element() > tolerance::LARGEST_COORDINATE {
+            return Err(MeshError::TooFar { vertex, position });
+        }
+    }
+    if soup.face_count() == 0 {
+        return Err(MeshError::Empty);
+    }
+    let ends = (soup.face_starts.first(), soup.face_starts.last());
+    if ends != (Some(&0), Some(&(soup.face_vertices.len() as u32))) {
+        return Err(MeshError::BrokenFaces { face: 0 });
+    }
+    let mut used = vec![false; soup.vertices.len()];
+    for (face, range) in soup.face_starts.windows(2).enumerate() {
+        if range[1] < range[0] || range[1] as usize > soup.face_vertices.len() {
+            return Err(MeshError::BrokenFaces { face });
+        }
+        for &index in soup.face(face) {
+            let vertices = soup.vertices.len();
+            *used.get_mut(index as usize).ok_or(MeshError::IndexOutOfRange { face, index, vertices })? = true;
+        }
+    }
+    let bounds = Aabb::around(soup.vertices.iter().zip(&used).filter(|(_, used)| **used).map(|(p, _)| *p));
+    let extent = (bounds.max - bounds.min).max_element();
+    if extent < tolerance::SMALLEST_EXTENT {
+        return Err(if extent > 0.0 {
+            MeshError::TooSmall { extent }
+        } else {
+            MeshError::NoArea { faces: soup.face_count() }
+        });
+    }
+    Ok(used)
+}
+
+/// The triangles of all faces over the welded vertices, and the face of each.
+fn cut_faces(soup: &PolygonSoup, welded: &[u32], cleaning: &mut Cleaning) -> (Vec<[u32; 3]>, Vec<u32>) {
+    let (mut triangles, mut sources) = (Vec::with_capacity(soup.face_count()), Vec::new());
+    let mut polygon = Vec::new();
+    for face in 0..soup.face_count() {
+        polygon.clear();
+        polygon.extend(soup.face(face).iter().map(|&v| welded[v as usize]));
+        polygon.dedup();
+        while polygon.len() > 1 && polygon.first() == polygon.last() {
+            polygon.pop();
+        }
+        let first = triangles.len();
+        match triangulate(&soup.vertices, &polygon, &mut triangles) {
+            Cut::Whole => {}
+            Cut::SelfCrossing => cleaning.self_crossing_faces += 1,
+            Cut::Degenerate => cleaning.degenerate_faces += 1,
+        }
+        // A polygon that names a vertex twice can leave a triangle that does.
+        let mut kept = first;
+        for t in first..triangles.len() {
+            let [a, b, c] = triangles[t];
+            if a != b && b != c && c != a {
+                triangles[kept] = triangles[t];
+                kept += 1;
+            }
+        }
+        triangles.truncate(kept);
+        sources.resize(kept, face as u32);
+    }
+    (triangles, sources)
+}
+
+/// The vertices that `triangles` use, in order, to which the triangles are renumbered.
+fn compact(vertices: &[DVec3], triangles: &mut [[u32; 3]]) -> Vec<DVec3> {
+    let mut number = vec![u32::MAX; vertices.len()];
+    for &v in triangles.iter().flatten() {
+        number[v as usize] = 0;
+    }
+    let mut answer = Vec::new();
+    for (v, number) in number.iter_mut().enumerate().filter(|(_, number)| **number == 0) {
+        *number = answer.len() as u32;
+        answer.push(vertices[v]);
+    }
+    for v in triangles.iter_mut().flatten() {
+        *v = number[*v as usize];
+    }
+    answer
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOX_FACES: [[u32; 4]; 6] =
+        [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [2, 3, 7, 6], [0, 4, 7, 3], [1, 2, 6, 5]];
+
+    fn push_box(soup: &mut PolygonSoup, low: DVec3, high: DVec3, inward: bool) {
+        let base = soup.vertices.len() as u32;
+        for z in [low.z, high.z] {
+            for (x, y) in [(low.x, low.y), (high.x, low.y), (high.x, high.y), (low.x, high.y)] {
+                soup.vertices.push(DVec3::new(x, y, z));
+            }
+        }
+        for face in BOX_FACES {
+            let mut face = face.map(|v| v + base);
+            if inward {
+                face.reverse();
+            }
+            soup.push_face(&face);
+        }
+    }
+
+    fn six_volumes(mesh: &Mesh) -> f64 {
+        (0..mesh.triangles().len() as u32).map(|t| mesh.triangle_points(t)).map(|[a, b, c]| a.dot(b.cross(c))).sum()
+    }
+
+    #[test]
+    fn a_soup_of_loose_triangles_becomes_a_closed_box() {
+        let mut quads = PolygonSoup::new();
+        push_box(&mut quads, DVec3::ZERO, DVec3::ONE, false);
+        let mut loose = PolygonSoup::new();
+        for face in BOX_FACES {
+            for corners in [[face[0], face[1], face[2]], [face[0], face[2], face[3]]] {
+                let base = loose.vertices.len() as u32;
+                let jitter = DVec3::new(1e-10, -1e-10, 1e-10) * f64::from(base % 5);
+                loose.vertices.extend(corners.map(|v| quads.vertices[v as usize] + jitter));
+                loose.push_face(&[base, base + 1, base + 2]);
+            }
+        }
+        let (mesh, cleaning) = Mesh::from_soup(&loose).unwrap();
+        assert_eq!((mesh.vertices().len(), mesh.triangles().len()), (8, 12));
+        assert_eq!(cleaning, Cleaning { welded_vertices: 28, ..Cleaning::default() });
+        assert!(mesh.is_closed());
+        assert!((six_volumes(&mesh) - 6.0).abs() < 1e-8);
+        let (mesh, cleaning) = Mesh::from_soup(&quads).unwrap();
+        assert_eq!((mesh.triangles().len(), mesh.source_face(11), cleaning), (12, 5, Cleaning::default()));
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused_by_element() {
+        let good = PolygonSoup::from_triangles(vec![DVec3::ZERO, DVec3::X, DVec3::Y], &[[0, 1, 2]]);
+        let mut bad = good.clone();
+        bad.vertices[1].y = f64::NAN;
+        assert!(matches!(Mesh::from_soup(&bad), Err(MeshError::NotFinite { vertex: 1, .. })));
+        bad.vertices[1].y = 1e60;
+        assert!(matches!(Mesh::from_soup(&bad), Err(MeshError::TooFar { vertex: 1, .. })));
+        let mut bad = good.clone();
+        bad.push_face(&[0, 1, 3]);
+        let expected = MeshError::IndexOutOfRange { face: 1, index: 3, vertices: 3 };
+        assert_eq!(Mesh::from_soup(&bad).unwrap_err(), expected);
+        assert_eq!(Mesh::from_soup(&PolygonSoup::new()).unwrap_err(), MeshError::Empty);
+        assert_eq!(Mesh::from_soup(&PolygonSoup::default()).unwrap_err(), MeshError::Empty);
+        let line = PolygonSoup::from_triangles(vec![DVec3::ZERO, DVec3::X, 2.0 * DVec3::X], &[[0, 1, 2]]);
+        assert_eq!(Mesh::from_soup(&line).unwrap_err(), MeshError::NoArea { faces: 1 });
+        let mut broken = good;
+        broken.face_starts = vec![0, 7, 3];
+        assert!(matches!(Mesh::from_soup(&broken), Err(MeshError::BrokenFaces { face: 0 })));
+    }
+
+    #[test]
+    fn degenerate_duplicate_and_unused_are_counted() {
+        let mut soup = PolygonSoup::new();
+        push_box(&mut soup, DVec3::ZERO, DVec3::ONE, false);
+        soup.vertices.push(DVec3::splat(1e9));
+        soup.push_face(&[0, 3, 2, 1]);
+        soup.push_face(&[0, 0, 1]);
+        soup.push_face(&[4, 2]);
+        let (mesh, cleaning) = Mesh::from_soup(&soup).unwrap();
+        let expected =
+            Cleaning { unused_vertices: 1, duplicate_triangles: 2, degenerate_faces: 2, ..Cleaning::default() };
+        assert_eq!(cleaning, expected);
+        assert!(mesh.is_closed());
+    }
+
+    #[test]
+    fn a_cap_is_exchanged_and_leaves_no_crack() {
+        // A tetrahedron with a triangle of no area in the middle of side 0–1: corner 4 on it.
+        let vertices = vec![DVec3::ZERO, DVec3::new(1.0, 0.0, 0.0), DVec3::Y, DVec3::Z, DVec3::new(0.5, 0.0, 0.0)];
+        let triangles = [[0, 2, 1], [0, 4, 3], [4, 1, 3], [0, 1, 4], [1, 2, 3], [2, 0, 3]];
+        let (mesh, cleaning) = Mesh::from_soup(&PolygonSoup::from_triangles(vertices, &triangles)).unwrap();
+        assert_eq!(cleaning, Cleaning { exchanged_triangles: 1, ..Cleaning::default() });
+        assert!(mesh.is_closed());
+        assert_eq!(mesh.triangles().len(), 6);
+        assert!((six_volumes(&mesh) - 1.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn contradicting_and_inverted_triangles_are_turned() {
+        for inward in [false, true] {
+            let mut soup = PolygonSoup::new();
+            push_box(&mut soup, DVec3::splat(3.0), DVec3::splat(4.0), inward);
+            soup.face_vertices[..4].reverse();
+            let (mesh, cleaning) = Mesh::from_soup(&soup).unwrap();
+            assert_eq!((cleaning.turned_triangles, cleaning.inverted_components), (2, usize::from(inward)));
+            assert!((six_volumes(&mesh) - 6.0).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn cavities_stay_cavities() {
+        // (outer inward, inner inward) → (volume, inverted components)
+        for (outer, inner, volume, inverted) in [
+            (false, true, 27.0 - 1.0, 0),
+            (true, false, 27.0 - 1.0, 2),
+            (false, false, 27.0 + 1.0, 0),
+            (true, true, 27.0 + 1.0, 2),
+        ] {
+            let mut soup = PolygonSoup::new();
+            push_box(&mut soup, DVec3::ONE, DVec3::splat(2.0), inner);
+            push_box(&mut soup, DVec3::ZERO, DVec3::splat(3.0), outer);
+            push_box(&mut soup, DVec3::splat(4.0), DVec3::splat(5.0), false);
+            let (mesh, cleaning) = Mesh::from_soup(&soup).unwrap();
+            assert_eq!(mesh.component_count(), 3);
+            assert_eq!(cleaning.inverted_components, inverted);
+            assert!((six_volumes(&mesh) / 6.0 - volume - 1.0).abs() < 1e-12);
+            assert_eq!(mesh.tree().inside(DVec3::splat(1.5)), volume > 27.0);
+            assert!(mesh.tree().inside(DVec3::splat(0.5)));
+        }
+    }
+
+    #[test]
+    fn a_band_with_one_side_is_told() {
+        let mut soup = PolygonSoup::new();
+        let n = 12_u32;
+        for i in 0..n {
+            let angle = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+            let rim = DVec3::new(angle.cos(), angle.sin(), 0.0);
+            let across = (rim * (angle / 2.0).cos() + DVec3::Z * (angle / 2.0).sin()) * 0.3;
+            soup.vertices.extend([rim - across, rim + across]);
+        }
+        for i in 0..n {
+            let (a, b) = (2 * i, 2 * i + 1);
+            let (c, d) = if i + 1 < n { (a + 2, b + 2) } else { (1, 0) };
+            soup.push_face(&[a, b, d]);
+            soup.push_face(&[a, d, c]);
+        }
+        let (mesh, cleaning) = Mesh::from_soup(&soup).unwrap();
+        assert_eq!(cleaning.one_sided_components, 1);
+        assert!(!mesh.is_closed());
+    }
+}

@@ -1,0 +1,206 @@
+//! Do two triangles cross? Decided by exact predicates only.
+//!
+//! Corners at the very same coordinates are shared. What two triangles have in common *because* they share a vertex or
+//! an edge is not counted, so neighbours in a sound mesh are [`TrianglePair::Apart`].
+//!
+//! 1. Which side of each plane are the other triangle's corners on? All strictly on one side: apart. All in it: coplanar,
+//!    decided in a projection that drops one coordinate, which is exact.
+//! 2. Both triangles reach strictly to both sides of the other's plane: each meets the line common to the planes in an
+//!    interval; they cross when the open intervals overlap, decided by two more predicates (Guigue and Devillers, *Fast
+//!    and Robust Triangle–Triangle Overlap Test*, 2003).
+//! 3. Not crossing, they may still touch: some edge of one meets the other. With one shared vertex only the edges
+//!    opposite it can: what two triangles have in common is convex, and leaves both through such an edge.
+//!
+//! Triangles without area must not be given; their answer means nothing (nothing panics).
+
+use glam::{DVec2, DVec3};
+
+/// How two triangles lie to one another, apart from what they share.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum TrianglePair {
+    /// No common point but those of a shared vertex or a shared edge.
+    Apart,
+    /// Common points beyond what they share, but their interiors neither cross nor overlap.
+    Touching,
+    /// Not coplanar, and their interiors have a segment in common.
+    Crossing,
+    /// Coplanar, and their interiors have an area in common; also two triangles of the same three corners.
+    CoplanarOverlap,
+}
+
+impl TrianglePair {
+    /// How the triangles with corners `a` and `b` lie to one another.
+    pub fn new(a: [DVec3; 3], b: [DVec3; 3]) -> Self {
+        let sides_of_a = a.map(|p| side_of_plane(b[0], b[1], b[2], p));
+        if one_sided(sides_of_a) {
+            return Self::Apart;
+        }
+        let sides_of_b = b.map(|p| side_of_plane(a[0], a[1], a[2], p));
+        if one_sided(sides_of_b) {
+            return Self::Apart;
+        }
+        let shared = Shared::new(&a, &b);
+        if sides_of_a.iter().chain(&sides_of_b).all(|&side| side == 0.0) {
+            return coplanar(&a, &b, &shared);
+        }
+        if shared.count >= 2 {
+            return Self::Apart;
+        }
+        if straddles(sides_of_a) && straddles(sides_of_b) && intervals_overlap(a, sides_of_a, b, sides_of_b) {
+            return Self::Crossing;
+        }
+        if touching(&a, &b, &shared) { Self::Touching } else { Self::Apart }
+    }
+}
+
+/// On which side of the plane of `abc` the point `p` lies: positive where the normal (b − a) × (c − a) points to,
+/// zero in the plane. The sign is exact; the value is about six times the volume of the tetrahedron.
+#[inline]
+pub(crate) fn side_of_plane(a: DVec3, b: DVec3, c: DVec3, p: DVec3) -> f64 {
+    let coord = |p: DVec3| robust::Coord3D { x: p.x, y: p.y, z: p.z };
+    -robust::orient3d(coord(a), coord(b), coord(c), coord(p))
+}
+
+/// Twice the signed area of `abc`, positive counter-clockwise; the sign is exact.
+#[inline]
+pub(crate) fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+    let coord = |p: DVec2| robust::Coord { x: p.x, y: p.y };
+    robust::orient2d(coord(a), coord(b), coord(c))
+}
+
+/// Is `p`, known to lie in the plane of `triangle`, in the closed triangle? Exact.
+pub(crate) fn holds_coplanar_point(triangle: &[DVec3; 3], p: DVec3) -> bool {
+    let Some(flatten) = projection(triangle) else { return false };
+    let ([a, b, c], p) = (triangle.map(flatten), flatten(p));
+    let turns = [turn(a, b, p), turn(b, c, p), turn(c, a, p)];
+    turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0)
+}
+
+/// Does the closed segment `p`–`q` meet the closed triangle? Exact.
+pub(crate) fn segment_meets_triangle(p: DVec3, q: DVec3, triangle: &[DVec3; 3]) -> bool {
+    let [a, b, c] = *triangle;
+    let (side_p, side_q) = (side_of_plane(a, b, c, p), side_of_plane(a, b, c, q));
+    if (side_p > 0.0 && side_q > 0.0) || (side_p < 0.0 && side_q < 0.0) {
+        return false;
+    }
+    if side_p == 0.0 && side_q == 0.0 {
+        let Some(flatten) = projection(triangle) else { return false };
+        let ([a, b, c], [p, q]) = (triangle.map(flatten), [p, q].map(flatten));
+        return !separated(&[a, b, c], &[p, q], true);
+    }
+    let turns = [side_of_plane(p, q, a, b), side_of_plane(p, q, b, c), side_of_plane(p, q, c, a)];
+    turns.iter().all(|&t| t >= 0.0) || turns.iter().all(|&t| t <= 0.0)
+}
+
+/// Which corners are at the same place.
+struct Shared {
+    count: usize,
+    /// A corner of a that is not shared (the last such); 0 if all are.
+    free_a: usize,
+    free_b: usize,
+    /// The last corner of a that is shared, and its place in b.
+    corner: Option<(usize, usize)>,
+}
+
+impl Shared {
+    fn new(a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
+        let mut answer = Self { count: 0, free_a: 0, free_b: 0, corner: None };
+        for (i, p) in a.iter().enumerate() {
+            match b.iter().position(|q| q == p) {
+                Some(j) => {
+                    answer.count += 1;
+                    answer.corner = Some((i, j));
+                }
+                None => answer.free_a = i,
+            }
+        }
+        answer.free_b = (0..3).rfind(|&j| !a.contains(&b[j])).unwrap_or(0);
+        answer
+    }
+}
+
+fn one_sided(sides: [f64; 3]) -> bool {
+    sides.iter().all(|&s| s > 0.0) || sides.iter().all(|&s| s < 0.0)
+}
+
+fn straddles(sides: [f64; 3]) -> bool {
+    sides.iter().any(|&s| s > 0.0) && sides.iter().any(|&s| s < 0.0)
+}
+
+/// Both triangles straddle the other's plane: do the open intervals in which their interiors meet the common line of
+/// the planes overlap?
+fn intervals_overlap(a: [DVec3; 3], sides_of_a: [f64; 3], b: [DVec3; 3], sides_of_b: [f64; 3]) -> bool {
+    let ([p1, mut q1, mut r1], a_above) = loner_first(a, sides_of_a);
+    let ([p2, mut q2, mut r2], b_above) = loner_first(b, sides_of_b);
+    // Orient each so that the other's loner is above it; the loners then see the two intervals in the same direction.
+    if !a_above {
+        std::mem::swap(&mut q2, &mut r2);
+    }
+    if !b_above {
+        std::mem::swap(&mut q1, &mut r1);
+    }
+    side_of_plane(p2, p1, q1, q2) < 0.0 && side_of_plane(p2, p1, r1, r2) > 0.0
+}
+
+/// The corners turned so that the first is alone strictly on its side of the other's plane, and whether it is above.
+fn loner_first(corners: [DVec3; 3], sides: [f64; 3]) -> ([DVec3; 3], bool) {
+    let above = sides.iter().filter(|&&s| s > 0.0).count() == 1;
+    let first = sides.iter().position(|&s| if above { s > 0.0 } else { s < 0.0 }).unwrap_or(0);
+    ([corners[first], corners[(first + 1) % 3], corners[(first + 2) % 3]], above)
+}
+
+/// Not crossing and not coplanar: any common point beyond at most one shared vertex?
+fn touching(a: &[DVec3; 3], b: &[DVec3; 3], shared: &Shared) -> bool {
+    if let Some((i, j)) = shared.corner {
+        return segment_meets_triangle(a[(i + 1) % 3], a[(i + 2) % 3], b)
+            || segment_meets_triangle(b[(j + 1) % 3], b[(j + 2) % 3], a);
+    }
+    (0..3).any(|k| segment_meets_triangle(a[k], a[(k + 1) % 3], b))
+        || (0..3).any(|k| segment_meets_triangle(b[k], b[(k + 1) % 3], a))
+}
+
+fn coplanar(a: &[DVec3; 3], b: &[DVec3; 3], shared: &Shared) -> TrianglePair {
+    let Some(flatten) = projection(a) else { return TrianglePair::Touching };
+    let (flat_a, flat_b) = (a.map(flatten), b.map(flatten));
+    if !separated(&flat_a, &flat_b, false) {
+        return TrianglePair::CoplanarOverlap;
+    }
+    let touch = match (shared.count, shared.corner) {
+        (0, _) | (_, None) => !separated(&flat_a, &flat_b, true),
+        (1, Some((i, j))) => {
+            !separated(&flat_a, &[flat_b[(j + 1) % 3], flat_b[(j + 2) % 3]], true)
+                || !separated(&flat_b, &[flat_a[(i + 1) % 3], flat_a[(i + 2) % 3]], true)
+        }
+        _ => false,
+    };
+    if touch { TrianglePair::Touching } else { TrianglePair::Apart }
+}
+
+/// A map that drops one coordinate and keeps the triangle's area; `None` when it has none in any projection.
+fn projection(triangle: &[DVec3; 3]) -> Option<fn(DVec3) -> DVec2> {
+    let maps: [fn(DVec3) -> DVec2; 3] = [|p| DVec2::new(p.y, p.z), |p| DVec2::new(p.z, p.x), |p| DVec2::new(p.x, p.y)];
+    maps.into_iter().find(|map| turn(map(triangle[0]), map(triangle[1]), map(triangle[2])) != 0.0)
+}
+
+/// Does the line of one side of the triangle or of the other figure (a triangle or a segment) separate the two?
+/// Strictly: leaving no common point; else leaving no common interior point.
+fn separated(triangle: &[DVec2; 3], other: &[DVec2], strictly: bool) -> bool {
+    let beyond = |p: DVec2, q: DVec2, inner: f64, points: &[DVec2]| {
+        points.iter().all(|&x| {
+            let side = turn(p, q, x) * inner;
+            if strictly { side < 0.0 } else { side <= 0.0 }
+        })
+    };
+    let sides_separate = |figure: &[DVec2; 3], points: &[DVec2]| {
+        let inner = turn(figure[0], figure[1], figure[2]).signum();
+        (0..3).any(|k| beyond(figure[k], figure[(k + 1) % 3], inner, points))
+    };
+    if sides_separate(triangle, other) {
+        return true;
+    }
+    match *other {
+        [p, q] => beyond(p, q, 1.0, triangle) || beyond(p, q, -1.0, triangle),
+        [p, q, r] => sides_separate(&[p, q, r], triangle),
+        _ => false,
+    }
+}
