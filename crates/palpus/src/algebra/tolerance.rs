@@ -143,3 +143,43 @@ pub const INSIDE_WINDING: f64 = 0.5;
 ///
 /// The error of one box falls with the square of it: 3 keeps the winding number within about 0.02. Smaller is faster.
 pub const DIPOLE_REACH: f64 = 3.0;
+// ---- force ----
+
+/// Cells of the clustering grid along one axis; a cell's key has 21 bits for each, less two for neighbours on both sides.
+///
+/// Contacts that spread over more than this many cells share the outermost ones: slower, never wrong.
+pub const CLUSTER_CELLS: f64 = 2_097_140.0;
+
+/// Steps of the search for a cone that holds all normals of a cluster.
+///
+/// The cone found is within about 1/steps of the smallest. Fewer cut a few clusters that a cone would just have held.
+pub const CAP_STEPS: u32 = 16;
+
+/// Relative to the sum of the weights: a weighted sum of normals shorter than this has no direction (eq. 3).
+///
+/// What is left of normals that cancel is rounding, or the difference of two large, nearly equal loads. Larger gives up
+/// directions that are meant; smaller lets noise point the force.
+pub const CANCELLED_NORMAL: f64 = 1e-6;
+
+/// Relative to the strain at which a sliding contact is held: a strain above it by no more than this is not being dragged.
+///
+/// The adhesion point is stored as a position, so a contact at rest reads its strain back with the rounding of that
+/// position. Smaller lets rounding keep a resting contact sliding; larger lets a slow slide stick.
+pub const FRICTION_HELD: f64 = 1e-9;
+
+/// Cosine of the largest angle between the normals of a lost contact and of a new one near it that takes over its strain.
+///
+/// Around a rounded edge neighbours differ by tens of degrees; opposite walls of a slot must not exchange strains.
+pub const FRICTION_HEIR: f64 = 0.5;
+
+/// How many tracked contacts may be looked at in one tick to find predecessors of new contacts.
+///
+/// Bounds the tick: past it, new contacts begin without strain. A tick of 300 contacts with 100 new ones needs 30 000.
+pub const FRICTION_LOOKS: usize = 65_536;
+
+// ---- render ----
+
+/// Relative: how much shorter than its limit a saturated force or torque is made.
+///
+/// A few roundings, so that "never beyond the limit" holds to the last bit. Larger gives force away.
+pub const SATURATION_ROUNDING: f64 = 1e-15;

@@ -1,1 +1,455 @@
-//! Exact single linkage of contacts.
+//! Clusters of contacts: exact single linkage of midpoints, cut where normals oppose each other \[K02 §4.2\].
+//!
+//! 1. *Admit* contacts that are finite and nearer than the tolerance. Of more than fit, the deepest stay; the rest are
+//!    counted.
+//! 2. *Order* them by value (pieces first), so that permuting the input changes no bit of any later sum.
+//! 3. *Link* every two whose midpoints are nearer than the radius δ (eq. 2, strictly nearer): a group is a connected
+//!    component of that relation, exactly. A grid of cells of diagonal δ only saves work: midpoints in one cell are
+//!    linked through its first, and a cell is held against all cells that a distance below δ can reach.
+//! 4. *Cut* a group whose normals do not fit into one cone of opening `split_angle`: its deepest contact leads a first
+//!    cone and takes every member within half the opening of it; of the rest, the one whose normal is farthest from all
+//!    leaders leads the next, and so on. (Farthest, so that the cones around a peg come out opposite each other.)
+//! 5. *Link again* inside each cone, since a group may have held two parts together only by contacts of another cone.
+//!
+//! Deviations. The paper fills an octree whose cells *are* the clusters; two contacts a hair apart on either side of a
+//! cell's wall then stay apart, against eq. 2. The cut (4, 5) is ours: eq. 3 has no answer in a slot narrower than δ, or
+//! around a peg, where a chain of neighbours joins opposed normals that cancel. After the cut any two normals of a
+//! cluster differ by at most `split_angle`, and all by at most half of it from one direction, so that their weighted sum
+//! is at least `cos(split_angle / 2)` of the weights. With `split_angle: None` it is the paper's eq. 2 alone.
+//!
+//! All memory is obtained by [`Linkage::new`].
+
+use std::cmp::Ordering;
+
+use glam::DVec3;
+
+use super::Contact;
+use crate::algebra::tolerance::{CAP_STEPS, CLUSTER_CELLS};
+
+/// What makes contacts one cluster.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LinkageSettings {
+    /// t of \[K02\], m: contacts at this separation or farther are none.
+    pub tolerance: f64,
+    /// δ of \[K02\], m: midpoints nearer than this are linked. 0 links nothing.
+    pub radius: f64,
+    /// rad, at most π: opening of the cone that must hold the normals of a cluster; `None` never cuts.
+    pub split_angle: Option<f64>,
+}
+
+/// What happened to the contacts of one run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LinkageCounters {
+    /// Contacts that found a cluster.
+    pub admitted: u32,
+    /// Contacts left out because there were more than the capacity; each was shallower than all that stayed.
+    pub dropped: u32,
+    /// Contacts left out because one of their numbers was not finite.
+    pub non_finite: u32,
+    /// Groups of eq. 2 that were cut because their normals opposed each other.
+    pub cut_groups: u32,
+}
+
+/// Clusters of the last run, and the memory to find them.
+#[derive(Clone, Debug)]
+pub struct Linkage {
+    capacity: usize,
+    /// Admitted contacts in canonical order; a contact's place here is its *rank*.
+    order: Vec<u32>,
+    points: Vec<DVec3>,
+    normals: Vec<DVec3>,
+    /// Per rank: contacts of different labels are never linked.
+    labels: Vec<u32>,
+    /// Union–find over ranks; the root of a component is its smallest rank.
+    parents: Vec<u32>,
+    cells: Vec<Cell>,
+    runs: Vec<Run>,
+    /// Ranks, grouped.
+    ranks: Vec<u32>,
+    /// Contact indices and their force directions, grouped as `ranks` is.
+    members: Vec<u32>,
+    directions: Vec<DVec3>,
+    starts: Vec<u32>,
+    group_of: Vec<u32>,
+    /// Per rank, while its group is cut: cosine of the angle to the nearest leader's normal.
+    to_leader: Vec<f64>,
+}
+
+/// Where a contact lies; sorting these puts the contacts of one cell side by side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Cell {
+    label: u32,
+    key: u64,
+    rank: u32,
+}
+
+/// The contacts of one cell: `cells[start..end]`.
+#[derive(Clone, Copy, Debug)]
+struct Run {
+    label: u32,
+    key: u64,
+    start: u32,
+    end: u32,
+    /// All of them are linked with one another.
+    whole: bool,
+}
+
+/// Bits of a cell's key for each axis.
+const AXIS_BITS: u32 = 21;
+
+/// Rows of cells along z that hold the forward half of the cells within two of a cell, as (x, y) offsets. A cell's
+/// diagonal is δ, its side δ/√3, so a distance below δ reaches at most two cells along each axis.
+const ROWS: [(i64, i64); 13] =
+    [(0, 0), (0, 1), (0, 2), (1, -2), (1, -1), (1, 0), (1, 1), (1, 2), (2, -2), (2, -1), (2, 0), (2, 1), (2, 2)];
+
+impl Linkage {
+    /// Memory for clusters of at most `capacity` contacts.
+    pub fn new(capacity: usize) -> Self {
+        Self {
+            capacity,
+            order: Vec::with_capacity(2 * capacity + 1),
+            points: Vec::with_capacity(capacity),
+            normals: Vec::with_capacity(capacity),
+            labels: Vec::with_capacity(capacity),
+            parents: Vec::with_capacity(capacity),
+            cells: Vec::with_capacity(capacity),
+            runs: Vec::with_capacity(capacity),
+            ranks: Vec::with_capacity(capacity),
+            members: Vec::with_capacity(capacity),
+            directions: Vec::with_capacity(capacity),
+            starts: Vec::with_capacity(capacity + 1),
+            group_of: Vec::with_capacity(capacity),
+            to_leader: Vec::with_capacity(capacity),
+        }
+    }
+
+    /// Clusters `contacts`. `direction` says in which direction an admitted contact pushes a (unit): its normal, or the
+    /// shaded stand-in for it.
+    pub fn run(
+        &mut self,
+        contacts: &[Contact],
+        settings: &LinkageSettings,
+        mut direction: impl FnMut(&Contact) -> DVec3,
+    ) -> LinkageCounters {
+        let mut counters = self.admit(contacts, settings.tolerance);
+        self.place_in_order(contacts, &mut direction);
+        self.link(settings.radius);
+        self.gather();
+        if let Some(angle) = settings.split_angle {
+            counters.cut_groups = self.cut(contacts, (0.5 * angle).cos());
+            if counters.cut_groups > 0 {
+                self.link(settings.radius);
+                self.gather();
+            }
+        }
+        self.members.clear();
+        self.members.extend(self.ranks.iter().map(|&rank| self.order[rank as usize]));
+        self.directions.clear();
+        self.directions.extend(self.ranks.iter().map(|&rank| self.normals[rank as usize]));
+        counters
+    }
+
+    /// Number of clusters.
+    pub fn len(&self) -> usize {
+        self.starts.len().saturating_sub(1)
+    }
+
+    /// True when there is no cluster.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Where the members of cluster `k` stand in [`Self::members`] and [`Self::directions`].
+    pub fn range(&self, k: usize) -> std::ops::Range<usize> {
+        self.starts[k] as usize..self.starts[k + 1] as usize
+    }
+
+    /// Indices into the contacts, cluster after cluster, each in canonical order.
+    pub fn members(&self) -> &[u32] {
+        &self.members
+    }
+
+    /// The force directions of the members.
+    pub fn directions(&self) -> &[DVec3] {
+        &self.directions
+    }
+
+    /// Step 1. Keeps at most twice the capacity, and of these the deepest when full, so that the work stays linear.
+    fn admit(&mut self, contacts: &[Contact], tolerance: f64) -> LinkageCounters {
+        let mut counters = LinkageCounters::default();
+        self.order.clear();
+        for (i, contact) in contacts.iter().enumerate() {
+            if !is_finite(contact) {
+                counters.non_finite += 1;
+            } else if contact.separation < tolerance {
+                if self.order.len() == 2 * self.capacity {
+                    self.keep_deepest(contacts);
+                }
+                self.order.push(i as u32);
+                counters.admitted += 1;
+            }
+        }
+        self.keep_deepest(contacts);
+        counters.dropped = counters.admitted - self.order.len() as u32;
+        counters.admitted = self.order.len() as u32;
+        counters
+    }
+
+    fn keep_deepest(&mut self, contacts: &[Contact]) {
+        if self.order.len() > self.capacity {
+            self.order.select_nth_unstable_by(self.capacity, |&i, &j| {
+                let (first, second) = (&contacts[i as usize], &contacts[j as usize]);
+                first.separation.total_cmp(&second.separation).then_with(|| canonical(first, second))
+            });
+            self.order.truncate(self.capacity);
+        }
+    }
+
+    /// Step 2.
+    fn place_in_order(&mut self, contacts: &[Contact], direction: &mut impl FnMut(&Contact) -> DVec3) {
+        self.order.sort_unstable_by(|&i, &j| canonical(&contacts[i as usize], &contacts[j as usize]));
+        self.points.clear();
+        self.points.extend(self.order.iter().map(|&i| contacts[i as usize].midpoint()));
+        self.normals.clear();
+        self.normals.extend(self.order.iter().map(|&i| direction(&contacts[i as usize])));
+        self.labels.clear();
+        self.labels.resize(self.order.len(), 0);
+        self.to_leader.clear();
+        self.to_leader.resize(self.order.len(), 0.0);
+    }
+
+    /// Steps 3 and 5: components of "nearer than `radius` and of one label".
+    fn link(&mut self, radius: f64) {
+        self.parents.clear();
+        self.parents.extend(0..self.order.len() as u32);
+        if radius <= 0.0 {
+            return;
+        }
+        let near = radius * radius;
+        self.fill_cells(radius);
+        for r in 0..self.runs.len() {
+            self.link_within(r, near);
+        }
+        for (dx, dy) in ROWS {
+            let offset = (dx << (2 * AXIS_BITS)) + (dy << AXIS_BITS);
+            // From the cell after this one in its own row, else from two cells back; always to two cells ahead.
+            let back = if offset == 0 { 1 } else { -2 };
+            let mut first = 0;
+            for r in 0..self.runs.len() {
+                let Run { label, key, .. } = self.runs[r];
+                let from = (label, key.wrapping_add_signed(offset + back));
+                let to = (label, key.wrapping_add_signed(offset + 2));
+                // Both runs and their targets ascend, so `first` never has to go back.
+                while first < self.runs.len() && (self.runs[first].label, self.runs[first].key) < from {
+                    first += 1;
+                }
+                let mut s = first;
+                while s < self.runs.len() && (self.runs[s].label, self.runs[s].key) <= to {
+                    self.link_across(r, s, near);
+                    s += 1;
+                }
+            }
+        }
+    }
+
+    /// Sorts the contacts into cells. Midpoints beyond the grid share its outermost cells, which is slower, not wrong:
+    /// every link is tested.
+    fn fill_cells(&mut self, radius: f64) {
+        let low = self.points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let per_metre = 3f64.sqrt() / radius;
+        let axis = |x: f64| (x * per_metre).min(CLUSTER_CELLS) as u64 + 2;
+        self.cells.clear();
+        for (rank, point) in self.points.iter().enumerate() {
+            let p = *point - low;
+            let key = (axis(p.x) << (2 * AXIS_BITS)) | (axis(p.y) << AXIS_BITS) | axis(p.z);
+            self.cells.push(Cell { label: self.labels[rank], key, rank: rank as u32 });
+        }
+        self.cells.sort_unstable();
+        self.runs.clear();
+        for (k, &Cell { label, key, .. }) in self.cells.iter().enumerate() {
+            let k = k as u32;
+            match self.runs.last_mut() {
+                Some(run) if run.label == label && run.key == key => run.end = k + 1,
+                _ => self.runs.push(Run { label, key, start: k, end: k + 1, whole: false }),
+            }
+        }
+    }
+
+    fn link_within(&mut self, r: usize, near: f64) {
+        let Run { start, end, .. } = self.runs[r];
+        let mut whole = true;
+        for k in start + 1..end {
+            whole &= self.try_link(start, k, near);
+        }
+        if !whole {
+            // Only in an outermost cell, or where rounding moved a midpoint across a wall.
+            for j in start + 1..end {
+                for k in j + 1..end {
+                    self.try_link(j, k, near);
+                }
+            }
+        }
+        self.runs[r].whole = whole;
+    }
+
+    fn link_across(&mut self, r: usize, s: usize, near: f64) {
+        let (run, other) = (self.runs[r], self.runs[s]);
+        let whole = run.whole && other.whole;
+        if whole && self.root(self.cells[run.start as usize].rank) == self.root(self.cells[other.start as usize].rank) {
+            return;
+        }
+        for j in run.start..run.end {
+            for k in other.start..other.end {
+                if self.try_link(j, k, near) && whole {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Links the contacts in places `j` and `k` of `cells` if they are near; true if they are.
+    fn try_link(&mut self, j: u32, k: u32, near: f64) -> bool {
+        let (first, second) = (self.cells[j as usize].rank, self.cells[k as usize].rank);
+        let linked = self.points[first as usize].distance_squared(self.points[second as usize]) < near; // Eq. 2
+        if linked {
+            let (first, second) = (self.root(first), self.root(second));
+            self.parents[first.max(second) as usize] = first.min(second);
+        }
+        linked
+    }
+
+    fn root(&mut self, mut rank: u32) -> u32 {
+        while self.parents[rank as usize] != rank {
+            let above = self.parents[self.parents[rank as usize] as usize];
+            self.parents[rank as usize] = above;
+            rank = above;
+        }
+        rank
+    }
+
+    /// Lists the components one after the other, each in canonical order, ordered by their first members.
+    fn gather(&mut self) {
+        let n = self.order.len();
+        self.group_of.clear();
+        self.starts.clear();
+        self.starts.push(0);
+        for rank in 0..n as u32 {
+            let root = self.root(rank);
+            let group = if root == rank {
+                self.starts.push(0);
+                self.starts.len() as u32 - 2
+            } else {
+                self.group_of[root as usize]
+            };
+            self.group_of.push(group);
+            self.starts[group as usize + 1] += 1;
+        }
+        for group in 1..self.starts.len() {
+            self.starts[group] += self.starts[group - 1];
+        }
+        self.ranks.clear();
+        self.ranks.resize(n, 0);
+        // `starts[group + 1]` is where the group ends; filling from the back moves it to where the group begins.
+        for rank in (0..n).rev() {
+            let end = &mut self.starts[self.group_of[rank] as usize + 1];
+            *end -= 1;
+            self.ranks[*end as usize] = rank as u32;
+        }
+        self.starts.rotate_left(1);
+        if let Some(last) = self.starts.last_mut() {
+            *last = n as u32;
+        }
+    }
+
+    /// Step 4: labels the members of each group by the cone that they fall into; returns how many groups were cut.
+    fn cut(&mut self, contacts: &[Contact], cos_half: f64) -> u32 {
+        let mut cut_groups = 0;
+        for group in 0..self.len() {
+            let (start, end) = (self.starts[group] as usize, self.starts[group + 1] as usize);
+            let label = self.ranks[start];
+            for k in start..end {
+                self.labels[self.ranks[k] as usize] = label;
+            }
+            if !fits_a_cone(&self.ranks[start..end], &self.normals, cos_half) {
+                self.cut_group(start, end, contacts, cos_half);
+                cut_groups += 1;
+            }
+        }
+        cut_groups
+    }
+
+    fn cut_group(&mut self, start: usize, end: usize, contacts: &[Contact], cos_half: f64) {
+        let group = &self.ranks[start..end];
+        let depth = |rank: u32| -contacts[self.order[rank as usize] as usize].separation;
+        let mut leader = group[0];
+        for &rank in group {
+            self.labels[rank as usize] = u32::MAX;
+            self.to_leader[rank as usize] = -1.0;
+            if depth(rank) > depth(leader) {
+                leader = rank;
+            }
+        }
+        loop {
+            let axis = self.normals[leader as usize];
+            let mut next: Option<u32> = None;
+            for &rank in group {
+                if self.labels[rank as usize] != u32::MAX {
+                    continue;
+                }
+                let cosine = self.normals[rank as usize].dot(axis);
+                let nearest = self.to_leader[rank as usize].max(cosine);
+                self.to_leader[rank as usize] = nearest;
+                if cosine >= cos_half || rank == leader {
+                    self.labels[rank as usize] = leader;
+                } else if next.is_none_or(|other| nearest < self.to_leader[other as usize]) {
+                    next = Some(rank);
+                }
+            }
+            match next {
+                Some(rank) => leader = rank,
+                None => return,
+            }
+        }
+    }
+}
+
+fn is_finite(contact: &Contact) -> bool {
+    contact.point_a.is_finite()
+        && contact.point_b.is_finite()
+        && contact.normal.is_finite()
+        && contact.separation.is_finite()
+}
+
+/// An order of contacts by their values alone.
+fn canonical(first: &Contact, second: &Contact) -> Ordering {
+    let by_pieces = (first.piece_a, first.piece_b).cmp(&(second.piece_a, second.piece_b));
+    by_pieces.then_with(|| first.separation.total_cmp(&second.separation)).then_with(|| {
+        let numbers = |c: &Contact| [c.point_a, c.point_b, c.normal].map(|v| v.to_array());
+        let (first, second) = (numbers(first), numbers(second));
+        let pairs = first.as_flattened().iter().zip(second.as_flattened());
+        pairs.map(|(x, y)| x.total_cmp(y)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
+    })
+}
+
+/// Whether the normals fit into a cone of the given half opening.
+///
+/// The cone's axis walks from the mean toward the farthest normal in ever shorter steps (Bădoiu and Clarkson's smallest
+/// enclosing ball, on the sphere), so that the answer follows the set of normals, not how many share one.
+fn fits_a_cone(ranks: &[u32], normals: &[DVec3], cos_half: f64) -> bool {
+    let normal = |&rank: &u32| normals[rank as usize];
+    let Some(first) = ranks.first().map(normal) else { return true };
+    let mut axis = ranks.iter().map(normal).sum::<DVec3>().try_normalize().unwrap_or(first);
+    for step in 0..CAP_STEPS {
+        let mut farthest = axis;
+        for n in ranks.iter().map(normal) {
+            if n.dot(axis) < farthest.dot(axis) {
+                farthest = n;
+            }
+        }
+        if farthest.dot(axis) >= cos_half {
+            return true;
+        }
+        axis = (axis + (farthest - axis) / f64::from(step + 2)).try_normalize().unwrap_or(first);
+    }
+    false
+}

@@ -1,1 +1,422 @@
-//! Stick-slip friction tracked in time.
+//! Stick–slip friction, tracked in time \[K02 §4.4.2; Hayward and Armstrong 2000, "HA00"\].
+//!
+//! Each contact keeps an *adhesion*: the point w of b at which it holds, and the point x of a that holds there. The strain
+//! is z = x − w in the tangent plane. Each tick, for every contact of every cluster:
+//!
+//! 1. *Find* the contact's adhesion of the last tick: the one of the same two pieces (of several, the nearest); else the
+//!    nearest one within reach whose normal is not opposed, whose strain it takes over (a probe that slides from one piece
+//!    onto the next keeps its friction); else a new one without strain.
+//! 2. *Carry* it: x moves with a, w rests on b, and z is their difference in the cluster's tangent plane. The normal part
+//!    is no strain; w follows it.
+//! 3. *Stick or slide*: z_max = μ F_n / k_t, with μ static while sticking and dynamic while sliding. Beyond it the
+//!    contact slides, and w is dragged so that ‖z‖ is the dynamic z_max; x is then the present contact point. A sliding
+//!    contact sticks again as soon as it is no longer dragged.
+//! 4. *Force* on a: −k_t z.
+//!
+//! Strain is a function of two stored points, not a sum of velocities: while it sticks, a contact that returns to its
+//! place returns to its force, after any number of ticks.
+//!
+//! **Clusters.** The normal force belongs to a cluster, whose members share it in proportion to their engagement:
+//! s_i = w_i / Σ w. Each member's load and tangential stiffness are the cluster's times s_i, so its z_max is the cluster's
+//! own, μ F_n / k_t, and the friction of the members together is at most μ F_n of the cluster, in its tangent plane, for any
+//! number of members. That many members also give a cluster a resistance to spinning about its normal, as far as they lie
+//! apart.
+//!
+//! Deviations from HA00: static and dynamic coefficients with a switch (their elasto-plastic transition blends them); and
+//! both points move to the present contact, strain kept, once the contact has wandered farther than the reach from x
+//! (the probe has rolled).
+
+use glam::DVec3;
+
+use super::{Cluster, Contact};
+use crate::algebra::Pose;
+use crate::algebra::tolerance::{FRICTION_HEIR, FRICTION_HELD, FRICTION_LOOKS};
+
+/// How surfaces hold each other.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrictionSettings {
+    /// μ of a contact that sticks; at least the dynamic one.
+    pub static_coefficient: f64,
+    /// μ of a contact that slides.
+    pub dynamic_coefficient: f64,
+    /// k_t, N/m: of a cluster that sticks.
+    pub tangential_stiffness: f64,
+}
+
+/// Where a contact holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adhesion {
+    /// Piece of a.
+    pub piece_a: u32,
+    /// Piece of b.
+    pub piece_b: u32,
+    /// x: the point of a that holds, in a's frame.
+    pub holding_a: DVec3,
+    /// w: the point of b at which it holds, in b's frame.
+    pub held_b: DVec3,
+    /// Midpoint of the contact when last seen, in b's frame.
+    pub midpoint: DVec3,
+    /// Normal of its cluster when last seen, in b's frame.
+    pub normal: DVec3,
+    /// It was being dragged.
+    pub sliding: bool,
+}
+
+/// One tick's clusters and what holds them together.
+#[derive(Clone, Copy, Debug)]
+pub struct Grasp<'a> {
+    /// All contacts, in b's frame.
+    pub contacts: &'a [Contact],
+    /// Indices into `contacts`, cluster after cluster.
+    pub members: &'a [u32],
+    /// The clusters, naming ranges of `members`.
+    pub clusters: &'a [Cluster],
+    /// N: the normal force of each cluster.
+    pub normal_forces: &'a [f64],
+    /// t, m.
+    pub tolerance: f64,
+    /// m: how far a contact may be from its predecessor or from its own holding point.
+    pub reach: f64,
+    /// a placed in b's frame.
+    pub pose_ba: Pose,
+}
+
+/// What happened to the adhesions in one tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct FrictionCounters {
+    /// Contacts that slide.
+    pub sliding: u32,
+    /// Contacts that took over the strain of another one.
+    pub inherited: u32,
+    /// Contacts that began without strain.
+    pub fresh: u32,
+    /// New contacts whose predecessor was not looked for, since the tick's budget was spent.
+    pub unsought: u32,
+}
+
+/// Adhesions of the last tick, by pieces. An adhesion ends with its contact.
+#[derive(Clone, Debug)]
+pub struct FrictionTracker {
+    capacity: usize,
+    previous: Vec<Adhesion>,
+    current: Vec<Adhesion>,
+    forces: Vec<DVec3>,
+}
+
+impl FrictionTracker {
+    /// Memory for `capacity` contacts.
+    pub fn new(capacity: usize) -> Self {
+        Self {
+            capacity,
+            previous: Vec::with_capacity(capacity),
+            current: Vec::with_capacity(capacity),
+            forces: Vec::with_capacity(capacity),
+        }
+    }
+
+    /// Forgets every adhesion: the next tick begins without strain.
+    pub fn clear(&mut self) {
+        self.previous.clear();
+        self.forces.clear();
+    }
+
+    /// Adhesions after the last tick, sorted by pieces.
+    pub fn adhesions(&self) -> &[Adhesion] {
+        &self.previous
+    }
+
+    /// Friction forces of the last tick on a, N, in b's frame, parallel to the members; each acts at its contact's midpoint.
+    pub fn forces(&self) -> &[DVec3] {
+        &self.forces
+    }
+
+    /// One tick; the answer is in [`Self::forces`]. There are at most as many members as the capacity.
+    pub fn update(&mut self, grasp: &Grasp<'_>, settings: &FrictionSettings) -> FrictionCounters {
+        debug_assert!(grasp.members.len() <= self.capacity);
+        let mut counters = FrictionCounters::default();
+        let mut looks = FRICTION_LOOKS;
+        self.current.clear();
+        self.forces.clear();
+        for (cluster, &normal_force) in grasp.clusters.iter().zip(grasp.normal_forces) {
+            for &i in &grasp.members[cluster.members()] {
+                let contact = &grasp.contacts[i as usize];
+                let mut adhesion = self.find(contact, cluster.normal, grasp, &mut looks, &mut counters);
+                let strain = carry(&mut adhesion, contact.midpoint(), cluster.normal, grasp);
+                let strain = stick_or_slide(&mut adhesion, strain, normal_force, grasp, settings);
+                let share = (grasp.tolerance - contact.separation) / cluster.weight;
+                self.forces.push(-settings.tangential_stiffness * share * strain);
+                counters.sliding += u32::from(adhesion.sliding);
+                self.current.push(adhesion);
+            }
+        }
+        self.current.sort_unstable_by(|first, second| {
+            let numbers = |a: &Adhesion| (a.piece_a, a.piece_b);
+            let (p, q) = (first.midpoint.to_array(), second.midpoint.to_array());
+            let by_place = || p.iter().zip(&q).map(|(x, y)| x.total_cmp(y)).find(|order| order.is_ne());
+            numbers(first).cmp(&numbers(second)).then_with(|| by_place().unwrap_or(std::cmp::Ordering::Equal))
+        });
+        std::mem::swap(&mut self.previous, &mut self.current);
+        counters
+    }
+
+    /// Step 1.
+    fn find(
+        &self,
+        contact: &Contact,
+        normal: DVec3,
+        grasp: &Grasp<'_>,
+        looks: &mut usize,
+        counters: &mut FrictionCounters,
+    ) -> Adhesion {
+        let midpoint = contact.midpoint();
+        let pieces = (contact.piece_a, contact.piece_b);
+        let first = self.previous.partition_point(|adhesion| (adhesion.piece_a, adhesion.piece_b) < pieces);
+        let same = self.previous[first..].iter().take_while(|a| (a.piece_a, a.piece_b) == pieces);
+        let nearer = |x: &&Adhesion, y: &&Adhesion| {
+            x.midpoint.distance_squared(midpoint).total_cmp(&y.midpoint.distance_squared(midpoint))
+        };
+        if let Some(adhesion) = same.min_by(nearer) {
+            return *adhesion;
+        }
+        let mut fresh = Adhesion {
+            piece_a: contact.piece_a,
+            piece_b: contact.piece_b,
+            holding_a: grasp.pose_ba.inverse().point(midpoint),
+            held_b: midpoint,
+            midpoint,
+            normal,
+            sliding: false,
+        };
+        let mut heir_of = None;
+        if *looks >= self.previous.len() {
+            *looks -= self.previous.len();
+            let within = |a: &&Adhesion| {
+                a.midpoint.distance_squared(midpoint) < grasp.reach * grasp.reach
+                    && a.normal.dot(normal) >= FRICTION_HEIR
+            };
+            heir_of = self.previous.iter().filter(within).min_by(nearer);
+        } else {
+            counters.unsought += 1;
+        }
+        if let Some(old) = heir_of {
+            fresh.held_b -= grasp.pose_ba.point(old.holding_a) - old.held_b;
+            fresh.sliding = old.sliding;
+            counters.inherited += 1;
+        } else {
+            counters.fresh += 1;
+        }
+        fresh
+    }
+}
+
+/// Step 2: the strain of `adhesion` now, tangential to `normal`.
+fn carry(adhesion: &mut Adhesion, midpoint: DVec3, normal: DVec3, grasp: &Grasp<'_>) -> DVec3 {
+    let x = grasp.pose_ba.point(adhesion.holding_a);
+    let strain = (x - adhesion.held_b).reject_from_normalized(normal);
+    adhesion.midpoint = midpoint;
+    adhesion.normal = normal;
+    if x.distance_squared(midpoint) > grasp.reach * grasp.reach {
+        hold_here(adhesion, strain, grasp);
+    } else {
+        adhesion.held_b = x - strain;
+    }
+    strain
+}
+
+/// Step 3: the strain that is held.
+fn stick_or_slide(
+    adhesion: &mut Adhesion,
+    strain: DVec3,
+    normal_force: f64,
+    grasp: &Grasp<'_>,
+    settings: &FrictionSettings,
+) -> DVec3 {
+    let strain_at = |coefficient: f64| coefficient * normal_force / settings.tangential_stiffness;
+    let (most_static, most_dynamic) = (strain_at(settings.static_coefficient), strain_at(settings.dynamic_coefficient));
+    let length = strain.length();
+    let threshold = if adhesion.sliding { most_dynamic * (1.0 + FRICTION_HELD) } else { most_static };
+    adhesion.sliding = length > threshold;
+    let most = if adhesion.sliding { most_dynamic } else { most_static };
+    if length <= most {
+        return strain;
+    }
+    let held = strain * (most / length);
+    hold_here(adhesion, held, grasp);
+    held
+}
+
+/// Moves both points of `adhesion` to the present contact, at the given strain.
+fn hold_here(adhesion: &mut Adhesion, strain: DVec3, grasp: &Grasp<'_>) {
+    adhesion.holding_a = grasp.pose_ba.inverse().point(adhesion.midpoint);
+    adhesion.held_b = adhesion.midpoint - strain;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::represent;
+    use super::super::testing::{Random, contact};
+    use super::*;
+
+    const SEED: u64 = 0xF21C;
+    const T: f64 = 1e-3;
+    const SETTINGS: FrictionSettings =
+        FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.3, tangential_stiffness: 1000.0 };
+    const NORMAL_FORCE: f64 = 2.0;
+
+    /// One tick of one cluster; the friction on a.
+    fn tick(tracker: &mut FrictionTracker, contacts: &[Contact], pose_ba: Pose, normal_force: f64) -> DVec3 {
+        let members: Vec<u32> = (0..contacts.len() as u32).collect();
+        let directions: Vec<DVec3> = contacts.iter().map(|contact| contact.normal).collect();
+        let grasp = Grasp {
+            contacts,
+            members: &members,
+            clusters: &[represent(contacts, &members, &directions, 0, T)],
+            normal_forces: &[normal_force],
+            tolerance: T,
+            reach: 4e-3,
+            pose_ba,
+        };
+        tracker.update(&grasp, &SETTINGS);
+        tracker.forces().iter().sum()
+    }
+
+    /// The lowest point of a block that stands at `x` on the plane z = 0.
+    fn block(x: DVec3) -> (Contact, Pose) {
+        (contact((3, 8), x, DVec3::Z, 0.0), Pose::from_translation(x))
+    }
+
+    fn drag(tracker: &mut FrictionTracker, x: f64) -> f64 {
+        let (contact, pose) = block(DVec3::X * x);
+        tick(tracker, &[contact], pose, NORMAL_FORCE).x
+    }
+
+    #[test]
+    fn a_dragged_block_sticks_then_slides_then_sticks_again() {
+        let mut tracker = FrictionTracker::new(8);
+        assert_eq!(drag(&mut tracker, 0.02), 0.0);
+        // Elastic up to μ_s F_n / k_t = 1 mm.
+        for k in 1..=9 {
+            let z = 1e-4 * f64::from(k);
+            assert!((drag(&mut tracker, 0.02 + z) + 1000.0 * z).abs() < 1e-9);
+            assert!(!tracker.adhesions()[0].sliding);
+        }
+        // Beyond: dragged along at μ_d F_n.
+        for k in 11..=40 {
+            assert!((drag(&mut tracker, 0.02 + 1e-4 * f64::from(k)) + 0.6).abs() < 1e-9);
+            assert!(tracker.adhesions()[0].sliding);
+        }
+        // At rest it is held, and holds up to the static limit from here.
+        assert!((drag(&mut tracker, 0.024) + 0.6).abs() < 1e-9);
+        assert!(!tracker.adhesions()[0].sliding);
+        assert!((drag(&mut tracker, 0.0243) + 0.9).abs() < 1e-9);
+        // Turning back unloads the same spring, through zero.
+        assert!((drag(&mut tracker, 0.0240) + 0.6).abs() < 1e-9);
+        assert!((drag(&mut tracker, 0.0230) - 0.4).abs() < 1e-9);
+        // Less load: what was stuck slides at once.
+        let (contact, pose) = block(DVec3::X * 0.0230);
+        assert!((tick(&mut tracker, &[contact], pose, 0.1).x - 0.03).abs() < 1e-12);
+        assert_eq!(tick(&mut tracker, &[contact], pose, 0.0), DVec3::ZERO);
+    }
+
+    #[test]
+    fn the_friction_cone_holds_for_any_stream_of_contacts() {
+        let mut random = Random(SEED);
+        let mut tracker = FrictionTracker::new(64);
+        let mut pose = random.pose(0.1);
+        for round in 0..4000 {
+            let step = Pose::new(glam::DQuat::from_scaled_axis(random.point(0.05)), random.point(5e-4));
+            pose = step * pose;
+            let up = (DVec3::Z + random.point(0.3)).normalize();
+            let contacts: Vec<_> = (0..1 + random.below(12))
+                .map(|_| {
+                    let pieces = (random.below(4) as u32, random.below(4) as u32);
+                    let n = (up + random.point(0.5)).normalize();
+                    contact(pieces, pose.translation + random.point(4e-3), n, random.between(-1e-3, 9e-4))
+                })
+                .collect();
+            let load = random.between(0.0, 5.0);
+            let friction = tick(&mut tracker, &contacts, pose, load);
+            let most = SETTINGS.static_coefficient * load;
+            assert!(friction.length() <= most * (1.0 + 1e-12), "seed {SEED:#x}, round {round}");
+            let normal = tracker.adhesions()[0].normal;
+            assert!(friction.dot(normal).abs() <= 1e-12 * most.max(1.0), "seed {SEED:#x}, round {round}");
+        }
+    }
+
+    #[test]
+    fn a_million_ticks_of_trembling_do_not_move_a_block() {
+        let mut random = Random(SEED ^ 1);
+        let mut tracker = FrictionTracker::new(8);
+        drag(&mut tracker, 0.1);
+        let pushed = drag(&mut tracker, 0.1005);
+        for _ in 0..1_000_000 {
+            // Pressed and released, tilted and moved, below the static limit.
+            let x = DVec3::new(0.1005, 0.0, 0.0) + random.point(3e-4) * DVec3::new(1.0, 1.0, 2.0);
+            let (contact, pose) = block(x);
+            tick(&mut tracker, &[contact], pose, NORMAL_FORCE);
+            assert!(!tracker.adhesions()[0].sliding);
+        }
+        assert!((drag(&mut tracker, 0.1005) - pushed).abs() < 1e-8);
+    }
+
+    #[test]
+    fn a_cluster_is_as_stiff_and_as_strong_as_one_contact() {
+        let shift = DVec3::X * 4e-4;
+        let many = |x: DVec3| -> Vec<Contact> {
+            (0..7u32)
+                .map(|k| contact((k, 0), x + DVec3::Y * (1e-4 * f64::from(k)), DVec3::Z, 1e-4 * f64::from(k)))
+                .collect()
+        };
+        let mut tracker = FrictionTracker::new(8);
+        tick(&mut tracker, &many(DVec3::ZERO), Pose::IDENTITY, NORMAL_FORCE);
+        let friction = tick(&mut tracker, &many(shift), Pose::from_translation(shift), NORMAL_FORCE);
+        assert!((friction + DVec3::X * 0.4).length() < 1e-12);
+        let far = DVec3::X * 3e-3;
+        let friction = tick(&mut tracker, &many(far), Pose::from_translation(far), NORMAL_FORCE);
+        assert!((friction + DVec3::X * 0.6).length() < 1e-12);
+    }
+
+    #[test]
+    fn the_next_piece_takes_over_the_strain_and_a_lost_contact_is_forgotten() {
+        let mut tracker = FrictionTracker::new(8);
+        drag(&mut tracker, 0.0);
+        let before = drag(&mut tracker, 5e-4);
+        let (mut next, pose) = block(DVec3::X * 5e-4);
+        next.piece_b = 9;
+        assert!((tick(&mut tracker, &[next], pose, NORMAL_FORCE).x - before).abs() < 1e-12);
+        // Too far, and too opposed, to be the same.
+        next.piece_b = 10;
+        let far = Contact { point_a: next.point_a + DVec3::Y, point_b: next.point_b + DVec3::Y, ..next };
+        assert_eq!(tick(&mut tracker.clone(), &[far], pose, NORMAL_FORCE), DVec3::ZERO);
+        let opposed = Contact { normal: -DVec3::Z, ..next };
+        assert_eq!(tick(&mut tracker.clone(), &[opposed], pose, NORMAL_FORCE), DVec3::ZERO);
+        let grasp = Grasp {
+            contacts: &[],
+            members: &[],
+            clusters: &[],
+            normal_forces: &[],
+            tolerance: T,
+            reach: 4e-3,
+            pose_ba: pose,
+        };
+        tracker.update(&grasp, &SETTINGS);
+        assert!(tracker.adhesions().is_empty());
+        assert_eq!(tick(&mut tracker, &[next], pose, NORMAL_FORCE), DVec3::ZERO);
+    }
+
+    #[test]
+    fn turning_everything_turns_the_friction() {
+        let mut random = Random(SEED ^ 2);
+        for round in 0..20 {
+            let scene = random.pose(0.5);
+            let (mut here, mut there) = (FrictionTracker::new(8), FrictionTracker::new(8));
+            for _ in 0..30 {
+                let (contact, pose) = block(random.point(2e-3) * DVec3::new(1.0, 1.0, 0.1));
+                let friction = tick(&mut here, &[contact], pose, NORMAL_FORCE);
+                let contact = super::super::testing::moved(&contact, &scene);
+                let turned = tick(&mut there, &[contact], scene * pose, NORMAL_FORCE);
+                assert!((scene.vector(friction) - turned).length() < 1e-9, "seed {SEED:#x}, round {round}");
+            }
+        }
+    }
+}

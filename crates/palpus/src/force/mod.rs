@@ -1,11 +1,20 @@
 //! Contacts, clusters, penalty force, shading, friction \[K02 §4\].
 
 mod cluster;
+#[cfg(test)]
+mod cluster_tests;
 mod contact;
 mod friction;
 mod pair_query;
 mod penalty;
 mod representative;
 mod shading;
+#[cfg(test)]
+mod testing;
 
+pub use cluster::{Linkage, LinkageCounters, LinkageSettings};
 pub use contact::Contact;
+pub use friction::{Adhesion, FrictionCounters, FrictionSettings, FrictionTracker, Grasp};
+pub use penalty::{Centers, NetWrench, PenaltySettings, normal_force};
+pub use representative::{Cluster, represent};
+pub use shading::{ShadingSettings, SmoothNormal, shade};

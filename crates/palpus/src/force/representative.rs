@@ -1,1 +1,158 @@
-//! One contact for each cluster.
+//! One contact for each cluster \[K02 §4.2, eq. 3–5\].
+//!
+//! The weights are the engagements t − d, so that deeper contacts count more. Normals that cancel leave eq. 3 without an
+//! answer; the deepest member's direction then stands in, and the caller is told. Clusters cut by normals
+//! ([`super::LinkageSettings::split_angle`]) cannot cancel.
+
+use glam::DVec3;
+
+use super::Contact;
+use crate::algebra::tolerance::CANCELLED_NORMAL;
+
+/// The representative contact of a cluster, in b's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cluster {
+    /// p̂ (eq. 4).
+    pub midpoint: DVec3,
+    /// n (eq. 3): unit, from b into a.
+    pub normal: DVec3,
+    /// d (eq. 5): the separation of the deepest member, m.
+    pub separation: f64,
+    /// t − d > 0, m.
+    pub engagement: f64,
+    /// Σ (t − dᵢ) over the members, m.
+    pub weight: f64,
+    /// Index of the deepest member among the contacts.
+    pub deepest: u32,
+    /// Where the cluster's members begin in the list of all members.
+    pub first_member: u32,
+    /// How many members it has.
+    pub member_count: u32,
+    /// Eq. 3 had no answer: `normal` is the deepest member's.
+    pub cancelled: bool,
+}
+
+impl Cluster {
+    /// The places of its members in the list of all members.
+    pub fn members(&self) -> std::ops::Range<usize> {
+        self.first_member as usize..(self.first_member + self.member_count) as usize
+    }
+}
+
+/// The representative of the contacts that `members` names: indices into `contacts`, at least one, each nearer than
+/// `tolerance`; `directions`, parallel to `members`, are their force directions.
+///
+/// The sums run in the order of `members`. `first_member` is stored as it is given.
+pub fn represent(
+    contacts: &[Contact],
+    members: &[u32],
+    directions: &[DVec3],
+    first_member: u32,
+    tolerance: f64,
+) -> Cluster {
+    debug_assert!(!members.is_empty() && members.len() == directions.len());
+    let separation = |k: usize| contacts[members[k] as usize].separation;
+    // Midpoints are summed relative to one of them: a small cluster far from the origin keeps its digits.
+    let origin = contacts[members[0] as usize].midpoint();
+    let mut weight = 0.0;
+    let mut weighted_normal = DVec3::ZERO;
+    let mut weighted_midpoint = DVec3::ZERO;
+    let mut deepest = 0;
+    for (k, (&i, &direction)) in members.iter().zip(directions).enumerate() {
+        let w = tolerance - separation(k);
+        weight += w;
+        weighted_normal += w * direction;
+        weighted_midpoint += w * (contacts[i as usize].midpoint() - origin);
+        if separation(k) < separation(deepest) {
+            deepest = k;
+        }
+    }
+    let length = weighted_normal.length();
+    let cancelled = length <= CANCELLED_NORMAL * weight;
+    let normal = if cancelled { directions[deepest] } else { weighted_normal / length }; // Eq. 3
+    let midpoint = origin + weighted_midpoint / weight; // Eq. 4
+    let engagement = tolerance - separation(deepest);
+    Cluster {
+        midpoint,
+        normal,
+        separation: separation(deepest), // Eq. 5
+        engagement,
+        weight,
+        deepest: members[deepest],
+        first_member,
+        member_count: members.len() as u32,
+        cancelled,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::{Random, contact};
+    use super::*;
+
+    const SEED: u64 = 0x3E92;
+    const T: f64 = 1e-3;
+
+    fn of(contacts: &[Contact]) -> Cluster {
+        let members: Vec<u32> = (0..contacts.len() as u32).collect();
+        let directions: Vec<DVec3> = contacts.iter().map(|contact| contact.normal).collect();
+        represent(contacts, &members, &directions, 0, T)
+    }
+
+    #[test]
+    fn one_contact_stands_for_itself() {
+        let n = DVec3::new(1.0, 2.0, -2.0) / 3.0;
+        let only = contact((4, 5), DVec3::new(0.1, -0.2, 0.3), n, -2e-4);
+        let cluster = of(&[only]);
+        assert!((cluster.midpoint - only.midpoint()).length() < 1e-16);
+        assert!((cluster.normal - n).length() < 1e-15);
+        assert_eq!(cluster.separation, -2e-4);
+        assert!((cluster.engagement - 1.2e-3).abs() < 1e-18);
+        assert!(!cluster.cancelled);
+    }
+
+    #[test]
+    fn copies_change_nothing_and_the_deepest_gives_the_depth() {
+        let mut random = Random(SEED);
+        let contacts: Vec<_> = (0..9)
+            .map(|k| {
+                let n = (DVec3::Z + random.point(0.4)).normalize();
+                contact((k, 0), random.point(2e-3), n, random.between(-1e-3, 0.9e-3))
+            })
+            .collect();
+        let once = of(&contacts);
+        let twice = of(&[contacts.clone(), contacts.clone()].concat());
+        assert!((once.normal - twice.normal).length() < 1e-14, "seed {SEED:#x}");
+        assert!((once.midpoint - twice.midpoint).length() < 1e-16, "seed {SEED:#x}");
+        assert_eq!(once.separation, twice.separation);
+        let deepest = contacts.iter().map(|c| c.separation).fold(1.0, f64::min);
+        assert_eq!(once.separation, deepest);
+        assert_eq!(contacts[once.deepest as usize].separation, deepest);
+    }
+
+    #[test]
+    fn weights_are_engagements() {
+        // Engagements 3 : 1.
+        let contacts =
+            [contact((0, 0), DVec3::ZERO, DVec3::X, T - 3e-4), contact((1, 0), DVec3::X * 4e-3, DVec3::Y, T - 1e-4)];
+        let cluster = of(&contacts);
+        assert!((cluster.midpoint - DVec3::X * 1e-3).length() < 1e-16);
+        assert!((cluster.normal - DVec3::new(3.0, 1.0, 0.0).normalize()).length() < 1e-12);
+        assert!((cluster.weight - 4e-4).abs() < 1e-18);
+        // A contact that is only just one counts for nothing.
+        let entering = contact((2, 0), DVec3::splat(1.0), -DVec3::Z, T * (1.0 - 1e-15));
+        let more = of(&[contacts[0], contacts[1], entering]);
+        assert!((more.midpoint - cluster.midpoint).length() < 1e-11);
+        assert!((more.normal - cluster.normal).length() < 1e-11);
+    }
+
+    #[test]
+    fn normals_that_cancel_leave_the_deepest() {
+        let contacts =
+            [contact((0, 0), DVec3::ZERO, DVec3::X, -1e-4), contact((1, 0), DVec3::Y * 1e-3, -DVec3::X, -1e-4)];
+        let cluster = of(&contacts);
+        assert!(cluster.cancelled);
+        assert_eq!(cluster.normal, DVec3::X);
+        assert!((cluster.midpoint - DVec3::Y * 0.5e-3).length() < 1e-16);
+    }
+}

@@ -5,3 +5,6 @@ mod saturate;
 mod scratch;
 mod settings;
 mod tick;
+
+pub use saturate::{Limits, Saturated, Saturation, saturate};
+pub use settings::{Settings, SettingsError};

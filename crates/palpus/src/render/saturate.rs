@@ -1,1 +1,113 @@
-//! Keeping a wrench within the device's limits.
+//! Keeping a wrench within the device's limits \[K02 §4.3, end\].
+
+use glam::DVec3;
+
+use crate::algebra::Wrench;
+use crate::algebra::tolerance::SATURATION_ROUNDING;
+
+/// The most that the device may be asked for; infinite for no limit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// N.
+    pub force: f64,
+    /// N·m about the grip.
+    pub torque: f64,
+}
+
+/// How a wrench beyond the limits is brought within.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Saturation {
+    /// Force and torque each keep their direction and lose only size: the paper's rule.
+    #[default]
+    Separate,
+}
+
+/// A wrench within the limits, and what it took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Saturated {
+    /// About the same point as the one that was given.
+    pub wrench: Wrench,
+    /// The force was shortened.
+    pub force_cut: bool,
+    /// The torque was shortened.
+    pub torque_cut: bool,
+    /// The wrench held a number that was not finite, and was replaced by none at all.
+    pub non_finite: bool,
+}
+
+/// Brings `wrench` within `limits`. The result is never longer than a limit, not even by rounding.
+pub fn saturate(wrench: Wrench, limits: &Limits, policy: Saturation) -> Saturated {
+    if !wrench.is_finite() {
+        return Saturated { wrench: Wrench::ZERO, force_cut: false, torque_cut: false, non_finite: true };
+    }
+    match policy {
+        Saturation::Separate => {
+            let (force, force_cut) = shorten(wrench.force, limits.force);
+            let (torque, torque_cut) = shorten(wrench.torque, limits.torque);
+            Saturated { wrench: Wrench { torque, force }, force_cut, torque_cut, non_finite: false }
+        }
+    }
+}
+
+/// `v`, shortened to `limit` if it is longer; and whether it was.
+fn shorten(v: DVec3, limit: f64) -> (DVec3, bool) {
+    // Scaled by the largest component first: the square of a finite number need not be finite.
+    let largest = v.abs().max_element();
+    if largest <= 0.0 {
+        return (v, false);
+    }
+    let scaled = v / largest;
+    let length = scaled.length();
+    if length * largest <= limit {
+        return (v, false);
+    }
+    (scaled * (limit * (1.0 - SATURATION_ROUNDING) / length), true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LIMITS: Limits = Limits { force: 8.5, torque: 0.188 };
+
+    #[test]
+    fn each_part_keeps_its_direction_and_loses_only_size() {
+        let wrench = Wrench { torque: DVec3::new(0.1, -0.7, 0.2), force: DVec3::new(-30.0, 4.0, 1e-3) };
+        let answer = saturate(wrench, &LIMITS, Saturation::Separate);
+        assert!(answer.force_cut && answer.torque_cut && !answer.non_finite);
+        for (before, after, limit) in
+            [(wrench.force, answer.wrench.force, LIMITS.force), (wrench.torque, answer.wrench.torque, LIMITS.torque)]
+        {
+            assert!(after.length() <= limit && after.length() > limit * (1.0 - 1e-12));
+            assert!((before.normalize() - after.normalize()).length() < 1e-15);
+        }
+        let weak = Wrench { torque: wrench.torque * 0.01, force: wrench.force * 0.01 };
+        assert_eq!(saturate(weak, &LIMITS, Saturation::Separate).wrench, weak);
+    }
+
+    #[test]
+    fn one_part_may_be_cut_alone() {
+        let wrench = Wrench { torque: DVec3::X, force: DVec3::Y };
+        let answer = saturate(wrench, &LIMITS, Saturation::Separate);
+        assert!(!answer.force_cut && answer.torque_cut);
+        assert_eq!(answer.wrench.force, DVec3::Y);
+        assert!(answer.wrench.torque.dot(DVec3::X) > 0.18);
+    }
+
+    #[test]
+    fn extremes_stay_finite() {
+        let huge = Wrench { torque: DVec3::splat(f64::MAX), force: DVec3::new(-1e300, 1e300, 0.0) };
+        let answer = saturate(huge, &LIMITS, Saturation::Separate);
+        assert!((answer.wrench.force.normalize() - DVec3::new(-1.0, 1.0, 0.0).normalize()).length() < 1e-15);
+        assert!(answer.wrench.torque.length() > 0.187);
+        for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+            let wrench = Wrench { torque: DVec3::X, force: DVec3::new(0.0, bad, 0.0) };
+            let answer = saturate(wrench, &LIMITS, Saturation::Separate);
+            assert!(answer.non_finite);
+            assert_eq!(answer.wrench, Wrench::ZERO);
+        }
+        let unlimited = Limits { force: f64::INFINITY, torque: 0.0 };
+        let answer = saturate(Wrench { torque: DVec3::X, force: DVec3::Y * 1e9 }, &unlimited, Saturation::Separate);
+        assert_eq!(answer.wrench, Wrench { torque: DVec3::ZERO, force: DVec3::Y * 1e9 });
+    }
+}

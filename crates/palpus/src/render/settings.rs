@@ -1,1 +1,164 @@
 //! What a renderer is told once.
+
+use glam::DVec3;
+
+use super::{Limits, Saturation};
+use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSettings};
+
+/// Everything that can be chosen about rendering; checked once, by [`Settings::validate`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Settings {
+    /// t of \[K02\], m: bodies push each other from this separation on.
+    pub contact_tolerance: f64,
+    /// δ of \[K02\], m: contacts nearer than this share one force. 0: every contact has its own.
+    pub cluster_radius: f64,
+    /// rad: opening of the cone that holds the normals of a cluster, 60° to 170°; `None`: no cut, as in the paper.
+    pub split_angle: Option<f64>,
+    /// k, N/m, of each cluster.
+    pub stiffness: f64,
+    /// Of the normal motion of each cluster, N·s/m; 0 for none.
+    pub damping: f64,
+    /// Force directions from smoothed normals; `None`: from the contact normals.
+    pub shading: Option<ShadingSettings>,
+    /// Stick–slip friction, if any.
+    pub friction: Option<FrictionSettings>,
+    /// The most that the device may be asked for.
+    pub limits: Limits,
+    /// How the limits are kept.
+    pub saturation: Saturation,
+    /// Where the hand holds the probe, in the probe's frame: the point about which the commanded torque is stated, and
+    /// whose velocity the probe's twist is. `None`: the probe's centre of mass.
+    pub grip_a: Option<DVec3>,
+    /// The most contacts that one tick can hold; of more, the deepest are kept.
+    pub capacity: usize,
+}
+
+impl Default for Settings {
+    /// For a hand-sized probe on a Phantom Premium 1.5/6DOF: 1 mm tolerance, 4 mm clusters, 800 N/m.
+    fn default() -> Self {
+        Self {
+            contact_tolerance: 1e-3,
+            cluster_radius: 4e-3,
+            split_angle: Some(130f64.to_radians()),
+            stiffness: 800.0,
+            damping: 0.0,
+            shading: None,
+            friction: None,
+            limits: Limits { force: 8.5, torque: 0.188 },
+            saturation: Saturation::Separate,
+            grip_a: None,
+            capacity: 4096,
+        }
+    }
+}
+
+/// A setting that cannot be.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[error("setting `{field}` is {value}, but must be {rule}")]
+pub struct SettingsError {
+    /// Name of the field, with a dot before a field of a field.
+    pub field: &'static str,
+    /// What it was.
+    pub value: f64,
+    /// What it must be.
+    pub rule: &'static str,
+}
+
+/// The most contacts that a renderer may be asked to hold: memory for them is obtained at once.
+const MOST_CONTACTS: usize = 1 << 20;
+
+impl Settings {
+    /// Says which setting cannot be, if one can't.
+    pub fn validate(&self) -> Result<(), SettingsError> {
+        positive("contact_tolerance", self.contact_tolerance)?;
+        not_negative("cluster_radius", self.cluster_radius)?;
+        if let Some(angle) = self.split_angle {
+            between("split_angle", angle, 60.0, 170.0, "an angle from 60° to 170°")?;
+        }
+        positive("stiffness", self.stiffness)?;
+        not_negative("damping", self.damping)?;
+        if let Some(shading) = &self.shading {
+            between("shading.crease_angle", shading.crease_angle, 0.0, 180.0, "an angle from 0° to 180°")?;
+            between("shading.most_turn", shading.most_turn, 0.0, 89.0, "an angle from 0° to 89°")?;
+        }
+        if let Some(friction) = &self.friction {
+            not_negative("friction.dynamic_coefficient", friction.dynamic_coefficient)?;
+            not_negative("friction.static_coefficient", friction.static_coefficient)?;
+            let rule = "at least friction.dynamic_coefficient";
+            let gap = friction.static_coefficient - friction.dynamic_coefficient;
+            check(gap >= 0.0, "friction.static_coefficient", friction.static_coefficient, rule)?;
+            positive("friction.tangential_stiffness", friction.tangential_stiffness)?;
+        }
+        check(self.limits.force >= 0.0, "limits.force", self.limits.force, "0 or more (infinite for none)")?;
+        check(self.limits.torque >= 0.0, "limits.torque", self.limits.torque, "0 or more (infinite for none)")?;
+        if let Some(grip) = self.grip_a {
+            check(grip.is_finite(), "grip_a", grip.length(), "a finite point")?;
+        }
+        let capacity = self.capacity;
+        check((1..=MOST_CONTACTS).contains(&capacity), "capacity", capacity as f64, "from 1 to 1048576")
+    }
+
+    /// What clustering needs to know.
+    pub fn linkage(&self) -> LinkageSettings {
+        LinkageSettings {
+            tolerance: self.contact_tolerance,
+            radius: self.cluster_radius,
+            split_angle: self.split_angle,
+        }
+    }
+
+    /// What the penalty force needs to know.
+    pub fn penalty(&self) -> PenaltySettings {
+        PenaltySettings { stiffness: self.stiffness, damping: self.damping }
+    }
+}
+
+fn check(holds: bool, field: &'static str, value: f64, rule: &'static str) -> Result<(), SettingsError> {
+    if holds { Ok(()) } else { Err(SettingsError { field, value, rule }) }
+}
+
+fn positive(field: &'static str, value: f64) -> Result<(), SettingsError> {
+    check(value.is_finite() && value > 0.0, field, value, "finite and greater than 0")
+}
+
+fn not_negative(field: &'static str, value: f64) -> Result<(), SettingsError> {
+    check(value.is_finite() && value >= 0.0, field, value, "finite and not negative")
+}
+
+fn between(field: &'static str, angle: f64, least: f64, most: f64, rule: &'static str) -> Result<(), SettingsError> {
+    check(angle >= least.to_radians() && angle <= most.to_radians(), field, angle, rule)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_setting_that_cannot_be_is_named() {
+        let good = Settings::default();
+        assert_eq!(good.validate(), Ok(()));
+        let friction = |static_coefficient, dynamic_coefficient, tangential_stiffness| Settings {
+            friction: Some(FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness }),
+            ..good
+        };
+        assert_eq!(friction(0.4, 0.3, 500.0).validate(), Ok(()));
+        for (settings, field) in [
+            (Settings { contact_tolerance: 0.0, ..good }, "contact_tolerance"),
+            (Settings { contact_tolerance: f64::NAN, ..good }, "contact_tolerance"),
+            (Settings { cluster_radius: -1e-3, ..good }, "cluster_radius"),
+            (Settings { split_angle: Some(0.1), ..good }, "split_angle"),
+            (Settings { stiffness: f64::INFINITY, ..good }, "stiffness"),
+            (Settings { damping: -1.0, ..good }, "damping"),
+            (friction(0.3, 0.4, 500.0), "friction.static_coefficient"),
+            (friction(0.4, 0.3, 0.0), "friction.tangential_stiffness"),
+            (Settings { limits: Limits { force: f64::NAN, torque: 0.0 }, ..good }, "limits.force"),
+            (Settings { limits: Limits { force: 1.0, torque: -0.1 }, ..good }, "limits.torque"),
+            (Settings { grip_a: Some(DVec3::NAN), ..good }, "grip_a"),
+            (Settings { capacity: 0, ..good }, "capacity"),
+        ] {
+            let error = settings.validate().expect_err(field);
+            assert_eq!(error.field, field);
+            assert!(error.to_string().contains(field));
+        }
+    }
+}

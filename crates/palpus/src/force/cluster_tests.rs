@@ -1,0 +1,235 @@
+//! Clusters against quadratic single linkage, which shares no step with the grid but the comparison itself.
+
+use glam::DVec3;
+
+use super::testing::{Random, contact, moved};
+use super::{Contact, Linkage, LinkageSettings};
+
+const SEED: u64 = 0x0C1A_57E2;
+const TOLERANCE: f64 = 1e-3;
+const RADIUS: f64 = 4e-3;
+const PAPER: LinkageSettings = LinkageSettings { tolerance: TOLERANCE, radius: RADIUS, split_angle: None };
+const CUT: LinkageSettings = LinkageSettings { split_angle: Some(2.269), ..PAPER };
+
+/// Components of eq. 2 by repeated relabelling: every contact within the tolerance gets the least index that it reaches.
+fn quadratic(contacts: &[Contact], radius: f64) -> Vec<Vec<u32>> {
+    let mut label: Vec<usize> = (0..contacts.len()).collect();
+    loop {
+        let before = label.clone();
+        for i in 0..contacts.len() {
+            for j in 0..contacts.len() {
+                let near = contacts[i].midpoint().distance_squared(contacts[j].midpoint()) < radius * radius;
+                let both = contacts[i].separation < TOLERANCE && contacts[j].separation < TOLERANCE;
+                if near && both {
+                    label[i] = label[i].min(label[j]);
+                }
+            }
+        }
+        if label == before {
+            break;
+        }
+    }
+    let mut groups = vec![Vec::new(); contacts.len()];
+    for (i, contact) in contacts.iter().enumerate() {
+        if contact.separation < TOLERANCE {
+            groups[label[i]].push(i as u32);
+        }
+    }
+    groups.retain(|group| !group.is_empty());
+    groups
+}
+
+fn clusters(linkage: &Linkage) -> Vec<Vec<u32>> {
+    (0..linkage.len()).map(|k| linkage.members()[linkage.range(k)].to_vec()).collect()
+}
+
+fn sorted(mut groups: Vec<Vec<u32>>) -> Vec<Vec<u32>> {
+    for group in &mut groups {
+        group.sort_unstable();
+    }
+    groups.sort_unstable();
+    groups
+}
+
+fn cloud(random: &mut Random, n: usize, half: f64) -> Vec<Contact> {
+    (0..n)
+        .map(|k| {
+            let (p, n) = (random.point(half), random.direction());
+            contact((k as u32 / 7, k as u32 % 7), p, n, random.between(-2e-3, 1.1e-3))
+        })
+        .collect()
+}
+
+fn run(contacts: &[Contact], settings: &LinkageSettings) -> Linkage {
+    let mut linkage = Linkage::new(contacts.len().max(1));
+    linkage.run(contacts, settings, |contact| contact.normal);
+    linkage
+}
+
+#[test]
+fn equals_quadratic_single_linkage() {
+    let mut random = Random(SEED);
+    for round in 0..400 {
+        let n = 1 + random.below(90);
+        // From all in one cluster to all alone; sometimes far from the origin, sometimes in a plane.
+        let half = RADIUS * random.between(0.3, 12.0);
+        let mut contacts = cloud(&mut random, n, half);
+        let far = if round % 5 == 0 { random.point(1e3) } else { DVec3::ZERO };
+        for contact in &mut contacts {
+            let flat = if round % 3 == 0 { DVec3::Z * contact.midpoint().z } else { DVec3::ZERO };
+            contact.point_a += far - flat;
+            contact.point_b += far - flat;
+        }
+        let answer = sorted(clusters(&run(&contacts, &PAPER)));
+        assert_eq!(answer, quadratic(&contacts, RADIUS), "seed {SEED:#x}, round {round}");
+    }
+}
+
+#[test]
+fn chains_join_and_a_link_of_exactly_delta_does_not() {
+    let line = |spacing: f64| -> Vec<Contact> {
+        (0..60u32).map(|k| contact((k, 0), DVec3::X * (spacing * f64::from(k)), DVec3::Z, 0.0)).collect()
+    };
+    assert_eq!(run(&line(0.999 * RADIUS), &PAPER).len(), 1);
+    // Spacing and radius a power of two: the distances are δ to the last bit.
+    let exact = LinkageSettings { radius: 0.0625, ..PAPER };
+    assert_eq!(run(&line(0.0625), &exact).len(), 60);
+    assert_eq!(run(&line(0.0625 - 1e-12), &exact).len(), 1);
+    assert_eq!(run(&line(0.0), &LinkageSettings { radius: 0.0, ..PAPER }).len(), 60);
+}
+
+#[test]
+fn a_cell_wall_separates_nobody() {
+    // Pairs just under δ apart, in every direction and at every offset to the grid, which begins at the first contact.
+    let mut random = Random(SEED ^ 1);
+    for round in 0..2000 {
+        let p = random.point(10.0 * RADIUS);
+        let q = p + random.direction() * (RADIUS * 0.999_999);
+        let contacts = [
+            contact((0, 0), DVec3::splat(-11.0 * RADIUS), DVec3::Z, 0.0),
+            contact((1, 0), p, DVec3::Z, 0.0),
+            contact((2, 0), q, DVec3::Z, 0.0),
+        ];
+        let groups = clusters(&run(&contacts, &PAPER));
+        assert!(groups.contains(&vec![1, 2]), "seed {SEED:#x}, round {round}: {groups:?}");
+    }
+}
+
+#[test]
+fn contacts_beyond_the_grid_are_linked_all_the_same() {
+    let mut random = Random(SEED ^ 2);
+    let mut contacts = cloud(&mut random, 80, 3.0 * RADIUS);
+    for contact in contacts.iter_mut().skip(1) {
+        contact.point_a += DVec3::splat(1e6);
+        contact.point_b += DVec3::splat(1e6);
+    }
+    assert_eq!(sorted(clusters(&run(&contacts, &PAPER))), quadratic(&contacts, RADIUS));
+}
+
+#[test]
+fn permuting_contacts_changes_no_bit() {
+    let mut random = Random(SEED ^ 3);
+    for round in 0..60 {
+        let n = 1 + random.below(120);
+        let contacts = cloud(&mut random, n, 4.0 * RADIUS);
+        let mut shuffled = contacts.clone();
+        random.shuffle(&mut shuffled);
+        let (first, second) = (run(&contacts, &CUT), run(&shuffled, &CUT));
+        let values = |linkage: &Linkage, contacts: &[Contact]| -> Vec<Vec<Contact>> {
+            let of = |group: &Vec<u32>| group.iter().map(|&i| contacts[i as usize]).collect();
+            clusters(linkage).iter().map(of).collect()
+        };
+        assert_eq!(values(&first, &contacts), values(&second, &shuffled), "seed {SEED:#x}, round {round}");
+        assert_eq!(first.directions(), second.directions());
+    }
+}
+
+#[test]
+fn moving_the_scene_changes_no_cluster() {
+    let mut random = Random(SEED ^ 4);
+    for round in 0..60 {
+        let n = 1 + random.below(60);
+        let contacts = cloud(&mut random, n, 4.0 * RADIUS);
+        let pose = random.pose(0.3);
+        let elsewhere: Vec<_> = contacts.iter().map(|contact| moved(contact, &pose)).collect();
+        assert_eq!(clusters(&run(&contacts, &CUT)), clusters(&run(&elsewhere, &CUT)), "seed {SEED:#x}, round {round}");
+    }
+}
+
+#[test]
+fn every_cluster_fits_its_cone_and_refines_single_linkage() {
+    let mut random = Random(SEED ^ 5);
+    for round in 0..200 {
+        let n = 1 + random.below(90);
+        let contacts = cloud(&mut random, n, 4.0 * RADIUS);
+        let whole = quadratic(&contacts, RADIUS);
+        let linkage = run(&contacts, &CUT);
+        let mut seen = 0;
+        for group in clusters(&linkage) {
+            seen += group.len();
+            assert!(whole.iter().any(|w| group.iter().all(|i| w.contains(i))), "seed {SEED:#x}, round {round}");
+            for &i in &group {
+                for &j in &group {
+                    let cosine = contacts[i as usize].normal.dot(contacts[j as usize].normal);
+                    assert!(cosine >= 2.269f64.cos() - 1e-12, "seed {SEED:#x}, round {round}");
+                }
+            }
+            // Still connected by eq. 2 alone.
+            let members: Vec<_> = group.iter().map(|&i| contacts[i as usize]).collect();
+            assert_eq!(quadratic(&members, RADIUS).len(), 1, "seed {SEED:#x}, round {round}");
+        }
+        assert_eq!(seen, whole.iter().map(Vec::len).sum::<usize>());
+    }
+}
+
+#[test]
+fn the_walls_of_a_slot_and_the_two_sides_of_a_ring_are_apart() {
+    let slot: Vec<_> = (0..20u32)
+        .map(|k| {
+            let side = if k % 2 == 0 { 1.0 } else { -1.0 };
+            let p = DVec3::new(1e-3 * f64::from(k / 2), 0.5e-3 * side, 0.0);
+            contact((k, 0), p, DVec3::Y * side, -1e-4)
+        })
+        .collect();
+    assert_eq!(run(&slot, &PAPER).len(), 1);
+    let linkage = run(&slot, &CUT);
+    assert_eq!(linkage.len(), 2);
+    assert!(linkage.range(0).len() == 10);
+
+    // A peg in a hole: neighbours differ by 15°, a chain all around.
+    let ring: Vec<_> = (0..24u32)
+        .map(|k| {
+            let angle = (15.0 * f64::from(k)).to_radians();
+            let inward = -DVec3::new(angle.cos(), angle.sin(), 0.0);
+            contact((0, k), inward * -5e-3, inward, -1e-4)
+        })
+        .collect();
+    assert_eq!(run(&ring, &PAPER).len(), 1);
+    let linkage = run(&ring, &CUT);
+    assert_eq!(linkage.len(), 4);
+    let sum = |k: usize| linkage.directions()[linkage.range(k)].iter().sum::<DVec3>().normalize();
+    assert!((0..4).map(sum).sum::<DVec3>().length() < 1e-12, "a centred peg feels nothing");
+    // The corner of a box, three walls at right angles, stays one.
+    let corner: Vec<_> =
+        [DVec3::X, DVec3::Y, DVec3::Z].iter().map(|&n| contact((0, 0), DVec3::ZERO, n, -1e-4)).collect();
+    assert_eq!(run(&corner, &CUT).len(), 1);
+}
+
+#[test]
+fn what_does_not_fit_is_counted_and_the_deepest_stay() {
+    let mut random = Random(SEED ^ 6);
+    let mut contacts = cloud(&mut random, 300, RADIUS);
+    contacts[3].separation = f64::NAN;
+    contacts[4].point_a.x = f64::INFINITY;
+    let mut linkage = Linkage::new(20);
+    let counters = linkage.run(&contacts, &PAPER, |contact| contact.normal);
+    let finite = |c: &&Contact| c.separation.is_finite() && c.point_a.is_finite();
+    let mut depths: Vec<_> = contacts.iter().filter(finite).map(|c| c.separation).filter(|&s| s < TOLERANCE).collect();
+    depths.sort_by(f64::total_cmp);
+    assert_eq!((counters.admitted, counters.non_finite), (20, 2));
+    assert_eq!(counters.dropped as usize, depths.len() - 20);
+    let shallowest = linkage.members().iter().map(|&i| contacts[i as usize].separation).fold(-1.0, f64::max);
+    assert_eq!(shallowest.to_bits(), depths[19].to_bits());
+    assert_eq!(linkage.run(&[], &PAPER, |contact| contact.normal).admitted, 0);
+    assert!(linkage.is_empty());
+}
