@@ -1,0 +1,74 @@
+//! What a body is made of, as 32 bytes: the same vertices and faces give the same hash on every machine.
+
+use std::fmt;
+use std::str::FromStr;
+
+use palpus::body::PolygonSoup;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+/// The BLAKE3 hash of a mesh's content; shows as 64 hexadecimal digits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct ContentHash(pub [u8; 32]);
+
+impl ContentHash {
+    /// The hash of the vertices (bit for bit) and faces of a soup, whatever file it came from.
+    pub fn of_soup(soup: &PolygonSoup) -> Self {
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(b"palpus soup 1");
+        hasher.update(&(soup.vertices.len() as u64).to_le_bytes());
+        hasher.update(&(soup.face_count() as u64).to_le_bytes());
+        for vertex in &soup.vertices {
+            for x in vertex.to_array() {
+                hasher.update(&x.to_le_bytes());
+            }
+        }
+        for face in 0..soup.face_count() {
+            let face = soup.face(face);
+            hasher.update(&(face.len() as u32).to_le_bytes());
+            for corner in face {
+                hasher.update(&corner.to_le_bytes());
+            }
+        }
+        Self(*hasher.finalize().as_bytes())
+    }
+
+    /// The hash of any bytes, for instance of settings.
+    pub fn of_bytes(bytes: &[u8]) -> Self {
+        Self(*blake3::hash(bytes).as_bytes())
+    }
+}
+
+impl fmt::Display for ContentHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|byte| write!(f, "{byte:02x}"))
+    }
+}
+
+/// The text is not 64 hexadecimal digits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("a content hash is 64 hexadecimal digits")]
+pub struct NotAContentHash;
+
+impl FromStr for ContentHash {
+    type Err = NotAContentHash;
+
+    fn from_str(text: &str) -> Result<Self, NotAContentHash> {
+        let digits: Vec<u32> = text.chars().map(|c| c.to_digit(16)).collect::<Option<_>>().ok_or(NotAContentHash)?;
+        if digits.len() != 64 {
+            return Err(NotAContentHash);
+        }
+        Ok(Self(std::array::from_fn(|k| (digits[2 * k] << 4 | digits[2 * k + 1]) as u8)))
+    }
+}
+
+impl Serialize for ContentHash {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
+impl<'de> Deserialize<'de> for ContentHash {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
+    }
+}

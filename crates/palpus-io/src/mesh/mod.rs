@@ -1,0 +1,184 @@
+//! Mesh files: OBJ, STL, PLY, OFF, glTF and GLB to a [`PolygonSoup`], and groups of polygons to OBJ.
+//!
+//! * A file either gives a soup whose coordinates are finite and whose indices are in range, or one [`MeshFileError`]
+//!   that says what is wrong, where, and what to do. Nothing panics on any bytes.
+//! * A face with fewer than three corners is an error in every format. Faces that repeat a vertex or have no area are
+//!   passed on: judging shape is the engine's business.
+//! * Counts in a file are held against its size before anything is reserved: a soup takes a small multiple of its file
+//!   (at most about twelve bytes for each).
+//! * Lengths stay in the file's unit.
+
+mod base64;
+mod builder;
+mod content;
+mod fault;
+pub mod gltf;
+mod lines;
+pub mod obj;
+mod obj_writer;
+pub mod off;
+pub mod ply;
+pub mod stl;
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Component, Path, PathBuf};
+
+use palpus::body::PolygonSoup;
+
+pub use builder::MAX_COORDINATE;
+pub use content::ContentHash;
+pub use fault::{MeshFileError, MeshProblem, Place};
+pub use obj_writer::write_obj_groups;
+
+use lines::{Lines, shown, words};
+
+/// The largest file that is read. 32-bit indices end sooner for every format.
+const MAX_FILE_BYTES: u64 = 1 << 33;
+/// How much of a file without a known extension is looked at to find out what it is.
+const SNIFFED: usize = 1 << 16;
+
+/// A format of mesh files.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshFormat {
+    /// Wavefront OBJ.
+    Obj,
+    /// STL, binary or ASCII.
+    Stl,
+    /// PLY, binary or ASCII.
+    Ply,
+    /// OFF, ASCII.
+    Off,
+    /// glTF 2.0, as JSON or GLB.
+    Gltf,
+}
+
+impl MeshFormat {
+    /// The format that a file's extension names, in any case.
+    pub fn of_extension(path: &Path) -> Option<Self> {
+        Some(match path.extension()?.to_str()?.to_ascii_lowercase().as_str() {
+            "obj" => Self::Obj,
+            "stl" => Self::Stl,
+            "ply" => Self::Ply,
+            "off" | "coff" | "noff" => Self::Off,
+            "gltf" | "glb" => Self::Gltf,
+            _ => return None,
+        })
+    }
+
+    /// The format that a file's bytes look like.
+    pub fn of_content(bytes: &[u8]) -> Option<Self> {
+        let start = &bytes[..bytes.len().min(SNIFFED)];
+        let first = Lines::new(start).find_map(|(_, line)| words(line).next());
+        if start.starts_with(b"glTF") || start.trim_ascii_start().starts_with(b"{") {
+            Some(Self::Gltf)
+        } else if first == Some(b"ply") {
+            Some(Self::Ply)
+        } else if first.is_some_and(off::is_header) {
+            Some(Self::Off)
+        } else if stl::has_binary_length(bytes) || stl::is_ascii(bytes) {
+            Some(Self::Stl)
+        } else {
+            let is_obj = |line| matches!(words(line).next(), Some(b"v" | b"f" | b"mtllib"));
+            Lines::new(start).any(|(_, line)| is_obj(line)).then_some(Self::Obj)
+        }
+    }
+
+    /// What the format is called.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Obj => "OBJ",
+            Self::Stl => "STL",
+            Self::Ply => "PLY",
+            Self::Off => "OFF",
+            Self::Gltf => "glTF",
+        }
+    }
+}
+
+/// Reads a mesh file: the format is the extension's, or else what the content looks like.
+pub fn read_mesh(path: &Path) -> Result<PolygonSoup, MeshFileError> {
+    let name = path.display().to_string();
+    let error = |problem| MeshFileError { file: name.clone(), place: Place::File, problem: Box::new(problem) };
+    let bytes = read_file(path, MAX_FILE_BYTES + 1).map_err(|e| error(MeshProblem::Unreadable(e)))?;
+    if bytes.len() as u64 > MAX_FILE_BYTES {
+        return Err(error(MeshProblem::TooLarge("the file is larger than 8 GiB".to_owned())));
+    }
+    if bytes.is_empty() {
+        return Err(error(MeshProblem::Malformed("the file is empty; export the mesh again".to_owned())));
+    }
+    let content = MeshFormat::of_content(&bytes);
+    let Some(format) = MeshFormat::of_extension(path).or(content) else {
+        return Err(error(MeshProblem::Unsupported(unknown_format(path, &bytes))));
+    };
+    let read = match format {
+        MeshFormat::Obj => obj::parse(&bytes, &name),
+        MeshFormat::Stl => stl::parse(&bytes, &name),
+        MeshFormat::Ply => ply::parse(&bytes, &name),
+        MeshFormat::Off => off::parse(&bytes, &name),
+        MeshFormat::Gltf => gltf::parse_with(&bytes, &name, &mut |uri, length| fetch_beside(path, uri, length)),
+    };
+    match content {
+        Some(content) if content != format && read.is_err() => {
+            let (is, should) = (content.name(), format.name());
+            let what = format!("the file is named as {should}, but its content looks like {is}; rename it");
+            Err(error(MeshProblem::Malformed(what)))
+        }
+        _ => read,
+    }
+}
+
+/// At most `limit` bytes of a file.
+fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
+    let file = File::open(path)?;
+    if file.metadata()?.is_dir() {
+        return Err(io::Error::other("it is a folder"));
+    }
+    let mut bytes = Vec::new();
+    file.take(limit).read_to_end(&mut bytes)?;
+    Ok(bytes)
+}
+
+/// What to say about a file of no known kind.
+fn unknown_format(path: &Path, bytes: &[u8]) -> String {
+    let read = "OBJ, STL, PLY, OFF, glTF and GLB are";
+    if bytes.starts_with(b"\x1F\x8B") || bytes.starts_with(b"PK\x03\x04") {
+        return format!("the file is compressed, which is not read; unpack it first ({read})");
+    }
+    match path.extension() {
+        Some(extension) => {
+            let extension = shown(extension.as_encoded_bytes());
+            format!("the format `{extension}` is not read; export the mesh in another ({read})")
+        }
+        None => format!("the content is of no format that is read; export the mesh in another ({read})"),
+    }
+}
+
+/// The first `length` bytes of a file that a mesh file names; it must lie in the same folder or below.
+fn fetch_beside(mesh: &Path, uri: &str, length: u64) -> io::Result<Vec<u8>> {
+    let decoded = percent_decoded(uri).ok_or_else(|| io::Error::other("its name is not a valid URI"))?;
+    let relative = PathBuf::from(decoded);
+    let stays = relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    if !stays || uri.contains("://") {
+        return Err(io::Error::other("it lies outside the mesh file's folder"));
+    }
+    let folder = mesh.parent().unwrap_or(Path::new(""));
+    read_file(&folder.join(relative), length)
+}
+
+/// A URI with its `%20`s replaced.
+fn percent_decoded(uri: &str) -> Option<String> {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let Some((&first, after)) = rest.split_first() {
+        rest = after;
+        if first == b'%' {
+            let digits = std::str::from_utf8(after.get(..2)?).ok()?;
+            bytes.push(u8::from_str_radix(digits, 16).ok()?);
+            rest = &after[2..];
+        } else {
+            bytes.push(first);
+        }
+    }
+    String::from_utf8(bytes).ok()
+}

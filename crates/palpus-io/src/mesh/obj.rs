@@ -1,0 +1,103 @@
+//! Wavefront OBJ: the polygons of all objects and groups, as one soup.
+//!
+//! 1. Lines, joined where one ends in a backslash, are split into words; `#` starts a comment. Comments and names may
+//!    be in any encoding.
+//! 2. `v x y z …` is a vertex; weights and colours behind it are ignored.
+//! 3. `f` is a polygon over `v`, `v/vt`, `v//vn` or `v/vt/vn`; only the `v` is read. Negative numbers count back from
+//!    the last vertex above the face; positive ones may also point to vertices that follow.
+//! 4. Everything else (textures, normals, materials, groups, lines, points) is passed over, and no `.mtl` is opened. An
+//!    unknown word that starts with `v` or `f` is an error: it may be a damaged vertex or face, and ignoring it would
+//!    renumber the rest.
+//!
+//! A face with fewer than three corners is an error, not a notice: the file is wrong there, and a silently smaller
+//! surface is what a hand would fall through.
+//!
+//! Our own reader and not the crate `tobj`: that one gives no line numbers, rejects Latin-1, and would need a second
+//! scan as long as this file to name the line of a NaN.
+
+use palpus::body::PolygonSoup;
+
+use super::builder::SoupBuilder;
+use super::fault::{Fault, MeshFileError, MeshProblem, Place};
+use super::lines::{Lines, looks_binary, shown, whole, words};
+
+/// Reads an OBJ file's bytes; `name` is how errors call the file.
+pub fn parse(bytes: &[u8], name: &str) -> Result<PolygonSoup, MeshFileError> {
+    read(bytes).map_err(|fault| fault.of(name))
+}
+
+fn read(bytes: &[u8]) -> Result<PolygonSoup, Fault> {
+    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
+        return Err(Fault::unsupported(Place::File, "the text is UTF-16; save it as UTF-8 or ASCII"));
+    }
+    let mut soup = SoupBuilder::new(1);
+    let mut lines = Lines::new(bytes);
+    let mut joined = Vec::new();
+    while let Some((line, text)) = lines.next() {
+        let place = Place::Line(line);
+        let statement = match words(text).next() {
+            Some(b"v" | b"f" | b"fo") if text.ends_with(b"\\") => join(text, &mut lines, &mut joined),
+            _ => text,
+        };
+        let mut words = words(statement);
+        match words.next() {
+            None => {}
+            Some(b"v") => soup.vertex_of_words(words, place)?,
+            Some(b"f" | b"fo") => face(words, place, &mut soup)?,
+            Some(keyword) => pass_over(keyword, place)?,
+        }
+    }
+    soup.finish()
+}
+
+/// The statement that starts with `text` and goes on over the next lines, as long as they end in a backslash.
+fn join<'a>(text: &[u8], lines: &mut Lines<'_>, joined: &'a mut Vec<u8>) -> &'a [u8] {
+    joined.clear();
+    joined.extend_from_slice(text);
+    while joined.last() == Some(&b'\\') {
+        joined.pop();
+        joined.push(b' ');
+        match lines.next() {
+            Some((_, more)) => joined.extend_from_slice(more),
+            None => break,
+        }
+    }
+    joined
+}
+
+/// Reads the words behind an `f`.
+fn face<'a>(words: impl Iterator<Item = &'a [u8]>, place: Place, soup: &mut SoupBuilder) -> Result<(), Fault> {
+    for word in words {
+        let digits = word.split(|&b| b == b'/').next().unwrap_or(word);
+        let Some(index) = whole(digits) else {
+            let what = format!(
+                "\"{}\" is not the corner of a face (v, v/vt, v//vn or v/vt/vn); repair it or export the mesh again",
+                shown(word)
+            );
+            return Err(Fault::malformed(place, what));
+        };
+        let count = soup.vertex_count();
+        let corner = if index > 0 { Some(index as u64 - 1) } else { count.checked_sub(index.unsigned_abs()) };
+        match corner {
+            Some(corner) if index != 0 => soup.corner(corner, place),
+            _ => {
+                let problem = MeshProblem::IndexOutOfRange { index: index.into(), count, first: 1 };
+                return Err(Fault::new(place, problem));
+            }
+        }
+    }
+    soup.end_face(place)
+}
+
+/// Lets a statement pass that carries no surface.
+fn pass_over(keyword: &[u8], place: Place) -> Result<(), Fault> {
+    if looks_binary(keyword) {
+        return Err(Fault::malformed(place, "this is not text; is it an OBJ file?"));
+    }
+    let known = matches!(keyword, b"vt" | b"vn" | b"vp" | b"vc");
+    if !known && (keyword.starts_with(b"v") || keyword.starts_with(b"f")) {
+        let what = format!("\"{}\" is no statement of OBJ; repair or remove the line", shown(keyword));
+        return Err(Fault::malformed(place, what));
+    }
+    Ok(())
+}
