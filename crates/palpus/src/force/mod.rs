@@ -10,7 +10,7 @@ mod penalty;
 mod representative;
 mod shading;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 
 pub use cluster::{Linkage, LinkageCounters, LinkageSettings};
 pub use contact::Contact;

@@ -1,10 +1,15 @@
 //! One tick: from the probe's state to the wrench in the hand \[K02 §4.3, §5\].
 
+mod force_stage;
+#[cfg(test)]
+mod force_stage_tests;
 mod renderer;
 mod saturate;
 mod scratch;
 mod settings;
 mod tick;
 
+pub use force_stage::{Forces, Motion, force};
 pub use saturate::{Limits, Saturated, Saturation, saturate};
+pub use scratch::Scratch;
 pub use settings::{Settings, SettingsError};

@@ -1,1 +1,27 @@
-//! All working memory of a renderer, sized once.
+//! All working memory of the force stage, sized once.
+
+use crate::force::{FrictionTracker, Linkage};
+
+/// Working memory, and the adhesions that friction carries from tick to tick.
+#[derive(Clone, Debug)]
+pub struct Scratch {
+    pub(super) linkage: Linkage,
+    pub(super) friction: FrictionTracker,
+}
+
+impl Scratch {
+    /// Memory for `capacity` contacts a tick.
+    pub fn new(capacity: usize) -> Self {
+        Self { linkage: Linkage::new(capacity), friction: FrictionTracker::new(capacity) }
+    }
+
+    /// Forgets the past: the next tick begins without friction.
+    pub fn clear(&mut self) {
+        self.friction.clear();
+    }
+
+    /// What friction remembers.
+    pub fn friction(&self) -> &FrictionTracker {
+        &self.friction
+    }
+}

@@ -26,9 +26,9 @@ pub struct Settings {
     pub limits: Limits,
     /// How the limits are kept.
     pub saturation: Saturation,
-    /// Where the hand holds the probe, in the probe's frame: the point about which the commanded torque is stated, and
-    /// whose velocity the probe's twist is. `None`: the probe's centre of mass.
-    pub grip_a: Option<DVec3>,
+    /// Where the hand holds the probe, in the probe's frame: the point about which the device's torque is stated, and
+    /// whose velocity the probe's twist is. By default the origin of the probe's frame.
+    pub grip_a: DVec3,
     /// The most contacts that one tick can hold; of more, the deepest are kept.
     pub capacity: usize,
 }
@@ -46,7 +46,7 @@ impl Default for Settings {
             friction: None,
             limits: Limits { force: 8.5, torque: 0.188 },
             saturation: Saturation::Separate,
-            grip_a: None,
+            grip_a: DVec3::ZERO,
             capacity: 4096,
         }
     }
@@ -91,9 +91,7 @@ impl Settings {
         }
         check(self.limits.force >= 0.0, "limits.force", self.limits.force, "0 or more (infinite for none)")?;
         check(self.limits.torque >= 0.0, "limits.torque", self.limits.torque, "0 or more (infinite for none)")?;
-        if let Some(grip) = self.grip_a {
-            check(grip.is_finite(), "grip_a", grip.length(), "a finite point")?;
-        }
+        check(self.grip_a.is_finite(), "grip_a", self.grip_a.length(), "a finite point")?;
         let capacity = self.capacity;
         check((1..=MOST_CONTACTS).contains(&capacity), "capacity", capacity as f64, "from 1 to 1048576")
     }
@@ -153,7 +151,7 @@ mod tests {
             (friction(0.4, 0.3, 0.0), "friction.tangential_stiffness"),
             (Settings { limits: Limits { force: f64::NAN, torque: 0.0 }, ..good }, "limits.force"),
             (Settings { limits: Limits { force: 1.0, torque: -0.1 }, ..good }, "limits.torque"),
-            (Settings { grip_a: Some(DVec3::NAN), ..good }, "grip_a"),
+            (Settings { grip_a: DVec3::NAN, ..good }, "grip_a"),
             (Settings { capacity: 0, ..good }, "capacity"),
         ] {
             let error = settings.validate().expect_err(field);

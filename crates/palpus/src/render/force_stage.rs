@@ -1,0 +1,133 @@
+//! From contacts to the wrenches on both bodies \[K02 §4.2–4.4\].
+//!
+//! 1. *Cluster* the contacts, by their midpoints and (shaded) directions.
+//! 2. *Represent* each cluster by one contact.
+//! 3. *Push*: the normal force of each cluster, at its midpoint.
+//! 4. *Rub*: the friction of each member, at the member's midpoint.
+//!
+//! Everything is in b's frame. Sums run in the canonical order of the clusters and of their members.
+
+use glam::DVec3;
+
+use super::{Scratch, Settings};
+use crate::algebra::{Pose, Twist};
+use crate::force::{
+    Centers, Cluster, Contact, FrictionCounters, Grasp, LinkageCounters, NetWrench, normal_force, represent,
+};
+
+/// Where the bodies are and how the probe moves, in b's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Motion {
+    /// a placed in b's frame.
+    pub pose_ba: Pose,
+    /// Centres of mass of both bodies.
+    pub centers: Centers,
+    /// Velocity of a with respect to b, its linear part that of a's centre of mass.
+    pub twist: Twist,
+}
+
+/// Clusters, their forces and the net wrenches of one tick, in b's frame.
+#[derive(Clone, Debug)]
+pub struct Forces {
+    /// Representative contacts.
+    pub clusters: Vec<Cluster>,
+    /// Indices into the contacts, cluster after cluster.
+    pub members: Vec<u32>,
+    /// Unit force directions of the members: their normals, or the shaded stand-ins.
+    pub directions: Vec<DVec3>,
+    /// N, of each cluster, along its normal on a; not negative.
+    pub normal_forces: Vec<f64>,
+    /// N, on a, of each member, at its contact's midpoint; empty without friction.
+    pub friction: Vec<DVec3>,
+    /// On both bodies.
+    pub net: NetWrench,
+    /// What happened to the contacts.
+    pub linkage: LinkageCounters,
+    /// What happened to the adhesions.
+    pub adhesion: FrictionCounters,
+    /// Clusters whose normals cancelled, so that their deepest member's stood in.
+    pub cancelled_normals: u32,
+}
+
+impl Forces {
+    /// Memory for `capacity` contacts.
+    pub fn new(capacity: usize) -> Self {
+        Self {
+            clusters: Vec::with_capacity(capacity),
+            members: Vec::with_capacity(capacity),
+            directions: Vec::with_capacity(capacity),
+            normal_forces: Vec::with_capacity(capacity),
+            friction: Vec::with_capacity(capacity),
+            net: NetWrench::default(),
+            linkage: LinkageCounters::default(),
+            adhesion: FrictionCounters::default(),
+            cancelled_normals: 0,
+        }
+    }
+
+    /// No contact, no force.
+    pub fn clear(&mut self) {
+        self.clusters.clear();
+        self.members.clear();
+        self.directions.clear();
+        self.normal_forces.clear();
+        self.friction.clear();
+        self.net = NetWrench::default();
+        self.linkage = LinkageCounters::default();
+        self.adhesion = FrictionCounters::default();
+        self.cancelled_normals = 0;
+    }
+}
+
+/// The force stage of one tick. `direction` says where a contact pushes a (unit): its normal, or the shaded stand-in.
+///
+/// `settings` are valid and of the capacity that `scratch` and `forces` were made for.
+pub fn force(
+    contacts: &[Contact],
+    motion: &Motion,
+    settings: &Settings,
+    direction: impl FnMut(&Contact) -> DVec3,
+    scratch: &mut Scratch,
+    forces: &mut Forces,
+) {
+    forces.clear();
+    forces.linkage = scratch.linkage.run(contacts, &settings.linkage(), direction);
+    forces.members.extend_from_slice(scratch.linkage.members());
+    forces.directions.extend_from_slice(scratch.linkage.directions());
+    for k in 0..scratch.linkage.len() {
+        let range = scratch.linkage.range(k);
+        let (members, directions) = (&forces.members[range.clone()], &forces.directions[range.clone()]);
+        let cluster = represent(contacts, members, directions, range.start as u32, settings.contact_tolerance);
+        forces.cancelled_normals += u32::from(cluster.cancelled);
+        push(&cluster, motion, settings, forces);
+        forces.clusters.push(cluster);
+    }
+    rub(contacts, motion, settings, scratch, forces);
+}
+
+/// Step 3.
+fn push(cluster: &Cluster, motion: &Motion, settings: &Settings, forces: &mut Forces) {
+    let velocity = motion.twist.at(cluster.midpoint - motion.centers.a);
+    let size = normal_force(cluster, velocity.dot(cluster.normal), &settings.penalty());
+    forces.normal_forces.push(size);
+    forces.net.add(size * cluster.normal, cluster.midpoint, &motion.centers); // Eq. 6
+}
+
+/// Step 4.
+fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut Scratch, forces: &mut Forces) {
+    let Some(friction) = &settings.friction else { return };
+    let grasp = Grasp {
+        contacts,
+        members: &forces.members,
+        clusters: &forces.clusters,
+        normal_forces: &forces.normal_forces,
+        tolerance: settings.contact_tolerance,
+        reach: settings.cluster_radius.max(settings.contact_tolerance),
+        pose_ba: motion.pose_ba,
+    };
+    forces.adhesion = scratch.friction.update(&grasp, friction);
+    forces.friction.extend_from_slice(scratch.friction.forces());
+    for (&i, &force_a) in forces.members.iter().zip(&forces.friction) {
+        forces.net.add(force_a, contacts[i as usize].midpoint(), &motion.centers);
+    }
+}

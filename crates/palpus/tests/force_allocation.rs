@@ -1,0 +1,55 @@
+//! The force stage obtains no memory once its scratch is made.
+
+use glam::DVec3;
+use palpus::algebra::{Pose, Twist};
+use palpus::body::{Feature, FeaturePair};
+use palpus::force::{Centers, Contact, FrictionSettings};
+use palpus::render::{Forces, Motion, Scratch, Settings, force};
+use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+/// `n` contacts strewn over a ball, different for each tick.
+fn contacts(n: u32, tick: u32) -> Vec<Contact> {
+    let spin = |k: u32, step: f64| f64::from(k.wrapping_mul(2_654_435_761)) * step + 0.1 * f64::from(tick);
+    (0..n)
+        .map(|k| {
+            let (u, v) = (spin(k, 1e-3), spin(k, 1.7e-3));
+            let normal = DVec3::new(u.sin() * v.cos(), u.sin() * v.sin(), u.cos());
+            let separation = 1.5e-3 * spin(k, 2.3e-3).sin();
+            let point_b = 0.005 * normal;
+            Contact {
+                piece_a: (k + tick) % 37,
+                piece_b: k,
+                features: FeaturePair { a: Feature::Vertex(0), b: Feature::Face(0) },
+                point_a: point_b + separation * normal,
+                point_b,
+                normal,
+                separation,
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn the_force_stage_does_not_allocate() {
+    let friction = FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.4, tangential_stiffness: 600.0 };
+    let settings = Settings { friction: Some(friction), capacity: 300, ..Settings::default() };
+    let mut scratch = Scratch::new(settings.capacity);
+    let mut forces = Forces::new(settings.capacity);
+    let motion =
+        Motion { pose_ba: Pose::IDENTITY, centers: Centers { a: DVec3::X, b: DVec3::ZERO }, twist: Twist::default() };
+    // None, a few, as many as fit, and far too many; clusters that are cut; contacts that come and go.
+    let ticks: Vec<_> = [0, 3, 40, 300, 900, 2000, 7, 0, 150].iter().zip(0..).map(|(&n, t)| contacts(n, t)).collect();
+    let before = allocations_of_this_thread();
+    assert!(before > 0, "the counter is not installed");
+    let (mut dropped, mut cut) = (0, 0);
+    for contacts in &ticks {
+        force(contacts, &motion, &settings, |contact| contact.normal, &mut scratch, &mut forces);
+        dropped += forces.linkage.dropped;
+        cut += forces.linkage.cut_groups;
+    }
+    assert_eq!(allocations_of_this_thread(), before);
+    assert!(dropped > 0 && cut > 0);
+}
