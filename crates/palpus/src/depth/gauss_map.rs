@@ -1,1 +1,132 @@
-//! The normal cone of a vertex.
+//! The normal cone of a vertex, as a spherical polygon: the local Gauss map of \[K02 §3.3.1\].
+//!
+//! The faces around a vertex are the polygon's corners (their normals), the edges its arcs. A vertex supports a unit n
+//! exactly if no edge leaves it upward: `n · edge ≤ 0` for all. Nothing is projected to a plane, so there is no horizon:
+//! cones wider than a hemisphere and needle tips are cones like any other (deviation from \[K02\], which projects
+//! centrally onto z = 1).
+//!
+//! Body a enters reflected, as −a placed in b's frame, so that both cones are made of upward directions and the overlay
+//! treats them alike. Maps are read from the polytopes into flat pages once per query and vertex; a vertex with more
+//! edges than fit a page has several.
+
+use glam::DVec3;
+
+use super::cso::Cso;
+use crate::algebra::tolerance::CONE_SLACK;
+use crate::body::{Polytope, Spoke};
+
+/// Arcs of one page. Vertices of meshes have about 6 edges; a fan of more takes several pages.
+pub(super) const PAGE: usize = 32;
+
+/// Pages kept per body: the corners of an edge pair need 2, those of a triangle 3.
+const PAGES: usize = 4;
+
+/// One arc of a local Gauss map, in b's frame (for a: of the reflected body).
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arc {
+    /// From the vertex to the neighbour; not unit.
+    pub(super) edge: DVec3,
+    /// Outward normal of the face on the left of the edge; for a, left is as the unreflected body has it.
+    pub(super) left: DVec3,
+    /// Outward normal of the face on the right.
+    pub(super) right: DVec3,
+    /// Index of the edge.
+    pub(super) edge_index: u32,
+    /// Index of the left face.
+    pub(super) left_index: u32,
+}
+
+const NO_ARC: Arc = Arc { edge: DVec3::ZERO, left: DVec3::ZERO, right: DVec3::ZERO, edge_index: 0, left_index: 0 };
+
+/// A page of the local Gauss map of one vertex.
+#[derive(Clone, Debug)]
+pub(super) struct GaussMap {
+    vertex: u32,
+    page: u32,
+    count: usize,
+    arcs: [Arc; PAGE],
+}
+
+impl GaussMap {
+    /// The arcs, in ring order.
+    #[inline]
+    pub(super) fn arcs(&self) -> &[Arc] {
+        &self.arcs[..self.count]
+    }
+
+    fn fill(&mut self, polytope: &Polytope, spokes: &[Spoke], place: impl Fn(DVec3) -> DVec3) {
+        let at = polytope.vertex(self.vertex);
+        let mut right = spokes.first().map_or(DVec3::ZERO, |spoke| place(polytope.plane(spoke.right).normal));
+        self.count = spokes.len();
+        for (arc, spoke) in self.arcs.iter_mut().zip(spokes) {
+            let left = place(polytope.plane(spoke.left).normal);
+            let edge = place(polytope.vertex(spoke.neighbour) - at);
+            *arc = Arc { edge, left, right, edge_index: spoke.edge, left_index: spoke.left };
+            right = left;
+        }
+    }
+}
+
+/// The pages of one body that were read in the present query.
+#[derive(Clone, Debug)]
+pub(super) struct GaussMaps {
+    maps: [GaussMap; PAGES],
+    next: usize,
+}
+
+impl GaussMaps {
+    pub(super) fn new() -> Self {
+        let empty = GaussMap { vertex: u32::MAX, page: 0, count: 0, arcs: [NO_ARC; PAGE] };
+        Self { maps: std::array::from_fn(|_| empty.clone()), next: 0 }
+    }
+
+    /// Forgets all pages: the pose or the polytope has changed.
+    pub(super) fn clear(&mut self) {
+        for map in &mut self.maps {
+            map.vertex = u32::MAX;
+        }
+    }
+
+    /// Page `page` of vertex `v` of b.
+    pub(super) fn of_b(&mut self, cso: &Cso<'_>, v: u32, page: usize) -> &GaussMap {
+        self.read(cso.b, v, page, |p| p)
+    }
+
+    /// Page `page` of vertex `v` of the reflected a.
+    pub(super) fn of_reflected_a(&mut self, cso: &Cso<'_>, v: u32, page: usize) -> &GaussMap {
+        self.read(cso.a, v, page, |p| -cso.pose_ba.vector(p))
+    }
+
+    #[inline]
+    fn read(&mut self, polytope: &Polytope, v: u32, page: usize, place: impl Fn(DVec3) -> DVec3) -> &GaussMap {
+        if let Some(k) = self.maps.iter().position(|map| map.vertex == v && map.page == page as u32) {
+            return &self.maps[k];
+        }
+        let k = self.next;
+        self.next = (k + 1) % PAGES;
+        let ring = polytope.ring(v);
+        let spokes = &ring[page * PAGE..ring.len().min((page + 1) * PAGE)];
+        let map = &mut self.maps[k];
+        map.vertex = v;
+        map.page = page as u32;
+        map.fill(polytope, spokes, place);
+        map
+    }
+}
+
+/// The number of pages that vertex `v` takes.
+#[inline]
+pub(super) fn pages(polytope: &Polytope, v: u32) -> usize {
+    polytope.ring(v).len().div_ceil(PAGE)
+}
+
+/// True when vertex `v` supports `direction` (unit, in the polytope's frame) within [`CONE_SLACK`].
+#[inline]
+pub(super) fn cone_holds(polytope: &Polytope, v: u32, direction: DVec3) -> bool {
+    let at = polytope.vertex(v);
+    polytope.ring(v).iter().all(|spoke| {
+        let edge = polytope.vertex(spoke.neighbour) - at;
+        let rise = direction.dot(edge);
+        rise <= 0.0 || rise * rise <= CONE_SLACK * CONE_SLACK * edge.length_squared()
+    })
+}

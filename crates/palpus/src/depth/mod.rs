@@ -2,11 +2,20 @@
 
 mod answer;
 mod antipodal;
+mod cso;
 mod gauss_map;
+#[cfg(test)]
+pub(crate) mod oracle;
 mod original;
 mod overlay;
+mod query;
 mod seed;
+#[cfg(test)]
+mod tests;
 mod walk;
 mod witness;
 
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
+pub use original::{is_original, repair};
+pub use query::{WalkScratch, depth};
+pub use seed::Seed;

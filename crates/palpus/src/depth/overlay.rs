@@ -1,1 +1,192 @@
-//! Where two normal cones overlap on the sphere.
+//! Where two normal cones overlap on the sphere \[K02 §3.3.3, steps 1–4\].
+//!
+//! The facets of the CSO around its vertex `c = b − a` are the corners of the overlap of b's normal cone and that of the
+//! reflected a. Over the overlap h(n) = n·c, which is concave along every arc on which it is not negative; so its least
+//! value lies at a corner, and an arc both of whose ends lie higher than the best known offset holds nothing better.
+//!
+//! 1. Score all face normals of both rings; those below the bar are tested against the other cone (VF, FV).
+//! 2. Keep the arcs that have an end below the bar.
+//! 3. Cross the kept arcs of a with those of b (EE). Two arcs cross if each has its ends on both sides of the other's
+//!    great circle, and on matching sides: four signs of dot products. Offsets are compared squared.
+//!
+//! Cones that only touch (aligned boxes) meet in face normals, which step 1 accepts within a tolerance; so step 3 needs
+//! none and leaves nearly parallel edges out.
+
+use glam::DVec3;
+
+use super::cso::Cso;
+use super::gauss_map::{Arc, GaussMaps, PAGE, cone_holds, pages};
+use super::{Antipodal, HubPair};
+use crate::algebra::tolerance::PARALLEL_EDGES;
+
+/// A facet of the CSO, as a corner of an overlap.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Corner {
+    /// Unit, from b into a.
+    pub(super) normal: DVec3,
+    /// `n · (b − a)` at the hub at which it was found.
+    pub(super) offset: f64,
+    pub(super) antipodal: Antipodal,
+    /// The hub at which it was found.
+    pub(super) hub: HubPair,
+}
+
+/// Which features may make a corner.
+pub(super) trait Admit {
+    fn face_a(&self, face: u32) -> bool;
+    fn face_b(&self, face: u32) -> bool;
+    fn edge_a(&self, edge: u32) -> bool;
+    fn edge_b(&self, edge: u32) -> bool;
+}
+
+/// All features may.
+pub(super) struct AdmitAll;
+
+impl Admit for AdmitAll {
+    fn face_a(&self, _: u32) -> bool {
+        true
+    }
+    fn face_b(&self, _: u32) -> bool {
+        true
+    }
+    fn edge_a(&self, _: u32) -> bool {
+        true
+    }
+    fn edge_b(&self, _: u32) -> bool {
+        true
+    }
+}
+
+/// Arcs of one page that have an end below the bar.
+struct Kept {
+    count: usize,
+    arcs: [u8; PAGE],
+}
+
+/// The corner of least offset of the overlap at `hub`, if one lies below `bar`.
+pub(super) fn lowest_corner(
+    cso: &Cso<'_>,
+    maps_a: &mut GaussMaps,
+    maps_b: &mut GaussMaps,
+    hub: HubPair,
+    bar: f64,
+    admit: &impl Admit,
+) -> Option<Corner> {
+    let c = cso.vertex(hub);
+    let mut search = Search { cso, c, hub, bar, best: None };
+    for page in 0..pages(cso.b, hub.b) {
+        search.faces_of_b(maps_b.of_b(cso, hub.b, page).arcs(), admit);
+    }
+    for page in 0..pages(cso.a, hub.a) {
+        search.faces_of_a(maps_a.of_reflected_a(cso, hub.a, page).arcs(), admit);
+    }
+    for page_a in 0..pages(cso.a, hub.a) {
+        let arcs_a = maps_a.of_reflected_a(cso, hub.a, page_a).arcs();
+        let kept_a = search.keep(arcs_a, |edge| admit.edge_a(edge));
+        if kept_a.count == 0 {
+            continue;
+        }
+        for page_b in 0..pages(cso.b, hub.b) {
+            let arcs_b = maps_b.of_b(cso, hub.b, page_b).arcs();
+            let kept_b = search.keep(arcs_b, |edge| admit.edge_b(edge));
+            search.crossings(arcs_a, &kept_a, arcs_b, &kept_b);
+        }
+    }
+    search.best
+}
+
+struct Search<'s> {
+    cso: &'s Cso<'s>,
+    c: DVec3,
+    hub: HubPair,
+    bar: f64,
+    best: Option<Corner>,
+}
+
+impl Search<'_> {
+    #[inline]
+    fn take(&mut self, normal: DVec3, offset: f64, antipodal: Antipodal) {
+        self.bar = offset;
+        self.best = Some(Corner { normal, offset, antipodal, hub: self.hub });
+    }
+
+    fn faces_of_b(&mut self, arcs: &[Arc], admit: &impl Admit) {
+        for arc in arcs {
+            let offset = arc.left.dot(self.c);
+            if offset < self.bar
+                && admit.face_b(arc.left_index)
+                && cone_holds(self.cso.a, self.hub.a, self.cso.toward_b(arc.left))
+            {
+                self.take(arc.left, offset, Antipodal::VertexFace { a: self.hub.a, b: arc.left_index });
+            }
+        }
+    }
+
+    fn faces_of_a(&mut self, arcs: &[Arc], admit: &impl Admit) {
+        for arc in arcs {
+            let offset = arc.left.dot(self.c);
+            if offset < self.bar && admit.face_a(arc.left_index) && cone_holds(self.cso.b, self.hub.b, arc.left) {
+                self.take(arc.left, offset, Antipodal::FaceVertex { a: arc.left_index, b: self.hub.b });
+            }
+        }
+    }
+
+    #[inline]
+    fn keep(&self, arcs: &[Arc], admit: impl Fn(u32) -> bool) -> Kept {
+        let mut kept = Kept { count: 0, arcs: [0; PAGE] };
+        let mut right = arcs.first().map_or(0.0, |arc| arc.right.dot(self.c));
+        for (k, arc) in arcs.iter().enumerate() {
+            let left = arc.left.dot(self.c);
+            if left.min(right) < self.bar && admit(arc.edge_index) {
+                kept.arcs[kept.count] = k as u8;
+                kept.count += 1;
+            }
+            right = left;
+        }
+        kept
+    }
+
+    #[inline]
+    fn crossings(&mut self, arcs_a: &[Arc], kept_a: &Kept, arcs_b: &[Arc], kept_b: &Kept) {
+        for &i in &kept_a.arcs[..kept_a.count] {
+            let a = &arcs_a[usize::from(i)];
+            for &j in &kept_b.arcs[..kept_b.count] {
+                let b = &arcs_b[usize::from(j)];
+                // The reflected a's ring runs clockwise, hence the same sign pattern on both sides.
+                let (x, y) = (b.left.dot(a.edge), b.right.dot(a.edge));
+                if x * y > 0.0 {
+                    continue;
+                }
+                let (z, w) = (a.left.dot(b.edge), a.right.dot(b.edge));
+                let up = x >= 0.0 && y <= 0.0 && z >= 0.0 && w <= 0.0;
+                let down = x <= 0.0 && y >= 0.0 && z <= 0.0 && w >= 0.0;
+                if up || down {
+                    let across = if up { b.edge.cross(a.edge) } else { a.edge.cross(b.edge) };
+                    self.edge_pair(a, b, across);
+                }
+            }
+        }
+    }
+
+    fn edge_pair(&mut self, a: &Arc, b: &Arc, across: DVec3) {
+        let (length_a, length_b, length) = (a.edge.length_squared(), b.edge.length_squared(), across.length_squared());
+        if length <= PARALLEL_EDGES * PARALLEL_EDGES * length_a * length_b
+            || !below(across.dot(self.c), length, self.bar)
+        {
+            return;
+        }
+        // The rounding of a product of nearly parallel edges lies partly along them; without it the plane supports both.
+        let normal = (across - a.edge * (across.dot(a.edge) / length_a)).normalize_or_zero();
+        let offset = normal.dot(self.c);
+        if offset < self.bar {
+            self.take(normal, offset, Antipodal::EdgeEdge { a: a.edge_index, b: b.edge_index });
+        }
+    }
+}
+
+/// `x / √length < bar`, without the root.
+#[inline]
+fn below(x: f64, length: f64, bar: f64) -> bool {
+    let (square, bar_square) = (x * x, bar * bar * length);
+    if bar >= 0.0 { x < 0.0 || square < bar_square } else { x < 0.0 && square > bar_square }
+}

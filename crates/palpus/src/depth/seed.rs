@@ -1,1 +1,61 @@
-//! Starting directions of the walk.
+//! Where a walk starts \[K02 §3.3.2\].
+//!
+//! 1. Each seed gives a direction and a vertex of each body from which to climb to the supports along it.
+//! 2. The supports make a hub pair, which is valid by construction, and the offset h of the direction, which is an upper
+//!    bound of the depth already.
+
+use glam::DVec3;
+
+use super::HubPair;
+use super::cso::Cso;
+
+/// A guess of the direction of least depth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Seed {
+    /// The pair's last answer, by the walk or by the distance search: its normal in b's frame (b into a, need not be
+    /// unit) and vertices of its features.
+    Previous {
+        /// Where to climb from.
+        hub: HubPair,
+        /// From b into a, in b's frame.
+        normal: DVec3,
+    },
+    /// The direction in which a distance search noticed the overlap: from b into a, in b's frame, need not be unit.
+    Witness {
+        /// From b into a, in b's frame.
+        direction: DVec3,
+    },
+    /// The line from the centroid of b to that of a.
+    CentroidLine,
+}
+
+/// A hub pair that supports a direction.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start {
+    pub(super) hub: HubPair,
+    /// Unit.
+    pub(super) normal: DVec3,
+    /// h along the normal.
+    pub(super) offset: f64,
+}
+
+impl Start {
+    /// The start along `direction`; none if that has no direction.
+    pub(super) fn along(cso: &Cso<'_>, direction: DVec3, hint: HubPair) -> Option<Self> {
+        let normal = direction.try_normalize()?;
+        let (hub, offset) = cso.support(hint, normal);
+        Some(Self { hub, normal, offset })
+    }
+
+    /// The start that a seed stands for.
+    pub(super) fn of(cso: &Cso<'_>, seed: &Seed, hint: HubPair) -> Option<Self> {
+        match *seed {
+            Seed::Previous { hub, normal } => {
+                let known = (hub.a as usize) < cso.a.vertices().len() && (hub.b as usize) < cso.b.vertices().len();
+                Self::along(cso, normal, if known { hub } else { hint })
+            }
+            Seed::Witness { direction } => Self::along(cso, direction, hint),
+            Seed::CentroidLine => Self::along(cso, cso.pose_ba.point(cso.a.centroid()) - cso.b.centroid(), hint),
+        }
+    }
+}

@@ -1,1 +1,144 @@
-//! The walk over hub pairs.
+//! The walk over hub pairs \[K02 §3.3.3\].
+//!
+//! 1. Take the corner of least offset in the overlap at the first hub.
+//! 2. Look at the hubs of its facet, each once: the least corner below the present one becomes the next.
+//! 3. Stop when there is none. Offsets decrease strictly, so the walk ends; a cap on moves stands behind it.
+//!
+//! Deviations from \[K02\]: the overlay is on the sphere; a facet of many corners (flush faces) is left by the side
+//! beyond which the origin lies instead of by trying every corner, which finds a lower facet whenever there is one next to it.
+
+use super::antipodal::Facet;
+use super::cso::Cso;
+use super::gauss_map::GaussMaps;
+use super::overlay::{AdmitAll, Corner, lowest_corner};
+use super::{Antipodal, HubPair};
+use crate::algebra::tolerance::{FACET_HUBS, WALK_DECREASE, WALK_STEPS};
+use crate::collision::StopReason;
+
+/// Where a walk ended.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Walked {
+    pub(super) corner: Corner,
+    pub(super) steps: u32,
+    pub(super) stop: StopReason,
+}
+
+/// Memory of the walk: no meaning across calls.
+#[derive(Clone, Debug)]
+pub(super) struct Trail {
+    pub(super) maps_a: GaussMaps,
+    pub(super) maps_b: GaussMaps,
+    visited: Visited,
+}
+
+impl Trail {
+    pub(super) fn new() -> Self {
+        Self { maps_a: GaussMaps::new(), maps_b: GaussMaps::new(), visited: Visited::new() }
+    }
+
+    /// Forgets the bodies: a new query begins.
+    pub(super) fn clear(&mut self) {
+        self.maps_a.clear();
+        self.maps_b.clear();
+        self.visited.clear();
+    }
+
+    /// Walks from `hub`. None if no facet of the CSO was found there (then `hub` supports no direction).
+    pub(super) fn walk(&mut self, cso: &Cso<'_>, hub: HubPair) -> Option<Walked> {
+        self.visited.clear();
+        self.visited.insert(hub);
+        let mut here = lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, f64::INFINITY, &AdmitAll)?;
+        let decrease = WALK_DECREASE * cso.size();
+        for steps in 0..WALK_STEPS {
+            match self.lower_neighbour(cso, &here, here.offset - decrease) {
+                Some(lower) => here = lower,
+                None => return Some(Walked { corner: here, steps, stop: StopReason::Converged }),
+            }
+        }
+        Some(Walked { corner: here, steps: WALK_STEPS, stop: StopReason::Budget })
+    }
+
+    /// The least corner below `bar` around the hubs of the facet of `here`.
+    fn lower_neighbour(&mut self, cso: &Cso<'_>, here: &Corner, bar: f64) -> Option<Corner> {
+        let mut look = Look { trail: self, cso, bar, found: None };
+        let facet = Facet::at(cso, here);
+        match here.antipodal {
+            _ if facet.corner_bound() > FACET_HUBS => {
+                let mut worst = f64::NEG_INFINITY;
+                let mut ends = [here.hub; 2];
+                facet.for_each_side(cso, |from, to, beyond| {
+                    if beyond > worst {
+                        worst = beyond;
+                        ends = [from, to];
+                    }
+                });
+                ends.into_iter().for_each(|hub| look.at(hub));
+            }
+            // Its hubs need no merging of sides.
+            Antipodal::VertexFace { a, .. } if facet.a.count == 1 => {
+                (0..facet.b.count).for_each(|k| look.at(HubPair { a, b: facet.b.corner(k) }));
+            }
+            Antipodal::FaceVertex { b, .. } if facet.b.count == 1 => {
+                (0..facet.a.count).for_each(|k| look.at(HubPair { a: facet.a.corner(k), b }));
+            }
+            _ => facet.for_each_side(cso, |from, _, _| look.at(from)),
+        }
+        look.found
+    }
+}
+
+/// A look around the hubs of one facet.
+struct Look<'l, 'p> {
+    trail: &'l mut Trail,
+    cso: &'l Cso<'p>,
+    bar: f64,
+    found: Option<Corner>,
+}
+
+impl Look<'_, '_> {
+    fn at(&mut self, hub: HubPair) {
+        if !self.trail.visited.insert(hub) {
+            return;
+        }
+        let Trail { maps_a, maps_b, .. } = self.trail;
+        if let Some(corner) = lowest_corner(self.cso, maps_a, maps_b, hub, self.bar, &AdmitAll) {
+            self.bar = corner.offset;
+            self.found = Some(corner);
+        }
+    }
+}
+
+/// The hubs that were looked at. Two hubs may share a place, and the later one then overwrites the earlier: a hub may be
+/// looked at twice, which costs time and changes nothing.
+#[derive(Clone, Debug)]
+struct Visited {
+    places: [(HubPair, u32); Self::PLACES],
+    round: u32,
+}
+
+impl Visited {
+    const PLACES: usize = 128;
+
+    fn new() -> Self {
+        Self { places: [(HubPair { a: 0, b: 0 }, 0); Self::PLACES], round: 0 }
+    }
+
+    fn clear(&mut self) {
+        self.round = self.round.wrapping_add(1);
+        if self.round == 0 {
+            *self = Self::new();
+            self.round = 1;
+        }
+    }
+
+    /// True if the hub was not there.
+    #[inline]
+    fn insert(&mut self, hub: HubPair) -> bool {
+        // Fibonacci hashing: the odd multiplier is 2³² over the golden ratio.
+        let hash = (hub.a.wrapping_mul(31).wrapping_add(hub.b)).wrapping_mul(0x9E37_79B9);
+        let place = &mut self.places[(hash >> 25) as usize];
+        let new = *place != (hub, self.round);
+        *place = (hub, self.round);
+        new
+    }
+}

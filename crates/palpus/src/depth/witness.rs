@@ -1,1 +1,171 @@
-//! Witness points of a CSO facet.
+//! Witness points of a CSO facet: where the two bodies would touch once they are separated along its normal.
+//!
+//! With a moved by `depth · normal`, the flush features of both lie in one plane; their common points there are the
+//! witnesses. Vertex against face: the vertex. Crossing edges: the crossing. Flush features (edge on face, face on face,
+//! edges along one line) share a segment or a polygon: its centroid, so that a box on a table is held under its middle and
+//! not at one of its corners.
+//!
+//! If the features have no common point, the facet is not a local minimum of h (the walk ran out of steps, or the
+//! facet was chosen for being original): then the nearest point of the supporting feature of b is given, and a's point
+//! lies in a's supporting plane but off a.
+
+use glam::DVec3;
+
+use super::antipodal::{Facet, Flush};
+use super::cso::Cso;
+use crate::algebra::tolerance::{CLIP_CORNERS, PARALLEL_EDGES};
+use crate::algebra::{closest_on_segment, closest_segment_segment};
+
+/// Buffers for clipping one flush polygon by another: no meaning across calls.
+#[derive(Clone, Debug)]
+pub(super) struct Clip {
+    points: [DVec3; CLIP_CORNERS],
+    spare: [DVec3; CLIP_CORNERS],
+}
+
+impl Clip {
+    pub(super) fn new() -> Self {
+        Self { points: [DVec3::ZERO; CLIP_CORNERS], spare: [DVec3::ZERO; CLIP_CORNERS] }
+    }
+}
+
+/// The two flush features in b's supporting plane, a's being moved there by the depth.
+struct Contact<'c, 'p> {
+    cso: &'c Cso<'p>,
+    facet: &'c Facet<'p>,
+    moved: DVec3,
+}
+
+impl Contact<'_, '_> {
+    fn a(&self, k: usize) -> DVec3 {
+        self.cso.point_a(self.facet.a.corner(k)) + self.moved
+    }
+
+    fn b(&self, k: usize) -> DVec3 {
+        self.cso.b.vertex(self.facet.b.corner(k))
+    }
+}
+
+/// The witness points of `facet`, whose offset is `depth`: (on a, on b), in b's frame.
+///
+/// Their difference is `−depth · normal` exactly (within rounding), whatever the facet.
+pub(super) fn witness(cso: &Cso<'_>, facet: &Facet<'_>, depth: f64, clip: &mut Clip) -> (DVec3, DVec3) {
+    let moved = facet.normal * depth;
+    let contact = Contact { cso, facet, moved };
+    let touch = match (facet.a.count, facet.b.count) {
+        (1, _) => nearest_of_polygon(contact.a(0), facet.normal, &facet.b, |k| contact.b(k)),
+        (_, 1) => {
+            // The vertex of b is on b whatever happens; a's point follows it.
+            contact.b(0)
+        }
+        (2, 2) => edges(&contact),
+        _ => overlap(&contact, clip),
+    };
+    // Into b's supporting plane: features that are flush within the tolerance lie that much off it.
+    let touch = touch + facet.normal * facet.normal.dot(contact.b(0) - touch);
+    (touch - moved, touch)
+}
+
+/// The point itself if it lies within the (convex) polygon, else the nearest point of its boundary.
+fn nearest_of_polygon(p: DVec3, normal: DVec3, flush: &Flush<'_>, corner: impl Fn(usize) -> DVec3) -> DVec3 {
+    let mut within = flush.count > 2;
+    let mut nearest = p;
+    let mut distance = f64::INFINITY;
+    for k in 0..flush.count {
+        let (from, to) = (corner(k), corner(k + 1));
+        if normal.dot((to - from).cross(p - from)) < 0.0 {
+            within = false;
+        }
+        let q = from.lerp(to, closest_on_segment(p, from, to));
+        let d = p.distance_squared(q);
+        if d < distance {
+            distance = d;
+            nearest = q;
+        }
+    }
+    if within { p } else { nearest }
+}
+
+fn edges(contact: &Contact<'_, '_>) -> DVec3 {
+    let (p1, q1, p2, q2) = (contact.a(0), contact.a(1), contact.b(0), contact.b(1));
+    let (d1, d2) = (q1 - p1, q2 - p2);
+    let across = d1.cross(d2).length_squared();
+    if across > PARALLEL_EDGES * PARALLEL_EDGES * d1.length_squared() * d2.length_squared() {
+        let closest = closest_segment_segment(p1, q1, p2, q2);
+        return closest.second;
+    }
+    // Along one line: the middle of the common stretch, as parameters along b's edge.
+    let along = |p: DVec3| closest_on_segment(p, p2, q2);
+    p2 + d2 * (0.5 * (along(p1) + along(q1)))
+}
+
+/// The centroid of the overlap of two flush features of which at least one is a polygon.
+fn overlap(contact: &Contact<'_, '_>, clip: &mut Clip) -> DVec3 {
+    let Facet { normal, a, b } = *contact.facet;
+    if a.count + b.count > CLIP_CORNERS {
+        return nearest_of_polygon(contact.a(0), normal, &b, |k| contact.b(k));
+    }
+    // The subject is cut by the sides of the other, which must be a polygon.
+    let (mut count, sides) = if b.count > 2 { (a.count, b.count) } else { (b.count, a.count) };
+    for k in 0..count {
+        clip.points[k] = if b.count > 2 { contact.a(k) } else { contact.b(k) };
+    }
+    for k in 0..sides {
+        // a's loop runs clockwise about the normal.
+        let (from, to) = if b.count > 2 { (contact.b(k), contact.b(k + 1)) } else { (contact.a(k + 1), contact.a(k)) };
+        let inward = normal.cross(to - from);
+        count = cut(&clip.points[..count], &mut clip.spare, |p| inward.dot(p - from));
+        std::mem::swap(&mut clip.points, &mut clip.spare);
+        if count == 0 {
+            return nearest_of_polygon(contact.a(0), normal, &b, |k| contact.b(k));
+        }
+    }
+    centroid(&clip.points[..count], normal)
+}
+
+/// Keeps the part of a convex polygon (or segment, or point) where `height` is not negative.
+fn cut(points: &[DVec3], kept: &mut [DVec3], height: impl Fn(DVec3) -> f64) -> usize {
+    let mut count = 0;
+    let mut push = |p: DVec3| {
+        if count < kept.len() {
+            kept[count] = p;
+            count += 1;
+        }
+    };
+    let Some(&last) = points.last() else { return 0 };
+    let mut from = last;
+    let mut from_height = height(from);
+    for &to in points {
+        let to_height = height(to);
+        if (from_height < 0.0) != (to_height < 0.0) {
+            push(from.lerp(to, from_height / (from_height - to_height)));
+        }
+        if to_height >= 0.0 {
+            push(to);
+        }
+        (from, from_height) = (to, to_height);
+    }
+    count
+}
+
+/// The area centroid of a convex polygon; the middle of its corners if it has no area to speak of.
+fn centroid(points: &[DVec3], normal: DVec3) -> DVec3 {
+    let origin = points[0];
+    let (mut low, mut high) = (origin, origin);
+    for &p in points {
+        low = low.min(p);
+        high = high.max(p);
+    }
+    let (mut area, mut moment) = (0.0, DVec3::ZERO);
+    for pair in points[1..].windows(2) {
+        let (u, v) = (pair[0] - origin, pair[1] - origin);
+        let twice = normal.dot(u.cross(v));
+        area += twice;
+        moment += (u + v) * (twice / 3.0);
+    }
+    if area.abs() > PARALLEL_EDGES * (high - low).length_squared() {
+        origin + moment / area
+    } else {
+        (low + high) * 0.5
+    }
+}

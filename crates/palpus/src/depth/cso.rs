@@ -1,0 +1,61 @@
+//! A pair of polytopes seen as one convex body: the Minkowski difference (CSO) of \[K02 §3.3\].
+//!
+//! Written with the reflection of a, the CSO is the sum of b and −a: its vertices are `b − a` over hub pairs, and its
+//! support offset along a unit n is `h(n) = max_b n·b − min_a n·a`. All of it is in b's frame.
+
+use glam::DVec3;
+
+use super::{Antipodal, HubPair};
+use crate::algebra::Placement;
+use crate::body::Polytope;
+
+/// The two polytopes and where a lies in b's frame.
+#[derive(Clone, Copy)]
+pub(super) struct Cso<'p> {
+    pub(super) a: &'p Polytope,
+    pub(super) b: &'p Polytope,
+    /// `p_b = pose_ba.point(p_a)`.
+    pub(super) pose_ba: &'p Placement,
+}
+
+impl Cso<'_> {
+    /// The length that relative tolerances are multiplied with: both radii.
+    pub(super) fn size(&self) -> f64 {
+        self.a.radius() + self.b.radius()
+    }
+
+    /// Vertex `v` of a, in b's frame.
+    #[inline]
+    pub(super) fn point_a(&self, v: u32) -> DVec3 {
+        self.pose_ba.point(self.a.vertex(v))
+    }
+
+    /// The vertex of the CSO that a hub pair makes.
+    #[inline]
+    pub(super) fn vertex(&self, hub: HubPair) -> DVec3 {
+        self.b.vertex(hub.b) - self.point_a(hub.a)
+    }
+
+    /// The direction along which a supports a contact of normal `normal`, in a's frame: into b.
+    #[inline]
+    pub(super) fn toward_b(&self, normal: DVec3) -> DVec3 {
+        -self.pose_ba.inverse_vector(normal)
+    }
+
+    /// The hub pair that supports `normal`, climbing from `hint`, and `h(normal)` if that is unit.
+    #[inline]
+    pub(super) fn support(&self, hint: HubPair, normal: DVec3) -> (HubPair, f64) {
+        let hub =
+            HubPair { a: self.a.support_from(hint.a, self.toward_b(normal)), b: self.b.support_from(hint.b, normal) };
+        (hub, normal.dot(self.vertex(hub)))
+    }
+
+    /// The outward normal of a face pair's CSO facet, in b's frame; none for an edge pair.
+    pub(super) fn face_normal(&self, antipodal: Antipodal) -> Option<DVec3> {
+        match antipodal {
+            Antipodal::VertexFace { b, .. } => Some(self.b.plane(b).normal),
+            Antipodal::FaceVertex { a, .. } => Some(-self.pose_ba.vector(self.a.plane(a).normal)),
+            Antipodal::EdgeEdge { .. } => None,
+        }
+    }
+}
