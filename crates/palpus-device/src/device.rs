@@ -1,0 +1,131 @@
+//! The seam to a haptic device, and what is known of devices that do not say it themselves.
+
+use std::borrow::Cow;
+
+use glam::DVec3;
+use palpus::algebra::{Pose, Twist, Wrench};
+
+/// A device that is held: read where it is, tell it what to push with.
+///
+/// Poses are of the grip in the device's frame (right-handed); a wrench is about the grip's origin, in the axes of the
+/// device's frame. Everything is in SI units. Both calls are made from the servo thread once per tick and must not
+/// allocate or wait longer than a tick.
+pub trait HapticDevice {
+    /// What the device can do.
+    fn spec(&self) -> &DeviceSpec;
+
+    /// The newest state.
+    ///
+    /// # Errors
+    /// [`DeviceError::Ended`] when there is nothing more to come; anything else ends the loop as a fault.
+    fn read(&mut self) -> Result<DeviceState, DeviceError>;
+
+    /// Pushes with `wrench` until the next write.
+    ///
+    /// # Errors
+    /// When the device did not take it; the loop then ends as a fault.
+    fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError>;
+}
+
+impl<D: HapticDevice + ?Sized> HapticDevice for Box<D> {
+    fn spec(&self) -> &DeviceSpec {
+        (**self).spec()
+    }
+
+    fn read(&mut self) -> Result<DeviceState, DeviceError> {
+        (**self).read()
+    }
+
+    fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
+        (**self).write(wrench)
+    }
+}
+
+/// What a device senses at an instant.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviceState {
+    /// The grip in the device's frame.
+    pub pose: Pose,
+    /// Velocity of the grip about its origin, in the device's frame.
+    pub twist: Twist,
+    /// Bit k is set while button k is pressed.
+    pub buttons: u32,
+    /// Seconds since the device was opened.
+    pub time: f64,
+}
+
+/// Why a device did not answer.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum DeviceError {
+    /// A recording has been played to its end.
+    #[error("there are no more recorded states")]
+    Ended,
+    /// The connection is gone.
+    #[error("the device is lost: {0}")]
+    Lost(Cow<'static, str>),
+    /// The device refused the wrench.
+    #[error("the device refused the wrench: {0}")]
+    Refused(Cow<'static, str>),
+}
+
+/// How many axes of each kind a device has.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Axes {
+    /// 0 to 3.
+    pub translation: u8,
+    /// 0 to 3.
+    pub rotation: u8,
+    /// 0 or 1; palpus does not drive it.
+    pub gripper: u8,
+}
+
+impl Axes {
+    /// Position only.
+    pub const TRANSLATION: Self = Self { translation: 3, rotation: 0, gripper: 0 };
+    /// Position and orientation.
+    pub const FULL: Self = Self { translation: 3, rotation: 3, gripper: 0 };
+}
+
+/// What a device can do.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DeviceSpec {
+    /// As its maker writes it.
+    pub name: Cow<'static, str>,
+    /// Largest force, N; infinite when unlimited.
+    pub force_max: f64,
+    /// Largest torque, N·m; 0 when it has none.
+    pub torque_max: f64,
+    /// Axes with motors.
+    pub actuated: Axes,
+    /// Axes with sensors.
+    pub sensed: Axes,
+    /// Sides of the box that the grip can reach, m, when the maker states it.
+    pub workspace: Option<DVec3>,
+}
+
+/// Conservative limits for devices that do not report their own: force and torque as seen in shipped drivers,
+/// workspace as stated by the makers.
+pub fn known_devices() -> [DeviceSpec; 10] {
+    let gripper = |rotation| Axes { translation: 3, rotation, gripper: 1 };
+    let spec =
+        |name: &'static str, force_max, torque_max, actuated, sensed, workspace_mm: Option<[f64; 3]>| DeviceSpec {
+            name: Cow::Borrowed(name),
+            force_max,
+            torque_max,
+            actuated,
+            sensed,
+            workspace: workspace_mm.map(|mm| DVec3::from_array(mm) * 1e-3),
+        };
+    [
+        spec("Phantom Premium 1.5/6DOF", 8.5, 0.188, Axes::FULL, Axes::FULL, Some([381.0, 267.0, 191.0])),
+        spec("Phantom Premium 3.0/6DOF", 22.0, 0.188, Axes::FULL, Axes::FULL, Some([838.0, 584.0, 406.0])),
+        spec("Touch", 3.3, 0.0, Axes::TRANSLATION, Axes::FULL, Some([160.0, 120.0, 70.0])),
+        spec("Touch X", 7.9, 0.0, Axes::TRANSLATION, Axes::FULL, Some([160.0, 120.0, 120.0])),
+        spec("omega.6", 12.0, 0.0, Axes::TRANSLATION, Axes::FULL, Some([160.0, 160.0, 110.0])),
+        spec("omega.7", 12.0, 0.0, gripper(0), gripper(3), Some([160.0, 160.0, 110.0])),
+        spec("sigma.7", 12.0, 0.2, gripper(3), gripper(3), None),
+        spec("lambda.7", 12.0, 0.2, gripper(3), gripper(3), None),
+        spec("Falcon", 8.0, 0.0, Axes::TRANSLATION, Axes::TRANSLATION, Some([102.0, 102.0, 102.0])),
+        spec("Inverse3", 10.0, 0.0, Axes::TRANSLATION, Axes::FULL, None),
+    ]
+}

@@ -1,0 +1,36 @@
+//! A recorded hand.
+
+use palpus::algebra::Wrench;
+
+use crate::device::{DeviceError, DeviceSpec, DeviceState, HapticDevice};
+
+/// Plays recorded states, one per tick, and ends with the last; what is written to it moves nothing.
+#[derive(Clone, Debug)]
+pub struct ReplayDevice {
+    spec: DeviceSpec,
+    states: Vec<DeviceState>,
+    next: usize,
+}
+
+impl ReplayDevice {
+    /// A device that was of this `spec` and sensed these `states`.
+    pub fn new(spec: DeviceSpec, states: Vec<DeviceState>) -> Self {
+        Self { spec, states, next: 0 }
+    }
+}
+
+impl HapticDevice for ReplayDevice {
+    fn spec(&self) -> &DeviceSpec {
+        &self.spec
+    }
+
+    fn read(&mut self) -> Result<DeviceState, DeviceError> {
+        let state = self.states.get(self.next).copied().ok_or(DeviceError::Ended)?;
+        self.next += 1;
+        Ok(state)
+    }
+
+    fn write(&mut self, _: &Wrench) -> Result<(), DeviceError> {
+        Ok(())
+    }
+}

@@ -1,0 +1,249 @@
+//! What a run was like, kept in memory that is there from the start.
+
+use std::time::Duration;
+
+use hdrhistogram::Histogram;
+use palpus::algebra::{Pose, Wrench};
+
+use super::pace::Start;
+use super::{ServoTick, Timing};
+use crate::device::DeviceError;
+use crate::rotation::rotation_between;
+
+/// Durations from 1 ns to 10 s are told apart to three digits; a longer one counts as 10 s.
+const LONGEST_NS: u64 = 10_000_000_000;
+const DIGITS: u8 = 3;
+
+/// How durations were distributed, µs.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Percentiles {
+    /// Half were not longer than this.
+    pub p50: f64,
+    /// 99 % were not longer.
+    pub p99: f64,
+    /// 99.9 % were not longer.
+    pub p999: f64,
+    /// The longest.
+    pub max: f64,
+    /// The mean.
+    pub mean: f64,
+}
+
+/// Net work that the written wrenches have done on the grip, J; each wrench over the sensed motion to the next tick.
+/// Positive: the loop has put energy into the hand.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Energy {
+    /// By forces.
+    pub translation: f64,
+    /// By torques.
+    pub rotation: f64,
+    /// The largest sum of both at any time of the run.
+    pub highest: f64,
+}
+
+/// What went wrong, counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Faults {
+    /// Wrenches that were not finite and were replaced by zero.
+    pub non_finite: u64,
+    /// States with a number that is not finite or a rotation that is none: the step was not run and zero was written.
+    pub invalid_states: u64,
+    /// Steps that panicked (0 or 1: the first one ends the run).
+    pub panics: u64,
+    /// Reads or writes that the device failed (0 or 1).
+    pub device: u64,
+}
+
+impl Faults {
+    /// All of them.
+    pub fn total(&self) -> u64 {
+        self.non_finite + self.invalid_states + self.panics + self.device
+    }
+}
+
+/// Why a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum RunEnd {
+    /// It had run as long as it was meant to.
+    Duration,
+    /// The stop flag was set.
+    Stopped,
+    /// The device has no more states: a recording's end.
+    DeviceEnded,
+    /// The device failed.
+    DeviceFailed(DeviceError),
+    /// The step panicked, with this message.
+    Panicked(String),
+}
+
+/// The summary of a run, as far as the loop can know it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RunStatistics {
+    /// Ticks whose wrench was written.
+    pub ticks: u64,
+    /// Seconds of the run's own time: the wall's in real time, ticks times the period in simulated time.
+    pub duration_s: f64,
+    /// Seconds on the wall.
+    pub wall_s: f64,
+    /// Ticks per second on the wall.
+    pub rate_hz: f64,
+    /// Ticks that wrote their wrench after the next one's deadline.
+    pub overruns: u64,
+    /// Whole periods that went by without a tick.
+    pub skipped: u64,
+    /// The step alone.
+    pub step_us: Percentiles,
+    /// From tick to tick; `None` in simulated time.
+    pub period_us: Option<Percentiles>,
+    /// From the deadline to the tick; `None` in simulated time.
+    pub lateness_us: Option<Percentiles>,
+    /// Work done on the grip.
+    pub energy: Energy,
+    /// Largest force written, N.
+    pub force_max: f64,
+    /// Largest torque written, N·m.
+    pub torque_max: f64,
+    /// Largest change of the force from one tick to the next, N; before the first tick it is zero.
+    pub force_step_max: f64,
+    /// Largest change of the torque from one tick to the next, N·m.
+    pub torque_step_max: f64,
+    /// Ticks whose step said that it cut the wrench.
+    pub saturated_ticks: u64,
+    /// What went wrong.
+    pub faults: Faults,
+    /// Why it ended.
+    pub end: RunEnd,
+}
+
+/// The account of a run under way.
+#[derive(Debug)]
+pub(super) struct Tally {
+    step: Histogram<u64>,
+    period: Histogram<u64>,
+    lateness: Histogram<u64>,
+    counts: Counts,
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Counts {
+    ticks: u64,
+    overruns: u64,
+    skipped: u64,
+    saturated: u64,
+    faults: Faults,
+    energy: Energy,
+    force_max: f64,
+    torque_max: f64,
+    force_step_max: f64,
+    torque_step_max: f64,
+    last: Wrench,
+    pose: Option<Pose>,
+}
+
+impl Counts {
+    const NONE: Self = Self {
+        ticks: 0,
+        overruns: 0,
+        skipped: 0,
+        saturated: 0,
+        faults: Faults { non_finite: 0, invalid_states: 0, panics: 0, device: 0 },
+        energy: Energy { translation: 0.0, rotation: 0.0, highest: 0.0 },
+        force_max: 0.0,
+        torque_max: 0.0,
+        force_step_max: 0.0,
+        torque_step_max: 0.0,
+        last: Wrench::ZERO,
+        pose: None,
+    };
+}
+
+impl Tally {
+    pub(super) fn new() -> Self {
+        // The bounds are constants within the histogram's range.
+        let histogram =
+            || Histogram::new_with_max(LONGEST_NS, DIGITS).expect("10 s at three digits is a valid histogram");
+        Self { step: histogram(), period: histogram(), lateness: histogram(), counts: Counts::NONE }
+    }
+
+    pub(super) fn restart(&mut self) {
+        self.step.reset();
+        self.period.reset();
+        self.lateness.reset();
+        self.counts = Counts::NONE;
+    }
+
+    pub(super) fn start_of_tick(&mut self, start: &Start) {
+        self.lateness.saturating_record(start.lateness.as_nanos() as u64);
+        if let Some(period) = start.period {
+            self.period.saturating_record(period.as_nanos() as u64);
+        }
+        self.counts.skipped += start.skipped;
+    }
+
+    /// A tick without a step.
+    pub(super) fn invalid_state(&mut self) {
+        let counts = &mut self.counts;
+        counts.ticks += 1;
+        counts.faults.invalid_states += 1;
+        counts.force_step_max = counts.force_step_max.max(counts.last.force.length());
+        counts.torque_step_max = counts.torque_step_max.max(counts.last.torque.length());
+        counts.last = Wrench::ZERO;
+        counts.pose = None;
+    }
+
+    pub(super) fn end_of_tick(&mut self, tick: &ServoTick) {
+        self.step.saturating_record((tick.step_s * 1e9) as u64);
+        let counts = &mut self.counts;
+        counts.ticks += 1;
+        counts.overruns += u64::from(tick.overrun);
+        counts.saturated += u64::from(tick.saturated);
+        counts.faults.non_finite += u64::from(tick.replaced);
+        // The last wrench was held while the grip moved from the last pose to this one.
+        if let Some(last) = counts.pose {
+            let moved = tick.state.pose.translation - last.translation;
+            let turned = rotation_between(last.rotation, tick.state.pose.rotation);
+            counts.energy.translation += counts.last.force.dot(moved);
+            counts.energy.rotation += counts.last.torque.dot(turned);
+            counts.energy.highest = counts.energy.highest.max(counts.energy.translation + counts.energy.rotation);
+        }
+        counts.pose = Some(tick.state.pose);
+        counts.force_max = counts.force_max.max(tick.wrench.force.length());
+        counts.torque_max = counts.torque_max.max(tick.wrench.torque.length());
+        counts.force_step_max = counts.force_step_max.max(tick.wrench.force.distance(counts.last.force));
+        counts.torque_step_max = counts.torque_step_max.max(tick.wrench.torque.distance(counts.last.torque));
+        counts.last = tick.wrench;
+    }
+
+    pub(super) fn finish(&mut self, end: RunEnd, timing: Timing, period: f64, wall: Duration) -> RunStatistics {
+        let Counts { ticks, overruns, skipped, saturated, mut faults, energy, .. } = self.counts;
+        faults.panics += u64::from(matches!(end, RunEnd::Panicked(_)));
+        faults.device += u64::from(matches!(end, RunEnd::DeviceFailed(_)));
+        let wall_s = wall.as_secs_f64();
+        let real = timing == Timing::RealTime;
+        RunStatistics {
+            ticks,
+            duration_s: if real { wall_s } else { ticks as f64 * period },
+            wall_s,
+            rate_hz: if wall_s > 0.0 { ticks as f64 / wall_s } else { 0.0 },
+            overruns,
+            skipped,
+            step_us: percentiles(&self.step),
+            period_us: real.then(|| percentiles(&self.period)),
+            lateness_us: real.then(|| percentiles(&self.lateness)),
+            energy,
+            force_max: self.counts.force_max,
+            torque_max: self.counts.torque_max,
+            force_step_max: self.counts.force_step_max,
+            torque_step_max: self.counts.torque_step_max,
+            saturated_ticks: saturated,
+            faults,
+            end,
+        }
+    }
+}
+
+fn percentiles(histogram: &Histogram<u64>) -> Percentiles {
+    let at = |quantile| histogram.value_at_quantile(quantile) as f64 * 1e-3;
+    let mean = if histogram.is_empty() { 0.0 } else { histogram.mean() * 1e-3 };
+    Percentiles { p50: at(0.5), p99: at(0.99), p999: at(0.999), max: histogram.max() as f64 * 1e-3, mean }
+}

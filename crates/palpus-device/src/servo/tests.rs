@@ -1,0 +1,240 @@
+use super::*;
+use crate::{DeviceSpec, HandImpedance, ReplayDevice, SimulatedDevice, SimulationSettings, known_devices};
+use glam::{DQuat, DVec3};
+use palpus::algebra::{Pose, Twist};
+use std::cell::RefCell;
+
+/// A device that stays where it is and remembers what it was told.
+struct Scribe {
+    spec: DeviceSpec,
+    written: Vec<Wrench>,
+    reads: usize,
+    read: fn(usize) -> Result<DeviceState, DeviceError>,
+    write: fn(&Wrench) -> Result<(), DeviceError>,
+}
+
+impl Scribe {
+    fn new() -> Self {
+        let [spec, ..] = known_devices();
+        Self { spec, written: Vec::new(), reads: 0, read: |tick| Ok(state_at(tick)), write: |_| Ok(()) }
+    }
+}
+
+impl HapticDevice for Scribe {
+    fn spec(&self) -> &DeviceSpec {
+        &self.spec
+    }
+
+    fn read(&mut self) -> Result<DeviceState, DeviceError> {
+        self.reads += 1;
+        (self.read)(self.reads - 1)
+    }
+
+    fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
+        self.written.push(*wrench);
+        (self.write)(wrench)
+    }
+}
+
+fn state_at(tick: usize) -> DeviceState {
+    let time = tick as f64 * 1e-3;
+    DeviceState {
+        pose: Pose::from_translation(DVec3::X * (1e-3 * tick as f64)),
+        twist: Twist::default(),
+        buttons: 0,
+        time,
+    }
+}
+
+fn pull(newtons: f64) -> Wrench {
+    Wrench { force: DVec3::X * newtons, torque: DVec3::ZERO }
+}
+
+fn fast(duration: f64) -> Servo {
+    Servo::new(ServoOptions { timing: Timing::Simulated, duration: Some(duration), ..Default::default() }).unwrap()
+}
+
+fn go_on() -> AtomicBool {
+    AtomicBool::new(false)
+}
+
+#[test]
+fn a_run_lasts_its_ticks_and_ends_with_zero() {
+    let mut device = Scribe::new();
+    let run = fast(0.05).run(&mut device, |_, dt| StepOutcome::of(pull(1000.0 * dt)), &mut (), &go_on());
+    assert_eq!((run.ticks, run.end, run.faults.total()), (50, RunEnd::Duration, 0));
+    assert!((run.duration_s - 0.05).abs() < 1e-12 && run.period_us.is_none());
+    assert_eq!(device.written.len(), 51);
+    assert!(device.written[..50].iter().all(|wrench| *wrench == pull(1.0)));
+    assert_eq!(device.written[50], Wrench::ZERO);
+}
+
+#[test]
+fn the_account_of_a_run_adds_up() {
+    let mut device = Scribe::new();
+    // 1, 2, 3, 1, 2, 3, … N along a motion of 1 mm a tick.
+    let mut tick = 0;
+    let step = |_: &DeviceState, _| {
+        tick += 1;
+        let newtons = f64::from((tick - 1) % 3 + 1);
+        StepOutcome { wrench: pull(newtons), saturated: newtons > 2.5, detail: () }
+    };
+    let run = fast(0.03).run(&mut device, step, &mut (), &go_on());
+    assert_eq!((run.force_max, run.force_step_max, run.torque_max), (3.0, 2.0, 0.0));
+    assert_eq!(run.saturated_ticks, 10);
+    // 29 steps of 1 mm: ten rounds of 6 N less the last wrench, which was not held to a next tick.
+    assert!((run.energy.translation - (60.0 - 3.0) * 1e-3).abs() < 1e-12);
+    assert_eq!(run.energy.highest, run.energy.translation);
+}
+
+#[test]
+fn a_panic_in_the_step_ends_the_run_with_zero() {
+    let mut device = Scribe::new();
+    let step = |state: &DeviceState, _| {
+        assert!(state.time < 0.0095, "the tenth tick is not to be had");
+        StepOutcome::of(pull(2.0))
+    };
+    let run = fast(1.0).run(&mut device, step, &mut (), &go_on());
+    assert_eq!(run.end, RunEnd::Panicked("the tenth tick is not to be had".into()));
+    assert_eq!((run.ticks, run.faults.panics), (10, 1));
+    assert_eq!(device.written.last(), Some(&Wrench::ZERO));
+    assert_eq!(device.written.len(), 11);
+}
+
+#[test]
+fn a_panic_outside_the_step_writes_zero_too() {
+    let mut device = Scribe::new();
+    let mut observer = |tick: &ServoTick, _: &()| assert!(tick.index < 3, "seen enough");
+    let outcome = catch_unwind(AssertUnwindSafe(|| {
+        fast(1.0).run(&mut device, |_, _| StepOutcome::of(pull(2.0)), &mut observer, &go_on())
+    }));
+    assert!(outcome.is_err());
+    assert_eq!(device.written.len(), 5);
+    assert_eq!(device.written[4], Wrench::ZERO);
+}
+
+#[test]
+fn a_wrench_that_is_not_finite_becomes_zero_and_is_counted() {
+    let mut device = Scribe::new();
+    let step = |state: &DeviceState, _| {
+        let bad = (state.time * 1000.0).round() as u64 % 2 == 1;
+        StepOutcome::of(if bad { pull(f64::NAN) } else { pull(1.0) })
+    };
+    let run = fast(0.01).run(&mut device, step, &mut (), &go_on());
+    assert_eq!((run.ticks, run.faults.non_finite, run.end), (10, 5, RunEnd::Duration));
+    assert!(device.written.iter().skip(1).step_by(2).all(|wrench| *wrench == Wrench::ZERO));
+    assert_eq!(run.force_max, 1.0);
+}
+
+#[test]
+fn a_state_that_is_not_finite_is_not_stepped_on() {
+    let mut device = Scribe::new();
+    device.read = |tick| {
+        let mut state = state_at(tick);
+        if tick == 4 {
+            state.pose.translation.y = f64::INFINITY;
+        }
+        Ok(state)
+    };
+    let step = |state: &DeviceState, _| {
+        assert!(state.pose.is_valid());
+        StepOutcome::of(pull(1.0))
+    };
+    let run = fast(0.01).run(&mut device, step, &mut (), &go_on());
+    assert_eq!((run.ticks, run.faults.invalid_states, run.end), (10, 1, RunEnd::Duration));
+    assert_eq!(device.written[4], Wrench::ZERO);
+    assert!(run.energy.translation.is_finite());
+}
+
+#[test]
+fn a_device_that_fails_is_a_fault_and_a_recording_that_ends_is_not() {
+    let mut lost = Scribe::new();
+    lost.read = |tick| if tick < 5 { Ok(state_at(tick)) } else { Err(DeviceError::Lost("unplugged".into())) };
+    let run = fast(1.0).run(&mut lost, |_, _| StepOutcome::of(pull(1.0)), &mut (), &go_on());
+    assert_eq!(run.end, RunEnd::DeviceFailed(DeviceError::Lost("unplugged".into())));
+    assert_eq!((run.ticks, run.faults.device), (5, 1));
+    assert_eq!(lost.written.last(), Some(&Wrench::ZERO));
+
+    let mut refusing = Scribe::new();
+    refusing.write = |wrench| {
+        if *wrench == Wrench::ZERO { Ok(()) } else { Err(DeviceError::Refused("too warm".into())) }
+    };
+    let run = fast(1.0).run(&mut refusing, |_, _| StepOutcome::of(pull(1.0)), &mut (), &go_on());
+    assert_eq!((run.ticks, run.end), (0, RunEnd::DeviceFailed(DeviceError::Refused("too warm".into()))));
+    assert_eq!(refusing.written.last(), Some(&Wrench::ZERO));
+
+    let mut recorded = ReplayDevice::new(Scribe::new().spec, (0..7).map(state_at).collect());
+    let run = fast(1.0).run(&mut recorded, |_, _| StepOutcome::of(pull(1.0)), &mut (), &go_on());
+    assert_eq!((run.ticks, run.end, run.faults.total()), (7, RunEnd::DeviceEnded, 0));
+}
+
+#[test]
+fn the_stop_flag_ends_a_run() {
+    let stop = go_on();
+    let mut device = Scribe::new();
+    let mut observer = |tick: &ServoTick, _: &()| stop.store(tick.index == 20, Ordering::Relaxed);
+    let options = ServoOptions { timing: Timing::Simulated, ..Default::default() };
+    let run = Servo::new(options).unwrap().run(&mut device, |_, _| StepOutcome::of(pull(1.0)), &mut observer, &stop);
+    assert_eq!((run.ticks, run.end), (21, RunEnd::Stopped));
+}
+
+#[test]
+fn in_real_time_every_tick_is_paced_and_accounted_for() {
+    let options = ServoOptions { duration: Some(0.04), ..Default::default() };
+    let mut device = Scribe::new();
+    let mut late = 0.0f64;
+    let mut observer = |tick: &ServoTick, _: &()| late = late.max(tick.lateness_s);
+    let run = Servo::new(options).unwrap().run(&mut device, |_, _| StepOutcome::of(pull(1.0)), &mut observer, &go_on());
+    assert_eq!(run.ticks, 40);
+    // The first tick begins at once: 39 periods at least have gone by.
+    assert!(run.wall_s >= 0.039 - 1e-9 && run.duration_s == run.wall_s);
+    let (period, lateness) = (run.period_us.unwrap(), run.lateness_us.unwrap());
+    assert!(period.max >= period.p50 && period.p50 > 0.0);
+    assert!(lateness.max * 1e-6 >= late * 0.99);
+}
+
+/// A wall at x = 0, felt by a simulated hand that means to go into it.
+fn wall(state: &DeviceState, _: f64) -> StepOutcome {
+    let depth = (-state.pose.translation.x).max(0.0);
+    StepOutcome::of(Wrench { force: DVec3::X * (400.0 * depth - 0.5 * state.twist.linear.x), torque: DVec3::ZERO })
+}
+
+fn hand() -> SimulatedDevice<impl crate::Intent> {
+    let intent =
+        |t: f64| Pose::new(DQuat::from_rotation_z((2.0 * t).sin()), DVec3::new(0.02 * (5.0 * t).cos(), 0.01 * t, 0.0));
+    let settings = SimulationSettings { hand: HandImpedance::NORMAL, ..Default::default() };
+    SimulatedDevice::new(settings, intent).unwrap()
+}
+
+#[test]
+fn a_run_and_its_replay_are_the_same_bit_for_bit_and_so_is_a_run_in_real_time() {
+    let trace = |servo: &mut Servo, device: &mut dyn HapticDevice| {
+        let rows = RefCell::new(Vec::new());
+        let mut observer = |tick: &ServoTick, _: &()| rows.borrow_mut().push((tick.state, tick.wrench));
+        let run = servo.run(device, wall, &mut observer, &go_on());
+        (rows.into_inner(), run)
+    };
+    let (first, run) = trace(&mut fast(2.0), &mut hand());
+    let (again, _) = trace(&mut fast(2.0), &mut hand());
+    assert!(first == again && first.len() == 2000);
+    assert!(run.force_max > 0.5, "the hand met the wall");
+    assert!(run.energy.translation < 0.0, "a damped wall takes energy");
+
+    let states: Vec<_> = first.iter().map(|(state, _)| *state).collect();
+    let (replayed, replay) = trace(&mut fast(9.0), &mut ReplayDevice::new(hand().spec().clone(), states));
+    assert!(replayed == first && replay.end == RunEnd::DeviceEnded);
+    assert_eq!((replay.energy, replay.force_max), (run.energy, run.force_max));
+
+    let options = ServoOptions { rate_hz: 1000.0, duration: Some(0.05), ..Default::default() };
+    let (real, _) = trace(&mut Servo::new(options).unwrap(), &mut hand());
+    assert!(real == first[..50]);
+}
+
+#[test]
+fn options_out_of_range_are_refused() {
+    let refuse = |options| Servo::new(options).err();
+    assert_eq!(refuse(ServoOptions { rate_hz: 0.0, ..Default::default() }), Some(ServoError::Rate(0.0)));
+    assert!(matches!(refuse(ServoOptions { rate_hz: f64::NAN, ..Default::default() }), Some(ServoError::Rate(_))));
+    let negative = ServoOptions { duration: Some(-1.0), ..Default::default() };
+    assert_eq!(refuse(negative), Some(ServoError::Duration(-1.0)));
+}

@@ -1,0 +1,152 @@
+//! Device and hand as one rigid body on a spring–damper, integrated in small steps.
+//!
+//! The scheme is leapfrog (drift, kick, drift: half a step of position, a step of velocity from the forces at the middle,
+//! half a step of position) with the dampers by the trapezoidal rule. It is of second order and exact under a steady
+//! force, which matters here: a scheme of first order shifts the phase of a held wrench by half a step, and with it
+//! the stiffness at which a sampled wall begins to hum. It is stable for every damper and for every spring
+//! whose period is longer than π steps; [`Dynamics::new`] picks steps far shorter than that. Dry friction takes speed
+//! away after each kick, at most all of it, so that it holds still instead of chattering.
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::{Pose, Twist, Wrench};
+
+use super::SimulationError;
+use super::hand::HandImpedance;
+use crate::rotation::rotation_between;
+
+/// Longest step, s: between ticks device and hand are integrated at 10 kHz at least.
+const LONGEST_STEP: f64 = 1e-4;
+/// A spring's angular frequency, and a damper's rate of decay, times the step is at most this: 60 steps a period, 20
+/// times inside the stable range.
+const RESOLUTION: f64 = 0.1;
+/// More steps than this in a tick take longer than the tick.
+const MOST_STEPS: f64 = 1e4;
+
+/// The device's own mechanics, as felt at the grip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Apparatus {
+    /// kg.
+    pub mass: f64,
+    /// Viscous, N·s/m.
+    pub damping: f64,
+    /// Dry, N.
+    pub friction: f64,
+    /// kg·m², the same about every axis.
+    pub inertia: f64,
+    /// Viscous, N·m·s/rad.
+    pub angular_damping: f64,
+    /// Dry, N·m.
+    pub angular_friction: f64,
+}
+
+impl Apparatus {
+    /// A light 6-DOF arm: 0.1 kg at the grip, 0.1 N·s/m, 0.04 N to move it at all.
+    pub const LIGHT_ARM: Self =
+        Self { mass: 0.10, damping: 0.1, friction: 0.04, inertia: 5e-5, angular_damping: 5e-4, angular_friction: 1e-3 };
+}
+
+/// The body that device and hand are together.
+#[derive(Clone, Debug)]
+pub(super) struct Dynamics {
+    linear: Channel,
+    angular: Channel,
+    step: f64,
+    steps: usize,
+}
+
+/// Translation or rotation: the same equation of motion.
+#[derive(Clone, Copy, Debug)]
+struct Channel {
+    inertia: f64,
+    hand_damping: f64,
+    damping: f64,
+    stiffness: f64,
+    friction: f64,
+}
+
+impl Channel {
+    /// The velocity a step of `h` seconds later, under a steady `load`, with the hand's goal `stretch` away and moving
+    /// at `goal_rate`.
+    fn kick(&self, rate: DVec3, load: DVec3, stretch: DVec3, goal_rate: DVec3, h: f64) -> DVec3 {
+        let drive = load + stretch * self.stiffness + goal_rate * self.hand_damping;
+        let half_damping = 0.5 * h * (self.hand_damping + self.damping);
+        let inertia = self.inertia + half_damping;
+        let free = (rate * (self.inertia - half_damping) + drive * h) / inertia;
+        let speed = free.length();
+        let lost = self.friction * h / inertia;
+        if speed > lost { free * (1.0 - lost / speed) } else { DVec3::ZERO }
+    }
+
+    /// The fastest rate in it, 1/s.
+    fn rate(&self) -> f64 {
+        (self.stiffness / self.inertia).sqrt().max((self.hand_damping + self.damping) / self.inertia)
+    }
+
+    fn is_valid(&self) -> bool {
+        let all = [self.hand_damping, self.damping, self.stiffness, self.friction];
+        self.inertia > 0.0 && self.inertia.is_finite() && all.iter().all(|v| *v >= 0.0 && v.is_finite())
+    }
+}
+
+impl Dynamics {
+    /// Device and hand together, advanced by `period` seconds at a time.
+    pub(super) fn new(apparatus: &Apparatus, hand: &HandImpedance, period: f64) -> Result<Self, SimulationError> {
+        let linear = Channel {
+            inertia: apparatus.mass + hand.mass,
+            hand_damping: hand.damping,
+            damping: apparatus.damping,
+            stiffness: hand.stiffness,
+            friction: apparatus.friction,
+        };
+        let angular = Channel {
+            inertia: apparatus.inertia + hand.inertia,
+            hand_damping: hand.angular_damping,
+            damping: apparatus.angular_damping,
+            stiffness: hand.angular_stiffness,
+            friction: apparatus.angular_friction,
+        };
+        if !(linear.is_valid() && angular.is_valid()) {
+            return Err(SimulationError::Mechanics);
+        }
+        let longest = LONGEST_STEP.min(RESOLUTION / linear.rate().max(angular.rate()));
+        let steps = (period / longest).ceil().max(1.0);
+        if steps > MOST_STEPS {
+            return Err(SimulationError::TooFast);
+        }
+        Ok(Self { linear, angular, step: period / steps, steps: steps as usize })
+    }
+
+    /// Moves `pose` and `twist` on by one period from `time`, under a steady `wrench` about the grip.
+    pub(super) fn advance(
+        &self,
+        pose: &mut Pose,
+        twist: &mut Twist,
+        wrench: &Wrench,
+        time: f64,
+        intended: impl Fn(f64) -> Pose,
+    ) {
+        let h = self.step;
+        let mut goal = intended(time);
+        for k in 1..=self.steps {
+            let next = intended(time + h * k as f64);
+            let goal_velocity = (next.translation - goal.translation) / h;
+            let goal_spin = rotation_between(goal.rotation, next.rotation) / h;
+            let middle = drift(&goal, goal_velocity, goal_spin, h / 2.0);
+            goal = next;
+            *pose = drift(pose, twist.linear, twist.angular, h / 2.0);
+            let stretch = middle.translation - pose.translation;
+            twist.linear = self.linear.kick(twist.linear, wrench.force, stretch, goal_velocity, h);
+            let turn = rotation_between(pose.rotation, middle.rotation);
+            twist.angular = self.angular.kick(twist.angular, wrench.torque, turn, goal_spin, h);
+            *pose = drift(pose, twist.linear, twist.angular, h / 2.0);
+        }
+    }
+}
+
+/// Where a steady velocity brings `pose` in `seconds`.
+fn drift(pose: &Pose, linear: DVec3, angular: DVec3, seconds: f64) -> Pose {
+    Pose {
+        rotation: (DQuat::from_scaled_axis(angular * seconds) * pose.rotation).normalize(),
+        translation: pose.translation + linear * seconds,
+    }
+}

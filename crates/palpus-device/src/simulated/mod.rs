@@ -1,0 +1,226 @@
+//! A device in a simulated hand: the default, and every test's hand.
+//!
+//! intended pose → hand's spring–damper → inertia and friction of device and hand → encoders, once a tick → the loop → the
+//! written wrench, clipped to what the device can do, held for a tick and applied one tick late → device and hand.
+//!
+//! Simulated time is counted in reads: every [`HapticDevice::read`] after the first moves it on by one nominal period,
+//! whatever the clock on the wall says. So a run is the same, bit for bit, at full speed and in real time.
+//!
+//! 1. The wrench written at tick k acts from tick k + `delay_ticks` on, for one period (zero-order hold).
+//! 2. Device and hand are one body of summed mass; rotation has one inertia about all axes, so no gyroscopic term.
+//! 3. The grip's pose is rounded to the encoders' steps; velocity is differenced from that and low-pass filtered, as in
+//!    a device's driver.
+
+mod dynamics;
+mod encoder;
+mod hand;
+
+use std::borrow::Cow;
+
+use palpus::algebra::{Pose, Twist, Wrench};
+
+use crate::device::{Axes, DeviceError, DeviceSpec, DeviceState, HapticDevice};
+use dynamics::Dynamics;
+
+pub use dynamics::Apparatus;
+pub use encoder::Encoder;
+pub use hand::{HAND_PRESETS, HandImpedance, Intent, hand_preset};
+
+/// More ticks of delay than any servo loop has.
+const DELAY_MAX: usize = 8;
+
+/// What a simulated device is made of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulationSettings {
+    /// What it says of itself; written wrenches are clipped to its limits, force and torque each.
+    pub spec: DeviceSpec,
+    /// Reads per simulated second, Hz.
+    pub rate_hz: f64,
+    /// Who holds it.
+    pub hand: HandImpedance,
+    /// Its own mechanics.
+    pub apparatus: Apparatus,
+    /// Its sensors.
+    pub encoder: Encoder,
+    /// Ticks from a write to its effect, beyond the hold; at most 8.
+    pub delay_ticks: usize,
+}
+
+impl Default for SimulationSettings {
+    /// A light arm with the limits of the paper's device (8.5 N, 0.188 N·m), in an ordinary hand, at 1 kHz, one tick late.
+    fn default() -> Self {
+        Self {
+            spec: DeviceSpec {
+                name: Cow::Borrowed("simulated"),
+                force_max: 8.5,
+                torque_max: 0.188,
+                actuated: Axes::FULL,
+                sensed: Axes::FULL,
+                workspace: None,
+            },
+            rate_hz: 1000.0,
+            hand: HandImpedance::NORMAL,
+            apparatus: Apparatus::LIGHT_ARM,
+            encoder: Encoder::TYPICAL,
+            delay_ticks: 1,
+        }
+    }
+}
+
+/// Why a simulated device cannot be made.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SimulationError {
+    /// Not a positive finite number.
+    #[error("the rate must be positive, and is {0} Hz")]
+    Rate(f64),
+    /// A mass or an inertia sums to nothing, or a number is negative or not finite.
+    #[error("device and hand need positive mass and inertia, and no negative stiffness, damping or friction")]
+    Mechanics,
+    /// So stiff or so strongly damped for its mass that a tick would take more than 10 000 steps.
+    #[error("device and hand move too fast to simulate: too little mass or inertia for the stiffness and damping")]
+    TooFast,
+    /// A quantum or the filter is negative or not finite.
+    #[error("the encoders' steps must not be negative, and the velocity filter must be positive")]
+    Encoder,
+    /// More than a simulated device can hold back.
+    #[error("at most {DELAY_MAX} ticks of delay, not {0}")]
+    Delay(usize),
+    /// A limit is negative or not a number.
+    #[error("force and torque limits must not be negative")]
+    Limits,
+    /// The intended pose at time 0 is not a pose.
+    #[error("the intended pose at the start is not finite")]
+    Start,
+}
+
+/// A haptic device and the hand that holds it; see the module's outline.
+#[derive(Clone, Debug)]
+pub struct SimulatedDevice<I> {
+    settings: SimulationSettings,
+    intent: I,
+    dynamics: Dynamics,
+    period: f64,
+    tick: Option<u64>,
+    pose: Pose,
+    twist: Twist,
+    sensed: Pose,
+    sensed_twist: Twist,
+    /// The newest written wrench first.
+    written: [Wrench; DELAY_MAX + 1],
+}
+
+impl<I: Intent> SimulatedDevice<I> {
+    /// A device at rest at the pose that `intent` has at time 0.
+    ///
+    /// # Errors
+    /// When a setting is out of range.
+    pub fn new(settings: SimulationSettings, intent: I) -> Result<Self, SimulationError> {
+        check(&settings)?;
+        let period = 1.0 / settings.rate_hz;
+        let dynamics = Dynamics::new(&settings.apparatus, &settings.hand, period)?;
+        let pose = intent.pose(0.0);
+        if !pose.is_valid() {
+            return Err(SimulationError::Start);
+        }
+        let sensed = settings.encoder.sense(&pose);
+        Ok(Self {
+            settings,
+            intent,
+            dynamics,
+            period,
+            tick: None,
+            pose,
+            twist: Twist::default(),
+            sensed,
+            sensed_twist: Twist::default(),
+            written: [Wrench::ZERO; DELAY_MAX + 1],
+        })
+    }
+
+    /// Gives the device a velocity, as a push would.
+    pub fn push(&mut self, twist: Twist) {
+        self.twist = twist;
+    }
+
+    /// Simulated seconds at the last read.
+    pub fn time(&self) -> f64 {
+        self.tick.unwrap_or(0) as f64 * self.period
+    }
+
+    /// Where the grip truly is, before the encoders.
+    pub fn true_pose(&self) -> Pose {
+        self.pose
+    }
+
+    /// How the grip truly moves.
+    pub fn true_twist(&self) -> Twist {
+        self.twist
+    }
+
+    /// Where the hand intends the grip to be.
+    pub fn intended_pose(&self) -> Pose {
+        self.intent.pose(self.time())
+    }
+
+    fn advance(&mut self) {
+        let applied = self.written[self.settings.delay_ticks];
+        let time = self.time();
+        let intent = &self.intent;
+        self.dynamics.advance(&mut self.pose, &mut self.twist, &applied, time, |t| intent.pose(t));
+        // What is not written anew is held.
+        self.written.copy_within(0..DELAY_MAX, 1);
+        let before = self.sensed;
+        self.sensed = self.settings.encoder.sense(&self.pose);
+        self.sensed_twist = self.settings.encoder.estimate(&self.sensed_twist, &before, &self.sensed, self.period);
+    }
+}
+
+impl<I: Intent> HapticDevice for SimulatedDevice<I> {
+    fn spec(&self) -> &DeviceSpec {
+        &self.settings.spec
+    }
+
+    fn read(&mut self) -> Result<DeviceState, DeviceError> {
+        self.tick = match self.tick {
+            None => Some(0),
+            Some(tick) => {
+                self.advance();
+                Some(tick + 1)
+            }
+        };
+        Ok(DeviceState { pose: self.sensed, twist: self.sensed_twist, buttons: 0, time: self.time() })
+    }
+
+    fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
+        if !wrench.is_finite() {
+            return Err(DeviceError::Refused(Cow::Borrowed("it is not finite")));
+        }
+        self.written[0] = Wrench {
+            torque: wrench.torque.clamp_length_max(self.settings.spec.torque_max),
+            force: wrench.force.clamp_length_max(self.settings.spec.force_max),
+        };
+        Ok(())
+    }
+}
+
+fn check(settings: &SimulationSettings) -> Result<(), SimulationError> {
+    let SimulationSettings { spec, rate_hz, encoder, delay_ticks, .. } = settings;
+    if !(*rate_hz > 0.0 && rate_hz.is_finite()) {
+        return Err(SimulationError::Rate(*rate_hz));
+    }
+    if *delay_ticks > DELAY_MAX {
+        return Err(SimulationError::Delay(*delay_ticks));
+    }
+    if !(spec.force_max >= 0.0 && spec.torque_max >= 0.0) {
+        return Err(SimulationError::Limits);
+    }
+    let steps = [encoder.position_quantum, encoder.angle_quantum];
+    let filter = encoder.velocity_cutoff_hz.unwrap_or(1.0);
+    if !(steps.iter().all(|q| *q >= 0.0 && q.is_finite()) && filter > 0.0) {
+        return Err(SimulationError::Encoder);
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,245 @@
+use super::*;
+use glam::{DQuat, DVec3};
+
+const FRICTIONLESS: Apparatus = Apparatus { friction: 0.0, angular_friction: 0.0, ..Apparatus::LIGHT_ARM };
+
+fn unlimited() -> DeviceSpec {
+    DeviceSpec { force_max: f64::INFINITY, torque_max: f64::INFINITY, ..SimulationSettings::default().spec }
+}
+
+/// Frictionless, unlimited and exactly sensed, so that closed forms hold.
+fn ideal(hand: HandImpedance) -> SimulationSettings {
+    SimulationSettings {
+        spec: unlimited(),
+        hand,
+        apparatus: FRICTIONLESS,
+        encoder: Encoder::EXACT,
+        ..SimulationSettings::default()
+    }
+}
+
+fn still(_: f64) -> Pose {
+    Pose::IDENTITY
+}
+
+fn run<I: Intent>(device: &mut SimulatedDevice<I>, ticks: usize, wrench: Wrench) -> DeviceState {
+    for _ in 0..ticks {
+        device.read().unwrap();
+        device.write(&wrench).unwrap();
+    }
+    device.read().unwrap()
+}
+
+/// Kinetic energy, J.
+fn energy<I: Intent>(device: &SimulatedDevice<I>) -> f64 {
+    let SimulationSettings { hand, apparatus, .. } = &device.settings;
+    let twist = device.true_twist();
+    0.5 * (hand.mass + apparatus.mass) * twist.linear.length_squared()
+        + 0.5 * (hand.inertia + apparatus.inertia) * twist.angular.length_squared()
+}
+
+#[test]
+fn every_hand_settles_where_it_intends() {
+    let goal = Pose::new(DQuat::from_rotation_x(0.5) * DQuat::from_rotation_z(-0.4), DVec3::new(0.02, -0.01, 0.03));
+    for (name, hand) in HAND_PRESETS.into_iter().filter(|(name, _)| *name != "none") {
+        // At rest first, then the intent jumps: worse than any path.
+        let intent = move |t: f64| if t < 0.01 { Pose::IDENTITY } else { goal };
+        let mut device = SimulatedDevice::new(ideal(hand), intent).unwrap();
+        let state = run(&mut device, 5000, Wrench::ZERO);
+        assert!(state.pose.translation.distance(goal.translation) < 1e-9, "{name}");
+        assert!(state.pose.rotation.dot(goal.rotation).abs() > 1.0 - 1e-12, "{name}");
+        assert!(state.twist.linear.length() < 1e-6, "{name}");
+
+        let mut rough = SimulatedDevice::new(SimulationSettings { hand, ..Default::default() }, intent).unwrap();
+        let state = run(&mut rough, 5000, Wrench::ZERO);
+        let stuck = Apparatus::LIGHT_ARM.friction / hand.stiffness + Encoder::TYPICAL.position_quantum;
+        assert!(state.pose.translation.distance(goal.translation) <= stuck, "{name}");
+    }
+}
+
+#[test]
+fn a_step_of_the_intent_follows_the_damped_oscillator() {
+    for (name, hand) in HAND_PRESETS.into_iter().filter(|(name, _)| *name != "none") {
+        let start = 0.05;
+        let height = 0.01;
+        let mut device = SimulatedDevice::new(ideal(hand), |t: f64| {
+            Pose::from_translation(DVec3::X * if t <= start + 1e-9 { 0.0 } else { height })
+        })
+        .unwrap();
+        let mass = hand.mass + FRICTIONLESS.mass;
+        let damping = hand.damping + FRICTIONLESS.damping;
+        let rate = damping / (2.0 * mass);
+        let frequency = (hand.stiffness / mass - rate * rate).sqrt();
+        assert!(frequency > 0.0, "{name} is underdamped");
+        // The jump of the intent passes through the hand's damper as an impulse.
+        let kick = hand.damping * height / mass;
+        for tick in 0..600 {
+            let state = device.read().unwrap();
+            let t = f64::from(tick) * 1e-3 - start;
+            if t > 0.0 {
+                let (sin, cos) = (frequency * t).sin_cos();
+                let x = height - (-rate * t).exp() * (height * cos + (rate * height - kick) / frequency * sin);
+                assert!((state.pose.translation.x - x).abs() < 0.004 * height, "{name}: {x} at {t}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_steady_wrench_deflects_a_hand_by_its_compliance() {
+    let wrench = Wrench { torque: DVec3::new(0.02, 0.0, -0.04), force: DVec3::new(1.0, -2.0, 0.5) };
+    for (name, hand) in HAND_PRESETS.into_iter().filter(|(name, _)| *name != "none") {
+        let mut device = SimulatedDevice::new(ideal(hand), still).unwrap();
+        let state = run(&mut device, 6000, wrench);
+        let turn = crate::rotation::rotation_vector(state.pose.rotation);
+        assert!(state.pose.translation.distance(wrench.force / hand.stiffness) < 1e-9, "{name}");
+        assert!(turn.distance(wrench.torque / hand.angular_stiffness) < 1e-8, "{name}");
+    }
+}
+
+#[test]
+fn what_nobody_holds_comes_to_rest() {
+    for apparatus in [Apparatus::LIGHT_ARM, FRICTIONLESS] {
+        let settings = SimulationSettings { apparatus, ..ideal(HandImpedance::NONE) };
+        let mut device = SimulatedDevice::new(settings, still).unwrap();
+        device.push(Twist { angular: DVec3::new(3.0, 1.0, -2.0), linear: DVec3::new(0.1, 0.2, -0.3) });
+        let mut before = energy(&device);
+        for _ in 0..4000 {
+            run(&mut device, 1, Wrench::ZERO);
+            assert!(energy(&device) <= before);
+            before = energy(&device);
+        }
+        if apparatus.friction > 0.0 {
+            assert_eq!(before, 0.0, "dry friction stops it altogether");
+        } else {
+            // 4001 ms of e^(−b t / m), squared.
+            let expected = (-4.0f64 * 2.0).exp() * 0.5 * 0.1 * 0.14;
+            assert!(before < 1.1 * expected, "{before:e}");
+        }
+    }
+}
+
+#[test]
+fn dry_friction_holds_against_less_than_itself() {
+    let settings = SimulationSettings { apparatus: Apparatus::LIGHT_ARM, ..ideal(HandImpedance::NONE) };
+    let mut device = SimulatedDevice::new(settings, still).unwrap();
+    let held = run(&mut device, 500, Wrench { force: DVec3::X * 0.039, torque: DVec3::Z * 0.9e-3 });
+    assert_eq!(held.pose, Pose::IDENTITY);
+    let moved = run(&mut device, 500, Wrench { force: DVec3::X * 0.041, torque: DVec3::Z * 1.1e-3 });
+    assert!(moved.pose.translation.x > 0.0 && moved.pose.rotation != DQuat::IDENTITY);
+}
+
+#[test]
+fn the_encoders_round_to_their_steps() {
+    let encoder = Encoder::TYPICAL;
+    let settings = SimulationSettings { encoder, ..ideal(HandImpedance::FIRM) };
+    let path = |t: f64| {
+        Pose::new(DQuat::from_rotation_y((3.0 * t).sin()), DVec3::new((2.0 * t).sin(), t.cos(), -t.sin()) * 0.05)
+    };
+    let mut device = SimulatedDevice::new(settings, path).unwrap();
+    for _ in 0..500 {
+        let state = run(&mut device, 1, Wrench::ZERO);
+        let steps = state.pose.translation / encoder.position_quantum;
+        assert!((steps - steps.round()).abs().max_element() < 1e-9);
+        let off = (state.pose.translation - device.true_pose().translation).abs().max_element();
+        assert!(off <= 0.5 * encoder.position_quantum * (1.0 + 1e-9));
+        let turn = crate::rotation::rotation_between(state.pose.rotation, device.true_pose().rotation);
+        assert!(turn.length() < encoder.angle_quantum);
+        // The filtered velocity follows the true one within its lag and a step of the encoder.
+        assert!(state.twist.linear.distance(device.true_twist().linear) < 0.03);
+    }
+}
+
+#[test]
+fn a_written_wrench_acts_after_the_delay_and_is_held_for_a_tick() {
+    for delay_ticks in [0, 1, 3] {
+        let settings = SimulationSettings { delay_ticks, ..ideal(HandImpedance::NONE) };
+        let mut device = SimulatedDevice::new(settings, still).unwrap();
+        for tick in 0..8 {
+            let state = device.read().unwrap();
+            device.write(&Wrench { force: DVec3::X, torque: DVec3::ZERO }).unwrap();
+            let moves = tick > delay_ticks;
+            assert_eq!(state.pose.translation.x > 0.0, moves, "delay {delay_ticks}, tick {tick}");
+        }
+    }
+}
+
+#[test]
+fn a_wrench_is_clipped_to_what_the_device_can_do_keeping_its_direction() {
+    let settings = SimulationSettings { spec: SimulationSettings::default().spec, ..ideal(HandImpedance::FIRM) };
+    let mut device = SimulatedDevice::new(settings, still).unwrap();
+    let wrench = Wrench { force: DVec3::new(30.0, 0.0, 40.0), torque: DVec3::Y * 7.0 };
+    let state = run(&mut device, 6000, wrench);
+    let expected = DVec3::new(0.6, 0.0, 0.8) * 8.5 / HandImpedance::FIRM.stiffness;
+    assert!(state.pose.translation.distance(expected) < 1e-9);
+    assert!(device.write(&Wrench { force: DVec3::NAN, torque: DVec3::ZERO }).is_err());
+}
+
+/// Amplitude of a device that nobody holds, on a two-sided spring, after a second, relative to the start.
+fn amplitude_on_spring(stiffness: f64, delay_ticks: usize) -> f64 {
+    let settings = SimulationSettings { delay_ticks, ..ideal(HandImpedance::NONE) };
+    let start = 0.001;
+    let mut device = SimulatedDevice::new(settings, |_| Pose::from_translation(DVec3::X * start)).unwrap();
+    let mut largest = 0.0f64;
+    for tick in 0..4000 {
+        let x = device.read().unwrap().pose.translation.x;
+        device.write(&Wrench { force: DVec3::X * (-stiffness * x), torque: DVec3::ZERO }).unwrap();
+        if tick >= 3000 {
+            largest = largest.max(x.abs());
+        }
+    }
+    largest / start
+}
+
+#[test]
+fn a_sampled_spring_is_stable_up_to_twice_the_damping_over_the_period() {
+    // Holding a sample for T makes the spring T/2 late on average, and a delay of n ticks n T later: the device's own
+    // damper b must make up for K (n + ½) T.
+    for delay_ticks in [0, 1, 2] {
+        let limit = FRICTIONLESS.damping / (1e-3 * (delay_ticks as f64 + 0.5));
+        let (below, above) =
+            (amplitude_on_spring(0.95 * limit, delay_ticks), amplitude_on_spring(1.05 * limit, delay_ticks));
+        assert!(below < 0.99, "delay {delay_ticks}: {below} below the limit of {limit} N/m");
+        assert!(above > 1.01, "delay {delay_ticks}: {above} above the limit of {limit} N/m");
+    }
+}
+
+#[test]
+fn the_same_hand_moves_the_same_bit_for_bit() {
+    let path = |t: f64| Pose::new(DQuat::from_rotation_z(t), DVec3::new(t.sin(), 0.0, t.cos()) * 0.02);
+    let record = || {
+        let mut device = SimulatedDevice::new(SimulationSettings::default(), path).unwrap();
+        (0..300)
+            .map(|k| run(&mut device, 1, Wrench::of_force_at(DVec3::Y * f64::from(k % 7), DVec3::X * 0.01)))
+            .collect::<Vec<_>>()
+    };
+    assert!(record() == record());
+}
+
+#[test]
+fn settings_out_of_range_are_refused() {
+    let refuse = |change: fn(&mut SimulationSettings)| {
+        let mut settings = SimulationSettings::default();
+        change(&mut settings);
+        SimulatedDevice::new(settings, still).err()
+    };
+    assert_eq!(refuse(|s| s.rate_hz = 0.0), Some(SimulationError::Rate(0.0)));
+    assert_eq!(refuse(|s| s.delay_ticks = 9), Some(SimulationError::Delay(9)));
+    assert_eq!(refuse(|s| s.hand.damping = -1.0), Some(SimulationError::Mechanics));
+    assert_eq!(refuse(|s| s.hand.stiffness = f64::NAN), Some(SimulationError::Mechanics));
+    assert_eq!(refuse(|s| s.encoder.angle_quantum = f64::INFINITY), Some(SimulationError::Encoder));
+    assert_eq!(refuse(|s| s.spec.force_max = f64::NAN), Some(SimulationError::Limits));
+    let massless = Apparatus { mass: 0.0, ..Apparatus::LIGHT_ARM };
+    let settings = SimulationSettings { hand: HandImpedance::NONE, apparatus: massless, ..Default::default() };
+    assert_eq!(SimulatedDevice::new(settings.clone(), still).err(), Some(SimulationError::Mechanics));
+    let settings = SimulationSettings { apparatus: Apparatus { mass: 1e-15, ..massless }, ..settings };
+    assert_eq!(SimulatedDevice::new(settings, still).err(), Some(SimulationError::TooFast));
+    let nowhere = |_: f64| Pose::from_translation(DVec3::NAN);
+    assert_eq!(SimulatedDevice::new(SimulationSettings::default(), nowhere).err(), Some(SimulationError::Start));
+}
+
+#[test]
+fn presets_are_found_by_name() {
+    assert_eq!(hand_preset("firm"), Some(HandImpedance::FIRM));
+    assert_eq!(hand_preset("iron"), None);
+}

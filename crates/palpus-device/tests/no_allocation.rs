@@ -1,0 +1,37 @@
+//! The loop, the simulated hand and the recorder's end of the queue do not allocate once they run.
+
+use std::sync::atomic::AtomicBool;
+
+use glam::DVec3;
+use palpus::algebra::{Pose, Wrench};
+use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
+use palpus_device::{
+    DeviceState, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, StepOutcome, Timing, record,
+};
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+#[test]
+fn a_run_does_not_allocate() {
+    for (timing, duration) in [(Timing::Simulated, 2.0), (Timing::RealTime, 0.05)] {
+        let options = ServoOptions { timing, duration: Some(duration), ..Default::default() };
+        let mut servo = Servo::new(options).expect("options in range");
+        let intent = |t: f64| Pose::from_translation(DVec3::X * 0.02 * (5.0 * t).cos());
+        let mut device = SimulatedDevice::new(SimulationSettings::default(), intent).expect("settings in range");
+        let (mut recorder, recording) = record(4096, |_: &(f64, Wrench)| Ok(()));
+        let mut observer = |tick: &ServoTick, _: &()| recorder.push((tick.time, tick.wrench));
+        let step = |state: &DeviceState, _: f64| {
+            let depth = (-state.pose.translation.x).max(0.0);
+            StepOutcome::of(Wrench { force: DVec3::X * 400.0 * depth, torque: DVec3::ZERO })
+        };
+        let stop = AtomicBool::new(false);
+        let before = allocations_of_this_thread();
+        let run = servo.run(&mut device, step, &mut observer, &stop);
+        let allocated = allocations_of_this_thread() - before;
+        assert_eq!(allocated, 0, "{timing:?}");
+        assert!(run.ticks >= 50 && run.force_max > 0.0 || timing == Timing::RealTime);
+        let summary = recording.finish();
+        assert_eq!(summary.written + summary.dropped, run.ticks);
+    }
+}
