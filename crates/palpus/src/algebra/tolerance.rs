@@ -177,6 +177,18 @@ pub const FRICTION_HEIR: f64 = 0.5;
 /// Bounds the tick: past it, new contacts begin without strain. A tick of 300 contacts with 100 new ones needs 30 000.
 pub const FRICTION_LOOKS: usize = 65_536;
 
+/// Cosine of the largest angle between two normals that shading takes for one, on both sides of an edge.
+///
+/// The normals of a smooth vertex are computed once and copied to its corners, so they agree to rounding. Larger angles
+/// hide faint creases; smaller ones would find creases in rounding.
+pub const SHADING_SAME: f64 = 1.0 - 1e-9;
+
+/// The most triangles of a piece's faces that are searched for the one under a contact point.
+///
+/// Bounds the tick at a few microseconds a contact. Contacts on larger merged faces, which are flat anyway, keep their
+/// true normal.
+pub const SHADING_TRIANGLES: usize = 1024;
+
 // ---- render ----
 
 /// Relative: how much shorter than its limit a saturated force or torque is made.

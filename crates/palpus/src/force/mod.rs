@@ -9,6 +9,7 @@ mod pair_query;
 mod penalty;
 mod representative;
 mod shading;
+mod smooth_surface;
 #[cfg(test)]
 pub(crate) mod testing;
 
@@ -18,3 +19,4 @@ pub use friction::{Adhesion, FrictionCounters, FrictionSettings, FrictionTracker
 pub use penalty::{Centers, NetWrench, PenaltySettings, normal_force};
 pub use representative::{Cluster, represent};
 pub use shading::{ShadingSettings, SmoothNormal, shade};
+pub use smooth_surface::SmoothSurface;

@@ -60,3 +60,58 @@ fn bounded(direction: DVec3, normal: DVec3, most_turn: f64) -> DVec3 {
         None => normal,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::testing::Random;
+    use super::*;
+
+    const SEED: u64 = 0x5AAD;
+
+    fn side(normal: DVec3, curvature: f64) -> Option<SmoothNormal> {
+        Some(SmoothNormal { normal, curvature })
+    }
+
+    #[test]
+    fn two_spheres_push_along_the_line_of_their_centres() {
+        // Wherever between them the faceted surfaces happen to meet.
+        let mut random = Random(SEED);
+        for round in 0..200 {
+            let (r_a, r_b) = (random.between(0.01, 0.1), random.between(0.01, 0.1));
+            let axis = random.direction();
+            let (center_a, center_b) = (axis * (r_a + r_b), DVec3::ZERO);
+            let meet = axis * r_b + random.point(0.1 * r_a.min(r_b));
+            let n_a = (meet - center_a) / r_a;
+            let n_b = (meet - center_b) / r_b;
+            let answer = shade(axis, side(n_a, 1.0 / r_a), side(n_b, 1.0 / r_b), 0.5);
+            assert!((answer - axis).length() < 1e-12, "seed {SEED:#x}, round {round}");
+        }
+    }
+
+    #[test]
+    fn a_flat_side_decides_and_a_crease_says_nothing() {
+        let n = DVec3::Z;
+        let tilted = DVec3::new(0.1, 0.0, 1.0).normalize();
+        assert!((shade(n, side(-tilted, 20.0), side(n, 0.0), 0.5) - n).length() < 1e-15);
+        assert!((shade(n, side(-n, 0.0), side(tilted, 20.0), 0.5) - n).length() < 1e-15);
+        assert!((shade(n, None, side(tilted, 20.0), 0.5) - tilted).length() < 1e-15);
+        assert!((shade(n, side(-tilted, 0.0), None, 0.5) - tilted).length() < 1e-15);
+        assert_eq!(shade(n, None, None, 0.5), n);
+    }
+
+    #[test]
+    fn the_turn_is_bounded_and_continuous_at_the_bound() {
+        let most = 0.4;
+        let mut random = Random(SEED ^ 1);
+        for round in 0..200 {
+            let n = random.direction();
+            let answer = shade(n, None, side(random.direction(), 1.0), most);
+            assert!((answer.length() - 1.0).abs() < 1e-12, "seed {SEED:#x}, round {round}");
+            assert!(answer.angle_between(n) <= most + 1e-7, "seed {SEED:#x}, round {round}");
+        }
+        let at = |angle: f64| shade(DVec3::Z, None, side(DVec3::new(angle.sin(), 0.0, angle.cos()), 1.0), most);
+        assert!((at(most - 1e-9) - at(most + 1e-9)).length() < 1e-8);
+        assert_eq!(shade(DVec3::Z, None, side(-DVec3::Z, 1.0), most), DVec3::Z);
+        assert_eq!(shade(DVec3::Z, side(DVec3::Z, 1.0), side(DVec3::Z, 1.0), most), DVec3::Z);
+    }
+}

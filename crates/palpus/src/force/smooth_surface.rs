@@ -1,0 +1,239 @@
+//! The smooth surface that a mesh stands for: its normal, and how fast that turns, at any point of the mesh.
+//!
+//! Once per body:
+//! 1. every triangle's curvature: the fastest that the normals of its corners turn along one of its sides;
+//! 2. every corner's: the mean over the corners of its vertex that share its normal, so that it is the same on both sides
+//!    of a smooth edge;
+//! 3. the creases: sides of triangles across which corner normals differ, or where the mesh ends, and their vertices.
+//!
+//! Per contact:
+//! 4. the triangle, of those that the contact's feature covers, that lies nearest to the contact's point;
+//! 5. nothing, if the contact's vertex or edge is a crease; else normal and curvature interpolated between its corners.
+
+use glam::DVec3;
+
+use super::SmoothNormal;
+use crate::algebra::closest_on_triangle;
+use crate::algebra::tolerance::{SHADING_SAME, SHADING_TRIANGLES};
+use crate::body::{Feature, HalfEdges, Mesh};
+
+/// Normals, curvatures and creases of one mesh.
+#[derive(Clone, Debug)]
+pub struct SmoothSurface {
+    corners: Vec<[SmoothNormal; 3]>,
+    /// Per triangle: bit k for a crease along side k, bit 3 + k for a vertex k on a crease.
+    creases: Vec<u8>,
+}
+
+impl SmoothSurface {
+    /// The smooth surface of `mesh`, whose triangle `t` has the unit normal `normal(t, k)` at its corner `k`: corners of one
+    /// vertex have the same normal wherever the surface is smooth between them.
+    pub fn new(mesh: &Mesh, half_edges: &HalfEdges, normal: impl Fn(u32, usize) -> DVec3) -> Self {
+        let triangles = mesh.triangles().len() as u32;
+        let normals: Vec<[DVec3; 3]> = (0..triangles).map(|t| [0, 1, 2].map(|k| normal(t, k))).collect();
+        let at_vertex = corners_of_vertices(mesh);
+        let mut surface = Self { corners: Vec::with_capacity(normals.len()), creases: vec![0; normals.len()] };
+        surface.fill_corners(mesh, &normals, &at_vertex);
+        surface.mark_creases(&normals, half_edges, &at_vertex);
+        surface
+    }
+
+    /// The surface at `point` (of `mesh`, in its frame), where a contact rests on `feature`, which lies on the triangles
+    /// `covered`; `None` on a crease, on no triangle, or on too many.
+    pub fn at(
+        &self,
+        mesh: &Mesh,
+        feature: Feature,
+        covered: impl Iterator<Item = u32>,
+        point: DVec3,
+    ) -> Option<SmoothNormal> {
+        let mut nearest = None;
+        let mut least = f64::INFINITY;
+        for (n, t) in covered.enumerate() {
+            if n == SHADING_TRIANGLES {
+                return None;
+            }
+            let [p, q, r] = mesh.triangle_points(t);
+            let on_triangle = closest_on_triangle(point, p, q, r);
+            let distance = on_triangle.distance_squared(point);
+            if distance < least {
+                least = distance;
+                nearest = Some((t, on_triangle));
+            }
+        }
+        let (t, on_triangle) = nearest?;
+        let shares = barycentric(on_triangle, mesh.triangle_points(t));
+        let creases = self.creases[t as usize];
+        let creased = match feature {
+            Feature::Face(_) => false,
+            // The side opposite to the corner with the least say: side k runs from corner k to corner k + 1.
+            Feature::Edge(_) => creases & (1 << ((extreme(shares.map(|s| -s)) + 1) % 3)) != 0,
+            Feature::Vertex(_) => creases & (8 << extreme(shares)) != 0,
+        };
+        if creased { None } else { Some(self.interpolated(t, shares)) }
+    }
+
+    fn interpolated(&self, t: u32, shares: [f64; 3]) -> SmoothNormal {
+        let corners = &self.corners[t as usize];
+        let normal: DVec3 = corners.iter().zip(shares).map(|(corner, share)| share * corner.normal).sum();
+        let curvature = corners.iter().zip(shares).map(|(corner, share)| share * corner.curvature).sum();
+        SmoothNormal { normal: normal.normalize_or(corners[extreme(shares)].normal), curvature }
+    }
+
+    /// Steps 1 and 2.
+    fn fill_corners(&mut self, mesh: &Mesh, normals: &[[DVec3; 3]], at_vertex: &[Vec<(u32, usize)>]) {
+        let curvatures: Vec<f64> = normals
+            .iter()
+            .zip(0..)
+            .map(|(n, t)| {
+                let p = mesh.triangle_points(t);
+                let turn = |k: usize| n[k].distance(n[(k + 1) % 3]) / p[k].distance(p[(k + 1) % 3]);
+                turn(0).max(turn(1)).max(turn(2))
+            })
+            .collect();
+        self.corners.extend(normals.iter().map(|n| n.map(|normal| SmoothNormal { normal, curvature: 0.0 })));
+        for corners in at_vertex {
+            for &(t, k) in corners {
+                let own = normals[t as usize][k];
+                let alike = corners.iter().filter(|&&(t, k)| same(normals[t as usize][k], own));
+                let (count, sum) = alike.fold((0.0, 0.0), |(n, sum), &(t, _)| (n + 1.0, sum + curvatures[t as usize]));
+                self.corners[t as usize][k].curvature = sum / count;
+            }
+        }
+    }
+
+    /// Step 3.
+    fn mark_creases(&mut self, normals: &[[DVec3; 3]], half_edges: &HalfEdges, at_vertex: &[Vec<(u32, usize)>]) {
+        for (t, n) in normals.iter().enumerate() {
+            for k in 0..3 {
+                let smooth = half_edges.neighbour(t as u32, k).is_some_and(|(other, side)| {
+                    let m = &normals[other as usize];
+                    same(n[k], m[(side + 1) % 3]) && same(n[(k + 1) % 3], m[side])
+                });
+                self.creases[t] |= u8::from(!smooth) << k;
+            }
+        }
+        for corners in at_vertex {
+            // A vertex is on a crease when either side that leaves it, in any of its triangles, is one.
+            let creased = corners.iter().any(|&(t, k)| self.creases[t as usize] & (1 << k | 1 << ((k + 2) % 3)) != 0);
+            for &(t, k) in corners {
+                self.creases[t as usize] |= u8::from(creased) << (3 + k);
+            }
+        }
+    }
+}
+
+fn same(first: DVec3, second: DVec3) -> bool {
+    first.dot(second) >= SHADING_SAME
+}
+
+fn corners_of_vertices(mesh: &Mesh) -> Vec<Vec<(u32, usize)>> {
+    let mut answer = vec![Vec::new(); mesh.vertices().len()];
+    for (triangle, t) in mesh.triangles().iter().zip(0..) {
+        for (k, &v) in triangle.iter().enumerate() {
+            answer[v as usize].push((t, k));
+        }
+    }
+    answer
+}
+
+/// Index of the largest; the first of several.
+fn extreme(values: [f64; 3]) -> usize {
+    let best = usize::from(values[1] > values[0]);
+    if values[2] > values[best] { 2 } else { best }
+}
+
+/// The shares of the corners in a point of their triangle: each not negative, together 1.
+fn barycentric(point: DVec3, [p, q, r]: [DVec3; 3]) -> [f64; 3] {
+    let normal = (q - p).cross(r - p);
+    let area = |from: DVec3, to: DVec3| (from - point).cross(to - point).dot(normal).max(0.0);
+    let shares = [area(q, r), area(r, p), area(p, q)];
+    let sum: f64 = shares.iter().sum();
+    // A triangle too thin to say: its corners share alike.
+    if sum > 0.0 { shares.map(|share| share / sum) } else { [1.0 / 3.0; 3] }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::PolygonSoup;
+
+    const RADIUS: f64 = 0.05;
+    const SIDES: u32 = 24;
+
+    /// A tube of flat quads around the z axis, cut into triangles; its ends are open.
+    fn tube() -> (Mesh, HalfEdges) {
+        let mut vertices = Vec::new();
+        for k in 0..SIDES {
+            let angle = std::f64::consts::TAU * f64::from(k) / f64::from(SIDES);
+            for z in [-0.1, 0.0, 0.1] {
+                vertices.push(DVec3::new(RADIUS * angle.cos(), RADIUS * angle.sin(), z));
+            }
+        }
+        let mut triangles = Vec::new();
+        for k in 0..SIDES {
+            let (p, q) = (3 * k, 3 * ((k + 1) % SIDES));
+            for z in 0..2 {
+                triangles.extend([[p + z, q + z, q + z + 1], [p + z, q + z + 1, p + z + 1]]);
+            }
+        }
+        let (mesh, _) = Mesh::from_soup(&PolygonSoup::from_triangles(vertices, &triangles)).unwrap();
+        let half_edges = HalfEdges::new(&mesh);
+        (mesh, half_edges)
+    }
+
+    fn outward(p: DVec3) -> DVec3 {
+        DVec3::new(p.x, p.y, 0.0).normalize()
+    }
+
+    fn smooth(mesh: &Mesh, half_edges: &HalfEdges) -> SmoothSurface {
+        SmoothSurface::new(mesh, half_edges, |t, k| outward(mesh.triangle_points(t)[k]))
+    }
+
+    /// The point of the tube's surface at `angle`.
+    fn on_tube(angle: f64, z: f64) -> DVec3 {
+        let step = std::f64::consts::TAU / f64::from(SIDES);
+        let within = angle.rem_euclid(step) - 0.5 * step;
+        RADIUS * (0.5 * step).cos() / within.cos() * DVec3::new(angle.cos(), angle.sin(), 0.0) + DVec3::Z * z
+    }
+
+    #[test]
+    fn the_normal_turns_evenly_around_a_tube() {
+        let (mesh, half_edges) = tube();
+        let surface = smooth(&mesh, &half_edges);
+        let all = || 0..mesh.triangles().len() as u32;
+        let mut previous: Option<DVec3> = None;
+        for k in 0..4000 {
+            let point = on_tube(std::f64::consts::TAU * f64::from(k) / 4000.0, 0.03);
+            let answer = surface.at(&mesh, Feature::Face(0), all(), point).unwrap();
+            assert!(answer.normal.angle_between(outward(point)) < 2e-3);
+            assert!((answer.curvature - 1.0 / RADIUS).abs() < 0.01 / RADIUS);
+            // A faceted normal would jump by 0.26 at every edge.
+            if let Some(previous) = previous {
+                assert!(previous.distance(answer.normal) < 2.0 * std::f64::consts::TAU / 4000.0);
+            }
+            previous = Some(answer.normal);
+        }
+    }
+
+    #[test]
+    fn a_crease_answers_nothing_and_faces_beside_it_their_own_normal() {
+        let (mesh, half_edges) = tube();
+        let sharp = SmoothSurface::new(&mesh, &half_edges, |t, _| mesh.triangle_normal(t));
+        let all = || 0..mesh.triangles().len() as u32;
+        let edge = on_tube(0.0, 0.03);
+        assert_eq!(sharp.at(&mesh, Feature::Edge(0), all(), edge), None);
+        assert_eq!(sharp.at(&mesh, Feature::Vertex(0), all(), on_tube(0.0, 0.0)), None);
+        let face = sharp.at(&mesh, Feature::Face(0), all(), on_tube(0.01, 0.03)).unwrap();
+        assert_eq!(face.curvature, 0.0);
+        assert!(face.normal.angle_between(outward(on_tube(std::f64::consts::PI / 24.0, 0.0))) < 1e-7);
+
+        let surface = smooth(&mesh, &half_edges);
+        assert!(surface.at(&mesh, Feature::Edge(0), all(), edge).is_some());
+        assert!(surface.at(&mesh, Feature::Vertex(0), all(), on_tube(0.0, 0.0)).is_some());
+        // The open end is a crease.
+        assert_eq!(surface.at(&mesh, Feature::Vertex(0), all(), on_tube(0.0, 0.1)), None);
+        assert_eq!(surface.at(&mesh, Feature::Edge(0), all(), on_tube(0.1, 0.1)), None);
+        assert_eq!(surface.at(&mesh, Feature::Face(0), std::iter::empty(), edge), None);
+    }
+}
