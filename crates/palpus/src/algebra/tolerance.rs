@@ -62,17 +62,28 @@ pub const GJK_STEPS: u32 = 128;
 /// Products of three differences and their rounding errors must not overflow, or signs stop being exact.
 pub const HULL_LARGEST: f64 = 1e70;
 
-/// Model units: a set of smaller size is a point.
+/// Model units: a point set of smaller size is one point for the hull, and a smaller coordinate is zero.
 ///
 /// The last error term of an orientation is about 1e-96 of the product of three sizes; below this it vanishes and
 /// signs stop being exact.
 pub const HULL_SMALLEST: f64 = 1e-70;
 
-/// Factor on the merge distance of a hull when merging at that distance would break the topology.
+/// Factor on the merge distance of a hull's face that has merged too much.
 ///
 /// Far enough to leave the cluster of near-coplanar facets that made the trouble, near enough to still merge what
-/// differs by rounding only. If it fails too, only exactly coplanar facets merge.
-pub const HULL_MERGE_RETREAT: f64 = 1e-3;
+/// differs by less.
+pub const HULL_MERGE_RETREAT: f64 = 0.1;
+
+/// Relative to the merge distance: below this a face merges only what is exactly coplanar.
+///
+/// With [`COPLANAR`] it is 1e-15 of the size, the rounding of a turned body.
+pub const HULL_MERGE_SMALLEST: f64 = 1e-6;
+
+/// Retreats after which the faces of a hull merge only what is exactly coplanar.
+///
+/// Each costs as much as the merge itself. Nearly all hulls need none; smaller leaves more slivers in hulls that are
+/// a few merge distances thick.
+pub const HULL_MERGE_PASSES: u32 = 32;
 
 /// Relative to the largest coordinate: how far rounding may put a vertex above a supporting plane of its polytope, and
 /// how far a unit normal may be from unit length.

@@ -93,8 +93,9 @@ pub enum HullError {
 /// The convex hull of `points`.
 ///
 /// `coplanar` is the merge distance in model units: hull triangles whose vertices all lie this near to a common
-/// supporting plane become one face. Zero merges only what is exactly coplanar. For a polygon, which side is the
-/// front is arbitrary; see [`convex_polygon`].
+/// supporting plane become one face. Zero merges only what is exactly coplanar. No vertex is moved. No given point lies
+/// above a face of a solid by more than the merge distance, nor above one of a plate by more than twice that. For a
+/// polygon, which side is the front is arbitrary; see [`convex_polygon`].
 pub fn convex_hull(points: &[DVec3], coplanar: f64) -> Result<Hull, HullError> {
     hull_of(&Cloud::new(points)?, coplanar.max(0.0), DVec3::ZERO)
 }
@@ -131,15 +132,16 @@ impl Cloud {
         if let Some(k) = given.iter().position(|p| p.abs().max_element() > HULL_LARGEST) {
             return Err(HullError::TooLarge(k as u32));
         }
-        // Adding zero turns a negative zero into a positive one, so that equal points compare equal bit for bit.
-        let key = |k: u32| (given[k as usize] + DVec3::ZERO).to_array();
+        // A positive zero for the vanishing and the negative one: products stay in range, and equal is equal bit for bit.
+        let clean = |x: f64| if x.abs() < HULL_SMALLEST { 0.0 } else { x };
+        let key = |k: u32| given[k as usize].to_array().map(clean);
         let mut inputs: Vec<u32> = (0..given.len() as u32).collect();
         inputs.sort_unstable_by(|&i, &j| {
             let (p, q) = (key(i), key(j));
             p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(p[2].total_cmp(&q[2])).then(i.cmp(&j))
         });
         inputs.dedup_by(|later, first| key(*later) == key(*first));
-        Ok(Self { points: inputs.iter().map(|&k| given[k as usize]).collect(), inputs })
+        Ok(Self { points: inputs.iter().map(|&k| DVec3::from_array(key(k))).collect(), inputs })
     }
 }
 
@@ -165,7 +167,7 @@ fn hull_of(cloud: &Cloud, coplanar: f64, front: DVec3) -> Result<Hull, HullError
                 return plate(cloud, normal, front, coplanar);
             }
             let (polytope, vertices) = merge::merged(&cloud.points, &shell, coplanar)?;
-            debug_assert_eq!(polytope.check_well_formed(coplanar), Ok(()));
+            debug_assert_eq!(polytope.check_topology(), Ok(()));
             Ok(Hull::Solid { polytope, inputs: vertices.iter().map(|&v| cloud.inputs[v as usize]).collect() })
         }
     }
@@ -288,6 +290,6 @@ fn plate(cloud: &Cloud, normal: DVec3, front: DVec3, coplanar: f64) -> Result<Hu
     let fitted = polygon::fitted_normal(&vertices, normal);
     let polytope =
         Polytope::from_polygon(vertices, fitted, Provenance::Original).map_err(|_| HullError::Inconsistent)?;
-    debug_assert_eq!(polytope.check_well_formed(coplanar), Ok(()));
+    debug_assert_eq!(polytope.check_topology(), Ok(()));
     Ok(Hull::Polygon { polytope, inputs: corners.iter().map(|&v| cloud.inputs[v as usize]).collect() })
 }

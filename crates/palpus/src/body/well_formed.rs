@@ -70,15 +70,17 @@ impl Polytope {
     /// `coplanar` is how far, in model units, corners may lie from the plane of their face: the merge distance that
     /// built the polytope. Convexity is tested across every edge, which for a closed surface is enough.
     pub fn check_well_formed(&self, coplanar: f64) -> Result<(), Malformed> {
+        self.check_topology()?;
+        self.check_planes(coplanar)
+    }
+
+    /// The part of [`Self::check_well_formed`] that no rounding can spoil: what builders assert on any data.
+    pub fn check_topology(&self) -> Result<(), Malformed> {
         self.check_numbers()?;
         self.check_loops()?;
-        self.check_edges()?;
         self.check_rings()?;
         let euler = self.vertices().len() as i64 - self.edges().len() as i64 + self.face_count() as i64;
-        if euler != 2 {
-            return Err(Malformed::Euler(euler));
-        }
-        self.check_planes(coplanar)
+        if euler == 2 { Ok(()) } else { Err(Malformed::Euler(euler)) }
     }
 
     fn check_numbers(&self) -> Result<(), Malformed> {
@@ -90,6 +92,7 @@ impl Polytope {
 
     fn check_loops(&self) -> Result<(), Malformed> {
         let mut seen = vec![u32::MAX; self.vertices().len()];
+        let mut sides = vec![[false; 2]; self.edges().len()];
         for f in 0..self.face_count() as u32 {
             let (corners, edges) = (self.face_vertices(f), self.face_edges(f));
             if corners.len() < 2 || edges.len() != corners.len() {
@@ -103,25 +106,22 @@ impl Polytope {
                 let Some(&Edge { tail, head, left, right }) = self.edges().get(e as usize) else {
                     return Err(Malformed::Loop(f));
                 };
-                let along = (tail, head, left) == (v, next, f) || (head, tail, right) == (v, next, f);
-                if !along || seen.get(v as usize).is_none_or(|&last| last == f) {
+                let side = match (v, next, f) {
+                    along if along == (tail, head, left) => 0,
+                    along if along == (head, tail, right) => 1,
+                    _ => return Err(Malformed::Loop(f)),
+                };
+                if seen.get(v as usize).is_none_or(|&last| last == f) {
                     return Err(Malformed::Loop(f));
                 }
                 seen[v as usize] = f;
+                sides[e as usize][side] = true;
             }
         }
-        Ok(())
-    }
-
-    fn check_edges(&self) -> Result<(), Malformed> {
-        for (e, edge) in self.edges().iter().enumerate() {
-            let e = e as u32;
-            let stands = |f: u32| (f as usize) < self.face_count() && self.face_edges(f).contains(&e);
-            if edge.tail == edge.head || edge.left == edge.right || !stands(edge.left) || !stands(edge.right) {
-                return Err(Malformed::Edge(e));
-            }
+        match sides.iter().zip(self.edges()).position(|(side, edge)| *side != [true; 2] || edge.tail == edge.head) {
+            Some(e) => Err(Malformed::Edge(e as u32)),
+            None => Ok(()),
         }
-        Ok(())
     }
 
     fn check_rings(&self) -> Result<(), Malformed> {
@@ -179,5 +179,55 @@ impl Polytope {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::algebra::Plane;
+
+    const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+
+    fn tetrahedron() -> (Vec<DVec3>, Vec<Vec<u32>>, Vec<Plane>) {
+        let plane = |normal, offset| Plane { normal, offset };
+        let slanted = plane(DVec3::ONE.normalize(), 1.0 / 3f64.sqrt());
+        (
+            vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z],
+            FACES.iter().map(|face| face.to_vec()).collect(),
+            vec![plane(-DVec3::Z, 0.0), plane(-DVec3::Y, 0.0), slanted, plane(-DVec3::X, 0.0)],
+        )
+    }
+
+    fn check(vertices: Vec<DVec3>, loops: &[Vec<u32>], planes: Vec<Plane>) -> Result<(), Malformed> {
+        let provenance = vec![Provenance::Original; planes.len()];
+        Polytope::from_faces(vertices, loops, planes, provenance).unwrap().check_well_formed(1e-12)
+    }
+
+    #[test]
+    fn each_broken_invariant_is_named() {
+        let (vertices, loops, planes) = tetrahedron();
+        assert_eq!(check(vertices.clone(), &loops, planes.clone()), Ok(()));
+
+        let mut broken = planes.clone();
+        broken[2].normal *= 2.0;
+        assert!(matches!(check(vertices.clone(), &loops, broken), Err(Malformed::NotUnit { face: 2, .. })));
+        let mut broken = planes.clone();
+        broken[1].offset = 0.1;
+        assert!(matches!(check(vertices.clone(), &loops, broken), Err(Malformed::NotPlanar { face: 1, .. })));
+        let mut broken = planes.clone();
+        broken[3].normal.x = f64::NAN;
+        assert_eq!(check(vertices.clone(), &loops, broken), Err(Malformed::NotFinite("planes")));
+        let turned: Vec<Plane> = planes.iter().map(|p| Plane { normal: -p.normal, offset: -p.offset }).collect();
+        assert!(matches!(check(vertices.clone(), &loops, turned), Err(Malformed::NotConvex { .. })));
+        let reversed: Vec<Vec<u32>> = loops.iter().map(|face| face.iter().rev().copied().collect()).collect();
+        assert_eq!(check(vertices.clone(), &reversed, planes.clone()), Err(Malformed::Reversed(0)));
+
+        let two = [vertices.clone(), vertices].concat();
+        let shifted = loops.iter().map(|face| face.iter().map(|v| v + 4).collect());
+        let loops: Vec<Vec<u32>> = loops.iter().cloned().chain(shifted).collect();
+        assert_eq!(check(two, &loops, [planes.clone(), planes].concat()), Err(Malformed::Euler(4)));
     }
 }

@@ -3,11 +3,13 @@
 //! 1. The largest triangle that has no face yet founds one. Its plane supports the whole hull exactly, and so it stays
 //!    the face's plane: no drift along a chain of merges.
 //! 2. The face grows across sides to triangles whose corners lie within the merge distance below that plane, and only
-//!    so that it stays a disc with a simple border.
+//!    so that it stays a disc with a simple border and does not fold over a sharp edge.
 //! 3. A vertex inside one face is gone; one between only two faces lies on a straight side and is dropped from both.
-//! 4. If that leaves a face with fewer than three corners, or two faces that share a pair of vertices twice, a merge
-//!    was one too many: all is done again with a smaller merge distance, at last with exact coplanarity alone, which
-//!    cannot fail.
+//! 4. A face that has no three corners left, that is turned over or has a reflex corner, or whose dropped vertices do
+//!    not lie on the side that replaces them (two faces at a tiny angle), has merged too much: its triangles start
+//!    again with a smaller merge distance, at last with exact coplanarity, which cannot fail.
+//!
+//! Vertices nearer to each other than the merge distance are not welded; a mesh is welded before it comes here.
 
 use glam::DVec3;
 
@@ -17,99 +19,137 @@ use super::{
     quickhull::{Shell, orientation},
 };
 use crate::{
-    algebra::{Plane, tolerance::HULL_MERGE_RETREAT},
+    algebra::{
+        Plane,
+        tolerance::{HULL_MERGE_PASSES, HULL_MERGE_RETREAT, HULL_MERGE_SMALLEST},
+    },
     body::{Polytope, Provenance},
 };
 
 const NONE: u32 = u32::MAX;
 
-/// The polytope with merged faces, and for each of its vertices the point.
-pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(Polytope, Vec<u32>), HullError> {
-    [coplanar, coplanar * HULL_MERGE_RETREAT, 0.0]
-        .into_iter()
-        .find_map(|coplanar| {
-            let (groups, planes) = grow_faces(points, shell, coplanar);
-            assemble(points, shell, &groups, planes)
-        })
-        .ok_or(HullError::Inconsistent)
+/// Which triangles make which face.
+struct Faces {
+    /// The face of each triangle.
+    of: Vec<u32>,
+    /// For each face, the triangle that founded it and the normal of that.
+    founders: Vec<(u32, DVec3)>,
 }
 
-/// The face that each triangle belongs to, and for each face the triangle that founded it and its plane.
-fn grow_faces(points: &[DVec3], shell: &Shell, coplanar: f64) -> (Vec<u32>, Vec<(u32, DVec3)>) {
+/// The polytope with merged faces, and for each of its vertices the point.
+pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(Polytope, Vec<u32>), HullError> {
+    let mut distances = vec![coplanar; shell.triangles.len()];
+    for pass in 0..=HULL_MERGE_PASSES {
+        if pass == HULL_MERGE_PASSES {
+            distances.fill(0.0);
+        }
+        let faces = grow_faces(points, shell, &distances);
+        let mut spoilt = match assemble(points, shell, &faces, coplanar) {
+            Ok(Some(answer)) => return Ok(answer),
+            Ok(None) => vec![true; faces.founders.len()],
+            Err(spoilt) => spoilt,
+        };
+        spoil_neighbours(shell, &faces, &distances, &mut spoilt);
+        for (distance, &face) in distances.iter_mut().zip(&faces.of) {
+            if spoilt[face as usize] {
+                *distance *= HULL_MERGE_RETREAT;
+                if *distance < HULL_MERGE_SMALLEST * coplanar {
+                    *distance = 0.0;
+                }
+            }
+        }
+    }
+    Err(HullError::Inconsistent)
+}
+
+/// A spoilt face that cannot retreat owes it to its neighbours: a triangle whose corner lies on another face's side.
+fn spoil_neighbours(shell: &Shell, faces: &Faces, distances: &[f64], spoilt: &mut [bool]) {
+    let at_end: Vec<u32> = (0..faces.of.len() as u32)
+        .filter(|&t| spoilt[faces.of[t as usize] as usize] && distances[t as usize] <= 0.0)
+        .collect();
+    for t in at_end {
+        for across in shell.neighbours[t as usize] {
+            spoilt[faces.of[across as usize] as usize] = true;
+        }
+    }
+}
+
+/// Steps 1 and 2, with the merge distance of each founding triangle.
+fn grow_faces(points: &[DVec3], shell: &Shell, distances: &[f64]) -> Faces {
     let corners = |t: u32| shell.triangles[t as usize].map(|v| points[v as usize]);
-    let areas: Vec<f64> = (0..shell.triangles.len() as u32)
+    let mut order: Vec<(f64, u32)> = (0..shell.triangles.len() as u32)
         .map(|t| {
             let [a, b, c] = corners(t);
-            (b - a).cross(c - a).length_squared()
+            ((b - a).cross(c - a).length_squared(), t)
         })
         .collect();
-    let mut order: Vec<u32> = (0..shell.triangles.len() as u32).collect();
-    order.sort_by(|&s, &t| areas[t as usize].total_cmp(&areas[s as usize]));
-    let mut groups = vec![NONE; shell.triangles.len()];
+    order.sort_unstable_by(|s, t| t.0.total_cmp(&s.0).then(s.1.cmp(&t.1)));
+    let mut faces = Faces { of: vec![NONE; shell.triangles.len()], founders: Vec::new() };
     let mut touched = vec![NONE; points.len()];
-    let mut founders = Vec::new();
     let mut queue: Vec<u32> = Vec::new();
-    for seed in order {
-        if groups[seed as usize] != NONE {
+    for (_, seed) in order {
+        if faces.of[seed as usize] != NONE {
             continue;
         }
         let [a, b, c] = corners(seed);
         let normal = unit(cross_of(a, b, c));
-        let near = |p: DVec3| (coplanar > 0.0 && normal.dot(p - a) >= -coplanar) || orientation(a, b, c, p) == 0.0;
-        let group = founders.len() as u32;
-        founders.push((seed, normal));
+        let distance = distances[seed as usize];
+        let faces_along = |[a, b, c]: [DVec3; 3]| cross_of(a, b, c).dot(normal) > 0.0;
+        let near = |p: DVec3| (distance > 0.0 && normal.dot(p - a) >= -distance) || orientation(a, b, c, p) == 0.0;
+        let face = faces.founders.len() as u32;
+        faces.founders.push((seed, normal));
         queue.clear();
         queue.push(seed);
         let mut done = 0;
         while done < queue.len() {
             let here = queue[done];
             done += 1;
-            if groups[here as usize] != NONE {
-                continue;
+            let joins = here == seed
+                || faces.of[here as usize] == NONE
+                    && keeps_a_disc(shell, &faces.of, &touched, here, face)
+                    && corners(here).into_iter().all(near)
+                    && faces_along(corners(here));
+            if joins {
+                faces.of[here as usize] = face;
+                for v in shell.triangles[here as usize] {
+                    touched[v as usize] = face;
+                }
+                queue.extend(shell.neighbours[here as usize].into_iter().filter(|&t| faces.of[t as usize] == NONE));
             }
-            if here != seed
-                && !(keeps_a_disc(shell, &groups, &touched, here, group) && corners(here).into_iter().all(near))
-            {
-                continue;
-            }
-            groups[here as usize] = group;
-            for v in shell.triangles[here as usize] {
-                touched[v as usize] = group;
-            }
-            queue.extend(shell.neighbours[here as usize].into_iter().filter(|&t| groups[t as usize] == NONE));
         }
     }
-    (groups, founders)
+    faces
 }
 
 /// Whether a face that is a disc stays one when triangle `t` joins it: through one side with the far corner new to the
 /// face, or through two.
-fn keeps_a_disc(shell: &Shell, groups: &[u32], touched: &[u32], t: u32, group: u32) -> bool {
-    let shared = shell.neighbours[t as usize].map(|n| groups[n as usize] == group);
+fn keeps_a_disc(shell: &Shell, face_of: &[u32], touched: &[u32], t: u32, face: u32) -> bool {
+    let shared = shell.neighbours[t as usize].map(|n| face_of[n as usize] == face);
     match shared.iter().filter(|&&s| s).count() {
-        1 => (0..3).all(|k| !shared[k] || touched[shell.triangles[t as usize][(k + 2) % 3] as usize] != group),
+        1 => (0..3).all(|k| !shared[k] || touched[shell.triangles[t as usize][(k + 2) % 3] as usize] != face),
         2 => true,
         _ => false,
     }
 }
 
-/// Builds the polytope of the merged faces; `None` when they do not make one.
+/// Steps 3 and 4. `Err` tells the faces that have merged too much, `Ok(None)` that some have and it is not known which.
+#[allow(clippy::type_complexity, reason = "the three outcomes of one private step")]
 fn assemble(
     points: &[DVec3],
     shell: &Shell,
-    groups: &[u32],
-    founders: Vec<(u32, DVec3)>,
-) -> Option<(Polytope, Vec<u32>)> {
+    faces: &Faces,
+    coplanar: f64,
+) -> Result<Option<(Polytope, Vec<u32>)>, Vec<bool>> {
     // A face passes a vertex of its border once, so a vertex has as many faces as borders leave it.
     let mut valence = vec![0u32; points.len()];
-    let mut first_side = vec![(NONE, 0); founders.len()];
+    let mut first_side = vec![(NONE, 0); faces.founders.len()];
     for (t, corners) in shell.triangles.iter().enumerate() {
+        let face = faces.of[t];
         for k in 0..3 {
-            if groups[t] != groups[shell.neighbours[t][k] as usize] {
+            if face != faces.of[shell.neighbours[t][k] as usize] {
                 valence[corners[k] as usize] += 1;
-                let first = &mut first_side[groups[t] as usize];
-                if first.0 == NONE {
-                    *first = (t as u32, k);
+                if first_side[face as usize].0 == NONE {
+                    first_side[face as usize] = (t as u32, k);
                 }
             }
         }
@@ -119,29 +159,35 @@ fn assemble(
     for (place, &v) in kept.iter().enumerate() {
         places[v as usize] = place as u32;
     }
-    let mut loops = Vec::with_capacity(founders.len());
-    let mut planes = Vec::with_capacity(founders.len());
-    for (&side, &(seed, normal)) in first_side.iter().zip(&founders) {
-        let mut border = border_from(shell, groups, side)?;
-        border.retain(|&v| places[v as usize] != NONE);
-        if border.len() < 3 {
-            return None;
-        }
+    let stays = |v: u32| places[v as usize] != NONE;
+    let mut loops = Vec::with_capacity(faces.founders.len());
+    let mut planes = Vec::with_capacity(faces.founders.len());
+    let mut spoilt = vec![false; faces.founders.len()];
+    for (face, &(seed, normal)) in faces.founders.iter().enumerate() {
+        let Some(border) = border_from(shell, &faces.of, first_side[face]) else { return Ok(None) };
+        let Some(corners) = straightened(points, border, stays, normal, coplanar) else {
+            spoilt[face] = true;
+            continue;
+        };
         // The founding plane supports the hull; when its own corners are gone, lower it onto what is left.
-        let founded = shell.triangles[seed as usize].iter().any(|&v| places[v as usize] != NONE);
-        let supported = if founded { &border } else { &kept };
+        let founded = shell.triangles[seed as usize].into_iter().any(stays);
+        let supported = if founded { &corners } else { &kept };
         let offset = supported.iter().map(|&v| normal.dot(points[v as usize])).fold(f64::NEG_INFINITY, f64::max);
         planes.push(Plane { normal, offset });
-        loops.push(border.iter().map(|&v| places[v as usize]).collect::<Vec<_>>());
+        loops.push(corners.iter().map(|&v| places[v as usize]).collect::<Vec<_>>());
+    }
+    if spoilt.contains(&true) {
+        return Err(spoilt);
     }
     let vertices = kept.iter().map(|&v| points[v as usize]).collect();
     let provenance = vec![Provenance::Original; planes.len()];
-    Polytope::from_faces(vertices, &loops, planes, provenance).ok().map(|polytope| (polytope, kept))
+    Ok(Polytope::from_faces(vertices, &loops, planes, provenance).ok().map(|polytope| (polytope, kept)))
 }
 
-/// The border of the face that lies left of `first`, a side of it given as triangle and corner.
-fn border_from(shell: &Shell, groups: &[u32], first: (u32, usize)) -> Option<Vec<u32>> {
-    let group = groups[*[first.0].first()? as usize];
+/// The border of the face that lies left of `first`, a side of it given as triangle and corner; `None` when the face
+/// has no border.
+fn border_from(shell: &Shell, face_of: &[u32], first: (u32, usize)) -> Option<Vec<u32>> {
+    let face = *face_of.get(first.0 as usize)?;
     let mut border = Vec::new();
     let (mut t, mut k) = first;
     loop {
@@ -150,7 +196,7 @@ fn border_from(shell: &Shell, groups: &[u32], first: (u32, usize)) -> Option<Vec
         k = (k + 1) % 3;
         loop {
             let across = shell.neighbours[t as usize][k];
-            if groups[across as usize] != group {
+            if face_of[across as usize] != face {
                 break;
             }
             let head = shell.triangles[t as usize][k];
@@ -160,8 +206,51 @@ fn border_from(shell: &Shell, groups: &[u32], first: (u32, usize)) -> Option<Vec
         if (t, k) == first {
             return Some(border);
         }
-        if border.len() > 3 * shell.triangles.len() {
+        if border.len() > shell.triangles.len() {
             return None;
         }
     }
+}
+
+/// The corners of a border that stay, when they make a convex polygon about `normal` and every vertex that goes lies on
+/// the side that replaces it, all within the merge distance.
+fn straightened(
+    points: &[DVec3],
+    mut border: Vec<u32>,
+    stays: impl Fn(u32) -> bool,
+    normal: DVec3,
+    coplanar: f64,
+) -> Option<Vec<u32>> {
+    let first = border.iter().position(|&v| stays(v))?;
+    border.rotate_left(first);
+    let at = |v: u32| points[v as usize];
+    // How far `v` lies left of the way from `tail` to `head`.
+    let inside = |v: u32, tail: u32, head: u32| normal.dot(unit(at(head) - at(tail)).cross(at(v) - at(tail)));
+    let mut corners = vec![border[0]];
+    let mut dropped = 0;
+    for k in 1..=border.len() {
+        let head = border[k % border.len()];
+        if !stays(head) {
+            dropped += 1;
+            continue;
+        }
+        let tail = border[k - dropped - 1];
+        // With exact coplanarity what goes lies on the side exactly, but for the rounding of the test.
+        if coplanar > 0.0 && border[k - dropped..k].iter().any(|&v| inside(v, tail, head).abs() > coplanar) {
+            return None;
+        }
+        dropped = 0;
+        corners.push(head);
+    }
+    corners.pop();
+    let n = corners.len();
+    if n < 3 {
+        return None;
+    }
+    let reflex = |k: usize| inside(corners[k], corners[(k + n - 1) % n], corners[(k + 1) % n]) > coplanar;
+    if n > 3 && coplanar > 0.0 && (0..n).any(reflex) {
+        return None;
+    }
+    let area: DVec3 = corners[1..].windows(2).map(|side| cross_of(at(corners[0]), at(side[0]), at(side[1]))).sum();
+    (area.dot(normal) > 0.0).then_some(corners)
 }

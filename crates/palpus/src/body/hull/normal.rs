@@ -8,6 +8,15 @@ use glam::DVec3;
 
 /// (b − a) × (c − a), rounded once.
 pub(super) fn cross_of(a: DVec3, b: DVec3, c: DVec3) -> DVec3 {
+    // The same whichever corner comes first; the two shorter sides cancel least.
+    let (ab, bc, ca) = (a.distance_squared(b), b.distance_squared(c), c.distance_squared(a));
+    let [a, b, c] = if bc >= ab && bc >= ca {
+        [a, b, c]
+    } else if ca >= ab {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    };
     let difference = |p: DVec3, axis: usize| exact_difference(p[axis], a[axis]);
     let u = [difference(b, 0), difference(b, 1), difference(b, 2)];
     let w = [difference(c, 0), difference(c, 1), difference(c, 2)];
@@ -53,5 +62,6 @@ mod tests {
         let (a, b, c) = (DVec3::ONE, DVec3::new(4.0, 1.0, 1.0), DVec3::new(2.0, 1.0 + height, 1.0));
         assert_eq!(cross_of(a, b, c), DVec3::new(0.0, 0.0, 3.0 * height));
         assert_eq!(unit(cross_of(a, b, c)), DVec3::Z);
+        assert_eq!(cross_of(b, c, a), cross_of(a, b, c));
     }
 }
