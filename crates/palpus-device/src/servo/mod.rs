@@ -111,7 +111,7 @@ pub struct ServoTick {
     pub step_s: f64,
     /// How long after its deadline the tick began, s; 0 in simulated time.
     pub lateness_s: f64,
-    /// The wrench was written after the next tick's deadline.
+    /// The wrench was written more than a period after the tick was due.
     pub overrun: bool,
 }
 
@@ -213,7 +213,7 @@ impl Servo {
                 replaced,
                 step_s: elapsed.as_secs_f64(),
                 lateness_s: start.lateness.as_secs_f64(),
-                overrun: pace.is_overrun(),
+                overrun: start.skipped > 0 || pace.is_overrun(),
             };
             self.tally.end_of_tick(&tick);
             observer.observe(&tick, &detail);

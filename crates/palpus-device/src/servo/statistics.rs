@@ -87,7 +87,7 @@ pub struct RunStatistics {
     pub wall_s: f64,
     /// Ticks per second on the wall.
     pub rate_hz: f64,
-    /// Ticks that wrote their wrench after the next one's deadline.
+    /// Ticks that wrote their wrench more than a period after they were due, because they began late or took long.
     pub overruns: u64,
     /// Whole periods that went by without a tick.
     pub skipped: u64,

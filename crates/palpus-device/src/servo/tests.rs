@@ -193,6 +193,25 @@ fn in_real_time_every_tick_is_paced_and_accounted_for() {
     assert!(lateness.max * 1e-6 >= late * 0.99);
 }
 
+#[test]
+fn a_step_that_takes_several_periods_is_an_overrun_and_skips_them() {
+    let options = ServoOptions { duration: Some(0.01), ..Default::default() };
+    let mut device = Scribe::new();
+    let step = |state: &DeviceState, _| {
+        if (0.0035..0.0045).contains(&state.time) {
+            std::thread::sleep(Duration::from_micros(3500));
+        }
+        StepOutcome::of(pull(1.0))
+    };
+    let late = RefCell::new(Vec::new());
+    let mut observer = |tick: &ServoTick, _: &()| late.borrow_mut().extend(tick.overrun.then_some(tick.index));
+    let run = Servo::new(options).unwrap().run(&mut device, step, &mut observer, &go_on());
+    // The tick that slept is late, and so is the next one, which was due while it slept.
+    assert!(late.borrow().contains(&4) && late.borrow().contains(&5));
+    assert_eq!((run.ticks, run.overruns), (10, late.borrow().len() as u64));
+    assert!(run.skipped >= 2);
+}
+
 /// A wall at x = 0, felt by a simulated hand that means to go into it.
 fn wall(state: &DeviceState, _: f64) -> StepOutcome {
     let depth = (-state.pose.translation.x).max(0.0);
