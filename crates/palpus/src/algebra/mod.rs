@@ -5,6 +5,7 @@ mod closest;
 mod plane;
 mod pose;
 mod spatial;
+mod symmetric;
 pub mod tolerance;
 
 pub use clock::{Clock, NoClock};
@@ -12,3 +13,4 @@ pub use closest::{SegmentSegment, closest_on_segment, closest_on_triangle, close
 pub use plane::Plane;
 pub use pose::{Placement, Pose};
 pub use spatial::{Twist, Wrench};
+pub use symmetric::eigen;

@@ -258,3 +258,19 @@ pub const COLD_FACES: usize = 8;
 
 /// How many of those normals are walked from.
 pub const COLD_WALKS: usize = 3;
+// collision: bounds and traversal
+
+/// Squared sine of the angle between two box axes below which their cross product is no axis to test.
+///
+/// The direction would be noise; the boxes' own faces then give nearly the same gap. Larger only loosens the bound.
+pub const PARALLEL_AXES: f64 = 1e-12;
+
+// body: hierarchy
+
+/// Cosine of the angle within which a face of an inner hull and an original face of a piece can be the same face.
+///
+/// The register's coplanar distance decides; this keeps the two sides of a plate apart.
+pub const SAME_FACE: f64 = 0.5;
+
+/// Sweeps of Jacobi rotations over a 3 × 3 symmetric matrix; it converges quadratically, five leave only rounding.
+pub const JACOBI_SWEEPS: usize = 8;

@@ -1,5 +1,6 @@
 //! All that is computed once per object: mesh, convex pieces, hierarchy of hulls, mass properties \[K02 §3.2\].
 
+mod bounds;
 mod contain;
 mod decompose;
 mod facet;
@@ -21,8 +22,10 @@ mod weld;
 mod well_formed;
 mod winding;
 
+pub use bounds::{OrientedBox, Sphere};
 pub use feature::{Feature, FeaturePair};
 pub use half_edge::{EdgeKind, HalfEdges};
+pub use hierarchy::{Hierarchy, HierarchyError, Node, NodeKind};
 pub use hull::{Hull, HullError, convex_hull, convex_polygon};
 pub use mesh::{Cleaning, Mesh, MeshError};
 pub use polytope::{Edge, Polytope, PolytopeError, Provenance, Spoke};

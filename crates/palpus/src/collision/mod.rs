@@ -11,6 +11,8 @@ mod proximity;
 mod traverse;
 mod voronoi;
 
+pub use coherence::Memory;
 pub use gjk::gjk;
 pub use march::{March, initial_features, march};
 pub use proximity::{Closest, Overlap, Proximity, StopReason};
+pub use traverse::{LeafPair, Side, Traversal, TraversalCounters};
