@@ -1,0 +1,153 @@
+//! Writes the answers of queries.
+
+use std::fmt;
+use std::io::{self, Write};
+
+use glam::DVec3;
+use palpus::body::Feature;
+use palpus::force::Contact;
+
+use crate::table::Line;
+
+/// The columns of a file of results.
+pub const RESULT_COLUMNS: [&str; 14] = [
+    "frame",
+    "separation",
+    "normal_x",
+    "normal_y",
+    "normal_z",
+    "point_a_x",
+    "point_a_y",
+    "point_a_z",
+    "point_b_x",
+    "point_b_y",
+    "point_b_z",
+    "contacts",
+    "certified",
+    "query_us",
+];
+
+/// The columns of a file of contacts.
+pub const CONTACT_COLUMNS: [&str; 16] = [
+    "frame",
+    "contact",
+    "separation",
+    "normal_x",
+    "normal_y",
+    "normal_z",
+    "point_a_x",
+    "point_a_y",
+    "point_a_z",
+    "point_b_x",
+    "point_b_y",
+    "point_b_z",
+    "piece_a",
+    "piece_b",
+    "feature_a",
+    "feature_b",
+];
+
+/// The answer for one pose, in b's frame and model units; `point_a − point_b = separation · normal`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct QueryRow {
+    /// Index of the pose, from 0.
+    pub frame: u64,
+    /// The nearest distance, or minus the depth of the deepest contact.
+    pub separation: f64,
+    /// Unit, from b into a.
+    pub normal: DVec3,
+    /// On a.
+    pub point_a: DVec3,
+    /// On b.
+    pub point_b: DVec3,
+    /// Leaf contacts within the tolerance.
+    pub contacts: u32,
+    /// True when the depth is proven global (and for every distance).
+    pub certified: bool,
+    /// The engine call alone, µs.
+    pub query_us: f64,
+}
+
+/// Writes a file of results.
+pub struct QueryWriter<W: Write> {
+    out: W,
+    line: Line,
+}
+
+impl<W: Write> QueryWriter<W> {
+    /// Writes the header. `out` should be buffered.
+    pub fn new(mut out: W) -> io::Result<Self> {
+        writeln!(out, "{}", RESULT_COLUMNS.join(","))?;
+        Ok(Self { out, line: Line::default() })
+    }
+
+    /// Writes one line.
+    pub fn write(&mut self, row: &QueryRow) -> io::Result<()> {
+        let line = &mut self.line;
+        line.clear();
+        line.cell(row.frame);
+        line.numbers([row.separation]);
+        line.numbers([row.normal, row.point_a, row.point_b].iter().flat_map(DVec3::to_array));
+        line.cell(row.contacts);
+        line.cell(row.certified);
+        line.numbers([row.query_us]);
+        self.out.write_all(line.end())
+    }
+
+    /// Flushes and gives `out` back.
+    pub fn finish(mut self) -> io::Result<W> {
+        self.out.flush()?;
+        Ok(self.out)
+    }
+}
+
+/// Writes a file of contacts.
+pub struct ContactWriter<W: Write> {
+    out: W,
+    line: Line,
+}
+
+impl<W: Write> ContactWriter<W> {
+    /// Writes the header. `out` should be buffered.
+    pub fn new(mut out: W) -> io::Result<Self> {
+        writeln!(out, "{}", CONTACT_COLUMNS.join(","))?;
+        Ok(Self { out, line: Line::default() })
+    }
+
+    /// Writes the contacts of one pose.
+    pub fn write(&mut self, frame: u64, contacts: &[Contact]) -> io::Result<()> {
+        for (index, contact) in contacts.iter().enumerate() {
+            let line = &mut self.line;
+            line.clear();
+            line.cell(frame);
+            line.cell(index);
+            line.numbers([contact.separation]);
+            line.numbers([contact.normal, contact.point_a, contact.point_b].iter().flat_map(DVec3::to_array));
+            line.cell(contact.piece_a);
+            line.cell(contact.piece_b);
+            line.cell(Name(contact.features.a));
+            line.cell(Name(contact.features.b));
+            self.out.write_all(line.end())?;
+        }
+        Ok(())
+    }
+
+    /// Flushes and gives `out` back.
+    pub fn finish(mut self) -> io::Result<W> {
+        self.out.flush()?;
+        Ok(self.out)
+    }
+}
+
+/// A feature as it is written.
+struct Name(Feature);
+
+impl fmt::Display for Name {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            Feature::Vertex(index) => write!(f, "v{index}"),
+            Feature::Edge(index) => write!(f, "e{index}"),
+            Feature::Face(index) => write!(f, "f{index}"),
+        }
+    }
+}

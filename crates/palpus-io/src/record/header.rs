@@ -1,0 +1,217 @@
+//! What a recording says about itself.
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::Pose;
+use palpus::force::{FrictionSettings, ShadingSettings};
+use palpus::render::{Limits, Saturation, Settings};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::mesh::ContentHash;
+
+/// What was run, on what, and how.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordingHeader {
+    /// Version of palpus that wrote the recording.
+    pub palpus_version: String,
+    /// The device, as the program names it.
+    pub device: String,
+    /// Nominal rate of the loop, Hz.
+    pub rate_hz: f64,
+    /// Seed of everything random in the run.
+    #[serde(with = "seed_as_text")]
+    pub seed: u64,
+    /// The scene with everything that changes an answer.
+    pub scene: RecordedScene,
+}
+
+/// A scene, as far as a replay needs it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedScene {
+    /// Where it came from.
+    pub source: SceneSource,
+    /// Metres for each unit of the mesh files.
+    pub metres_per_unit: f64,
+    /// Body a.
+    pub probe: RecordedBody,
+    /// Body b.
+    pub environment: RecordedBody,
+    /// The engine's settings.
+    #[serde(with = "RenderText")]
+    pub render: Settings,
+    /// Whatever else decided the run: coupling, safety chain, hand, preparation.
+    #[serde(default)]
+    pub more: toml::Table,
+}
+
+/// Where a scene came from.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SceneSource {
+    /// One of the program's own scenes, by name.
+    BuiltIn(String),
+    /// A scene file, by path.
+    File(String),
+}
+
+/// A body of a scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RecordedBody {
+    /// Its mesh file or built-in name.
+    pub mesh: String,
+    /// Of its mesh before scaling: a replay refuses another mesh.
+    pub content: ContentHash,
+    /// Its placement in the world at the start, m.
+    #[serde(with = "PoseText")]
+    pub pose: Pose,
+}
+
+/// Seeds use all 64 bits and TOML's integers have 63.
+mod seed_as_text {
+    use super::{Deserialize, Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(seed: &u64, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(seed)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u64, D::Error> {
+        String::deserialize(deserializer)?.parse().map_err(serde::de::Error::custom)
+    }
+}
+
+/// A [`Pose`] in TOML.
+#[derive(Serialize, Deserialize)]
+struct PoseText {
+    translation: [f64; 3],
+    rotation: [f64; 4],
+}
+
+impl PoseText {
+    fn serialize<S: Serializer>(pose: &Pose, serializer: S) -> Result<S::Ok, S::Error> {
+        let text = Self { translation: pose.translation.to_array(), rotation: pose.rotation.to_array() };
+        Serialize::serialize(&text, serializer)
+    }
+
+    /// Not through `Pose::new`: normalising again could change bits.
+    fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Pose, D::Error> {
+        let text = <Self as Deserialize>::deserialize(deserializer)?;
+        Ok(Pose { rotation: DQuat::from_array(text.rotation), translation: DVec3::from_array(text.translation) })
+    }
+}
+
+/// The engine's [`Settings`] in TOML. That none is forgotten is what the test below is for: its literal names every field.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RenderText {
+    contact_tolerance: f64,
+    cluster_radius: f64,
+    split_angle: Option<f64>,
+    stiffness: f64,
+    damping: f64,
+    saturation: SaturationText,
+    grip_a: [f64; 3],
+    capacity: u64,
+    shading: Option<ShadingText>,
+    friction: Option<FrictionText>,
+    limits: LimitsText,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum SaturationText {
+    Separate,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ShadingText {
+    crease_angle: f64,
+    most_turn: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct FrictionText {
+    static_coefficient: f64,
+    dynamic_coefficient: f64,
+    tangential_stiffness: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LimitsText {
+    force: f64,
+    torque: f64,
+}
+
+impl RenderText {
+    fn serialize<S: Serializer>(settings: &Settings, serializer: S) -> Result<S::Ok, S::Error> {
+        let Settings {
+            contact_tolerance,
+            cluster_radius,
+            split_angle,
+            stiffness,
+            damping,
+            shading,
+            friction,
+            limits: Limits { force, torque },
+            saturation: Saturation::Separate,
+            grip_a,
+            capacity,
+            ..
+        } = *settings;
+        let text = Self {
+            contact_tolerance,
+            cluster_radius,
+            split_angle,
+            stiffness,
+            damping,
+            saturation: SaturationText::Separate,
+            grip_a: grip_a.to_array(),
+            capacity: capacity as u64,
+            shading: shading.map(|ShadingSettings { crease_angle, most_turn }| ShadingText { crease_angle, most_turn }),
+            friction: friction.map(
+                |FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness }| FrictionText {
+                    static_coefficient,
+                    dynamic_coefficient,
+                    tangential_stiffness,
+                },
+            ),
+            limits: LimitsText { force, torque },
+        };
+        Serialize::serialize(&text, serializer)
+    }
+
+    fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Settings, D::Error> {
+        let text = <Self as Deserialize>::deserialize(deserializer)?;
+        #[allow(
+            clippy::needless_update,
+            reason = "a setting that is new in the engine must not stop this crate from building"
+        )]
+        let settings = Settings {
+            contact_tolerance: text.contact_tolerance,
+            cluster_radius: text.cluster_radius,
+            split_angle: text.split_angle,
+            stiffness: text.stiffness,
+            damping: text.damping,
+            shading: text
+                .shading
+                .map(|ShadingText { crease_angle, most_turn }| ShadingSettings { crease_angle, most_turn }),
+            friction: text.friction.map(
+                |FrictionText { static_coefficient, dynamic_coefficient, tangential_stiffness }| FrictionSettings {
+                    static_coefficient,
+                    dynamic_coefficient,
+                    tangential_stiffness,
+                },
+            ),
+            limits: Limits { force: text.limits.force, torque: text.limits.torque },
+            saturation: match text.saturation {
+                SaturationText::Separate => Saturation::Separate,
+            },
+            grip_a: DVec3::from_array(text.grip_a),
+            capacity: usize::try_from(text.capacity).map_err(serde::de::Error::custom)?,
+            ..Settings::default()
+        };
+        settings.validate().map_err(serde::de::Error::custom)?;
+        Ok(settings)
+    }
+}

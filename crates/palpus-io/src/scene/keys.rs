@@ -1,0 +1,200 @@
+//! Keys and values of a TOML text with their places: each getter either gives the value, says that it is absent, or
+//! gives an error that names line, column and what should stand there.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use super::SceneError;
+
+/// The text that places refer to.
+#[derive(Clone, Copy)]
+pub(super) struct Source<'a> {
+    pub(super) file: &'a str,
+    pub(super) text: &'a str,
+}
+
+impl Source<'_> {
+    /// An error at a place in the text.
+    pub(super) fn error(&self, span: &Range<usize>, problem: impl Into<String>) -> SceneError {
+        let before = self.text.get(..span.start).unwrap_or(self.text);
+        let line = 1 + before.matches('\n').count();
+        let column = 1 + before.rsplit('\n').next().unwrap_or(before).chars().count();
+        SceneError { file: self.file.to_owned(), line, column, problem: problem.into() }
+    }
+}
+
+/// A table of the file whose keys are all known.
+pub(super) struct Section<'a> {
+    source: Source<'a>,
+    /// As written, with brackets; empty for the top.
+    title: String,
+    table: Option<&'a DeTable<'a>>,
+    span: Range<usize>,
+}
+
+impl<'a> Section<'a> {
+    /// The file itself; `keys` are those that it may have.
+    pub(super) fn top(source: Source<'a>, root: &'a Spanned<DeTable<'a>>, keys: &[&str]) -> Result<Self, SceneError> {
+        let section = Self { source, title: String::new(), table: Some(root.get_ref()), span: 0..0 };
+        section.refuse_others(keys)?;
+        Ok(section)
+    }
+
+    /// The table under a key, without any entry if there is none.
+    pub(super) fn section(&self, key: &str, keys: &[&str]) -> Result<Section<'a>, SceneError> {
+        let title = if self.title.is_empty() { format!("[{key}]") } else { format!("{}, {key}", self.title) };
+        let (table, span) = match self.find(key) {
+            None => (None, 0..0),
+            Some(value) => match value.get_ref() {
+                DeValue::Table(table) => (Some(table), value.span()),
+                other => return Err(self.wrong(key, value.span(), "a table", other)),
+            },
+        };
+        let section = Section { source: self.source, title, table, span };
+        section.refuse_others(keys)?;
+        Ok(section)
+    }
+
+    /// True when the file has this table.
+    pub(super) fn exists(&self) -> bool {
+        self.table.is_some()
+    }
+
+    /// An error about the whole table.
+    pub(super) fn error(&self, problem: impl Into<String>) -> SceneError {
+        self.source.error(&self.span, problem)
+    }
+
+    /// An error at a place in the file.
+    pub(super) fn error_at(&self, span: &Range<usize>, problem: impl Into<String>) -> SceneError {
+        self.source.error(span, problem)
+    }
+
+    fn find(&self, key: &str) -> Option<&'a Spanned<DeValue<'a>>> {
+        self.table?.iter().find(|(name, _)| name.get_ref() == key).map(|(_, value)| value)
+    }
+
+    /// Every key must be one of `keys`.
+    fn refuse_others(&self, keys: &[&str]) -> Result<(), SceneError> {
+        let Some(table) = self.table else { return Ok(()) };
+        // The first in the file, not in the alphabet.
+        let unknown =
+            table.keys().filter(|key| !keys.contains(&key.get_ref().as_ref())).min_by_key(|key| key.span().start);
+        let Some(key) = unknown else { return Ok(()) };
+        let name: String = key.get_ref().chars().take(40).collect();
+        let nearest = keys.iter().min_by_key(|known| edits(&name, known)).copied().unwrap_or_default();
+        let here = if self.title.is_empty() { "a scene" } else { self.title.as_str() };
+        let problem =
+            format!("{here} has no key {name:?}; did you mean {nearest:?}? (it may have {})", keys.join(", "));
+        Err(self.source.error(&key.span(), problem))
+    }
+
+    fn wrong(&self, key: &str, span: Range<usize>, expected: &str, found: &DeValue<'_>) -> SceneError {
+        self.source.error(&span, format!("{key} must be {expected} and is a value of type {}", found.type_str()))
+    }
+
+    /// A finite number for which `holds`; `rule` says so in words.
+    pub(super) fn number(&self, key: &str, rule: &str, holds: impl Fn(f64) -> bool) -> Result<Option<f64>, SceneError> {
+        let Some(value) = self.find(key) else { return Ok(None) };
+        match number_of(value.get_ref()) {
+            Some(number) if number.is_finite() && holds(number) => Ok(Some(number)),
+            Some(number) => Err(self.source.error(&value.span(), format!("{key} is {number:?} and must be {rule}"))),
+            None => Err(self.wrong(key, value.span(), "a number", value.get_ref())),
+        }
+    }
+
+    /// `true` or `false`.
+    pub(super) fn boolean(&self, key: &str) -> Result<Option<bool>, SceneError> {
+        let Some(value) = self.find(key) else { return Ok(None) };
+        match value.get_ref() {
+            DeValue::Boolean(boolean) => Ok(Some(*boolean)),
+            other => Err(self.wrong(key, value.span(), "true or false", other)),
+        }
+    }
+
+    /// True when the key is there and `false`.
+    pub(super) fn is_false(&self, key: &str) -> bool {
+        matches!(self.find(key).map(Spanned::get_ref), Some(DeValue::Boolean(false)))
+    }
+
+    /// True when the key is there and a text.
+    pub(super) fn is_text(&self, key: &str) -> bool {
+        matches!(self.find(key).map(Spanned::get_ref), Some(DeValue::String(_)))
+    }
+
+    /// A text with its place.
+    pub(super) fn text(&self, key: &str) -> Result<Option<(&'a str, Range<usize>)>, SceneError> {
+        let Some(value) = self.find(key) else { return Ok(None) };
+        match value.get_ref() {
+            DeValue::String(text) => Ok(Some((text.as_ref(), value.span()))),
+            other => Err(self.wrong(key, value.span(), "a text in quotes", other)),
+        }
+    }
+
+    /// One of a few names.
+    pub(super) fn choice<T: Copy>(&self, key: &str, choices: &[(&str, T)]) -> Result<Option<T>, SceneError> {
+        let Some((text, span)) = self.text(key)? else { return Ok(None) };
+        if let Some(&(_, choice)) = choices.iter().find(|(name, _)| *name == text) {
+            return Ok(Some(choice));
+        }
+        let names: Vec<String> = choices.iter().map(|(name, _)| format!("\"{name}\"")).collect();
+        Err(self.source.error(&span, format!("{key} is {text:?} and must be {}", names.join(" or "))))
+    }
+
+    /// `N` finite numbers.
+    pub(super) fn vector<const N: usize>(&self, key: &str) -> Result<Option<Spanned<[f64; N]>>, SceneError> {
+        let Some(value) = self.find(key) else { return Ok(None) };
+        let numbers: Option<Vec<f64>> = match value.get_ref() {
+            DeValue::Array(array) => {
+                array.iter().map(|item| number_of(item.get_ref()).filter(|x| x.is_finite())).collect()
+            }
+            _ => None,
+        };
+        match numbers.and_then(|numbers| <[f64; N]>::try_from(numbers).ok()) {
+            Some(vector) => Ok(Some(Spanned::new(value.span(), vector))),
+            None => Err(self.source.error(&value.span(), format!("{key} must be a list of {N} finite numbers"))),
+        }
+    }
+}
+
+/// The number that a value is, integers included.
+fn number_of(value: &DeValue<'_>) -> Option<f64> {
+    match value {
+        DeValue::Float(float) => float.as_str().parse().ok(),
+        DeValue::Integer(integer) => i64::from_str_radix(integer.as_str(), integer.radix()).ok().map(|n| n as f64),
+        _ => None,
+    }
+}
+
+/// Letters to insert, delete or replace to make one word of the other (Levenshtein).
+fn edits(a: &str, b: &str) -> usize {
+    let b: Vec<char> = b.chars().collect();
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, letter) in a.chars().enumerate() {
+        let mut diagonal = row[0];
+        row[0] = i + 1;
+        for (j, other) in b.iter().enumerate() {
+            let replaced = diagonal + usize::from(letter != *other);
+            diagonal = row[j + 1];
+            row[j + 1] = replaced.min(row[j] + 1).min(diagonal + 1);
+        }
+    }
+    row[b.len()]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::edits;
+
+    #[test]
+    fn edits_between_words() {
+        for (a, b, expected) in
+            [("", "", 0), ("abc", "abc", 0), ("", "abc", 3), ("tolerence", "tolerance", 1), ("kitten", "sitting", 3)]
+        {
+            assert_eq!(edits(a, b), expected);
+            assert_eq!(edits(b, a), expected);
+        }
+    }
+}

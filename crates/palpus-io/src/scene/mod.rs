@@ -1,0 +1,184 @@
+//! Scene files: what touches what, in which unit, how it feels. TOML; every key but `unit` and the two meshes may be
+//! left out.
+//!
+//! ```toml
+//! unit = "mm"               # of the meshes and of every length here: um, mm, cm, dm, m, km, inch, ft — or metres as a number
+//!
+//! [probe]                   # body a, held in the hand
+//! mesh = "spoon.obj"        # beside this file or below
+//! position = [0, 0, 0]      # where it starts: its mesh's origin in the world
+//! orientation = [0, 0, 0, 1]   # unit quaternion x, y, z, w
+//! grip = [0, 0, 0]          # where the hand holds it, in its mesh's frame
+//!
+//! [environment]             # body b
+//! mesh = "cup.obj"
+//! position = [0, 0, 0]
+//! orientation = [0, 0, 0, 1]
+//!
+//! [contact]
+//! tolerance = 1.0           # else 1 mm, whatever the unit
+//! cluster_radius = 4.0      # else 4 mm
+//! split_angle = 130         # degrees, or false for no cut
+//! stiffness = 800           # N/m
+//! damping = 0               # N·s/m
+//! friction = { static = 0.4, dynamic = 0.3, stiffness = 800 }   # else none; stiffness (N/m) is the contact's if left out
+//! shading = true            # else false
+//! crease_angle = 40         # degrees: sharper edges stay sharp
+//! shading_limit = 45        # degrees: the farthest that shading turns a force
+//!
+//! [coupling]
+//! mode = "coupled"          # or "direct"
+//! stiffness = 800           # N/m; these five are the program's to choose when left out
+//! damping = 2               # N·s/m
+//! angular_stiffness = 2     # N·m/rad
+//! angular_damping = 0.005   # N·m·s/rad
+//! mass = 0.1                # kg, of the probe
+//!
+//! [device]
+//! force_limit = 8.5         # N
+//! torque_limit = 0.188      # N·m
+//! saturation = "separate"
+//! rate = 1000               # Hz
+//!
+//! [hand]
+//! preset = "normal"         # or relaxed-stylus, firm, tight, none
+//! path = "stir.csv"         # poses that the hand follows
+//! tremor = 0                # a length
+//! seed = 1
+//! ```
+//!
+//! 1. The text is parsed with the place of every key and value, so that whatever is wrong is named with line and column.
+//! 2. An unknown key is an error that names the nearest valid one: a mistyped key that did nothing would be felt, not
+//!    seen.
+//! 3. Lengths are multiplied by the unit, degrees become radians. This is the only place where units are converted;
+//!    what comes out is SI, and meshes are to be multiplied by [`SceneFile::metres_per_unit`].
+//! 4. Files that a scene names must lie in its folder or below, also behind symbolic links, unless the caller says
+//!    [`FilePolicy::Anywhere`]: a scene from elsewhere must not make the program read other files.
+
+mod keys;
+mod read;
+mod unit;
+
+use std::path::PathBuf;
+
+use palpus::algebra::Pose;
+use palpus::render::Settings;
+use serde::{Deserialize, Serialize};
+
+pub use read::{parse_scene, read_scene};
+
+/// A scene, in SI units.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneFile {
+    /// Metres for each unit of the mesh files: what to multiply their coordinates by.
+    pub metres_per_unit: f64,
+    /// Body a.
+    pub probe: SceneBody,
+    /// Body b.
+    pub environment: SceneBody,
+    /// The engine's settings; they pass [`Settings::validate`].
+    pub render: Settings,
+    /// Between the device and the probe.
+    pub coupling: SceneCoupling,
+    /// Nominal rate of the loop, Hz; 1000 when the file doesn't say.
+    pub rate_hz: f64,
+    /// The simulated hand.
+    pub hand: SceneHand,
+}
+
+/// A body of a scene.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneBody {
+    /// Its mesh file, with the scene file's folder in front.
+    pub mesh: PathBuf,
+    /// Its frame in the world at the start, m; the mesh's own frame when the file doesn't say.
+    pub pose: Pose,
+}
+
+/// How device and probe are tied. What is `None` is the program's to choose.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SceneCoupling {
+    /// How the probe follows the device.
+    pub mode: CouplingMode,
+    /// N/m.
+    pub stiffness: Option<f64>,
+    /// N·s/m.
+    pub damping: Option<f64>,
+    /// N·m/rad.
+    pub angular_stiffness: Option<f64>,
+    /// N·m·s/rad.
+    pub angular_damping: Option<f64>,
+    /// Of the probe, kg.
+    pub mass: Option<f64>,
+}
+
+/// How the probe follows the device.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum CouplingMode {
+    /// Through a virtual coupling: the probe is a body of its own.
+    #[default]
+    Coupled,
+    /// The probe is where the device is, as in the paper.
+    Direct,
+}
+
+/// The simulated hand.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SceneHand {
+    /// How it holds.
+    pub preset: HandPreset,
+    /// A file of poses that it follows, with the scene file's folder in front; `None` for the scene's own motion. The
+    /// poses are in the file's unit: multiply their translations by [`SceneFile::metres_per_unit`].
+    pub path: Option<PathBuf>,
+    /// Amplitude of its tremor, m; 0 for none.
+    pub tremor: f64,
+    /// Of everything random in it.
+    pub seed: u32,
+}
+
+/// How a simulated hand holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HandPreset {
+    /// A stylus held loosely.
+    RelaxedStylus,
+    /// The usual grip.
+    #[default]
+    Normal,
+    /// A firm grip.
+    Firm,
+    /// As tight as it goes.
+    Tight,
+    /// No hand at all: the worst case for stability.
+    None,
+}
+
+/// Which files a scene may name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FilePolicy {
+    /// Only files in the scene file's folder or below.
+    Inside,
+    /// Any file: the user asked for it.
+    Anywhere,
+}
+
+/// Why a scene file was not read.
+///
+/// Shows as `cup.toml, line 9, column 1: [contact] has no key "tolerence"; did you mean "tolerance"? (…)`.
+#[derive(Debug, thiserror::Error)]
+#[error("{file}{}: {problem}", place(*.line, *.column))]
+pub struct SceneError {
+    /// The file as the caller named it.
+    pub file: String,
+    /// Counted from 1; 0 when it is about the whole file.
+    pub line: usize,
+    /// Counted from 1, in characters; 0 with the line.
+    pub column: usize,
+    /// What is wrong and what to do.
+    pub problem: String,
+}
+
+fn place(line: usize, column: usize) -> String {
+    if line == 0 { String::new() } else { format!(", line {line}, column {column}") }
+}

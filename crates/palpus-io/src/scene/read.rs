@@ -1,0 +1,297 @@
+//! From the text of a scene file to a [`SceneFile`]: one function for each table of the file.
+
+use std::io::Read;
+use std::ops::Range;
+use std::path::{Component, Path, PathBuf};
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::Pose;
+use palpus::force::{FrictionSettings, ShadingSettings};
+use palpus::render::{Saturation, Settings};
+use toml::de::DeTable;
+
+use super::keys::{Section, Source};
+use super::{CouplingMode, FilePolicy, HandPreset, SceneBody, SceneCoupling, SceneError, SceneFile, SceneHand, unit};
+
+/// The longest scene file that is read.
+const MAX_BYTES: u64 = 1 << 20;
+/// Edges that bend by more stay sharp unless the file says otherwise: above what a coarse round mesh has, below a box.
+const CREASE_ANGLE_DEGREES: f64 = 40.0;
+/// The farthest that shading turns a force unless the file says otherwise.
+const SHADING_LIMIT_DEGREES: f64 = 45.0;
+/// How far the length of a quaternion may be from 1: three written decimals are enough.
+const QUATERNION_SLACK: f64 = 1e-3;
+/// Rate of the loop unless the file says otherwise, Hz.
+const RATE_HZ: f64 = 1000.0;
+
+/// Reads a scene file, and makes sure that the files which it names are there.
+pub fn read_scene(path: &Path, policy: FilePolicy) -> Result<SceneFile, SceneError> {
+    let file = path.display().to_string();
+    let whole = |problem: String| SceneError { file: file.clone(), line: 0, column: 0, problem };
+    let unreadable = |error| whole(format!("cannot be read ({error}); check the path"));
+    let mut bytes = Vec::new();
+    std::fs::File::open(path).and_then(|file| file.take(MAX_BYTES + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
+    if bytes.len() as u64 > MAX_BYTES {
+        return Err(whole("the file is larger than 1 MiB; is it a scene file?".to_owned()));
+    }
+    let text =
+        String::from_utf8(bytes).map_err(|_| whole("the file is not UTF-8 text; is it a scene file?".to_owned()))?;
+    parse(&text, path, policy, &|named| check_file(path, named, policy))
+}
+
+/// Reads a scene file's text without touching the disk; `path` is where it lies, for errors and for the files it names.
+pub fn parse_scene(text: &str, path: &Path, policy: FilePolicy) -> Result<SceneFile, SceneError> {
+    parse(text, path, policy, &|_| Ok(()))
+}
+
+/// What a file that the scene names must satisfy, or why it doesn't.
+type Check<'a> = &'a dyn Fn(&Path) -> Result<(), String>;
+
+/// The scene being read: where its files are.
+#[derive(Clone, Copy)]
+struct Files<'a> {
+    folder: &'a Path,
+    policy: FilePolicy,
+    check: Check<'a>,
+}
+
+fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Result<SceneFile, SceneError> {
+    let file = path.display().to_string();
+    let source = Source { file: &file, text };
+    let root = DeTable::parse(text).map_err(|error| {
+        let problem = format!("this is not TOML: {}", error.message().trim().replace('\n', " "));
+        source.error(&error.span().unwrap_or(0..0), problem)
+    })?;
+    let files = Files { folder: path.parent().unwrap_or(Path::new("")), policy, check };
+
+    let top = Section::top(source, &root, &["unit", "probe", "environment", "contact", "coupling", "device", "hand"])?;
+    let unit = read_unit(&top)?;
+    let (probe, grip) = read_probe(&top, unit, files)?;
+    let environment = read_environment(&top, unit, files)?;
+    let mut render = Settings { grip_a: grip, ..Settings::default() };
+    read_contact(&top, unit, &mut render)?;
+    let coupling = read_coupling(&top)?;
+    let rate_hz = read_device(&top, &mut render)?;
+    let hand = read_hand(&top, unit, files)?;
+    render.validate().map_err(|error| SceneError {
+        file: file.clone(),
+        line: 0,
+        column: 0,
+        problem: error.to_string(),
+    })?;
+    Ok(SceneFile { metres_per_unit: unit, probe, environment, render, coupling, rate_hz, hand })
+}
+
+/// Metres for each unit of length of the file.
+fn read_unit(top: &Section<'_>) -> Result<f64, SceneError> {
+    if top.is_text("unit") {
+        let (name, span) = top.text("unit")?.unwrap_or_default();
+        let unknown =
+            |names| top.error_at(&span, format!("{name:?} is no unit; use one of {names}, or metres as a number"));
+        return unit::metres(name).map_err(unknown);
+    }
+    let metres = top.number("unit", "the metres in one unit, from 1e-9 to 1e9", |x| (1e-9..=1e9).contains(&x))?;
+    metres.ok_or_else(|| top.error("unit is missing: a mesh file has none, so say unit = \"mm\" (or cm, m, inch, …)"))
+}
+
+/// Body a and, in metres, where it is held.
+fn read_probe(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<(SceneBody, DVec3), SceneError> {
+    let section = top.section("probe", &["mesh", "position", "orientation", "grip"])?;
+    let body = read_body(&section, "probe", unit, files)?;
+    let grip = section.vector("grip")?.map_or(DVec3::ZERO, |grip| DVec3::from_array(grip.into_inner()) * unit);
+    Ok((body, grip))
+}
+
+fn read_environment(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneBody, SceneError> {
+    let section = top.section("environment", &["mesh", "position", "orientation"])?;
+    read_body(&section, "environment", unit, files)
+}
+
+fn read_body(section: &Section<'_>, name: &str, unit: f64, files: Files<'_>) -> Result<SceneBody, SceneError> {
+    let missing = || section.error(format!("[{name}] has no mesh; add mesh = \"FILE\" under [{name}]"));
+    let (mesh, span) = section.text("mesh")?.ok_or_else(missing)?;
+    let mesh = resolve(section, mesh, &span, files)?;
+    let translation =
+        section.vector("position")?.map_or(DVec3::ZERO, |position| DVec3::from_array(position.into_inner()) * unit);
+    let mut rotation = DQuat::IDENTITY;
+    if let Some(quaternion) = section.vector("orientation")? {
+        rotation = DQuat::from_array(*quaternion.get_ref());
+        let length = rotation.length();
+        if (length - 1.0).abs() > QUATERNION_SLACK {
+            let problem =
+                format!("orientation has length {length:?} and must have 1; normalise it (the order is x, y, z, w)");
+            return Err(section.error_at(&quaternion.span(), problem));
+        }
+    }
+    Ok(SceneBody { mesh, pose: Pose::new(rotation, translation) })
+}
+
+fn read_contact(top: &Section<'_>, unit: f64, render: &mut Settings) -> Result<(), SceneError> {
+    let keys = [
+        "tolerance",
+        "cluster_radius",
+        "split_angle",
+        "stiffness",
+        "damping",
+        "friction",
+        "shading",
+        "crease_angle",
+        "shading_limit",
+    ];
+    let contact = top.section("contact", &keys)?;
+    if let Some(tolerance) = contact.number("tolerance", "greater than 0", |x| x > 0.0)? {
+        render.contact_tolerance = tolerance * unit;
+    }
+    if let Some(radius) = contact.number("cluster_radius", "0 or greater", |x| x >= 0.0)? {
+        render.cluster_radius = radius * unit;
+    }
+    if contact.is_false("split_angle") {
+        render.split_angle = None;
+    } else if let Some(angle) =
+        contact.number("split_angle", "from 60 to 170 degrees", |x| (60.0..=170.0).contains(&x))?
+    {
+        render.split_angle = Some(angle.to_radians());
+    }
+    if let Some(stiffness) = contact.number("stiffness", "greater than 0 N/m", |x| x > 0.0)? {
+        render.stiffness = stiffness;
+    }
+    if let Some(damping) = contact.number("damping", "0 or greater N·s/m", |x| x >= 0.0)? {
+        render.damping = damping;
+    }
+    render.friction = read_friction(&contact, render.stiffness)?;
+    let crease = contact.number("crease_angle", "from 0 to 180 degrees", |x| (0.0..=180.0).contains(&x))?;
+    let limit = contact.number("shading_limit", "from 0 to 89 degrees", |x| (0.0..=89.0).contains(&x))?;
+    let shading = contact.boolean("shading")?;
+    if shading.is_none() && crease.or(limit).is_some() {
+        return Err(
+            contact.error("crease_angle and shading_limit need shading; add shading = true (or false) to [contact]")
+        );
+    }
+    render.shading = shading.unwrap_or(false).then(|| ShadingSettings {
+        crease_angle: crease.unwrap_or(CREASE_ANGLE_DEGREES).to_radians(),
+        most_turn: limit.unwrap_or(SHADING_LIMIT_DEGREES).to_radians(),
+    });
+    Ok(())
+}
+
+fn read_friction(contact: &Section<'_>, stiffness: f64) -> Result<Option<FrictionSettings>, SceneError> {
+    let friction = contact.section("friction", &["static", "dynamic", "stiffness"])?;
+    if !friction.exists() {
+        return Ok(None);
+    }
+    let rule = "from 0 to 10";
+    let in_range = |x: f64| (0.0..=10.0).contains(&x);
+    let sticking = friction.number("static", rule, in_range)?;
+    let sliding = friction.number("dynamic", rule, in_range)?;
+    let Some(dynamic_coefficient) = sliding.or(sticking) else {
+        return Err(friction.error("friction has no coefficient; write friction = { static = 0.4, dynamic = 0.3 }"));
+    };
+    let static_coefficient = sticking.unwrap_or(dynamic_coefficient);
+    if static_coefficient < dynamic_coefficient {
+        let problem = format!(
+            "static friction is {static_coefficient:?} and must be at least the dynamic {dynamic_coefficient:?}"
+        );
+        return Err(friction.error(problem));
+    }
+    let tangential_stiffness = friction.number("stiffness", "greater than 0 N/m", |x| x > 0.0)?.unwrap_or(stiffness);
+    Ok(Some(FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness }))
+}
+
+fn read_coupling(top: &Section<'_>) -> Result<SceneCoupling, SceneError> {
+    let keys = ["mode", "stiffness", "damping", "angular_stiffness", "angular_damping", "mass"];
+    let coupling = top.section("coupling", &keys)?;
+    let positive = |key, unit: &str| coupling.number(key, &format!("greater than 0 {unit}"), |x| x > 0.0);
+    let not_negative = |key, unit: &str| coupling.number(key, &format!("0 or greater {unit}"), |x| x >= 0.0);
+    let modes = [("coupled", CouplingMode::Coupled), ("direct", CouplingMode::Direct)];
+    Ok(SceneCoupling {
+        mode: coupling.choice("mode", &modes)?.unwrap_or_default(),
+        stiffness: positive("stiffness", "N/m")?,
+        damping: not_negative("damping", "N·s/m")?,
+        angular_stiffness: positive("angular_stiffness", "N·m/rad")?,
+        angular_damping: not_negative("angular_damping", "N·m·s/rad")?,
+        mass: positive("mass", "kg")?,
+    })
+}
+
+/// Puts the device's limits into the settings; returns the rate of the loop.
+fn read_device(top: &Section<'_>, render: &mut Settings) -> Result<f64, SceneError> {
+    let device = top.section("device", &["force_limit", "torque_limit", "saturation", "rate"])?;
+    if let Some(force) = device.number("force_limit", "0 or greater N", |x| x >= 0.0)? {
+        render.limits.force = force;
+    }
+    if let Some(torque) = device.number("torque_limit", "0 or greater N·m", |x| x >= 0.0)? {
+        render.limits.torque = torque;
+    }
+    if let Some(saturation) = device.choice("saturation", &[("separate", Saturation::Separate)])? {
+        render.saturation = saturation;
+    }
+    Ok(device.number("rate", "from 1 to 100000 Hz", |x| (1.0..=1e5).contains(&x))?.unwrap_or(RATE_HZ))
+}
+
+fn read_hand(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneHand, SceneError> {
+    let hand = top.section("hand", &["preset", "path", "tremor", "seed"])?;
+    let presets = [
+        ("relaxed-stylus", HandPreset::RelaxedStylus),
+        ("normal", HandPreset::Normal),
+        ("firm", HandPreset::Firm),
+        ("tight", HandPreset::Tight),
+        ("none", HandPreset::None),
+    ];
+    let path = match hand.text("path")? {
+        Some((path, span)) => Some(resolve(&hand, path, &span, files)?),
+        None => None,
+    };
+    let whole = |x: f64| x.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&x);
+    Ok(SceneHand {
+        preset: hand.choice("preset", &presets)?.unwrap_or_default(),
+        path,
+        tremor: hand.number("tremor", "0 or greater", |x| x >= 0.0)?.unwrap_or(0.0) * unit,
+        seed: hand.number("seed", "a whole number from 0 to 4294967295", whole)?.unwrap_or(0.0) as u32,
+    })
+}
+
+/// The path of a file that the scene names.
+fn resolve(section: &Section<'_>, named: &str, span: &Range<usize>, files: Files<'_>) -> Result<PathBuf, SceneError> {
+    if named.is_empty() || named.contains('\0') {
+        return Err(section.error_at(span, "a file name is expected here"));
+    }
+    let relative = Path::new(named);
+    // A backslash separates on Windows only: refused everywhere, so that a scene means the same everywhere.
+    let stays = relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
+    let stays = stays && !named.contains('\\') && !has_drive(named);
+    if files.policy == FilePolicy::Inside && !stays {
+        return Err(section.error_at(span, outside(named)));
+    }
+    let path = files.folder.join(relative);
+    (files.check)(&path).map_err(|problem| section.error_at(span, problem))?;
+    Ok(path)
+}
+
+/// True for `c:…`.
+fn has_drive(named: &str) -> bool {
+    named.as_bytes().get(1) == Some(&b':')
+}
+
+fn outside(named: &str) -> String {
+    format!(
+        "{named:?} lies outside the scene file's folder; move it there, or allow files from anywhere if you trust the scene"
+    )
+}
+
+/// Makes sure that a file which the scene names is there and, behind all links, where it may be.
+fn check_file(scene: &Path, named: &Path, policy: FilePolicy) -> Result<(), String> {
+    let missing = |error| format!("{} cannot be found ({error}); check the name", named.display());
+    let real = named.canonicalize().map_err(missing)?;
+    if !real.is_file() {
+        return Err(format!("{} is not a file; name a file", named.display()));
+    }
+    if policy == FilePolicy::Anywhere {
+        return Ok(());
+    }
+    let folder = match scene.parent() {
+        Some(folder) if !folder.as_os_str().is_empty() => folder,
+        _ => Path::new("."),
+    };
+    let folder = folder.canonicalize().map_err(missing)?;
+    if real.starts_with(folder) { Ok(()) } else { Err(outside(&named.display().to_string())) }
+}

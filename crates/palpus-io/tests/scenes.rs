@@ -1,0 +1,255 @@
+//! Scene files: the documented one, what is said about wrong ones, and which files they may name.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use palpus::render::Settings;
+use palpus_io::scene::{CouplingMode, HandPreset, parse_scene};
+use palpus_io::{FilePolicy, SceneFile, read_scene};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+
+/// Seed of every random test here.
+const SEED: [u8; 32] = *b"palpus-io scene files, damaged 1";
+
+const EXPERIENCE: &str = r#"unit = "mm"
+[probe]        # body a
+mesh = "spoon.obj"
+[environment]  # body b
+mesh = "cup.obj"
+[contact]
+tolerance = 1.0        # mm
+cluster_radius = 4.0
+stiffness = 800        # N/m
+friction = { static = 0.4, dynamic = 0.3 }
+shading = true
+[coupling]
+mode = "coupled"       # or "direct"
+"#;
+
+/// The scene in the module's description.
+fn documented() -> String {
+    let source = include_str!("../src/scene/mod.rs");
+    let lines = source.lines().skip_while(|line| *line != "//! ```toml").skip(1).take_while(|line| *line != "//! ```");
+    lines.map(|line| line.strip_prefix("//!").unwrap_or(line).to_owned() + "\n").collect()
+}
+
+fn parse(text: &str) -> Result<SceneFile, String> {
+    parse_scene(text, Path::new("set/tea.toml"), FilePolicy::Inside).map_err(|error| error.to_string())
+}
+
+#[test]
+fn the_scene_of_the_design_is_read_in_si() {
+    let scene = parse(EXPERIENCE).unwrap();
+    assert_eq!(scene.metres_per_unit, 1e-3);
+    assert_eq!(scene.probe.mesh, PathBuf::from("set/spoon.obj"));
+    assert_eq!(scene.environment.mesh, PathBuf::from("set/cup.obj"));
+    assert_eq!((scene.render.contact_tolerance, scene.render.cluster_radius), (1e-3, 4e-3));
+    let friction = scene.render.friction.unwrap();
+    assert_eq!(
+        (friction.static_coefficient, friction.dynamic_coefficient, friction.tangential_stiffness),
+        (0.4, 0.3, 800.0)
+    );
+    assert_eq!(scene.render.shading.unwrap().crease_angle, 40f64.to_radians());
+    assert_eq!(scene.coupling.mode, CouplingMode::Coupled);
+}
+
+#[test]
+fn every_documented_key_is_read() {
+    let scene = parse(&documented()).unwrap();
+    assert_eq!((scene.rate_hz, scene.hand.preset, scene.hand.seed), (1000.0, HandPreset::Normal, 1));
+    assert_eq!(scene.hand.path.as_deref(), Some(Path::new("set/stir.csv")));
+    assert_eq!(scene.coupling.angular_damping, Some(0.005));
+    assert_eq!(
+        (scene.render.limits, scene.render.split_angle),
+        (Settings::default().limits, Settings::default().split_angle)
+    );
+    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 31, "a key was added: check it above");
+}
+
+#[test]
+fn what_is_left_out_has_the_documented_default() {
+    let scene = parse("unit = 0.08\nprobe.mesh = 'a.obj'\nenvironment = { mesh = 'b.obj' }\n").unwrap();
+    assert_eq!(scene.metres_per_unit, 0.08);
+    assert_eq!(scene.render, Settings::default());
+    assert_eq!((scene.coupling.mode, scene.coupling.stiffness, scene.rate_hz), (CouplingMode::Coupled, None, 1000.0));
+    assert_eq!((scene.hand.preset, scene.hand.path, scene.hand.tremor), (HandPreset::Normal, None, 0.0));
+}
+
+#[test]
+fn every_length_follows_the_unit() {
+    let text = r#"
+        unit = "inch"
+        [probe]
+        mesh = "a.obj"
+        position = [1, 2.0, -3]
+        orientation = [0, 0, 0.7071, 0.7071]
+        grip = [0, 10, 0]
+        [environment]
+        mesh = "b.obj"
+        [contact]
+        tolerance = 0.5
+        cluster_radius = 0
+        split_angle = false
+        [hand]
+        tremor = 0.01
+    "#;
+    let scene = parse(text).unwrap();
+    assert_eq!(scene.probe.pose.translation, DVec3::new(1.0, 2.0, -3.0) * 0.0254);
+    assert!(scene.probe.pose.is_valid());
+    assert_eq!(scene.render.grip_a, DVec3::Y * 10.0 * 0.0254);
+    assert_eq!((scene.render.contact_tolerance, scene.render.cluster_radius), (0.5 * 0.0254, 0.0));
+    assert_eq!((scene.render.split_angle, scene.hand.tremor), (None, 0.01 * 0.0254));
+}
+
+#[test]
+fn errors_say_what_where_and_what_to_do() {
+    let change = |from: &str, to: &str| parse(&EXPERIENCE.replace(from, to)).unwrap_err();
+    let cases = [
+        (
+            change("tolerance", "tolerence"),
+            "line 7, column 1: [contact] has no key \"tolerence\"; did you mean \"tolerance\"? (it may have tolerance, \
+          cluster_radius, split_angle, stiffness, damping, friction, shading, crease_angle, shading_limit)",
+        ),
+        (
+            change("[coupling]", "[cuopling]"),
+            "line 12, column 2: a scene has no key \"cuopling\"; did you mean \"coupling\"? (it may have unit, probe, \
+          environment, contact, coupling, device, hand)",
+        ),
+        (
+            change("dynamic = 0.3", "kinetic = 0.3"),
+            "line 10, column 28: [contact], friction has no key \"kinetic\"; did you mean \"static\"? (it may have static, \
+          dynamic, stiffness)",
+        ),
+        (change("tolerance = 1.0", "tolerance = 0"), "line 7, column 13: tolerance is 0.0 and must be greater than 0"),
+        (
+            change("tolerance = 1.0", "tolerance = nan"),
+            "line 7, column 13: tolerance is NaN and must be greater than 0",
+        ),
+        (change("= 800 ", "= \"800\""), "line 9, column 13: stiffness must be a number and is a value of type string"),
+        (
+            change("\"coupled\"", "\"couple\""),
+            "line 13, column 8: mode is \"couple\" and must be \"coupled\" or \"direct\"",
+        ),
+        (
+            change("static = 0.4", "static = 0.2"),
+            "line 10, column 12: static friction is 0.2 and must be at least the dynamic 0.3",
+        ),
+        (
+            change("\"mm\"", "\"mil\""),
+            "line 1, column 8: \"mil\" is no unit; use one of \"mm\", \"cm\", \"m\", \"inch\", \"um\", \"dm\", \"km\", \"ft\", \
+          or metres as a number",
+        ),
+        (
+            change("unit = \"mm\"", ""),
+            "line 1, column 1: unit is missing: a mesh file has none, so say unit = \"mm\" (or cm, m, inch, …)",
+        ),
+        (
+            change("mesh = \"spoon.obj\"", ""),
+            "line 2, column 1: [probe] has no mesh; add mesh = \"FILE\" under [probe]",
+        ),
+        (
+            change("shading = true", "shading = 1"),
+            "line 11, column 11: shading must be true or false and is a value of type integer",
+        ),
+        (
+            change("shading = true", "crease_angle = 30"),
+            "line 6, column 1: crease_angle and shading_limit need shading; add shading = true (or false) to [contact]",
+        ),
+        (
+            change("mesh = \"cup.obj\"", "mesh = \"cup.obj\"\norientation = [0, 0, 0, 2]"),
+            "line 6, column 15: orientation has length 2.0 and must have 1; normalise it (the order is x, y, z, w)",
+        ),
+        (
+            change("mesh = \"cup.obj\"", "mesh = \"cup.obj\"\nposition = [0, 0]"),
+            "line 6, column 12: position must be a list of 3 finite numbers",
+        ),
+        (change("[contact]", "[contact"), "line 6, column 9: this is not TOML: unclosed table, expected `]`"),
+    ];
+    for (found, expected) in cases {
+        assert_eq!(found, format!("set/tea.toml, {expected}"));
+    }
+}
+
+#[test]
+fn files_outside_the_folder_are_refused_unless_asked_for() {
+    for named in ["../cup.obj", "/etc/passwd", "a/../../cup.obj", "C:cup.obj", "a\\..\\..\\cup.obj"] {
+        let text = EXPERIENCE.replace("\"cup.obj\"", &format!("'{named}'"));
+        let error = parse(&text).unwrap_err();
+        assert!(
+            error.starts_with("set/tea.toml, line 5, column 8: ") && error.contains("outside the scene file's folder"),
+            "{error}"
+        );
+        let scene = parse_scene(&text, Path::new("set/tea.toml"), FilePolicy::Anywhere).unwrap();
+        assert_eq!(scene.environment.mesh, Path::new("set").join(named));
+    }
+    assert!(parse(&EXPERIENCE.replace("\"cup.obj\"", "\"./cups/big cup.obj\"")).is_ok());
+}
+
+#[test]
+fn the_files_must_be_there_and_links_do_not_lead_out() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("scene_files");
+    std::fs::create_dir_all(folder.join("in")).unwrap();
+    let scene = folder.join("in/tea.toml");
+    std::fs::write(&scene, EXPERIENCE).unwrap();
+    std::fs::write(folder.join("in/spoon.obj"), "").unwrap();
+    let cup = folder.join("in/cup.obj");
+    let _ = std::fs::remove_file(&cup);
+    let read = |policy| read_scene(&scene, policy).map_err(|error| error.to_string());
+    let error = read(FilePolicy::Inside).unwrap_err();
+    assert!(error.contains("tea.toml, line 5, column 8: ") && error.contains("cup.obj cannot be found"), "{error}");
+    std::fs::write(&cup, "").unwrap();
+    assert_eq!(read(FilePolicy::Inside).unwrap().environment.mesh, cup);
+    #[cfg(unix)]
+    {
+        std::fs::remove_file(&cup).unwrap();
+        std::fs::write(folder.join("outside.obj"), "").unwrap();
+        std::os::unix::fs::symlink(folder.join("outside.obj"), &cup).unwrap();
+        assert!(read(FilePolicy::Inside).unwrap_err().contains("outside the scene file's folder"));
+        assert!(read(FilePolicy::Anywhere).is_ok());
+        std::fs::remove_file(&cup).unwrap();
+    }
+}
+
+#[test]
+fn damaged_scenes_are_read_or_refused_in_one_line() {
+    let config = Config { cases: 1500, failure_persistence: None, ..Config::default() };
+    let mut runner = TestRunner::new_with_rng(config, TestRng::from_seed(RngAlgorithm::ChaCha, &SEED));
+    let piece = prop::sample::select(vec![
+        "",
+        "\n",
+        "\"",
+        "=",
+        "[",
+        "]",
+        "{",
+        "}",
+        "-1",
+        "1e999",
+        "nan",
+        "0x7F",
+        "true",
+        "é",
+        "'",
+        ".",
+        "#",
+        "1979-05-27",
+        "mesh",
+        "unit",
+        "99999999999999999999",
+        "[[probe]]",
+    ]);
+    let edits = prop::collection::vec((any::<prop::sample::Index>(), 0..4usize, piece), 1..5);
+    let run = runner.run(&edits, |edits| {
+        let mut letters: Vec<char> = documented().chars().collect();
+        for (at, removed, piece) in edits {
+            let at = at.index(letters.len());
+            letters.splice(at..(at + removed).min(letters.len()), piece.chars());
+        }
+        if let Err(error) = parse(&letters.into_iter().collect::<String>()) {
+            prop_assert!(error.starts_with("set/tea.toml") && !error.contains('\n'), "{}", error);
+        }
+        Ok(())
+    });
+    run.unwrap_or_else(|failure| panic!("seed {}: {failure}", SEED.escape_ascii()));
+}
