@@ -274,3 +274,54 @@ pub const SAME_FACE: f64 = 0.5;
 
 /// Sweeps of Jacobi rotations over a 3 × 3 symmetric matrix; it converges quadratically, five leave only rounding.
 pub const JACOBI_SWEEPS: usize = 8;
+// Body: facets, patches and pieces.
+
+/// Cosine of the angle between two normals beyond which neighbours are not one face, even when all their vertices lie
+/// in one plane.
+///
+/// A needle's normal may be off by tens of degrees without harm; a surface folded back onto itself must not merge.
+pub const FOLDED: f64 = 0.5;
+
+/// Area over squared longest side: a triangle of a trial hull lower than this is a needle whose plane is not used.
+///
+/// The plane of a needle is noise and would cut the hull anywhere. Leaving it out makes the hull seem a little larger,
+/// so containment errs on the safe side. Larger refuses good patches; smaller lets noise hide a surface in a hull.
+pub const NEEDLE_NORMAL: f64 = 1e-10;
+
+/// Relative to the largest coordinate, times the squared longest side over the area: the rounding of a point's height over a
+/// triangle's plane. Nearer than this the exact determinant decides.
+///
+/// About twenty ulps. Larger only calls the determinant more often; smaller trusts wrong signs.
+pub const ORIENTATION_ROUNDING: f64 = 4e-15;
+
+/// Relative to the model's bounding diagonal: a patch thinner than this is flat.
+///
+/// A few times [`COPLANAR`] (two facets may each be off by that) and well above [`ENTERED`], so that whatever is not
+/// flat has an inside that containment can test. Larger turns thin curved patches into plates.
+pub const FLAT_PATCH: f64 = 8e-9;
+
+/// Relative to the model's bounding diagonal: the surface enters a hull when it comes deeper into it than this.
+///
+/// Surfaces that touch along shared vertices and sides come in by rounding only. Larger lets thin wedges of a hull
+/// stand out of the solid; smaller refuses patches for rounding.
+pub const ENTERED: f64 = 1e-10;
+
+/// Relative to the model's bounding diagonal: a facet lies in a face of its piece when no farther than this from its plane.
+///
+/// The facet may be off its own plane by [`COPLANAR`], the face's merge by another, and the patch accepted both.
+pub const ON_FACE: f64 = 4e-9;
+
+/// The share of a face's area that must be real for the face to be original.
+///
+/// A little less than one half, so that exactly half counts.
+pub const COVERED_HALF: f64 = 0.499_999;
+
+/// Facets: patches up to this size are dissolved when their neighbours can take all of them.
+///
+/// Nothing is gained beyond about 8: larger patches never find takers for all.
+pub const HANDED_OUT: usize = 8;
+
+/// Facets: larger patches are not asked to take facets of a dissolved one.
+///
+/// Asking rebuilds a hull. Larger only costs time, since large patches grew early and have refused those facets before.
+pub const HEIR_FACETS: usize = 100;

@@ -1,1 +1,57 @@
-//! The solid's inside test and the test that no hull face leaves the solid.
+//! Containment: does a convex hull stay inside the solid that its patch bounds \[K02 §3.2, EL01\]?
+//!
+//! The hull H of a patch lies in the solid exactly when **no point of the surface lies in the interior of H**. One
+//! test does the work of three (a virtual face crosses the surface; a virtual face lies outside without crossing
+//! anything, as over the notch of an L; a hull swallows a whole hollow): the interior of H is connected, so if the
+//! surface never enters it, it lies wholly inside or wholly outside, and just under an original face it is inside. A
+//! notch covered by a virtual face has walls that start in that face and go down into H.
+//!
+//! The rule needs no inside test, so it means something for every surface: for an open or self-intersecting one it
+//! says that no sheet passes through a piece. Two things it can then not promise: past the border of an open surface
+//! a piece may bulge over the opening, and where sheets overlap "inside" is judged by each patch's own normals.
+//!
+//! 1. Triangles of the surface near what the hull gained come from the triangle tree.
+//! 2. A triangle enters H when something of it is left after clipping by every face's plane, moved inward by
+//!    [`ENTERED`]: touching along shared corners and sides is not entering.
+
+use glam::DVec3;
+
+use super::trial_hull::TrialHull;
+
+/// Working memory of [`enters`].
+#[derive(Debug, Default)]
+pub(crate) struct Clipper {
+    polygon: Vec<DVec3>,
+    clipped: Vec<DVec3>,
+}
+
+impl Clipper {
+    /// True when the triangle comes deeper than `depth` into the hull.
+    pub(crate) fn enters(&mut self, triangle: [DVec3; 3], hull: &TrialHull, depth: f64) -> bool {
+        let planes = || hull.faces().iter().rev().filter(|face| face.is_certain()).map(|face| face.plane);
+        if planes().any(|plane| triangle.iter().all(|p| plane.height(*p) >= -depth)) {
+            return false;
+        }
+        self.polygon.clear();
+        self.polygon.extend(triangle);
+        for plane in planes() {
+            self.clipped.clear();
+            let n = self.polygon.len();
+            for k in 0..n {
+                let (p, q) = (self.polygon[k], self.polygon[(k + 1) % n]);
+                let (hp, hq) = (plane.height(p) + depth, plane.height(q) + depth);
+                if hp < 0.0 {
+                    self.clipped.push(p);
+                }
+                if (hp < 0.0) != (hq < 0.0) {
+                    self.clipped.push(p + (q - p) * (hp / (hp - hq)));
+                }
+            }
+            if self.clipped.is_empty() {
+                return false;
+            }
+            std::mem::swap(&mut self.polygon, &mut self.clipped);
+        }
+        true
+    }
+}

@@ -1,1 +1,217 @@
-//! Convex surface decomposition.
+//! Convex surface decomposition: which facets go together to one convex piece \[K02 §3.2, EL01\].
+//!
+//! A patch is a connected set of facets that all lie on the hull of their union, and that hull stays in the solid.
+//!
+//! 1. *Crest distance.* A breadth-first search over the dual graph from all facets with a reflex side at once gives
+//!    each facet its distance to the nearest valley.
+//! 2. *Seeds.* The next patch starts at the free facet farthest from any valley; ties by index.
+//! 3. *Growth.* From the seed over convex and coplanar sides, as long as the patch accepts (see `grow`). Each
+//!    candidate is tried once: a refusal stays right as the patch grows.
+//! 4. *Handing out.* A small patch whose facets can all be taken by its neighbours is dissolved.
+//!
+//! Deviations from [EL01]'s cresting search. Growth takes the candidate across the *sharpest* side first instead of
+//! first come first served: what is bent most is hardest to place later (armadillo 7304 → 7265 patches, teacup 198
+//! → 193, torus 50). Step 4 is added (armadillo → 7248, teacup → 192, teaspoon 123 → 115). Containment is decided by
+//! one test, see `contain`. Tried and left out: choosing always the seed that now yields the largest patch costs
+//! thirty times the time for about 0.1 % fewer patches.
+
+use std::cmp::{Ordering, Reverse};
+use std::collections::{BinaryHeap, VecDeque};
+
+use super::facet::{Bend, Facets, NONE};
+use super::grow::{Grower, Verdict};
+use crate::algebra::tolerance::{HANDED_OUT, HEIR_FACETS};
+
+/// A connected set of facets with a good hull.
+#[derive(Clone, Debug)]
+pub(crate) struct Patch {
+    pub(crate) facets: Vec<u32>,
+}
+
+/// Partitions all facets into patches; `progress` is told the fraction that is done, rising to one.
+pub(crate) fn decompose(grower: &mut Grower<'_>, progress: &mut dyn FnMut(f64)) -> Vec<Patch> {
+    let facets = grower.facets();
+    let mut partition = Partition { owner: vec![NONE; facets.len()], patches: Vec::new() };
+    let mut seen = vec![NONE; facets.len()];
+    let mut done = 0;
+    for seed in seeds(facets) {
+        if partition.owner[seed as usize] != NONE {
+            continue;
+        }
+        grow_patch(grower, seed, &partition.owner, &mut seen);
+        partition.add(grower.members().to_vec());
+        done += grower.members().len();
+        progress(GROWTH_SHARE * done as f64 / facets.len() as f64);
+    }
+    for most in 1..=HANDED_OUT {
+        hand_out(grower, &mut partition, most);
+    }
+    progress(1.0);
+    partition.patches.retain(|patch| !patch.facets.is_empty());
+    partition.patches
+}
+
+/// The part of the work that growth is, for the progress report.
+const GROWTH_SHARE: f64 = 0.6;
+
+struct Partition {
+    owner: Vec<u32>,
+    /// A dissolved patch is left without facets.
+    patches: Vec<Patch>,
+}
+
+impl Partition {
+    fn add(&mut self, facets: Vec<u32>) {
+        for &f in &facets {
+            self.owner[f as usize] = self.patches.len() as u32;
+        }
+        self.patches.push(Patch { facets });
+    }
+
+    fn give(&mut self, f: u32, to: u32) {
+        self.owner[f as usize] = to;
+        self.patches[to as usize].facets.push(f);
+    }
+}
+
+/// All facets, those farthest from a reflex side first.
+fn seeds(facets: &Facets) -> Vec<u32> {
+    let mut distance = vec![NONE; facets.len()];
+    let mut front = VecDeque::new();
+    for f in 0..facets.len() as u32 {
+        if facets.links(f).iter().any(|link| link.bend == Bend::Reflex) {
+            distance[f as usize] = 0;
+            front.push_back(f);
+        }
+    }
+    while let Some(f) = front.pop_front() {
+        for link in facets.links(f) {
+            if distance[link.facet as usize] == NONE {
+                distance[link.facet as usize] = distance[f as usize] + 1;
+                front.push_back(link.facet);
+            }
+        }
+    }
+    let mut order: Vec<u32> = (0..facets.len() as u32).collect();
+    order.sort_by_key(|&f| (Reverse(distance[f as usize]), f));
+    order
+}
+
+/// A facet that waits to be tried; the greatest is tried first.
+#[derive(Clone, Copy)]
+struct Candidate {
+    /// Cosine of the bend across which it was reached.
+    cosine: f64,
+    arrival: u32,
+    facet: u32,
+}
+
+impl Ord for Candidate {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.cosine.total_cmp(&self.cosine).then(other.arrival.cmp(&self.arrival))
+    }
+}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Candidate {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Candidate {}
+
+/// Grows a patch in `grower` from a seed over facets that nobody owns. `seen` holds, for each facet, the last seed
+/// that came past it.
+fn grow_patch(grower: &mut Grower<'_>, seed: u32, owner: &[u32], seen: &mut [u32]) {
+    let facets = grower.facets();
+    seen[seed as usize] = seed;
+    let mut queue = BinaryHeap::new();
+    let mut postponed = Vec::new();
+    let mut arrival = 0;
+    let mut reach = |from: u32, queue: &mut BinaryHeap<Candidate>| {
+        for link in facets.links(from) {
+            let f = link.facet as usize;
+            if link.bend != Bend::Reflex && owner[f] == NONE && seen[f] != seed {
+                seen[f] = seed;
+                arrival += 1;
+                let cosine = facets.plane(from).normal.dot(facets.plane(link.facet).normal);
+                queue.push(Candidate { cosine, arrival, facet: link.facet });
+            }
+        }
+    };
+    grower.load(&[seed]);
+    reach(seed, &mut queue);
+    while let Some(candidate) = queue.pop() {
+        let flat = grower.is_flat();
+        match grower.try_add(&[candidate.facet]) {
+            Verdict::Joined => {
+                reach(candidate.facet, &mut queue);
+                if flat && !grower.is_flat() {
+                    queue.extend(postponed.drain(..));
+                }
+            }
+            Verdict::Postponed => postponed.push(candidate),
+            Verdict::Refused => {}
+        }
+    }
+}
+
+/// Dissolves patches of at most `most` facets whose facets all find another patch that takes them.
+fn hand_out(grower: &mut Grower<'_>, partition: &mut Partition, most: usize) {
+    let small = |patch: &Patch| (1..=most).contains(&patch.facets.len());
+    let order: Vec<u32> =
+        (0..partition.patches.len() as u32).filter(|&k| small(&partition.patches[k as usize])).collect();
+    for giver in order {
+        if !small(&partition.patches[giver as usize]) {
+            continue;
+        }
+        let mut left = std::mem::take(&mut partition.patches[giver as usize].facets);
+        let mut given = Vec::new();
+        loop {
+            let before = left.len();
+            left.retain(|&f| match find_heir(grower, partition, giver, f) {
+                Some(heir) => {
+                    partition.give(f, heir);
+                    given.push((f, heir));
+                    false
+                }
+                None => true,
+            });
+            if left.is_empty() || left.len() == before {
+                break;
+            }
+        }
+        if !left.is_empty() {
+            // Some found no taker: all come back.
+            for (f, heir) in given.into_iter().rev() {
+                partition.patches[heir as usize].facets.pop();
+                partition.owner[f as usize] = giver;
+                left.push(f);
+            }
+            partition.patches[giver as usize].facets = left;
+        }
+    }
+}
+
+/// A patch other than `giver` next to facet `f` that accepts it. Very large patches are not asked: they grew first and
+/// have refused it before.
+fn find_heir(grower: &mut Grower<'_>, partition: &Partition, giver: u32, f: u32) -> Option<u32> {
+    let links = grower.facets().links(f).iter().filter(|link| link.bend != Bend::Reflex);
+    let mut heirs: Vec<u32> = links.map(|link| partition.owner[link.facet as usize]).filter(|&k| k != giver).collect();
+    heirs.sort_unstable();
+    heirs.dedup();
+    heirs.into_iter().find(|&heir| {
+        let patch = &partition.patches[heir as usize];
+        if patch.facets.len() > HEIR_FACETS {
+            return false;
+        }
+        grower.load(&patch.facets);
+        grower.try_add(&[f]) == Verdict::Joined
+    })
+}

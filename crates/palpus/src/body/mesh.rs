@@ -145,6 +145,16 @@ impl Mesh {
         Ok((mesh, cleaning))
     }
 
+    /// The same mesh with all coordinates multiplied by `factor` (positive).
+    #[must_use]
+    pub fn scaled(mut self, factor: f64) -> Self {
+        for vertex in &mut self.vertices {
+            *vertex *= factor;
+        }
+        self.bounds = Aabb::around(self.vertices.iter().copied());
+        self
+    }
+
     /// All vertices; each is used.
     pub fn vertices(&self) -> &[DVec3] {
         &self.vertices

@@ -1,10 +1,13 @@
 //! All that is computed once per object: mesh, convex pieces, hierarchy of hulls, mass properties \[K02 §3.2\].
 
+#[expect(clippy::module_inception, reason = "the room is named after what is built in it, and this is it")]
+mod body;
 mod bounds;
 mod contain;
 mod decompose;
 mod facet;
 mod feature;
+mod grow;
 mod half_edge;
 mod health;
 mod hierarchy;
@@ -12,9 +15,11 @@ mod hull;
 mod mass;
 mod mesh;
 mod orient;
+mod piece;
 mod polytope;
 mod shading_normals;
 mod soup;
+mod trial_hull;
 mod triangle_pair;
 mod triangle_tree;
 mod triangulate;
@@ -22,12 +27,14 @@ mod weld;
 mod well_formed;
 mod winding;
 
+pub use body::{Body, BodyError, BodySettings};
 pub use bounds::{OrientedBox, Sphere};
 pub use feature::{Feature, FeaturePair};
 pub use half_edge::{EdgeKind, HalfEdges};
 pub use hierarchy::{Hierarchy, HierarchyError, Node, NodeKind};
 pub use hull::{Hull, HullError, convex_hull, convex_polygon};
 pub use mesh::{Cleaning, Mesh, MeshError};
+pub use piece::Piece;
 pub use polytope::{Edge, Polytope, PolytopeError, Provenance, Spoke};
 pub use soup::PolygonSoup;
 pub use triangle_pair::TrianglePair;

@@ -1,0 +1,238 @@
+//! One convex patch under trial: facets join it, singly or many at once, only while its hull stays good \[EL01\].
+//!
+//! A set of facets joins when
+//!
+//! 1. every vertex of the patch lies below the planes of the new facets,
+//! 2. every new vertex lies below the planes of the patch's facets (both within [`COPLANAR`] of the model's size), so
+//!    that all of them lie on the common hull, and
+//! 3. the common hull stays inside the solid (see `contain`).
+//!
+//! 1 and 2 need no hull and turn most candidates away. A refusal stays right as the patch grows, since every test
+//! only gets harder; with one exception. While the patch is *flat* there is no hull with an inside, and facets of
+//! one plane join only when their union is the whole convex polygon around it: an L-shaped cap must not cover its
+//! notch. Such a facet is postponed: once the patch has become solid, 3 judges it.
+
+use std::ops::ControlFlow;
+
+use glam::DVec3;
+
+use super::contain::Clipper;
+use super::facet::{Facets, Surface};
+use super::trial_hull::TrialHull;
+use super::{Aabb, TriangleTree};
+use crate::algebra::Plane;
+use crate::algebra::tolerance::{COPLANAR, ENTERED, FLAT_PATCH, FOLDED};
+
+/// What became of an attempt to join.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    Joined,
+    /// For good: no larger patch will take it either.
+    Refused,
+    /// Not while the patch is flat.
+    Postponed,
+}
+
+/// A patch and its hull, with the memory to try additions.
+pub(crate) struct Grower<'a> {
+    surface: Surface<'a>,
+    facets: &'a Facets,
+    tree: &'a TriangleTree,
+    members: Vec<u32>,
+    planes: Vec<Plane>,
+    points: Vec<DVec3>,
+    area: f64,
+    /// Empty while the patch is flat.
+    hull: TrialHull,
+    clipper: Clipper,
+    /// Vertices that the set on trial would add.
+    fresh: Vec<u32>,
+    /// A facet or vertex is in the patch (or on trial) when its stamp is the present one.
+    facet_stamps: Vec<u32>,
+    vertex_stamps: Vec<u32>,
+    stamp: u32,
+}
+
+impl<'a> Grower<'a> {
+    pub(crate) fn new(surface: Surface<'a>, facets: &'a Facets, tree: &'a TriangleTree) -> Self {
+        Self {
+            surface,
+            facets,
+            tree,
+            members: Vec::new(),
+            planes: Vec::new(),
+            points: Vec::new(),
+            area: 0.0,
+            hull: TrialHull::default(),
+            clipper: Clipper::default(),
+            fresh: Vec::new(),
+            facet_stamps: vec![0; facets.len()],
+            vertex_stamps: vec![0; surface.vertex_count()],
+            stamp: 0,
+        }
+    }
+
+    /// The facets that patches are made of.
+    pub(crate) fn facets(&self) -> &'a Facets {
+        self.facets
+    }
+
+    /// The facets of the patch in the order in which they joined.
+    pub(crate) fn members(&self) -> &[u32] {
+        &self.members
+    }
+
+    /// True while the patch lies in one plane.
+    pub(crate) fn is_flat(&self) -> bool {
+        self.hull.is_empty()
+    }
+
+    /// Takes a patch that is known to be good; a single facet always is.
+    pub(crate) fn load(&mut self, patch: &[u32]) {
+        self.stamp += 1;
+        self.members.clear();
+        self.planes.clear();
+        self.points.clear();
+        self.area = 0.0;
+        self.gather_fresh(patch);
+        self.commit(patch);
+        self.hull.start(&self.points, self.flat_thickness());
+    }
+
+    /// Adds a set of facets that are known to be good together; a single one always is.
+    pub(crate) fn try_add(&mut self, set: &[u32]) -> Verdict {
+        let tolerance = COPLANAR * self.surface.size();
+        let above = |plane: Plane, p: DVec3| plane.height(p) > tolerance;
+        if set.iter().any(|&c| self.points.iter().any(|p| above(self.facets.plane(c), *p))) {
+            return Verdict::Refused;
+        }
+        self.gather_fresh(set);
+        for &c in set {
+            self.facet_stamps[c as usize] = self.stamp;
+        }
+        let convex = !self.fresh.iter().any(|&v| self.planes.iter().any(|plane| above(*plane, self.surface.vertex(v))));
+        let verdict = match (convex, self.is_flat()) {
+            (false, _) => Verdict::Refused,
+            (true, false) => self.extend_hull(),
+            (true, true) => self.leave_plane(set),
+        };
+        if verdict == Verdict::Joined {
+            self.commit(set);
+        } else {
+            self.abandon(set);
+        }
+        verdict
+    }
+
+    fn extend_hull(&mut self) -> Verdict {
+        let mark = self.hull.mark();
+        for &v in &self.fresh {
+            self.hull.insert(self.surface.vertex(v));
+        }
+        if self.hull.gained_since(mark).is_some_and(|bounds| self.is_entered(&bounds)) {
+            self.hull.undo(mark);
+            return Verdict::Refused;
+        }
+        self.hull.settle();
+        Verdict::Joined
+    }
+
+    fn leave_plane(&mut self, set: &[u32]) -> Verdict {
+        let mut points = self.points.clone();
+        points.extend(self.fresh.iter().map(|&v| self.surface.vertex(v)));
+        if self.hull.start(&points, self.flat_thickness()) {
+            if self.is_entered(&Aabb::around(points)) {
+                self.hull.clear();
+                return Verdict::Refused;
+            }
+            return Verdict::Joined;
+        }
+        let normal = self.planes[0].normal;
+        if set.iter().any(|&c| self.facets.plane(c).normal.dot(normal) < FOLDED) {
+            return Verdict::Refused;
+        }
+        let area = self.area + set.iter().map(|&c| self.facets.area(c)).sum::<f64>();
+        let (whole, perimeter) = polygon_around(&points, normal);
+        if area >= whole - COPLANAR * self.surface.size() * perimeter { Verdict::Joined } else { Verdict::Postponed }
+    }
+
+    /// Does a triangle outside the patch come into the hull, looking only near `bounds`?
+    fn is_entered(&mut self, bounds: &Aabb) -> bool {
+        let Self { tree, facets, facet_stamps, stamp, clipper, hull, surface, .. } = self;
+        let depth = ENTERED * surface.size();
+        let visit = |t: u32, corners: &[DVec3; 3]| {
+            if facet_stamps[facets.of_triangle(t) as usize] != *stamp && clipper.enters(*corners, hull, depth) {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        tree.visit_overlapping(bounds, visit).is_break()
+    }
+
+    fn flat_thickness(&self) -> f64 {
+        FLAT_PATCH * self.surface.size()
+    }
+
+    fn gather_fresh(&mut self, set: &[u32]) {
+        self.fresh.clear();
+        for &c in set {
+            for &v in self.facets.corners(c) {
+                if self.vertex_stamps[v as usize] != self.stamp {
+                    self.vertex_stamps[v as usize] = self.stamp;
+                    self.fresh.push(v);
+                }
+            }
+        }
+    }
+
+    fn commit(&mut self, set: &[u32]) {
+        for &c in set {
+            self.members.push(c);
+            self.planes.push(self.facets.plane(c));
+            self.area += self.facets.area(c);
+            self.facet_stamps[c as usize] = self.stamp;
+        }
+        self.points.extend(self.fresh.iter().map(|&v| self.surface.vertex(v)));
+    }
+
+    fn abandon(&mut self, set: &[u32]) {
+        for &v in &self.fresh {
+            self.vertex_stamps[v as usize] = 0;
+        }
+        for &c in set {
+            self.facet_stamps[c as usize] = 0;
+        }
+    }
+}
+
+/// Area and perimeter of the convex polygon around points of a plane (Andrew's monotone chain).
+fn polygon_around(points: &[DVec3], normal: DVec3) -> (f64, f64) {
+    let x = normal.any_orthonormal_vector();
+    let y = normal.cross(x);
+    let mut flat: Vec<(f64, f64)> = points.iter().map(|p| (x.dot(*p), y.dot(*p))).collect();
+    flat.sort_by(|p, q| p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)));
+    let mut ring: Vec<(f64, f64)> = Vec::new();
+    for _ in 0..2 {
+        let base = ring.len();
+        for &p in &flat {
+            while ring.len() >= base + 2 {
+                let (a, b) = (ring[ring.len() - 2], ring[ring.len() - 1]);
+                if (b.0 - a.0) * (p.1 - a.1) - (b.1 - a.1) * (p.0 - a.0) > 0.0 {
+                    break;
+                }
+                ring.pop();
+            }
+            ring.push(p);
+        }
+        ring.pop();
+        flat.reverse();
+    }
+    let mut sums = (0.0, 0.0);
+    for (k, p) in ring.iter().enumerate() {
+        let q = ring[(k + 1) % ring.len()];
+        sums.0 += 0.5 * (p.0 * q.1 - p.1 * q.0);
+        sums.1 += (p.0 - q.0).hypot(p.1 - q.1);
+    }
+    sums
+}

@@ -1,0 +1,186 @@
+//! From a patch to the convex piece that collision works on \[K02 §3.2, §3.4\].
+//!
+//! 1. The piece is the hull of the patch's vertices; that of a flat patch is a plate whose front looks outward.
+//! 2. Each facet of the patch is laid over the faces of the hull: what of it lies in a face's plane and within the
+//!    face's sides covers that face.
+//! 3. A face that is at least half covered is original, any other virtual. A hull may bridge a gap between facets of
+//!    one plane, so that a face can be part real, part not; half keeps the larger part right.
+
+use glam::DVec3;
+
+use super::decompose::Patch;
+use super::facet::{Facets, NONE, Surface};
+use super::{Hull, HullError, Polytope, Provenance, convex_hull, convex_polygon};
+use crate::algebra::Plane;
+use crate::algebra::tolerance::{COPLANAR, COVERED_HALF, FLAT_PATCH, FOLDED, ON_FACE};
+
+/// What a convex piece has to do with the source mesh.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Piece {
+    triangles: Vec<u32>,
+    face_starts: Vec<u32>,
+    face_triangles: Vec<u32>,
+}
+
+impl Piece {
+    /// The mesh triangles of the piece's patch; each triangle of a mesh belongs to exactly one piece.
+    pub fn triangles(&self) -> &[u32] {
+        &self.triangles
+    }
+
+    /// The mesh triangles of the patch that lie in face `f` of the piece's polytope; none for a face that is nowhere
+    /// real.
+    pub fn face_triangles(&self, f: u32) -> &[u32] {
+        &self.face_triangles[self.face_starts[f as usize] as usize..self.face_starts[f as usize + 1] as usize]
+    }
+}
+
+/// The polytope of a patch and its ties to the mesh.
+pub(crate) fn build_piece(
+    surface: &Surface<'_>,
+    facets: &Facets,
+    patch: &Patch,
+) -> Result<(Polytope, Piece), HullError> {
+    let mut corners: Vec<u32> = patch.facets.iter().flat_map(|&f| facets.corners(f)).copied().collect();
+    corners.sort_unstable();
+    corners.dedup();
+    let points: Vec<DVec3> = corners.iter().map(|&v| surface.vertex(v)).collect();
+    let outward = patch.facets.iter().map(|&f| facets.area(f) * facets.plane(f).normal).sum();
+    let (polytope, inputs) = hull_of_patch(&points, outward, surface.size())?;
+    let mut vertex_of = vec![NONE; corners.len()];
+    for (v, &input) in inputs.iter().enumerate() {
+        vertex_of[input as usize] = v as u32;
+    }
+    let covers = lay_facets(surface, facets, patch, &polytope, &|corner| {
+        let v = vertex_of[corners.binary_search(&corner).ok()?];
+        (v != NONE).then_some(v)
+    });
+    let mut covered = vec![0.0; polytope.face_count()];
+    for cover in &covers {
+        covered[cover.face as usize] += cover.area;
+    }
+    let polytope = polytope.with_provenance(|polytope, f| {
+        let real = covered[f as usize] >= COVERED_HALF * face_area(polytope, f);
+        if real { Provenance::Original } else { Provenance::Virtual }
+    });
+    let piece = tie(facets, patch, &covers, polytope.face_count());
+    Ok((polytope, piece))
+}
+
+/// The hull of a patch's vertices: a plate whose front looks to the side of `outward` when they are nearly flat.
+fn hull_of_patch(points: &[DVec3], outward: DVec3, size: f64) -> Result<(Polytope, Vec<u32>), HullError> {
+    let up = outward.normalize_or_zero();
+    let (low, high) = points
+        .iter()
+        .map(|p| up.dot(*p))
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
+    let thin = high - low <= FLAT_PATCH * size;
+    // From generous to exact: a needle of a triangle may be narrower than the tolerance, but has an area.
+    for coplanar in [if thin { FLAT_PATCH * size } else { COPLANAR * size }, 0.0] {
+        let hull = match convex_hull(points, coplanar)? {
+            Hull::Polygon { .. } => convex_polygon(points, outward, coplanar)?,
+            hull => hull,
+        };
+        if let Some(answer) = hull.into_polytope() {
+            return Ok(answer);
+        }
+    }
+    Err(HullError::Inconsistent)
+}
+
+/// Part of a facet in a face.
+struct Cover {
+    face: u32,
+    facet: u32,
+    area: f64,
+}
+
+/// Which facets cover which faces. `vertex_of` finds the polytope's vertex for a mesh vertex.
+fn lay_facets(
+    surface: &Surface<'_>,
+    facets: &Facets,
+    patch: &Patch,
+    polytope: &Polytope,
+    vertex_of: &dyn Fn(u32) -> Option<u32>,
+) -> Vec<Cover> {
+    let tolerance = ON_FACE * surface.size();
+    let mut covers = Vec::new();
+    let mut faces: Vec<u32> = Vec::new();
+    let mut polygon: Vec<DVec3> = Vec::new();
+    for &facet in &patch.facets {
+        // A face that the facet covers touches one of the facet's corners, unless none of these is a hull vertex.
+        faces.clear();
+        let corners = facets.corners(facet).iter();
+        faces.extend(corners.filter_map(|&v| vertex_of(v)).flat_map(|v| polytope.ring(v)).map(|spoke| spoke.left));
+        if faces.is_empty() {
+            faces.extend(0..polytope.face_count() as u32);
+        }
+        faces.sort_unstable();
+        faces.dedup();
+        for &face in &faces {
+            let plane = polytope.plane(face);
+            if polytope.is_rim(face) || plane.normal.dot(facets.plane(facet).normal) < FOLDED {
+                continue;
+            }
+            polygon.clear();
+            polygon.extend(facets.corners(facet).iter().map(|&v| surface.vertex(v)));
+            clip_to_face(&mut polygon, polytope, face);
+            if polygon.len() >= 3 && polygon.iter().all(|p| plane.height(*p).abs() <= tolerance) {
+                covers.push(Cover { face, facet, area: polygon_area(&polygon, plane.normal) });
+            }
+        }
+    }
+    covers
+}
+
+/// Cuts away what of a polygon is beyond the sides of a face.
+fn clip_to_face(polygon: &mut Vec<DVec3>, polytope: &Polytope, face: u32) {
+    let corners = polytope.face_vertices(face);
+    let normal = polytope.plane(face).normal;
+    for (k, &tail) in corners.iter().enumerate() {
+        let (tail, head) = (polytope.vertex(tail), polytope.vertex(corners[(k + 1) % corners.len()]));
+        let outward = (head - tail).cross(normal);
+        let side = Plane { normal: outward, offset: outward.dot(tail) };
+        if polygon.iter().all(|p| side.height(*p) <= 0.0) {
+            continue;
+        }
+        let whole = std::mem::take(polygon);
+        for (i, &p) in whole.iter().enumerate() {
+            let q = whole[(i + 1) % whole.len()];
+            let (hp, hq) = (side.height(p), side.height(q));
+            if hp <= 0.0 {
+                polygon.push(p);
+            }
+            if (hp <= 0.0) != (hq <= 0.0) {
+                polygon.push(p + (q - p) * (hp / (hp - hq)));
+            }
+        }
+    }
+}
+
+fn polygon_area(polygon: &[DVec3], normal: DVec3) -> f64 {
+    let fan = polygon.windows(2).skip(1).map(|pair| (pair[0] - polygon[0]).cross(pair[1] - polygon[0]));
+    0.5 * fan.sum::<DVec3>().dot(normal).abs()
+}
+
+fn face_area(polytope: &Polytope, f: u32) -> f64 {
+    let corners: Vec<DVec3> = polytope.face_vertices(f).iter().map(|&v| polytope.vertex(v)).collect();
+    polygon_area(&corners, polytope.plane(f).normal)
+}
+
+/// The triangles of the patch, in all and face by face.
+fn tie(facets: &Facets, patch: &Patch, covers: &[Cover], face_count: usize) -> Piece {
+    let mut piece = Piece { face_starts: vec![0], ..Piece::default() };
+    piece.triangles = patch.facets.iter().flat_map(|&f| facets.triangles(f)).copied().collect();
+    piece.triangles.sort_unstable();
+    let mut by_face: Vec<(u32, u32)> = covers.iter().map(|cover| (cover.face, cover.facet)).collect();
+    by_face.sort_unstable();
+    let mut next = by_face.into_iter().peekable();
+    for f in 0..face_count as u32 {
+        while let Some((_, facet)) = next.next_if(|&(face, _)| face == f) {
+            piece.face_triangles.extend_from_slice(facets.triangles(facet));
+        }
+        piece.face_starts.push(piece.face_triangles.len() as u32);
+    }
+    piece
+}
