@@ -434,21 +434,28 @@ fn canonical(first: &Contact, second: &Contact) -> Ordering {
 /// Whether the normals fit into a cone of the given half opening.
 ///
 /// The cone's axis walks from the mean toward the farthest normal in ever shorter steps (Bădoiu and Clarkson's smallest
-/// enclosing ball, on the sphere), so that the answer follows the set of normals, not how many share one.
+/// enclosing ball, on the sphere), so that the answer follows the set of normals, not how many share one. Two normals
+/// farther apart than the whole opening end the search at once.
 fn fits_a_cone(ranks: &[u32], normals: &[DVec3], cos_half: f64) -> bool {
     let normal = |&rank: &u32| normals[rank as usize];
     let Some(first) = ranks.first().map(normal) else { return true };
     let mut axis = ranks.iter().map(normal).sum::<DVec3>().try_normalize().unwrap_or(first);
+    let mut before = first;
     for step in 0..CAP_STEPS {
-        let mut farthest = axis;
+        let (mut farthest, mut least) = (axis, axis.dot(axis));
         for n in ranks.iter().map(normal) {
-            if n.dot(axis) < farthest.dot(axis) {
-                farthest = n;
+            let cosine = n.dot(axis);
+            if cosine < least {
+                (farthest, least) = (n, cosine);
             }
         }
-        if farthest.dot(axis) >= cos_half {
+        if least >= cos_half {
             return true;
         }
+        if farthest.dot(before) < 2.0 * cos_half * cos_half - 1.0 {
+            return false;
+        }
+        before = farthest;
         axis = (axis + (farthest - axis) / f64::from(step + 2)).try_normalize().unwrap_or(first);
     }
     false
