@@ -18,6 +18,8 @@ mod orient;
 mod piece;
 mod polytope;
 mod shading_normals;
+#[cfg(test)]
+mod shapes;
 mod soup;
 mod trial_hull;
 mod triangle_pair;

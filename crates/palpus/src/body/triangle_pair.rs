@@ -204,3 +204,145 @@ fn separated(triangle: &[DVec2; 3], other: &[DVec2], strictly: bool) -> bool {
         _ => false,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    //! The oracle works on small whole numbers, where every determinant is exact, and by another route: two convex sets
+    //! meet when the origin is in the hull of all differences of their corners. Its weakness: it knows only coordinates
+    //! of a small grid.
+
+    use super::*;
+    use crate::body::shapes::Random;
+
+    type Whole = [i64; 3];
+
+    fn minus(a: Whole, b: Whole) -> Whole {
+        [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+    }
+
+    fn cross(a: Whole, b: Whole) -> Whole {
+        [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+    }
+
+    fn dot(a: Whole, b: Whole) -> i64 {
+        a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+    }
+
+    const NOTHING: Whole = [0; 3];
+
+    /// Is the origin in the convex hull? Some simplex of the points must hold it (Carathéodory).
+    fn hull_holds_origin(points: &[Whole]) -> bool {
+        let n = points.len();
+        let mut simplices = Vec::new();
+        for i in 0..n {
+            for j in i..n {
+                for k in j..n {
+                    simplices.extend((k..n).map(|l| [points[i], points[j], points[k], points[l]]));
+                }
+            }
+        }
+        simplices.iter().any(|&[p, q, r, s]| {
+            let all = |x: [i64; 4]| x.iter().all(|&x| x >= 0) || x.iter().all(|&x| x <= 0);
+            let volume = dot(cross(minus(q, p), minus(r, p)), minus(s, p));
+            if volume != 0 {
+                let det = |a, b, c| dot(cross(a, b), c);
+                return all([det(q, r, s), -det(p, r, s), det(p, q, s), -det(p, q, r)]);
+            }
+            let n = cross(minus(q, p), minus(r, p));
+            if s == r && n != NOTHING {
+                return dot(n, p) == 0 && all([dot(cross(p, q), n), dot(cross(q, r), n), dot(cross(r, p), n), 0]);
+            }
+            (r == q && s == q && cross(p, q) == NOTHING && dot(p, q) <= 0) || p == NOTHING
+        })
+    }
+
+    /// Is the origin in the interior of the convex hull? All supporting planes of three points must say so.
+    fn hull_holds_origin_inside(points: &[Whole]) -> bool {
+        let mut planes = 0;
+        for &p in points {
+            for &q in points {
+                for &r in points {
+                    let n = cross(minus(q, p), minus(r, p));
+                    if n == NOTHING || points.iter().any(|&x| dot(n, minus(x, p)) > 0) {
+                        continue;
+                    }
+                    planes += usize::from(points.iter().any(|&x| dot(n, minus(x, p)) < 0));
+                    if dot(n, p) <= 0 {
+                        return false;
+                    }
+                }
+            }
+        }
+        planes > 0
+    }
+
+    fn differences(a: &[Whole], b: &[Whole]) -> Vec<Whole> {
+        a.iter().flat_map(|&p| b.iter().map(move |&q| minus(p, q))).collect()
+    }
+
+    fn oracle(a: [Whole; 3], b: [Whole; 3]) -> TrianglePair {
+        let n = cross(minus(a[1], a[0]), minus(a[2], a[0]));
+        let apart = differences(&a, &b);
+        if b.iter().all(|&p| dot(n, minus(p, a[0])) == 0) {
+            let thick: Vec<Whole> = apart.iter().flat_map(|&d| [minus(d, n), minus(d, minus(NOTHING, n))]).collect();
+            if hull_holds_origin_inside(&thick) {
+                return TrianglePair::CoplanarOverlap;
+            }
+        } else if hull_holds_origin_inside(&apart) {
+            return TrianglePair::Crossing;
+        }
+        let shared: Vec<Whole> = a.iter().copied().filter(|p| b.contains(p)).collect();
+        let touch = match shared[..] {
+            [] => hull_holds_origin(&apart),
+            [v] => {
+                let from = |t: [Whole; 3]| t.into_iter().filter(move |&p| p != v).map(move |p| minus(p, v));
+                let cones: Vec<Whole> = from(a).chain(from(b).map(|w| minus(NOTHING, w))).collect();
+                hull_holds_origin(&cones)
+            }
+            _ => false,
+        };
+        if touch { TrianglePair::Touching } else { TrianglePair::Apart }
+    }
+
+    #[test]
+    fn every_answer_agrees_with_whole_number_arithmetic() {
+        const SEED: u64 = 0x7a3e_91c4;
+        let mut random = Random(SEED);
+        let mut seen = [0_usize; 16];
+        for case in 0..12_000 {
+            let grid = 2 + random.below(4);
+            let mut triangle = || loop {
+                let t = [0; 3].map(|_| [0; 3].map(|_| random.below(grid) as i64));
+                if cross(minus(t[1], t[0]), minus(t[2], t[0])) != NOTHING {
+                    return t;
+                }
+            };
+            let (a, b) = (triangle(), triangle());
+            let real = |t: [Whole; 3]| t.map(|p| DVec3::from(p.map(|x| x as f64 * 0.1)));
+            // Tenths are not exact; only whole numbers keep planes planar.
+            let whole = |t: [Whole; 3]| real(t).map(|p| (p * 10.0).round());
+            let answer = TrianglePair::new(whole(a), whole(b));
+            assert_eq!(answer, oracle(a, b), "seed {SEED}, case {case}: {a:?} {b:?}");
+            for (p, q) in [(a, b), (b, a)] {
+                let (turned, other) = (whole([p[1], p[2], p[0]]), whole([q[0], q[2], q[1]]));
+                assert_eq!(TrianglePair::new(turned, other), answer, "seed {SEED}, case {case}");
+            }
+            let shared = a.iter().filter(|p| b.contains(p)).count();
+            seen[shared * 4 + answer as usize] += 1;
+        }
+        // Everything that can be was there: with two shared corners triangles neither touch nor cross, with three they overlap.
+        for (kind, &count) in seen.iter().enumerate() {
+            let possible = kind < 8 || [8, 11, 15].contains(&kind);
+            assert_eq!(count > 0, possible, "seed {SEED}, {} shared, kind {}: {count}", kind / 4, kind % 4);
+        }
+    }
+
+    #[test]
+    fn one_ulp_decides() {
+        let floor = [DVec3::ZERO, DVec3::X * 3.0, DVec3::Y * 3.0];
+        let lift = |z: f64| [DVec3::new(1.0, 1.0, z), DVec3::new(1.0, 0.5, 1.0), DVec3::new(0.5, 1.0, 1.0)];
+        assert_eq!(TrianglePair::new(floor, lift(f64::MIN_POSITIVE)), TrianglePair::Apart);
+        assert_eq!(TrianglePair::new(floor, lift(0.0)), TrianglePair::Touching);
+        assert_eq!(TrianglePair::new(floor, lift(-f64::EPSILON)), TrianglePair::Crossing);
+    }
+}

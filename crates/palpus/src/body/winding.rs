@@ -161,3 +161,59 @@ fn solid_angle(p: DVec3, corners: &[DVec3; 3]) -> f64 {
     let denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
     2.0 * numerator.atan2(denominator)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::shapes::{Random, cuboid, torus};
+    use crate::body::{Mesh, PolygonSoup};
+
+    const SEED: u64 = 0x2204_c0de;
+
+    #[test]
+    fn crossings_agree_with_solid_angles() {
+        let mesh = torus(1.0, 0.4, 24, 12);
+        let tree = mesh.tree();
+        let mut random = Random(SEED);
+        for case in 0..2000 {
+            // Grid points line up with vertices and edges of the torus in y and z: the worst for a ray along x.
+            let v = mesh.vertices()[random.below(mesh.vertices().len() as u64) as usize];
+            let p = if case % 2 == 0 { DVec3::new(random.signed() * 1.5, v.y, v.z) } else { random.vector() * 1.5 };
+            let winding = tree.winding_number(p);
+            assert!((winding - winding.round()).abs() < 1e-9, "seed {SEED}, case {case}");
+            assert_eq!(tree.inside(p), winding > 0.5, "seed {SEED}, case {case}: {p}");
+            assert!((tree.winding_number_fast(p) - winding).abs() < 0.02, "seed {SEED}, case {case}");
+        }
+    }
+
+    #[test]
+    fn the_surface_itself_is_inside_and_next_to_it_is_not() {
+        let tree = cuboid(DVec3::ZERO, DVec3::ONE).tree();
+        let levels = [-0.5, 0.0_f64.next_down(), 0.0, 0.25, 0.5, 1.0, 1.0_f64.next_up(), 2.0];
+        for x in levels {
+            for y in levels {
+                for z in levels {
+                    let expected = [x, y, z].iter().all(|c| (0.0..=1.0).contains(c));
+                    assert_eq!(tree.inside(DVec3::new(x, y, z)), expected, "{x} {y} {z}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn crossing_solids_are_one_and_an_open_box_still_has_an_inside() {
+        let (a, b) = (cuboid(DVec3::ZERO, DVec3::ONE), cuboid(DVec3::splat(0.5), DVec3::splat(1.5)));
+        let vertices = a.vertices().iter().chain(b.vertices()).copied().collect();
+        let triangles: Vec<[u32; 3]> =
+            a.triangles().iter().copied().chain(b.triangles().iter().map(|t| t.map(|v| v + 8))).collect();
+        let both = Mesh::from_soup(&PolygonSoup::from_triangles(vertices, &triangles)).unwrap().0.tree();
+        for (x, expected) in [(0.2, true), (0.7, true), (1.2, true), (1.6, false), (-0.1, false)] {
+            assert_eq!(both.inside(DVec3::splat(x)), expected);
+        }
+        let open = PolygonSoup::from_triangles(a.vertices().to_vec(), &a.triangles()[..11]);
+        let open = Mesh::from_soup(&open).unwrap().0;
+        assert!(!open.is_closed());
+        assert!(open.tree().inside(DVec3::splat(0.4)));
+        assert!(!open.tree().inside(DVec3::new(0.5, 0.5, -0.4)));
+    }
+}
