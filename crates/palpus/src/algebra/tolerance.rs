@@ -325,3 +325,24 @@ pub const HANDED_OUT: usize = 8;
 ///
 /// Asking rebuilds a hull. Larger only costs time, since large patches grew early and have refused those facets before.
 pub const HEIR_FACETS: usize = 100;
+
+/// Relative to the cube of the bounding diagonal: a closed mesh or hull that holds less encloses nothing.
+///
+/// The volume of two coinciding sheets is rounding noise of either sign, and the centre of mass divides by it.
+pub const LEAST_VOLUME: f64 = 1e-12;
+
+/// Relative to the bounding diagonal: the thickness of the sheet that a flat mesh's mass is that of.
+///
+/// Anything positive gives a body that can be moved; a thousandth is a sheet of paper of the model's size.
+pub const SHEET_THICKNESS: f64 = 1e-3;
+
+/// Sweeps of Jacobi rotations over an inertia.
+///
+/// Convergence is quadratic: 3×3 matrices are diagonal to the last bit after five or six.
+pub const JACOBI_SWEEPS: usize = 12;
+
+/// Times the number of triangles: pairs of a mesh's own triangles that are tested for crossing, at most.
+///
+/// A sound mesh has some ten to twenty pairs of overlapping boxes a triangle. Reached only by meshes that are wound
+/// around themselves all over; the answer then says that it is a lower bound.
+pub const SELF_PAIRS: usize = 500;

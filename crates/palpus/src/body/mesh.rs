@@ -16,7 +16,7 @@ use super::triangle_tree::Aabb;
 use super::triangulate::{Cut, triangulate};
 use super::weld::{drop_duplicates, drop_empty, unbend_caps, weld};
 use super::{PolygonSoup, TriangleTree};
-use crate::algebra::tolerance;
+use crate::algebra::{closest_on_triangle, tolerance};
 
 /// Why a soup is no mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -223,6 +223,15 @@ impl Mesh {
     pub fn triangle_centroid(&self, t: u32) -> DVec3 {
         let [a, b, c] = self.triangle_points(t);
         a + ((b - a) + (c - a)) / 3.0
+    }
+
+    /// The weights of the corners of triangle `t` (not negative, of sum 1) that make its point nearest to `p`.
+    pub fn corner_weights(&self, t: u32, p: DVec3) -> DVec3 {
+        let corners = self.triangle_points(t);
+        let p = closest_on_triangle(p, corners[0], corners[1], corners[2]);
+        let areas = [0, 1, 2].map(|k| (corners[(k + 1) % 3] - p).cross(corners[(k + 2) % 3] - p).length());
+        let areas = DVec3::from(areas);
+        areas / areas.element_sum()
     }
 
     /// The side (k, from corner k to k + 1) of triangle `t` that is longest; the first of several.

@@ -31,20 +31,20 @@ pub enum TrianglePair {
 impl TrianglePair {
     /// How the triangles with corners `a` and `b` lie to one another.
     pub fn new(a: [DVec3; 3], b: [DVec3; 3]) -> Self {
-        let sides_of_a = a.map(|p| side_of_plane(b[0], b[1], b[2], p));
+        let sides_of_a = sides(&b, &a);
         if one_sided(sides_of_a) {
             return Self::Apart;
         }
-        let sides_of_b = b.map(|p| side_of_plane(a[0], a[1], a[2], p));
+        let shared = Shared::new(&a, &b);
+        if shared.count == 2 && sides_of_a.iter().any(|&side| side != 0.0) {
+            return Self::Apart;
+        }
+        let sides_of_b = sides(&a, &b);
         if one_sided(sides_of_b) {
             return Self::Apart;
         }
-        let shared = Shared::new(&a, &b);
         if sides_of_a.iter().chain(&sides_of_b).all(|&side| side == 0.0) {
             return coplanar(&a, &b, &shared);
-        }
-        if shared.count >= 2 {
-            return Self::Apart;
         }
         if straddles(sides_of_a) && straddles(sides_of_b) && intervals_overlap(a, sides_of_a, b, sides_of_b) {
             return Self::Crossing;
@@ -95,28 +95,33 @@ pub(crate) fn segment_meets_triangle(p: DVec3, q: DVec3, triangle: &[DVec3; 3]) 
 /// Which corners are at the same place.
 struct Shared {
     count: usize,
-    /// A corner of a that is not shared (the last such); 0 if all are.
-    free_a: usize,
-    free_b: usize,
     /// The last corner of a that is shared, and its place in b.
     corner: Option<(usize, usize)>,
 }
 
 impl Shared {
     fn new(a: &[DVec3; 3], b: &[DVec3; 3]) -> Self {
-        let mut answer = Self { count: 0, free_a: 0, free_b: 0, corner: None };
+        let mut answer = Self { count: 0, corner: None };
         for (i, p) in a.iter().enumerate() {
-            match b.iter().position(|q| q == p) {
-                Some(j) => {
-                    answer.count += 1;
-                    answer.corner = Some((i, j));
-                }
-                None => answer.free_a = i,
+            if let Some(j) = b.iter().position(|q| q == p) {
+                answer.count += 1;
+                answer.corner = Some((i, j));
             }
         }
-        answer.free_b = (0..3).rfind(|&j| !a.contains(&b[j])).unwrap_or(0);
         answer
     }
+}
+
+/// On which side of the triangle's plane each of the points lies. The predicate is slowest where the answer is zero, so
+/// the two commonest reasons for that are looked at first: corners of the triangle itself, and a plane along two axes.
+fn sides(triangle: &[DVec3; 3], points: &[DVec3; 3]) -> [f64; 3] {
+    let [a, b, c] = *triangle;
+    let level = a.cmpeq(b) & b.cmpeq(c);
+    points.map(
+        |p| {
+            if p == a || p == b || p == c || (level & a.cmpeq(p)).any() { 0.0 } else { side_of_plane(a, b, c, p) }
+        },
+    )
 }
 
 fn one_sided(sides: [f64; 3]) -> bool {

@@ -221,29 +221,44 @@ impl TriangleTree {
         &self,
         mut visit: impl FnMut((u32, &[DVec3; 3]), (u32, &[DVec3; 3])) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        // Each triangle against those that come after it in leaf order.
-        for slot in 0..self.corners.len() {
-            let (here, bounds) = ((self.ids[slot], &self.corners[slot]), Aabb::around(self.corners[slot]));
-            let mut stack = Stack::new();
-            stack.push(0);
-            while let Some(index) = stack.pop() {
-                let node = &self.nodes[index as usize];
-                if node.slots().end <= slot + 1 || !node.bounds.overlaps(&bounds) {
-                    continue;
-                }
-                if !node.is_leaf() {
-                    stack.push(node.second);
-                    stack.push(index + 1);
-                    continue;
-                }
-                for other in node.slots().filter(|&other| other > slot) {
+        if self.nodes.is_empty() { ControlFlow::Continue(()) } else { self.pairs_below(0, 0, &mut visit) }
+    }
+
+    /// The pairs of one triangle below node `i` and a different one below node `j`, where `i == j` or `i` comes first.
+    fn pairs_below<'a>(
+        &'a self,
+        i: usize,
+        j: usize,
+        visit: &mut impl FnMut((u32, &'a [DVec3; 3]), (u32, &'a [DVec3; 3])) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let (first, second) = (&self.nodes[i], &self.nodes[j]);
+        if !first.bounds.overlaps(&second.bounds) {
+            return ControlFlow::Continue(());
+        }
+        if first.is_leaf() && second.is_leaf() {
+            for slot in first.slots() {
+                let bounds = Aabb::around(self.corners[slot]);
+                for other in second.slots().filter(|&other| other > slot) {
                     if Aabb::around(self.corners[other]).overlaps(&bounds) {
-                        visit(here, (self.ids[other], &self.corners[other]))?;
+                        visit((self.ids[slot], &self.corners[slot]), (self.ids[other], &self.corners[other]))?;
                     }
                 }
             }
+            return ControlFlow::Continue(());
         }
-        ControlFlow::Continue(())
+        if i == j {
+            let (low, high) = (i + 1, first.second as usize);
+            self.pairs_below(low, low, visit)?;
+            self.pairs_below(low, high, visit)?;
+            return self.pairs_below(high, high, visit);
+        }
+        if second.is_leaf() || (!first.is_leaf() && first.count >= second.count) {
+            self.pairs_below(i + 1, j, visit)?;
+            self.pairs_below(first.second as usize, j, visit)
+        } else {
+            self.pairs_below(i, j + 1, visit)?;
+            self.pairs_below(i, second.second as usize, visit)
+        }
     }
 
     /// The point of the surface nearest to `p`; `None` only without triangles.
