@@ -336,11 +336,6 @@ pub const LEAST_VOLUME: f64 = 1e-12;
 /// Anything positive gives a body that can be moved; a thousandth is a sheet of paper of the model's size.
 pub const SHEET_THICKNESS: f64 = 1e-3;
 
-/// Sweeps of Jacobi rotations over an inertia.
-///
-/// Convergence is quadratic: 3×3 matrices are diagonal to the last bit after five or six.
-pub const JACOBI_SWEEPS: usize = 12;
-
 /// Times the number of triangles: pairs of a mesh's own triangles that are tested for crossing, at most.
 ///
 /// A sound mesh has some ten to twenty pairs of overlapping boxes a triangle. Reached only by meshes that are wound
