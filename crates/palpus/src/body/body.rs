@@ -4,7 +4,8 @@ use super::decompose::decompose;
 use super::facet::{Facets, Surface};
 use super::grow::Grower;
 use super::piece::{Piece, build_piece};
-use super::{HalfEdges, HullError, Mesh, Polytope, TriangleTree};
+use super::{HalfEdges, Hierarchy, HierarchyError, HullError, Mesh, Polytope, TriangleTree};
+use crate::algebra::tolerance::COPLANAR;
 
 /// How a body is made of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -39,6 +40,9 @@ pub enum BodyError {
         #[source]
         source: HullError,
     },
+    /// The pieces make no tree.
+    #[error(transparent)]
+    Hierarchy(#[from] HierarchyError),
 }
 
 /// An object, ready for queries. Immutable, to be shared between threads. Metres, in the frame of the model.
@@ -49,6 +53,7 @@ pub struct Body {
     tree: TriangleTree,
     polytopes: Vec<Polytope>,
     pieces: Vec<Piece>,
+    hierarchy: Hierarchy,
 }
 
 impl Body {
@@ -61,7 +66,8 @@ impl Body {
         let half_edges = HalfEdges::new(&mesh);
         let tree = mesh.tree();
         let (polytopes, pieces) = convex_pieces(&mesh, &half_edges, &tree, progress)?;
-        Ok(Self { mesh, half_edges, tree, polytopes, pieces })
+        let hierarchy = Hierarchy::build(&polytopes, COPLANAR * mesh.bounding_diagonal())?;
+        Ok(Self { mesh, half_edges, tree, polytopes, pieces, hierarchy })
     }
 
     /// The surface.
@@ -87,6 +93,11 @@ impl Body {
     /// The convex pieces' ties to the mesh, parallel to [`Self::polytopes`].
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces
+    }
+
+    /// The tree of hulls over the pieces.
+    pub fn hierarchy(&self) -> &Hierarchy {
+        &self.hierarchy
     }
 
     /// Bounding diagonal of the mesh, metres.

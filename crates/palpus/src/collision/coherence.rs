@@ -31,7 +31,7 @@ const WAYS: usize = 4;
 
 /// A fixed table from pairs of nodes to their [`Memory`].
 #[derive(Clone, Debug)]
-pub struct Coherence {
+pub(super) struct Coherence {
     places: Vec<Place>,
     mask: usize,
     stamp: u32,
@@ -39,7 +39,7 @@ pub struct Coherence {
 
 impl Coherence {
     /// A table that holds about `pairs` pairs (rounded up to a power of two).
-    pub fn new(pairs: usize) -> Self {
+    pub(super) fn new(pairs: usize) -> Self {
         let sets = pairs.div_ceil(WAYS).next_power_of_two();
         let feature = Feature::Vertex(0);
         let empty = Place {
@@ -51,20 +51,20 @@ impl Coherence {
     }
 
     /// Forgets everything.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         for place in &mut self.places {
             place.key = EMPTY;
         }
     }
 
     /// Begins a tick: what is used from now on is younger than what was used before.
-    pub(crate) fn begin_tick(&mut self) {
+    pub(super) fn begin_tick(&mut self) {
         self.stamp = self.stamp.wrapping_add(1);
     }
 
     /// What is remembered of the pair, if anything.
     #[inline]
-    pub(crate) fn recall(&mut self, a: u32, b: u32) -> Option<Memory> {
+    pub(super) fn recall(&mut self, a: u32, b: u32) -> Option<Memory> {
         let key = key(a, b);
         let stamp = self.stamp;
         let place = self.set(key).iter_mut().find(|place| place.key == key)?;
@@ -74,7 +74,7 @@ impl Coherence {
 
     /// Remembers the pair.
     #[inline]
-    pub(crate) fn remember(&mut self, a: u32, b: u32, memory: Memory) {
+    pub(super) fn remember(&mut self, a: u32, b: u32, memory: Memory) {
         let key = key(a, b);
         let stamp = self.stamp;
         let set = self.set(key);
