@@ -10,6 +10,8 @@ mod settings;
 mod tick;
 
 pub use force_stage::{Forces, Motion, force};
+pub use renderer::Renderer;
 pub use saturate::{Limits, Saturated, Saturation, saturate};
 pub use scratch::Scratch;
 pub use settings::{Settings, SettingsError};
+pub use tick::{Counters, ProbeState, StageTimes, Tick, TickSummary};

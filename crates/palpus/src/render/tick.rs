@@ -1,1 +1,163 @@
 //! Everything that one turn of the loop produced.
+//!
+//! **Frames.** Contacts, clusters, forces and wrenches are written in b's frame, which is the scene's: the environment does
+//! not move. The probe's pose is a's in b, `pose_ba`; whoever has a device or a camera in another frame converts there.
+//! Wrenches that the device is told are about the grip ([`super::Settings::grip_a`]), those in [`Forces::net`] about each
+//! body's centre of mass.
+
+use super::Forces;
+use crate::algebra::{Pose, Twist, Wrench};
+use crate::force::{Contact, FrictionCounters, LinkageCounters, QueryCounters};
+
+/// Where the probe is and how it moves, in b's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ProbeState {
+    /// a placed in b's frame.
+    pub pose_ba: Pose,
+    /// Its velocity; the linear part is that of the grip. Only damping reads it.
+    pub twist: Twist,
+}
+
+impl ProbeState {
+    /// At rest.
+    pub fn at(pose_ba: Pose) -> Self {
+        Self { pose_ba, twist: Twist::default() }
+    }
+}
+
+/// Where a tick's time went, ns, by the caller's clock.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct StageTimes {
+    /// The descent through both hierarchies and the distance marches.
+    pub query: u64,
+    /// The depth walks.
+    pub depth: u64,
+    /// Shading, clusters, penalty, friction.
+    pub force: u64,
+    /// From the wrench of the contacts to that of the device.
+    pub couple: u64,
+    /// Keeping it within the limits.
+    pub saturate: u64,
+    /// The whole step.
+    pub total: u64,
+}
+
+/// What happened in a tick, counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Leaf pairs, marches, fallbacks, walks, repaired virtual features.
+    pub query: QueryCounters,
+    /// Contacts admitted and left out, groups cut.
+    pub linkage: LinkageCounters,
+    /// Sliding, inherited, fresh adhesions.
+    pub friction: FrictionCounters,
+    /// Clusters whose normals cancelled, so that their deepest member's stood in.
+    pub cancelled_normals: u32,
+    /// 1 if the force was cut to its limit.
+    pub saturated_force: u32,
+    /// 1 if the torque was cut to its limit.
+    pub saturated_torque: u32,
+    /// 1 if the computed wrench was not finite, and none was commanded.
+    pub non_finite_wrench: u32,
+    /// 1 if the probe's pose was no pose (nothing was queried), or its twist not finite (taken as rest).
+    pub bad_state: u32,
+}
+
+/// One turn of the loop. See the module's description for frames.
+#[derive(Clone, Debug)]
+pub struct Tick {
+    /// 0 for the first step of a renderer.
+    pub index: u64,
+    /// The step's length as given, s.
+    pub dt: f64,
+    /// As given.
+    pub probe: ProbeState,
+    /// For the device: on the probe, about the grip, within the limits.
+    pub commanded: Wrench,
+    /// The same before the limits.
+    pub computed: Wrench,
+    /// All contacts nearer than the tolerance.
+    pub contacts: Vec<Contact>,
+    /// Clusters, their forces, and the wrenches on both bodies.
+    pub forces: Forces,
+    /// Where the time went.
+    pub times: StageTimes,
+    /// What happened.
+    pub counters: Counters,
+}
+
+/// What can be copied out of a tick without looking at every contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TickSummary {
+    /// See [`Tick::index`].
+    pub index: u64,
+    /// See [`Tick::dt`].
+    pub dt: f64,
+    /// See [`Tick::probe`].
+    pub probe: ProbeState,
+    /// See [`Tick::commanded`].
+    pub commanded: Wrench,
+    /// See [`Tick::computed`].
+    pub computed: Wrench,
+    /// Number of contacts.
+    pub contacts: u32,
+    /// Number of clusters.
+    pub clusters: u32,
+    /// Separation of the deepest contact, m; infinite when there is none.
+    pub separation: f64,
+    /// See [`Tick::times`].
+    pub times: StageTimes,
+    /// See [`Tick::counters`].
+    pub counters: Counters,
+}
+
+impl Tick {
+    /// An empty tick with memory for `capacity` contacts.
+    pub fn new(capacity: usize) -> Self {
+        Self {
+            index: 0,
+            dt: 0.0,
+            probe: ProbeState::at(Pose::IDENTITY),
+            commanded: Wrench::ZERO,
+            computed: Wrench::ZERO,
+            contacts: Vec::with_capacity(capacity),
+            forces: Forces::new(capacity),
+            times: StageTimes::default(),
+            counters: Counters::default(),
+        }
+    }
+
+    /// Separation of the deepest contact, m; infinite when there is none.
+    pub fn separation(&self) -> f64 {
+        self.forces.clusters.iter().map(|cluster| cluster.separation).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The part that is cheap to copy.
+    pub fn summary(&self) -> TickSummary {
+        TickSummary {
+            index: self.index,
+            dt: self.dt,
+            probe: self.probe,
+            commanded: self.commanded,
+            computed: self.computed,
+            contacts: self.contacts.len() as u32,
+            clusters: self.forces.clusters.len() as u32,
+            separation: self.separation(),
+            times: self.times,
+            counters: self.counters,
+        }
+    }
+
+    /// Empties the tick for the next step, keeping its memory.
+    pub(super) fn begin(&mut self, index: u64, probe: &ProbeState, dt: f64) {
+        self.index = index;
+        self.dt = dt;
+        self.probe = *probe;
+        self.commanded = Wrench::ZERO;
+        self.computed = Wrench::ZERO;
+        self.contacts.clear();
+        self.forces.clear();
+        self.times = StageTimes::default();
+        self.counters = Counters::default();
+    }
+}
