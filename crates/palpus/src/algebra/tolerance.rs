@@ -152,7 +152,8 @@ pub const INSIDE_WINDING: f64 = 0.5;
 
 /// Multiples of a box's radius from which on its triangles are seen as one dipole.
 ///
-/// The error of one box falls with the square of it: 3 keeps the winding number within about 0.02. Smaller is faster.
+/// The error of one box falls with the square of it, errors of many boxes may add up: 3 keeps the winding number within
+/// about 0.01 on real models. Smaller is faster.
 pub const DIPOLE_REACH: f64 = 3.0;
 // ---- force ----
 

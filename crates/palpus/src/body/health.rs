@@ -335,7 +335,8 @@ mod tests {
 
     use super::*;
     use crate::body::PolygonSoup;
-    use crate::body::shapes::{cuboid, model, torus};
+    use crate::body::shapes::{Random, cuboid, model, torus};
+    use crate::body::{MassProperties, ShadingNormals};
 
     fn examine(soup: &PolygonSoup) -> Health {
         let (mesh, cleaning) = Mesh::from_soup(soup).unwrap();
@@ -390,6 +391,53 @@ mod tests {
         assert_eq!((open.boundary_edges, open.closed, open.genus()), (3, false, None));
         assert_eq!(open.notices(), [Notice::Open(3)]);
         assert!(open.notices()[0].to_string().starts_with("3 edges at an open boundary"));
+    }
+
+    #[test]
+    fn whatever_comes_in_everything_is_answered() {
+        const SEED: u64 = 0xbad_50b;
+        let mut random = Random(SEED);
+        let mut meshes = 0;
+        for case in 0..3000 {
+            let mut soup = PolygonSoup::new();
+            let grid = 2 + random.below(3);
+            let count = 3 + random.below(10);
+            for _ in 0..count {
+                // Few places, so that corners coincide, polygons fold and triangles have no area.
+                let jitter = random.vector() * if random.below(3) == 0 { 1e-10 } else { 0.0 };
+                let place = [0; 3].map(|_| random.below(grid) as f64);
+                soup.vertices.push(DVec3::from(place) + jitter);
+            }
+            for _ in 0..random.below(20) {
+                let corners: Vec<u32> = (0..random.below(7)).map(|_| random.below(count) as u32).collect();
+                soup.push_face(&corners);
+            }
+            let Ok((mesh, cleaning)) = Mesh::from_soup(&soup) else { continue };
+            meshes += 1;
+            let (edges, tree) = (HalfEdges::new(&mesh), mesh.tree());
+            let health = Health::full(&mesh, &edges, &tree, cleaning);
+            assert!(health.self_intersections.unwrap().complete);
+            assert!(health.notices().iter().all(|notice| !notice.to_string().is_empty()));
+            let mass = MassProperties::new(&mesh);
+            assert!(mass.volume > 0.0 && mass.inertia.is_finite() && mass.center_of_mass.is_finite());
+            let shading = ShadingNormals::new(&mesh, &edges, 0.7);
+            for t in 0..mesh.triangles().len() as u32 {
+                assert!((mesh.triangle_normal(t).length() - 1.0).abs() < 1e-12, "seed {SEED}, case {case}");
+                let at = shading.at_point(&mesh, t, random.vector());
+                assert!((at.length() - 1.0).abs() < 1e-12, "seed {SEED}, case {case}");
+                for k in 0..3 {
+                    if let Some((other, j)) = edges.neighbour(t, k) {
+                        assert_eq!(edges.neighbour(other, j), Some((t, k)), "seed {SEED}, case {case}");
+                    }
+                }
+            }
+            if mesh.is_closed() {
+                let p = (random.vector() + 1.0) * grid as f64 / 2.0;
+                let winding = tree.winding_number(p);
+                assert_eq!(tree.inside(p), winding > 0.5, "seed {SEED}, case {case}: {winding}");
+            }
+        }
+        assert!(meshes > 1000, "{meshes}");
     }
 
     /// What is known of real models: file, triangles left, closed, genus, self-intersecting, components.

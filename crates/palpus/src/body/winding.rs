@@ -5,11 +5,11 @@
 //!   Edelsbrunner, E. Mücke, *Simulation of simplicity*, 1990); every sign is exact.
 //! * On open ones the generalised winding number, a sum of solid angles (A. Jacobson, L. Kavan, O. Sorkine-Hornung,
 //!   *Robust inside-outside segmentation using generalized winding numbers*, 2013), where far boxes count as a dipole
-//!   (G. Barill and others, *Fast winding numbers for soups and clouds*, 2018).
+//!   and its first correction (G. Barill and others, *Fast winding numbers for soups and clouds*, 2018).
 
 use std::ops::ControlFlow;
 
-use glam::{DVec2, DVec3};
+use glam::{DMat3, DVec2, DVec3};
 
 use super::TriangleTree;
 use super::triangle_pair::{holds_coplanar_point, side_of_plane, turn};
@@ -21,6 +21,8 @@ use crate::algebra::tolerance;
 pub(super) struct Dipole {
     /// Sum of the triangles' normals times their areas.
     moment: DVec3,
+    /// Sum of (normal × area) ⊗ (centroid − centre): what the dipole alone gets wrong, to first order.
+    spread: DMat3,
     /// Area-weighted centroid.
     center: DVec3,
     area: f64,
@@ -31,29 +33,42 @@ pub(super) struct Dipole {
 impl Dipole {
     /// The dipoles of all nodes; a node's children come after it.
     pub(super) fn of_nodes(nodes: &[Node], corners: &[[DVec3; 3]]) -> Vec<Self> {
-        let nothing = Self { moment: DVec3::ZERO, center: DVec3::ZERO, area: 0.0, radius_squared: 0.0 };
+        let nothing =
+            Self { moment: DVec3::ZERO, spread: DMat3::ZERO, center: DVec3::ZERO, area: 0.0, radius_squared: 0.0 };
         let mut dipoles = vec![nothing; nodes.len()];
         for (index, node) in nodes.iter().enumerate().rev() {
-            let (mut moment, mut weighted, mut area) = (DVec3::ZERO, DVec3::ZERO, 0.0);
-            if node.is_leaf() {
-                for &[a, b, c] in &corners[node.slots()] {
-                    let normal = (b - a).cross(c - a) * 0.5;
-                    moment += normal;
-                    weighted += (a + b + c) / 3.0 * normal.length();
-                    area += normal.length();
-                }
+            let sum = if node.is_leaf() {
+                Self::sum(corners[node.slots()].iter().map(Self::of_triangle))
             } else {
-                for child in [&dipoles[index + 1], &dipoles[node.second as usize]] {
-                    moment += child.moment;
-                    weighted += child.center * child.area;
-                    area += child.area;
-                }
-            }
-            let center = if area > 0.0 { weighted / area } else { node.bounds.min };
-            let reach = (node.bounds.max - center).abs().max((center - node.bounds.min).abs());
-            dipoles[index] = Self { moment, center, area, radius_squared: reach.length_squared() };
+                Self::sum([dipoles[index + 1], dipoles[node.second as usize]].into_iter())
+            };
+            let reach = (node.bounds.max - sum.center).abs().max((sum.center - node.bounds.min).abs());
+            dipoles[index] = Self { radius_squared: reach.length_squared(), ..sum };
         }
         dipoles
+    }
+
+    fn of_triangle(&[a, b, c]: &[DVec3; 3]) -> Self {
+        let moment = (b - a).cross(c - a) * 0.5;
+        let center = (a + b + c) / 3.0;
+        Self { moment, spread: DMat3::ZERO, center, area: moment.length(), radius_squared: 0.0 }
+    }
+
+    /// The parts as one, about their area-weighted centroid.
+    fn sum(parts: impl Iterator<Item = Self> + Clone) -> Self {
+        let area: f64 = parts.clone().map(|part| part.area).sum();
+        let moment = parts.clone().map(|part| part.moment).sum();
+        let center = parts.clone().map(|part| part.center * (part.area / area)).sum();
+        let spread = parts.map(|part| part.spread + outer(part.moment, part.center - center)).sum();
+        Self { moment, spread, center, area, radius_squared: 0.0 }
+    }
+
+    /// The solid angle seen from a point that the centre lies at `offset` from.
+    fn solid_angle(&self, offset: DVec3) -> f64 {
+        let squared = offset.length_squared();
+        let trace = self.spread.x_axis.x + self.spread.y_axis.y + self.spread.z_axis.z;
+        let bend = 3.0 * offset.dot(self.spread * offset) / squared;
+        (self.moment.dot(offset) + trace - bend) / (squared * squared.sqrt())
     }
 }
 
@@ -87,9 +102,8 @@ impl TriangleTree {
         while let Some(index) = stack.pop() {
             let (node, dipole) = (&self.nodes[index as usize], &self.dipoles[index as usize]);
             let offset = dipole.center - p;
-            let squared = offset.length_squared();
-            if squared > tolerance::DIPOLE_REACH * tolerance::DIPOLE_REACH * dipole.radius_squared {
-                sum += dipole.moment.dot(offset) / (squared * squared.sqrt());
+            if offset.length_squared() > tolerance::DIPOLE_REACH * tolerance::DIPOLE_REACH * dipole.radius_squared {
+                sum += dipole.solid_angle(offset);
             } else if node.is_leaf() {
                 sum += self.corners[node.slots()].iter().map(|corners| solid_angle(p, corners)).sum::<f64>();
             } else {
@@ -128,6 +142,11 @@ impl TriangleTree {
         });
         flow.is_continue().then_some(winding)
     }
+}
+
+/// a bᵀ.
+fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
 /// +1 when the line through `p` along x pierces the triangle from below (towards its normal), −1 from above, 0 when it
