@@ -1,10 +1,15 @@
 //! A body: everything about one object that is computed once and then only read.
 
+use glam::DVec3;
+
 use super::decompose::decompose;
 use super::facet::{Facets, Surface};
 use super::grow::Grower;
 use super::piece::{Piece, build_piece};
-use super::{HalfEdges, Hierarchy, HierarchyError, HullError, Mesh, Polytope, TriangleTree};
+use super::{
+    Aabb, Cleaning, HalfEdges, Health, Hierarchy, HierarchyError, HullError, MassProperties, Mesh, MeshError,
+    PolygonSoup, Polytope, ShadingNormals, TriangleTree, convex_hull,
+};
 use crate::algebra::tolerance::COPLANAR;
 
 /// How a body is made of a mesh.
@@ -29,6 +34,12 @@ pub enum BodyError {
     /// The scale is zero, negative, infinite or NaN.
     #[error("the scale must be a positive number of metres per model unit, not {0}")]
     Scale(f64),
+    /// The polygons make no mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// The points of a convex body have no hull, or only a point or a segment.
+    #[error("the points span no convex body")]
+    NotConvexBody(#[source] Option<HullError>),
     /// The hull of a patch could not be built.
     #[error("piece {piece} (first triangle {triangle}) has no hull")]
     Piece {
@@ -40,7 +51,7 @@ pub enum BodyError {
         #[source]
         source: HullError,
     },
-    /// The pieces make no tree.
+    /// The hierarchy over the pieces could not be built.
     #[error(transparent)]
     Hierarchy(#[from] HierarchyError),
 }
@@ -54,11 +65,33 @@ pub struct Body {
     polytopes: Vec<Polytope>,
     pieces: Vec<Piece>,
     hierarchy: Hierarchy,
+    mass: MassProperties,
+    shading: ShadingNormals,
+    health: Health,
 }
 
 impl Body {
-    /// Makes a body of a mesh; `progress` is told the fraction done, rising to one.
+    /// Makes a body of polygons as read from a file; `progress` is told the fraction done, rising to one.
+    pub fn from_soup(
+        soup: &PolygonSoup,
+        settings: &BodySettings,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Self, BodyError> {
+        let (mesh, cleaning) = Mesh::from_soup(soup)?;
+        Self::assemble(mesh, cleaning, settings, progress)
+    }
+
+    /// Makes a body of a mesh; its health then does not tell what making the mesh took.
     pub fn build(mesh: Mesh, settings: &BodySettings, progress: &mut dyn FnMut(f64)) -> Result<Self, BodyError> {
+        Self::assemble(mesh, Cleaning::default(), settings, progress)
+    }
+
+    fn assemble(
+        mesh: Mesh,
+        cleaning: Cleaning,
+        settings: &BodySettings,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Self, BodyError> {
         if !(settings.scale.is_finite() && settings.scale > 0.0) {
             return Err(BodyError::Scale(settings.scale));
         }
@@ -67,7 +100,24 @@ impl Body {
         let tree = mesh.tree();
         let (polytopes, pieces) = convex_pieces(&mesh, &half_edges, &tree, progress)?;
         let hierarchy = Hierarchy::build(&polytopes, COPLANAR * mesh.bounding_diagonal())?;
-        Ok(Self { mesh, half_edges, tree, polytopes, pieces, hierarchy })
+        let mass = MassProperties::new(&mesh);
+        let shading = ShadingNormals::new(&mesh, &half_edges, settings.crease_angle);
+        let health = Health::quick(&mesh, &half_edges, cleaning);
+        progress(1.0);
+        Ok(Self { mesh, half_edges, tree, polytopes, pieces, hierarchy, mass, shading, health })
+    }
+
+    /// The convex hull of points as a body of one piece, at scale 1.
+    pub fn from_convex(points: &[DVec3]) -> Result<Self, BodyError> {
+        let size = Aabb::around(points.iter().copied());
+        let hull = convex_hull(points, COPLANAR * size.min.distance(size.max));
+        let hull = hull.map_err(|error| BodyError::NotConvexBody(Some(error)))?;
+        let (polytope, _) = hull.into_polytope().ok_or(BodyError::NotConvexBody(None))?;
+        let mut soup = PolygonSoup { vertices: polytope.vertices().to_vec(), ..PolygonSoup::new() };
+        for f in (0..polytope.face_count() as u32).filter(|&f| !polytope.is_rim(f)) {
+            soup.push_face(polytope.face_vertices(f));
+        }
+        Self::from_soup(&soup, &BodySettings::default(), &mut |_| ())
     }
 
     /// The surface.
@@ -100,6 +150,21 @@ impl Body {
         &self.hierarchy
     }
 
+    /// Volume, centre of mass and inertia at density 1.
+    pub fn mass(&self) -> &MassProperties {
+        &self.mass
+    }
+
+    /// The smooth surface's normals, for force shading.
+    pub fn shading(&self) -> &ShadingNormals {
+        &self.shading
+    }
+
+    /// What the mesh is like; self-intersections are not looked for (see [`Health::full`]).
+    pub fn health(&self) -> &Health {
+        &self.health
+    }
+
     /// Bounding diagonal of the mesh, metres.
     pub fn size(&self) -> f64 {
         self.mesh.bounding_diagonal()
@@ -126,23 +191,22 @@ fn convex_pieces(
         })?;
         answer.0.push(polytope);
         answer.1.push(piece);
-        progress(DECOMPOSITION_SHARE + (1.0 - DECOMPOSITION_SHARE) * (k + 1) as f64 / patches.len() as f64);
+        progress(DECOMPOSITION_SHARE + PIECES_SHARE * (k + 1) as f64 / patches.len() as f64);
     }
     Ok(answer)
 }
 
-/// The part of the work that the decomposition is, for the progress report.
-const DECOMPOSITION_SHARE: f64 = 0.8;
+/// The parts of the work that the decomposition and the pieces are, for the progress report; the hierarchy is the rest.
+const DECOMPOSITION_SHARE: f64 = 0.5;
+const PIECES_SHARE: f64 = 0.2;
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
-    use crate::body::{PolygonSoup, Provenance};
+    use crate::body::Provenance;
 
     /// A block in the shape of an L, one unit thick, its caps cut into triangles.
-    fn l_block() -> Mesh {
+    fn l_block() -> PolygonSoup {
         let outline = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
         let vertices = [0.0, 1.0].iter().flat_map(|&z| outline.map(|(x, y)| DVec3::new(x, y, z))).collect();
         let mut soup = PolygonSoup { vertices, ..PolygonSoup::new() };
@@ -151,14 +215,14 @@ mod tests {
         for k in 0..6 {
             soup.push_face(&[k, (k + 1) % 6, 6 + (k + 1) % 6, 6 + k]);
         }
-        Mesh::from_soup(&soup).unwrap().0
+        soup
     }
 
     #[test]
     fn an_l_is_two_pieces_that_leave_its_notch_free() {
         let mut last = 0.0;
         let settings = BodySettings { scale: 0.1, ..BodySettings::default() };
-        let body = Body::build(l_block(), &settings, &mut |done| {
+        let body = Body::from_soup(&l_block(), &settings, &mut |done| {
             assert!(done >= last);
             last = done;
         })
@@ -178,8 +242,17 @@ mod tests {
     }
 
     #[test]
+    fn a_convex_body_is_one_piece() {
+        let points: Vec<DVec3> =
+            (0..8).map(|k| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2))).collect();
+        let body = Body::from_convex(&points).unwrap();
+        assert_eq!((body.polytopes().len(), body.polytopes()[0].face_count()), (1, 6));
+        assert!(matches!(Body::from_convex(&points[..2]), Err(BodyError::NotConvexBody(None))));
+    }
+
+    #[test]
     fn a_scale_that_is_none_is_refused() {
         let settings = BodySettings { scale: f64::NAN, ..BodySettings::default() };
-        assert!(matches!(Body::build(l_block(), &settings, &mut |_| ()), Err(BodyError::Scale(_))));
+        assert!(matches!(Body::from_soup(&l_block(), &settings, &mut |_| ()), Err(BodyError::Scale(_))));
     }
 }
