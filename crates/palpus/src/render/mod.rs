@@ -4,6 +4,8 @@ mod force_stage;
 #[cfg(test)]
 mod force_stage_tests;
 mod renderer;
+#[cfg(test)]
+mod renderer_tests;
 mod saturate;
 mod scratch;
 mod settings;

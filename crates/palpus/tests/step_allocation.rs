@@ -1,0 +1,66 @@
+//! A step of the renderer obtains no memory.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::{NoClock, Pose, Twist};
+use palpus::body::{Body, BodySettings, Mesh, PolygonSoup};
+use palpus::force::{FrictionSettings, ShadingSettings};
+use palpus::render::{ProbeState, Renderer, Settings};
+use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+/// A torus about z, of `n` times `m` quads.
+fn torus(major: f64, minor: f64, n: u32, m: u32) -> Arc<Body> {
+    let mut soup = PolygonSoup::new();
+    for i in 0..n {
+        for j in 0..m {
+            let (s, t) = (TAU * f64::from(i) / f64::from(n), TAU * f64::from(j) / f64::from(m));
+            let ring = major + minor * t.cos();
+            soup.vertices.push(DVec3::new(ring * s.cos(), ring * s.sin(), minor * t.sin()));
+            let (k, l) = ((i + 1) % n, (j + 1) % m);
+            soup.push_face(&[i * m + j, k * m + j, k * m + l, i * m + l]);
+        }
+    }
+    let (mesh, _) = Mesh::from_soup(&soup).expect("a torus is a mesh");
+    Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).expect("a torus is a body"))
+}
+
+/// One torus rolls and slides through the hole of another, touching and parting.
+fn path(k: u32) -> ProbeState {
+    let s = f64::from(k) / 400.0;
+    let turn = DQuat::from_rotation_x(0.5 * TAU * s) * DQuat::from_rotation_y(1.3 + 3.0 * s);
+    let place = DVec3::new(0.04 + 0.012 * (TAU * 3.0 * s).sin(), 0.01 * (TAU * s).cos(), 0.02 * (TAU * 2.0 * s).sin());
+    ProbeState { pose_ba: Pose::new(turn, place), twist: Twist { angular: DVec3::X, linear: DVec3::Y * 0.1 } }
+}
+
+#[test]
+fn a_step_does_not_allocate() {
+    let settings = Settings {
+        friction: Some(FrictionSettings {
+            static_coefficient: 0.5,
+            dynamic_coefficient: 0.4,
+            tangential_stiffness: 600.0,
+        }),
+        shading: Some(ShadingSettings { crease_angle: 0.6, most_turn: 0.5 }),
+        damping: 1.0,
+        ..Settings::default()
+    };
+    let (probe, environment) = (torus(0.04, 0.012, 20, 10), torus(0.04, 0.012, 24, 12));
+    let mut renderer = Renderer::new(probe, environment, settings).expect("the settings are valid");
+    let before = allocations_of_this_thread();
+    assert!(before > 0, "the counter is not installed");
+    let (mut touching, mut most, mut overlapping) = (0, 0, 0);
+    for k in 0..400 {
+        let tick = renderer.step(&path(k), 1e-3, &NoClock);
+        assert!(tick.commanded.is_finite() && tick.commanded.force.length() <= settings.limits.force);
+        touching += u32::from(!tick.contacts.is_empty());
+        most = most.max(tick.contacts.len());
+        overlapping += u32::from(tick.separation() < 0.0);
+    }
+    assert_eq!(allocations_of_this_thread(), before, "allocations in 400 steps");
+    assert!(touching > 50 && touching < 400 && most > 5 && overlapping > 50, "{touching} {most} {overlapping}");
+}
