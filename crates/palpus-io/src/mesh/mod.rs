@@ -4,8 +4,9 @@
 //!   that says what is wrong, where, and what to do. Nothing panics on any bytes.
 //! * A face with fewer than three corners is an error in every format. Faces that repeat a vertex or have no area are
 //!   passed on: judging shape is the engine's business.
-//! * Counts in a file are held against its size before anything is reserved: a soup takes a small multiple of its file
-//!   (at most about twelve bytes for each).
+//! * Counts in a file are held against its size before anything is reserved. Reading takes a small multiple of the file:
+//!   measured, twice its size for usual files and eight times for the worst that can be made; a glTF may also place one
+//!   mesh many times (up to a limit) or be a list of millions of empty nodes (thirty times).
 //! * Lengths stay in the file's unit.
 
 mod base64;

@@ -128,6 +128,38 @@ fn damaged_files_are_read_or_refused() {
     run.unwrap_or_else(|failure| panic!("seed {}: {failure}", SEED.escape_ascii()));
 }
 
+/// The runs of digits of a text, as ranges.
+fn numbers(bytes: &[u8]) -> Vec<std::ops::Range<usize>> {
+    let is_start = |at: usize| bytes[at].is_ascii_digit() && (at == 0 || !bytes[at - 1].is_ascii_digit());
+    let end = |at: usize| at + bytes[at..].iter().take_while(|b| b.is_ascii_digit()).count();
+    (0..bytes.len()).filter(|&at| is_start(at)).map(|at| at..end(at)).collect()
+}
+
+#[test]
+fn any_number_of_a_file_may_be_absurd() {
+    let absurd =
+        ["", "-1", "0", "255", "65536", "4294967295", "9223372036854775807", "18446744073709551615", "1e308", "99e999"];
+    for (extension, bytes) in samples::all(&prism()) {
+        // Of GLB, the JSON keeps its length, so that the change is met behind the container.
+        let glb = bytes.starts_with(b"glTF");
+        for place in numbers(&bytes) {
+            for number in absurd.map(str::as_bytes) {
+                let mut damaged = [&bytes[..place.start], number, &bytes[place.end..]].concat();
+                if glb {
+                    let json = u32::from_le_bytes([bytes[12], bytes[13], bytes[14], bytes[15]]) as usize;
+                    let longer = json + number.len() - place.len();
+                    damaged[12..16].copy_from_slice(&(longer as u32).to_le_bytes());
+                    damaged.resize(damaged.len().max(bytes.len()), 0);
+                }
+                match parser(extension)(&damaged, "x") {
+                    Ok(soup) => check(&soup),
+                    Err(error) => check_error(&error),
+                }
+            }
+        }
+    }
+}
+
 #[test]
 fn every_cut_of_a_binary_file_is_noticed() {
     for (extension, bytes) in samples::all(&prism()) {
