@@ -67,12 +67,13 @@ fn header() -> RecordingHeader {
     }
 }
 
-fn row(bits: [u64; 24], whole: [u32; 5], depth: bool) -> RecordRow {
+fn row(bits: [u64; 25], whole: [u32; 5], depth: bool) -> RecordRow {
     let x = |k: usize| f64::from_bits(bits[k]);
     let vec = |k: usize| DVec3::new(x(k), x(k + 1), x(k + 2));
     RecordRow {
         tick: bits[0],
         time_ns: bits[1],
+        dt: x(24),
         pose: Pose { rotation: DQuat::from_xyzw(x(3), x(4), x(5), x(6)), translation: vec(0) },
         twist: Twist { angular: vec(7), linear: vec(10) },
         buttons: whole[0],
@@ -98,7 +99,7 @@ fn bits(row: &RecordRow) -> Vec<u64> {
     for v in [row.twist.angular, row.twist.linear, row.wrench.torque, row.wrench.force] {
         push(&v.to_array());
     }
-    push(&[row.separation, row.query_us, row.depth_us.unwrap_or(-1.0), row.force_us, row.total_us]);
+    push(&[row.dt, row.separation, row.query_us, row.depth_us.unwrap_or(-1.0), row.force_us, row.total_us]);
     let whole = [row.buttons, row.contacts, row.clusters, u32::from(row.saturated), row.faults];
     all.extend(whole.map(u64::from));
     all
@@ -115,14 +116,18 @@ fn error(bytes: &[u8]) -> TableError {
 }
 
 fn plain() -> RecordRow {
-    row([1f64.to_bits(); 24], [1; 5], true)
+    row([1f64.to_bits(); 25], [1; 5], true)
 }
 
 #[test]
 fn every_bit_of_header_and_rows_comes_back() {
     let special = prop::sample::select(vec![0.0, -0.0, f64::NAN, -f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 5e-324]);
     let number = prop_oneof![special.prop_map(f64::to_bits), any::<u64>(), any::<f64>().prop_map(f64::to_bits)];
-    let strategy = (prop::array::uniform24(number), any::<[u32; 5]>(), any::<bool>());
+    let strategy = (
+        prop::collection::vec(number, 25).prop_map(|bits| <[u64; 25]>::try_from(bits).unwrap()),
+        any::<[u32; 5]>(),
+        any::<bool>(),
+    );
     let run = runner(300).run(&prop::collection::vec(strategy, 0..5), |rows| {
         let rows: Vec<RecordRow> = rows.into_iter().map(|(bits, whole, depth)| row(bits, whole, depth)).collect();
         let read = read_recording_from(recorded(&rows).as_slice(), "run.csv").unwrap();
@@ -172,7 +177,7 @@ fn errors_name_line_and_column() {
     let row = header + 2;
     let change = |from: &str, to: &str| error(text.replace(from, to).as_bytes()).to_string();
     let last = text.lines().last().unwrap();
-    let broken = last.replacen("1.0", "one", 1);
+    let broken = last.replacen(",1.0,1.0", ",1.0,one", 1);
     assert_eq!(
         change(last, &broken),
         format!("run.csv, line {row}, column device_tx: \"one\" is not a number; correct it")
@@ -180,7 +185,7 @@ fn errors_name_line_and_column() {
     let short = last.rsplit_once(',').unwrap().0;
     assert_eq!(
         change(last, short),
-        format!("run.csv, line {row}: there are 30 cells and should be 31; correct or remove the line")
+        format!("run.csv, line {row}: there are 31 cells and should be 32; correct or remove the line")
     );
     assert_eq!(
         change("format = 1", "format = 2"),

@@ -6,7 +6,7 @@
 //!
 //! | columns | meaning |
 //! |---|---|
-//! | `tick`, `time_ns` | number of the tick; time since the first one |
+//! | `tick`, `time_ns`, `dt` | number of the tick; time since the first one; the step's length as the engine got it, s |
 //! | `device_tx` … `device_qw` | pose of the device in the world as the engine got it, m and quaternion (x, y, z, w) |
 //! | `angular_x` … `linear_z` | its twist, rad/s and m/s |
 //! | `buttons` | its buttons, one bit each |
@@ -34,9 +34,10 @@ pub use writer::RecordingWriter;
 pub const FORMAT: i64 = 1;
 
 /// The columns, in their order.
-pub const COLUMNS: [&str; 31] = [
+pub const COLUMNS: [&str; 32] = [
     "tick",
     "time_ns",
+    "dt",
     "device_tx",
     "device_ty",
     "device_tz",
@@ -75,6 +76,8 @@ pub struct RecordRow {
     pub tick: u64,
     /// ns since the first tick.
     pub time_ns: u64,
+    /// Length of the step, exactly as the engine got it, s.
+    pub dt: f64,
     /// The device in the world, exactly as the engine got it (a replay must not normalise it again).
     pub pose: Pose,
     /// The device's twist.

@@ -131,6 +131,7 @@ fn row(name: &str, line: u64, text: &str) -> Result<RecordRow, TableError> {
     Ok(RecordRow {
         tick: cells.next()?,
         time_ns: cells.next()?,
+        dt: cells.next()?,
         pose: {
             let translation = DVec3::from_array(cells.array()?);
             Pose { rotation: DQuat::from_array(cells.array()?), translation }

@@ -38,6 +38,7 @@ impl<W: Write> RecordingWriter<W> {
         line.clear();
         line.cell(row.tick);
         line.cell(row.time_ns);
+        line.numbers([row.dt]);
         line.numbers(row.pose.translation.to_array());
         line.numbers(row.pose.rotation.to_array());
         line.numbers([row.twist.angular, row.twist.linear].iter().flat_map(|v| v.to_array()));

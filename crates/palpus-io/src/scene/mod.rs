@@ -41,7 +41,7 @@
 //! rate = 1000               # Hz
 //!
 //! [hand]
-//! preset = "normal"         # or relaxed-stylus, firm, tight, none
+//! preset = "normal"         # or relaxed, firm, tight, none
 //! path = "stir.csv"         # poses that the hand follows
 //! tremor = 0                # a length
 //! seed = 1
@@ -142,7 +142,7 @@ pub struct SceneHand {
 #[serde(rename_all = "kebab-case")]
 pub enum HandPreset {
     /// A stylus held loosely.
-    RelaxedStylus,
+    Relaxed,
     /// The usual grip.
     #[default]
     Normal,
@@ -152,6 +152,19 @@ pub enum HandPreset {
     Tight,
     /// No hand at all: the worst case for stability.
     None,
+}
+
+impl HandPreset {
+    /// As it is written in a scene file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Relaxed => "relaxed",
+            Self::Normal => "normal",
+            Self::Firm => "firm",
+            Self::Tight => "tight",
+            Self::None => "none",
+        }
+    }
 }
 
 /// Which files a scene may name.

@@ -230,13 +230,8 @@ fn read_device(top: &Section<'_>, render: &mut Settings) -> Result<f64, SceneErr
 
 fn read_hand(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneHand, SceneError> {
     let hand = top.section("hand", &["preset", "path", "tremor", "seed"])?;
-    let presets = [
-        ("relaxed-stylus", HandPreset::RelaxedStylus),
-        ("normal", HandPreset::Normal),
-        ("firm", HandPreset::Firm),
-        ("tight", HandPreset::Tight),
-        ("none", HandPreset::None),
-    ];
+    use HandPreset::{Firm, None as NoHand, Normal, Relaxed, Tight};
+    let presets = [Relaxed, Normal, Firm, Tight, NoHand].map(|preset| (preset.name(), preset));
     let path = match hand.text("path")? {
         Some((path, span)) => Some(resolve(&hand, path, &span, files)?),
         None => None,
