@@ -95,8 +95,9 @@ pub const WELL_FORMED_ROUNDING: f64 = 1e-14;
 /// Larger only delays the fallback on a failure that no repeated state betrays; smaller sends cold starts to it.
 pub const MARCH_STEPS: u32 = 1000;
 
-/// Relative to the sum of the radii and the distance: how much the separation proven by the normal may fall short of the
-/// distance. Smaller sends good answers to the fallback, for the rounding of planes; larger would accept worse ones.
+/// Relative to the distance: how much the separation that an answer's normal proves may fall short of its distance.
+///
+/// Smaller sends good answers to a second look, for the rounding of planes; larger would accept worse ones.
 pub const MARCH_PROOF: f64 = 1e-12;
 
 /// Sine of the angle below which two edges are nearly parallel: their closest points are then solved for twice.
@@ -104,7 +105,7 @@ pub const MARCH_PROOF: f64 = 1e-12;
 /// One solve leaves a residual of rounding over the angle squared. Larger wastes a few nanoseconds.
 pub const NEARLY_PARALLEL: f64 = 1e-2;
 
-/// Sine of the angle above which two edges' cross product is the better normal than the line between their points.
+/// Steps of GJK in a row that may gain nothing in length.
 ///
 /// Smaller trusts a cross product that cancels; larger leaves normals of near misses to the rounding of the points.
 pub const CROSSED: f64 = 0.1;
@@ -342,3 +343,6 @@ pub const SHEET_THICKNESS: f64 = 1e-3;
 /// A sound mesh has some ten to twenty pairs of overlapping boxes a triangle. Reached only by meshes that are wound
 /// around themselves all over; the answer then says that it is a lower bound.
 pub const SELF_PAIRS: usize = 500;
+/// Near contact the length is lost in rounding while the normal still turns; larger circles longer on parallel faces,
+/// smaller stops before the faces are found.
+pub const GJK_PLATEAU: u32 = 8;

@@ -59,7 +59,8 @@ pub(super) enum OverFace {
     Side(usize),
 }
 
-/// Clips the edge `tail`–`head` (in the polytope's frame) to the prism over face `f` and looks where it is nearest.
+/// Clips the edge `tail`–`head` (in the polytope's frame) to the prism over face `f` (a rim has none) and looks where it is
+/// nearest.
 ///
 /// `hint` is a point of the edge; when the edge misses the prism, the answer is the side of the face nearest to that point,
 /// or without a hint the side nearest to the edge.
@@ -76,9 +77,12 @@ pub(super) fn over_face(
     let corners = polytope.face_vertices(f);
     let (mut low, mut low_side) = (0.0, None);
     let (mut high, mut high_side) = (1.0, None);
-    let mut missed = false;
+    let mut missed = polytope.is_rim(f);
     let mut from = polytope.vertex(corners[corners.len() - 1]);
     for (k, &corner) in corners.iter().enumerate() {
+        if missed {
+            break;
+        }
         let to = polytope.vertex(corner);
         let inward = plane.normal.cross(to - from);
         let (at_tail, at_head) = (inward.dot(tail - from), inward.dot(head - from));
@@ -87,11 +91,11 @@ pub(super) fn over_face(
         if at_tail < 0.0 {
             if at_head < 0.0 {
                 missed = true;
-                break;
-            }
-            let enters = at_tail / (at_tail - at_head);
-            if enters > low {
-                (low, low_side) = (enters, Some(side));
+            } else {
+                let enters = at_tail / (at_tail - at_head);
+                if enters > low {
+                    (low, low_side) = (enters, Some(side));
+                }
             }
         } else if at_head < 0.0 {
             let leaves = at_tail / (at_tail - at_head);

@@ -17,50 +17,72 @@ use glam::DVec3;
 use super::march::March;
 use super::{Closest, Overlap, Proximity, StopReason};
 use crate::algebra::Placement;
-use crate::algebra::tolerance::{GJK_GAP, GJK_STEPS, MARCH_NOISE, TOUCHING};
+use crate::algebra::tolerance::{GJK_GAP, GJK_PLATEAU, GJK_STEPS, MARCH_NOISE, TOUCHING};
 use crate::body::{Feature, FeaturePair, Polytope};
 
 /// The distance of a and b; all of the answer is in b's frame. `pose_ba` is the frame of a in b.
 ///
-/// `start` names the features whose vertices make the first corner; any will do, the last answer's are best. The stop
-/// reason is `Converged`, or `Budget` when the step cap ended it: the points are then valid but perhaps not yet closest.
+/// `start` names the features whose vertices make the first corner; any will do, the last answer's are best.
+///
+/// The stop reason is `Converged` when the two bounds of the distance agree within rounding. Otherwise it is `Stalled` or
+/// `Budget`: the points then are valid and the bodies proven apart, but perhaps not closest; a pair that stopped without being
+/// proven apart is reported as overlapping, never as disjoint.
 pub fn gjk(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
     let size = a.radius() + b.radius();
     let noise = position_noise(a, b, pose_ba);
     let touching = (TOUCHING * size).max(noise);
     let mut simplex = Simplex::new(Corner::new(a, b, pose_ba, some_vertex(a, start.a), some_vertex(b, start.b)), noise);
-    let mut steps = 0;
-    let mut stop = StopReason::Converged;
+    // The simplex whose two bounds are nearest to each other.
+    let mut best = (f64::INFINITY, simplex);
+    let (mut steps, mut plateau) = (0, 0);
     loop {
-        let v = simplex.nearest();
-        let length = v.length();
+        let length = simplex.nearest().length();
         if length <= touching {
-            return overlapping(a, b, pose_ba, &simplex, touching_direction(a, b, pose_ba, &simplex), steps, stop);
-        }
-        if steps == GJK_STEPS {
-            stop = StopReason::Budget;
-            break;
+            let direction = touching_direction(a, b, pose_ba, &simplex);
+            return overlapping(a, b, pose_ba, &simplex, direction, steps, StopReason::Converged);
         }
         steps += 1;
+        let normal = simplex.normal();
         let last = simplex.newest();
-        let corner =
-            Corner::new(a, b, pose_ba, a.support_from(last.a, pose_ba.inverse_vector(-v)), b.support_from(last.b, v));
-        let gap = length - v.dot(corner.difference) / length;
-        if gap <= (GJK_GAP * length).max(noise) || simplex.contains(&corner) {
+        let corner = Corner::new(
+            a,
+            b,
+            pose_ba,
+            a.support_from(last.a, pose_ba.inverse_vector(-normal)),
+            b.support_from(last.b, normal),
+        );
+        let gap = length - normal.dot(corner.difference);
+        if gap < best.0 {
+            best = (gap, simplex);
+        }
+        if gap <= (GJK_GAP * length).max(noise) {
+            return disjoint(a, b, pose_ba, &simplex, steps, StopReason::Converged);
+        }
+        if steps == GJK_STEPS || simplex.contains(&corner) {
             break;
         }
-        let before = simplex;
-        match simplex.add(corner) {
-            Reduction::Encloses(outward) => {
-                return overlapping(a, b, pose_ba, &simplex, -outward, steps, stop);
-            }
-            Reduction::Nearest if simplex.nearest().length_squared() < v.length_squared() => {}
-            Reduction::Nearest => {
-                simplex = before;
-                break;
-            }
+        if let Reduction::Encloses(outward) = simplex.add(corner) {
+            return overlapping(a, b, pose_ba, &simplex, -outward, steps, StopReason::Converged);
+        }
+        // Close to the origin, a step may gain less than rounding and still turn the normal: allow a few of them.
+        let after = simplex.nearest().length();
+        plateau = if after < length { 0 } else { plateau + 1 };
+        if plateau > GJK_PLATEAU || after > length + noise {
+            break;
         }
     }
+    let (gap, simplex) = best;
+    let (length, normal) = (simplex.nearest().length(), simplex.normal());
+    if gap >= length {
+        return overlapping(a, b, pose_ba, &simplex, normal, steps, StopReason::Stalled);
+    }
+    let stop = if gap <= noise * size / length {
+        StopReason::Converged
+    } else if steps == GJK_STEPS {
+        StopReason::Budget
+    } else {
+        StopReason::Stalled
+    };
     disjoint(a, b, pose_ba, &simplex, steps, stop)
 }
 
@@ -119,6 +141,30 @@ impl Simplex {
 
     fn nearest(&self) -> DVec3 {
         self.weighted(|c| c.difference)
+    }
+
+    /// Unit, from the origin to the nearest point.
+    ///
+    /// A triangle knows it from its plane, and a segment at least from being perpendicular to it, free of the rounding
+    /// of a nearest point that is close to the origin.
+    fn normal(&self) -> DVec3 {
+        let nearest = self.nearest();
+        let p = self.corners[0].difference;
+        let d = self.corners[1].difference - p;
+        if self.count == 3 {
+            let e = self.corners[2].difference - p;
+            let cross = d.cross(e);
+            // A cross product is known to an ulp over the sine of its angle, the nearest point to ulps of the reach.
+            let sine_reach = cross.length() * self.noise / MARCH_NOISE;
+            if sine_reach * sine_reach > nearest.length_squared() * (d.length_squared() * e.length_squared()) {
+                return cross.normalize() * cross.dot(nearest).signum();
+            }
+        }
+        if self.count == 2 {
+            let unit = nearest.normalize();
+            return (unit - d * (unit.dot(d) / d.length_squared())).normalize_or(unit);
+        }
+        nearest.normalize()
     }
 
     fn weighted(&self, of: impl Fn(&Corner) -> DVec3) -> DVec3 {
@@ -251,12 +297,11 @@ impl Candidate {
 }
 
 fn disjoint(a: &Polytope, b: &Polytope, pose_ba: &Placement, simplex: &Simplex, steps: u32, stop: StopReason) -> March {
-    let v = simplex.nearest();
-    let distance = v.length();
-    let normal = v / distance;
+    let normal = simplex.normal();
+    let distance = simplex.nearest().dot(normal);
     let point_b = simplex.weighted(|c| c.point_b);
     let features = carriers(a, b, pose_ba, simplex, normal);
-    let closest = Closest { point_a: point_b + v, point_b, normal, distance, features };
+    let closest = Closest { point_a: point_b + normal * distance, point_b, normal, distance, features };
     March { proximity: Proximity::Disjoint(closest), features, steps, stop }
 }
 
@@ -353,7 +398,7 @@ mod tests {
                     let start = FeaturePair { a: random.feature(a), b: random.feature(b) };
                     let answer = gjk(a, b, &pose, start);
                     assert_eq!(answer.stop, StopReason::Converged, "{name_a}, {name_b}, {apart}, seed {SEED:#x}");
-                    if let Err(fault) = judge(a, b, &pose, &answer) {
+                    if let Err(fault) = judge(a, b, &pose, &answer, OFF_GJK) {
                         panic!("{name_a}, {name_b}, {apart}, seed {SEED:#x}: {fault}\n{answer:?}");
                     }
                 }

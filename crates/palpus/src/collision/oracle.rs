@@ -63,22 +63,22 @@ impl Random {
     }
 }
 
-/// A solid from its loops, with planes by Newell's formula.
+/// A solid from its loops. A plane's normal comes from the squarest corner of its face: Newell's sum over a sliver would tilt
+/// by the rounding of the diagonals.
 pub(crate) fn solid(vertices: Vec<DVec3>, loops: &[Vec<u32>]) -> Polytope {
     let planes = loops
         .iter()
         .map(|face| {
-            let origin = vertices[face[0] as usize];
-            let mut normal = DVec3::ZERO;
-            let mut mean = DVec3::ZERO;
-            for (k, &v) in face.iter().enumerate() {
-                let p = vertices[v as usize] - origin;
-                let q = vertices[face[(k + 1) % face.len()] as usize] - origin;
-                normal += p.cross(q);
-                mean += p / face.len() as f64;
-            }
-            let normal = normal.normalize();
-            Plane { normal, offset: normal.dot(mean + origin) }
+            let n = face.len();
+            let at = |k: usize| vertices[face[k % n] as usize];
+            let corner = |k: usize| {
+                let (d, e) = (at(k + 1) - at(k), at(k + n - 1) - at(k));
+                let cross = d.cross(e);
+                (cross.length_squared() / (d.length_squared() * e.length_squared()), cross)
+            };
+            let normal = (0..n).map(corner).max_by(|p, q| p.0.total_cmp(&q.0)).unwrap().1.normalize();
+            let offset = (0..n).map(|k| normal.dot(at(k))).sum::<f64>() / n as f64;
+            Plane { normal, offset }
         })
         .collect();
     let provenance = vec![Provenance::Original; loops.len()];
@@ -196,7 +196,6 @@ pub(crate) fn menagerie(random: &mut Random) -> Vec<(&'static str, Polytope)> {
 }
 
 /// The same body `scale` times as large.
-#[allow(dead_code, reason = "the march sweeps use it")]
 pub(crate) fn scaled(p: &Polytope, scale: f64) -> Polytope {
     mapped(p, DMat3::from_diagonal(DVec3::splat(scale)), DVec3::ZERO)
 }
@@ -293,9 +292,11 @@ fn distance_from_feature(p: DVec3, polytope: &Polytope, f: Feature) -> f64 {
 }
 
 /// Checks an answer by itself: its points lie on its features, which bounds the distance from above, and its normal
-/// separates the bodies by the distance, which bounds it from below. An overlap is checked against GJK elsewhere.
-pub(crate) fn judge(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &March) -> Result<(), String> {
-    let Proximity::Disjoint(closest) = answer.proximity else { return Ok(()) };
+/// separates the bodies by nearly the distance, which bounds it from below. Returns how much the lower bound falls short.
+/// An overlap is checked against another algorithm elsewhere. `off` is how far off its features a point may lie, relative to
+/// the coordinates.
+pub(crate) fn judge(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &March, off: f64) -> Result<f64, String> {
+    let Proximity::Disjoint(closest) = answer.proximity else { return Ok(0.0) };
     let size = a.radius() + b.radius();
     let reach = size + a.centroid().length() + b.centroid().length() + pose_ba.translation.length();
     let distance = closest.distance;
@@ -308,7 +309,7 @@ pub(crate) fn judge(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Ma
     }
     let off_a = distance_from_feature(pose_ba.inverse_point(closest.point_a), a, closest.features.a);
     let off_b = distance_from_feature(closest.point_b, b, closest.features.b);
-    if off_a.max(off_b) > 2e-14 * reach {
+    if off_a.max(off_b) > off * reach {
         return Err(format!("points lie off their features by {off_a:e} and {off_b:e}"));
     }
     let low = a.vertices().iter().map(|v| closest.normal.dot(pose_ba.point(*v))).fold(f64::INFINITY, f64::min);
@@ -319,5 +320,11 @@ pub(crate) fn judge(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Ma
     if missing > allowed {
         return Err(format!("distance {distance} is {missing:e} more than the normal proves, allowed {allowed:e}"));
     }
-    Ok(())
+    Ok(missing.max(0.0))
 }
+
+/// How far a point of the march may lie off its feature, relative to the coordinates: rounding.
+pub(crate) const OFF_MARCH: f64 = 2e-14;
+
+/// The same for GJK, which may answer with a diagonal of two faces that differ by the last digits.
+pub(crate) const OFF_GJK: f64 = 1e-10;

@@ -71,11 +71,16 @@ pub(super) fn beyond_edge(polytope: &Polytope, e: u32, toward: DVec3, noise: f64
 
 /// The side (index into the loop) of face `f` whose plane `x` violates most; `None` when `x` is over the face.
 ///
-/// For a convex polygon, the side that is violated most carries the point of the closed face nearest to `x`.
+/// For a convex polygon, the side that is violated most carries the point of the closed face nearest to `x`. Nothing is over
+/// a rim, which has no width: one of its two sides answers always, and their ends bound it.
 #[inline]
 pub(super) fn beyond_face(polytope: &Polytope, f: u32, x: DVec3) -> Option<usize> {
     let corners = polytope.face_vertices(f);
     let normal = polytope.plane(f).normal;
+    if let [tail, head] = *corners {
+        let (tail, head) = (polytope.vertex(tail), polytope.vertex(head));
+        return Some(usize::from((head - tail).cross(normal).dot(x - tail) <= 0.0));
+    }
     let mut best = None;
     let (mut best_out_squared, mut best_length_squared) = (0.0, 1.0);
     let mut tail = polytope.vertex(corners[corners.len() - 1]);
