@@ -1,3 +1,53 @@
-//! The palpus program: what was typed, what it means, one call.
+//! The palpus program: what was typed → what it means → one call.
+//!
+//! Exit status: 0 done, 1 it failed (one error line on standard error says what, where and what to do), 2 wrong use.
 
-fn main() {}
+mod args;
+mod bench;
+mod bodies;
+mod clock;
+mod engine;
+mod inspect;
+mod output;
+mod plots;
+mod prepare;
+mod query;
+mod replay;
+mod run;
+mod stage;
+mod summary;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Arguments, Command};
+
+#[global_allocator]
+static ALLOCATOR: palpus_alloc::CountingAllocator = palpus_alloc::CountingAllocator;
+
+fn main() -> ExitCode {
+    let arguments = Arguments::parse();
+    match execute(arguments) {
+        Ok(code) => code,
+        Err(error) => {
+            output::error(&error);
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
+    match arguments.command.unwrap_or_else(Command::demonstration) {
+        Command::Run(run) => run::run(&run),
+        Command::Query(query) => query::query(&query),
+        Command::Prepare(prepare) => prepare::prepare(&prepare),
+        Command::Inspect(inspect) => inspect::inspect(&inspect),
+        Command::Replay(replay) => replay::replay(&replay),
+        Command::Bench(bench) => bench::bench(&bench),
+        Command::Completions { shell } => {
+            args::completions(shell);
+            Ok(ExitCode::SUCCESS)
+        }
+    }
+}

@@ -6,13 +6,17 @@
 //! 3. A pair that overlaps is a contact at its penetration depth, walked from the pair's last normal, the witness of the
 //!    march and the line of centroids; where the depth rests on virtual features it is repaired to original ones.
 //!
+//! When the pose has jumped since the last query, what is remembered of a pair's depth is a guess like any other: the walk
+//! then starts cold, from several seeds, and keeps the best end.
+//!
 //! Contacts come in the order of the descent, which is the same for the same bodies and pose.
 
 use glam::DVec3;
 
 use super::Contact;
+use crate::algebra::tolerance::JUMP;
 use crate::algebra::{Clock, Placement, Pose};
-use crate::body::{Body, Feature, Polytope, Provenance};
+use crate::body::{Aabb, Body, Feature, Polytope, Provenance};
 use crate::collision::{Closest, LeafPair, Memory, Overlap, Proximity, Side, StopReason, Traversal, TraversalCounters};
 use crate::depth::{HubPair, Seed, WalkScratch, depth, repair};
 
@@ -44,6 +48,8 @@ pub struct PairQuery {
     leaves: Vec<LeafPair>,
     contacts: Vec<Contact>,
     scratch: WalkScratch,
+    last_pose: Option<Placement>,
+    coherent: bool,
 }
 
 /// Node pairs remembered from tick to tick. A spoon in a cup visits hundreds, two 30 000-triangle scans some thousands.
@@ -57,6 +63,8 @@ impl PairQuery {
             leaves: Vec::with_capacity(capacity),
             contacts: Vec::with_capacity(capacity),
             scratch: WalkScratch::new(),
+            last_pose: None,
+            coherent: false,
         }
     }
 
@@ -66,6 +74,8 @@ impl PairQuery {
     pub fn run(&mut self, a: &Body, b: &Body, pose_ba: &Pose, tolerance: f64, clock: &impl Clock) -> QueryCounters {
         let place = pose_ba.placement();
         let begin = clock.now_ns();
+        self.coherent = self.last_pose.is_some_and(|last| travel(a, &last, &place) <= JUMP * a.size().min(b.size()));
+        self.last_pose = Some(place);
         let traversal = self.traversal.within(side(a), side(b), &place, tolerance, &mut self.leaves);
         let middle = clock.now_ns();
         let mut counters = QueryCounters { traversal, query_ns: middle - begin, ..QueryCounters::default() };
@@ -112,6 +122,7 @@ impl PairQuery {
     pub fn clear(&mut self) {
         self.traversal.clear();
         self.contacts.clear();
+        self.last_pose = None;
     }
 
     fn contact(
@@ -143,7 +154,7 @@ impl PairQuery {
         counters: &mut QueryCounters,
     ) -> Contact {
         let witness = Seed::Witness { direction: overlap.direction };
-        let walked = match leaf.memory.filter(|memory| memory.normal != DVec3::ZERO) {
+        let walked = match leaf.memory.filter(|memory| self.coherent && memory.normal != DVec3::ZERO) {
             Some(Memory { hub: [a, b], normal, .. }) => {
                 let previous = Seed::Previous { hub: HubPair { a, b }, normal };
                 depth(piece_a, piece_b, place, &[previous, witness], &mut self.scratch)
@@ -167,6 +178,19 @@ impl PairQuery {
             separation: -real.depth,
         }
     }
+}
+
+/// The farthest that any point of the body's bounding box moves from one placement to another.
+///
+/// The displacement field of a rigid motion is affine, so its norm is largest at a corner.
+fn travel(body: &Body, from: &Placement, to: &Placement) -> f64 {
+    let Aabb { min, max } = body.mesh().bounds();
+    let corner = |k: u32| {
+        let pick = |bit: u32, low: f64, high: f64| if k >> bit & 1 == 1 { high } else { low };
+        let p = DVec3::new(pick(0, min.x, max.x), pick(1, min.y, max.y), pick(2, min.z, max.z));
+        to.point(p).distance_squared(from.point(p))
+    };
+    (0..8).map(corner).fold(0.0, f64::max).sqrt()
 }
 
 fn side(body: &Body) -> Side<'_> {

@@ -1,0 +1,194 @@
+//! What can be typed.
+
+use std::path::PathBuf;
+
+use clap::{Args, CommandFactory, Parser, Subcommand};
+
+/// 6-degree-of-freedom haptic rendering between triangle meshes.
+///
+/// Without a command: a spoon in a cup, felt by a simulated hand at 1 kHz (`palpus run spoon-cup`).
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    max_term_width = 110,
+    after_help = "Example:\n  palpus query spoon.obj cup.obj --poses poses.csv --out contacts.csv"
+)]
+pub(crate) struct Arguments {
+    /// What to do.
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Runs the closed loop: device, contacts, wrench, device, a thousand times a second.
+    Run(RunArguments),
+    /// Answers contacts of two models for a list of poses.
+    Query(QueryArguments),
+    /// Decomposes models into convex pieces and builds their hierarchies of hulls.
+    Prepare(PrepareArguments),
+    /// Tells the health, mass properties and pieces of a model.
+    Inspect(InspectArguments),
+    /// Runs a recording again and compares every wrench bit for bit.
+    Replay(ReplayArguments),
+    /// Reproduces the paper's table and figures on this machine, and times the engine step.
+    #[command(subcommand)]
+    Bench(BenchCommand),
+    /// Prints completions for a shell.
+    #[command(after_help = "Example:\n  palpus completions bash > ~/.local/share/bash-completion/completions/palpus")]
+    Completions {
+        /// The shell.
+        shell: clap_complete::Shell,
+    },
+}
+
+impl Command {
+    /// What runs when nothing is typed.
+    pub(crate) fn demonstration() -> Self {
+        Self::Run(RunArguments { scene: "spoon-cup".into(), ..RunArguments::parse_from(["run"]) })
+    }
+}
+
+#[derive(Debug, Parser)]
+#[command(
+    after_help = "Examples:\n  palpus run                             a spoon in a cup for ten seconds\n  palpus run peg-hole --hand firm --json\n  palpus run my-scene.toml --record run.csv\n  palpus run intestine --fast --duration 60"
+)]
+pub(crate) struct RunArguments {
+    /// A built-in scene (see --list) or a scene file (TOML).
+    #[arg(default_value = "spoon-cup")]
+    pub(crate) scene: String,
+    /// Names the built-in scenes and ends.
+    #[arg(long)]
+    pub(crate) list: bool,
+    /// The device: `sim` (a simulated device in a simulated hand) or `replay:FILE` (the hand of a recording).
+    #[arg(long, default_value = "sim", value_name = "DEVICE")]
+    pub(crate) device: String,
+    /// The simulated hand: relaxed, normal, firm, tight or none [default: the scene's, or normal].
+    #[arg(long, value_name = "PRESET")]
+    pub(crate) hand: Option<String>,
+    /// Never opens a window (there is none yet: every run is headless).
+    #[arg(long)]
+    pub(crate) headless: bool,
+    /// Simulated time, as fast as it goes, instead of real time.
+    #[arg(long)]
+    pub(crate) fast: bool,
+    /// Seconds to run.
+    #[arg(long, default_value_t = 10.0, value_name = "S")]
+    pub(crate) duration: f64,
+    /// Ticks per second [default: the scene's, or 1000].
+    #[arg(long, value_name = "HZ")]
+    pub(crate) rate: Option<f64>,
+    /// Where the recording goes (CSV).
+    #[arg(long, default_value = "palpus-out/run.csv", value_name = "FILE")]
+    pub(crate) record: PathBuf,
+    /// Writes no recording and no plot.
+    #[arg(long)]
+    pub(crate) no_record: bool,
+    /// Lets the scene file name meshes outside its own folder.
+    #[arg(long)]
+    pub(crate) allow_outside: bool,
+    /// Prints the summary as one JSON document and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  palpus query spoon.obj cup.obj --poses poses.csv --out result.csv --tolerance 0.01\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row a pose, in B's frame:\nseparation is the nearest distance, or minus the depth of the deepest contact; point_a - point_b = separation * normal."
+)]
+pub(crate) struct QueryArguments {
+    /// The model of body A (obj, stl, ply, off, gltf, glb).
+    pub(crate) a: PathBuf,
+    /// The model of body B.
+    pub(crate) b: PathBuf,
+    /// Poses of A in B's frame (CSV).
+    #[arg(long, value_name = "F.csv")]
+    pub(crate) poses: PathBuf,
+    /// Where the results go (CSV).
+    #[arg(long, value_name = "R.csv")]
+    pub(crate) out: PathBuf,
+    /// Contacts are pairs of pieces nearer than this, in model units [default: 1 % of the smaller model's diagonal].
+    #[arg(long, value_name = "T")]
+    pub(crate) tolerance: Option<f64>,
+    /// Where every single contact goes (CSV).
+    #[arg(long, value_name = "C.csv")]
+    pub(crate) contacts: Option<PathBuf>,
+    /// The haptic walk alone, without proof that a depth is globally the least (there is no proof yet: always so).
+    #[arg(long)]
+    pub(crate) local: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  palpus prepare cup.obj --pieces cup_pieces.obj")]
+pub(crate) struct PrepareArguments {
+    /// The models.
+    #[arg(required = true)]
+    pub(crate) models: Vec<PathBuf>,
+    /// Where every convex piece goes, as a group of an OBJ file (one model only).
+    #[arg(long, value_name = "OUT.obj")]
+    pub(crate) pieces: Option<PathBuf>,
+    /// Prints one JSON document and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  palpus inspect cup.obj --json")]
+pub(crate) struct InspectArguments {
+    /// The model.
+    pub(crate) model: PathBuf,
+    /// Prints one JSON document and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  palpus run spoon-cup --record run.csv && palpus replay run.csv")]
+pub(crate) struct ReplayArguments {
+    /// The recording.
+    pub(crate) recording: PathBuf,
+    /// Lets the recorded scene file name meshes outside its own folder.
+    #[arg(long)]
+    pub(crate) allow_outside: bool,
+    /// Prints one JSON document and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum BenchCommand {
+    /// Writes the paper's Table 1 and Figures 5 and 6, measured here, as SVG, CSV, text and JSON.
+    #[command(after_help = "Example:\n  palpus bench figures --out figures")]
+    Figures {
+        /// Where the files go.
+        #[arg(long, value_name = "DIR", default_value = "palpus-out/figures")]
+        out: PathBuf,
+        /// A folder with other meshes at the paper's triangle counts, set beside the scenes' own in Table 1.
+        #[arg(long, value_name = "DIR")]
+        models: Option<PathBuf>,
+    },
+    /// Times the engine step (query, depth, force) of two models over a list of poses.
+    #[command(
+        after_help = "Example:\n  palpus bench step spoon.obj cup.obj --poses path.csv --out step.csv --tolerance 0.01"
+    )]
+    Step {
+        /// The model of body A.
+        a: PathBuf,
+        /// The model of body B.
+        b: PathBuf,
+        /// Poses of A in B's frame (CSV), as for `palpus query`.
+        #[arg(long, value_name = "F.csv")]
+        poses: PathBuf,
+        /// Where the times go (CSV).
+        #[arg(long, value_name = "R.csv")]
+        out: PathBuf,
+        /// Contacts are pairs of pieces nearer than this, in model units [default: 1 % of the smaller model's diagonal].
+        #[arg(long, value_name = "T")]
+        tolerance: Option<f64>,
+    },
+}
+
+/// Prints the completions of `shell` on standard output.
+pub(crate) fn completions(shell: clap_complete::Shell) {
+    clap_complete::generate(shell, &mut Arguments::command(), "palpus", &mut std::io::stdout());
+}

@@ -1,0 +1,165 @@
+//! `palpus bench figures`: Table 1, Figure 5 and Figure 6 of the paper.
+//!
+//! The scripted hands move the probe directly, without a device between, so that the same poses are queried on every
+//! machine. Times are this machine's.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Context, anyhow};
+use palpus::algebra::NoClock;
+use palpus::force::{Contact, PairQuery};
+use palpus::render::{ProbeState, Renderer, TickSummary};
+use palpus_io::scene::FilePolicy;
+
+use super::table;
+use crate::clock::WallClock;
+use crate::plots::{BLUE, Figure, GREEN, Panel, Series, VERMILION, bands, write_svg};
+use crate::stage::{self, Stage};
+use crate::{output, query};
+
+/// s.
+const TICK: f64 = 1e-3;
+
+pub(super) fn figures(out: &Path, models: Option<&Path>) -> anyhow::Result<ExitCode> {
+    fs::create_dir_all(out).with_context(|| format!("{} could not be created", out.display()))?;
+    let rows = table::measure(models)?;
+    let text = table::text(&rows);
+    fs::write(out.join("table1.txt"), format!("{text}\n"))?;
+    fs::write(out.join("table1.json"), serde_json::to_string_pretty(&rows)?)?;
+    output::line(&text);
+    figure_5(out)?;
+    figure_6(out)?;
+    output::line(format!("written to {}: table1, figure5 and figure6 as text, JSON, CSV and SVG", out.display()));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Query time, force time and contacts while a spoon touches a cup.
+fn figure_5(out: &Path) -> anyhow::Result<()> {
+    let stage = stage::prepare("spoon-cup", FilePolicy::Inside)?;
+    let mut renderer = Renderer::new(stage.probe.clone(), stage.environment.clone(), stage.settings)?;
+    let mut ticks = pass(&stage, &mut renderer);
+    for _ in 1..PASSES {
+        renderer.clear();
+        for (best, again) in ticks.iter_mut().zip(pass(&stage, &mut renderer)) {
+            best.times.query = best.times.query.min(again.times.query);
+            best.times.depth = best.times.depth.min(again.times.depth);
+            best.times.force = best.times.force.min(again.times.force);
+        }
+    }
+    let mut file = query::create(&out.join("figure5.csv"))?;
+    writeln!(file, "tick,query_us,force_us,contacts,clusters,separation_m,penetrating")?;
+    for (k, tick) in ticks.iter().enumerate() {
+        let (query, force) = (query_us(tick), force_us(tick));
+        let penetrating = u8::from(tick.separation < 0.0);
+        writeln!(file, "{k},{query},{force},{},{},{},{penetrating}", tick.contacts, tick.clusters, tick.separation)?;
+    }
+    file.flush()?;
+    let curve = |value: &dyn Fn(&TickSummary) -> f64| -> Vec<(f64, f64)> {
+        ticks.iter().enumerate().map(|(k, tick)| (k as f64, value(tick))).collect()
+    };
+    let intervals = bands(ticks.iter().enumerate().map(|(k, tick)| (k as f64, tick.separation < 0.0)));
+    let figure = Figure {
+        title: "Figure 5: a spoon touches a cup (shaded: penetrating, white: disjoint)".to_owned(),
+        x_label: "tick (1 ms)",
+        bands: intervals,
+        panels: vec![
+            Panel {
+                title: "time of the contact query and of the force computation",
+                unit: "µs",
+                series: vec![
+                    Series { label: "contact query", color: BLUE, points: curve(&query_us) },
+                    Series { label: "force", color: VERMILION, points: curve(&force_us) },
+                ],
+                thick_in_bands: false,
+            },
+            Panel {
+                title: "contacts",
+                unit: "number",
+                series: vec![
+                    Series { label: "contacts", color: BLUE, points: curve(&|tick| f64::from(tick.contacts)) },
+                    Series { label: "clusters", color: GREEN, points: curve(&|tick| f64::from(tick.clusters)) },
+                ],
+                thick_in_bands: false,
+            },
+        ],
+    };
+    write_svg(&figure, &out.join("figure5.svg"))
+}
+
+/// Every pass computes the same; of each stage of each tick the shortest time is kept, so that what the operating system
+/// did meanwhile does not stand in the figure.
+const PASSES: usize = 5;
+
+/// The ticks of one way along the scripted path.
+fn pass(stage: &Stage, renderer: &mut Renderer) -> Vec<TickSummary> {
+    let clock = WallClock::new();
+    (0..ticks(stage))
+        .map(|k| {
+            let time = k as f64 * TICK;
+            let state = ProbeState { pose_ba: stage.path.pose(time), twist: stage.path.twist(time) };
+            renderer.step(&state, TICK, &clock).summary()
+        })
+        .collect()
+}
+
+fn query_us(tick: &TickSummary) -> f64 {
+    (tick.times.query + tick.times.depth) as f64 / 1e3
+}
+
+fn force_us(tick: &TickSummary) -> f64 {
+    tick.times.force as f64 / 1e3
+}
+
+/// Contact point, normal and distance while a pen is drawn over a sphere.
+fn figure_6(out: &Path) -> anyhow::Result<()> {
+    let stage = stage::prepare("pen-sphere", FilePolicy::Inside)?;
+    let (a, b) = (&stage.probe, &stage.environment);
+    let mut pair = PairQuery::new(a, b, stage.settings.capacity);
+    let mut contacts = Vec::with_capacity(ticks(&stage));
+    for k in 0..ticks(&stage) {
+        let pose = stage.path.pose(k as f64 * TICK);
+        let mut counters = pair.run(a, b, &pose, stage.settings.contact_tolerance, &NoClock);
+        let nearest = pair.nearest(a, b, &pose, &mut counters);
+        contacts.push(nearest.ok_or_else(|| anyhow!("tick {k} of the pen's path has no answer"))?);
+    }
+    let mut file = query::create(&out.join("figure6.csv"))?;
+    writeln!(file, "tick,point_x,point_y,point_z,normal_x,normal_y,normal_z,distance_m,penetrating")?;
+    for (k, contact) in contacts.iter().enumerate() {
+        let (p, n, d) = (contact.midpoint(), contact.normal, contact.separation);
+        writeln!(file, "{k},{},{},{},{},{},{},{d},{}", p.x, p.y, p.z, n.x, n.y, n.z, u8::from(d < 0.0))?;
+    }
+    file.flush()?;
+    let curve = |value: &dyn Fn(&Contact) -> f64| -> Vec<(f64, f64)> {
+        contacts.iter().enumerate().map(|(k, contact)| (k as f64, value(contact))).collect()
+    };
+    let axes = |value: &dyn Fn(&Contact) -> glam::DVec3| {
+        [("x", VERMILION), ("y", GREEN), ("z", BLUE)]
+            .into_iter()
+            .enumerate()
+            .map(|(axis, (label, color))| Series { label, color, points: curve(&|contact| value(contact)[axis]) })
+            .collect()
+    };
+    let panel = |title, unit, series| Panel { title, unit, series, thick_in_bands: true };
+    let figure = Figure {
+        title: "Figure 6: a pen is drawn over a sphere (thick and shaded: penetrating)".to_owned(),
+        x_label: "tick (1 ms)",
+        bands: bands(contacts.iter().enumerate().map(|(k, contact)| (k as f64, contact.separation < 0.0))),
+        panels: vec![
+            panel("(a) contact point", "mm", axes(&|contact| contact.midpoint() * 1e3)),
+            panel("(b) contact normal", "", axes(&|contact| contact.normal)),
+            panel(
+                "(c) distance, negative when penetrating",
+                "mm",
+                vec![Series { label: "distance", color: BLUE, points: curve(&|contact| contact.separation * 1e3) }],
+            ),
+        ],
+    };
+    write_svg(&figure, &out.join("figure6.svg"))
+}
+
+fn ticks(stage: &Stage) -> usize {
+    (stage.path.duration() / TICK).round() as usize
+}

@@ -1,0 +1,45 @@
+//! Where words go: answers to standard output, everything else to standard error.
+#![allow(clippy::print_stdout, clippy::print_stderr)] // The one place that prints.
+
+use std::io::IsTerminal;
+
+use serde::Serialize;
+
+/// One error on one screen: the outermost sentence, then its causes.
+pub(crate) fn error(error: &anyhow::Error) {
+    eprintln!("error: {error}");
+    for cause in error.chain().skip(1) {
+        eprintln!("  because: {cause}");
+    }
+}
+
+/// A line for the user that is not the answer.
+pub(crate) fn note(text: impl std::fmt::Display) {
+    eprintln!("{text}");
+}
+
+/// A line of the answer.
+pub(crate) fn line(text: impl std::fmt::Display) {
+    println!("{text}");
+}
+
+/// The answer as one JSON document.
+pub(crate) fn json(document: &impl Serialize) -> anyhow::Result<()> {
+    println!("{}", serde_json::to_string_pretty(document)?);
+    Ok(())
+}
+
+/// True when someone watches standard error, so that a line may be drawn over.
+pub(crate) fn watched() -> bool {
+    std::io::stderr().is_terminal()
+}
+
+/// Draws over the last live line (only where [`watched`]).
+pub(crate) fn live(text: &str) {
+    eprint!("\r\x1b[2K{text}");
+}
+
+/// Ends a live line.
+pub(crate) fn live_end() {
+    eprintln!();
+}

@@ -1,0 +1,88 @@
+//! `palpus query`: contacts of two models for a list of poses.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::Context;
+use palpus::algebra::NoClock;
+use palpus::body::{Body, BodySettings};
+use palpus::force::{Contact, PairQuery};
+use palpus_io::{ContactWriter, QueryRow, QueryWriter, read_poses};
+
+use crate::args::QueryArguments;
+use crate::{bodies, output};
+
+/// Of the smaller model's diagonal: the tolerance when none is given.
+const DEFAULT_TOLERANCE: f64 = 0.01;
+/// Leaf contacts that one pose can have.
+const CAPACITY: usize = 1 << 16;
+
+pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
+    let poses = read_poses(&arguments.poses)?;
+    let settings = BodySettings::default();
+    let a = bodies::prepare_file(&arguments.a, &settings)?.body;
+    let b = bodies::prepare_file(&arguments.b, &settings)?.body;
+    let tolerance = tolerance_of(arguments.tolerance, &a, &b)?;
+    let mut rows = QueryWriter::new(create(&arguments.out)?)?;
+    let mut contact_rows = match &arguments.contacts {
+        Some(path) => Some(ContactWriter::new(create(path)?)?),
+        None => None,
+    };
+    let mut pair = PairQuery::new(&a, &b, CAPACITY);
+    let mut dropped = 0;
+    for (frame, pose_ba) in poses.iter().enumerate() {
+        let begin = Instant::now();
+        let mut counters = pair.run(&a, &b, pose_ba, tolerance, &NoClock);
+        let nearest = pair.nearest(&a, &b, pose_ba, &mut counters);
+        let query_us = begin.elapsed().as_secs_f64() * 1e6;
+        dropped += u64::from(counters.traversal.dropped);
+        let nearest = nearest.with_context(|| format!("frame {frame} has no answer: a model has no pieces"))?;
+        rows.write(&row(frame as u64, &nearest, pair.contacts().len() as u32, query_us))?;
+        if let Some(file) = &mut contact_rows {
+            file.write(frame as u64, pair.contacts())?;
+        }
+    }
+    rows.finish()?;
+    if let Some(file) = contact_rows {
+        file.finish()?;
+    }
+    if dropped > 0 {
+        output::note(format!(
+            "note: {dropped} contacts over {CAPACITY} in a frame were left out; a smaller --tolerance has fewer"
+        ));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The tolerance that was typed, or the default for these two models.
+pub(crate) fn tolerance_of(typed: Option<f64>, a: &Body, b: &Body) -> anyhow::Result<f64> {
+    match typed {
+        Some(t) if t.is_finite() && t >= 0.0 => Ok(t),
+        Some(t) => anyhow::bail!("--tolerance is {t}, but must be a length in model units, 0 or more"),
+        None => Ok(DEFAULT_TOLERANCE * a.size().min(b.size())),
+    }
+}
+
+/// A buffered file to write to; the error names it.
+pub(crate) fn create(path: &Path) -> anyhow::Result<BufWriter<File>> {
+    let file =
+        File::create(path).with_context(|| format!("{} could not be created; check the folder", path.display()))?;
+    Ok(BufWriter::new(file))
+}
+
+fn row(frame: u64, nearest: &Contact, contacts: u32, query_us: f64) -> QueryRow {
+    QueryRow {
+        frame,
+        separation: nearest.separation,
+        normal: nearest.normal,
+        point_a: nearest.point_a,
+        point_b: nearest.point_b,
+        contacts,
+        // A closest pair proves itself; a depth is only locally the least.
+        certified: nearest.separation > 0.0,
+        query_us,
+    }
+}

@@ -1,0 +1,270 @@
+//! `palpus run`: the closed loop.
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::Duration;
+
+use anyhow::{Context, anyhow, bail};
+use palpus_device::{
+    DeviceState, HapticDevice, Recorder, ReplayDevice, RunEnd, RunStatistics, Servo, ServoOptions, ServoTick,
+    SimulatedDevice, SimulationSettings, Timing, hand_preset, record,
+};
+use palpus_io::scene::FilePolicy;
+use palpus_io::{RecordRow, RecordingHeader, RecordingWriter, read_recording};
+
+use crate::args::RunArguments;
+use crate::engine::{Detail, Engine, within_device};
+use crate::stage::{self, Stage};
+use crate::summary::{self, Gatherer, Summary};
+use crate::{output, plots};
+
+/// Rows that may wait for the writer: half a second at the highest rate.
+const QUEUED_ROWS: usize = 1 << 15;
+
+pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
+    if arguments.list {
+        list();
+        return Ok(ExitCode::SUCCESS);
+    }
+    let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
+    let stage = stage::prepare(&arguments.scene, policy)?;
+    let rate_hz = arguments.rate.or(stage.rate_hz).unwrap_or(DEFAULT_RATE_HZ);
+    let mut device = device(arguments, &stage, rate_hz)?;
+    let settings = within_device(&stage.settings, device.spec());
+    let engine = Engine::new(&stage, settings)?;
+    let header = header(&stage, settings, arguments, rate_hz);
+    if !arguments.json {
+        announce(arguments, &stage, device.as_ref(), rate_hz);
+    }
+    let options = ServoOptions {
+        rate_hz,
+        timing: if arguments.fast { Timing::Simulated } else { Timing::RealTime },
+        duration: Some(arguments.duration),
+        ..ServoOptions::default()
+    };
+    let servo = Servo::new(options)?;
+    let recording = (!arguments.no_record).then(|| Recording::start(&arguments.record, &header)).transpose()?;
+    let (rows, writing) = recording.map_or((None, None), |r| (Some(r.rows), Some(r.writing)));
+    let (statistics, gatherer) = turn(servo, engine, device.as_mut(), rows, arguments.json)?;
+    let summary = gatherer.finish(&statistics);
+    if let Some(writing) = writing {
+        let written = writing.finish();
+        if let Some(error) = written.error {
+            return Err(anyhow!(error).context(format!("{} could not be written", arguments.record.display())));
+        }
+        if written.dropped > 0 {
+            output::note(format!("note: {} rows were not recorded, the disk was too slow", written.dropped));
+        }
+    }
+    report(arguments, &summary)?;
+    let failed = matches!(statistics.end, RunEnd::DeviceFailed(_) | RunEnd::Panicked(_));
+    Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+/// Ticks per second when nobody says.
+const DEFAULT_RATE_HZ: f64 = 1000.0;
+
+fn list() {
+    for scene in palpus_scenes::scenes() {
+        output::line(format!("{:12} {}", scene.name, scene.summary));
+    }
+}
+
+fn device(arguments: &RunArguments, stage: &Stage, rate_hz: f64) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
+    if let Some(file) = arguments.device.strip_prefix("replay:") {
+        let recording = read_recording(Path::new(file))?;
+        let state = |row: &RecordRow| DeviceState {
+            pose: row.pose,
+            twist: row.twist,
+            buttons: row.buttons,
+            time: row.time_ns as f64 * 1e-9,
+        };
+        let spec = SimulationSettings::default().spec;
+        return Ok(Box::new(ReplayDevice::new(spec, recording.rows.iter().map(state).collect())));
+    }
+    if arguments.device != "sim" {
+        bail!("there is no device `{}`; `sim` and `replay:FILE` exist", arguments.device);
+    }
+    let name = arguments.hand.as_deref().or(stage.hand).unwrap_or("normal");
+    let Some(hand) = hand_preset(name) else {
+        bail!("there is no hand `{name}`; hands are relaxed, normal, firm, tight and none");
+    };
+    let path = stage.path.clone();
+    let settings = SimulationSettings { rate_hz, hand, ..SimulationSettings::default() };
+    Ok(Box::new(SimulatedDevice::new(settings, move |time| path.pose(time))?))
+}
+
+fn header(
+    stage: &Stage,
+    settings: palpus::render::Settings,
+    arguments: &RunArguments,
+    rate_hz: f64,
+) -> RecordingHeader {
+    let mut scene = stage.recorded.clone();
+    scene.render = settings;
+    RecordingHeader {
+        palpus_version: env!("CARGO_PKG_VERSION").to_owned(),
+        device: arguments.device.clone(),
+        rate_hz,
+        seed: 0,
+        scene,
+    }
+}
+
+fn announce(arguments: &RunArguments, stage: &Stage, device: &dyn HapticDevice, rate_hz: f64) {
+    let size = |body: &palpus::body::Body| (body.mesh().triangles().len(), body.pieces().len());
+    let ((ta, pa), (tb, pb)) = (size(&stage.probe), size(&stage.environment));
+    output::note(format!("{}: probe {ta} triangles in {pa} convex pieces, environment {tb} in {pb}", arguments.scene));
+    let pace = if arguments.fast { "as fast as it goes" } else { "in real time" };
+    output::note(format!(
+        "headless (this version has no window): {} at {rate_hz:.0} Hz {pace} for {} s; Ctrl-C ends it",
+        device.spec().name,
+        arguments.duration
+    ));
+}
+
+/// A recording under way.
+struct Recording {
+    rows: Recorder<RecordRow>,
+    writing: palpus_device::Recording,
+}
+
+impl Recording {
+    fn start(path: &Path, header: &RecordingHeader) -> anyhow::Result<Self> {
+        let problem = || format!("{} could not be created; name another file with --record", path.display());
+        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+            std::fs::create_dir_all(folder).with_context(problem)?;
+        }
+        let file = BufWriter::new(File::create(path).with_context(problem)?);
+        let mut writer = RecordingWriter::new(file, header).with_context(problem)?;
+        let mut written = 0u64;
+        let (rows, writing) = record(QUEUED_ROWS, move |row: &RecordRow| {
+            writer.write(row)?;
+            written += 1;
+            // A crash then loses a fraction of a second at most.
+            if written.is_multiple_of(FLUSH_EVERY) { writer.flush() } else { Ok(()) }
+        });
+        Ok(Self { rows, writing })
+    }
+}
+
+/// Rows between two flushes of the recording.
+const FLUSH_EVERY: u64 = 256;
+
+/// The newest values of a run, for the live line.
+#[derive(Default)]
+struct Live {
+    ticks: AtomicU64,
+    query_ns: AtomicU64,
+    contacts: AtomicU64,
+    force: AtomicU64,
+}
+
+/// Runs the loop on a thread of its own while this one shows how it goes.
+fn turn(
+    mut servo: Servo,
+    mut engine: Engine,
+    device: &mut (dyn HapticDevice + Send),
+    mut rows: Option<Recorder<RecordRow>>,
+    quiet: bool,
+) -> anyhow::Result<(RunStatistics, Gatherer)> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    // When there is a handler already, Ctrl-C simply ends the process; that is no reason not to run.
+    let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+    let live = Live::default();
+    let over = AtomicBool::new(false);
+    let mut gatherer = Gatherer::new()?;
+    std::thread::scope(|scope| {
+        let (live, over, stop) = (&live, &over, &stop);
+        let loop_thread = std::thread::Builder::new().name("servo".to_owned()).spawn_scoped(scope, move || {
+            let mut observe = |tick: &ServoTick, detail: &Detail| {
+                gatherer.add(tick, detail);
+                if let Some(rows) = &mut rows {
+                    rows.push(row(tick, detail));
+                }
+                live.ticks.store(tick.index + 1, Ordering::Relaxed);
+                live.query_ns.store(detail.tick.times.query + detail.tick.times.depth, Ordering::Relaxed);
+                live.contacts.store(u64::from(detail.tick.contacts), Ordering::Relaxed);
+                live.force.store(tick.wrench.force.length().to_bits(), Ordering::Relaxed);
+            };
+            let statistics = servo.run(device, |state, dt| engine.step(state, dt), &mut observe, stop);
+            over.store(true, Ordering::Relaxed);
+            (statistics, gatherer)
+        })?;
+        if !quiet {
+            watch(live, over);
+        }
+        loop_thread.join().map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))
+    })
+}
+
+fn row(tick: &ServoTick, detail: &Detail) -> RecordRow {
+    let Detail { tick: engine, .. } = detail;
+    let micros = |ns: u64| ns as f64 / 1e3;
+    RecordRow {
+        tick: tick.index,
+        time_ns: (tick.time * 1e9).round() as u64,
+        dt: engine.dt,
+        pose: tick.state.pose,
+        twist: tick.state.twist,
+        buttons: tick.state.buttons,
+        wrench: tick.wrench,
+        contacts: engine.contacts,
+        clusters: engine.clusters,
+        separation: engine.separation,
+        query_us: micros(engine.times.query),
+        depth_us: Some(micros(engine.times.depth)),
+        force_us: micros(engine.times.force),
+        total_us: micros(engine.times.total),
+        saturated: tick.saturated,
+        faults: u32::from(tick.replaced),
+    }
+}
+
+/// Between two live lines.
+const LIVE_PERIOD: Duration = Duration::from_millis(100);
+
+/// Shows the newest values until the run is over: a line drawn over on a terminal, nothing elsewhere.
+fn watch(live: &Live, over: &AtomicBool) {
+    let shown = output::watched();
+    let mut last = 0;
+    while !over.load(Ordering::Relaxed) {
+        std::thread::sleep(LIVE_PERIOD);
+        let ticks = live.ticks.load(Ordering::Relaxed);
+        if shown {
+            output::live(&format!(
+                "{:6.0} Hz   query {:7.1} µs   {:3} contacts   {:5.2} N",
+                (ticks - last) as f64 / LIVE_PERIOD.as_secs_f64(),
+                live.query_ns.load(Ordering::Relaxed) as f64 / 1e3,
+                live.contacts.load(Ordering::Relaxed),
+                f64::from_bits(live.force.load(Ordering::Relaxed)),
+            ));
+        }
+        last = ticks;
+    }
+    if shown {
+        output::live_end();
+    }
+}
+
+fn report(arguments: &RunArguments, summary: &Summary) -> anyhow::Result<()> {
+    if arguments.json {
+        return output::json(summary);
+    }
+    summary::print(summary);
+    if !arguments.no_record {
+        let plot: PathBuf = arguments.record.with_extension("svg");
+        let recording = read_recording(&arguments.record)?;
+        if recording.rows.len() > 1 {
+            plots::write_svg(&crate::bench::run_figure(&arguments.scene, &recording.rows), &plot)?;
+            output::line(format!("{:>14}  {} (plot: {})", "recorded", arguments.record.display(), plot.display()));
+            output::line(format!("{:>14}  palpus replay {}", "again", arguments.record.display()));
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,210 @@
+//! A scene, built-in or from a file, made ready to run: bodies prepared, settings in SI, a hand that knows where to go.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::bail;
+use palpus::algebra::{NoClock, Pose};
+use palpus::body::{Body, BodySettings};
+use palpus::force::{FrictionSettings, PairQuery, ShadingSettings};
+use palpus::render::Settings;
+use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
+use palpus_io::scene::{CouplingMode, FilePolicy, SceneFile, read_scene};
+use palpus_io::{ContentHash, read_poses};
+use palpus_scenes::{HandPath, Key, Scene, Tremor};
+
+use crate::{bodies, output};
+
+/// Everything that a run needs.
+pub(crate) struct Stage {
+    /// Body a.
+    pub(crate) probe: Arc<Body>,
+    /// Body b.
+    pub(crate) environment: Arc<Body>,
+    /// Of b in the world, which is also the device's frame.
+    pub(crate) environment_pose: Pose,
+    /// Of the engine.
+    pub(crate) settings: Settings,
+    /// What the simulated hand intends, in the world.
+    pub(crate) path: HandPath,
+    /// The hand that the scene asks for, if it does.
+    pub(crate) hand: Option<&'static str>,
+    /// Ticks per second that the scene asks for, if it does.
+    pub(crate) rate_hz: Option<f64>,
+    /// What a recording says of the scene.
+    pub(crate) recorded: RecordedScene,
+}
+
+/// Force shading turns a direction by no more than this, so that it cannot push into the surface.
+const MOST_SHADING_TURN_DEGREES: f64 = 45.0;
+
+/// Finds and prepares the scene called `name`: a built-in one, or a scene file by path.
+pub(crate) fn prepare(name: &str, policy: FilePolicy) -> anyhow::Result<Stage> {
+    if let Some(scene) = palpus_scenes::scene(name) {
+        return of_built_in(&scene);
+    }
+    let path = Path::new(name);
+    if path.exists() || path.extension().is_some() {
+        let file = read_scene(path, policy)?;
+        return of_file(path, &file);
+    }
+    let names: Vec<&str> = palpus_scenes::scenes().iter().map(|scene| scene.name).collect();
+    bail!("there is no scene called `{name}`; built-in scenes are {}, or name a scene file (TOML)", names.join(", "))
+}
+
+fn of_built_in(scene: &Scene) -> anyhow::Result<Stage> {
+    let contact = &scene.contact;
+    let settings = Settings {
+        contact_tolerance: contact.tolerance,
+        cluster_radius: contact.cluster_radius,
+        stiffness: contact.stiffness,
+        shading: contact.shading.then(|| ShadingSettings {
+            crease_angle: contact.crease,
+            most_turn: MOST_SHADING_TURN_DEGREES.to_radians(),
+        }),
+        friction: contact.friction.map(|friction| FrictionSettings {
+            static_coefficient: friction.static_coefficient,
+            dynamic_coefficient: friction.dynamic_coefficient,
+            // As stiff sideways as into the surface.
+            tangential_stiffness: contact.stiffness,
+        }),
+        ..Settings::default()
+    };
+    let body_settings = BodySettings { scale: 1.0, crease_angle: contact.crease };
+    let probe = bodies::prepare_soup("the probe", &scene.probe, &body_settings)?;
+    let environment = bodies::prepare_soup("the environment", &scene.environment, &body_settings)?;
+    let body = |part: &str, content, pose| RecordedBody { mesh: format!("{}/{part}", scene.name), content, pose };
+    let recorded = RecordedScene {
+        source: SceneSource::BuiltIn(scene.name.to_owned()),
+        metres_per_unit: 1.0,
+        probe: body("probe", probe.hash, scene.start),
+        environment: body("environment", environment.hash, Pose::IDENTITY),
+        render: settings,
+        more: Default::default(),
+    };
+    Ok(Stage {
+        probe: Arc::new(probe.body),
+        environment: Arc::new(environment.body),
+        environment_pose: Pose::IDENTITY,
+        settings,
+        path: scene.path.clone(),
+        hand: None,
+        rate_hz: None,
+        recorded,
+    })
+}
+
+fn of_file(path: &Path, file: &SceneFile) -> anyhow::Result<Stage> {
+    if file.coupling.mode == CouplingMode::Coupled {
+        output::note("note: [coupling] mode = \"coupled\" is not built yet; the scene runs with direct rendering");
+    }
+    let crease_angle = file.render.shading.map_or_else(|| BodySettings::default().crease_angle, |s| s.crease_angle);
+    let body_settings = BodySettings { scale: file.metres_per_unit, crease_angle };
+    let prepare = |mesh: &Path| -> anyhow::Result<(Arc<Body>, ContentHash)> {
+        let prepared = bodies::prepare_file(mesh, &body_settings)?;
+        Ok((Arc::new(prepared.body), prepared.hash))
+    };
+    let (probe, probe_hash) = prepare(&file.probe.mesh)?;
+    let (environment, environment_hash) = prepare(&file.environment.mesh)?;
+    let hand = file.hand.preset.name();
+    let intended = match &file.hand.path {
+        Some(poses) => through(poses, file)?,
+        None => approach(&probe, &environment, file.probe.pose, file.environment.pose, file.render.contact_tolerance),
+    };
+    let intended = if file.hand.tremor > 0.0 {
+        intended.with_tremor(Tremor::new(file.hand.tremor, u64::from(file.hand.seed)))
+    } else {
+        intended
+    };
+    let body = |mesh: &Path, content, pose| RecordedBody { mesh: mesh.display().to_string(), content, pose };
+    let recorded = RecordedScene {
+        source: SceneSource::File(path.display().to_string()),
+        metres_per_unit: file.metres_per_unit,
+        probe: body(&file.probe.mesh, probe_hash, file.probe.pose),
+        environment: body(&file.environment.mesh, environment_hash, file.environment.pose),
+        render: file.render,
+        more: Default::default(),
+    };
+    Ok(Stage {
+        probe,
+        environment,
+        environment_pose: file.environment.pose,
+        settings: file.render,
+        path: intended,
+        hand: Some(hand),
+        rate_hz: Some(file.rate_hz),
+        recorded,
+    })
+}
+
+/// Seconds from one pose of a hand's file to the next.
+const POSE_PERIOD: f64 = 0.5;
+
+/// The path through a file of poses, half a second from one to the next.
+fn through(poses: &Path, file: &SceneFile) -> anyhow::Result<HandPath> {
+    let poses_file = poses;
+    let poses = read_poses(poses_file)?;
+    if poses.len() < 2 {
+        bail!("{} has {} poses; a hand's path needs two or more", poses_file.display(), poses.len());
+    }
+    let last = poses.len() - 1;
+    let keys: Vec<Key> = poses
+        .iter()
+        .enumerate()
+        .map(|(k, pose)| {
+            let metric = Pose { translation: pose.translation * file.metres_per_unit, ..*pose };
+            let time = k as f64 * POSE_PERIOD;
+            if k == 0 || k == last { Key::rest(time, metric) } else { Key::through(time, metric) }
+        })
+        .collect();
+    Ok(HandPath::through(&keys))
+}
+
+/// A hand for a scene without a path: from the start towards the environment until the bodies touch, a little deeper, and
+/// back, again and again.
+fn approach(a: &Arc<Body>, b: &Arc<Body>, start: Pose, environment: Pose, tolerance: f64) -> HandPath {
+    let mut pair = PairQuery::new(a, b, 1 << 14);
+    let mut separation = |pose: Pose| {
+        let pose_ba = environment.inverse() * pose;
+        let mut counters = pair.run(a, b, &pose_ba, 0.0, &NoClock);
+        pair.nearest(a, b, &pose_ba, &mut counters).map_or(f64::INFINITY, |contact| contact.separation)
+    };
+    let goal = environment.point(b.mass().center_of_mass) - start.point(a.mass().center_of_mass);
+    let towards = goal.normalize_or(-glam::DVec3::Z);
+    let at = |travel: f64| Pose { translation: start.translation + towards * travel, ..start };
+    // Conservative advancement: the nearest distance can always be travelled.
+    let mut travel = 0.0;
+    for _ in 0..MOST_ADVANCES {
+        let gap = separation(at(travel));
+        if gap <= 0.1 * tolerance || travel > goal.length() {
+            break;
+        }
+        travel += gap;
+    }
+    let pressed = at(travel + PRESS_TOLERANCES * tolerance);
+    let period = (travel / APPROACH_SPEED).max(1.0);
+    HandPath::cyclic(&[Key::rest(0.0, start), Key::rest(period, pressed), Key::rest(2.0 * period, start)])
+}
+
+/// Steps of the search for first touch; it converges linearly, and a grazing approach may be cut short.
+const MOST_ADVANCES: usize = 200;
+/// How far the hand presses beyond touch, in contact tolerances.
+const PRESS_TOLERANCES: f64 = 3.0;
+/// m/s.
+const APPROACH_SPEED: f64 = 0.05;
+
+/// The content of the meshes of a recorded scene as they are now, to refuse a replay on others.
+pub(crate) fn check_content(stage: &Stage, recorded: &RecordedScene) -> anyhow::Result<()> {
+    for (now, then) in [(&stage.recorded.probe, &recorded.probe), (&stage.recorded.environment, &recorded.environment)]
+    {
+        if now.content != then.content {
+            bail!(
+                "{} is not the mesh of the recording (its content hash is {}, recorded was {}); replay needs the same mesh",
+                now.mesh,
+                now.content,
+                then.content
+            );
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,211 @@
+//! The summary of a run.
+
+use hdrhistogram::Histogram;
+use palpus_device::{RunEnd, RunStatistics, ServoTick};
+use serde::Serialize;
+
+use crate::engine::Detail;
+use crate::output;
+
+/// Percentiles of a time, µs.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(crate) struct Micros {
+    p50: f64,
+    p99: f64,
+    p999: f64,
+    max: f64,
+}
+
+/// Mean and maximum of a count.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(crate) struct Count {
+    mean: f64,
+    max: u32,
+}
+
+/// What a run was like; the names are a contract with those who read `--json`.
+#[derive(Debug, Serialize)]
+pub(crate) struct Summary {
+    pub(crate) ticks: u64,
+    pub(crate) duration_s: f64,
+    rate_hz: f64,
+    overruns: u64,
+    step_us: Micros,
+    query_us: Micros,
+    force_us: Micros,
+    contacts: Count,
+    clusters: Count,
+    depth_max_m: f64,
+    force_max_n: f64,
+    torque_max_nm: f64,
+    force_step_max_n: f64,
+    torque_step_max_nm: f64,
+    saturated_ticks: u64,
+    faults: u64,
+    energy_generated_j: f64,
+    allocations: u64,
+    trouble: Trouble,
+    end: String,
+}
+
+/// Numerical trouble inside ticks, counted; none of it stops a run.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(crate) struct Trouble {
+    /// Distance marches answered by the fallback.
+    march_fallbacks: u64,
+    /// Depth walks that ended for another reason than having converged.
+    walk_stops: u64,
+    /// Depths moved from virtual to original features.
+    repaired_depths: u64,
+    /// Closest points on virtual features, left out.
+    virtual_closest: u64,
+    /// Clusters whose normals cancelled.
+    cancelled_normals: u64,
+    /// Contacts for which there was no room.
+    dropped_contacts: u64,
+    /// Ticks with a probe pose that was none.
+    bad_states: u64,
+}
+
+/// Gathers what the loop itself does not know, on the servo thread, in memory that is there from the start.
+pub(crate) struct Gatherer {
+    query_ns: Histogram<u64>,
+    force_ns: Histogram<u64>,
+    ticks: u64,
+    contacts: (u64, u32),
+    clusters: (u64, u32),
+    depth_max: f64,
+    allocations: u64,
+    trouble: Trouble,
+}
+
+/// Durations to 10 s, to three digits.
+const LONGEST_NS: u64 = 10_000_000_000;
+
+impl Gatherer {
+    pub(crate) fn new() -> anyhow::Result<Self> {
+        Ok(Self {
+            query_ns: Histogram::new_with_bounds(1, LONGEST_NS, 3)?,
+            force_ns: Histogram::new_with_bounds(1, LONGEST_NS, 3)?,
+            ticks: 0,
+            contacts: (0, 0),
+            clusters: (0, 0),
+            depth_max: 0.0,
+            allocations: 0,
+            trouble: Trouble::default(),
+        })
+    }
+
+    /// Adds a tick.
+    pub(crate) fn add(&mut self, _: &ServoTick, detail: &Detail) {
+        let tick = &detail.tick;
+        self.query_ns.saturating_record((tick.times.query + tick.times.depth).max(1));
+        self.force_ns.saturating_record(tick.times.force.max(1));
+        self.ticks += 1;
+        self.contacts = (self.contacts.0 + u64::from(tick.contacts), self.contacts.1.max(tick.contacts));
+        self.clusters = (self.clusters.0 + u64::from(tick.clusters), self.clusters.1.max(tick.clusters));
+        self.depth_max = self.depth_max.max(-tick.separation);
+        self.allocations += detail.allocations;
+        let (counters, trouble) = (&tick.counters, &mut self.trouble);
+        trouble.march_fallbacks += u64::from(counters.query.traversal.march_fallbacks);
+        trouble.walk_stops += u64::from(counters.query.walk_stops);
+        trouble.repaired_depths += u64::from(counters.query.repaired);
+        trouble.virtual_closest += u64::from(counters.query.virtual_closest);
+        trouble.cancelled_normals += u64::from(counters.cancelled_normals);
+        trouble.dropped_contacts += u64::from(counters.query.traversal.dropped);
+        trouble.bad_states += u64::from(counters.bad_state);
+    }
+
+    /// The summary of the run whose loop says `statistics`.
+    pub(crate) fn finish(self, statistics: &RunStatistics) -> Summary {
+        let mean = |sum: u64| if self.ticks > 0 { sum as f64 / self.ticks as f64 } else { 0.0 };
+        let step = &statistics.step_us;
+        Summary {
+            ticks: statistics.ticks,
+            duration_s: statistics.duration_s,
+            rate_hz: statistics.rate_hz,
+            overruns: statistics.overruns,
+            step_us: Micros { p50: step.p50, p99: step.p99, p999: step.p999, max: step.max },
+            query_us: micros(&self.query_ns),
+            force_us: micros(&self.force_ns),
+            contacts: Count { mean: mean(self.contacts.0), max: self.contacts.1 },
+            clusters: Count { mean: mean(self.clusters.0), max: self.clusters.1 },
+            depth_max_m: self.depth_max,
+            force_max_n: statistics.force_max,
+            torque_max_nm: statistics.torque_max,
+            force_step_max_n: statistics.force_step_max,
+            torque_step_max_nm: statistics.torque_step_max,
+            saturated_ticks: statistics.saturated_ticks,
+            faults: statistics.faults.total(),
+            energy_generated_j: statistics.energy.highest.max(0.0),
+            allocations: self.allocations,
+            trouble: self.trouble,
+            end: end(&statistics.end),
+        }
+    }
+}
+
+fn micros(histogram: &Histogram<u64>) -> Micros {
+    let at = |quantile| histogram.value_at_quantile(quantile) as f64 / 1e3;
+    Micros { p50: at(0.5), p99: at(0.99), p999: at(0.999), max: histogram.max() as f64 / 1e3 }
+}
+
+fn end(end: &RunEnd) -> String {
+    match end {
+        RunEnd::Duration => "the time was up".to_owned(),
+        RunEnd::Stopped => "it was stopped".to_owned(),
+        RunEnd::DeviceEnded => "the recording ended".to_owned(),
+        RunEnd::DeviceFailed(error) => format!("the device failed: {error}"),
+        RunEnd::Panicked(message) => format!("a step failed inside: {message}"),
+    }
+}
+
+/// Prints the summary in words.
+pub(crate) fn print(summary: &Summary) {
+    let micros = |m: &Micros| format!("p50 {:.1}  p99 {:.1}  p99.9 {:.1}  max {:.1} µs", m.p50, m.p99, m.p999, m.max);
+    let rows = [
+        (
+            "ran",
+            format!(
+                "{:.2} s, {} ticks at {:.0} Hz, {} late; {}",
+                summary.duration_s, summary.ticks, summary.rate_hz, summary.overruns, summary.end
+            ),
+        ),
+        ("step", micros(&summary.step_us)),
+        ("contact query", micros(&summary.query_us)),
+        ("force", micros(&summary.force_us)),
+        (
+            "contacts",
+            format!(
+                "mean {:.1}, most {}; clusters mean {:.1}, most {}",
+                summary.contacts.mean, summary.contacts.max, summary.clusters.mean, summary.clusters.max
+            ),
+        ),
+        ("deepest", format!("{:.3} mm", summary.depth_max_m * 1e3)),
+        (
+            "felt",
+            format!(
+                "force to {:.2} N, torque to {:.1} mN·m, in {} ticks cut to the device's limits",
+                summary.force_max_n,
+                summary.torque_max_nm * 1e3,
+                summary.saturated_ticks
+            ),
+        ),
+        (
+            "largest step",
+            format!("{:.3} N, {:.2} mN·m in one tick", summary.force_step_max_n, summary.torque_step_max_nm * 1e3),
+        ),
+        (
+            "health",
+            format!(
+                "{} faults, {} allocations in the loop, {:.2} mJ generated",
+                summary.faults,
+                summary.allocations,
+                summary.energy_generated_j * 1e3
+            ),
+        ),
+    ];
+    for (name, text) in rows {
+        output::line(format!("{name:>14}  {text}"));
+    }
+}
