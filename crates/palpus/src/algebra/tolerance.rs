@@ -196,6 +196,12 @@ pub const FRICTION_LOOKS: usize = 65_536;
 /// hide faint creases; smaller ones would find creases in rounding.
 pub const SHADING_SAME: f64 = 1.0 - 1e-9;
 
+/// Cosine of the largest angle between a face of a piece and a triangle of the mesh that lies in it.
+///
+/// Half a degree: merged faces are planar to far less, but the normals of needles are noisy. Larger takes neighbours of
+/// fine meshes for the face itself; smaller leaves needles without shading.
+pub const SHADING_IN_FACE: f64 = 0.999_96;
+
 /// The most triangles of a piece's faces that are searched for the one under a contact point.
 ///
 /// Bounds the tick at a few microseconds a contact. Contacts on larger merged faces, which are flat anyway, keep their

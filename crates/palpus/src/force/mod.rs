@@ -9,6 +9,7 @@ mod pair_query;
 mod penalty;
 mod representative;
 mod shading;
+mod smooth_body;
 mod smooth_surface;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -20,4 +21,4 @@ pub use pair_query::{PairQuery, QueryCounters};
 pub use penalty::{Centers, NetWrench, PenaltySettings, normal_force};
 pub use representative::{Cluster, represent};
 pub use shading::{ShadingSettings, SmoothNormal, shade};
-pub use smooth_surface::SmoothSurface;
+pub use smooth_body::SmoothBody;

@@ -1,58 +1,34 @@
 //! The smooth surface that a mesh stands for: its normal, and how fast that turns, at any point of the mesh.
 //!
-//! Once per body:
+//! Once per mesh:
 //! 1. every triangle's curvature: the fastest that the normals of its corners turn along one of its sides;
 //! 2. every corner's: the mean over the corners of its vertex that share its normal, so that it is the same on both sides
 //!    of a smooth edge;
 //! 3. the creases: sides of triangles across which corner normals differ, or where the mesh ends, and their vertices.
 //!
-//! Per contact:
-//! 4. the triangle, of those that the contact's feature covers, that lies nearest to the contact's point;
-//! 5. nothing, if the contact's vertex or edge is a crease; else normal and curvature interpolated between its corners.
+//! Per point:
+//! 4. the triangle, of those on which the feature lies, that is nearest to the point;
+//! 5. nothing, if the vertex or edge is a crease; else normal and curvature interpolated between its corners.
 
 use glam::DVec3;
 
 use super::SmoothNormal;
 use crate::algebra::closest_on_triangle;
 use crate::algebra::tolerance::{SHADING_SAME, SHADING_TRIANGLES};
-use crate::body::{Body, Feature, HalfEdges, Mesh, ShadingNormals};
+use crate::body::{Feature, HalfEdges, Mesh};
 
 /// Normals, curvatures and creases of one mesh.
 #[derive(Clone, Debug)]
-pub struct SmoothSurface {
+pub(super) struct SmoothSurface {
     corners: Vec<[SmoothNormal; 3]>,
     /// Per triangle: bit k for a crease along side k, bit 3 + k for a vertex k on a crease.
     creases: Vec<u8>,
 }
 
 impl SmoothSurface {
-    /// The smooth surface of `body`: its edges that bend by more than `crease_angle` (rad) stay sharp.
-    pub fn new(body: &Body, crease_angle: f64) -> Self {
-        let normals = ShadingNormals::new(body.mesh(), body.half_edges(), crease_angle);
-        Self::from_normals(body.mesh(), body.half_edges(), |t, k| normals.corner(t, k))
-    }
-
-    /// The surface at `point` (in the body's frame), where a contact rests on `feature` of the given piece; `None` on a
-    /// crease, where no triangle of the mesh lies, or where too many do.
-    pub fn at(&self, body: &Body, piece: u32, feature: Feature, point: DVec3) -> Option<SmoothNormal> {
-        let (polytope, ties) = (&body.polytopes()[piece as usize], &body.pieces()[piece as usize]);
-        let on = |face: u32| ties.face_triangles(face).iter().copied();
-        match feature {
-            Feature::Face(face) => self.on_triangles(body.mesh(), feature, on(face), point),
-            Feature::Edge(edge) => {
-                let edge = polytope.edge(edge);
-                self.on_triangles(body.mesh(), feature, on(edge.left).chain(on(edge.right)), point)
-            }
-            Feature::Vertex(vertex) => {
-                let around = polytope.ring(vertex).iter().flat_map(|spoke| on(spoke.left));
-                self.on_triangles(body.mesh(), feature, around, point)
-            }
-        }
-    }
-
     /// The smooth surface of `mesh`, whose triangle `t` has the unit normal `normal(t, k)` at its corner `k`: corners of one
     /// vertex have the same normal wherever the surface is smooth between them.
-    fn from_normals(mesh: &Mesh, half_edges: &HalfEdges, normal: impl Fn(u32, usize) -> DVec3) -> Self {
+    pub(super) fn new(mesh: &Mesh, half_edges: &HalfEdges, normal: impl Fn(u32, usize) -> DVec3) -> Self {
         let triangles = mesh.triangles().len() as u32;
         let normals: Vec<[DVec3; 3]> = (0..triangles).map(|t| [0, 1, 2].map(|k| normal(t, k))).collect();
         let at_vertex = corners_of_vertices(mesh);
@@ -62,8 +38,9 @@ impl SmoothSurface {
         surface
     }
 
-    /// Steps 4 and 5: the surface at `point` of a feature that lies on the triangles `covered`.
-    fn on_triangles(
+    /// Steps 4 and 5: the surface at `point` of a feature that lies on the triangles `covered`; `None` on a crease, and where
+    /// there are no triangles or too many.
+    pub(super) fn at(
         &self,
         mesh: &Mesh,
         feature: Feature,
@@ -210,7 +187,7 @@ mod tests {
     }
 
     fn smooth(mesh: &Mesh, half_edges: &HalfEdges) -> SmoothSurface {
-        SmoothSurface::from_normals(mesh, half_edges, |t, k| outward(mesh.triangle_points(t)[k]))
+        SmoothSurface::new(mesh, half_edges, |t, k| outward(mesh.triangle_points(t)[k]))
     }
 
     /// The point of the tube's surface at `angle`.
@@ -228,7 +205,7 @@ mod tests {
         let mut previous: Option<DVec3> = None;
         for k in 0..4000 {
             let point = on_tube(std::f64::consts::TAU * f64::from(k) / 4000.0, 0.03);
-            let answer = surface.on_triangles(&mesh, Feature::Face(0), all(), point).unwrap();
+            let answer = surface.at(&mesh, Feature::Face(0), all(), point).unwrap();
             assert!(answer.normal.angle_between(outward(point)) < 2e-3);
             assert!((answer.curvature - 1.0 / RADIUS).abs() < 0.01 / RADIUS);
             // A faceted normal would jump by 0.26 at every edge.
@@ -242,21 +219,21 @@ mod tests {
     #[test]
     fn a_crease_answers_nothing_and_faces_beside_it_their_own_normal() {
         let (mesh, half_edges) = tube();
-        let sharp = SmoothSurface::from_normals(&mesh, &half_edges, |t, _| mesh.triangle_normal(t));
+        let sharp = SmoothSurface::new(&mesh, &half_edges, |t, _| mesh.triangle_normal(t));
         let all = || 0..mesh.triangles().len() as u32;
         let edge = on_tube(0.0, 0.03);
-        assert_eq!(sharp.on_triangles(&mesh, Feature::Edge(0), all(), edge), None);
-        assert_eq!(sharp.on_triangles(&mesh, Feature::Vertex(0), all(), on_tube(0.0, 0.0)), None);
-        let face = sharp.on_triangles(&mesh, Feature::Face(0), all(), on_tube(0.01, 0.03)).unwrap();
+        assert_eq!(sharp.at(&mesh, Feature::Edge(0), all(), edge), None);
+        assert_eq!(sharp.at(&mesh, Feature::Vertex(0), all(), on_tube(0.0, 0.0)), None);
+        let face = sharp.at(&mesh, Feature::Face(0), all(), on_tube(0.01, 0.03)).unwrap();
         assert_eq!(face.curvature, 0.0);
         assert!(face.normal.angle_between(outward(on_tube(std::f64::consts::PI / 24.0, 0.0))) < 1e-7);
 
         let surface = smooth(&mesh, &half_edges);
-        assert!(surface.on_triangles(&mesh, Feature::Edge(0), all(), edge).is_some());
-        assert!(surface.on_triangles(&mesh, Feature::Vertex(0), all(), on_tube(0.0, 0.0)).is_some());
+        assert!(surface.at(&mesh, Feature::Edge(0), all(), edge).is_some());
+        assert!(surface.at(&mesh, Feature::Vertex(0), all(), on_tube(0.0, 0.0)).is_some());
         // The open end is a crease.
-        assert_eq!(surface.on_triangles(&mesh, Feature::Vertex(0), all(), on_tube(0.0, 0.1)), None);
-        assert_eq!(surface.on_triangles(&mesh, Feature::Edge(0), all(), on_tube(0.1, 0.1)), None);
-        assert_eq!(surface.on_triangles(&mesh, Feature::Face(0), std::iter::empty(), edge), None);
+        assert_eq!(surface.at(&mesh, Feature::Vertex(0), all(), on_tube(0.0, 0.1)), None);
+        assert_eq!(surface.at(&mesh, Feature::Edge(0), all(), on_tube(0.1, 0.1)), None);
+        assert_eq!(surface.at(&mesh, Feature::Face(0), std::iter::empty(), edge), None);
     }
 }

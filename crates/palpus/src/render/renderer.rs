@@ -16,7 +16,7 @@ use glam::DVec3;
 use super::{Forces, Motion, ProbeState, Scratch, Settings, SettingsError, Tick, force, saturate};
 use crate::algebra::{Clock, Pose, Twist, Wrench};
 use crate::body::{Body, MassProperties};
-use crate::force::{Centers, Contact, PairQuery, ShadingSettings, SmoothSurface, shade};
+use crate::force::{Centers, Contact, PairQuery, ShadingSettings, SmoothBody, shade};
 
 /// Renders the contact of a probe (a) with an environment (b). The environment's frame is the scene's.
 #[derive(Clone, Debug)]
@@ -38,8 +38,8 @@ pub struct Renderer {
 /// The smooth surfaces of both bodies.
 #[derive(Clone, Debug)]
 struct Shading {
-    a: SmoothSurface,
-    b: SmoothSurface,
+    a: SmoothBody,
+    b: SmoothBody,
     most_turn: f64,
 }
 
@@ -168,7 +168,7 @@ impl Renderer {
 
 impl Shading {
     fn new(a: &Body, b: &Body, settings: &ShadingSettings) -> Self {
-        let smooth = |body: &Body| SmoothSurface::new(body, settings.crease_angle);
+        let smooth = |body: &Body| SmoothBody::new(body, settings.crease_angle);
         Self { a: smooth(a), b: smooth(b), most_turn: settings.most_turn }
     }
 

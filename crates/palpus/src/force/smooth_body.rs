@@ -1,0 +1,142 @@
+//! The smooth surface of a body under each feature of each of its convex pieces.
+//!
+//! Once per body, the triangles of the mesh that really lie in each face of each piece (a face may also list triangles that
+//! only touch it, and a virtual one has some that lie in it by a part: a contact is on neither, and its point may be no
+//! nearer to one than to another), and the answer at each vertex.
+
+use glam::DVec3;
+
+use super::SmoothNormal;
+use super::smooth_surface::SmoothSurface;
+use crate::algebra::tolerance::SHADING_IN_FACE;
+use crate::body::{Body, Feature, Piece, Polytope, Provenance, ShadingNormals};
+
+/// What shading has to know of a body.
+#[derive(Clone, Debug)]
+pub struct SmoothBody {
+    surface: SmoothSurface,
+    pieces: Vec<First>,
+    /// Face `f` of a piece lies on `triangles[starts[faces + f]..starts[faces + f + 1]]`.
+    starts: Vec<u32>,
+    triangles: Vec<u32>,
+    vertices: Vec<Option<SmoothNormal>>,
+}
+
+/// Where a piece's faces and vertices begin among those of all pieces.
+#[derive(Clone, Copy, Debug)]
+struct First {
+    face: u32,
+    vertex: u32,
+}
+
+impl SmoothBody {
+    /// The smooth surface of `body`, whose edges that bend by more than `crease_angle` (rad) stay sharp.
+    pub fn new(body: &Body, crease_angle: f64) -> Self {
+        let normals = ShadingNormals::new(body.mesh(), body.half_edges(), crease_angle);
+        let mut answer = Self {
+            surface: SmoothSurface::new(body.mesh(), body.half_edges(), |t, k| normals.corner(t, k)),
+            pieces: Vec::with_capacity(body.pieces().len()),
+            starts: vec![0],
+            triangles: Vec::new(),
+            vertices: Vec::new(),
+        };
+        for (polytope, piece) in body.polytopes().iter().zip(body.pieces()) {
+            answer.push_piece(body, polytope, piece);
+        }
+        answer
+    }
+
+    /// The surface at `point` (in the body's frame), where a contact rests on `feature` of piece `piece`; `None` on a
+    /// crease, and where the feature lies on no triangle of the mesh, or on too many.
+    pub fn at(&self, body: &Body, piece: u32, feature: Feature, point: DVec3) -> Option<SmoothNormal> {
+        let first = self.pieces[piece as usize];
+        let on = |face: u32| self.on_face(first, face).iter().copied();
+        match feature {
+            Feature::Face(face) => self.surface.at(body.mesh(), feature, on(face), point),
+            Feature::Edge(edge) => {
+                let edge = body.polytopes()[piece as usize].edge(edge);
+                self.surface.at(body.mesh(), feature, on(edge.left).chain(on(edge.right)), point)
+            }
+            Feature::Vertex(vertex) => self.vertices[(first.vertex + vertex) as usize],
+        }
+    }
+
+    fn on_face(&self, first: First, face: u32) -> &[u32] {
+        let at = (first.face + face) as usize;
+        &self.triangles[self.starts[at] as usize..self.starts[at + 1] as usize]
+    }
+
+    fn push_piece(&mut self, body: &Body, polytope: &Polytope, piece: &Piece) {
+        let first = First { face: self.starts.len() as u32 - 1, vertex: self.vertices.len() as u32 };
+        for face in 0..polytope.face_count() as u32 {
+            if polytope.face_provenance(face) == Provenance::Original {
+                let normal = polytope.plane(face).normal;
+                let lies_in = |&t: &u32| body.mesh().triangle_normal(t).dot(normal) >= SHADING_IN_FACE;
+                self.triangles.extend(piece.face_triangles(face).iter().copied().filter(lies_in));
+            }
+            self.starts.push(self.triangles.len() as u32);
+        }
+        for (vertex, &point) in polytope.vertices().iter().enumerate() {
+            let ring = polytope.ring(vertex as u32);
+            let around = ring.iter().flat_map(|spoke| self.on_face(first, spoke.left).iter().copied());
+            let answer = self.surface.at(body.mesh(), Feature::Vertex(vertex as u32), around, point);
+            self.vertices.push(answer);
+        }
+        self.pieces.push(first);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::{BodySettings, Mesh, PolygonSoup};
+
+    /// A closed prism of `sides` sides around the z axis.
+    fn drum(sides: u32) -> Body {
+        let mut soup = PolygonSoup::new();
+        for k in 0..sides {
+            let angle = std::f64::consts::TAU * f64::from(k) / f64::from(sides);
+            let rim = DVec3::new(angle.cos(), angle.sin(), 0.0);
+            soup.vertices.extend([rim - DVec3::Z, rim + DVec3::Z]);
+            let next = (k + 1) % sides;
+            soup.push_face(&[2 * k, 2 * next, 2 * next + 1, 2 * k + 1]);
+        }
+        soup.push_face(&(0..sides).rev().map(|k| 2 * k).collect::<Vec<_>>());
+        soup.push_face(&(0..sides).map(|k| 2 * k + 1).collect::<Vec<_>>());
+        let (mesh, _) = Mesh::from_soup(&soup).unwrap();
+        Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap()
+    }
+
+    #[test]
+    fn a_drum_is_round_on_its_side_flat_on_its_lids_and_sharp_between() {
+        let body = drum(20);
+        let smooth = SmoothBody::new(&body, 0.6);
+        for (piece, polytope) in body.polytopes().iter().enumerate() {
+            let at = |feature, point| smooth.at(&body, piece as u32, feature, point);
+            for face in 0..polytope.face_count() as u32 {
+                let middle = polytope.face_vertices(face).iter().map(|&v| polytope.vertex(v)).sum::<DVec3>()
+                    / polytope.face_vertices(face).len() as f64;
+                match at(Feature::Face(face), middle) {
+                    Some(there) => {
+                        assert!((there.normal - polytope.plane(face).normal).length() < 1e-9);
+                        let flat = there.normal.z.abs() > 0.5;
+                        assert!(if flat { there.curvature == 0.0 } else { (there.curvature - 1.0).abs() < 0.02 });
+                    }
+                    None => assert_eq!(polytope.face_provenance(face), Provenance::Virtual),
+                }
+            }
+            for e in 0..polytope.edges().len() as u32 {
+                let edge = polytope.edge(e);
+                let (tail, head) = (polytope.vertex(edge.tail), polytope.vertex(edge.head));
+                let upright = (tail.z - head.z).abs() > 1.0 && tail.truncate().distance(head.truncate()) < 1e-9;
+                if let Some(there) = at(Feature::Edge(e), 0.5 * (tail + head)) {
+                    let outward = DVec3::new(tail.x, tail.y, 0.0).normalize();
+                    assert!(upright && (there.normal - outward).length() < 1e-9);
+                }
+            }
+            for vertex in 0..polytope.vertices().len() as u32 {
+                assert_eq!(at(Feature::Vertex(vertex), polytope.vertex(vertex)), None);
+            }
+        }
+    }
+}
