@@ -13,7 +13,7 @@
 //!    and not at all from `most_turn` on; what is not believed goes to the true normal. (A deep contact may rest on a rim of
 //!    a piece, far from where its surface looks.) The result is then within `most_turn` of the true normal.
 //!
-//! Deviation: the paper says "Gouraud" and no more; [MS96] has a point against one surface. The rule for two surfaces is
+//! Deviation: the paper says "Gouraud" and no more; \[MS96\] has a point against one surface. The rule for two surfaces is
 //! ours.
 
 use glam::DVec3;
