@@ -20,11 +20,6 @@ pub const ZERO_AREA: f64 = 1e-12;
 /// walk. Larger flattens real curvature; smaller leaves rotated boxes cut into triangles.
 pub const COPLANAR: f64 = 1e-9;
 
-/// Radians: faces of a hull whose normals differ by less are candidates for merging into one polygon.
-///
-/// Goes with [`COPLANAR`], which decides; this only bounds the drift along a chain of merges.
-pub const COPLANAR_ANGLE: f64 = 1e-6;
-
 /// Relative to the pair's size: bodies nearer than this touch, and are answered by the depth walk.
 ///
 /// The direction between two points this near is noise. Larger would report a false contact at zero separation.
@@ -279,6 +274,16 @@ pub const PARALLEL_AXES: f64 = 1e-12;
 ///
 /// The register's coplanar distance decides; this keeps the two sides of a plate apart.
 pub const SAME_FACE: f64 = 0.5;
+
+/// Neither child of a node has fewer pieces than the node's over this.
+///
+/// Bounds the depth by the logarithm of the number of pieces to the base 8/7. Smaller forces worse cuts; larger allows deeper trees and stacks.
+pub const SPLIT_SHARE: usize = 8;
+
+/// Steps toward the farthest point when a small sphere is sought. The k-th is 1/(k + 4) of the way.
+///
+/// Enough for a radius within a few percent of the least; any number is safe, since the radius is measured.
+pub const SPHERE_STEPS: u32 = 24;
 
 /// Sweeps of Jacobi rotations over a 3 × 3 symmetric matrix; it converges quadratically, five leave only rounding.
 pub const JACOBI_SWEEPS: usize = 8;

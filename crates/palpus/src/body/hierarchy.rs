@@ -1,18 +1,25 @@
 //! The binary tree of hulls over the pieces \[K02 §3.2, EL01\].
 //!
-//! 1. From the root down, split the pieces at the middle of their centroids' order along the direction in which these
-//!    spread most; a leaf is one piece.
+//! 1. From the root down, split the pieces in the order of their centroids along the direction in which these spread
+//!    most, where surface times number of both parts is least; a leaf is one piece.
 //! 2. From the leaves up, each node's volume is the convex hull of its children's hull vertices.
 //! 3. A face of an inner hull is *free* (virtual: it spans empty space) unless it coincides with an original face of
 //!    a piece.
 //! 4. In front of each hull stand a box and a ball that hold it.
 //!
-//! The median split keeps the tree's depth logarithmic whatever the model, so that a traversal's stack has a bound.
+//! Neither part of a split is ever smaller than a fixed share, which keeps the tree's depth logarithmic whatever the
+//! model, so that a traversal's stack has a bound. Cuts measured on contacts of the real meshes, node pairs that a
+//! traversal looks at: median 1, midpoint 0.92, least surface times number 0.83.
+//!
+//! Merging may shave vertices off a hull by the merge distance, a little at each level. The balls and boxes are made to
+//! hold every vertex of every piece all the same, so that dropping a pair by them is never wrong.
+
+use std::collections::HashMap;
 
 use glam::DVec3;
 
 use super::bounds::{OrientedBox, Sphere, covariance};
-use super::{HullError, Polytope, Provenance, convex_hull};
+use super::{Aabb, HullError, Polytope, Provenance, convex_hull};
 use crate::algebra::{eigen, tolerance};
 
 /// What a node stands for.
@@ -37,9 +44,9 @@ pub enum NodeKind {
 pub struct Node {
     /// Leaf or inner.
     pub kind: NodeKind,
-    /// Holds the node's hull.
+    /// Holds every vertex of the node's pieces.
     pub sphere: Sphere,
-    /// Holds the node's hull.
+    /// Holds every vertex of the node's pieces.
     pub oriented_box: OrientedBox,
     /// Index of an inner node's hull.
     hull: u32,
@@ -126,7 +133,7 @@ impl Builder<'_> {
     /// Builds the node over `order` (pieces, which are reordered) and answers its index and depth.
     fn node(&mut self, order: &mut [u32]) -> Result<(u32, usize), HierarchyError> {
         if let [piece] = *order {
-            let bounds = bounds_of(self.pieces[piece as usize].vertices());
+            let bounds = bounds_of(&self.pieces[piece as usize]);
             return Ok((self.push(NodeKind::Leaf { piece }, bounds, u32::MAX), 1));
         }
         let middle = self.split(order);
@@ -135,7 +142,10 @@ impl Builder<'_> {
         let (left, left_depth) = self.node(first)?;
         let (right, right_depth) = self.node(second)?;
         let hull = self.hull(left, right).map_err(|source| HierarchyError::Hull { pieces: count, source })?;
-        let bounds = bounds_of(hull.vertices());
+        let (sphere, oriented_box) = bounds_of(&hull);
+        // Merging may have shaved vertices off the hull, but not off the bounds.
+        let vertices = || order.iter().flat_map(|&piece| self.pieces[piece as usize].vertices()).copied();
+        let bounds = (sphere.holding(vertices()), oriented_box.holding(vertices()));
         let index = self.hulls.len() as u32;
         self.hulls.push(hull);
         let node = self.push(NodeKind::Inner { left, right }, bounds, index);
@@ -147,17 +157,20 @@ impl Builder<'_> {
         self.nodes.len() as u32 - 1
     }
 
-    /// Sorts the pieces along the direction of largest spread and answers where the second half begins.
+    /// Sorts the pieces along the direction of largest spread and answers where the second part begins.
     fn split(&self, order: &mut [u32]) -> usize {
         let centroid = |piece: u32| self.pieces[piece as usize].centroid();
         let centroids: Vec<DVec3> = order.iter().map(|&piece| centroid(piece)).collect();
-        let direction = eigen(covariance(&centroids)).1.z_axis;
-        let middle = order.len() / 2;
+        let axes = eigen(covariance(&centroids)).1;
+        let along = |piece: u32| centroid(piece).dot(axes.z_axis);
         // Equal heights are ordered by piece, so that the tree is a function of the pieces alone.
-        order.select_nth_unstable_by(middle, |&p, &q| {
-            centroid(p).dot(direction).total_cmp(&centroid(q).dot(direction)).then(p.cmp(&q))
-        });
-        middle
+        order.sort_unstable_by(|&p, &q| along(p).total_cmp(&along(q)).then(p.cmp(&q)));
+        let to_axes = axes.transpose();
+        let extents: Vec<Aabb> = order
+            .iter()
+            .map(|&piece| Aabb::around(self.pieces[piece as usize].vertices().iter().map(|&v| to_axes * v)))
+            .collect();
+        cheapest_cut(&extents)
     }
 
     fn polytope(&self, node: u32) -> &Polytope {
@@ -181,34 +194,71 @@ impl Builder<'_> {
     }
 }
 
-fn bounds_of(points: &[DVec3]) -> (Sphere, OrientedBox) {
-    let oriented_box = OrientedBox::around(points);
-    (Sphere::around(points, oriented_box.center), oriented_box)
+/// Where to cut a row of boxes in two so that surface times number, summed over both parts, is least: what a traversal
+/// is likely to spend below them.
+fn cheapest_cut(extents: &[Aabb]) -> usize {
+    let count = extents.len();
+    let mut costs = vec![0.0; count];
+    let mut left = Aabb::EMPTY;
+    for k in 1..count {
+        left = left.union(&extents[k - 1]);
+        costs[k] += surface(&left) * k as f64;
+    }
+    let mut right = Aabb::EMPTY;
+    for k in (1..count).rev() {
+        right = right.union(&extents[k]);
+        costs[k] += surface(&right) * (count - k) as f64;
+    }
+    let least = (count / tolerance::SPLIT_SHARE).max(1);
+    (least..=count - least).min_by(|&i, &j| costs[i].total_cmp(&costs[j])).unwrap_or(count / 2)
 }
 
-/// Tags a face original when all its vertices come from one child and an original face there lies in its plane.
+/// Half the surface of a box.
+fn surface(extent: &Aabb) -> f64 {
+    let side = extent.max - extent.min;
+    side.x * side.y + side.y * side.z + side.z * side.x
+}
+
+fn bounds_of(polytope: &Polytope) -> (Sphere, OrientedBox) {
+    let oriented_box = OrientedBox::around(polytope);
+    (Sphere::around(polytope.vertices(), oriented_box.center), oriented_box)
+}
+
+/// Tags a face original when an original face of one child covers it: all its vertices are vertices of that child and
+/// lie in that face's plane, the child being convex.
 fn tag(polytope: Polytope, inputs: &[u32], left: &Polytope, right: &Polytope, coplanar: f64) -> Polytope {
     let from_left = left.vertices().len() as u32;
-    polytope.with_provenance(|polytope, face| {
-        let loop_vertices = polytope.face_vertices(face);
+    // Neighbouring pieces share vertices; the hull names the left one's.
+    let place = |v: &DVec3| v.to_array().map(f64::to_bits);
+    let rights: HashMap<_, u32> = right.vertices().iter().map(place).zip(0..).collect();
+    let in_left = |v: u32| Some(inputs[v as usize]).filter(|&k| k < from_left);
+    let in_right = |v: u32| match inputs[v as usize].checked_sub(from_left) {
+        None => rights.get(&place(&polytope.vertex(v))).copied(),
+        inside => inside,
+    };
+    let covered = |child: &Polytope, first: Option<u32>, face: u32| {
         let plane = polytope.plane(face);
-        let all_left = loop_vertices.iter().all(|&v| inputs[v as usize] < from_left);
-        let all_right = loop_vertices.iter().all(|&v| inputs[v as usize] >= from_left);
-        if !all_left && !all_right {
-            return Provenance::Virtual;
-        }
-        let (child, base) = if all_left { (left, 0) } else { (right, from_left) };
-        let first = inputs[loop_vertices[0] as usize] - base;
-        let lies_in = |face: u32| {
-            child.face_provenance(face) == Provenance::Original
-                && child.plane(face).normal.dot(plane.normal) > tolerance::SAME_FACE
-                && loop_vertices.iter().all(|&v| child.plane(face).height(polytope.vertex(v)).abs() <= coplanar)
+        let covers = |cover: u32| {
+            child.face_provenance(cover) == Provenance::Original
+                && child.plane(cover).normal.dot(plane.normal) > tolerance::SAME_FACE
+                && polytope
+                    .face_vertices(face)
+                    .iter()
+                    .all(|&v| child.plane(cover).height(polytope.vertex(v)).abs() <= coplanar)
         };
-        if child.ring(first).iter().any(|spoke| lies_in(spoke.left)) {
-            Provenance::Original
-        } else {
-            Provenance::Virtual
-        }
+        first.is_some_and(|first| child.ring(first).iter().any(|spoke| covers(spoke.left)))
+    };
+    let original: Vec<bool> = (0..polytope.face_count() as u32)
+        .map(|face| {
+            let corners = polytope.face_vertices(face);
+            let all = |of: &dyn Fn(u32) -> Option<u32>| corners.iter().all(|&v| of(v).is_some());
+            all(&in_left) && covered(left, in_left(corners[0]), face)
+                || all(&in_right) && covered(right, in_right(corners[0]), face)
+        })
+        .collect();
+    polytope.with_provenance(|_, face| match original[face as usize] {
+        true => Provenance::Original,
+        false => Provenance::Virtual,
     })
 }
 
@@ -239,7 +289,7 @@ mod tests {
         let pieces = random_pieces(41);
         let tree = Hierarchy::build(&pieces, 1e-10).unwrap();
         assert_eq!(tree.nodes().len(), 2 * pieces.len() - 1);
-        assert!(tree.depth() <= 7, "seed {SEED:#x}: depth {}", tree.depth());
+        assert!(tree.depth() <= 10, "seed {SEED:#x}: depth {}", tree.depth());
         let mut seen = vec![0; pieces.len()];
         let mut stack = vec![(tree.root(), Vec::new())];
         while let Some((node, mut above)) = stack.pop() {
@@ -259,11 +309,11 @@ mod tests {
 
     fn assert_holds(tree: &Hierarchy, node: u32, pieces: &[Polytope], p: DVec3) {
         let Node { sphere, oriented_box, .. } = tree.node(node);
-        assert!(p.distance(sphere.center) <= sphere.radius * (1.0 + 1e-12), "seed {SEED:#x}");
+        assert!(p.distance(sphere.center) <= sphere.radius, "seed {SEED:#x}");
         let local = oriented_box.axes.transpose() * (p - oriented_box.center);
-        assert!((local.abs() - oriented_box.half).max_element() < 1e-12, "seed {SEED:#x}");
+        assert!(local.abs().cmple(oriented_box.half).all(), "seed {SEED:#x}");
         let highest = tree.polytope(node, pieces).planes().iter().map(|plane| plane.height(p)).fold(f64::MIN, f64::max);
-        assert!(highest < 1e-9, "seed {SEED:#x}: {highest} outside");
+        assert!(highest < 2e-9, "seed {SEED:#x}: {highest} outside");
     }
 
     #[test]
@@ -292,6 +342,70 @@ mod tests {
             let at_an_end = hull.plane(face).normal.x.abs() > 0.5;
             let original = hull.face_provenance(face) == Provenance::Original;
             assert_eq!(original, at_an_end, "only the two ends are faces of a piece");
+        }
+    }
+
+    #[test]
+    fn touching_pieces_keep_their_faces_where_they_share_vertices() {
+        let cuboid = |low: f64, high: f64| {
+            let corners: Vec<DVec3> = (0..8)
+                .map(|k| DVec3::new(if k & 1 == 0 { low } else { high }, f64::from(k >> 1 & 1), f64::from(k >> 2 & 1)))
+                .collect();
+            convex_hull(&corners, 1e-12).unwrap().into_polytope().unwrap().0
+        };
+        // The second is a pyramid on the first one's top: each of its slopes runs down to vertices of both.
+        let base = cuboid(0.0, 1.0);
+        let apex = DVec3::new(0.5, 0.5, 1.2);
+        let top: Vec<DVec3> = base.vertices().iter().copied().filter(|v| v.z > 0.5).chain([apex]).collect();
+        let roof = convex_hull(&top, 1e-12).unwrap().into_polytope().unwrap().0;
+        for pieces in [[base.clone(), roof.clone()], [roof, base]] {
+            let tree = Hierarchy::build(&pieces, 1e-9).unwrap();
+            let hull = tree.polytope(tree.root(), &pieces);
+            assert_eq!(hull.face_count(), 9);
+            assert!((0..9).all(|face| hull.face_provenance(face) == Provenance::Original));
+        }
+        // Two cuboids side by side: no piece covers their common sides, each covers its end.
+        let pieces = [cuboid(0.0, 1.0), cuboid(1.0, 3.0)];
+        let tree = Hierarchy::build(&pieces, 1e-9).unwrap();
+        let hull = tree.polytope(tree.root(), &pieces);
+        for face in 0..hull.face_count() as u32 {
+            let end = hull.plane(face).normal.x.abs() > 0.5;
+            assert_eq!(hull.face_provenance(face) == Provenance::Original, end);
+        }
+    }
+
+    #[test]
+    fn a_torus_of_grid_patches_is_held_at_every_level() {
+        const COPLANAR: f64 = 1e-9;
+        let n = 24;
+        let point = |i: usize, j: usize| {
+            let [a, b] = [i, j].map(|k| k as f64 / n as f64 * std::f64::consts::TAU);
+            DVec3::new((2.0 + b.cos()) * a.cos(), (2.0 + b.cos()) * a.sin(), b.sin())
+        };
+        for (across, along) in [(1, 1), (2, 4), (3, 1)] {
+            let mut pieces = Vec::new();
+            for i in (0..n).step_by(across) {
+                for j in (0..n).step_by(along) {
+                    let steps = (0..=across).flat_map(|x| (0..=along).map(move |y| (x, y)));
+                    let corners: Vec<DVec3> = steps.map(|(x, y)| point(i + x, j + y)).collect();
+                    pieces.push(convex_hull(&corners, COPLANAR).unwrap().into_polytope().unwrap().0);
+                }
+            }
+            let tree = Hierarchy::build(&pieces, COPLANAR).unwrap();
+            let root = tree.node(tree.root());
+            assert!(root.sphere.radius < 3.1 && root.oriented_box.half.max_element() < 3.0 + 1e-12);
+            let mut under = vec![Vec::new(); tree.nodes().len()];
+            for (k, node) in tree.nodes().iter().enumerate() {
+                under[k] = match node.kind {
+                    NodeKind::Leaf { piece } => vec![piece],
+                    NodeKind::Inner { left, right } => [left, right].map(|c| under[c as usize].clone()).concat(),
+                };
+                let volume = tree.polytope(k as u32, &pieces);
+                assert_eq!(volume.check_well_formed(COPLANAR), Ok(()), "node {k}");
+                for &piece in &under[k] {
+                    pieces[piece as usize].vertices().iter().for_each(|&p| assert_holds(&tree, k as u32, &pieces, p));
+                }
+            }
         }
     }
 }
