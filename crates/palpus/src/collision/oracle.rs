@@ -7,8 +7,9 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::{March, Proximity};
+use crate::algebra::tolerance::COPLANAR;
 use crate::algebra::{Placement, Plane, Pose, closest_on_segment, closest_on_triangle, closest_segment_segment};
-use crate::body::{Feature, Polytope, Provenance};
+use crate::body::{Feature, Hull, Polytope, Provenance, convex_hull};
 
 /// SplitMix64.
 pub(crate) struct Random(pub(crate) u64);
@@ -167,6 +168,21 @@ pub(crate) fn plate(sides: u32, squeeze: f64) -> Polytope {
     Polytope::from_polygon(vertices, DVec3::Z, Provenance::Original).unwrap()
 }
 
+/// The hull of random points: on an ellipsoid, in a cube, on a lattice (many coplanar), or near a plane.
+pub(crate) fn random_hull(random: &mut Random, points: usize) -> Polytope {
+    let kind = random.below(4);
+    let points: Vec<_> = (0..points)
+        .map(|_| match kind {
+            0 => random.direction() * DVec3::new(1.0, 0.7, 0.5),
+            1 => random.in_cube(),
+            2 => (random.in_cube() * 3.0).round() / 3.0 + DVec3::new(0.1, 0.2, 0.3),
+            _ => random.in_cube() * DVec3::new(1.0, 1.0, 1e-4),
+        })
+        .collect();
+    let hull = convex_hull(&points, COPLANAR).ok().and_then(Hull::into_polytope);
+    hull.map_or_else(|| cuboid(DVec3::ONE), |(polytope, _)| polytope)
+}
+
 /// Every kind of test body, in its own oblique frame, of a size about 1.
 pub(crate) fn menagerie(random: &mut Random) -> Vec<(&'static str, Polytope)> {
     let mut oblique = |p: Polytope, stretch: DVec3| {
@@ -189,6 +205,10 @@ pub(crate) fn menagerie(random: &mut Random) -> Vec<(&'static str, Polytope)> {
         ("narrow plate", oblique(plate(4, 1e-3), DVec3::ONE)),
         ("flat plate", plate(4, 1.0)),
     ];
+    let sizes = [8, 20, 60, 8 + random.below(120)];
+    zoo.extend(
+        ["hull of 8", "hull of 20", "hull of 60", "hull"].into_iter().zip(sizes.map(|n| random_hull(random, n))),
+    );
     let (t, u) = (tetrahedron(random), tetrahedron(random));
     zoo.push(("tetrahedron", t));
     zoo.push(("thin tetrahedron", mapped(&u, DMat3::from_diagonal(DVec3::new(1.0, 1.0, 1e-4)), DVec3::ZERO)));
@@ -316,7 +336,7 @@ pub(crate) fn judge(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Ma
     let high = b.vertices().iter().map(|v| closest.normal.dot(*v)).fold(f64::NEG_INFINITY, f64::max);
     let missing = distance - (low - high);
     // The direction between two near points is known to the rounding of the points over their distance.
-    let allowed = 1e-10 * distance + 1e-14 * reach + 4e-15 * reach * size / distance;
+    let allowed = off.max(1e-10) * distance + off * size + 4e-15 * reach * size / distance;
     if missing > allowed {
         return Err(format!("distance {distance} is {missing:e} more than the normal proves, allowed {allowed:e}"));
     }
@@ -325,6 +345,9 @@ pub(crate) fn judge(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Ma
 
 /// How far a point of the march may lie off its feature, relative to the coordinates: rounding.
 pub(crate) const OFF_MARCH: f64 = 2e-14;
+
+/// The same for hulls, whose merged faces are planar within `COPLANAR` of the size before scaling.
+pub(crate) const OFF_MERGED: f64 = 4e-9;
 
 /// The same for GJK, which may answer with a diagonal of two faces that differ by the last digits.
 pub(crate) const OFF_GJK: f64 = 1e-10;
