@@ -30,9 +30,6 @@ pub const TOUCHING: f64 = 1e-12;
 /// Strict decrease is what makes the walk end; rounding of a support offset is a few ulps of the size.
 pub const WALK_DECREASE: f64 = 1e-14;
 
-/// Relative to the pair's size: a step of the distance march must shorten the distance by more than this to count as progress.
-pub const MARCH_DECREASE: f64 = 1e-14;
-
 /// Relative gap between GJK's upper and lower bound of the distance at which it has converged.
 pub const GJK_GAP: f64 = 1e-13;
 
