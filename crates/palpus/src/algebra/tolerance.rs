@@ -304,22 +304,39 @@ pub const NEEDLE_NORMAL: f64 = 1e-10;
 /// About twenty ulps. Larger only calls the determinant more often; smaller trusts wrong signs.
 pub const ORIENTATION_ROUNDING: f64 = 4e-15;
 
-/// Relative to the model's bounding diagonal: a patch thinner than this is flat.
+/// Significant decimal digits from which on a coordinate was computed, not read from a decimal file.
 ///
-/// A few times [`COPLANAR`] (two facets may each be off by that) and well above [`ENTERED`], so that whatever is not
-/// flat has an inside that containment can test. Larger turns thin curved patches into plates.
-pub const FLAT_PATCH: f64 = 8e-9;
+/// A double needs up to 17; the shortest form of a computed one rarely has fewer than 15. Files write 6 to 9.
+pub const COMPUTED_DIGITS: i32 = 15;
 
-/// Relative to the model's bounding diagonal: the surface enters a hull when it comes deeper into it than this.
+/// Steps of the coordinates: how far a vertex of a plane or of a smooth surface may be off it by rounding (the noise).
 ///
-/// Surfaces that touch along shared vertices and sides come in by rounding only. Larger lets thin wedges of a hull
-/// stand out of the solid; smaller refuses patches for rounding.
-pub const ENTERED: f64 = 1e-10;
+/// Each of four points is off by up to 0.87 steps. Smaller leaves CAD models read from decimals cut into slivers
+/// (round peg: 4870 pieces at 1e-9 of its size, 1 at two steps); larger flattens what the file really says.
+pub const NOISE_PER_STEP: f64 = 2.0;
 
-/// Relative to the model's bounding diagonal: a facet lies in a face of its piece when no farther than this from its plane.
+/// Relative to the model's bounding diagonal: the largest noise; the smallest is [`COPLANAR`].
 ///
-/// The facet may be off its own plane by [`COPLANAR`], the face's merge by another, and the patch accepted both.
-pub const ON_FACE: f64 = 4e-9;
+/// A model written by hand with few digits is exact, not noisy. 3 micrometres on a 10 cm object: far below what is felt.
+pub const NOISE_MOST: f64 = 3e-5;
+
+/// Multiples of the surface's noise: a patch thinner than this is flat.
+///
+/// Two facets may each be off by the noise on either side. Well above [`ENTERED`], so that whatever is not flat has an inside
+/// that containment can test. Larger turns thin curved patches into plates.
+pub const FLAT_PATCH: f64 = 8.0;
+
+/// Multiples of the surface's noise: the surface enters a hull when it comes deeper into it than this.
+///
+/// Neighbours in the plane of a face may lie below it by rounding. Larger lets thin wedges of a hull stand out of the
+/// solid (over a notch, by less than twice this); smaller refuses patches for rounding (peg: 135 pieces at 1e-4, 41
+/// at 0.25, both at a noise of 1e-6).
+pub const ENTERED: f64 = 0.25;
+
+/// Multiples of the surface's noise: a facet lies in a face of its piece when no farther than this from its plane.
+///
+/// The facet may be off its own plane by the noise, the face's merge by another, and the patch accepted both.
+pub const ON_FACE: f64 = 4.0;
 
 /// The share of a face's area that must be real for the face to be original.
 ///
@@ -331,10 +348,10 @@ pub const COVERED_HALF: f64 = 0.499_999;
 /// Nothing is gained beyond about 8: larger patches never find takers for all.
 pub const HANDED_OUT: usize = 8;
 
-/// Facets: larger patches are not asked to take facets of a dissolved one.
+/// Corners of facets: patches with more are not asked to take facets of a dissolved one.
 ///
 /// Asking rebuilds a hull. Larger only costs time, since large patches grew early and have refused those facets before.
-pub const HEIR_FACETS: usize = 100;
+pub const HEIR_CORNERS: usize = 300;
 
 /// Relative to the cube of the bounding diagonal: a closed mesh or hull that holds less encloses nothing.
 ///

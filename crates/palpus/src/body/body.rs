@@ -6,6 +6,7 @@ use super::decompose::decompose;
 use super::facet::{Facets, Surface};
 use super::grow::Grower;
 use super::piece::{Piece, build_piece};
+use super::precision::coordinate_step;
 use super::{
     Aabb, Cleaning, HalfEdges, Health, Hierarchy, HierarchyError, HullError, MassProperties, Mesh, MeshError,
     PolygonSoup, Polytope, ShadingNormals, TriangleTree, convex_hull,
@@ -95,10 +96,11 @@ impl Body {
         if !(settings.scale.is_finite() && settings.scale > 0.0) {
             return Err(BodyError::Scale(settings.scale));
         }
+        let step = coordinate_step(mesh.vertices()) * settings.scale;
         let mesh = mesh.scaled(settings.scale);
         let half_edges = HalfEdges::new(&mesh);
         let tree = mesh.tree();
-        let (polytopes, pieces) = convex_pieces(&mesh, &half_edges, &tree, progress)?;
+        let (polytopes, pieces) = convex_pieces(&Surface::new(&mesh, &half_edges, step), &tree, progress)?;
         let hierarchy = Hierarchy::build(&polytopes, COPLANAR * mesh.bounding_diagonal())?;
         let mass = MassProperties::new(&mesh);
         let shading = ShadingNormals::new(&mesh, &half_edges, settings.crease_angle);
@@ -173,18 +175,16 @@ impl Body {
 
 /// Facets, patches, pieces.
 fn convex_pieces(
-    mesh: &Mesh,
-    half_edges: &HalfEdges,
+    surface: &Surface<'_>,
     tree: &TriangleTree,
     progress: &mut dyn FnMut(f64),
 ) -> Result<(Vec<Polytope>, Vec<Piece>), BodyError> {
-    let surface = Surface::new(mesh, half_edges);
-    let facets = Facets::of(&surface);
-    let mut grower = Grower::new(surface, &facets, tree);
+    let facets = Facets::of(surface);
+    let mut grower = Grower::new(*surface, &facets, tree);
     let patches = decompose(&mut grower, &mut |done| progress(DECOMPOSITION_SHARE * done));
     let mut answer = (Vec::with_capacity(patches.len()), Vec::with_capacity(patches.len()));
     for (k, patch) in patches.iter().enumerate() {
-        let (polytope, piece) = build_piece(&surface, &facets, patch).map_err(|source| BodyError::Piece {
+        let (polytope, piece) = build_piece(surface, &facets, patch).map_err(|source| BodyError::Piece {
             piece: k,
             triangle: facets.triangles(patch.facets[0])[0],
             source,

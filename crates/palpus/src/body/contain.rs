@@ -12,7 +12,10 @@
 //!
 //! 1. Triangles of the surface near what the hull gained come from the triangle tree.
 //! 2. A triangle enters H when something of it is left after clipping by every face's plane, moved inward by
-//!    [`ENTERED`]: touching along shared corners and sides is not entering.
+//!    [`ENTERED`](crate::algebra::tolerance::ENTERED): touching along shared corners and sides is not entering.
+
+#[cfg(test)]
+pub(super) mod oracle;
 
 use glam::DVec3;
 

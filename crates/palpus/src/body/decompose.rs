@@ -15,12 +15,15 @@
 //! one test, see `contain`. Tried and left out: choosing always the seed that now yields the largest patch costs
 //! thirty times the time for about 0.1 % fewer patches.
 
+#[cfg(test)]
+mod tests;
+
 use std::cmp::{Ordering, Reverse};
 use std::collections::{BinaryHeap, VecDeque};
 
 use super::facet::{Bend, Facets, NONE};
 use super::grow::{Grower, Verdict};
-use crate::algebra::tolerance::{HANDED_OUT, HEIR_FACETS};
+use crate::algebra::tolerance::{HANDED_OUT, HEIR_CORNERS};
 
 /// A connected set of facets with a good hull.
 #[derive(Clone, Debug)]
@@ -208,7 +211,8 @@ fn find_heir(grower: &mut Grower<'_>, partition: &Partition, giver: u32, f: u32)
     heirs.dedup();
     heirs.into_iter().find(|&heir| {
         let patch = &partition.patches[heir as usize];
-        if patch.facets.len() > HEIR_FACETS {
+        let corners: usize = patch.facets.iter().map(|&f| grower.facets().corners(f).len()).sum();
+        if corners > HEIR_CORNERS {
             return false;
         }
         grower.load(&patch.facets);

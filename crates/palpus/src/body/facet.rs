@@ -4,7 +4,7 @@
 //! the edges between such triangles as reflex; here they vanish before the decomposition starts.
 //!
 //! 1. *Regions.* From the largest triangle not yet taken, flood over neighbours all of whose vertices lie within
-//!    [`COPLANAR`] of the **first** triangle's plane, so that a long chain of nearly coplanar triangles cannot drift.
+//!    the surface's noise of the **first** triangle's plane, so that a long chain of nearly coplanar triangles cannot drift.
 //! 2. *Convex partition.* Hertel–Mehlhorn: remove the sides between the polygons of a region, longest first, while the
 //!    corners at both ends stay convex, until none can be removed. Two polygons may meet along a chain of collinear
 //!    sides (a T-junction of an earlier removal); a chain goes as a whole.
@@ -16,7 +16,7 @@ use glam::DVec3;
 
 use super::{HalfEdges, Mesh};
 use crate::algebra::Plane;
-use crate::algebra::tolerance::{COPLANAR, FOLDED};
+use crate::algebra::tolerance::{COPLANAR, FOLDED, NOISE_MOST, NOISE_PER_STEP};
 
 /// No facet.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -44,17 +44,20 @@ pub(crate) struct Link {
 pub(crate) struct Surface<'a> {
     mesh: &'a Mesh,
     edges: &'a HalfEdges,
-    size: f64,
+    noise: f64,
 }
 
 impl<'a> Surface<'a> {
-    pub(crate) fn new(mesh: &'a Mesh, edges: &'a HalfEdges) -> Self {
-        Self { mesh, edges, size: mesh.bounding_diagonal() }
+    /// `step` is the distance between neighbouring values of the coordinates, metres; zero when not known.
+    pub(crate) fn new(mesh: &'a Mesh, edges: &'a HalfEdges, step: f64) -> Self {
+        let size = mesh.bounding_diagonal();
+        let noise = (NOISE_PER_STEP * step).clamp(COPLANAR * size, NOISE_MOST * size);
+        Self { mesh, edges, noise }
     }
 
-    /// Bounding diagonal, metres: what the relative tolerances are relative to.
-    pub(crate) fn size(&self) -> f64 {
-        self.size
+    /// How far the vertices of one plane may be off it, metres.
+    pub(crate) fn noise(&self) -> f64 {
+        self.noise
     }
 
     pub(crate) fn vertex(&self, v: u32) -> DVec3 {
@@ -165,7 +168,7 @@ impl Facets {
     }
 
     fn bend(&self, surface: &Surface<'_>, f: u32, g: u32) -> Bend {
-        let tolerance = COPLANAR * surface.size();
+        let tolerance = surface.noise();
         let span = |plane: Plane, facet: u32| {
             let heights = self.corners(facet).iter().map(|&v| plane.height(surface.vertex(v)));
             heights.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)))
@@ -191,7 +194,7 @@ fn coplanar_regions(surface: &Surface<'_>, planes: &[Plane]) -> Vec<u32> {
     let areas: Vec<f64> = (0..count).map(|t| surface.mesh.triangle_area(t)).collect();
     let mut order: Vec<u32> = (0..count).collect();
     order.sort_by(|&s, &t| areas[t as usize].total_cmp(&areas[s as usize]).then(s.cmp(&t)));
-    let tolerance = COPLANAR * surface.size();
+    let tolerance = surface.noise();
     let mut region = vec![NONE; count as usize];
     let mut front = Vec::new();
     for first in order {
@@ -307,7 +310,7 @@ fn join(
     let turn = |u: u32, v: u32, w: u32| {
         let [u, v, w] = [u, v, w].map(|k| surface.vertex(k));
         // How far v stands to the right of the line u → w, with a left turn positive.
-        normal.cross(w - u).normalize_or_zero().dot(u - v) >= -COPLANAR * surface.size()
+        normal.cross(w - u).normalize_or_zero().dot(u - v) >= -surface.noise()
             && (v - u).dot(w - v) > -(v - u).length() * (w - v).length()
     };
     if !turn(large[(start + n - 1) % n], large[start], small[(small_start + 1) % m])

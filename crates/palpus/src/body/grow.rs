@@ -3,7 +3,7 @@
 //! A set of facets joins when
 //!
 //! 1. every vertex of the patch lies below the planes of the new facets,
-//! 2. every new vertex lies below the planes of the patch's facets (both within [`COPLANAR`] of the model's size), so
+//! 2. every new vertex lies below the planes of the patch's facets (both within the surface's noise), so
 //!    that all of them lie on the common hull, and
 //! 3. the common hull stays inside the solid (see `contain`).
 //!
@@ -21,7 +21,7 @@ use super::facet::{Facets, Surface};
 use super::trial_hull::TrialHull;
 use super::{Aabb, TriangleTree};
 use crate::algebra::Plane;
-use crate::algebra::tolerance::{COPLANAR, ENTERED, FLAT_PATCH, FOLDED};
+use crate::algebra::tolerance::{ENTERED, FLAT_PATCH, FOLDED};
 
 /// What became of an attempt to join.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,8 +42,10 @@ pub(crate) struct Grower<'a> {
     planes: Vec<Plane>,
     points: Vec<DVec3>,
     area: f64,
-    /// Empty while the patch is flat.
+    /// Empty while the patch is flat, and until it is needed.
     hull: TrialHull,
+    /// The hull is that of the present points.
+    hull_is_built: bool,
     clipper: Clipper,
     /// Vertices that the set on trial would add.
     fresh: Vec<u32>,
@@ -64,6 +66,7 @@ impl<'a> Grower<'a> {
             points: Vec::new(),
             area: 0.0,
             hull: TrialHull::default(),
+            hull_is_built: true,
             clipper: Clipper::default(),
             fresh: Vec::new(),
             facet_stamps: vec![0; facets.len()],
@@ -83,7 +86,11 @@ impl<'a> Grower<'a> {
     }
 
     /// True while the patch lies in one plane.
-    pub(crate) fn is_flat(&self) -> bool {
+    pub(crate) fn is_flat(&mut self) -> bool {
+        if !self.hull_is_built {
+            self.hull_is_built = true;
+            self.hull.start(&self.points, self.flat_thickness());
+        }
         self.hull.is_empty()
     }
 
@@ -96,12 +103,13 @@ impl<'a> Grower<'a> {
         self.area = 0.0;
         self.gather_fresh(patch);
         self.commit(patch);
-        self.hull.start(&self.points, self.flat_thickness());
+        self.hull.clear();
+        self.hull_is_built = false;
     }
 
     /// Adds a set of facets that are known to be good together; a single one always is.
     pub(crate) fn try_add(&mut self, set: &[u32]) -> Verdict {
-        let tolerance = COPLANAR * self.surface.size();
+        let tolerance = self.surface.noise();
         let above = |plane: Plane, p: DVec3| plane.height(p) > tolerance;
         if set.iter().any(|&c| self.points.iter().any(|p| above(self.facets.plane(c), *p))) {
             return Verdict::Refused;
@@ -111,10 +119,12 @@ impl<'a> Grower<'a> {
             self.facet_stamps[c as usize] = self.stamp;
         }
         let convex = !self.fresh.iter().any(|&v| self.planes.iter().any(|plane| above(*plane, self.surface.vertex(v))));
-        let verdict = match (convex, self.is_flat()) {
-            (false, _) => Verdict::Refused,
-            (true, false) => self.extend_hull(),
-            (true, true) => self.leave_plane(set),
+        let verdict = if !convex {
+            Verdict::Refused
+        } else if self.is_flat() {
+            self.leave_plane(set)
+        } else {
+            self.extend_hull()
         };
         if verdict == Verdict::Joined {
             self.commit(set);
@@ -153,13 +163,13 @@ impl<'a> Grower<'a> {
         }
         let area = self.area + set.iter().map(|&c| self.facets.area(c)).sum::<f64>();
         let (whole, perimeter) = polygon_around(&points, normal);
-        if area >= whole - COPLANAR * self.surface.size() * perimeter { Verdict::Joined } else { Verdict::Postponed }
+        if area >= whole - self.surface.noise() * perimeter { Verdict::Joined } else { Verdict::Postponed }
     }
 
     /// Does a triangle outside the patch come into the hull, looking only near `bounds`?
     fn is_entered(&mut self, bounds: &Aabb) -> bool {
         let Self { tree, facets, facet_stamps, stamp, clipper, hull, surface, .. } = self;
-        let depth = ENTERED * surface.size();
+        let depth = ENTERED * surface.noise();
         let visit = |t: u32, corners: &[DVec3; 3]| {
             if facet_stamps[facets.of_triangle(t) as usize] != *stamp && clipper.enters(*corners, hull, depth) {
                 ControlFlow::Break(())
@@ -171,7 +181,7 @@ impl<'a> Grower<'a> {
     }
 
     fn flat_thickness(&self) -> f64 {
-        FLAT_PATCH * self.surface.size()
+        FLAT_PATCH * self.surface.noise()
     }
 
     fn gather_fresh(&mut self, set: &[u32]) {

@@ -17,6 +17,7 @@ mod mesh;
 mod orient;
 mod piece;
 mod polytope;
+mod precision;
 mod shading_normals;
 #[cfg(test)]
 mod shapes;

@@ -12,7 +12,7 @@ use super::decompose::Patch;
 use super::facet::{Facets, NONE, Surface};
 use super::{Hull, HullError, Polytope, Provenance, convex_hull, convex_polygon};
 use crate::algebra::Plane;
-use crate::algebra::tolerance::{COPLANAR, COVERED_HALF, FLAT_PATCH, FOLDED, ON_FACE};
+use crate::algebra::tolerance::{COVERED_HALF, FLAT_PATCH, FOLDED, ON_FACE};
 
 /// What a convex piece has to do with the source mesh.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -46,7 +46,7 @@ pub(crate) fn build_piece(
     corners.dedup();
     let points: Vec<DVec3> = corners.iter().map(|&v| surface.vertex(v)).collect();
     let outward = patch.facets.iter().map(|&f| facets.area(f) * facets.plane(f).normal).sum();
-    let (polytope, inputs) = hull_of_patch(&points, outward, surface.size())?;
+    let (polytope, inputs) = hull_of_patch(&points, outward, surface.noise())?;
     let mut vertex_of = vec![NONE; corners.len()];
     for (v, &input) in inputs.iter().enumerate() {
         vertex_of[input as usize] = v as u32;
@@ -68,15 +68,15 @@ pub(crate) fn build_piece(
 }
 
 /// The hull of a patch's vertices: a plate whose front looks to the side of `outward` when they are nearly flat.
-fn hull_of_patch(points: &[DVec3], outward: DVec3, size: f64) -> Result<(Polytope, Vec<u32>), HullError> {
+fn hull_of_patch(points: &[DVec3], outward: DVec3, noise: f64) -> Result<(Polytope, Vec<u32>), HullError> {
     let up = outward.normalize_or_zero();
     let (low, high) = points
         .iter()
         .map(|p| up.dot(*p))
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
-    let thin = high - low <= FLAT_PATCH * size;
+    let thin = high - low <= FLAT_PATCH * noise;
     // From generous to exact: a needle of a triangle may be narrower than the tolerance, but has an area.
-    for coplanar in [if thin { FLAT_PATCH * size } else { COPLANAR * size }, 0.0] {
+    for coplanar in [if thin { FLAT_PATCH * noise } else { noise }, 0.0] {
         let hull = match convex_hull(points, coplanar)? {
             Hull::Polygon { .. } => convex_polygon(points, outward, coplanar)?,
             hull => hull,
@@ -103,7 +103,7 @@ fn lay_facets(
     polytope: &Polytope,
     vertex_of: &dyn Fn(u32) -> Option<u32>,
 ) -> Vec<Cover> {
-    let tolerance = ON_FACE * surface.size();
+    let tolerance = ON_FACE * surface.noise();
     let mut covers = Vec::new();
     let mut faces: Vec<u32> = Vec::new();
     let mut polygon: Vec<DVec3> = Vec::new();

@@ -1,0 +1,82 @@
+//! Judges of a decomposition that share nothing with it: every triangle in one piece and on its hull; no piece leaves the
+//! solid, by samples of its interior and by crossings of its faces.
+//!
+//! Weakness: samples miss what is thinner than their spacing; crossings are looked for with hulls shrunk a little toward
+//! their centroid, so that touching is not crossing, and a piece may stand out by less than that.
+
+use std::ops::ControlFlow;
+
+use glam::DVec3;
+
+use crate::body::shapes::Random;
+use crate::body::{Aabb, Body, Polytope, TrianglePair};
+
+/// The least share by which a piece is shrunk before its faces are tested.
+const SHRINK: f64 = 1e-3;
+
+/// Each triangle belongs to one piece and lies within `slack` of that piece's hull.
+pub(in crate::body) fn assert_partition(body: &Body, slack: f64) {
+    let mut owners = vec![0; body.mesh().triangles().len()];
+    for (k, (polytope, piece)) in body.polytopes().iter().zip(body.pieces()).enumerate() {
+        for &t in piece.triangles() {
+            owners[t as usize] += 1;
+            let corners = body.mesh().triangle_points(t);
+            let above = |p: DVec3| polytope.planes().iter().map(|plane| plane.height(p)).fold(f64::MIN, f64::max);
+            let middle = corners.iter().sum::<DVec3>() / 3.0;
+            for p in corners.into_iter().chain([middle]) {
+                let height = above(p);
+                assert!(height.abs() <= slack, "piece {k}, triangle {t}: {height:e} from the hull");
+            }
+        }
+    }
+    assert!(owners.iter().all(|&n| n == 1), "a triangle without a piece, or in several");
+}
+
+/// Random points of the pieces are inside the solid, or within `slack` of its surface. Only for closed surfaces.
+pub(in crate::body) fn assert_samples_inside(body: &Body, slack: f64, per_piece: usize, seed: u64) {
+    let mut random = Random(seed);
+    for (k, polytope) in body.polytopes().iter().enumerate() {
+        for _ in 0..per_piece {
+            let p = random_point(polytope, &mut random);
+            let inside = body.tree().inside(p) || body.tree().nearest_within(p, slack).is_some();
+            assert!(inside, "seed {seed}: piece {k} leaves the solid at {p}");
+        }
+    }
+}
+
+/// No face of a piece crosses the surface by more than `slack`: of a piece shrunk so far that each face has moved by
+/// that much. Pieces so thin that nothing would be left are passed over.
+pub(in crate::body) fn assert_no_crossing(body: &Body, slack: f64) {
+    for (k, polytope) in body.polytopes().iter().enumerate() {
+        let centroid = polytope.centroid();
+        let depth = polytope.planes().iter().map(|plane| -plane.height(centroid)).fold(f64::MAX, f64::min);
+        let shrink = SHRINK.max(slack / depth);
+        if polytope.is_flat() || shrink > 0.5 {
+            continue;
+        }
+        let shrunk = |v: u32| centroid + (polytope.vertex(v) - centroid) * (1.0 - shrink);
+        for f in 0..polytope.face_count() as u32 {
+            let corners = polytope.face_vertices(f);
+            for pair in corners.windows(2).skip(1) {
+                let face = [shrunk(corners[0]), shrunk(pair[0]), shrunk(pair[1])];
+                let crossed = body.tree().visit_overlapping(&Aabb::around(face), |_, triangle| {
+                    let crossing = TrianglePair::new(face, *triangle) == TrianglePair::Crossing;
+                    if crossing { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+                });
+                assert!(crossed.is_continue(), "piece {k}, face {f} crosses the surface");
+            }
+        }
+    }
+}
+
+/// A point in the hull of up to four random vertices.
+fn random_point(polytope: &Polytope, random: &mut Random) -> DVec3 {
+    let mut sum = DVec3::ZERO;
+    let mut total = 0.0;
+    for _ in 0..4 {
+        let weight = 1.0 + random.signed();
+        sum += weight * polytope.vertex(random.below(polytope.vertices().len() as u64) as u32);
+        total += weight;
+    }
+    if total > 0.0 { sum / total } else { polytope.centroid() }
+}

@@ -1,0 +1,188 @@
+//! Patches of shapes and of real models, held against the judges of `contain::oracle` and the paper's Table 1.
+
+use glam::DVec3;
+
+use crate::body::contain::oracle::{assert_no_crossing, assert_partition, assert_samples_inside};
+use crate::body::shapes::{model, torus};
+use crate::body::{Body, BodySettings, PolygonSoup, Provenance};
+
+const SEED: u64 = 0x2002_0606;
+/// Relative to the size: what counts as on the hull or on the surface. Above the noise that models are granted.
+const SLACK: f64 = 1e-4;
+/// Relative to the slack: how deep the surface may come into a piece.
+const CROSSING: f64 = 0.1;
+/// The same for shapes made here, which have no noise.
+const EXACT_SLACK: f64 = 1e-8;
+
+fn build(soup: &PolygonSoup) -> Body {
+    Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).unwrap()
+}
+
+fn judge(body: &Body, slack: f64) {
+    assert_partition(body, slack * body.size());
+    assert_no_crossing(body, CROSSING * slack * body.size());
+    if body.mesh().is_closed() {
+        assert_samples_inside(body, slack * body.size(), 20, SEED);
+    }
+}
+
+/// A prism over a simple polygon, counter-clockwise in x, y.
+fn prism(outline: &[(f64, f64)]) -> PolygonSoup {
+    let n = outline.len() as u32;
+    let vertices = [0.0, 1.0].iter().flat_map(|&z| outline.iter().map(move |&(x, y)| DVec3::new(x, y, z))).collect();
+    let mut soup = PolygonSoup { vertices, ..PolygonSoup::new() };
+    soup.push_face(&(0..n).rev().collect::<Vec<_>>());
+    soup.push_face(&(n..2 * n).collect::<Vec<_>>());
+    for k in 0..n {
+        soup.push_face(&[k, (k + 1) % n, n + (k + 1) % n, n + k]);
+    }
+    soup
+}
+
+/// A solid of revolution about z; the profile runs from the axis to the axis, outside to its right.
+fn revolve(profile: &[(f64, f64)], segments: u32) -> PolygonSoup {
+    let mut soup = PolygonSoup::new();
+    for s in 0..segments {
+        let (sin, cos) = (f64::from(s) / f64::from(segments) * std::f64::consts::TAU).sin_cos();
+        soup.vertices.extend(profile.iter().map(|&(r, z)| DVec3::new(r * cos, r * sin, z)));
+    }
+    let rings = profile.len() as u32;
+    for s in 0..segments {
+        let (here, there) = (s * rings, (s + 1) % segments * rings);
+        for k in 0..rings - 1 {
+            soup.push_face(&[here + k, there + k, there + k + 1, here + k + 1]);
+        }
+    }
+    soup
+}
+
+fn cup() -> PolygonSoup {
+    revolve(&[(0.0, 0.0), (1.0, 0.0), (1.2, 2.0), (1.1, 2.0), (0.9, 0.2), (0.0, 0.2)], 24)
+}
+
+fn box_with_hole() -> PolygonSoup {
+    let square = |half: f64, z: f64| {
+        [(-1, -1), (1, -1), (1, 1), (-1, 1)].map(|(x, y)| DVec3::new(half * f64::from(x), half * f64::from(y), z))
+    };
+    let vertices = [square(2.0, 0.0), square(1.0, 0.0), square(2.0, 1.0), square(1.0, 1.0)].concat();
+    let mut soup = PolygonSoup { vertices, ..PolygonSoup::new() };
+    for k in 0..4 {
+        let l = (k + 1) % 4;
+        soup.push_face(&[k, l, 8 + l, 8 + k]);
+        soup.push_face(&[4 + l, 4 + k, 12 + k, 12 + l]);
+        soup.push_face(&[8 + k, 8 + l, 12 + l, 12 + k]);
+        soup.push_face(&[l, k, 4 + k, 4 + l]);
+    }
+    soup
+}
+
+#[test]
+fn prisms_keep_their_notches_free() {
+    let l = prism(&[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]);
+    let notch =
+        prism(&[(0.0, 0.0), (3.0, 0.0), (3.0, 2.0), (2.0, 2.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]);
+    let star = prism(
+        &(0..10)
+            .map(|k| {
+                let (sin, cos) = (f64::from(k) * std::f64::consts::PI / 5.0).sin_cos();
+                let r = if k % 2 == 0 { 2.0 } else { 0.8 };
+                (r * cos, r * sin)
+            })
+            .collect::<Vec<_>>(),
+    );
+    for (soup, most) in [(l, 2), (notch, 4), (star, 12)] {
+        let body = build(&soup);
+        judge(&body, EXACT_SLACK);
+        assert!(body.polytopes().len() <= most, "{} pieces", body.polytopes().len());
+    }
+}
+
+#[test]
+fn a_cup_keeps_its_cavity() {
+    let body = build(&cup());
+    judge(&body, EXACT_SLACK);
+    let tea = DVec3::new(0.1, 0.2, 1.0);
+    assert!(body.polytopes().iter().all(|p| p.planes().iter().any(|plane| plane.height(tea) > 0.0)));
+    // The cavity alone needs a piece for each of the 24 segments of its wall.
+    assert!(body.polytopes().len() <= 40, "{} pieces", body.polytopes().len());
+}
+
+#[test]
+fn a_hole_stays_open() {
+    let body = build(&box_with_hole());
+    judge(&body, EXACT_SLACK);
+    assert_eq!(body.polytopes().len(), 4);
+}
+
+#[test]
+fn a_convex_solid_is_one_piece_and_all_of_it_is_real() {
+    let body = build(&revolve(&[(0.0, -1.0), (0.7, -0.7), (1.0, 0.0), (0.7, 0.7), (0.0, 1.0)], 40));
+    judge(&body, EXACT_SLACK);
+    assert_eq!(body.polytopes().len(), 1);
+    let polytope = &body.polytopes()[0];
+    assert_eq!(polytope.face_count(), 160);
+    assert!((0..160).all(|f| polytope.face_provenance(f) == Provenance::Original));
+}
+
+#[test]
+fn an_open_sheet_is_plates_and_slivers() {
+    let mut soup = prism(&[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)]);
+    // Without its lid.
+    let lid = soup.face(1).to_vec();
+    soup = PolygonSoup {
+        vertices: soup.vertices.clone(),
+        ..(0..soup.face_count()).filter(|&f| f != 1).fold(PolygonSoup::new(), |mut open, f| {
+            open.push_face(soup.face(f));
+            open
+        })
+    };
+    assert_eq!(lid.len(), 6);
+    let body = build(&soup);
+    judge(&body, EXACT_SLACK);
+}
+
+#[test]
+fn the_torus_of_table_1_takes_no_more_pieces() {
+    let mesh = torus(1.0, 0.4, 50, 20);
+    assert_eq!(mesh.triangles().len(), 2000);
+    let body = Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap();
+    judge(&body, EXACT_SLACK);
+    assert!(body.polytopes().len() <= 67, "{} pieces", body.polytopes().len());
+}
+
+#[test]
+fn small_models_stay_solid_and_take_few_pieces() {
+    for (name, most) in [
+        ("paper/teacup_500.obj", 195),
+        ("paper/teaspoon_336.obj", 120),
+        ("parts/chess_knight_1000.obj", 145),
+        ("parts/low_poly_bunny.obj", 400),
+        ("parts/plate_holes.obj", 200),
+        ("pairs/hole_round_8mm_factory.obj", 400),
+        ("nasty/hourglass_pinched_vertex.obj", 40),
+    ] {
+        let Some(soup) = model(name) else { return };
+        let body = build(&soup);
+        judge(&body, SLACK);
+        assert!(body.polytopes().len() <= most, "{name}: {} pieces", body.polytopes().len());
+    }
+}
+
+#[test]
+#[ignore = "a minute in the development profile"]
+fn large_models_stay_solid_and_take_no_more_pieces_than_in_table_1() {
+    for (name, most) in [
+        ("paper/armadillo_31240.obj", 9098),
+        ("paper/intestine_colon_male_24846.obj", 9913),
+        // Thinner and more folded than the paper's: 43 pieces for 100 triangles instead of 40.
+        ("paper/intestine_small_female_24846.obj", 10_800),
+        ("parts/fandisk.obj", 4000),
+        ("pairs/peg_round_8mm.obj", 1),
+        ("pairs/bolt_m16_loose.obj", 3200),
+    ] {
+        let Some(soup) = model(name) else { return };
+        let body = build(&soup);
+        judge(&body, SLACK);
+        assert!(body.polytopes().len() <= most, "{name}: {} pieces", body.polytopes().len());
+    }
+}
