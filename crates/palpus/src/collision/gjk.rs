@@ -73,17 +73,18 @@ pub fn gjk(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) 
     }
     let (gap, simplex) = best;
     let (length, normal) = (simplex.nearest().length(), simplex.normal());
-    if gap >= length {
-        return overlapping(a, b, pose_ba, &simplex, normal, steps, StopReason::Stalled);
+    if gap < length {
+        let stop = if gap <= noise * size / length {
+            StopReason::Converged
+        } else if steps == GJK_STEPS {
+            StopReason::Budget
+        } else {
+            StopReason::Stalled
+        };
+        return disjoint(a, b, pose_ba, &simplex, steps, stop);
     }
-    let stop = if gap <= noise * size / length {
-        StopReason::Converged
-    } else if steps == GJK_STEPS {
-        StopReason::Budget
-    } else {
-        StopReason::Stalled
-    };
-    disjoint(a, b, pose_ba, &simplex, steps, stop)
+    let direction = if normal.is_finite() { normal } else { centroid_line(a, b, pose_ba) };
+    overlapping(a, b, pose_ba, &simplex, direction, steps, StopReason::Stalled)
 }
 
 /// How far rounding may move a placed vertex: the unit of the tests that must not chase noise, in metres.

@@ -11,7 +11,8 @@
 //! 4. A vertex below a face is a local minimum. Either the vertex is inside of the whole body (they overlap), or some
 //!    other face sees it from above and the march goes on there.
 //! 5. Otherwise the pair is closest. The answer is not believed but proven: no vertex of either body may reach farther
-//!    along the normal than the closest points do, which one ring per body decides.
+//!    along the normal than the closest points do, which one ring per body decides. When one does, by little, a second walk
+//!    looks below the rounding that the first one ignores.
 //!
 //! The next state depends on the state alone, so a repeated state means a cycle. A cycle, an exhausted budget or a failed proof
 //! falls back to GJK, which answers under the same contract, and the stop reason says so. An overlap is always
@@ -74,20 +75,29 @@ pub fn march(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair
         Walk::Apart(candidate) => candidate,
         Walk::Lost(pair, stop) => return fall_back(a, b, pose_ba, pair, steps, stop),
     };
-    // Something reaches past the closest points, by little: features of the two are parallel but for an angle that the
-    // dead zone of growth hides. Go on without it.
+    second_look(&mut field, &scale, candidate, steps)
+}
+
+/// Something reaches past the closest points, by little: features of the two are parallel but for an angle that the dead
+/// zone of growth hides. Goes on without it, and believes what then is apart within the rounding of its direction.
+#[cold]
+fn second_look(field: &mut Field<'_>, scale: &Scale, first: Candidate, steps: u32) -> March {
     field.noise = 0.0;
-    let (second, more) = field.walk(candidate.closest.features);
+    let (second, more) = field.walk(first.closest.features);
     let steps = steps + more;
-    let candidate = match second {
+    let mut candidate = match second {
         Walk::Overlap(overlap) => return answered(Proximity::Overlapping(overlap), overlap.features, steps),
-        Walk::Apart(sharper) if sharper.closest.distance <= candidate.closest.distance => sharper,
-        _ => candidate,
+        Walk::Apart(sharper) if sharper.closest.distance <= first.closest.distance => sharper,
+        _ => first,
     };
-    if candidate.excess <= scale.loose(candidate.closest.distance) {
-        return answered(Proximity::Disjoint(candidate.closest), candidate.closest.features, steps);
+    if candidate.excess > scale.loose(candidate.closest.distance) {
+        candidate = field.straightened(candidate);
     }
-    fall_back(a, b, pose_ba, candidate.closest.features, steps, StopReason::Stalled)
+    let Candidate { closest, excess } = candidate;
+    if excess <= scale.loose(closest.distance) {
+        return answered(Proximity::Disjoint(closest), closest.features, steps);
+    }
+    fall_back(field.a, field.b, field.pose_ba, closest.features, steps, StopReason::Stalled)
 }
 
 /// What a query with an upper bound found.
@@ -302,6 +312,28 @@ impl Field<'_> {
         best
     }
 
+    /// The same points with the normal of a face that holds one of them, if that leaves less beyond them.
+    ///
+    /// A vertex that overhangs the side of a parallel face by the last digit tilts the line between near points.
+    #[cold]
+    fn straightened(&self, candidate: Candidate) -> Candidate {
+        let Closest { point_a, point_b, features, .. } = candidate.closest;
+        let r = point_a - point_b;
+        let mut best = candidate;
+        let mut consider = |normal: DVec3| {
+            let distance = normal.dot(r);
+            if distance > self.touching && (r - normal * distance).length() <= self.reach * MARCH_NOISE {
+                let straight = self.candidate(features, &ClosestPoints { on_p: point_a, on_q: point_b, normal });
+                if straight.excess < best.excess {
+                    best = straight;
+                }
+            }
+        };
+        for_each_face(self.a, features.a, |f| consider(-self.pose_ba.vector(self.a.plane(f).normal)));
+        for_each_face(self.b, features.b, |f| consider(self.b.plane(f).normal));
+        best
+    }
+
     /// The closest points of a pair, with how far other vertices reach past them: one ring per body shows it.
     #[inline]
     fn candidate(&self, pair: FeaturePair, points: &ClosestPoints) -> Candidate {
@@ -338,6 +370,15 @@ fn climbed(polytope: &Polytope, from: u32, direction: DVec3) -> f64 {
         if best == here {
             return height;
         }
+    }
+}
+
+/// Calls `visit` with every face that holds `feature`.
+fn for_each_face(polytope: &Polytope, feature: Feature, mut visit: impl FnMut(u32)) {
+    match feature {
+        Vertex(v) => polytope.ring(v).iter().for_each(|spoke| visit(spoke.left)),
+        Edge(e) => [polytope.edge(e).left, polytope.edge(e).right].into_iter().for_each(visit),
+        Face(f) => visit(f),
     }
 }
 

@@ -63,6 +63,25 @@ fn random_starts_on_every_pair_of_bodies() {
 }
 
 #[test]
+fn the_direction_of_a_shallow_overlap_leads_out() {
+    // A corner of a turned cube dips into the top of a box, both ways round.
+    let (below, above) = (cuboid(DVec3::new(2.0, 2.0, 0.5)), cuboid(DVec3::ONE));
+    let turned = DQuat::from_rotation_arc(DVec3::ONE.normalize(), -DVec3::Z);
+    let pose = Pose::new(turned, DVec3::new(0.1, 0.2, 0.5 + 3f64.sqrt() - 0.01));
+    let mut random = Random(SEED + 6);
+    for _ in 0..200 {
+        let start = FeaturePair { a: random.feature(&above), b: random.feature(&below) };
+        let Proximity::Overlapping(up) = march(&above, &below, &pose.placement(), start).proximity else { panic!() };
+        assert!(up.direction.normalize().z > 0.5, "{up:?}, seed {SEED:#x}");
+        let (inverse, start) = (pose.inverse(), FeaturePair { a: start.b, b: start.a });
+        let Proximity::Overlapping(down) = march(&below, &above, &inverse.placement(), start).proximity else {
+            panic!()
+        };
+        assert!(pose.vector(down.direction.normalize()).z < -0.5, "{down:?}, seed {SEED:#x}");
+    }
+}
+
+#[test]
 fn a_bound_is_proven_or_the_answer_is_whole() {
     let mut random = Random(SEED + 5);
     let zoo = menagerie(&mut random);
