@@ -1,0 +1,245 @@
+//! The program as its user meets it: what is typed, what comes back, with which exit status.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+/// A folder of its own for one test, gone when the test is over.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("palpus-{name}-{}", std::process::id()));
+        fs::create_dir_all(&path).expect("a temporary folder");
+        Self(path)
+    }
+
+    fn file(&self, name: &str, text: &str) -> PathBuf {
+        let path = self.0.join(name);
+        fs::write(&path, text).expect("a temporary file");
+        path
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn palpus(folder: &Path, arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_palpus"))
+        .current_dir(folder)
+        .args(arguments)
+        .output()
+        .expect("the program starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn json(output: &Output) -> Value {
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("one JSON document on standard output")
+}
+
+/// A cube of side 2 about the origin.
+const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
+    f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+#[test]
+fn every_command_explains_itself_with_an_example() {
+    let folder = Folder::new("help");
+    for command in [
+        &["--help"][..],
+        &["run", "--help"],
+        &["query", "--help"],
+        &["prepare", "--help"],
+        &["inspect", "--help"],
+        &["replay", "--help"],
+        &["bench", "figures", "--help"],
+        &["bench", "step", "--help"],
+        &["completions", "--help"],
+    ] {
+        let output = palpus(&folder.0, command);
+        assert!(output.status.success(), "{command:?}");
+        let help = text(&output.stdout);
+        assert!(help.contains("Example") && help.contains("palpus "), "{command:?} has no example:\n{help}");
+    }
+}
+
+#[test]
+fn wrong_use_is_2_and_failure_is_1_with_one_error() {
+    let folder = Folder::new("errors");
+    assert_eq!(palpus(&folder.0, &["run", "--speed", "3"]).status.code(), Some(2));
+    for (arguments, word) in [
+        (&["inspect", "nowhere.obj"][..], "nowhere.obj"),
+        (&["run", "teapot"], "spoon-cup"),
+        (&["run", "--hand", "strong", "--no-record"], "firm"),
+        (&["run", "--device", "falcon", "--no-record"], "sim"),
+        (&["run", "--rate", "0", "--no-record"], "rate"),
+        (&["replay", "nothing.csv"], "nothing.csv"),
+    ] {
+        let output = palpus(&folder.0, arguments);
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {error}");
+        assert_eq!(error.matches("error:").count(), 1, "{arguments:?}: {error}");
+        assert!(error.contains(word), "{arguments:?} does not say `{word}`: {error}");
+    }
+}
+
+#[test]
+fn a_query_answers_in_the_frame_of_b() {
+    let folder = Folder::new("query");
+    folder.file("cube.obj", CUBE);
+    // Apart by 1 along x; overlapping by 0.5 along z; turned by 90° and touching nothing, 3 above.
+    let poses = "tx,ty,tz,qx,qy,qz,qw\n3,0,0,0,0,0,1\n0,0,1.5,0,0,0,1\n0,5,0,0,0,0.7071067811865476,0.7071067811865476\n";
+    folder.file("poses.csv", poses);
+    let arguments = ["query", "cube.obj", "cube.obj", "--poses", "poses.csv", "--out", "out.csv", "--contacts", "all.csv"];
+    let output = palpus(&folder.0, &arguments);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let result = fs::read_to_string(folder.0.join("out.csv")).expect("the result");
+    let rows: Vec<Vec<f64>> = result
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect())
+        .collect();
+    let expected = [(1.0, [1.0, 0.0, 0.0], 0.0), (-0.5, [0.0, 0.0, 1.0], 1.0), (3.0, [0.0, 1.0, 0.0], 0.0)];
+    assert_eq!(rows.len(), expected.len());
+    for (row, (separation, normal, contacts)) in rows.iter().zip(expected) {
+        assert!((row[1] - separation).abs() < 1e-12, "{row:?}");
+        for k in 0..3 {
+            assert!((row[2 + k] - normal[k]).abs() < 1e-12, "{row:?}");
+            assert!((row[5 + k] - row[8 + k] - separation * normal[k]).abs() < 1e-12, "{row:?}");
+        }
+        assert!((row[11] - contacts).abs() < 0.5, "{row:?}");
+    }
+    let contacts = fs::read_to_string(folder.0.join("all.csv")).expect("the contacts");
+    assert_eq!(contacts.lines().count(), 2, "a header and the one contact:\n{contacts}");
+}
+
+#[test]
+fn inspect_and_prepare_tell_of_a_cube() {
+    let folder = Folder::new("inspect");
+    folder.file("cube.obj", CUBE);
+    let report = json(&palpus(&folder.0, &["inspect", "cube.obj", "--json"]));
+    assert_eq!(report["triangles"], 12);
+    assert_eq!(report["closed"], true);
+    assert_eq!(report["pieces"]["count"], 1);
+    assert!((report["mass"]["volume"].as_f64().unwrap_or(0.0) - 8.0).abs() < 1e-12);
+    assert!(palpus(&folder.0, &["prepare", "cube.obj", "--pieces", "pieces.obj"]).status.success());
+    let pieces = json(&palpus(&folder.0, &["inspect", "pieces.obj", "--json"]));
+    assert!((pieces["mass"]["volume"].as_f64().unwrap_or(0.0) - 8.0).abs() < 1e-12);
+}
+
+#[test]
+fn a_run_is_summed_up_recorded_and_replayed_bit_for_bit() {
+    let folder = Folder::new("run");
+    let arguments = ["run", "box-table", "--fast", "--duration", "3", "--record", "run.csv", "--json"];
+    let summary = json(&palpus(&folder.0, &arguments));
+    for key in [
+        "ticks",
+        "duration_s",
+        "rate_hz",
+        "overruns",
+        "step_us",
+        "query_us",
+        "force_us",
+        "contacts",
+        "clusters",
+        "depth_max_m",
+        "force_max_n",
+        "torque_max_nm",
+        "force_step_max_n",
+        "torque_step_max_nm",
+        "saturated_ticks",
+        "faults",
+        "energy_generated_j",
+        "allocations",
+    ] {
+        assert!(!summary[key].is_null(), "the summary lacks {key}");
+    }
+    assert_eq!(summary["ticks"], 3000);
+    assert_eq!(summary["faults"], 0);
+    assert_eq!(summary["allocations"], 0, "the loop allocates");
+    assert!(summary["force_max_n"].as_f64().unwrap_or(0.0) > 0.1, "nothing was felt");
+    let replay = json(&palpus(&folder.0, &["replay", "run.csv", "--json"]));
+    assert_eq!(replay["identical"], 3000);
+
+    // The recording fed to the loop as a device is the same run again.
+    let arguments = ["run", "box-table", "--fast", "--device", "replay:run.csv", "--record", "again.csv", "--json"];
+    assert_eq!(json(&palpus(&folder.0, &arguments))["ticks"], 3000);
+    let replay = json(&palpus(&folder.0, &["replay", "again.csv", "--json"]));
+    assert_eq!(replay["identical"], 3000);
+}
+
+#[test]
+fn a_changed_recording_shows_its_first_divergence() {
+    let folder = Folder::new("divergence");
+    let arguments = ["run", "box-table", "--fast", "--duration", "1", "--record", "run.csv", "--json"];
+    assert!(palpus(&folder.0, &arguments).status.success());
+    let recording = fs::read_to_string(folder.0.join("run.csv")).expect("the recording");
+    let first = recording.lines().position(|line| line.starts_with("tick,")).expect("the header line");
+    let names: Vec<&str> = recording.lines().nth(first).expect("it is there").split(',').collect();
+    let column = names.iter().position(|name| *name == "force_z").expect("a force column");
+    let changed: Vec<String> = recording
+        .lines()
+        .enumerate()
+        .map(|(k, line)| {
+            if k != first + 1 + 700 {
+                return line.to_owned();
+            }
+            let mut cells: Vec<&str> = line.split(',').collect();
+            cells[column] = "123.5";
+            cells.join(",")
+        })
+        .collect();
+    folder.file("changed.csv", &(changed.join("\n") + "\n"));
+    let output = palpus(&folder.0, &["replay", "changed.csv"]);
+    assert_eq!(output.status.code(), Some(1));
+    let told = text(&output.stdout);
+    assert!(told.contains("1 of 1000 wrenches differ; the first is tick 700"), "{told}");
+    assert!(told.contains("123.5"), "{told}");
+}
+
+#[test]
+fn a_scene_file_brings_its_own_meshes() {
+    let folder = Folder::new("scene");
+    folder.file("cube.obj", CUBE);
+    let scene = "unit = \"cm\"\n[probe]\nmesh = \"cube.obj\"\nposition = [0, 0, 4]\n[environment]\nmesh = \"cube.obj\"\n\
+        [contact]\ntolerance = 0.1\ncluster_radius = 0.4\nstiffness = 500\n[coupling]\nmode = \"direct\"\n";
+    folder.file("two-cubes.toml", scene);
+    let arguments = ["run", "two-cubes.toml", "--fast", "--duration", "4", "--record", "run.csv", "--json"];
+    let output = palpus(&folder.0, &arguments);
+    let summary = json(&output);
+    assert!(summary["contacts"]["max"].as_u64().unwrap_or(0) >= 1, "{summary}");
+    assert!(summary["force_max_n"].as_f64().unwrap_or(0.0) > 0.0, "{summary}");
+    assert_eq!(json(&palpus(&folder.0, &["replay", "run.csv", "--json"]))["identical"], 4000);
+    folder.file("typo.toml", &scene.replace("tolerance", "tolerence"));
+    let error = text(&palpus(&folder.0, &["run", "typo.toml"]).stderr);
+    assert!(error.contains("tolerance") && error.contains("line"), "{error}");
+}
+
+#[test]
+fn figures_are_written_as_pictures_and_numbers() {
+    let folder = Folder::new("figures");
+    let output = palpus(&folder.0, &["bench", "figures", "--out", "figures"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    for name in ["table1.txt", "table1.json", "figure5.svg", "figure5.csv", "figure6.svg", "figure6.csv"] {
+        let length = fs::metadata(folder.0.join("figures").join(name)).map(|m| m.len()).unwrap_or(0);
+        assert!(length > 500, "{name} has {length} bytes");
+    }
+    let table: Value = serde_json::from_slice(&fs::read(folder.0.join("figures/table1.json")).expect("the table"))
+        .expect("valid JSON");
+    let pieces = |model: &str| {
+        let rows = table.as_array().into_iter().flatten();
+        rows.filter(|row| row["model"] == model).filter_map(|row| row["pieces"].as_u64()).max().unwrap_or(u64::MAX)
+    };
+    // The paper's Table 1, for the scenes' own meshes.
+    for (model, most) in [("torus", 67), ("cup", 190), ("spoon", 78), ("intestine", 9913)] {
+        assert!(pieces(model) <= most, "{model}: {} pieces, the paper has {most}", pieces(model));
+    }
+}
