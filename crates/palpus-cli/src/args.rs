@@ -10,7 +10,8 @@ use clap::{Args, CommandFactory, Parser, Subcommand};
 #[derive(Debug, Parser)]
 #[command(
     version,
-    max_term_width = 110, propagate_version = true,
+    max_term_width = 110,
+    propagate_version = true,
     after_help = "Example:\n  palpus query spoon.obj cup.obj --poses poses.csv --out contacts.csv"
 )]
 pub(crate) struct Arguments {

@@ -30,11 +30,7 @@ impl Drop for Folder {
 }
 
 fn palpus(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_palpus"))
-        .current_dir(folder)
-        .args(arguments)
-        .output()
-        .expect("the program starts")
+    Command::new(env!("CARGO_BIN_EXE_palpus")).current_dir(folder).args(arguments).output().expect("the program starts")
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -96,9 +92,11 @@ fn a_query_answers_in_the_frame_of_b() {
     let folder = Folder::new("query");
     folder.file("cube.obj", CUBE);
     // Apart by 1 along x; overlapping by 0.5 along z; turned by 90° and touching nothing, 3 above.
-    let poses = "tx,ty,tz,qx,qy,qz,qw\n3,0,0,0,0,0,1\n0,0,1.5,0,0,0,1\n0,5,0,0,0,0.7071067811865476,0.7071067811865476\n";
+    let poses =
+        "tx,ty,tz,qx,qy,qz,qw\n3,0,0,0,0,0,1\n0,0,1.5,0,0,0,1\n0,5,0,0,0,0.7071067811865476,0.7071067811865476\n";
     folder.file("poses.csv", poses);
-    let arguments = ["query", "cube.obj", "cube.obj", "--poses", "poses.csv", "--out", "out.csv", "--contacts", "all.csv"];
+    let arguments =
+        ["query", "cube.obj", "cube.obj", "--poses", "poses.csv", "--out", "out.csv", "--contacts", "all.csv"];
     let output = palpus(&folder.0, &arguments);
     assert!(output.status.success(), "{}", text(&output.stderr));
     let result = fs::read_to_string(folder.0.join("out.csv")).expect("the result");

@@ -379,3 +379,9 @@ pub const GJK_PLATEAU: u32 = 8;
 /// A hand at 1 m/s moves a 10 cm tool by 1 % of its size in a tick. Larger lets a walk start on the wrong side of a body
 /// after a jump and stay there; smaller pays for cold starts in fast motion.
 pub const JUMP: f64 = 0.05;
+
+/// Share of a repaired depth that the witness point must really lie below the surface for the depth to be believed.
+///
+/// Where the surface bends, the nearest point of it is a little nearer than along the contact's normal. Larger drops
+/// true contacts on curved parts; smaller believes depths that another surface denies.
+pub const BELIEVED_SHARE: f64 = 0.8;

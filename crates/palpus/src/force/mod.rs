@@ -1,5 +1,6 @@
 //! Contacts, clusters, penalty force, shading, friction \[K02 §4\].
 
+mod belief;
 mod cluster;
 #[cfg(test)]
 mod cluster_tests;

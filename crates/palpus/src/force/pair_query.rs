@@ -4,7 +4,8 @@
 //! 2. A pair of pieces that is apart is a contact at its closest points, unless those lie on virtual features: the far
 //!    side of a thin wall, seen from within the wall, is no surface to touch.
 //! 3. A pair that overlaps is a contact at its penetration depth, walked from the pair's last normal, the witness of the
-//!    march and the line of centroids; where the depth rests on virtual features it is repaired to original ones.
+//!    march and the line of centroids; where the depth rests on virtual features it is repaired to original ones, and
+//!    then left out unless it is believed (`belief`); when nothing else is left of an overlap, the shallowest stays.
 //!
 //! When the pose has jumped since the last query, what is remembered of a pair's depth is a guess like any other: the walk
 //! then starts cold, from several seeds, and keeps the best end.
@@ -14,6 +15,7 @@
 use glam::DVec3;
 
 use super::Contact;
+use super::belief::is_believed;
 use crate::algebra::tolerance::JUMP;
 use crate::algebra::{Clock, Placement, Pose};
 use crate::body::{Aabb, Body, Feature, Polytope, Provenance};
@@ -33,6 +35,8 @@ pub struct QueryCounters {
     pub walk_stops: u32,
     /// Depths that rested on virtual features and were moved to original ones.
     pub repaired: u32,
+    /// Repaired depths that the solids' own surfaces deny, left out.
+    pub disbelieved: u32,
     /// Closest points on virtual features, which are no contact.
     pub virtual_closest: u32,
     /// Time in the descent and the marches, ns.
@@ -80,12 +84,24 @@ impl PairQuery {
         let middle = clock.now_ns();
         let mut counters = QueryCounters { traversal, query_ns: middle - begin, ..QueryCounters::default() };
         self.contacts.clear();
+        let mut doubtful: Option<Contact> = None;
         for k in 0..self.leaves.len() {
             let leaf = self.leaves[k];
+            let repaired = counters.repaired;
             match self.contact(a, b, &place, &leaf, &mut counters) {
-                Some(contact) => self.contacts.push(contact),
                 None => counters.virtual_closest += 1,
+                Some(contact) if counters.repaired > repaired && !is_believed(a, b, &place, &contact) => {
+                    counters.disbelieved += 1;
+                    if doubtful.is_none_or(|least| contact.separation > least.separation) {
+                        doubtful = Some(contact);
+                    }
+                }
+                Some(contact) => self.contacts.push(contact),
             }
+        }
+        // Bodies that overlap must not be let go of, however doubtful the way out.
+        if !self.contacts.iter().any(|contact| contact.separation <= 0.0) {
+            self.contacts.extend(doubtful);
         }
         counters.depth_ns = clock.now_ns() - middle;
         counters
