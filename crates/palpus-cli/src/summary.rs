@@ -57,6 +57,8 @@ pub(crate) struct Trouble {
     walk_stops: u64,
     /// Depths moved from virtual to original features.
     repaired_depths: u64,
+    /// Repaired depths that the solids' own surfaces deny, left out.
+    disbelieved_depths: u64,
     /// Closest points on virtual features, left out.
     virtual_closest: u64,
     /// Clusters whose normals cancelled.
@@ -110,6 +112,7 @@ impl Gatherer {
         trouble.march_fallbacks += u64::from(counters.query.traversal.march_fallbacks);
         trouble.walk_stops += u64::from(counters.query.walk_stops);
         trouble.repaired_depths += u64::from(counters.query.repaired);
+        trouble.disbelieved_depths += u64::from(counters.query.disbelieved);
         trouble.virtual_closest += u64::from(counters.query.virtual_closest);
         trouble.cancelled_normals += u64::from(counters.cancelled_normals);
         trouble.dropped_contacts += u64::from(counters.query.traversal.dropped);
