@@ -8,6 +8,8 @@ use crate::shape::{PEN_TIP, pen, sphere};
 use crate::{HandPath, Key};
 
 const RADIUS: f64 = 0.040;
+/// Fine enough that the contact normal turns in small steps: 20 480 triangles.
+const FINENESS: u32 = 5;
 /// The arc runs from this angle on one side of the top to the same on the other, rad.
 const HALF_ARC: f64 = 0.9;
 const DURATION: f64 = 6.0;
@@ -24,7 +26,7 @@ pub(super) fn parts() -> Parts {
     let keys: Vec<_> = (0..=KEYS).map(key).collect();
     Parts {
         probe: pen(),
-        environment: sphere(RADIUS, 3),
+        environment: sphere(RADIUS, FINENESS),
         contact: crate::ContactSettings { friction: None, ..USUAL },
         path: HandPath::through(&keys),
     }
