@@ -9,7 +9,7 @@ use std::time::Instant;
 use anyhow::Context;
 use palpus::algebra::NoClock;
 use palpus::body::{Body, BodySettings};
-use palpus::force::{Contact, PairQuery};
+use palpus::force::{Contact, PairQuery, Proof};
 use palpus_io::{ContactWriter, QueryRow, QueryWriter, read_poses};
 
 use crate::args::QueryArguments;
@@ -31,7 +31,8 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
         Some(path) => Some(ContactWriter::new(create(path)?)?),
         None => None,
     };
-    let mut pair = PairQuery::new(&a, &b, CAPACITY);
+    let proof = if arguments.local { Proof::None } else { Proof::Prove };
+    let mut pair = PairQuery::new(&a, &b, CAPACITY).with_proof(proof);
     let mut dropped = 0;
     for (frame, pose_ba) in poses.iter().enumerate() {
         let begin = Instant::now();
@@ -40,7 +41,7 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
         let query_us = begin.elapsed().as_secs_f64() * 1e6;
         dropped += u64::from(counters.traversal.dropped);
         let nearest = nearest.with_context(|| format!("frame {frame} has no answer: a model has no pieces"))?;
-        rows.write(&row(frame as u64, &nearest, pair.contacts().len() as u32, query_us))?;
+        rows.write(&row(frame as u64, &nearest, pair.contacts().len() as u32, counters.unproven == 0, query_us))?;
         if let Some(file) = &mut contact_rows {
             file.write(frame as u64, pair.contacts())?;
         }
@@ -73,7 +74,7 @@ pub(crate) fn create(path: &Path) -> anyhow::Result<BufWriter<File>> {
     Ok(BufWriter::new(file))
 }
 
-fn row(frame: u64, nearest: &Contact, contacts: u32, query_us: f64) -> QueryRow {
+fn row(frame: u64, nearest: &Contact, contacts: u32, certified: bool, query_us: f64) -> QueryRow {
     QueryRow {
         frame,
         separation: nearest.separation,
@@ -81,8 +82,8 @@ fn row(frame: u64, nearest: &Contact, contacts: u32, query_us: f64) -> QueryRow 
         point_a: nearest.point_a,
         point_b: nearest.point_b,
         contacts,
-        // A closest pair proves itself; a depth is only locally the least.
-        certified: nearest.separation > 0.0,
+        // Closest points prove themselves by the planes through them; depths were proven or are counted as unproven.
+        certified,
         query_us,
     }
 }

@@ -385,3 +385,46 @@ pub const JUMP: f64 = 0.05;
 /// Where the surface bends, the nearest point of it is a little nearer than along the contact's normal. Larger drops
 /// true contacts on curved parts; smaller believes depths that another surface denies.
 pub const BELIEVED_SHARE: f64 = 0.8;
+// depth: the certificate
+
+/// Relative to the depth: what a proof may leave open. No direction is better than a proven one by more.
+///
+/// A surface within the CSO that is complete around the answer agrees with it to rounding; larger saves growths where the CSO is nearly round,
+/// smaller than 1e-12 makes them fight with the rounding of normals.
+pub const PROOF_RELATIVE: f64 = 1e-9;
+
+/// Relative to the coordinates of the pair: what a proof leaves to rounding, beside [`PROOF_RELATIVE`].
+///
+/// Some hundred roundings of a point that is placed and subtracted. Larger calls deeper contacts touching, which need no proof;
+/// smaller makes flat triangles grow onto themselves.
+pub const PROOF_ROUNDING: f64 = 1e-13;
+
+/// Corners of an inner surface. Proofs for ellipsoids of 100 vertices take 20 to 60; only concentric round bodies of
+/// thousands of vertices take more than this, and are not proven.
+pub const PROOF_CORNERS: usize = 2048;
+
+/// Triangles of an inner surface, those counted that were replaced since it was last compacted.
+pub const PROOF_TRIANGLES: usize = 8192;
+
+/// Triangles that one growth may take away, and edges around the hole that it leaves.
+pub const PROOF_HOLE: usize = 1024;
+
+/// Growths of a new surface, at most.
+pub const PROOF_GROWTHS: u32 = 4096;
+
+/// Growths of a surface of the last tick, at most; a new one then costs less than more repairs.
+pub const PROOF_REPAIRS: u32 = 48;
+
+/// Times that a proof may find a better direction. Each is a local minimum of h, of which pairs have few.
+pub const PROOF_BETTER: u32 = 32;
+
+/// How many times the triangles of a new surface one may gather before it is dropped.
+///
+/// Larger judges triangles each tick that only past poses needed; smaller builds a new surface more often.
+pub const PROOF_GATHERED: usize = 2;
+
+/// Corners of a surface that is kept from tick to tick.
+pub const KEPT_CORNERS: usize = 256;
+
+/// Triangles of a surface that is kept from tick to tick; a closed one has twice as many as corners, less four.
+pub const KEPT_TRIANGLES: usize = 512;

@@ -2,8 +2,10 @@
 
 mod answer;
 mod antipodal;
+mod certificate;
 mod cso;
 mod gauss_map;
+mod inner;
 #[cfg(test)]
 pub(crate) mod oracle;
 mod original;
@@ -16,6 +18,7 @@ mod walk;
 mod witness;
 
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
+pub use certificate::{CertificateMemory, ProofScratch, depth_proven, prove};
 pub use original::{is_original, repair};
 pub use query::{WalkScratch, depth};
 pub use seed::Seed;

@@ -135,7 +135,7 @@ fn lowest_faces(cso: &Cso<'_>, hint: HubPair) -> [Option<Start>; COLD_WALKS] {
 const FIRST: HubPair = HubPair { a: 0, b: 0 };
 
 /// Walks until true supports confirm the offset of the end.
-fn walk_to_end(cso: &Cso<'_>, hub: HubPair, trail: &mut Trail) -> Option<Walked> {
+pub(super) fn walk_to_end(cso: &Cso<'_>, hub: HubPair, trail: &mut Trail) -> Option<Walked> {
     let slack = OFFSET_SLACK * cso.size();
     let mut best: Option<Walked> = None;
     let mut hub = hub;

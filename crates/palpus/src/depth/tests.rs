@@ -1,5 +1,7 @@
 //! The walk against the exhaustive oracle, over shapes, scales and paths.
 
+mod certificate;
+
 use glam::{DQuat, DVec3};
 
 use super::oracle::exhaustive_depth;

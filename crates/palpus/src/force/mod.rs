@@ -18,7 +18,7 @@ pub(crate) mod testing;
 pub use cluster::{Linkage, LinkageCounters, LinkageSettings};
 pub use contact::Contact;
 pub use friction::{Adhesion, FrictionCounters, FrictionSettings, FrictionTracker, Grasp};
-pub use pair_query::{PairQuery, QueryCounters};
+pub use pair_query::{PairQuery, Proof, QueryCounters};
 pub use penalty::{Centers, NetWrench, PenaltySettings, normal_force};
 pub use representative::{Cluster, represent};
 pub use shading::{ShadingSettings, SmoothNormal, shade};

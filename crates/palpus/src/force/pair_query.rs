@@ -7,6 +7,10 @@
 //!    march and the line of centroids; where the depth rests on virtual features it is repaired to original ones, and
 //!    then left out unless it is believed (`belief`); when nothing else is left of an overlap, the shallowest stays.
 //!
+//! Asked to ([`Proof::Prove`]), the query proves each depth globally least for its pair of pieces, or replaces it by a better one that
+//! it proves, before virtual features are looked at. A depth that was moved to original features afterwards is therefore not the
+//! least of the pair, but the least is known.
+//!
 //! When the pose has jumped since the last query, what is remembered of a pair's depth is a guess like any other: the walk
 //! then starts cold, from several seeds, and keeps the best end.
 //!
@@ -20,7 +24,19 @@ use crate::algebra::tolerance::JUMP;
 use crate::algebra::{Clock, Placement, Pose};
 use crate::body::{Aabb, Body, Feature, Polytope, Provenance};
 use crate::collision::{Closest, LeafPair, Memory, Overlap, Proximity, Side, StopReason, Traversal, TraversalCounters};
-use crate::depth::{HubPair, Seed, WalkScratch, depth, repair};
+use crate::depth::{
+    Certainty, CertificateMemory, Depth, HubPair, ProofScratch, Seed, WalkScratch, depth, prove, repair,
+};
+
+/// Whether depths are proven.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Proof {
+    /// The walk alone: the depth is locally least, as \[K02 §3.3\] has it. What a servo loop uses.
+    #[default]
+    None,
+    /// The depth of every overlapping pair of pieces is proven globally least.
+    Prove,
+}
 
 /// What a query cost and what happened in it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,6 +49,8 @@ pub struct QueryCounters {
     pub walk_steps: u32,
     /// Walks that ended for another reason than having converged.
     pub walk_stops: u32,
+    /// Depths that are not proven globally least: all of them unless the query was made to prove.
+    pub unproven: u32,
     /// Depths that rested on virtual features and were moved to original ones.
     pub repaired: u32,
     /// Repaired depths that the solids' own surfaces deny, left out.
@@ -52,6 +70,7 @@ pub struct PairQuery {
     leaves: Vec<LeafPair>,
     contacts: Vec<Contact>,
     scratch: WalkScratch,
+    prover: Option<Box<Prover>>,
     last_pose: Option<Placement>,
     coherent: bool,
 }
@@ -67,9 +86,19 @@ impl PairQuery {
             leaves: Vec::with_capacity(capacity),
             contacts: Vec::with_capacity(capacity),
             scratch: WalkScratch::new(),
+            prover: None,
             last_pose: None,
             coherent: false,
         }
+    }
+
+    /// The same query with or without proofs; memory for them is made here.
+    pub fn with_proof(self, proof: Proof) -> Self {
+        let prover = match proof {
+            Proof::None => None,
+            Proof::Prove => Some(Box::new(Prover::new())),
+        };
+        Self { prover, ..self }
     }
 
     /// Finds every contact nearer than `tolerance` (model units); `pose_ba` places a in b's frame.
@@ -139,6 +168,9 @@ impl PairQuery {
         self.traversal.clear();
         self.contacts.clear();
         self.last_pose = None;
+        if let Some(prover) = &mut self.prover {
+            prover.clear();
+        }
     }
 
     fn contact(
@@ -177,12 +209,17 @@ impl PairQuery {
             }
             None => depth(piece_a, piece_b, place, &[witness, Seed::CentroidLine], &mut self.scratch),
         };
+        let walked = match &mut self.prover {
+            Some(prover) => prover.prove(piece_a, piece_b, place, leaf, &walked, &mut self.scratch),
+            None => walked,
+        };
         // The walk goes on from where it ended, not from where the repair put the contact.
         self.traversal.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b]);
         let real = repair(piece_a, piece_b, place, &walked, &mut self.scratch).unwrap_or(walked);
         counters.walks += 1;
         counters.walk_steps += walked.steps;
         counters.walk_stops += u32::from(walked.stop != StopReason::Converged);
+        counters.unproven += u32::from(walked.certainty != Certainty::GloballyOptimal);
         counters.repaired += u32::from(real.antipodal != walked.antipodal);
         Contact {
             piece_a: leaf.piece_a,
@@ -193,6 +230,47 @@ impl PairQuery {
             normal: real.normal,
             separation: -real.depth,
         }
+    }
+}
+
+/// What proofs need: working memory, and what they remember of the pairs that were proven last.
+#[derive(Clone, Debug)]
+struct Prover {
+    scratch: ProofScratch,
+    /// Pieces of a and b; pairs that share a place take turns, and then begin anew each time.
+    places: Vec<([u32; 2], CertificateMemory)>,
+}
+
+impl Prover {
+    /// Pairs remembered: those of a handful of touching pieces, at about 8 kB each.
+    const PLACES: usize = 64;
+
+    fn new() -> Self {
+        let places = (0..Self::PLACES).map(|_| ([u32::MAX; 2], CertificateMemory::new())).collect();
+        Self { scratch: ProofScratch::new(), places }
+    }
+
+    fn clear(&mut self) {
+        self.places.iter_mut().for_each(|(_, memory)| memory.clear());
+    }
+
+    fn prove(
+        &mut self,
+        piece_a: &Polytope,
+        piece_b: &Polytope,
+        place: &Placement,
+        leaf: &LeafPair,
+        walked: &Depth,
+        walk: &mut WalkScratch,
+    ) -> Depth {
+        // Fibonacci hashing: the odd multiplier is 2³² over the golden ratio.
+        let hash = leaf.piece_a.wrapping_mul(31).wrapping_add(leaf.piece_b).wrapping_mul(0x9E37_79B9);
+        let (pieces, memory) = &mut self.places[(hash >> 26) as usize % Self::PLACES];
+        if *pieces != [leaf.piece_a, leaf.piece_b] {
+            *pieces = [leaf.piece_a, leaf.piece_b];
+            memory.clear();
+        }
+        prove(piece_a, piece_b, place, walked, memory, &mut self.scratch, walk)
     }
 }
 

@@ -1,0 +1,312 @@
+//! Proof that a depth is globally the least: the certificate, which goes beyond \[K02 §3.3\].
+//!
+//! The walk ends in a direction next to which h is nowhere smaller. That none is smaller anywhere is shown by a closed
+//! surface within the CSO, around the origin, that keeps u = h(n) away from it (see the module on the inner surface). Where a
+//! triangle comes nearer than u, the CSO is asked for its support along the triangle's normal n':
+//!
+//! * h(n') is less than u: the walk missed a better direction. It goes on from there, and its end is the new answer.
+//! * h(n') is not: the support lies above the triangle, and the surface grows to it.
+//!
+//! So it goes on until no triangle is nearer than u. The expanding polytope algorithm (van den Bergen 2001) does the same
+//! with u unknown, and therefore nearest triangle first and from nothing each time. With u known the order doesn't
+//! matter; and the surface of the last tick, whose corners are pairs of vertices of the bodies, is after a
+//! small motion still a surface within the CSO: it is judged anew and repaired where motion brought it too near.
+//!
+//! 1. Touching pairs: a depth of no more than rounding needs no proof.
+//! 2. The surface that the memory holds, at the new pose; if repairing it takes too much, a new one.
+//! 3. Grow where the surface is too near.
+//! 4. Keep the surface. One that has gathered many more triangles than it began with is dropped: what it gathered was for
+//!    poses of the past.
+//!
+//! Proven means: no direction has an h smaller than the depth by more than [`PROOF_RELATIVE`] of it or by rounding.
+
+use super::cso::Cso;
+use super::inner::{Refusal, Surface};
+use super::overlay::Corner;
+use super::query::{answer_at, depth, walk_to_end};
+use super::seed::Seed;
+use super::{Certainty, Depth, HubPair, WalkScratch};
+use crate::algebra::Placement;
+use crate::algebra::tolerance::{
+    KEPT_CORNERS, KEPT_TRIANGLES, PROOF_BETTER, PROOF_GATHERED, PROOF_GROWTHS, PROOF_HOLE, PROOF_RELATIVE,
+    PROOF_REPAIRS, PROOF_ROUNDING, PROOF_TRIANGLES,
+};
+use crate::body::Polytope;
+use crate::collision::StopReason;
+use glam::DVec3;
+
+/// What the proofs of one pair of polytopes hand on from tick to tick. It holds for that pair only; any pose will do, near
+/// ones save time.
+#[derive(Clone, Debug)]
+pub struct CertificateMemory {
+    hubs: Vec<HubPair>,
+    triangles: Vec<[[u16; 3]; 2]>,
+    /// Triangles of the surface when it was new.
+    fresh: usize,
+}
+
+impl CertificateMemory {
+    /// Empty, with room for a surface of 256 corners (about 8 kB). What needs more is proven from nothing each time.
+    pub fn new() -> Self {
+        Self { hubs: Vec::with_capacity(KEPT_CORNERS), triangles: Vec::with_capacity(KEPT_TRIANGLES), fresh: 0 }
+    }
+
+    /// Forgets the pair.
+    pub fn clear(&mut self) {
+        self.hubs.clear();
+        self.triangles.clear();
+    }
+
+    /// True if it holds a surface, of vertices that the two polytopes have.
+    fn serves(&self, cso: &Cso<'_>) -> bool {
+        let (a, b) = (cso.a.vertices().len() as u32, cso.b.vertices().len() as u32);
+        !self.triangles.is_empty() && self.hubs.iter().all(|hub| hub.a < a && hub.b < b)
+    }
+
+    fn keep(&mut self, surface: &Surface, new: bool) {
+        self.clear();
+        let count = surface.triangles.len();
+        if new {
+            self.fresh = count;
+        }
+        let gathered = count > PROOF_GATHERED * (self.fresh + 1);
+        if gathered || count > KEPT_TRIANGLES || surface.tips.len() > KEPT_CORNERS {
+            return;
+        }
+        self.hubs.extend(surface.tips.iter().map(|tip| tip.hub));
+        self.triangles.extend(surface.triangles.iter().map(|t| [t.tips, t.across]));
+    }
+}
+
+impl Default for CertificateMemory {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Working memory of proofs, of fixed size; one may serve any number of pairs, one after another.
+#[derive(Clone, Debug)]
+pub struct ProofScratch {
+    surface: Surface,
+}
+
+impl ProofScratch {
+    /// All the memory that any proof needs.
+    pub fn new() -> Self {
+        Self { surface: Surface::new() }
+    }
+
+    /// Triangles of the surface of the last proof: what it took.
+    pub fn triangles(&self) -> usize {
+        self.surface.triangles.len()
+    }
+}
+
+impl Default for ProofScratch {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// The penetration depth of `a` and `b` with proof, as far as one is found: [`depth`], then [`prove`].
+pub fn depth_proven(
+    a: &Polytope,
+    b: &Polytope,
+    pose_ba: &Placement,
+    seeds: &[Seed],
+    memory: &mut CertificateMemory,
+    proof: &mut ProofScratch,
+    walk: &mut WalkScratch,
+) -> Depth {
+    let answer = depth(a, b, pose_ba, seeds, walk);
+    prove(a, b, pose_ba, &answer, memory, proof, walk)
+}
+
+/// Proves `answer`, which [`depth`] gave for this pose, or finds a better one and proves that.
+///
+/// `memory` is that of the same two polytopes, from an earlier pose or empty. The certainty of what is returned is
+/// [`Certainty::GloballyOptimal`] if the proof is complete; if not, it is the best known answer, and its `stop` says why the proof
+/// ended. The memory is then empty. A pair that turns out to be apart (negative depth) isn't proven: that is for the
+/// distance to say.
+pub fn prove(
+    a: &Polytope,
+    b: &Polytope,
+    pose_ba: &Placement,
+    answer: &Depth,
+    memory: &mut CertificateMemory,
+    proof: &mut ProofScratch,
+    walk: &mut WalkScratch,
+) -> Depth {
+    let cso = Cso { a, b, pose_ba };
+    walk.trail.clear();
+    let mut search = Search::new(&cso, answer, &mut proof.surface, walk);
+    let outcome = search.warm(memory).or_else(|_| search.cold());
+    match outcome {
+        Ok(origin) => {
+            search.keep(memory, origin);
+            Depth { certainty: Certainty::GloballyOptimal, ..search.best }
+        }
+        Err(stop) => {
+            memory.clear();
+            Depth { certainty: Certainty::LocallyOptimal, stop, ..search.best }
+        }
+    }
+}
+
+/// What a proof rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ground {
+    /// The pair touches.
+    Touching,
+    /// A surface of an earlier tick.
+    Kept,
+    /// A surface grown from nothing.
+    Grown,
+}
+
+struct Search<'s, 'p> {
+    cso: &'s Cso<'p>,
+    best: Depth,
+    /// Heights nearer than this to the depth are as good.
+    tolerance: f64,
+    better: u32,
+    surface: &'s mut Surface,
+    walk: &'s mut WalkScratch,
+}
+
+impl<'s, 'p> Search<'s, 'p> {
+    fn new(cso: &'s Cso<'p>, answer: &Depth, surface: &'s mut Surface, walk: &'s mut WalkScratch) -> Self {
+        let Cso { a, b, pose_ba } = *cso;
+        // Rounding is relative to the coordinates of which the CSO's points are differences.
+        let coordinates =
+            cso.size() + pose_ba.point(a.centroid()).length() + a.centroid().length() + b.centroid().length();
+        let tolerance = PROOF_RELATIVE * answer.depth.max(0.0) + PROOF_ROUNDING * coordinates;
+        Self { cso, best: *answer, tolerance, better: 0, surface, walk }
+    }
+
+    /// Proof from the surface that the memory holds.
+    fn warm(&mut self, memory: &CertificateMemory) -> Result<Ground, StopReason> {
+        if self.touches()? {
+            return Ok(Ground::Touching);
+        }
+        if !memory.serves(self.cso) {
+            return Err(StopReason::Stalled);
+        }
+        self.surface.clear(0.25 * self.tolerance, true);
+        memory.hubs.iter().for_each(|&hub| self.surface.push_tip(self.cso, hub));
+        memory.triangles.iter().for_each(|&[tips, across]| self.surface.push_triangle(tips, across));
+        self.grow(PROOF_REPAIRS)?;
+        Ok(Ground::Kept)
+    }
+
+    /// Proof from nothing.
+    fn cold(&mut self) -> Result<Ground, StopReason> {
+        if self.touches()? {
+            return Ok(Ground::Touching);
+        }
+        self.surface.clear(0.25 * self.tolerance, false);
+        if !self.begin()? {
+            // No volume: then some direction has an h of rounding, and it was found.
+            return if self.touches()? { Ok(Ground::Touching) } else { Err(StopReason::Stalled) };
+        }
+        self.grow(PROOF_GROWTHS)?;
+        Ok(Ground::Grown)
+    }
+
+    /// True if the depth is zero within rounding; an error if it is negative.
+    fn touches(&self) -> Result<bool, StopReason> {
+        if self.best.depth < -self.tolerance {
+            return Err(StopReason::Stalled);
+        }
+        Ok(self.best.depth <= self.tolerance)
+    }
+
+    /// A tetrahedron of supports. False if the CSO has no volume.
+    fn begin(&mut self) -> Result<bool, StopReason> {
+        let normal = self.best.normal;
+        let first = self.support(self.best.hub, normal)?;
+        let second = self.support(first, -normal)?;
+        let [p, q] = [first, second].map(|hub| self.cso.vertex(hub));
+        let third = self.farthest_from(first, p, (q - p).any_orthogonal_vector())?;
+        let r = self.cso.vertex(third);
+        let fourth = self.farthest_from(first, p, (q - p).cross(r - p))?;
+        [first, second, third, fourth].iter().for_each(|&hub| self.surface.push_tip(self.cso, hub));
+        Ok(self.surface.close_tetrahedron())
+    }
+
+    /// The support along ± `direction` that is farther from `from` along it.
+    fn farthest_from(&mut self, hint: HubPair, from: DVec3, direction: DVec3) -> Result<HubPair, StopReason> {
+        let Some(normal) = direction.try_normalize() else { return Ok(hint) };
+        let ends = [self.support(hint, normal)?, self.support(hint, -normal)?];
+        let [up, down] = ends.map(|hub| normal.dot(self.cso.vertex(hub) - from).abs());
+        Ok(if up >= down { ends[0] } else { ends[1] })
+    }
+
+    /// The support along `normal`; if h is smaller there than the depth, the walk goes on from it first.
+    fn support(&mut self, hint: HubPair, normal: DVec3) -> Result<HubPair, StopReason> {
+        let (hub, height) = self.cso.support(hint, normal);
+        if height < self.best.depth - 0.5 * self.tolerance {
+            self.improve(hub)?;
+        }
+        Ok(hub)
+    }
+
+    /// Walks from a hub that knows a lower h.
+    fn improve(&mut self, hub: HubPair) -> Result<(), StopReason> {
+        if self.better == PROOF_BETTER {
+            return Err(StopReason::Budget);
+        }
+        self.better += 1;
+        let walked = walk_to_end(self.cso, hub, &mut self.walk.trail).ok_or(StopReason::Stalled)?;
+        let corner: Corner = walked.corner;
+        if corner.offset >= self.best.depth {
+            return Err(StopReason::Stalled);
+        }
+        let steps = self.best.steps + walked.steps + 1;
+        self.best = answer_at(self.cso, &corner, steps, walked.stop, &mut self.walk.clip);
+        Ok(())
+    }
+
+    /// Grows the surface until it keeps the depth away from the origin.
+    fn grow(&mut self, most: u32) -> Result<(), StopReason> {
+        let mut growths = 0;
+        let mut k = 0;
+        while k < self.surface.triangles.len() {
+            let bar = self.best.depth - self.tolerance;
+            let Some(low) = self.surface.below(k, bar) else {
+                k += 1;
+                continue;
+            };
+            if growths == most {
+                return Err(StopReason::Budget);
+            }
+            growths += 1;
+            let hint = self.surface.tips[usize::from(low.tips[0])].hub;
+            let hub = self.support(hint, low.normal)?;
+            if low.offset >= self.best.depth - self.tolerance {
+                continue;
+            }
+            if self.surface.triangles.len() + PROOF_HOLE > PROOF_TRIANGLES {
+                self.surface.compact();
+                if self.surface.triangles.len() > PROOF_TRIANGLES / 2 {
+                    return Err(StopReason::Budget);
+                }
+                // The survivors before k are above the bar, but k is now another's place.
+                k = 0;
+                continue;
+            }
+            self.surface.grow(self.cso, k, hub).map_err(|refusal| match refusal {
+                Refusal::Full => StopReason::Budget,
+                Refusal::Torn => StopReason::Stalled,
+            })?;
+        }
+        if self.surface.is_solid() { Ok(()) } else { Err(StopReason::Stalled) }
+    }
+
+    fn keep(&mut self, memory: &mut CertificateMemory, ground: Ground) {
+        if ground != Ground::Touching {
+            self.surface.compact();
+            memory.keep(self.surface, ground == Ground::Grown);
+        }
+    }
+}

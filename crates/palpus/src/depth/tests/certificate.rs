@@ -1,0 +1,215 @@
+//! Proofs against the exhaustive oracle: the robustness sweep, and what memories may do.
+
+use super::*;
+use crate::collision::{StopReason, initial_features, march};
+
+const SWEEP_SEED: u64 = 0x5eed_ce27;
+
+/// How the poses of a sweep are made.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Kind {
+    Random,
+    Aligned,
+    Touching,
+    Concentric,
+    Contained,
+    Coherent,
+}
+
+const KINDS: [Kind; 6] =
+    [Kind::Random, Kind::Aligned, Kind::Touching, Kind::Concentric, Kind::Contained, Kind::Coherent];
+
+/// Shapes with few edges, since the oracle tries all pairs of them.
+fn sweep_shapes(rng: &mut SplitMix64) -> Vec<(&'static str, Polytope)> {
+    vec![
+        ("cube", cuboid(DVec3::ONE)),
+        ("box", cuboid(DVec3::new(1.0, 0.7, 0.3))),
+        ("thin box", cuboid(DVec3::new(1.0, 0.8, 1e-3))),
+        ("hexagonal prism", prism(6, 0.8, 0.5)),
+        ("needle", prism(5, 0.01, 1.5)),
+        ("long needle", prism(3, 1e-4, 1.5)),
+        ("ellipsoid 12", ellipsoid(rng, 12, DVec3::new(1.0, 0.7, 0.6))),
+        ("ellipsoid 20", ellipsoid(rng, 20, DVec3::new(0.9, 0.8, 0.5))),
+        ("tetrahedron", tetra(1.2)),
+        ("sliver", tetra(1e-4)),
+        ("thinner sliver", tetra(1e-7)),
+        ("square plate", plate(4, 1.0)),
+        ("triangle plate", plate(3, 0.9)),
+        ("polygon plate", plate(9, 0.7)),
+    ]
+}
+
+fn aligned(rng: &mut SplitMix64) -> DQuat {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    DQuat::from_rotation_x(quarter * rng.below(4) as f64) * DQuat::from_rotation_z(quarter * rng.below(4) as f64)
+}
+
+/// A pose of the kind; that of a coherent one is a small motion from `last`.
+fn sweep_pose(rng: &mut SplitMix64, kind: Kind, a: &Polytope, b: &Polytope, last: &Pose) -> Pose {
+    let axis = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z][rng.below(6)];
+    let (rotation, direction, depth) = match kind {
+        Kind::Random => (rng.rotation(), rng.direction(), rng.unit()),
+        Kind::Aligned => (aligned(rng), axis, rng.unit()),
+        Kind::Touching => {
+            let rotation = if rng.below(2) == 0 { aligned(rng) } else { rng.rotation() };
+            let direction = if rng.below(2) == 0 { axis } else { rng.direction() };
+            (rotation, direction, 1e-3f64.powi(rng.below(5) as i32 + 1) * rng.unit())
+        }
+        Kind::Concentric => {
+            let rotation = if rng.below(2) == 0 { aligned(rng) } else { rng.rotation() };
+            (rotation, axis, 1.0)
+        }
+        Kind::Contained => (rng.rotation(), rng.direction(), 0.9 + 0.1 * rng.unit()),
+        Kind::Coherent => {
+            let size = a.radius() + b.radius();
+            let turn = DQuat::from_scaled_axis(rng.direction() * (1e-3 * rng.unit()));
+            let shift = rng.direction() * (1e-3 * size * rng.unit());
+            return Pose { rotation: turn * last.rotation, translation: last.translation + shift };
+        }
+    };
+    let centred = Pose { rotation, translation: b.centroid() - rotation * a.centroid() };
+    let placement = centred.placement();
+    let (_, reach) = cso::Cso { a, b, pose_ba: &placement }.support(HubPair { a: 0, b: 0 }, direction);
+    Pose { translation: centred.translation + direction * (reach * (1.0 - depth)), ..centred }
+}
+
+/// What a sweep found.
+#[derive(Debug, Default)]
+struct Sweep {
+    poses: u64,
+    overlapping: u64,
+    walk_local: u64,
+    worst_local: f64,
+    fell_back: u64,
+    longest_walk: u32,
+    uncertified: u64,
+    uncertified_budget: u64,
+    worst_certified: f64,
+    largest_surface: usize,
+}
+
+impl Sweep {
+    fn print(&self, title: &str) -> String {
+        let per = |count: u64, of: u64| format!("{count} ({:.4} %)", 100.0 * count as f64 / of.max(1) as f64);
+        format!(
+            "{title}: {} poses, {} overlapping, walk only local {} (worst excess {:.2e} of size), march fell back {}, longest walk {} \
+             moves, not certified {} of which {} for budget, worst certified excess {:.1e} of size, largest surface {} triangles",
+            self.poses,
+            self.overlapping,
+            per(self.walk_local, self.overlapping),
+            self.worst_local,
+            per(self.fell_back, self.poses),
+            self.longest_walk,
+            per(self.uncertified, self.overlapping),
+            self.uncertified_budget,
+            self.worst_certified,
+            self.largest_surface,
+        )
+    }
+}
+
+/// Everything that one pair of a sweep goes through.
+struct Bench {
+    walk: WalkScratch,
+    proof: ProofScratch,
+    memory: CertificateMemory,
+}
+
+impl Bench {
+    fn one(&mut self, a: &Polytope, b: &Polytope, pose_ba: &Placement, sweep: &mut Sweep, what: &dyn Fn() -> String) {
+        let size = a.radius() + b.radius();
+        sweep.poses += 1;
+        let start = initial_features(a, b, pose_ba);
+        sweep.fell_back += u64::from(march(a, b, pose_ba, start).stop != StopReason::Converged);
+        let (exact, _) = exhaustive_depth(a, b, pose_ba);
+        if exact < 0.0 {
+            self.memory.clear();
+            return;
+        }
+        sweep.overlapping += 1;
+        let local = depth(a, b, pose_ba, &[], &mut self.walk);
+        sweep.longest_walk = sweep.longest_walk.max(local.steps);
+        if local.depth > exact + 1e-8 * size {
+            sweep.walk_local += 1;
+            sweep.worst_local = sweep.worst_local.max((local.depth - exact) / size);
+        }
+        let proven = prove(a, b, pose_ba, &local, &mut self.memory, &mut self.proof, &mut self.walk);
+        assert_identities(a, b, pose_ba, &proven, &what());
+        assert!(proven.depth <= local.depth + 1e-15 * size, "{}: {proven:?}", what());
+        assert!(proven.depth >= exact - 1e-8 * size, "{}: {} below {exact}", what(), proven.depth);
+        sweep.largest_surface = sweep.largest_surface.max(self.proof.triangles());
+        match proven.certainty {
+            Certainty::GloballyOptimal => {
+                let off = (proven.depth - exact) / size;
+                sweep.worst_certified = sweep.worst_certified.max(off);
+                assert!(off <= 1e-8, "{}: {} certified, exact {exact}, size {size}", what(), proven.depth);
+            }
+            Certainty::LocallyOptimal => {
+                sweep.uncertified += 1;
+                sweep.uncertified_budget += u64::from(proven.stop == StopReason::Budget);
+                assert_ne!(proven.stop, StopReason::Converged, "{}", what());
+            }
+        }
+    }
+}
+
+#[allow(clippy::print_stderr)] // A sweep's figures are to be seen.
+fn sweep(poses: u64) -> Sweep {
+    let mut rng = SplitMix64(SWEEP_SEED);
+    let shapes = sweep_shapes(&mut rng);
+    let mut bench = Bench { walk: WalkScratch::new(), proof: ProofScratch::new(), memory: CertificateMemory::new() };
+    let mut sums: Vec<Sweep> = KINDS.iter().map(|_| Sweep::default()).collect();
+    let mut done = 0;
+    while done < poses {
+        let factors = [1.0, 1e-3, 1e3];
+        let factor = factors[rng.below(3)];
+        // Contained, and plates against nails: the two scales may differ as well.
+        let other = if rng.below(4) == 0 { factor * [0.1, 1e-3][rng.below(2)] } else { factor };
+        let (name_a, a) = &shapes[rng.below(shapes.len())];
+        let (name_b, b) = &shapes[rng.below(shapes.len())];
+        let (a, b) = (scaled(a, other), scaled(b, factor));
+        bench.memory.clear();
+        let mut pose = sweep_pose(&mut rng, Kind::Random, &a, &b, &Pose::IDENTITY);
+        for _ in 0..200 {
+            let k = rng.below(KINDS.len());
+            pose = sweep_pose(&mut rng, KINDS[k], &a, &b, &pose);
+            let what = || {
+                format!(
+                    "{name_a} × {other:e} on {name_b} × {factor:e}, {:?}, pose {done}, seed {SWEEP_SEED:#x}, {pose:?}",
+                    KINDS[k]
+                )
+            };
+            bench.one(&a, &b, &pose.placement(), &mut sums[k], &what);
+            done += 1;
+        }
+    }
+    let mut all = Sweep::default();
+    for (kind, sum) in KINDS.iter().zip(&sums) {
+        eprintln!("{}", sum.print(&format!("{kind:?}")));
+        all.poses += sum.poses;
+        all.overlapping += sum.overlapping;
+        all.walk_local += sum.walk_local;
+        all.worst_local = all.worst_local.max(sum.worst_local);
+        all.fell_back += sum.fell_back;
+        all.longest_walk = all.longest_walk.max(sum.longest_walk);
+        all.uncertified += sum.uncertified;
+        all.uncertified_budget += sum.uncertified_budget;
+        all.worst_certified = all.worst_certified.max(sum.worst_certified);
+        all.largest_surface = all.largest_surface.max(sum.largest_surface);
+    }
+    eprintln!("{}", all.print(&format!("all, seed {SWEEP_SEED:#x}")));
+    all
+}
+
+#[test]
+fn proofs_agree_with_the_oracle() {
+    let all = sweep(6_000);
+    assert!(all.uncertified * 1000 <= all.overlapping, "seed {SWEEP_SEED:#x}: {all:?}");
+}
+
+#[test]
+#[ignore = "a million poses, minutes in release: cargo test --release -p palpus -- --ignored sweep"]
+fn a_sweep_over_a_million_poses() {
+    let all = sweep(1_000_000);
+    assert!(all.uncertified * 1000 <= all.overlapping, "seed {SWEEP_SEED:#x}: {all:?}");
+}
