@@ -1,0 +1,183 @@
+//! What must hold of every answer on every scene, whatever the answer is.
+
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::{NoClock, Pose, Wrench};
+use palpus::body::{Body, BodySettings, Hierarchy, PolygonSoup, Polytope};
+use palpus::collision::{Closest, LeafPair, Proximity, Side, Traversal, gjk, initial_features};
+use palpus::force::PairQuery;
+use palpus::render::{ProbeState, Renderer, Settings};
+use palpus_scenes::{Scene, scene, scenes};
+
+/// Of everything random here.
+const SEED: u64 = 0x1de7_717e;
+
+fn body(soup: &PolygonSoup) -> Body {
+    Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("a scene's mesh makes a body")
+}
+
+fn settings(scene: &Scene) -> Settings {
+    Settings {
+        contact_tolerance: scene.contact.tolerance,
+        cluster_radius: scene.contact.cluster_radius,
+        stiffness: scene.contact.stiffness,
+        ..Settings::default()
+    }
+}
+
+/// Poses along the scene's path, `count` of them.
+fn poses(scene: &Scene, count: usize) -> Vec<Pose> {
+    (0..count).map(|k| scene.path.pose(scene.path.duration() * k as f64 / count as f64)).collect()
+}
+
+fn shuffled(count: usize) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..count).collect();
+    let mut state = SEED;
+    for k in (1..count).rev() {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        order.swap(k, (state >> 33) as usize % (k + 1));
+    }
+    order
+}
+
+/// What a leaf pair answers, without the order in which it was found.
+fn answers(found: &[LeafPair], name_a: &[usize], name_b: &[usize]) -> Vec<(usize, usize, Option<f64>)> {
+    let mut answers: Vec<_> = found
+        .iter()
+        .map(|leaf| {
+            let distance = match leaf.proximity {
+                Proximity::Disjoint(Closest { distance, .. }) => Some(distance),
+                Proximity::Overlapping(_) => None,
+            };
+            (name_a[leaf.piece_a as usize], name_b[leaf.piece_b as usize], distance)
+        })
+        .collect();
+    answers.sort_by_key(|answer| (answer.0, answer.1));
+    answers
+}
+
+fn assert_same(found: &[(usize, usize, Option<f64>)], expected: &[(usize, usize, Option<f64>)], size: f64, what: &str) {
+    assert_eq!(found.len(), expected.len(), "seed {SEED:#x}, {what}");
+    for (x, y) in found.iter().zip(expected) {
+        assert_eq!((x.0, x.1, x.2.is_some()), (y.0, y.1, y.2.is_some()), "seed {SEED:#x}, {what}");
+        let gap = (x.2.unwrap_or(0.0) - y.2.unwrap_or(0.0)).abs();
+        assert!(gap < 1e-9 * size, "seed {SEED:#x}, {what}: distances differ by {gap}");
+    }
+}
+
+#[test]
+fn points_normal_and_separation_agree_and_the_forces_on_both_bodies_cancel() {
+    for entry in scenes() {
+        let scene = entry.build();
+        let settings = settings(&scene);
+        let (a, b) = (Arc::new(body(&scene.probe)), Arc::new(body(&scene.environment)));
+        let mut renderer = Renderer::new(a, b, settings).expect("a scene's settings are valid");
+        let mut contacts = 0;
+        for pose in poses(&scene, 300) {
+            let tick = renderer.step(&ProbeState::at(pose), 1e-3, &NoClock);
+            for contact in &tick.contacts {
+                let size = contact.point_a.length().max(contact.separation.abs()).max(1e-2);
+                let off = contact.point_a - contact.point_b - contact.separation * contact.normal;
+                assert!(off.length() < 1e-10 * size, "{}: {contact:?}", entry.name);
+                assert!((contact.normal.length() - 1.0).abs() < 1e-12, "{}: {contact:?}", entry.name);
+                assert!(contact.separation < settings.contact_tolerance, "{}: {contact:?}", entry.name);
+            }
+            contacts += tick.contacts.len();
+            let net = &tick.forces.net;
+            assert!((net.on_a.force + net.on_b.force).length() < 1e-9, "{}", entry.name);
+            assert!(tick.commanded.is_finite(), "{}", entry.name);
+            assert!(tick.commanded.force.length() <= settings.limits.force * (1.0 + 1e-12), "{}", entry.name);
+            assert!(tick.commanded.torque.length() <= settings.limits.torque * (1.0 + 1e-12), "{}", entry.name);
+        }
+        assert!(contacts > 0, "{} never touches", entry.name);
+    }
+}
+
+#[test]
+fn the_descent_finds_what_testing_all_pairs_finds_in_whatever_order_the_pieces_stand() {
+    let scene = scene("spoon-cup").expect("a built-in scene");
+    let (a, b) = (body(&scene.probe), body(&scene.environment));
+    let (order_a, order_b) = (shuffled(a.polytopes().len()), shuffled(b.polytopes().len()));
+    let pick = |pieces: &[Polytope], order: &[usize]| order.iter().map(|&k| pieces[k].clone()).collect::<Vec<_>>();
+    let (pieces_a, pieces_b) = (pick(a.polytopes(), &order_a), pick(b.polytopes(), &order_b));
+    let build = |pieces: &[Polytope]| Hierarchy::build(pieces, 1e-12).expect("pieces make a tree");
+    let (tree_a, tree_b) = (build(&pieces_a), build(&pieces_b));
+    let side_a = Side { hierarchy: &tree_a, pieces: &pieces_a };
+    let side_b = Side { hierarchy: &tree_b, pieces: &pieces_b };
+    let plain_a = Side { hierarchy: a.hierarchy(), pieces: a.polytopes() };
+    let plain_b = Side { hierarchy: b.hierarchy(), pieces: b.polytopes() };
+    let identity: Vec<usize> = (0..order_a.len().max(order_b.len())).collect();
+    let mut plain = Traversal::new(plain_a, plain_b, 1 << 12);
+    let mut permuted = Traversal::new(side_a, side_b, 1 << 12);
+    let mut found = Vec::with_capacity(1 << 12);
+    let (tolerance, size) = (scene.contact.tolerance, a.size());
+    let mut touching = 0;
+    for pose in poses(&scene, 40) {
+        let place = pose.placement();
+        plain.within(plain_a, plain_b, &place, tolerance, &mut found);
+        let first = answers(&found, &identity, &identity);
+        permuted.within(side_a, side_b, &place, tolerance, &mut found);
+        assert_same(&answers(&found, &order_a, &order_b), &first, size, "permuted pieces");
+        let mut all = Vec::new();
+        for (i, p) in a.polytopes().iter().enumerate() {
+            for (j, q) in b.polytopes().iter().enumerate() {
+                match gjk(p, q, &place, initial_features(p, q, &place)).proximity {
+                    Proximity::Disjoint(Closest { distance, .. }) if distance < tolerance => {
+                        all.push((i, j, Some(distance)));
+                    }
+                    Proximity::Disjoint(_) => {}
+                    Proximity::Overlapping(_) => all.push((i, j, None)),
+                }
+            }
+        }
+        assert_same(&first, &all, size, "all pairs by GJK");
+        touching += all.len();
+    }
+    assert!(touching > 100, "the path hardly touches: {touching}");
+}
+
+#[test]
+fn what_is_remembered_changes_no_distance() {
+    for name in ["spoon-cup", "torus-torus"] {
+        let scene = scene(name).expect("a built-in scene");
+        let (a, b) = (body(&scene.probe), body(&scene.environment));
+        let mut warm = PairQuery::new(&a, &b, 1 << 12);
+        for pose in poses(&scene, 200) {
+            let mut cold = PairQuery::new(&a, &b, 1 << 12);
+            let mut counters = warm.run(&a, &b, &pose, 0.0, &NoClock);
+            let remembered = warm.nearest(&a, &b, &pose, &mut counters).expect("bodies have pieces").separation;
+            let mut counters = cold.run(&a, &b, &pose, 0.0, &NoClock);
+            let fresh = cold.nearest(&a, &b, &pose, &mut counters).expect("bodies have pieces").separation;
+            assert_eq!(remembered > 0.0, fresh > 0.0, "{name}");
+            assert!(fresh <= 0.0 || (remembered - fresh).abs() < 1e-10, "{name}: {remembered} and {fresh}");
+        }
+    }
+}
+
+#[test]
+fn moving_the_whole_scene_moves_the_wrench_with_it() {
+    for name in ["pen-sphere", "box-table"] {
+        let scene = scene(name).expect("a built-in scene");
+        let moved = Pose::new(DQuat::from_rotation_x(0.7) * DQuat::from_rotation_z(-1.9), DVec3::new(0.3, -0.2, 0.5));
+        let mut environment = scene.environment.clone();
+        environment.vertices.iter_mut().for_each(|v| *v = moved.point(*v));
+        let probe = Arc::new(body(&scene.probe));
+        let renderer = |soup: &PolygonSoup| {
+            Renderer::new(Arc::clone(&probe), Arc::new(body(soup)), settings(&scene)).expect("valid settings")
+        };
+        let (mut here, mut there) = (renderer(&scene.environment), renderer(&environment));
+        for (k, pose) in poses(&scene, 200).into_iter().enumerate() {
+            let wrench = here.step(&ProbeState::at(pose), 1e-3, &NoClock).commanded;
+            let same: Wrench = there.step(&ProbeState::at(moved * pose), 1e-3, &NoClock).commanded;
+            let expected = wrench.rotated(&moved);
+            // A flat contact has many witness points; rounding picks among them, so that only its force is unique.
+            let flat = name == "box-table";
+            assert!((same.force - expected.force).length() < 1e-6, "{name}, {k}: {same:?}, expected {expected:?}");
+            assert!(
+                flat || (same.torque - expected.torque).length() < 1e-7,
+                "{name}, {k}: {same:?}, expected {expected:?}"
+            );
+        }
+    }
+}
