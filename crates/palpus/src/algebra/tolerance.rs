@@ -343,6 +343,14 @@ pub const ON_FACE: f64 = 4.0;
 /// A little less than one half, so that exactly half counts.
 pub const COVERED_HALF: f64 = 0.499_999;
 
+/// Planes of a trial hull, the newest first, against which whole boxes of the triangle tree are tested.
+///
+/// A new point's fan of faces has about six. Only speed depends on it.
+pub const FENCE_PLANES: usize = 12;
+
+/// Facets: connected parts of the surface with at least as many are tried whole; smaller ones grow as fast.
+pub const WHOLE_FACETS: usize = 64;
+
 /// Facets: patches up to this size are dissolved when their neighbours can take all of them.
 ///
 /// Nothing is gained beyond about 8: larger patches never find takers for all.

@@ -19,7 +19,7 @@ pub(super) mod oracle;
 
 use glam::DVec3;
 
-use super::trial_hull::TrialHull;
+use crate::algebra::Plane;
 
 /// Working memory of [`enters`].
 #[derive(Debug, Default)]
@@ -29,15 +29,19 @@ pub(crate) struct Clipper {
 }
 
 impl Clipper {
-    /// True when the triangle comes deeper than `depth` into the hull.
-    pub(crate) fn enters(&mut self, triangle: [DVec3; 3], hull: &TrialHull, depth: f64) -> bool {
-        let planes = || hull.faces().iter().rev().filter(|face| face.is_certain()).map(|face| face.plane);
-        if planes().any(|plane| triangle.iter().all(|p| plane.height(*p) >= -depth)) {
+    /// True when the triangle comes deeper than `depth` into the hull with these outward planes.
+    pub(crate) fn enters(
+        &mut self,
+        triangle: [DVec3; 3],
+        planes: impl Iterator<Item = Plane> + Clone,
+        depth: f64,
+    ) -> bool {
+        if planes.clone().any(|plane| triangle.iter().all(|p| plane.height(*p) >= -depth)) {
             return false;
         }
         self.polygon.clear();
         self.polygon.extend(triangle);
-        for plane in planes() {
+        for plane in planes {
             self.clipped.clear();
             let n = self.polygon.len();
             for k in 0..n {

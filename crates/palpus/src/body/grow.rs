@@ -21,7 +21,7 @@ use super::facet::{Facets, Surface};
 use super::trial_hull::TrialHull;
 use super::{Aabb, TriangleTree};
 use crate::algebra::Plane;
-use crate::algebra::tolerance::{ENTERED, FLAT_PATCH, FOLDED};
+use crate::algebra::tolerance::{ENTERED, FENCE_PLANES, FLAT_PATCH, FOLDED};
 
 /// What became of an attempt to join.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +47,8 @@ pub(crate) struct Grower<'a> {
     /// The hull is that of the present points.
     hull_is_built: bool,
     clipper: Clipper,
+    /// The hull's newest planes: what lies above one of them need not be looked at.
+    fence: Vec<Plane>,
     /// Vertices that the set on trial would add.
     fresh: Vec<u32>,
     /// A facet or vertex is in the patch (or on trial) when its stamp is the present one.
@@ -68,6 +70,7 @@ impl<'a> Grower<'a> {
             hull: TrialHull::default(),
             hull_is_built: true,
             clipper: Clipper::default(),
+            fence: Vec::new(),
             fresh: Vec::new(),
             facet_stamps: vec![0; facets.len()],
             vertex_stamps: vec![0; surface.vertex_count()],
@@ -78,6 +81,11 @@ impl<'a> Grower<'a> {
     /// The facets that patches are made of.
     pub(crate) fn facets(&self) -> &'a Facets {
         self.facets
+    }
+
+    /// The surface that the facets are of, and its triangles.
+    pub(crate) fn ground(&self) -> (Surface<'a>, &'a TriangleTree) {
+        (self.surface, self.tree)
     }
 
     /// The facets of the patch in the order in which they joined.
@@ -168,16 +176,19 @@ impl<'a> Grower<'a> {
 
     /// Does a triangle outside the patch come into the hull, looking only near `bounds`?
     fn is_entered(&mut self, bounds: &Aabb) -> bool {
-        let Self { tree, facets, facet_stamps, stamp, clipper, hull, surface, .. } = self;
+        let Self { tree, facets, facet_stamps, stamp, clipper, hull, surface, fence, .. } = self;
         let depth = ENTERED * surface.noise();
+        fence.clear();
+        fence.extend(hull.planes().take(FENCE_PLANES));
         let visit = |t: u32, corners: &[DVec3; 3]| {
-            if facet_stamps[facets.of_triangle(t) as usize] != *stamp && clipper.enters(*corners, hull, depth) {
+            if facet_stamps[facets.of_triangle(t) as usize] != *stamp && clipper.enters(*corners, hull.planes(), depth)
+            {
                 ControlFlow::Break(())
             } else {
                 ControlFlow::Continue(())
             }
         };
-        tree.visit_overlapping(bounds, visit).is_break()
+        tree.visit_below(bounds, fence, depth, visit).is_break()
     }
 
     fn flat_thickness(&self) -> f64 {

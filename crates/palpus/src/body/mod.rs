@@ -28,6 +28,7 @@ mod triangle_tree;
 mod triangulate;
 mod weld;
 mod well_formed;
+mod whole;
 mod winding;
 
 pub use body::{Body, BodyError, BodySettings};

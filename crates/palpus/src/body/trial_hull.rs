@@ -17,21 +17,14 @@ use crate::algebra::tolerance::{NEEDLE_NORMAL, ORIENTATION_ROUNDING};
 
 /// A triangle of a [`TrialHull`].
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct TrialFace {
+struct TrialFace {
     /// Indices of the points, counter-clockwise seen from outside.
     corners: [u32; 3],
     /// Outward.
-    pub(crate) plane: Plane,
+    plane: Plane,
     /// How far off `plane` may be at a point of the hull's size away, metres; infinite for needles, whose normal is noise.
     slack: f64,
     alive: bool,
-}
-
-impl TrialFace {
-    /// True when the plane can be trusted as a half-space; the others are only topology.
-    pub(crate) fn is_certain(&self) -> bool {
-        self.alive && self.slack.is_finite()
-    }
 }
 
 /// A state to return to.
@@ -49,6 +42,8 @@ pub(crate) struct TrialHull {
     faces: Vec<TrialFace>,
     /// Faces killed, in order; undoing revives them.
     buried: Vec<u32>,
+    /// Faces that are neither alive nor to be revived.
+    dead: usize,
     horizon: Vec<(u32, u32)>,
     /// Largest coordinate among the points: what rounding is relative to.
     reach: f64,
@@ -60,6 +55,7 @@ impl TrialHull {
         self.points.clear();
         self.faces.clear();
         self.buried.clear();
+        self.dead = 0;
     }
 
     /// True before a start has succeeded.
@@ -124,13 +120,18 @@ impl TrialHull {
 
     /// Makes the present state final: marks become invalid.
     pub(crate) fn settle(&mut self) {
+        self.dead += self.buried.len();
         self.buried.clear();
-        self.faces.retain(|face| face.alive);
+        // Only now and then, so that growing does not move all faces with each point.
+        if 2 * self.dead > self.faces.len() {
+            self.faces.retain(|face| face.alive);
+            self.dead = 0;
+        }
     }
 
-    /// The faces, newest last; those that are not [`TrialFace::is_certain`] are to be skipped.
-    pub(crate) fn faces(&self) -> &[TrialFace] {
-        &self.faces
+    /// The outward planes, newest first; those of needles are left out, their normals being noise.
+    pub(crate) fn planes(&self) -> impl Iterator<Item = Plane> + Clone {
+        self.faces.iter().rev().filter(|face| face.alive && face.slack.is_finite()).map(|face| face.plane)
     }
 
     fn point(&self, k: u32) -> DVec3 {

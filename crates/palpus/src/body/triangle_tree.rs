@@ -16,7 +16,7 @@ use glam::DVec3;
 
 use super::Mesh;
 use super::winding::Dipole;
-use crate::algebra::{closest_on_triangle, tolerance};
+use crate::algebra::{Plane, closest_on_triangle, tolerance};
 
 /// An axis-aligned box, closed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -213,6 +213,24 @@ impl TriangleTree {
                     ControlFlow::Continue(())
                 }
             },
+        )
+    }
+
+    /// As [`Self::visit_overlapping`], leaving out boxes that lie wholly above one of `planes` lowered by `depth`.
+    pub(super) fn visit_below(
+        &self,
+        query: &Aabb,
+        planes: &[Plane],
+        depth: f64,
+        mut visit: impl FnMut(u32, &[DVec3; 3]) -> ControlFlow<()>,
+    ) -> ControlFlow<()> {
+        let reaches_below = |bounds: &Aabb| {
+            let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
+            planes.iter().all(|plane| plane.height(middle) - plane.normal.abs().dot(half) < -depth)
+        };
+        self.descend(
+            |bounds| bounds.overlaps(query) && reaches_below(bounds),
+            |slot| visit(self.ids[slot], &self.corners[slot]),
         )
     }
 
