@@ -1,0 +1,45 @@
+//! The shapes and poses as text, so that engines in other languages can run the very same.
+//!
+//! `SHAPE.a.csv` and `SHAPE.b.csv` hold vertices (x,y,z); `SHAPE.MOTION.csv` the poses of a in b (stretch,x,y,z,qx,qy,qz,qw).
+//! Numbers are written so that reading them gives the same bits. Blanks in names become underscores.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use palpus::body::Polytope;
+
+use crate::motions::{Case, Motion};
+use crate::shapes;
+
+pub(crate) fn write(folder: &Path) -> std::io::Result<()> {
+    std::fs::create_dir_all(folder)?;
+    for shape in shapes::all() {
+        let name = shape.name.replace(' ', "_");
+        std::fs::write(folder.join(format!("{name}.a.csv")), vertices(&shape.a))?;
+        std::fs::write(folder.join(format!("{name}.b.csv")), vertices(&shape.b))?;
+        for motion in Motion::ALL {
+            let file = format!("{name}.{}.csv", motion.name().replace(' ', "_"));
+            std::fs::write(folder.join(file), poses(&Case::new(&shape, motion)))?;
+        }
+    }
+    Ok(())
+}
+
+fn vertices(polytope: &Polytope) -> String {
+    let mut text = String::from("x,y,z\n");
+    for v in polytope.vertices() {
+        let _ = writeln!(text, "{:?},{:?},{:?}", v.x, v.y, v.z);
+    }
+    text
+}
+
+fn poses(case: &Case) -> String {
+    let mut text = String::from("stretch,x,y,z,qx,qy,qz,qw\n");
+    for (stretch, poses) in case.stretches.iter().enumerate() {
+        for pose in poses {
+            let (t, q) = (pose.translation, pose.rotation);
+            let _ = writeln!(text, "{stretch},{:?},{:?},{:?},{:?},{:?},{:?},{:?}", t.x, t.y, t.z, q.x, q.y, q.z, q.w);
+        }
+    }
+    text
+}

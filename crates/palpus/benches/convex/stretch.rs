@@ -1,0 +1,90 @@
+//! One contender along one stretch of poses, by the clock.
+
+use std::hint::black_box;
+use std::sync::OnceLock;
+use std::time::Instant;
+
+use palpus::algebra::Pose;
+use parry3d_f64::math::Pose as ParryPose;
+
+use crate::contenders::{Contender, Place, Subject};
+use crate::motions::Motion;
+
+/// How often the whole is run; each pose counts with its fastest.
+pub(crate) const ROUNDS: usize = 5;
+
+/// What one contender did in one case.
+#[derive(Clone, Default)]
+pub(crate) struct Result {
+    /// Nanoseconds per pose, by stretch.
+    nanoseconds: Vec<Vec<f64>>,
+    /// Separations per pose, in the same order.
+    pub(crate) answers: Vec<f64>,
+}
+
+impl Result {
+    /// The given share of the poses cost at most this many nanoseconds.
+    pub(crate) fn percentile(&self, share: f64) -> f64 {
+        let mut all: Vec<f64> = self.nanoseconds.iter().flatten().copied().collect();
+        all.sort_by(f64::total_cmp);
+        let last = all.len().saturating_sub(1);
+        all.get((share * last as f64).round() as usize).copied().unwrap_or(f64::NAN)
+    }
+}
+
+/// The same poses in each engine's type.
+pub(crate) fn places(poses: &[Pose]) -> Vec<Place> {
+    let place =
+        |pose: &Pose| Place { palpus: pose.placement(), parry: ParryPose::from_parts(pose.translation, pose.rotation) };
+    poses.iter().map(place).collect()
+}
+
+/// Runs and times the contender along the poses.
+pub(crate) fn run(
+    contender: &mut Contender,
+    subject: &Subject<'_>,
+    motion: Motion,
+    poses: &[Pose],
+    result: &mut Result,
+    round: usize,
+    index: usize,
+) {
+    let skipped = usize::from(motion.is_coherent());
+    let empty = clock_cost();
+    contender.forget();
+    let mut times = Vec::with_capacity(poses.len());
+    for (k, place) in places(poses).iter().enumerate() {
+        if !motion.is_coherent() {
+            contender.forget();
+        }
+        let begin = Instant::now();
+        let answer = black_box(contender.query(subject, black_box(place)));
+        let time = begin.elapsed().as_nanos() as f64 - empty;
+        if k >= skipped {
+            times.push(time);
+            if round == 0 {
+                result.answers.push(answer);
+            }
+        }
+    }
+    match result.nanoseconds.get_mut(index) {
+        Some(best) => best.iter_mut().zip(times).for_each(|(best, time)| *best = best.min(time)),
+        None => result.nanoseconds.push(times),
+    }
+}
+
+/// What it costs to read the clock twice.
+fn clock_cost() -> f64 {
+    static COST: OnceLock<f64> = OnceLock::new();
+    *COST.get_or_init(|| {
+        let mut costs: Vec<f64> = (0..10_001)
+            .map(|k| {
+                let begin = Instant::now();
+                black_box(k);
+                begin.elapsed().as_nanos() as f64
+            })
+            .collect();
+        costs.sort_by(f64::total_cmp);
+        costs[costs.len() / 2]
+    })
+}
