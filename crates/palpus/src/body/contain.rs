@@ -21,7 +21,7 @@ use glam::DVec3;
 
 use crate::algebra::Plane;
 
-/// Working memory of [`enters`].
+/// Working memory of [`Clipper::enters`].
 #[derive(Debug, Default)]
 pub(crate) struct Clipper {
     polygon: Vec<DVec3>,

@@ -12,7 +12,7 @@
 //! Parts of the surface that are convex as a whole are found first (see `whole`), since growth costs the square of a
 //! patch's size.
 //!
-//! Deviations from [EL01]'s cresting search. Growth takes the candidate across the *sharpest* side first instead of
+//! Deviations from \[EL01\]'s cresting search. Growth takes the candidate across the *sharpest* side first instead of
 //! first come first served: what is bent most is hardest to place later (armadillo 7304 → 7265 patches, teacup 198
 //! → 193, torus 50). Step 4 is added (armadillo → 7248, teacup → 192, teaspoon 123 → 115). Containment is decided by
 //! one test, see `contain`. Tried and left out: choosing always the seed that now yields the largest patch costs

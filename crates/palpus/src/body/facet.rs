@@ -1,6 +1,6 @@
 //! Facets: coplanar triangles merged into convex planar polygons, the units that patches are grown from \[K02 §3.2\].
 //!
-//! A flat grid or the cap of a CAD part is one face cut into triangles by whoever wrote the file. [EL01]'s tool treats
+//! A flat grid or the cap of a CAD part is one face cut into triangles by whoever wrote the file. \[EL01\]'s tool treats
 //! the edges between such triangles as reflex; here they vanish before the decomposition starts.
 //!
 //! 1. *Regions.* From the largest triangle not yet taken, flood over neighbours all of whose vertices lie within
