@@ -15,8 +15,8 @@
 //! Deviations from \[EL01\]'s cresting search. Growth takes the candidate across the *sharpest* side first instead of
 //! first come first served: what is bent most is hardest to place later (armadillo 7304 → 7265 patches, teacup 198
 //! → 193, torus 50). Step 4 is added (armadillo → 7248, teacup → 192, teaspoon 123 → 115). Containment is decided by
-//! one test, see `contain`. Tried and left out: choosing always the seed that now yields the largest patch costs
-//! thirty times the time for about 0.1 % fewer patches.
+//! one test, see `contain`. Tried and left out: choosing always the seed that now yields the largest patch took
+//! ten to thirty times as long, for a count within 0.6 % either way on models of 2000 triangles and more (teacup 189).
 
 #[cfg(test)]
 mod tests;
