@@ -13,18 +13,24 @@
 //! small motion still a surface within the CSO: it is judged anew and repaired where motion brought it too near.
 //!
 //! 1. Touching pairs: a depth of no more than rounding needs no proof.
-//! 2. The surface that the memory holds, at the new pose; if repairing it takes too much, a new one.
-//! 3. Grow where the surface is too near.
+//! 2. Most of the kept surface is farther from the origin than u by more than anything has moved since it was measured; that part
+//!    sleeps. Measure the rest at the new pose. If it keeps off, that was all.
+//! 3. Else judge the whole kept surface at the new pose and grow it where it is too near; if repairing it takes too much,
+//!    grow a new one from a tetrahedron.
 //! 4. Keep the surface. One that has gathered many more triangles than it began with is dropped: what it gathered was for
 //!    poses of the past.
+//!
+//! That sleeping triangles and measured ones make one surface around the origin: it was one when last judged whole, and no triangle of
+//! it has passed over the origin since, as long as each has moved less than it was away at each measurement.
 //!
 //! Proven means: no direction has an h smaller than the depth by more than [`PROOF_RELATIVE`] of it or by rounding.
 
 use super::cso::Cso;
-use super::inner::{Refusal, Surface};
+use super::inner::{Refusal, Surface, judged};
 use super::overlay::Corner;
-use super::query::{answer_at, depth, walk_to_end};
+use super::query::{answer_at, depth_once, walk_to_end};
 use super::seed::Seed;
+use super::walk::Walked;
 use super::{Certainty, Depth, HubPair, WalkScratch};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{
@@ -40,30 +46,57 @@ use glam::DVec3;
 #[derive(Clone, Debug)]
 pub struct CertificateMemory {
     hubs: Vec<HubPair>,
+    /// Tips, and the triangles across their edges.
     triangles: Vec<[[u16; 3]; 2]>,
+    /// Of each triangle: its distance from the origin when it was measured, plus `moved` as it was then.
+    awake_at: Vec<f64>,
+    /// At least how far any point has moved since the surface was judged whole.
+    moved: f64,
+    /// The last pose.
+    pose_ba: Placement,
+    /// What tells one pair of polytopes from another.
+    pair: [f64; 4],
     /// Triangles of the surface when it was new.
     fresh: usize,
 }
 
 impl CertificateMemory {
-    /// Empty, with room for a surface of 256 corners (about 8 kB). What needs more is proven from nothing each time.
+    /// Empty, with room for a surface of [`KEPT_CORNERS`] corners (about 12 kB). What needs more is proven from nothing each time.
     pub fn new() -> Self {
-        Self { hubs: Vec::with_capacity(KEPT_CORNERS), triangles: Vec::with_capacity(KEPT_TRIANGLES), fresh: 0 }
+        Self {
+            hubs: Vec::with_capacity(KEPT_CORNERS),
+            triangles: Vec::with_capacity(KEPT_TRIANGLES),
+            awake_at: Vec::with_capacity(KEPT_TRIANGLES),
+            moved: 0.0,
+            pose_ba: Placement::IDENTITY,
+            pair: [0.0; 4],
+            fresh: 0,
+        }
     }
 
     /// Forgets the pair.
     pub fn clear(&mut self) {
         self.hubs.clear();
         self.triangles.clear();
+        self.awake_at.clear();
     }
 
-    /// True if it holds a surface, of vertices that the two polytopes have.
+    /// True if it holds a surface, and of these two polytopes.
     fn serves(&self, cso: &Cso<'_>) -> bool {
-        let (a, b) = (cso.a.vertices().len() as u32, cso.b.vertices().len() as u32);
-        !self.triangles.is_empty() && self.hubs.iter().all(|hub| hub.a < a && hub.b < b)
+        !self.triangles.is_empty() && self.pair == pair_of(cso)
     }
 
-    fn keep(&mut self, surface: &Surface, new: bool) {
+    /// Counts the motion from the last pose to this one.
+    fn advance(&mut self, cso: &Cso<'_>) {
+        let (from, to) = (&self.pose_ba, cso.pose_ba);
+        let centre = cso.a.centroid();
+        // Twice the sine of half the angle: how far a point at unit distance from the axis moves.
+        let turn = (0..3).map(|k| (to.rotation.col(k) - from.rotation.col(k)).length_squared()).sum::<f64>() * 0.5;
+        self.moved += to.point(centre).distance(from.point(centre)) + turn.sqrt() * cso.a.radius();
+        self.pose_ba = *to;
+    }
+
+    fn keep(&mut self, cso: &Cso<'_>, surface: &Surface, bar: f64, new: bool) {
         self.clear();
         let count = surface.triangles.len();
         if new {
@@ -73,9 +106,20 @@ impl CertificateMemory {
         if gathered || count > KEPT_TRIANGLES || surface.tips.len() > KEPT_CORNERS {
             return;
         }
+        self.pair = pair_of(cso);
+        self.pose_ba = *cso.pose_ba;
+        self.moved = 0.0;
         self.hubs.extend(surface.tips.iter().map(|tip| tip.hub));
-        self.triangles.extend(surface.triangles.iter().map(|t| [t.tips, t.across]));
+        for triangle in &surface.triangles {
+            self.triangles.push([triangle.tips, triangle.across]);
+            self.awake_at.push(if triangle.offset.is_finite() { triangle.offset } else { bar });
+        }
     }
+}
+
+fn pair_of(cso: &Cso<'_>) -> [f64; 4] {
+    let Cso { a, b, .. } = *cso;
+    [a.vertices().len() as f64, b.vertices().len() as f64, a.radius(), b.radius()]
 }
 
 impl Default for CertificateMemory {
@@ -88,17 +132,18 @@ impl Default for CertificateMemory {
 #[derive(Clone, Debug)]
 pub struct ProofScratch {
     surface: Surface,
+    growths: u32,
 }
 
 impl ProofScratch {
     /// All the memory that any proof needs.
     pub fn new() -> Self {
-        Self { surface: Surface::new() }
+        Self { surface: Surface::new(), growths: 0 }
     }
 
-    /// Triangles of the surface of the last proof: what it took.
-    pub fn triangles(&self) -> usize {
-        self.surface.triangles.len()
+    /// What the last proof took: times that a surface grew.
+    pub fn growths(&self) -> u32 {
+        self.growths
     }
 }
 
@@ -108,7 +153,9 @@ impl Default for ProofScratch {
     }
 }
 
-/// The penetration depth of `a` and `b` with proof, as far as one is found: [`depth`], then [`prove`].
+/// The penetration depth of `a` and `b` with proof, as far as one is found: one walk from the lowest of the seeds, then [`prove`].
+///
+/// The several walks of a cold [`depth`](super::depth) are spared: the proof finds what one has missed.
 pub fn depth_proven(
     a: &Polytope,
     b: &Polytope,
@@ -118,11 +165,11 @@ pub fn depth_proven(
     proof: &mut ProofScratch,
     walk: &mut WalkScratch,
 ) -> Depth {
-    let answer = depth(a, b, pose_ba, seeds, walk);
+    let answer = depth_once(a, b, pose_ba, seeds, walk);
     prove(a, b, pose_ba, &answer, memory, proof, walk)
 }
 
-/// Proves `answer`, which [`depth`] gave for this pose, or finds a better one and proves that.
+/// Proves `answer`, which [`depth`](super::depth) gave for this pose, or finds a better one and proves that.
 ///
 /// `memory` is that of the same two polytopes, from an earlier pose or empty. The certainty of what is returned is
 /// [`Certainty::GloballyOptimal`] if the proof is complete; if not, it is the best known answer, and its `stop` says why the proof
@@ -141,7 +188,8 @@ pub fn prove(
     walk.trail.clear();
     let mut search = Search::new(&cso, answer, &mut proof.surface, walk);
     let outcome = search.warm(memory).or_else(|_| search.cold());
-    match outcome {
+    let growths = search.growths;
+    let answer = match outcome {
         Ok(origin) => {
             search.keep(memory, origin);
             Depth { certainty: Certainty::GloballyOptimal, ..search.best }
@@ -150,7 +198,9 @@ pub fn prove(
             memory.clear();
             Depth { certainty: Certainty::LocallyOptimal, stop, ..search.best }
         }
-    }
+    };
+    proof.growths = growths;
+    answer
 }
 
 /// What a proof rests on.
@@ -158,7 +208,9 @@ pub fn prove(
 enum Ground {
     /// The pair touches.
     Touching,
-    /// A surface of an earlier tick.
+    /// A surface of an earlier tick, measured where that was needed.
+    Asleep,
+    /// A surface of an earlier tick, judged whole and repaired.
     Kept,
     /// A surface grown from nothing.
     Grown,
@@ -170,6 +222,7 @@ struct Search<'s, 'p> {
     /// Heights nearer than this to the depth are as good.
     tolerance: f64,
     better: u32,
+    growths: u32,
     surface: &'s mut Surface,
     walk: &'s mut WalkScratch,
 }
@@ -181,22 +234,55 @@ impl<'s, 'p> Search<'s, 'p> {
         let coordinates =
             cso.size() + pose_ba.point(a.centroid()).length() + a.centroid().length() + b.centroid().length();
         let tolerance = PROOF_RELATIVE * answer.depth.max(0.0) + PROOF_ROUNDING * coordinates;
-        Self { cso, best: *answer, tolerance, better: 0, surface, walk }
+        Self { cso, best: *answer, tolerance, better: 0, growths: 0, surface, walk }
     }
 
     /// Proof from the surface that the memory holds.
-    fn warm(&mut self, memory: &CertificateMemory) -> Result<Ground, StopReason> {
+    fn warm(&mut self, memory: &mut CertificateMemory) -> Result<Ground, StopReason> {
         if self.touches()? {
             return Ok(Ground::Touching);
         }
         if !memory.serves(self.cso) {
             return Err(StopReason::Stalled);
         }
-        self.surface.clear(0.25 * self.tolerance, true);
+        memory.advance(self.cso);
+        if self.sleeps(memory) {
+            return Ok(Ground::Asleep);
+        }
+        self.surface.clear(self.slack(), true);
         memory.hubs.iter().for_each(|&hub| self.surface.push_tip(self.cso, hub));
         memory.triangles.iter().for_each(|&[tips, across]| self.surface.push_triangle(tips, across));
         self.grow(PROOF_REPAIRS)?;
         Ok(Ground::Kept)
+    }
+
+    /// True if those triangles of the kept surface that may have come too near have not.
+    fn sleeps(&self, memory: &mut CertificateMemory) -> bool {
+        let bar = self.best.depth - self.tolerance;
+        let CertificateMemory { hubs, triangles, awake_at, moved, .. } = memory;
+        if *moved * f64::EPSILON > self.slack() {
+            return false; // The sums have become too coarse; they begin anew.
+        }
+        for (awake_at, [tips, _]) in awake_at.iter_mut().zip(triangles) {
+            let distance = *awake_at - *moved;
+            if distance >= bar {
+                continue;
+            }
+            if distance <= 0.0 {
+                return false;
+            }
+            let (_, offset) = judged(tips.map(|tip| self.cso.vertex(hubs[usize::from(tip)])), self.slack());
+            if offset < bar {
+                return false;
+            }
+            *awake_at = *moved + if offset.is_finite() { offset } else { bar };
+        }
+        true
+    }
+
+    /// Lengths below this are rounding.
+    fn slack(&self) -> f64 {
+        0.25 * self.tolerance
     }
 
     /// Proof from nothing.
@@ -204,7 +290,7 @@ impl<'s, 'p> Search<'s, 'p> {
         if self.touches()? {
             return Ok(Ground::Touching);
         }
-        self.surface.clear(0.25 * self.tolerance, false);
+        self.surface.clear(self.slack(), false);
         if !self.begin()? {
             // No volume: then some direction has an h of rounding, and it was found.
             return if self.touches()? { Ok(Ground::Touching) } else { Err(StopReason::Stalled) };
@@ -246,30 +332,33 @@ impl<'s, 'p> Search<'s, 'p> {
     fn support(&mut self, hint: HubPair, normal: DVec3) -> Result<HubPair, StopReason> {
         let (hub, height) = self.cso.support(hint, normal);
         if height < self.best.depth - 0.5 * self.tolerance {
-            self.improve(hub)?;
+            self.improve(hub, normal, height)?;
         }
         Ok(hub)
     }
 
-    /// Walks from a hub that knows a lower h.
-    fn improve(&mut self, hub: HubPair) -> Result<(), StopReason> {
+    /// Walks from a hub that supports a direction of lower h.
+    ///
+    /// Where features are parallel but for rounding, the walk tells corners apart less finely than the proof does and may
+    /// end a little above where it began. Then the direction itself is the answer, next to the features where the walk ended.
+    fn improve(&mut self, hub: HubPair, normal: DVec3, height: f64) -> Result<(), StopReason> {
         if self.better == PROOF_BETTER {
             return Err(StopReason::Budget);
         }
         self.better += 1;
-        let walked = walk_to_end(self.cso, hub, &mut self.walk.trail).ok_or(StopReason::Stalled)?;
-        let corner: Corner = walked.corner;
+        let Walked { mut corner, steps, stop } =
+            walk_to_end(self.cso, hub, &mut self.walk.trail).ok_or(StopReason::Stalled)?;
         if corner.offset >= self.best.depth {
-            return Err(StopReason::Stalled);
+            corner = Corner { normal, offset: height, hub, ..corner };
         }
-        let steps = self.best.steps + walked.steps + 1;
-        self.best = answer_at(self.cso, &corner, steps, walked.stop, &mut self.walk.clip);
+        let steps = self.best.steps + steps + 1;
+        self.best = answer_at(self.cso, &corner, steps, stop, &mut self.walk.clip);
         Ok(())
     }
 
     /// Grows the surface until it keeps the depth away from the origin.
     fn grow(&mut self, most: u32) -> Result<(), StopReason> {
-        let mut growths = 0;
+        let most = self.growths + most;
         let mut k = 0;
         while k < self.surface.triangles.len() {
             let bar = self.best.depth - self.tolerance;
@@ -277,11 +366,11 @@ impl<'s, 'p> Search<'s, 'p> {
                 k += 1;
                 continue;
             };
-            if growths == most {
+            if self.growths == most {
                 return Err(StopReason::Budget);
             }
-            growths += 1;
-            let hint = self.surface.tips[usize::from(low.tips[0])].hub;
+            self.growths += 1;
+            let hint = self.surface.hint(self.cso, &low);
             let hub = self.support(hint, low.normal)?;
             if low.offset >= self.best.depth - self.tolerance {
                 continue;
@@ -304,9 +393,10 @@ impl<'s, 'p> Search<'s, 'p> {
     }
 
     fn keep(&mut self, memory: &mut CertificateMemory, ground: Ground) {
-        if ground != Ground::Touching {
+        if ground == Ground::Kept || ground == Ground::Grown {
             self.surface.compact();
-            memory.keep(self.surface, ground == Ground::Grown);
+            let bar = self.best.depth - self.tolerance;
+            memory.keep(self.cso, self.surface, bar, ground == Ground::Grown);
         }
     }
 }

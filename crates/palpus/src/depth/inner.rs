@@ -114,7 +114,7 @@ impl Surface {
     /// Adds a triangle whose neighbours are known.
     #[inline]
     pub(super) fn push_triangle(&mut self, tips: [u16; 3], across: [u16; 3]) {
-        let (normal, offset) = self.judged(tips);
+        let (normal, offset) = judged(tips.map(|tip| self.tips[usize::from(tip)].at), self.slack);
         self.triangles.push(Triangle { tips, across, alive: true, normal, offset });
     }
 
@@ -141,6 +141,25 @@ impl Surface {
     pub(super) fn below(&self, triangle: usize, bar: f64) -> Option<Triangle> {
         let t = &self.triangles[triangle];
         (t.offset < bar && t.alive).then_some(*t)
+    }
+
+    /// The hub pair from which to climb to the support along the triangle's normal.
+    #[inline]
+    pub(super) fn hint(&self, cso: &Cso<'_>, triangle: &Triangle) -> HubPair {
+        let toward_b = cso.toward_b(triangle.normal);
+        let [first, others @ ..] = triangle.tips.map(|tip| self.tips[usize::from(tip)].hub);
+        let height = |hub: HubPair| (toward_b.dot(cso.a.vertex(hub.a)), triangle.normal.dot(cso.b.vertex(hub.b)));
+        let (mut best, mut highest) = (first, height(first));
+        for hub in others {
+            let (a, b) = height(hub);
+            if a > highest.0 {
+                (best.a, highest.0) = (hub.a, a);
+            }
+            if b > highest.1 {
+                (best.b, highest.1) = (hub.b, b);
+            }
+        }
+        best
     }
 
     /// True if the surface has a triangle that is not degenerate.
@@ -278,21 +297,6 @@ impl Surface {
         }
     }
 
-    /// The unit normal of a triangle and the least height of its tips along it.
-    #[inline]
-    fn judged(&self, tips: [u16; 3]) -> (DVec3, f64) {
-        let [p, q, r] = tips.map(|tip| self.tips[usize::from(tip)].at);
-        let (u, v) = (q - p, r - p);
-        let across = u.cross(v);
-        let longest = u.length_squared().max(v.length_squared()).max((v - u).length_squared());
-        let square = across.length_squared();
-        if square <= self.slack * self.slack * longest {
-            return (DVec3::ZERO, f64::INFINITY);
-        }
-        let normal = across / square.sqrt();
-        (normal, normal.dot(p).min(normal.dot(q)).min(normal.dot(r)))
-    }
-
     /// Drops what is no part of the surface any more.
     pub(super) fn compact(&mut self) {
         self.renumbered.clear();
@@ -327,4 +331,19 @@ impl Surface {
             triangle.tips = triangle.tips.map(|k| self.renumbered[usize::from(k)]);
         }
     }
+}
+
+/// The unit normal of the triangle p, q, r and the least height of its corners along it; zero and infinity if it is lower than
+/// `slack`.
+#[inline]
+pub(super) fn judged([p, q, r]: [DVec3; 3], slack: f64) -> (DVec3, f64) {
+    let (u, v) = (q - p, r - p);
+    let across = u.cross(v);
+    let longest = u.length_squared().max(v.length_squared()).max((v - u).length_squared());
+    let square = across.length_squared();
+    if square <= slack * slack * longest {
+        return (DVec3::ZERO, f64::INFINITY);
+    }
+    let normal = across / square.sqrt();
+    (normal, normal.dot(p).min(normal.dot(q)).min(normal.dot(r)))
 }

@@ -58,6 +58,21 @@ pub fn depth(a: &Polytope, b: &Polytope, pose_ba: &Placement, seeds: &[Seed], sc
     answer_at(&cso, &corner, steps, stop, &mut scratch.clip)
 }
 
+/// The depth where one walk ends that starts from the lowest of the seeds.
+pub(super) fn depth_once(
+    a: &Polytope,
+    b: &Polytope,
+    pose_ba: &Placement,
+    seeds: &[Seed],
+    scratch: &mut WalkScratch,
+) -> Depth {
+    let cso = Cso { a, b, pose_ba };
+    scratch.trail.clear();
+    let seeds = if seeds.is_empty() { &[Seed::CentroidLine] } else { seeds };
+    let Walked { corner, steps, stop } = walk_warm(&cso, seeds, &mut scratch.trail).unwrap_or_else(|| scan(&cso));
+    answer_at(&cso, &corner, steps, stop, &mut scratch.clip)
+}
+
 /// One walk, from the lowest of the seeds.
 fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], trail: &mut Trail) -> Option<Walked> {
     let mut lowest: Option<Start> = None;
