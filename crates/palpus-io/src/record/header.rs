@@ -107,6 +107,9 @@ struct RenderText {
     split_angle: Option<f64>,
     stiffness: f64,
     damping: f64,
+    /// Absent from recordings that were made before there was a blend.
+    #[serde(default)]
+    blend_angle: Option<f64>,
     saturation: SaturationText,
     grip_a: [f64; 3],
     capacity: u64,
@@ -151,6 +154,7 @@ impl RenderText {
             split_angle,
             stiffness,
             damping,
+            blend_angle,
             shading,
             friction,
             limits: Limits { force, torque },
@@ -165,6 +169,7 @@ impl RenderText {
             split_angle,
             stiffness,
             damping,
+            blend_angle,
             saturation: SaturationText::Separate,
             grip_a: grip_a.to_array(),
             capacity: capacity as u64,
@@ -193,6 +198,7 @@ impl RenderText {
             split_angle: text.split_angle,
             stiffness: text.stiffness,
             damping: text.damping,
+            blend_angle: text.blend_angle,
             shading: text
                 .shading
                 .map(|ShadingText { crease_angle, most_turn }| ShadingSettings { crease_angle, most_turn }),

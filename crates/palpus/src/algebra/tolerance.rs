@@ -436,3 +436,27 @@ pub const KEPT_CORNERS: usize = 256;
 
 /// Triangles of a surface that is kept from tick to tick; a closed one has twice as many as corners, less four.
 pub const KEPT_TRIANGLES: usize = 512;
+// depth: blended witness
+
+/// Rise per length of the skirts that the bodies wear for the blended witness, and so the largest slope of a plane between
+/// them.
+///
+/// Larger makes the blend follow motions along the surface faster (the continuity bound grows with it); smaller, and nearer
+/// to the blending angle's slope, rounds the corners of overlaps: those sharper than angle/slope count less.
+pub const SKIRT_SLOPE: f64 = 0.5;
+
+/// Pivots of one linear program of the blended witness. From nothing it takes about 8, from the last one 0 to 4.
+///
+/// Smaller leaves exact witnesses, which jump, where a program would still have ended.
+pub const BLEND_PIVOTS: u32 = 64;
+
+/// Relative to the largest share: a row with a smaller share in the entering one does not leave the basis.
+///
+/// The basis would be singular but for rounding. Larger refuses pivots that are needed between nearly parallel edges.
+pub const BLEND_PIVOT: f64 = 1e-12;
+
+/// Relative to the pair's size and its distance from b's origin: a gap that is known as exactly as this ends its program.
+///
+/// The witness is wrong by about that over the angle. Smaller than the rounding of a gap lets nearly singular bases pivot to
+/// and fro; larger shows as noise of the witness of bodies that hardly move.
+pub const BLEND_ROUNDING: f64 = 64.0 * f64::EPSILON;

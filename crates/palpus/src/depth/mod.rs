@@ -2,6 +2,9 @@
 
 mod answer;
 mod antipodal;
+mod blend;
+#[cfg(test)]
+mod blend_tests;
 mod certificate;
 mod cso;
 mod gauss_map;
@@ -14,10 +17,12 @@ mod query;
 mod seed;
 #[cfg(test)]
 mod tests;
+mod tilted_gap;
 mod walk;
 mod witness;
 
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
+pub use blend::{Blend, Touch, blend};
 pub use certificate::{CertificateMemory, ProofScratch, depth_proven, prove};
 pub use original::{is_original, repair};
 pub use query::{WalkScratch, depth};

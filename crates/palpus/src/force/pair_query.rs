@@ -14,6 +14,10 @@
 //! When the pose has jumped since the last query, what is remembered of a pair's depth is a guess like any other: the walk
 //! then starts cold, from several seeds, and keeps the best end.
 //!
+//! The points of a contact are exact, or on request *blended*: moved in their supporting planes to where they change
+//! continuously as flat contact opens ([`blend`]). The nearest pair of [`PairQuery::nearest`] is a contact, and blended, where
+//! the bodies are within tolerance.
+//!
 //! Contacts come in the order of the descent, which is the same for the same bodies and pose.
 
 use glam::DVec3;
@@ -25,7 +29,7 @@ use crate::algebra::{Clock, Placement, Pose};
 use crate::body::{Aabb, Body, Feature, Polytope, Provenance};
 use crate::collision::{Closest, LeafPair, Memory, Overlap, Proximity, Side, StopReason, Traversal, TraversalCounters};
 use crate::depth::{
-    Certainty, CertificateMemory, Depth, HubPair, ProofScratch, Seed, WalkScratch, depth, prove, repair,
+    Certainty, CertificateMemory, Depth, HubPair, ProofScratch, Seed, Touch, WalkScratch, blend, depth, prove, repair,
 };
 
 /// Whether depths are proven.
@@ -57,6 +61,10 @@ pub struct QueryCounters {
     pub disbelieved: u32,
     /// Closest points on virtual features, which are no contact.
     pub virtual_closest: u32,
+    /// Contacts whose witness is a blend, and not the exact one.
+    pub blended: u32,
+    /// Contacts whose witness stayed exact since the blend did not converge.
+    pub blend_stops: u32,
     /// Time in the descent and the marches, ns.
     pub query_ns: u64,
     /// Time in the depth walks, ns.
@@ -73,6 +81,7 @@ pub struct PairQuery {
     prover: Option<Box<Prover>>,
     last_pose: Option<Placement>,
     coherent: bool,
+    blend_angle: Option<f64>,
 }
 
 /// Node pairs remembered from tick to tick. A spoon in a cup visits hundreds, two 30 000-triangle scans some thousands.
@@ -89,6 +98,7 @@ impl PairQuery {
             prover: None,
             last_pose: None,
             coherent: false,
+            blend_angle: None,
         }
     }
 
@@ -99,6 +109,13 @@ impl PairQuery {
             Proof::Prove => Some(Box::new(Prover::new())),
         };
         Self { prover, ..self }
+    }
+
+    /// The same, with contacts that are blended over tilts up to `angle` (rad, above 0 and below a right angle; `None`: exact).
+    ///
+    /// The witness points of [`Self::contacts`] then move continuously through flat contact: see [`blend`].
+    pub fn with_blend(self, angle: Option<f64>) -> Self {
+        Self { blend_angle: angle, ..self }
     }
 
     /// Finds every contact nearer than `tolerance` (model units); `pose_ba` places a in b's frame.
@@ -131,6 +148,11 @@ impl PairQuery {
         // Bodies that overlap must not be let go of, however doubtful the way out.
         if !self.contacts.iter().any(|contact| contact.separation <= 0.0) {
             self.contacts.extend(doubtful);
+        }
+        if let Some(angle) = self.blend_angle {
+            for contact in &mut self.contacts {
+                blend_witness(a, b, &place, contact, angle, &mut counters);
+            }
         }
         counters.depth_ns = clock.now_ns() - middle;
         counters
@@ -301,6 +323,25 @@ fn at_closest(leaf: &LeafPair, closest: &Closest) -> Contact {
         normal: closest.normal,
         separation: closest.distance,
     }
+}
+
+/// Moves the points of `contact` to where they change continuously, in their supporting planes.
+fn blend_witness(
+    a: &Body,
+    b: &Body,
+    place: &Placement,
+    contact: &mut Contact,
+    angle: f64,
+    counters: &mut QueryCounters,
+) {
+    let Contact { piece_a, piece_b, features, point_a, point_b, normal, separation } = *contact;
+    let (piece_a, piece_b) = (&a.polytopes()[piece_a as usize], &b.polytopes()[piece_b as usize]);
+    let blend = blend(piece_a, piece_b, place, &Touch { features, point_a, point_b, normal }, angle);
+    counters.blended += u32::from(blend.pivots > 0);
+    counters.blend_stops += u32::from(!blend.converged);
+    let midpoint = contact.midpoint() + blend.shift;
+    contact.point_a = midpoint + normal * (0.5 * separation);
+    contact.point_b = midpoint - normal * (0.5 * separation);
 }
 
 /// True if `feature` can be touched from `outward` (in the polytope's frame): some original face there faces that way.

@@ -49,7 +49,7 @@ impl Renderer {
         settings.validate()?;
         Ok(Self {
             shading: settings.shading.map(|shading| Shading::new(&a, &b, &shading)),
-            query: PairQuery::new(&a, &b, settings.capacity),
+            query: PairQuery::new(&a, &b, settings.capacity).with_blend(settings.blend_angle),
             scratch: Scratch::new(settings.capacity),
             tick: Tick::new(settings.capacity),
             steps: 0,
