@@ -70,7 +70,7 @@ fn of_built_in(scene: &Scene) -> anyhow::Result<Stage> {
         }),
         ..Settings::default()
     };
-    let body_settings = BodySettings { scale: 1.0, crease_angle: contact.crease };
+    let body_settings = BodySettings { scale: 1.0, flatness: BodySettings::HAPTIC };
     let probe = bodies::prepare_soup("the probe", &scene.probe, &body_settings)?;
     let environment = bodies::prepare_soup("the environment", &scene.environment, &body_settings)?;
     let body = |part: &str, content, pose| RecordedBody { mesh: format!("{}/{part}", scene.name), content, pose };
@@ -98,8 +98,7 @@ fn of_file(path: &Path, file: &SceneFile) -> anyhow::Result<Stage> {
     if file.coupling.mode == CouplingMode::Coupled {
         output::note("note: [coupling] mode = \"coupled\" is not built yet; the scene runs with direct rendering");
     }
-    let crease_angle = file.render.shading.map_or_else(|| BodySettings::default().crease_angle, |s| s.crease_angle);
-    let body_settings = BodySettings { scale: file.metres_per_unit, crease_angle };
+    let body_settings = BodySettings { scale: file.metres_per_unit, flatness: BodySettings::HAPTIC };
     let prepare = |mesh: &Path| -> anyhow::Result<(Arc<Body>, ContentHash)> {
         let prepared = bodies::prepare_file(mesh, &body_settings)?;
         Ok((Arc::new(prepared.body), prepared.hash))

@@ -315,11 +315,6 @@ pub const COMPUTED_DIGITS: i32 = 15;
 /// (round peg: 4870 pieces at 1e-9 of its size, 1 at two steps); larger flattens what the file really says.
 pub const NOISE_PER_STEP: f64 = 2.0;
 
-/// Relative to the model's bounding diagonal: the largest noise; the smallest is [`COPLANAR`].
-///
-/// A model written by hand with few digits is exact, not noisy. 3 micrometres on a 10 cm object: far below what is felt.
-pub const NOISE_MOST: f64 = 3e-5;
-
 /// Multiples of the surface's noise: a patch thinner than this is flat.
 ///
 /// Two facets may each be off by the noise on either side. Well above [`ENTERED`], so that whatever is not flat has an inside

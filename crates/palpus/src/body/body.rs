@@ -9,7 +9,7 @@ use super::piece::{Piece, build_piece};
 use super::precision::coordinate_step;
 use super::{
     Aabb, Cleaning, HalfEdges, Health, Hierarchy, HierarchyError, HullError, MassProperties, Mesh, MeshError,
-    PolygonSoup, Polytope, ShadingNormals, TriangleTree, convex_hull,
+    PolygonSoup, Polytope, TriangleTree, convex_hull,
 };
 use crate::algebra::tolerance::COPLANAR;
 
@@ -18,14 +18,23 @@ use crate::algebra::tolerance::COPLANAR;
 pub struct BodySettings {
     /// Metres per unit of the model; finite and positive.
     pub scale: f64,
-    /// Radians: where neighbouring triangles bend by more, shading normals do not blend across.
-    pub crease_angle: f64,
+    /// Relative to the model's bounding diagonal: how far a piece may deviate from the surface where the file's few digits
+    /// have bent its planes; from 0 to 1e-3. See [`Self::EXACT`] and [`Self::HAPTIC`].
+    pub flatness: f64,
+}
+
+impl BodySettings {
+    /// For measuring: distances are exact to this share of the model's size.
+    pub const EXACT: f64 = 3e-8;
+    /// For touching: 3 micrometres on a 10 cm object, far below what is felt, and enough to make one face of a plane that was
+    /// written with six digits (a round peg is 1 piece instead of 4870).
+    pub const HAPTIC: f64 = 3e-5;
 }
 
 impl Default for BodySettings {
-    /// A model in metres, with creases from 30 degrees on.
+    /// A model in metres, to be measured exactly.
     fn default() -> Self {
-        Self { scale: 1.0, crease_angle: std::f64::consts::FRAC_PI_6 }
+        Self { scale: 1.0, flatness: Self::EXACT }
     }
 }
 
@@ -35,6 +44,9 @@ pub enum BodyError {
     /// The scale is zero, negative, infinite or NaN.
     #[error("the scale must be a positive number of metres per model unit, not {0}")]
     Scale(f64),
+    /// The flatness is negative, NaN or larger than any noise of a file.
+    #[error("the flatness must be from 0 to {LARGEST_FLATNESS} of the model's size, not {0}")]
+    Flatness(f64),
     /// The polygons make no mesh.
     #[error(transparent)]
     Mesh(#[from] MeshError),
@@ -67,7 +79,6 @@ pub struct Body {
     pieces: Vec<Piece>,
     hierarchy: Hierarchy,
     mass: MassProperties,
-    shading: ShadingNormals,
     health: Health,
 }
 
@@ -96,17 +107,20 @@ impl Body {
         if !(settings.scale.is_finite() && settings.scale > 0.0) {
             return Err(BodyError::Scale(settings.scale));
         }
+        if !(0.0..=LARGEST_FLATNESS).contains(&settings.flatness) {
+            return Err(BodyError::Flatness(settings.flatness));
+        }
         let step = coordinate_step(mesh.vertices()) * settings.scale;
         let mesh = mesh.scaled(settings.scale);
         let half_edges = HalfEdges::new(&mesh);
         let tree = mesh.tree();
-        let (polytopes, pieces) = convex_pieces(&Surface::new(&mesh, &half_edges, step), &tree, progress)?;
+        let (polytopes, pieces) =
+            convex_pieces(&Surface::new(&mesh, &half_edges, step, settings.flatness), &tree, progress)?;
         let hierarchy = Hierarchy::build(&polytopes, COPLANAR * mesh.bounding_diagonal())?;
         let mass = MassProperties::new(&mesh);
-        let shading = ShadingNormals::new(&mesh, &half_edges, settings.crease_angle);
         let health = Health::quick(&mesh, &half_edges, cleaning);
         progress(1.0);
-        Ok(Self { mesh, half_edges, tree, polytopes, pieces, hierarchy, mass, shading, health })
+        Ok(Self { mesh, half_edges, tree, polytopes, pieces, hierarchy, mass, health })
     }
 
     /// The convex hull of points as a body of one piece, at scale 1.
@@ -157,11 +171,6 @@ impl Body {
         &self.mass
     }
 
-    /// The smooth surface's normals, for force shading.
-    pub fn shading(&self) -> &ShadingNormals {
-        &self.shading
-    }
-
     /// What the mesh is like; self-intersections are not looked for (see [`Health::full`]).
     pub fn health(&self) -> &Health {
         &self.health
@@ -195,6 +204,9 @@ fn convex_pieces(
     }
     Ok(answer)
 }
+
+/// The largest [`BodySettings::flatness`]: a thousandth of the model is a feature, not noise.
+const LARGEST_FLATNESS: f64 = 1e-3;
 
 /// The parts of the work that the decomposition and the pieces are, for the progress report; the hierarchy is the rest.
 const DECOMPOSITION_SHARE: f64 = 0.5;

@@ -16,7 +16,7 @@ use glam::DVec3;
 
 use super::{HalfEdges, Mesh};
 use crate::algebra::Plane;
-use crate::algebra::tolerance::{COPLANAR, FOLDED, NOISE_MOST, NOISE_PER_STEP};
+use crate::algebra::tolerance::{COPLANAR, FOLDED, NOISE_PER_STEP};
 
 /// No facet.
 pub(crate) const NONE: u32 = u32::MAX;
@@ -48,10 +48,12 @@ pub(crate) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// `step` is the distance between neighbouring values of the coordinates, metres; zero when not known.
-    pub(crate) fn new(mesh: &'a Mesh, edges: &'a HalfEdges, step: f64) -> Self {
+    /// `step` is the distance between neighbouring values of the coordinates, metres; zero when not known. The noise that
+    /// it makes is believed up to `flatness`, relative to the mesh's size: a model written by hand with few digits is exact,
+    /// not noisy.
+    pub(crate) fn new(mesh: &'a Mesh, edges: &'a HalfEdges, step: f64, flatness: f64) -> Self {
         let size = mesh.bounding_diagonal();
-        let noise = (NOISE_PER_STEP * step).clamp(COPLANAR * size, NOISE_MOST * size);
+        let noise = (NOISE_PER_STEP * step).clamp(COPLANAR * size, flatness.max(COPLANAR) * size);
         Self { mesh, edges, noise }
     }
 

@@ -15,7 +15,7 @@ use glam::DVec3;
 
 use super::{Forces, Motion, ProbeState, Scratch, Settings, SettingsError, Tick, force, saturate};
 use crate::algebra::{Clock, Pose, Twist, Wrench};
-use crate::body::{Body, MassProperties};
+use crate::body::Body;
 use crate::force::{Centers, Contact, PairQuery, ShadingSettings, SmoothBody, shade};
 
 /// Renders the contact of a probe (a) with an environment (b). The environment's frame is the scene's.
@@ -53,8 +53,8 @@ impl Renderer {
             scratch: Scratch::new(settings.capacity),
             tick: Tick::new(settings.capacity),
             steps: 0,
-            center_a: MassProperties::new(a.mesh()).center_of_mass,
-            center_b: MassProperties::new(b.mesh()).center_of_mass,
+            center_a: a.mass().center_of_mass,
+            center_b: b.mass().center_of_mass,
             settings,
             a,
             b,

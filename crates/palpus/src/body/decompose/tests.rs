@@ -15,7 +15,8 @@ const CROSSING: f64 = 0.1;
 const EXACT_SLACK: f64 = 1e-8;
 
 fn build(soup: &PolygonSoup) -> Body {
-    Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).unwrap()
+    let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
+    Body::from_soup(soup, &settings, &mut |_| ()).unwrap()
 }
 
 fn judge(body: &Body, slack: f64) {
