@@ -28,7 +28,7 @@ pub const TOUCHING: f64 = 1e-12;
 /// Relative to the pair's size: an improvement of the depth smaller than this ends the walk.
 ///
 /// Strict decrease is what makes the walk end; rounding of a support offset is a few ulps of the size.
-pub const WALK_DECREASE: f64 = 1e-14;
+pub const WALK_DECREASE: f64 = 1e-15;
 
 /// Relative gap between GJK's upper and lower bound of the distance at which it has converged.
 pub const GJK_GAP: f64 = 1e-13;
@@ -208,41 +208,50 @@ pub const SHADING_TRIANGLES: usize = 1024;
 pub const SATURATION_ROUNDING: f64 = 1e-15;
 // ---- depth: the walk over the Minkowski difference ----
 
-/// Radians: how far a face normal may lie outside a normal cone and still count as a corner of the overlap.
+/// Radians: how far a normal may lie outside a normal cone and still count as a corner of the overlap.
 ///
 /// Aligned boxes, plates and prisms have cones that only touch, so that exact signs of dot products are a matter of
-/// rounding (1e-15). Every answer is measured again with true supports, so a larger value costs accuracy of the walk
-/// (this times the size), not truth; a smaller one than rounding lets a walk stall on aligned bodies.
-pub const CONE_SLACK: f64 = 1e-10;
+/// rounding (1e-15): a smaller slack lets a walk stall on aligned bodies. A larger one accepts corners that are none; their
+/// offset is too small by slack times size, they hide a true corner beside them, and the witness points stray by the slack
+/// over the angle between the two.
+pub const CONE_SLACK: f64 = 1e-14;
 
 /// Sine: edges nearer to parallel than this span no facet of their own (their normal would be noise).
 ///
 /// The ends of two nearly coincident Gauss arcs are face normals within [`CONE_SLACK`] of the other cone, so nothing is
-/// lost as long as this is not larger than that.
-pub const PARALLEL_EDGES: f64 = 1e-10;
+/// lost as long as this is not larger than that. Above it a crossing still moves along its arcs by rounding over this
+/// sine, which is why every crossing that would be taken is held against both cones.
+pub const PARALLEL_EDGES: f64 = 1e-14;
 
-/// Radians: features that lie in the supporting plane within this angle are flush with it.
+/// Radians: features that lie in the supporting plane within this angle widen the facet of the CSO that a walk stands on.
 ///
-/// Flush features widen the facet of the CSO: its hubs are those of both features, and its witness is the middle of their
-/// overlap. Larger puts witness points off their bodies (by this times the size); smaller than rounding of the pose
-/// makes the witness of a box on a table jump between corners.
-pub const FLUSH: f64 = 1e-9;
+/// The walk leaves a facet by its sides, so this bounds how far from a local minimum it may end: this times the size in
+/// depth. Smaller than rounding of the pose would have boxes on tables walked corner by corner.
+pub const FLUSH_FACET: f64 = 1e-9;
+
+/// Radians: features that lie in the supporting plane within this angle share the witness: the middle of their overlap.
+///
+/// The merge distance over an edge of a hundredth of the size. Larger puts witness points off their bodies (by half of
+/// this times the size); smaller lets the flatness of merged faces decide at which corner a box on a table is held.
+pub const FLUSH_WITNESS: f64 = 1e-7;
 
 /// Relative to the pair's size: an answer whose true offset exceeds the walk's by more than this is walked on from.
 ///
-/// A corner accepted within [`CONE_SLACK`] is off by about that. Smaller would repeat walks for rounding alone.
-pub const OFFSET_SLACK: f64 = 1e-9;
+/// Two bodies' merge distances, by which a vertex of a merged face lies lower than its plane, and some. Smaller repeats
+/// walks over rough faces for nothing; larger believes a walk that ended at a corner that is none.
+pub const OFFSET_SLACK: f64 = 4e-9;
 
 /// Moves after which a walk is ended with what it has. A cold walk over 2000 vertices takes about 30.
 pub const WALK_STEPS: u32 = 500;
 
-/// How often an answer that true supports contradict is walked on from.
+/// How often a walk is taken up again from an end that is not confirmed.
 pub const WALK_RESUMES: u32 = 4;
 
-/// Hubs of one facet up to which all are looked at; of a facet with more, only those on the side of the origin.
+/// Hub pairs of one facet up to which all are looked at; of a facet with more, only the two on the side of the origin.
 ///
 /// Looking at more than the origin's side is not needed to end in a local minimum; it lets the walk see past facets
-/// that share only a corner with the present one. Triangles against edges have at most 6, boxes 8.
+/// that share only a corner with the present one. Polygons of 8 corners and all pairs of edges are below it; two
+/// flush rectangles are above.
 pub const FACET_HUBS: usize = 8;
 
 /// Corners of a flush overlap that are kept when it is clipped; flush faces with more in sum are answered by a corner.
@@ -258,6 +267,21 @@ pub const COLD_FACES: usize = 8;
 
 /// How many of those normals are walked from.
 pub const COLD_WALKS: usize = 3;
+
+/// Relative to the pair's size: an origin that lies farther than this beyond a side of the facet shows that the walk has
+/// stopped early.
+///
+/// h falls by the square of it at best, so that the root of rounding is the least that can be seen. Larger leaves
+/// witness points off their bodies by as much.
+pub const STRAY: f64 = 1e-7;
+
+/// Tilts of the normal that are tried to leave a facet on which a walk has stopped early; the first is the stray over the
+/// size, the last as small as [`FLUSH_WITNESS`].
+pub const TILTS: u32 = 7;
+
+/// Factor from one such tilt to the next.
+pub const TILT_SHRINK: f64 = 0.1;
+
 // collision: bounds and traversal
 
 /// Squared sine of the angle between two box axes below which their cross product is no axis to test.

@@ -16,7 +16,6 @@ use glam::DVec3;
 use super::cso::Cso;
 use super::overlay::Corner;
 use super::{Antipodal, HubPair};
-use crate::algebra::tolerance::FLUSH;
 use crate::body::{Feature, Polytope};
 
 /// The vertices of a feature that lies in a supporting plane.
@@ -48,6 +47,12 @@ impl<'p> Flush<'p> {
         let k = k % self.count;
         if self.face.is_empty() { self.own[k] } else { self.face[k] }
     }
+
+    /// The corner that lies farthest along `direction`, in the polytope's frame.
+    fn highest(&self, polytope: &Polytope, direction: DVec3) -> usize {
+        let height = |k: usize| direction.dot(polytope.vertex(self.corner(k)));
+        (0..self.count).max_by(|&i, &j| height(i).total_cmp(&height(j))).unwrap_or(0)
+    }
 }
 
 /// The features of both bodies in the supporting plane of a facet of the CSO.
@@ -59,76 +64,118 @@ pub(super) struct Facet<'p> {
 }
 
 impl<'p> Facet<'p> {
-    /// The facet at a corner of an overlap.
-    pub(super) fn at(cso: &Cso<'p>, corner: &Corner) -> Self {
+    /// The facet at a corner of an overlap, with the features that lie in its plane within the angle `within` (radians).
+    pub(super) fn at(cso: &Cso<'p>, corner: &Corner, within: f64) -> Self {
         let toward_b = cso.toward_b(corner.normal);
         let (feature_a, feature_b) = match corner.antipodal {
-            Antipodal::VertexFace { a, b } => (flush_at_vertex(cso.a, a, toward_b), Feature::Face(b)),
-            Antipodal::FaceVertex { a, b } => (Feature::Face(a), flush_at_vertex(cso.b, b, corner.normal)),
-            Antipodal::EdgeEdge { a, b } => (flush_at_edge(cso.a, a, toward_b), flush_at_edge(cso.b, b, corner.normal)),
+            Antipodal::VertexFace { a, b } => (flush_at_vertex(cso.a, a, toward_b, within), Feature::Face(b)),
+            Antipodal::FaceVertex { a, b } => (Feature::Face(a), flush_at_vertex(cso.b, b, corner.normal, within)),
+            Antipodal::EdgeEdge { a, b } => {
+                (flush_at_edge(cso.a, a, toward_b, within), flush_at_edge(cso.b, b, corner.normal, within))
+            }
         };
         Self { normal: corner.normal, a: Flush::new(cso.a, feature_a), b: Flush::new(cso.b, feature_b) }
     }
 
-    /// An upper bound of the number of its corners.
-    pub(super) fn corner_bound(&self) -> usize {
-        match (self.a.count, self.b.count) {
-            (1, k) | (k, 1) => k,
-            (i, j) => i + j,
-        }
+    /// The side beyond which the origin's projection lies farthest, or nearest to which it lies within; none if the
+    /// facet has no sides, which no corner of an overlap has.
+    pub(super) fn farthest_side(&self, cso: &Cso<'_>) -> Option<Side> {
+        let mut farthest: Option<Side> = None;
+        self.for_each_side(cso, |side| {
+            if farthest.is_none_or(|best| side.beyond > best.beyond) {
+                farthest = Some(side);
+            }
+        });
+        farthest
     }
 
-    /// Calls `side(from, to, beyond)` for each side of the facet in turn: the hub pairs at its ends, and how far the
-    /// origin's projection lies beyond it (negative: within).
-    pub(super) fn for_each_side(&self, cso: &Cso<'_>, mut side: impl FnMut(HubPair, HubPair, f64)) {
-        let point_a = |k: usize| cso.point_a(self.a.corner(k));
-        let point_b = |k: usize| cso.b.vertex(self.b.corner(k));
-        let sides = |flush: &Flush<'_>| if flush.count == 1 { 0 } else { flush.count };
-        let (sides_a, sides_b) = (sides(&self.a), sides(&self.b));
-        let along = self.normal.any_orthonormal_vector();
+    /// Calls `visit` for each side of the facet in turn.
+    pub(super) fn for_each_side(&self, cso: &Cso<'_>, mut visit: impl FnMut(Side)) {
         // Counter-clockwise about the normal: b's loop as it is; so is a's, which runs clockwise about the normal since
         // its outward normal is the opposite one, once it is reflected and read backwards.
-        let back = |k: usize| 2 * self.a.count - k % self.a.count;
-        let start_a = (0..self.a.count).max_by(|&i, &j| height(along, point_a(i), point_a(j))).unwrap_or(0);
-        let start_b = (0..self.b.count).min_by(|&i, &j| height(along, point_b(i), point_b(j))).unwrap_or(0);
-        let index_a = |i: usize| start_a + back(i);
-        let edge_a = |i: usize| point_a(index_a(i)) - point_a(index_a(i + 1));
-        let edge_b = |j: usize| point_b(start_b + j + 1) - point_b(start_b + j);
-        let hub = |i: usize, j: usize| HubPair { a: self.a.corner(index_a(i)), b: self.b.corner(start_b + j) };
-        let (mut i, mut j) = (0, 0);
-        while i < sides_a || j < sides_b {
-            let from = hub(i, j);
-            let edge = if i == sides_a {
-                j += 1;
-                edge_b(j - 1)
-            } else if j == sides_b || self.normal.dot(edge_a(i).cross(edge_b(j))) > 0.0 {
-                i += 1;
-                edge_a(i - 1)
-            } else {
-                j += 1;
-                edge_b(j - 1)
-            };
-            let outward = edge.cross(self.normal).normalize_or_zero();
-            side(from, hub(i, j), -outward.dot(cso.vertex(from)));
+        let (mut start_a, mut start_b) = (0, 0);
+        if self.a.count > 1 && self.b.count > 1 {
+            let along = self.normal.any_orthonormal_vector();
+            start_a = self.a.highest(cso.a, cso.pose_ba.inverse_vector(along));
+            start_b = self.b.highest(cso.b, -along);
+        }
+        let mut a = Lap::new(&self.a, start_a, -1, |v| cso.point_a(v));
+        let mut b = Lap::new(&self.b, start_b, 1, |v| cso.b.vertex(v));
+        while a.left > 0 || b.left > 0 {
+            let from = HubPair { a: a.vertex, b: b.vertex };
+            let c = b.point - a.point;
+            let turn_by_a = b.left == 0 || a.left > 0 && self.normal.dot(a.edge().cross(b.edge())) < 0.0;
+            let edge = if turn_by_a { -a.advance() } else { b.advance() };
+            let outward = edge.cross(self.normal);
+            let height = outward.dot(c);
+            let beyond = -height * height.abs() / outward.length_squared().max(f64::MIN_POSITIVE);
+            visit(Side { from, to: HubPair { a: a.vertex, b: b.vertex }, outward, beyond });
         }
     }
 }
 
-fn height(along: DVec3, p: DVec3, q: DVec3) -> std::cmp::Ordering {
-    along.dot(p).total_cmp(&along.dot(q))
+/// A side of a facet of the CSO.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Side {
+    /// The hub pairs at its ends.
+    pub(super) from: HubPair,
+    pub(super) to: HubPair,
+    /// In the facet's plane, away from the facet; not unit.
+    pub(super) outward: DVec3,
+    /// How far the origin's projection lies beyond the side, squared, with its sign: negative within.
+    pub(super) beyond: f64,
+}
+
+/// A lap around the corners of a flush feature.
+struct Lap<'l, 'p, P> {
+    flush: &'l Flush<'p>,
+    place: P,
+    /// Index of the next corner, and the step to the one after: forwards or backwards.
+    index: usize,
+    step: usize,
+    left: usize,
+    vertex: u32,
+    point: DVec3,
+    next: DVec3,
+}
+
+impl<'l, 'p, P: Fn(u32) -> DVec3> Lap<'l, 'p, P> {
+    fn new(flush: &'l Flush<'p>, start: usize, direction: isize, place: P) -> Self {
+        let step = if direction < 0 { flush.count - 1 } else { 1 };
+        let vertex = flush.corner(start);
+        let index = start + step;
+        let (point, next) = (place(vertex), place(flush.corner(index)));
+        let left = if flush.count == 1 { 0 } else { flush.count };
+        Self { flush, place, index, step, left, vertex, point, next }
+    }
+
+    fn edge(&self) -> DVec3 {
+        self.next - self.point
+    }
+
+    /// Goes to the next corner and returns the way there.
+    fn advance(&mut self) -> DVec3 {
+        let edge = self.edge();
+        self.vertex = self.flush.corner(self.index);
+        self.index = (self.index + self.step) % self.flush.count;
+        self.point = self.next;
+        self.next = (self.place)(self.flush.corner(self.index));
+        self.left -= 1;
+        edge
+    }
 }
 
 /// The largest feature around vertex `v` that is flush with the plane that `direction` (unit, local) supports there.
-pub(super) fn flush_at_vertex(polytope: &Polytope, v: u32, direction: DVec3) -> Feature {
+pub(super) fn flush_at_vertex(polytope: &Polytope, v: u32, direction: DVec3, within: f64) -> Feature {
     let at = polytope.vertex(v);
     let mut feature = Feature::Vertex(v);
     for spoke in polytope.ring(v) {
-        if is_flush(polytope, spoke.left, direction) {
+        if is_flush(polytope, spoke.left, direction, within) {
             return Feature::Face(spoke.left);
         }
         let edge = polytope.vertex(spoke.neighbour) - at;
         let rise = direction.dot(edge);
-        if rise * rise <= FLUSH * FLUSH * edge.length_squared() {
+        if rise * rise <= within * within * edge.length_squared() {
             feature = Feature::Edge(spoke.edge);
         }
     }
@@ -136,15 +183,15 @@ pub(super) fn flush_at_vertex(polytope: &Polytope, v: u32, direction: DVec3) -> 
 }
 
 /// The face beside edge `e` that is flush with the plane that `direction` (unit, local) supports, or the edge.
-fn flush_at_edge(polytope: &Polytope, e: u32, direction: DVec3) -> Feature {
+fn flush_at_edge(polytope: &Polytope, e: u32, direction: DVec3, within: f64) -> Feature {
     let edge = polytope.edge(e);
     [edge.left, edge.right]
         .into_iter()
-        .find(|&face| is_flush(polytope, face, direction))
+        .find(|&face| is_flush(polytope, face, direction, within))
         .map_or(Feature::Edge(e), Feature::Face)
 }
 
 #[inline]
-fn is_flush(polytope: &Polytope, face: u32, direction: DVec3) -> bool {
-    polytope.plane(face).normal.distance_squared(direction) <= FLUSH * FLUSH
+fn is_flush(polytope: &Polytope, face: u32, direction: DVec3, within: f64) -> bool {
+    polytope.plane(face).normal.distance_squared(direction) <= within * within
 }

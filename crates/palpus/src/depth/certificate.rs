@@ -29,7 +29,7 @@ use super::cso::Cso;
 use super::inner::{Refusal, Surface, judged};
 use super::overlay::Corner;
 use super::query::{answer_at, depth_once, walk_to_end};
-use super::seed::Seed;
+use super::seed::{Seed, Start};
 use super::walk::Walked;
 use super::{Certainty, Depth, HubPair, WalkScratch};
 use crate::algebra::Placement;
@@ -347,7 +347,8 @@ impl<'s, 'p> Search<'s, 'p> {
         }
         self.better += 1;
         let Walked { mut corner, steps, stop } =
-            walk_to_end(self.cso, hub, &mut self.walk.trail).ok_or(StopReason::Stalled)?;
+            walk_to_end(self.cso, Start { hub, normal, offset: height }, &mut self.walk.trail)
+                .ok_or(StopReason::Stalled)?;
         if corner.offset >= self.best.depth {
             corner = Corner { normal, offset: height, hub, ..corner };
         }

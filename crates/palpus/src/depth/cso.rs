@@ -36,6 +36,18 @@ impl Cso<'_> {
         self.b.vertex(hub.b) - self.point_a(hub.a)
     }
 
+    /// h along the normal of face `f` of b, where vertex `v` of a supports it.
+    #[inline]
+    pub(super) fn offset_at_face_of_b(&self, f: u32, v: u32) -> f64 {
+        -self.b.plane(f).height(self.point_a(v))
+    }
+
+    /// h along the reversed normal of face `f` of a, which is `normal` in b's frame, where vertex `v` of b supports it.
+    #[inline]
+    pub(super) fn offset_at_face_of_a(&self, f: u32, v: u32, normal: DVec3) -> f64 {
+        normal.dot(self.b.vertex(v) - self.pose_ba.translation) + self.a.plane(f).offset
+    }
+
     /// The direction along which a supports a contact of normal `normal`, in a's frame: into b.
     #[inline]
     pub(super) fn toward_b(&self, normal: DVec3) -> DVec3 {

@@ -16,6 +16,7 @@ use super::query::{WalkScratch, answer_at, measured};
 use super::seed::Start;
 use super::{Antipodal, Depth, HubPair};
 use crate::algebra::Placement;
+use crate::algebra::tolerance::FLUSH_FACET;
 use crate::body::{Polytope, Provenance};
 
 /// Only features on the surface of the source mesh may make a corner.
@@ -86,7 +87,7 @@ fn next_to(cso: &Cso<'_>, answer: &Depth, scratch: &mut WalkScratch) -> Option<C
             found = Some(corner);
         }
     };
-    Facet::at(cso, &virtual_corner).for_each_side(cso, |from, _, _| look(from));
+    Facet::at(cso, &virtual_corner, FLUSH_FACET).for_each_side(cso, |side| look(side.from));
     found
 }
 

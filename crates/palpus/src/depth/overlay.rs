@@ -4,7 +4,9 @@
 //! reflected a. Over the overlap h(n) = n·c, which is concave along every arc on which it is not negative; so its least
 //! value lies at a corner, and an arc both of whose ends lie higher than the best known offset holds nothing better.
 //!
-//! 1. Score all face normals of both rings; those below the bar are tested against the other cone (VF, FV).
+//! 1. Score all face normals of both rings; those below the bar are tested against the other cone (VF, FV). The score of
+//!    a face that passes is taken from its plane: merged faces are flat only within a tolerance, and the corners of one
+//!    would give one facet several offsets.
 //! 2. Keep the arcs that have an end below the bar.
 //! 3. Cross the kept arcs of a with those of b (EE). Two arcs cross if each has its ends on both sides of the other's
 //!    great circle, and on matching sides: four signs of dot products. Offsets are compared squared.
@@ -24,7 +26,7 @@ use crate::algebra::tolerance::PARALLEL_EDGES;
 pub(super) struct Corner {
     /// Unit, from b into a.
     pub(super) normal: DVec3,
-    /// `n · (b − a)` at the hub at which it was found.
+    /// h(n), up to rounding and the slack with which the corner was accepted.
     pub(super) offset: f64,
     pub(super) antipodal: Antipodal,
     /// The hub at which it was found.
@@ -112,11 +114,11 @@ impl Search<'_> {
 
     fn faces_of_b(&mut self, arcs: &[Arc], admit: &impl Admit) {
         for arc in arcs {
-            let offset = arc.left.dot(self.c);
-            if offset < self.bar
-                && admit.face_b(arc.left_index)
-                && cone_holds(self.cso.a, self.hub.a, self.cso.toward_b(arc.left))
-            {
+            if arc.left.dot(self.c) >= self.bar || !admit.face_b(arc.left_index) {
+                continue;
+            }
+            let offset = self.cso.offset_at_face_of_b(arc.left_index, self.hub.a);
+            if offset < self.bar && cone_holds(self.cso.a, self.hub.a, self.cso.toward_b(arc.left)) {
                 self.take(arc.left, offset, Antipodal::VertexFace { a: self.hub.a, b: arc.left_index });
             }
         }
@@ -124,8 +126,11 @@ impl Search<'_> {
 
     fn faces_of_a(&mut self, arcs: &[Arc], admit: &impl Admit) {
         for arc in arcs {
-            let offset = arc.left.dot(self.c);
-            if offset < self.bar && admit.face_a(arc.left_index) && cone_holds(self.cso.b, self.hub.b, arc.left) {
+            if arc.left.dot(self.c) >= self.bar || !admit.face_a(arc.left_index) {
+                continue;
+            }
+            let offset = self.cso.offset_at_face_of_a(arc.left_index, self.hub.b, arc.left);
+            if offset < self.bar && cone_holds(self.cso.b, self.hub.b, arc.left) {
                 self.take(arc.left, offset, Antipodal::FaceVertex { a: arc.left_index, b: self.hub.b });
             }
         }
@@ -178,7 +183,11 @@ impl Search<'_> {
         // The rounding of a product of nearly parallel edges lies partly along them; without it the plane supports both.
         let normal = (across - a.edge * (across.dot(a.edge) / length_a)).normalize_or_zero();
         let offset = normal.dot(self.c);
-        if offset < self.bar {
+        // Signs of nearly parallel edges are a matter of rounding, and so may be a crossing.
+        if offset < self.bar
+            && cone_holds(self.cso.a, self.hub.a, self.cso.toward_b(normal))
+            && cone_holds(self.cso.b, self.hub.b, normal)
+        {
             self.take(normal, offset, Antipodal::EdgeEdge { a: a.edge_index, b: b.edge_index });
         }
     }

@@ -3,7 +3,8 @@
 //! 1. Every seed becomes a start: a hub pair and an upper bound of the depth.
 //! 2. With the pair's previous answer among the seeds (warm), walk from the lowest start; without (cold), from each, and from the
 //!    lowest of some face normals.
-//! 3. Measure the end of the walk with true supports; if they say more than the walk did, walk on from them.
+//! 3. Measure the end of the walk with true supports; if they say more than the walk did, walk on from them. If the end
+//!    is no local minimum, walk on from a tilted normal.
 //! 4. Give it its witness points.
 //!
 //! Whatever the walk does, step 3 makes the depth the exact h of the normal that is returned: moving a by it separates the
@@ -20,7 +21,9 @@ use super::walk::{Trail, Walked};
 use super::witness::{Clip, witness};
 use super::{Antipodal, Certainty, Depth, HubPair};
 use crate::algebra::Placement;
-use crate::algebra::tolerance::{COLD_FACES, COLD_WALKS, OFFSET_SLACK, WALK_RESUMES};
+use crate::algebra::tolerance::{
+    COLD_FACES, COLD_WALKS, FLUSH_WITNESS, OFFSET_SLACK, STRAY, TILT_SHRINK, TILTS, WALK_DECREASE, WALK_RESUMES,
+};
 use crate::body::Polytope;
 use crate::collision::StopReason;
 
@@ -84,7 +87,7 @@ fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], trail: &mut Trail) -> Option<Walked>
             lowest = Some(start);
         }
     }
-    walk_to_end(cso, lowest?.hub, trail)
+    walk_to_end(cso, lowest?, trail)
 }
 
 /// A walk from every seed, and from the lowest of some face normals.
@@ -110,7 +113,7 @@ struct Lowest {
 
 impl Lowest {
     fn walk_from(&mut self, cso: &Cso<'_>, start: &Start, trail: &mut Trail) {
-        let Some(walked) = walk_to_end(cso, start.hub, trail) else { return };
+        let Some(walked) = walk_to_end(cso, *start, trail) else { return };
         self.steps += walked.steps;
         if self.walked.is_none_or(|best| walked.corner.offset < best.corner.offset) {
             self.walked = Some(walked);
@@ -149,25 +152,48 @@ fn lowest_faces(cso: &Cso<'_>, hint: HubPair) -> [Option<Start>; COLD_WALKS] {
 /// Where a climb starts that knows nothing.
 const FIRST: HubPair = HubPair { a: 0, b: 0 };
 
-/// Walks until true supports confirm the offset of the end.
-pub(super) fn walk_to_end(cso: &Cso<'_>, hub: HubPair, trail: &mut Trail) -> Option<Walked> {
+/// Walks until the end is confirmed; the best end that was measured on the way.
+pub(super) fn walk_to_end(cso: &Cso<'_>, start: Start, trail: &mut Trail) -> Option<Walked> {
     let slack = OFFSET_SLACK * cso.size();
     let mut best: Option<Walked> = None;
-    let mut hub = hub;
+    let mut next = Some(start);
     let mut steps = 0;
     for _ in 0..=WALK_RESUMES {
-        let Some(walked) = trail.walk(cso, hub) else { break };
+        let Some(walked) = next.and_then(|start| trail.walk(cso, &start)) else { break };
         steps += walked.steps;
         let corner = measured(cso, &walked.corner);
         if best.is_none_or(|best| corner.offset < best.corner.offset) {
             best = Some(Walked { corner, ..walked });
         }
-        if corner.offset - walked.corner.offset <= slack {
-            break;
-        }
-        hub = corner.hub;
+        next = if corner.offset - walked.corner.offset > slack {
+            Some(Start { hub: corner.hub, normal: corner.normal, offset: corner.offset })
+        } else {
+            lower_beside(cso, &corner)
+        };
     }
-    best.map(|best| Walked { steps, ..best })
+    best.map(|best| Walked { steps, stop: if next.is_none() { best.stop } else { StopReason::Stalled }, ..best })
+}
+
+/// A lower start next to a corner that is no local minimum of h; none if it is one.
+///
+/// Overlaps of cones are only as true as the faces are flat, and where they leave a gap a walk stops early. Then the
+/// origin lies beyond a side of the facet, and h falls if the normal is tilted that way.
+fn lower_beside(cso: &Cso<'_>, corner: &Corner) -> Option<Start> {
+    let side = Facet::at(cso, corner, FLUSH_WITNESS).farthest_side(cso)?;
+    let size = cso.size();
+    if side.beyond <= STRAY * STRAY * size * size {
+        return None;
+    }
+    let outward = side.outward.normalize_or_zero();
+    let mut tilt = side.beyond.sqrt() / size;
+    for _ in 0..TILTS {
+        let start = Start::along(cso, corner.normal + outward * tilt, corner.hub)?;
+        if start.offset < corner.offset - WALK_DECREASE * size {
+            return Some(start);
+        }
+        tilt *= TILT_SHRINK;
+    }
+    None
 }
 
 /// The end of no walk: the best face of all.
@@ -187,8 +213,8 @@ pub(super) fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
 
 /// The answer at a corner that was measured.
 pub(super) fn answer_at(cso: &Cso<'_>, corner: &Corner, steps: u32, stop: StopReason, clip: &mut Clip) -> Depth {
-    let facet = Facet::at(cso, corner);
-    let (point_a, point_b) = witness(cso, &facet, corner.offset, clip);
+    let facet = Facet::at(cso, corner, FLUSH_WITNESS);
+    let (point_a, point_b) = witness(cso, &facet, corner, clip);
     Depth {
         point_a,
         point_b,

@@ -7,12 +7,13 @@
 //! Deviations from \[K02\]: the overlay is on the sphere; a facet of many corners (flush faces) is left by the side
 //! beyond which the origin lies instead of by trying every corner, which finds a lower facet whenever there is one next to it.
 
+use super::HubPair;
 use super::antipodal::Facet;
 use super::cso::Cso;
 use super::gauss_map::GaussMaps;
 use super::overlay::{AdmitAll, Corner, lowest_corner};
-use super::{Antipodal, HubPair};
-use crate::algebra::tolerance::{FACET_HUBS, WALK_DECREASE, WALK_STEPS};
+use super::seed::Start;
+use crate::algebra::tolerance::{FACET_HUBS, FLUSH_FACET, OFFSET_SLACK, WALK_DECREASE, WALK_STEPS};
 use crate::collision::StopReason;
 
 /// Where a walk ended.
@@ -43,11 +44,11 @@ impl Trail {
         self.visited.clear();
     }
 
-    /// Walks from `hub`. None if no facet of the CSO was found there (then `hub` supports no direction).
-    pub(super) fn walk(&mut self, cso: &Cso<'_>, hub: HubPair) -> Option<Walked> {
+    /// Walks from a start. None if no facet of the CSO was found there (then its hub supports no direction).
+    pub(super) fn walk(&mut self, cso: &Cso<'_>, start: &Start) -> Option<Walked> {
         self.visited.clear();
-        self.visited.insert(hub);
-        let mut here = lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, f64::INFINITY, &AdmitAll)?;
+        self.visited.insert(start.hub);
+        let mut here = self.first_corner(cso, start)?;
         let decrease = WALK_DECREASE * cso.size();
         for steps in 0..WALK_STEPS {
             match self.lower_neighbour(cso, &here, here.offset - decrease) {
@@ -58,30 +59,25 @@ impl Trail {
         Some(Walked { corner: here, steps: WALK_STEPS, stop: StopReason::Budget })
     }
 
+    /// The least corner at the start's hub.
+    fn first_corner(&mut self, cso: &Cso<'_>, start: &Start) -> Option<Corner> {
+        // The overlap holds the start's normal, so it has a corner that is not higher: a bar that spares most of it.
+        [start.offset + OFFSET_SLACK * cso.size(), f64::INFINITY]
+            .into_iter()
+            .find_map(|bar| lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, start.hub, bar, &AdmitAll))
+    }
+
     /// The least corner below `bar` around the hubs of the facet of `here`.
     fn lower_neighbour(&mut self, cso: &Cso<'_>, here: &Corner, bar: f64) -> Option<Corner> {
         let mut look = Look { trail: self, cso, bar, found: None };
-        let facet = Facet::at(cso, here);
-        match here.antipodal {
-            _ if facet.corner_bound() > FACET_HUBS => {
-                let mut worst = f64::NEG_INFINITY;
-                let mut ends = [here.hub; 2];
-                facet.for_each_side(cso, |from, to, beyond| {
-                    if beyond > worst {
-                        worst = beyond;
-                        ends = [from, to];
-                    }
-                });
-                ends.into_iter().for_each(|hub| look.at(hub));
+        let facet = Facet::at(cso, here, FLUSH_FACET);
+        if facet.a.count * facet.b.count <= FACET_HUBS {
+            for i in 0..facet.a.count {
+                (0..facet.b.count).for_each(|j| look.at(HubPair { a: facet.a.corner(i), b: facet.b.corner(j) }));
             }
-            // Its hubs need no merging of sides.
-            Antipodal::VertexFace { a, .. } if facet.a.count == 1 => {
-                (0..facet.b.count).for_each(|k| look.at(HubPair { a, b: facet.b.corner(k) }));
-            }
-            Antipodal::FaceVertex { b, .. } if facet.b.count == 1 => {
-                (0..facet.a.count).for_each(|k| look.at(HubPair { a: facet.a.corner(k), b }));
-            }
-            _ => facet.for_each_side(cso, |from, _, _| look.at(from)),
+        } else if let Some(side) = facet.farthest_side(cso) {
+            look.at(side.from);
+            look.at(side.to);
         }
         look.found
     }

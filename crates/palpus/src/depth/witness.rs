@@ -13,6 +13,7 @@ use glam::DVec3;
 
 use super::antipodal::{Facet, Flush};
 use super::cso::Cso;
+use super::overlay::Corner;
 use crate::algebra::tolerance::{CLIP_CORNERS, PARALLEL_EDGES};
 use crate::algebra::{closest_on_segment, closest_segment_segment};
 
@@ -46,11 +47,11 @@ impl Contact<'_, '_> {
     }
 }
 
-/// The witness points of `facet`, whose offset is `depth`: (on a, on b), in b's frame.
+/// The witness points of `facet`, the facet at a measured corner: (on a, on b), in b's frame.
 ///
-/// Their difference is `−depth · normal` exactly (within rounding), whatever the facet.
-pub(super) fn witness(cso: &Cso<'_>, facet: &Facet<'_>, depth: f64, clip: &mut Clip) -> (DVec3, DVec3) {
-    let moved = facet.normal * depth;
+/// Their difference is `−offset · normal` exactly (within rounding), whatever the facet.
+pub(super) fn witness(cso: &Cso<'_>, facet: &Facet<'_>, corner: &Corner, clip: &mut Clip) -> (DVec3, DVec3) {
+    let moved = facet.normal * corner.offset;
     let contact = Contact { cso, facet, moved };
     let touch = match (facet.a.count, facet.b.count) {
         (1, _) => nearest_of_polygon(contact.a(0), facet.normal, &facet.b, |k| contact.b(k)),
@@ -62,7 +63,7 @@ pub(super) fn witness(cso: &Cso<'_>, facet: &Facet<'_>, depth: f64, clip: &mut C
         _ => overlap(&contact, clip),
     };
     // Into b's supporting plane: features that are flush within the tolerance lie that much off it.
-    let touch = touch + facet.normal * facet.normal.dot(contact.b(0) - touch);
+    let touch = touch + facet.normal * facet.normal.dot(cso.b.vertex(corner.hub.b) - touch);
     (touch - moved, touch)
 }
 
@@ -102,25 +103,43 @@ fn edges(contact: &Contact<'_, '_>) -> DVec3 {
 /// The centroid of the overlap of two flush features of which at least one is a polygon.
 fn overlap(contact: &Contact<'_, '_>, clip: &mut Clip) -> DVec3 {
     let Facet { normal, a, b } = *contact.facet;
+    let circle_a = circle(a.count, |k| contact.a(k));
+    let circle_b = circle(b.count, |k| contact.b(k));
+    let stray = || nearest_of_polygon(circle_a.0, normal, &b, |k| contact.b(k));
     if a.count + b.count > CLIP_CORNERS {
-        return nearest_of_polygon(contact.a(0), normal, &b, |k| contact.b(k));
+        return stray();
     }
-    // The subject is cut by the sides of the other, which must be a polygon.
-    let (mut count, sides) = if b.count > 2 { (a.count, b.count) } else { (b.count, a.count) };
+    // The smaller one is cut by the sides of the larger: most sides pass its circle by.
+    let cut_a = a.count == 2 || b.count > 2 && circle_a.1 <= circle_b.1;
+    let (middle, radius_squared) = if cut_a { circle_a } else { circle_b };
+    let (mut count, sides) = if cut_a { (a.count, b.count) } else { (b.count, a.count) };
     for k in 0..count {
-        clip.points[k] = if b.count > 2 { contact.a(k) } else { contact.b(k) };
+        clip.points[k] = if cut_a { contact.a(k) } else { contact.b(k) };
     }
+    let side_of = |k: usize| if cut_a { contact.b(k) } else { contact.a(sides - k) };
+    let mut from = side_of(0);
     for k in 0..sides {
         // a's loop runs clockwise about the normal.
-        let (from, to) = if b.count > 2 { (contact.b(k), contact.b(k + 1)) } else { (contact.a(k + 1), contact.a(k)) };
+        let to = side_of(k + 1);
         let inward = normal.cross(to - from);
-        count = cut(&clip.points[..count], &mut clip.spare, |p| inward.dot(p - from));
-        std::mem::swap(&mut clip.points, &mut clip.spare);
-        if count == 0 {
-            return nearest_of_polygon(contact.a(0), normal, &b, |k| contact.b(k));
+        let height = inward.dot(middle - from);
+        let clear = height > 0.0 && height * height > radius_squared * inward.length_squared();
+        if !clear {
+            count = cut(&clip.points[..count], &mut clip.spare, |p| inward.dot(p - from));
+            std::mem::swap(&mut clip.points, &mut clip.spare);
         }
+        if count == 0 {
+            return stray();
+        }
+        from = to;
     }
     centroid(&clip.points[..count], normal)
+}
+
+/// The mean of some points, and the square of their largest distance from it.
+fn circle(count: usize, point: impl Fn(usize) -> DVec3) -> (DVec3, f64) {
+    let middle = (0..count).map(&point).sum::<DVec3>() / count as f64;
+    (middle, (0..count).map(|k| point(k).distance_squared(middle)).fold(0.0, f64::max))
 }
 
 /// Keeps the part of a convex polygon (or segment, or point) where `height` is not negative.

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::collision::{StopReason, initial_features, march};
+use crate::depth::oracle::exhaustive_depth;
 
 const SWEEP_SEED: u64 = 0x5eed_ce27;
 

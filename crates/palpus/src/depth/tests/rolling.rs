@@ -1,0 +1,61 @@
+//! Queries that start from the last tick's answer.
+
+use super::*;
+use crate::depth::oracle::exhaustive_depth;
+
+/// A support point that moves smoothly with the direction: the mean of the vertices, the higher the heavier.
+fn soft_support(polytope: &Polytope, direction: DVec3) -> DVec3 {
+    let weight = |v: &DVec3| (30.0 * direction.dot(*v - polytope.centroid()) / polytope.radius()).exp();
+    let total: f64 = polytope.vertices().iter().map(weight).sum();
+    polytope.vertices().iter().map(|v| *v * weight(v)).sum::<DVec3>() / total
+}
+
+/// A pose at which a's support rests on b's and the offset along `normal` is `depth`: an overlap is not deeper.
+fn pose_at_depth(a: &Polytope, b: &Polytope, rotation: DQuat, normal: DVec3, depth: f64) -> Pose {
+    let rest = soft_support(b, normal) - rotation * soft_support(a, rotation.conjugate() * -normal);
+    let rested = Pose { rotation, translation: rest };
+    let placement = rested.placement();
+    let (_, reach) = cso::Cso { a, b, pose_ba: &placement }.support(HubPair { a: 0, b: 0 }, normal);
+    Pose { translation: rest + normal * (reach - depth), ..rested }
+}
+
+#[test]
+#[allow(clippy::print_stderr)] // The share of local answers is a measurement to be seen.
+fn a_body_rolled_over_another_keeps_the_global_depth_when_warm() {
+    let shapes = shapes();
+    let mut rng = SplitMix64(SEED);
+    let mut scratch = WalkScratch::new();
+    let mut total = Tally::default();
+    for (name_a, a) in &shapes {
+        for (name_b, b) in &shapes {
+            let size = a.radius() + b.radius();
+            let (from, to, axis) = (rng.direction(), rng.direction(), rng.direction());
+            let start = rng.rotation();
+            let mut previous: Option<Depth> = None;
+            for tick in 0..300 {
+                let s = f64::from(tick) / 300.0;
+                let normal = from.lerp(to, s).normalize();
+                let rotation = DQuat::from_axis_angle(axis, 2.0 * s) * start;
+                let placement = pose_at_depth(a, b, rotation, normal, 0.002 * size).placement();
+                let seed = previous.map_or(Seed::CentroidLine, |d| Seed::Previous { hub: d.hub, normal: d.normal });
+                let answer = depth(a, b, &placement, &[seed], &mut scratch);
+                previous = Some(answer);
+                if tick % 20 == 0 {
+                    let what = format!("{name_a} on {name_b}, tick {tick}, seed {SEED:#x}");
+                    assert_identities(a, b, &placement, &answer, &what);
+                    let (exact, _) = exhaustive_depth(a, b, &placement);
+                    if exact >= 0.0 {
+                        assert_points_on_bodies(a, b, &placement, &answer, 2e-9, &what);
+                        let local = total.local;
+                        total.add(answer.depth, exact, size);
+                        if total.local > local {
+                            eprintln!("{what}: {} of {exact}", answer.depth);
+                        }
+                    }
+                }
+            }
+        }
+    }
+    eprintln!("rolling: {} of {} local only, by {:e} of the size", total.local, total.poses, total.worst);
+    assert_eq!(total.local, 0, "seed {SEED:#x}");
+}
