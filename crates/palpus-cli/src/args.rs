@@ -95,7 +95,7 @@ pub(crate) struct RunArguments {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  palpus query spoon.obj cup.obj --poses poses.csv --out result.csv --tolerance 0.01\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row a pose, in B's frame:\nseparation is the nearest distance, or minus the depth of the deepest contact; point_a - point_b = separation * normal.\nColumn certified: the distance, or the depth of every overlapping pair of convex pieces, is proven the least there is."
+    after_help = "Example:\n  palpus query spoon.obj cup.obj --poses poses.csv --out result.csv --tolerance 0.01\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row a pose, in B's frame; separation is the nearest distance, or minus the depth of the deepest contact; point_a - point_b = separation * normal.\nColumn certified: the distance, or the depth of every overlapping pair of convex pieces, is proven the least there is."
 )]
 pub(crate) struct QueryArguments {
     /// The model of body A (obj, stl, ply, off, gltf, glb).

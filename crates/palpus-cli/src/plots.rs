@@ -187,7 +187,8 @@ fn draw_panel(
 fn tick_label(value: &f64) -> String {
     // The axis steps are round numbers, but sums of them carry rounding.
     let rounded = (value * 1e6).round() / 1e6;
-    format!("{rounded}")
+    // Adding zero turns −0 into 0.
+    format!("{}", rounded + 0.0)
 }
 
 /// The stretches of finite points.
