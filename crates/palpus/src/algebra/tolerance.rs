@@ -426,6 +426,11 @@ pub const PROOF_RELATIVE: f64 = 1e-9;
 /// smaller makes flat triangles grow onto themselves.
 pub const PROOF_ROUNDING: f64 = 1e-13;
 
+/// Relative to the pair's size: a support nearer than this to the plane it should lie off has the opposite one tried as well.
+///
+/// Decides only how good the first tetrahedron of a proof is; supports cost more than a poor tetrahedron.
+pub const PROOF_BEGIN: f64 = 0.01;
+
 /// Corners of an inner surface. Proofs for ellipsoids of 100 vertices take 20 to 60; only concentric round bodies of
 /// thousands of vertices take more than this, and are not proven.
 pub const PROOF_CORNERS: usize = 2048;

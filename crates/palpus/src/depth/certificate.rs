@@ -34,7 +34,7 @@ use super::walk::Walked;
 use super::{Certainty, Depth, HubPair, WalkScratch};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{
-    KEPT_CORNERS, KEPT_TRIANGLES, PROOF_BETTER, PROOF_GATHERED, PROOF_GROWTHS, PROOF_HOLE, PROOF_RELATIVE,
+    KEPT_CORNERS, KEPT_TRIANGLES, PROOF_BEGIN, PROOF_BETTER, PROOF_GATHERED, PROOF_GROWTHS, PROOF_HOLE, PROOF_RELATIVE,
     PROOF_REPAIRS, PROOF_ROUNDING, PROOF_TRIANGLES,
 };
 use crate::body::Polytope;
@@ -313,19 +313,24 @@ impl<'s, 'p> Search<'s, 'p> {
         let first = self.support(self.best.hub, normal)?;
         let second = self.support(first, -normal)?;
         let [p, q] = [first, second].map(|hub| self.cso.vertex(hub));
-        let third = self.farthest_from(first, p, (q - p).any_orthogonal_vector())?;
+        let third = self.support_off(second, p, (q - p).any_orthogonal_vector())?;
         let r = self.cso.vertex(third);
-        let fourth = self.farthest_from(first, p, (q - p).cross(r - p))?;
+        let fourth = self.support_off(third, p, (q - p).cross(r - p))?;
         [first, second, third, fourth].iter().for_each(|&hub| self.surface.push_tip(self.cso, hub));
         Ok(self.surface.close_tetrahedron())
     }
 
-    /// The support along ± `direction` that is farther from `from` along it.
-    fn farthest_from(&mut self, hint: HubPair, from: DVec3, direction: DVec3) -> Result<HubPair, StopReason> {
+    /// The support along ± `direction` on the side of `from` where the origin is, or on the other if there is none off `from`.
+    fn support_off(&mut self, hint: HubPair, from: DVec3, direction: DVec3) -> Result<HubPair, StopReason> {
         let Some(normal) = direction.try_normalize() else { return Ok(hint) };
-        let ends = [self.support(hint, normal)?, self.support(hint, -normal)?];
-        let [up, down] = ends.map(|hub| normal.dot(self.cso.vertex(hub) - from).abs());
-        Ok(if up >= down { ends[0] } else { ends[1] })
+        let normal = if normal.dot(from) <= 0.0 { normal } else { -normal };
+        let toward = self.support(hint, normal)?;
+        if normal.dot(self.cso.vertex(toward) - from) > PROOF_BEGIN * self.cso.size() {
+            return Ok(toward);
+        }
+        let away = self.support(toward, -normal)?;
+        let [one, other] = [toward, away].map(|hub| normal.dot(self.cso.vertex(hub) - from).abs());
+        Ok(if one >= other { toward } else { away })
     }
 
     /// The support along `normal`; if h is smaller there than the depth, the walk goes on from it first.

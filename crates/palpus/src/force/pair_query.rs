@@ -29,7 +29,8 @@ use crate::algebra::{Clock, Placement, Pose};
 use crate::body::{Aabb, Body, Feature, Polytope, Provenance};
 use crate::collision::{Closest, LeafPair, Memory, Overlap, Proximity, Side, StopReason, Traversal, TraversalCounters};
 use crate::depth::{
-    Certainty, CertificateMemory, Depth, HubPair, ProofScratch, Seed, Touch, WalkScratch, blend, depth, prove, repair,
+    Certainty, CertificateMemory, Depth, HubPair, ProofScratch, Seed, Touch, WalkScratch, blend, depth, depth_proven,
+    repair,
 };
 
 /// Whether depths are proven.
@@ -224,16 +225,13 @@ impl PairQuery {
         counters: &mut QueryCounters,
     ) -> Contact {
         let witness = Seed::Witness { direction: overlap.direction };
-        let walked = match leaf.memory.filter(|memory| self.coherent && memory.normal != DVec3::ZERO) {
-            Some(Memory { hub: [a, b], normal, .. }) => {
-                let previous = Seed::Previous { hub: HubPair { a, b }, normal };
-                depth(piece_a, piece_b, place, &[previous, witness], &mut self.scratch)
-            }
-            None => depth(piece_a, piece_b, place, &[witness, Seed::CentroidLine], &mut self.scratch),
+        let seeds = match leaf.memory.filter(|memory| self.coherent && memory.normal != DVec3::ZERO) {
+            Some(Memory { hub: [a, b], normal, .. }) => [Seed::Previous { hub: HubPair { a, b }, normal }, witness],
+            None => [witness, Seed::CentroidLine],
         };
         let walked = match &mut self.prover {
-            Some(prover) => prover.prove(piece_a, piece_b, place, leaf, &walked, &mut self.scratch),
-            None => walked,
+            Some(prover) => prover.depth(piece_a, piece_b, place, leaf, &seeds, &mut self.scratch),
+            None => depth(piece_a, piece_b, place, &seeds, &mut self.scratch),
         };
         // The walk goes on from where it ended, not from where the repair put the contact.
         self.traversal.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b]);
@@ -276,13 +274,13 @@ impl Prover {
         self.places.iter_mut().for_each(|(_, memory)| memory.clear());
     }
 
-    fn prove(
+    fn depth(
         &mut self,
         piece_a: &Polytope,
         piece_b: &Polytope,
         place: &Placement,
         leaf: &LeafPair,
-        walked: &Depth,
+        seeds: &[Seed],
         walk: &mut WalkScratch,
     ) -> Depth {
         // Fibonacci hashing: the odd multiplier is 2³² over the golden ratio.
@@ -292,7 +290,7 @@ impl Prover {
             *pieces = [leaf.piece_a, leaf.piece_b];
             memory.clear();
         }
-        prove(piece_a, piece_b, place, walked, memory, &mut self.scratch, walk)
+        depth_proven(piece_a, piece_b, place, seeds, memory, &mut self.scratch, walk)
     }
 }
 
