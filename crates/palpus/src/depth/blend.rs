@@ -14,12 +14,19 @@
 //!
 //! **Continuity.** While the normal stays, no motion that moves no point of a by more than δ moves the blend by more than
 //! `3/2 · √(1 + P²) / tan(angle) · δ`, P being 1.26 times [`SKIRT_SLOPE`](crate::algebra::tolerance::SKIRT_SLOPE) — whatever
-//! the shapes, apart, touching or deep. The blend follows the normal continuously, too. Where a depth is attained in two
+//! the shapes and their size, apart, touching, deep or on the way. For 5° that is 20.3 δ; measured at steps of 1e-4°: a box
+//! tilting on a table 7.3 δ (13 δ about its middle, through zero separation), prisms and plates rolling and pitching 7.9 δ,
+//! a box sliding over the table's edge at any twist 4.5 δ; exact witnesses jump by up to 1e6 δ. Where the normal turns, as it
+//! does about an edge or a corner, the blend follows within a's diameter times the turn. Where a depth is attained in two
 //! directions at once the normal itself must jump, and the witness with it.
 //!
+//! **What it is not.** Not the area centroid: of flush irregular polygons the middle may lie up to 0.3 of their radius from
+//! it, and, twelve tilts being few, it depends by up to 0.12 of the radius on how b's frame is turned. Stretches and polygons
+//! with a centre of symmetry have exactly that centre in every frame.
+//!
 //! The normal and the separation remain those of the exact answer, and the points slide in their supporting planes, so
-//! `point_a − point_b = separation · normal` still holds. They may lie off their bodies by up to the height that a tilt by
-//! the angle gives to the feature in contact.
+//! `point_a − point_b = separation · normal` still holds. They may lie off their bodies by the height that a tilt within the
+//! angle gives to a part of the feature in contact (at 5°, 2.5 % of the size in the worst of 4000 random pairs).
 //!
 //! 1. A vertex over the inside of a face, whose edges all rise more steeply than the angle: the exact witness.
 //! 2. The gap of the untilted pair, then of both ends of each of the six lines, each from the last basis.

@@ -351,5 +351,6 @@ fn random_pairs_are_blended_where_they_are_flat_and_nowhere_else() {
             }
         }
     }
+    assert!(exact > 1000 && pivots < 200 && lift < 0.005, "seed {SEED:#x}: {exact} {pivots} {lift}");
     eprintln!("exact in {exact} of 4000, farthest {farthest:.4}, off the body by {lift:.5} at most, pivots {pivots}");
 }
