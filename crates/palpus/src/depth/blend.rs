@@ -13,8 +13,9 @@
 //! w wᵀ is isotropic, so that a witness that all tilts share comes out unchanged.
 //!
 //! **Continuity.** While the normal stays, no motion that moves no point of a by more than δ moves the blend by more than
-//! `3/2 · √(1 + P²) / tan(angle) · δ`, P being 1.26 times [`SKIRT_SLOPE`](crate::algebra::tolerance::SKIRT_SLOPE) — whatever
-//! the shapes and their size, apart, touching, deep or on the way. For 5° that is 20.3 δ; measured at steps of 1e-4°: a box
+//! `1.62 · √(1 + P²) / tan(angle) · δ` — whatever the shapes and their size, apart, touching, deep or on the way. (No gap moves by
+//! more than √(1 + P²) δ, P being the steepest slope, 1.26 times [`SKIRT_SLOPE`](crate::algebra::tolerance::SKIRT_SLOPE) plus
+//! half the tilt; and Σ |w·u| over the six axes is at most 1 + √5.) For 5° that is 22.3 δ; measured at steps of 1e-4°: a box
 //! tilting on a table 7.3 δ (13 δ about its middle, through zero separation), prisms and plates rolling and pitching 7.9 δ,
 //! a box sliding over the table's edge at any twist 4.5 δ; exact witnesses jump by up to 1e6 δ. Where the normal turns, as it
 //! does about an edge or a corner, the blend follows within a's diameter times the turn. Where a depth is attained in two

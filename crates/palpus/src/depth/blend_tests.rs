@@ -130,7 +130,8 @@ fn follow(a: &Polytope, b: &Polytope, steps: u32, path: impl Fn(f64) -> Pose) ->
 
 /// What the module promises while the normal stays.
 fn promise() -> f64 {
-    1.5 * (1.0 + (1.26 * SKIRT_SLOPE).powi(2)).sqrt() / ANGLE.tan()
+    let steepest = 1.26 * SKIRT_SLOPE + 0.5 * ANGLE.tan();
+    1.62 * (1.0 + steepest * steepest).sqrt() / ANGLE.tan()
 }
 
 #[allow(clippy::print_stderr, reason = "figures for the record")]
