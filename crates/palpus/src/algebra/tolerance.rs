@@ -92,6 +92,12 @@ pub const MARCH_STEPS: u32 = 1000;
 /// Smaller sends good answers to a second look, for the rounding of planes; larger would accept worse ones.
 pub const MARCH_PROOF: f64 = 1e-12;
 
+/// Relative to the distance: the most that the proof of the march may fall short, whatever rounding would excuse.
+///
+/// Only bodies within some 1e-7 of their size of each other come near it. Larger would call bodies apart that touch elsewhere;
+/// smaller sends more of these few to the fallback.
+pub const MARCH_DOUBT: f64 = 1e-2;
+
 /// Sine of the angle below which two edges are nearly parallel: their closest points are then solved for twice.
 ///
 /// One solve leaves a residual of rounding over the angle squared. Larger wastes a few nanoseconds.

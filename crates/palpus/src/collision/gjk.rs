@@ -263,14 +263,17 @@ impl Simplex {
         let mut outward = DVec3::ZERO;
         for [i, j, k, apex] in [[0, 1, 2, 3], [0, 3, 1, 2], [1, 3, 2, 0], [2, 3, 0, 1]] {
             let p = self.corners[i].difference;
-            let normal = (self.corners[j].difference - p).cross(self.corners[k].difference - p);
+            let (d, e) = (self.corners[j].difference - p, self.corners[k].difference - p);
+            let normal = d.cross(e);
             let length = normal.length();
             let apex_height = normal.dot(self.corners[apex].difference - p);
-            // A tetrahedron flatter than rounding has no inside; its triangles answer then.
-            if apex_height.abs() <= self.noise * length || normal.dot(p) * apex_height > 0.0 {
+            let height = -normal.dot(p) * apex_height.signum();
+            // A tetrahedron flatter than the rounding of its normals has no inside; its triangles answer then.
+            let rounding = self.noise * (d.length_squared() * e.length_squared()).sqrt();
+            if apex_height.abs() <= rounding || height < rounding {
                 return None;
             }
-            let depth = normal.dot(p).abs() / length;
+            let depth = height / length;
             if depth < nearest {
                 nearest = depth;
                 outward = if apex_height > 0.0 { -normal } else { normal };

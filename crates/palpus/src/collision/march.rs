@@ -27,12 +27,12 @@ use glam::DVec3;
 
 use super::gjk::{centroid_line, gjk, position_noise, some_vertex};
 use super::step::{
-    ClosestPoints, Step, View, between_edges, between_vertices, edge_edge, edge_face, vertex_edge, vertex_face,
+    ClosestPoints, Step, View, across, between_edges, between_vertices, edge_edge, edge_face, vertex_edge, vertex_face,
     vertex_over_edge, vertex_over_face, vertex_vertex,
 };
 use super::{Closest, Overlap, Proximity, StopReason};
 use crate::algebra::Placement;
-use crate::algebra::tolerance::{COPLANAR, MARCH_NOISE, MARCH_PROOF, MARCH_STEPS, TOUCHING};
+use crate::algebra::tolerance::{COPLANAR, MARCH_DOUBT, MARCH_NOISE, MARCH_PROOF, MARCH_STEPS, TOUCHING};
 use crate::body::Feature::{Edge, Face, Vertex};
 use crate::body::{Feature, FeaturePair, Polytope};
 
@@ -182,9 +182,9 @@ impl Scale {
     }
 
     /// How far at most: the direction between near points is only known to the rounding of the points over their distance, and
-    /// merged faces are only planar within their merge distance. Never so far that the bodies might overlap.
+    /// merged faces are only planar within their merge distance. Never so far that the distance would be in doubt.
     fn loose(&self, distance: f64) -> f64 {
-        (COPLANAR * (self.size + distance) + self.noise * self.size / distance).min(distance)
+        (COPLANAR * (self.size + distance) + self.noise * self.size / distance).min(MARCH_DOUBT * distance)
     }
 }
 
@@ -312,9 +312,10 @@ impl Field<'_> {
         best
     }
 
-    /// The same points with the normal of a face that holds one of them, if that leaves less beyond them.
+    /// The same points with the normal of a face that holds one of them, or one square to an edge that does, if that leaves
+    /// less beyond them.
     ///
-    /// A vertex that overhangs the side of a parallel face by the last digit tilts the line between near points.
+    /// A vertex that overhangs the end of a parallel face or edge by the last digit tilts the line between near points.
     #[cold]
     fn straightened(&self, candidate: Candidate) -> Candidate {
         let Closest { point_a, point_b, features, .. } = candidate.closest;
@@ -331,6 +332,8 @@ impl Field<'_> {
         };
         for_each_face(self.a, features.a, |f| consider(-self.pose_ba.vector(self.a.plane(f).normal)));
         for_each_face(self.b, features.b, |f| consider(self.b.plane(f).normal));
+        for_each_edge(self.a, features.a, |d| consider(across(r, self.pose_ba.vector(d))));
+        for_each_edge(self.b, features.b, |d| consider(across(r, d)));
         best
     }
 
@@ -379,6 +382,18 @@ fn for_each_face(polytope: &Polytope, feature: Feature, mut visit: impl FnMut(u3
         Vertex(v) => polytope.ring(v).iter().for_each(|spoke| visit(spoke.left)),
         Edge(e) => [polytope.edge(e).left, polytope.edge(e).right].into_iter().for_each(visit),
         Face(f) => visit(f),
+    }
+}
+
+/// Calls `visit` with the direction of every edge that holds `feature`, not unit.
+fn for_each_edge(polytope: &Polytope, feature: Feature, mut visit: impl FnMut(DVec3)) {
+    match feature {
+        Vertex(v) => {
+            let origin = polytope.vertex(v);
+            polytope.ring(v).iter().for_each(|spoke| visit(polytope.vertex(spoke.neighbour) - origin));
+        }
+        Edge(e) => visit(polytope.vertex(polytope.edge(e).head) - polytope.vertex(polytope.edge(e).tail)),
+        Face(_) => {}
     }
 }
 

@@ -100,7 +100,7 @@ pub(super) fn vertex_over_edge(view: &View<'_>, v: u32, e: u32) -> Result<Closes
 
 /// Unit along `r` made perpendicular to `d`: the rounding of two near points must not tilt a normal along an edge.
 #[inline]
-fn across(r: DVec3, d: DVec3) -> DVec3 {
+pub(super) fn across(r: DVec3, d: DVec3) -> DVec3 {
     (r - d * (r.dot(d) / d.length_squared())).normalize_or_zero()
 }
 
