@@ -55,6 +55,7 @@ pub(crate) struct Grower<'a> {
     facet_stamps: Vec<u32>,
     vertex_stamps: Vec<u32>,
     stamp: u32,
+    tries: usize,
 }
 
 impl<'a> Grower<'a> {
@@ -75,6 +76,7 @@ impl<'a> Grower<'a> {
             facet_stamps: vec![0; facets.len()],
             vertex_stamps: vec![0; surface.vertex_count()],
             stamp: 0,
+            tries: 0,
         }
     }
 
@@ -91,6 +93,11 @@ impl<'a> Grower<'a> {
     /// The facets of the patch in the order in which they joined.
     pub(crate) fn members(&self) -> &[u32] {
         &self.members
+    }
+
+    /// How often [`Grower::try_add`] has been asked: a measure of work.
+    pub(crate) fn tries(&self) -> usize {
+        self.tries
     }
 
     /// True while the patch lies in one plane.
@@ -117,6 +124,7 @@ impl<'a> Grower<'a> {
 
     /// Adds a set of facets that are known to be good together; a single one always is.
     pub(crate) fn try_add(&mut self, set: &[u32]) -> Verdict {
+        self.tries += 1;
         let tolerance = self.surface.noise();
         let above = |plane: Plane, p: DVec3| plane.height(p) > tolerance;
         if set.iter().any(|&c| self.points.iter().any(|p| above(self.facets.plane(c), *p))) {

@@ -3,8 +3,11 @@
 use glam::DVec3;
 
 use crate::body::contain::oracle::{assert_no_crossing, assert_partition, assert_samples_inside};
-use crate::body::shapes::{model, torus};
-use crate::body::{Body, BodySettings, PolygonSoup, Provenance};
+use crate::body::facet::{Facets, Surface};
+use crate::body::grow::{Grower, Verdict};
+use crate::body::precision::coordinate_step;
+use crate::body::shapes::{Random, model, torus};
+use crate::body::{Body, BodySettings, HalfEdges, Mesh, PolygonSoup, Provenance};
 
 const SEED: u64 = 0x2002_0606;
 /// Relative to the size: what counts as on the hull or on the surface. Above the noise that models are granted.
@@ -154,8 +157,9 @@ fn the_torus_of_table_1_takes_no_more_pieces() {
 #[test]
 fn small_models_stay_solid_and_take_few_pieces() {
     for (name, most) in [
-        ("paper/teacup_500.obj", 195),
-        ("paper/teaspoon_336.obj", 120),
+        ("paper/teacup_500.obj", 185),
+        // More than the paper's 78 for its spoon: see `no_partition_of_this_spoon_comes_down_to_the_papers`.
+        ("paper/teaspoon_336.obj", 112),
         ("parts/chess_knight_1000.obj", 145),
         ("parts/low_poly_bunny.obj", 400),
         ("parts/plate_holes.obj", 200),
@@ -170,13 +174,63 @@ fn small_models_stay_solid_and_take_few_pieces() {
 }
 
 #[test]
+fn the_same_model_gives_the_same_pieces() {
+    let [one, other] = [build(&cup()), build(&cup())];
+    let triangles = |body: &Body| body.pieces().iter().map(|piece| piece.triangles().to_vec()).collect::<Vec<_>>();
+    assert_eq!(triangles(&one), triangles(&other));
+}
+
+/// How many facets it is known of that no two of them can be in one patch, connected or not: no partition has fewer
+/// patches. A set without friends, grown by local search: the best facet to add, or to swap in, that is not tabu.
+fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
+    let (mesh, _) = Mesh::from_soup(soup).unwrap();
+    let (edges, tree) = (HalfEdges::new(&mesh), mesh.tree());
+    let surface = Surface::new(&mesh, &edges, coordinate_step(mesh.vertices()));
+    let facets = Facets::of(&surface);
+    let mut grower = Grower::new(surface, &facets, &tree);
+    let n = facets.len();
+    let mut friends: Vec<Vec<usize>> = vec![Vec::new(); n];
+    for f in 0..n {
+        for g in 0..f {
+            grower.load(&[f as u32]);
+            if grower.try_add(&[g as u32]) != Verdict::Refused {
+                friends[f].push(g);
+                friends[g].push(f);
+            }
+        }
+    }
+    let mut random = Random(SEED);
+    let (mut chosen, mut tabu, mut best) = (vec![false; n], vec![0; n], 0);
+    for step in 1..=steps {
+        let cost = |f: usize| friends[f].iter().filter(|&&g| chosen[g]).count();
+        let open = (0..n).filter(|&f| !chosen[f] && tabu[f] < step);
+        let Some((_, _, f)) = open.map(|f| (cost(f), random.bits(), f)).min() else { continue };
+        for &g in &friends[f] {
+            if std::mem::take(&mut chosen[g]) {
+                tabu[g] = step + 5 + random.below(10) as usize;
+            }
+        }
+        chosen[f] = true;
+        best = best.max(chosen.iter().filter(|&&c| c).count());
+    }
+    best
+}
+
+#[test]
+fn no_partition_of_this_spoon_comes_down_to_the_papers() {
+    let Some(spoon) = model("paper/teaspoon_336.obj") else { return };
+    // 102 after a long search; the paper's spoon, another mesh of as many triangles, took 78.
+    assert!(fewest_patches(&spoon, 1500) > 90);
+}
+
+#[test]
 #[ignore = "a minute in the development profile"]
 fn large_models_stay_solid_and_take_no_more_pieces_than_in_table_1() {
     for (name, most) in [
-        ("paper/armadillo_31240.obj", 9098),
-        ("paper/intestine_colon_male_24846.obj", 9913),
+        ("paper/armadillo_31240.obj", 7000),
+        ("paper/intestine_colon_male_24846.obj", 5238),
         // Another intestine than the paper's (which took 9913): a bound on what we reach, not the paper's.
-        ("paper/intestine_small_female_24846.obj", 10_800),
+        ("paper/intestine_small_female_24846.obj", 10_680),
         ("parts/fandisk.obj", 4000),
         ("pairs/peg_round_8mm.obj", 1),
         ("pairs/bolt_m16_loose.obj", 3200),

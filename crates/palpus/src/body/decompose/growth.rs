@@ -1,0 +1,98 @@
+//! Growing one patch from a seed over facets that nobody owns \[EL01\].
+
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+use super::touching::Neighbours;
+use crate::body::facet::{Facets, NONE};
+use crate::body::grow::{Grower, Verdict};
+
+/// A facet that waits to be tried; the greatest is tried first.
+#[derive(Clone, Copy)]
+struct Candidate {
+    /// Cosine of the bend across which it was reached, jittered; the smaller, the sooner.
+    rank: f64,
+    arrival: u32,
+    facet: u32,
+}
+
+impl Ord for Candidate {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.rank.total_cmp(&self.rank).then(other.arrival.cmp(&self.arrival))
+    }
+}
+
+impl PartialOrd for Candidate {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Candidate {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Candidate {}
+
+/// The memory of one growth after the other.
+pub(super) struct Growth {
+    queue: BinaryHeap<Candidate>,
+    postponed: Vec<Candidate>,
+    /// The last growth that came past each facet.
+    seen: Vec<u32>,
+    round: u32,
+    arrivals: u32,
+}
+
+impl Growth {
+    pub(super) fn new(facets: &Facets) -> Self {
+        Self { queue: BinaryHeap::new(), postponed: Vec::new(), seen: vec![0; facets.len()], round: 0, arrivals: 0 }
+    }
+
+    /// Grows a patch in `grower` over facets that have no owner. Candidates across the sharpest side go first;
+    /// `jitter` of a facet is added to the cosine that they are ranked by.
+    pub(super) fn grow(
+        &mut self,
+        grower: &mut Grower<'_>,
+        neighbours: Neighbours<'_>,
+        seed: u32,
+        owner: &[u32],
+        mut jitter: impl FnMut(u32) -> f64,
+    ) {
+        self.round += 1;
+        self.arrivals = 0;
+        self.queue.clear();
+        self.postponed.clear();
+        self.seen[seed as usize] = self.round;
+        grower.load(&[seed]);
+        self.reach(neighbours, seed, owner, &mut jitter);
+        while let Some(candidate) = self.queue.pop() {
+            let flat = grower.is_flat();
+            match grower.try_add(&[candidate.facet]) {
+                Verdict::Joined => {
+                    self.reach(neighbours, candidate.facet, owner, &mut jitter);
+                    if flat && !grower.is_flat() {
+                        self.queue.extend(self.postponed.drain(..));
+                    }
+                }
+                Verdict::Postponed => self.postponed.push(candidate),
+                Verdict::Refused => {}
+            }
+        }
+    }
+
+    fn reach(&mut self, neighbours: Neighbours<'_>, from: u32, owner: &[u32], jitter: &mut impl FnMut(u32) -> f64) {
+        let facets = neighbours.facets();
+        neighbours.of(from, |facet| {
+            let f = facet as usize;
+            if owner[f] == NONE && self.seen[f] != self.round {
+                self.seen[f] = self.round;
+                self.arrivals += 1;
+                let rank = facets.plane(from).normal.dot(facets.plane(facet).normal) + jitter(facet);
+                self.queue.push(Candidate { rank, arrival: self.arrivals, facet });
+            }
+        });
+    }
+}

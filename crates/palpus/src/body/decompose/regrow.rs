@@ -1,0 +1,221 @@
+//! Ruin and recreate: a few neighbouring patches are dissolved and their facets grown again in another order
+//! \[G. Schrimpf et al., Record breaking optimization results using the ruin and recreate principle, 2000\].
+//!
+//! Greedy growth never looks back: a facet taken early may be what two later patches lack to become one.
+//!
+//! 1. *Ruin.* Round after round, each small patch, the smallest first, is dissolved with a few random neighbours.
+//! 2. *Recreate.* In every other trial the patches around are first asked to take some of the free facets. The rest is
+//!    grown from seeds in random order, in every other trial with a jittered ranking too. Here facets that share
+//!    only a vertex may join: such a patch is connected, and its hull is judged as any other.
+//! 3. *Judge.* Fewer patches stay. As many stay when the sum of squares of their sizes has not shrunk: large beside
+//!    small is what a later trial can make one fewer of. Anything else is undone.
+//!
+//! The work is bounded by the number of facets tried, never by a clock, and the random numbers start from a constant:
+//! the same model gives the same pieces.
+
+use super::growth::Growth;
+use super::touching::{Neighbours, Touching};
+use super::{Partition, find_heir};
+use crate::algebra::tolerance::{
+    REGROWN_CENTRE, REGROWN_MEMBER, REGROWN_PATCHES, REGROWTH_JITTER, REGROWTH_KEPT_BACK, REGROWTH_MOST,
+    REGROWTH_PER_FACET, REGROWTH_SEED,
+};
+use crate::body::facet::NONE;
+use crate::body::grow::Grower;
+
+/// Makes fewer patches of a partition; `progress` is told the fraction that is done.
+pub(super) fn improve(
+    grower: &mut Grower<'_>,
+    growth: &mut Growth,
+    partition: &mut Partition,
+    progress: &mut dyn FnMut(f64),
+) {
+    let facets = grower.facets();
+    let touching = Touching::new(facets);
+    let neighbours = Neighbours::Vertices(facets, &touching);
+    let budget = (REGROWTH_PER_FACET * facets.len()).min(REGROWTH_MOST);
+    let first = grower.tries();
+    let mut random = Random(REGROWTH_SEED);
+    loop {
+        let before = grower.tries();
+        for centre in small_patches(partition) {
+            let spent = grower.tries() - first;
+            if spent >= budget {
+                return;
+            }
+            // An earlier trial of this round may have changed it.
+            if is_size(partition, centre, REGROWN_CENTRE) {
+                let region = ruin_region(neighbours, partition, centre, &mut random);
+                if region.len() > 1 {
+                    Trial::begin(partition, region).run(grower, growth, partition, neighbours, &mut random);
+                }
+                progress(spent as f64 / budget as f64);
+            }
+        }
+        if grower.tries() == before {
+            return;
+        }
+    }
+}
+
+/// SplitMix64 (G. Steele, D. Lea, C. Flood, 2014).
+struct Random(u64);
+
+impl Random {
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        (self.bits() % n as u64) as usize
+    }
+
+    /// Uniform in [0, 1).
+    fn unit(&mut self) -> f64 {
+        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn shuffle(&mut self, list: &mut [u32]) {
+        for k in (1..list.len()).rev() {
+            list.swap(k, self.below(k + 1));
+        }
+    }
+}
+
+fn is_size(partition: &Partition, k: u32, most: usize) -> bool {
+    (1..=most).contains(&partition.patches[k as usize].facets.len())
+}
+
+fn small_patches(partition: &Partition) -> Vec<u32> {
+    let all = 0..partition.patches.len() as u32;
+    let mut small: Vec<u32> = all.filter(|&k| is_size(partition, k, REGROWN_CENTRE)).collect();
+    small.sort_by_key(|&k| partition.patches[k as usize].facets.len());
+    small
+}
+
+/// A patch and a few of its neighbours, and of theirs.
+fn ruin_region(neighbours: Neighbours<'_>, partition: &Partition, centre: u32, random: &mut Random) -> Vec<u32> {
+    let most = 2 + random.below(REGROWN_PATCHES - 1);
+    let mut region = vec![centre];
+    let mut near = Vec::new();
+    while region.len() < most {
+        near.clear();
+        for &f in &partition.patches[region[random.below(region.len())] as usize].facets {
+            neighbours.of(f, |g| {
+                let k = partition.owner[g as usize];
+                if !region.contains(&k) && is_size(partition, k, REGROWN_MEMBER) {
+                    near.push(k);
+                }
+            });
+        }
+        if near.is_empty() {
+            break;
+        }
+        region.push(near[random.below(near.len())]);
+    }
+    region
+}
+
+/// A ruin, with what is needed to undo it.
+struct Trial {
+    /// The dissolved patches.
+    region: Vec<u32>,
+    /// The facets that patches had before: those of the region, and those that were given some of its facets.
+    before: Vec<(u32, Vec<u32>)>,
+    free: Vec<u32>,
+}
+
+impl Trial {
+    fn begin(partition: &mut Partition, region: Vec<u32>) -> Self {
+        let mut take = |k: u32| (k, std::mem::take(&mut partition.patches[k as usize].facets));
+        let before: Vec<_> = region.iter().map(|&k| take(k)).collect();
+        let free: Vec<u32> = before.iter().flat_map(|(_, facets)| facets.iter().copied()).collect();
+        for &f in &free {
+            partition.owner[f as usize] = NONE;
+        }
+        Self { region, before, free }
+    }
+
+    fn run(
+        mut self,
+        grower: &mut Grower<'_>,
+        growth: &mut Growth,
+        partition: &mut Partition,
+        neighbours: Neighbours<'_>,
+        random: &mut Random,
+    ) {
+        random.shuffle(&mut self.free);
+        if random.below(2) == 0 {
+            self.offer(grower, partition, neighbours, random);
+        }
+        let jitter = if random.below(2) == 0 { 0.0 } else { REGROWTH_JITTER };
+        let count = self.recreate(grower, growth, partition, neighbours, &mut || jitter * random.unit());
+        let better = count.is_some_and(|count| count < self.region.len() || !self.has_shrunk(partition));
+        if !better {
+            self.undo(partition);
+        }
+    }
+
+    /// Asks the patches around to take free facets; some of these are kept back.
+    fn offer(
+        &mut self,
+        grower: &mut Grower<'_>,
+        partition: &mut Partition,
+        neighbours: Neighbours<'_>,
+        random: &mut Random,
+    ) {
+        for &f in &self.free {
+            if random.unit() < REGROWTH_KEPT_BACK {
+                continue;
+            }
+            if let Some(heir) = find_heir(grower, partition, neighbours, NONE, f) {
+                if self.before.iter().all(|(k, _)| *k != heir) {
+                    self.before.push((heir, partition.patches[heir as usize].facets.clone()));
+                }
+                partition.give(f, heir);
+            }
+        }
+    }
+
+    /// Grows what is free again and tells how many patches it took; `None` when the region's do not suffice.
+    fn recreate(
+        &self,
+        grower: &mut Grower<'_>,
+        growth: &mut Growth,
+        partition: &mut Partition,
+        neighbours: Neighbours<'_>,
+        jitter: &mut dyn FnMut() -> f64,
+    ) -> Option<usize> {
+        let mut count = 0;
+        for &seed in &self.free {
+            if partition.owner[seed as usize] == NONE {
+                let k = *self.region.get(count)?;
+                growth.grow(grower, neighbours, seed, &partition.owner, |_| jitter());
+                for &f in grower.members() {
+                    partition.give(f, k);
+                }
+                count += 1;
+            }
+        }
+        Some(count)
+    }
+
+    fn has_shrunk(&self, partition: &Partition) -> bool {
+        let square = |facets: &[u32]| facets.len() * facets.len();
+        let then: usize = self.before.iter().map(|(_, facets)| square(facets)).sum();
+        let now: usize = self.before.iter().map(|(k, _)| square(&partition.patches[*k as usize].facets)).sum();
+        now < then
+    }
+
+    fn undo(self, partition: &mut Partition) {
+        for (k, facets) in self.before {
+            for &f in &facets {
+                partition.owner[f as usize] = k;
+            }
+            partition.patches[k as usize].facets = facets;
+        }
+    }
+}
