@@ -389,7 +389,7 @@ pub const HEIR_CORNERS: usize = 300;
 /// Where the random numbers of the regrowth start. Another start changes counts by a piece or two in two hundred.
 pub const REGROWTH_SEED: u64 = 0x2002_0302;
 
-/// Facets tried by the regrowth, per facet of the model: small models converge (teacup after 60, teaspoon after 100).
+/// Facets tried by the regrowth, per facet of the model: small models converge (teaspoon within 120).
 pub const REGROWTH_PER_FACET: usize = 150;
 
 /// Facets tried by the regrowth, at most.
