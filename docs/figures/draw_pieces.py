@@ -102,7 +102,7 @@ def main():
         axes.view_init(elevation, azimuth)
         axes.set_axis_off()
     small = sum(1 for n in count.values() if n <= 2)
-    figure.text(0.5, 0.02, f"{len(count)} pieces, {small} of one or two triangles (red)", ha="center", fontsize=9)
+    figure.text(0.5, 0.02, f"{len({piece for piece, _ in piece_faces})} pieces, {small} of one or two triangles (red)", ha="center", fontsize=9)
     figure.subplots_adjust(left=0, right=1, bottom=0.04, top=1, wspace=0)
     figure.savefig(options.out, dpi=options.dpi)
 

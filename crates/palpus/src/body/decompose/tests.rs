@@ -185,7 +185,7 @@ fn the_same_model_gives_the_same_pieces() {
 fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
     let (mesh, _) = Mesh::from_soup(soup).unwrap();
     let (edges, tree) = (HalfEdges::new(&mesh), mesh.tree());
-    let surface = Surface::new(&mesh, &edges, coordinate_step(mesh.vertices()));
+    let surface = Surface::new(&mesh, &edges, coordinate_step(mesh.vertices()), BodySettings::default().flatness);
     let facets = Facets::of(&surface);
     let mut grower = Grower::new(surface, &facets, &tree);
     let n = facets.len();
