@@ -24,7 +24,7 @@ mod tests;
 
 use glam::DVec3;
 
-use self::{normal::cross_of, quickhull::Shell};
+use self::{merge::Unmergeable, normal::cross_of, quickhull::Shell};
 use super::{Polytope, Provenance};
 use crate::algebra::tolerance::{HULL_LARGEST, HULL_SMALLEST};
 
@@ -143,6 +143,12 @@ impl Cloud {
         inputs.dedup_by(|later, first| key(*later) == key(*first));
         Ok(Self { points: inputs.iter().map(|&k| DVec3::from_array(key(k))).collect(), inputs })
     }
+
+    /// The same cloud without the points named in ascending order.
+    fn without(&self, dropped: &[u32]) -> Self {
+        let kept = || (0..self.points.len()).filter(|&k| dropped.binary_search(&(k as u32)).is_err());
+        Self { points: kept().map(|k| self.points[k]).collect(), inputs: kept().map(|k| self.inputs[k]).collect() }
+    }
 }
 
 /// What the points span.
@@ -166,9 +172,15 @@ fn hull_of(cloud: &Cloud, coplanar: f64, front: DVec3) -> Result<Hull, HullError
             if let Some(normal) = thin_direction(&cloud.points, &shell, coplanar) {
                 return plate(cloud, normal, front, coplanar);
             }
-            let (polytope, vertices) = merge::merged(&cloud.points, &shell, coplanar)?;
-            debug_assert_eq!(polytope.check_topology(), Ok(()));
-            Ok(Hull::Solid { polytope, inputs: vertices.iter().map(|&v| cloud.inputs[v as usize]).collect() })
+            match merge::merged(&cloud.points, &shell, coplanar) {
+                Ok((polytope, vertices)) => {
+                    debug_assert_eq!(polytope.check_topology(), Ok(()));
+                    Ok(Hull::Solid { polytope, inputs: vertices.iter().map(|&v| cloud.inputs[v as usize]).collect() })
+                }
+                Err(Unmergeable { collinear }) if collinear.is_empty() => Err(HullError::Inconsistent),
+                // Without these points the hull is smaller by rounding; there are fewer points each time, so it ends.
+                Err(Unmergeable { collinear }) => hull_of(&cloud.without(&collinear), coplanar, front),
+            }
         }
     }
 }

@@ -7,14 +7,13 @@
 //! 3. A vertex inside one face is gone; one between only two faces lies on a straight side and is dropped from both.
 //! 4. A face that has no three corners left, that is turned over or has a reflex corner, or whose dropped vertices do
 //!    not lie on the side that replaces them (two faces at a tiny angle), has merged too much: its triangles start
-//!    again with a smaller merge distance, at last with exact coplanarity, which cannot fail.
+//!    again with a smaller merge distance, then with exact coplanarity, and if that fails too, every triangle is a face.
 //!
 //! Vertices nearer to each other than the merge distance are not welded; a mesh is welded before it comes here.
 
 use glam::DVec3;
 
 use super::{
-    HullError,
     normal::{cross_of, unit},
     quickhull::{Shell, orientation},
 };
@@ -37,7 +36,7 @@ struct Faces {
 }
 
 /// The polytope with merged faces, and for each of its vertices the point.
-pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(Polytope, Vec<u32>), HullError> {
+pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(Polytope, Vec<u32>), Unmergeable> {
     let mut distances = vec![coplanar; shell.triangles.len()];
     for pass in 0..=HULL_MERGE_PASSES {
         if pass == HULL_MERGE_PASSES {
@@ -59,7 +58,42 @@ pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(
             }
         }
     }
-    Err(HullError::Inconsistent)
+    // Exact coplanarity is not transitive: of points on a lattice that rounding has bent, some triples are exactly coplanar
+    // and some are not, and a vertex between two faces need not lie on a straight side. Every triangle alone is a face.
+    match assemble(points, shell, &unmerged(points, shell), 0.0) {
+        Ok(Some(answer)) => Ok(answer),
+        Ok(None) => Err(Unmergeable { collinear: Vec::new() }),
+        Err(spoilt) => Err(Unmergeable { collinear: middles(points, shell, &spoilt) }),
+    }
+}
+
+/// Triangles so narrow that rounding leaves them no normal.
+pub(super) struct Unmergeable {
+    /// Their corners opposite their longest sides: points that lie on a segment of others but for rounding.
+    pub(super) collinear: Vec<u32>,
+}
+
+fn middles(points: &[DVec3], shell: &Shell, spoilt: &[bool]) -> Vec<u32> {
+    let middle = |corners: &[u32; 3]| {
+        let side = |k: usize| points[corners[k] as usize].distance_squared(points[corners[(k + 1) % 3] as usize]);
+        let longest = (0..3).max_by(|&i, &j| side(i).total_cmp(&side(j))).unwrap_or(0);
+        corners[(longest + 2) % 3]
+    };
+    let mut middles: Vec<u32> =
+        shell.triangles.iter().zip(spoilt).filter(|(_, spoilt)| **spoilt).map(|(corners, _)| middle(corners)).collect();
+    middles.sort_unstable();
+    middles.dedup();
+    middles
+}
+
+/// Each triangle a face of its own.
+fn unmerged(points: &[DVec3], shell: &Shell) -> Faces {
+    let normal = |corners: &[u32; 3]| {
+        let [a, b, c] = corners.map(|v| points[v as usize]);
+        unit(cross_of(a, b, c))
+    };
+    let founders = shell.triangles.iter().enumerate().map(|(t, corners)| (t as u32, normal(corners))).collect();
+    Faces { of: (0..shell.triangles.len() as u32).collect(), founders }
 }
 
 /// A spoilt face that cannot retreat owes it to its neighbours: a triangle whose corner lies on another face's side.

@@ -285,3 +285,22 @@ fn a_large_sphere_is_a_good_hull() {
     assert!(ball.vertices().len() > 2990);
     assert!((volume(&ball) - 4.0 / 3.0 * std::f64::consts::PI).abs() < 0.02);
 }
+
+/// Captured: lattices off the origin, which rounding bends by an ulp, were refused as inconsistent.
+#[test]
+fn a_lattice_that_rounding_has_bent_has_a_hull() {
+    let mut random = SplitMix64(SEED);
+    for case in 0..3000 {
+        let n = 8 + random.below(120) as usize;
+        let points: Vec<DVec3> =
+            (0..n).map(|_| (random.point() * 3.0).round() / 3.0 + DVec3::new(0.1, 0.2, 0.3)).collect();
+        for coplanar in [0.0, 1e-12, 1e-9] {
+            let hull = convex_hull(&points, coplanar);
+            let hull = hull.unwrap_or_else(|error| panic!("seed {SEED:#x}, case {case}, {coplanar}: {error}"));
+            if let Some((polytope, _)) = hull.into_polytope() {
+                let checked = polytope.check_topology();
+                assert!(checked.is_ok(), "seed {SEED:#x}, case {case}, {coplanar}: {checked:?}");
+            }
+        }
+    }
+}
