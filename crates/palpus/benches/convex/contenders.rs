@@ -4,14 +4,14 @@ use glam::DVec3;
 use palpus::algebra::Placement;
 use palpus::body::{FeaturePair, Polytope};
 use palpus::collision::{Proximity, initial_features, march};
-use palpus::depth::{Depth, Seed, WalkScratch, depth};
+use palpus::depth::{Certainty, CertificateMemory, Depth, ProofScratch, Seed, WalkScratch, depth, depth_proven};
 use parry3d_f64::math::Pose as ParryPose;
 use parry3d_f64::query::contact::contact_support_map_support_map_with_params;
 use parry3d_f64::query::gjk::{GJKResult, VoronoiSimplex};
 use parry3d_f64::shape::ConvexPolyhedron;
 
 use crate::motions::Motion;
-use crate::shapes::ShapePair;
+use crate::shapes::{ShapePair, triangles};
 
 /// A pair as each contender wants it.
 pub(crate) struct Subject<'s> {
@@ -28,12 +28,7 @@ impl<'s> Subject<'s> {
 
 /// The same polytope for parry: its vertices and the triangles of its faces.
 fn parry_of(polytope: &Polytope) -> ConvexPolyhedron {
-    let fan = |f: u32| {
-        let corners = polytope.face_vertices(f);
-        corners[1..].windows(2).map(|pair| [corners[0], pair[0], pair[1]])
-    };
-    let triangles: Vec<[u32; 3]> = (0..polytope.face_count() as u32).flat_map(fan).collect();
-    ConvexPolyhedron::from_convex_mesh(polytope.vertices().to_vec(), &triangles).expect("a convex mesh")
+    ConvexPolyhedron::from_convex_mesh(polytope.vertices().to_vec(), &triangles(polytope)).expect("a convex mesh")
 }
 
 /// One pose, in both engines' types.
@@ -47,6 +42,7 @@ pub(crate) struct Place {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Name {
     Local,
+    Proven,
     March,
     ParryEpa,
     ParryGjk,
@@ -56,6 +52,7 @@ impl Name {
     pub(crate) fn text(self) -> &'static str {
         match self {
             Self::Local => "palpus local",
+            Self::Proven => "palpus proven",
             Self::March => "palpus march",
             Self::ParryEpa => "parry epa",
             Self::ParryGjk => "parry gjk",
@@ -66,6 +63,7 @@ impl Name {
 /// A contender and what it remembers of the last pose.
 pub(crate) enum Contender {
     Local { scratch: Box<WalkScratch>, last: Option<Depth> },
+    Proven { scratch: Box<WalkScratch>, proof: Box<ProofScratch>, memory: CertificateMemory, last: Option<Depth> },
     March { last: Option<FeaturePair> },
     Parry { name: Name, simplex: Box<VoronoiSimplex>, last: Option<DVec3> },
 }
@@ -73,17 +71,23 @@ pub(crate) enum Contender {
 impl Contender {
     /// Those that answer the question of a motion.
     pub(crate) fn all(motion: Motion) -> Vec<Self> {
-        let parry = |name| Self::Parry { name, simplex: Box::new(VoronoiSimplex::new()), last: None };
-        if motion.overlaps() {
-            vec![Self::of(Name::Local), parry(Name::ParryEpa)]
+        let names: &[Name] = if motion.overlaps() {
+            &[Name::Local, Name::Proven, Name::ParryEpa]
         } else {
-            vec![Self::of(Name::March), parry(Name::ParryGjk)]
-        }
+            &[Name::March, Name::ParryGjk]
+        };
+        names.iter().copied().map(Self::of).collect()
     }
 
     pub(crate) fn of(name: Name) -> Self {
         match name {
             Name::Local => Self::Local { scratch: Box::default(), last: None },
+            Name::Proven => Self::Proven {
+                scratch: Box::default(),
+                proof: Box::default(),
+                memory: CertificateMemory::new(),
+                last: None,
+            },
             Name::March => Self::March { last: None },
             Name::ParryEpa | Name::ParryGjk => {
                 Self::Parry { name, simplex: Box::new(VoronoiSimplex::new()), last: None }
@@ -94,6 +98,7 @@ impl Contender {
     pub(crate) fn name(&self) -> Name {
         match self {
             Self::Local { .. } => Name::Local,
+            Self::Proven { .. } => Name::Proven,
             Self::March { .. } => Name::March,
             Self::Parry { name, .. } => *name,
         }
@@ -103,6 +108,10 @@ impl Contender {
     pub(crate) fn forget(&mut self) {
         match self {
             Self::Local { last, .. } => *last = None,
+            Self::Proven { memory, last, .. } => {
+                *last = None;
+                memory.clear();
+            }
             Self::March { last } => *last = None,
             Self::Parry { last, .. } => *last = None,
         }
@@ -114,15 +123,15 @@ impl Contender {
         let Subject { shape: ShapePair { a, b, .. }, parry_a, parry_b } = subject;
         match self {
             Self::Local { scratch, last } => {
-                let answer = match last {
-                    Some(last) => {
-                        let seed = Seed::Previous { hub: last.hub, normal: last.normal };
-                        depth(a, b, &place.palpus, &[seed], scratch)
-                    }
-                    None => depth(a, b, &place.palpus, &[Seed::CentroidLine], scratch),
-                };
+                let answer = depth(a, b, &place.palpus, &[seed(last.as_ref())], scratch);
                 *last = Some(answer);
                 -answer.depth
+            }
+            Self::Proven { scratch, proof, memory, last } => {
+                let answer = depth_proven(a, b, &place.palpus, &[seed(last.as_ref())], memory, proof, scratch);
+                *last = Some(answer);
+                // What is not proven is no answer.
+                if answer.certainty == Certainty::GloballyOptimal { -answer.depth } else { f64::NAN }
             }
             Self::March { last } => {
                 let start = last.unwrap_or_else(|| initial_features(a, b, &place.palpus));
@@ -153,4 +162,9 @@ impl Contender {
             }
         }
     }
+}
+
+/// What is known beforehand.
+fn seed(last: Option<&Depth>) -> Seed {
+    last.map_or(Seed::CentroidLine, |last| Seed::Previous { hub: last.hub, normal: last.normal })
 }

@@ -1,6 +1,6 @@
 //! The shapes and poses as text, so that engines in other languages can run the very same.
 //!
-//! `SHAPE.a.csv` and `SHAPE.b.csv` hold vertices (x,y,z); `SHAPE.MOTION.csv` the poses of a in b (stretch,x,y,z,qx,qy,qz,qw).
+//! `SHAPE.a.csv` and `SHAPE.b.csv` hold vertices (x,y,z), `SHAPE.a.faces.csv` the triangles of the faces; `SHAPE.MOTION.csv` the poses of a in b (stretch,x,y,z,qx,qy,qz,qw).
 //! Numbers are written so that reading them gives the same bits. Blanks in names become underscores.
 
 use std::fmt::Write;
@@ -15,8 +15,10 @@ pub(crate) fn write(folder: &Path) -> std::io::Result<()> {
     std::fs::create_dir_all(folder)?;
     for shape in shapes::all() {
         let name = shape.name.replace(' ', "_");
-        std::fs::write(folder.join(format!("{name}.a.csv")), vertices(&shape.a))?;
-        std::fs::write(folder.join(format!("{name}.b.csv")), vertices(&shape.b))?;
+        for (body, polytope) in [("a", &shape.a), ("b", &shape.b)] {
+            std::fs::write(folder.join(format!("{name}.{body}.csv")), vertices(polytope))?;
+            std::fs::write(folder.join(format!("{name}.{body}.faces.csv")), triangles(polytope))?;
+        }
         for motion in Motion::ALL {
             let file = format!("{name}.{}.csv", motion.name().replace(' ', "_"));
             std::fs::write(folder.join(file), poses(&Case::new(&shape, motion)))?;
@@ -29,6 +31,14 @@ fn vertices(polytope: &Polytope) -> String {
     let mut text = String::from("x,y,z\n");
     for v in polytope.vertices() {
         let _ = writeln!(text, "{:?},{:?},{:?}", v.x, v.y, v.z);
+    }
+    text
+}
+
+fn triangles(polytope: &Polytope) -> String {
+    let mut text = String::from("i,j,k\n");
+    for [i, j, k] in shapes::triangles(polytope) {
+        let _ = writeln!(text, "{i},{j},{k}");
     }
     text
 }

@@ -14,11 +14,15 @@ use crate::{shapes, stretch};
 pub(crate) const COUNT: &str = "--count";
 
 /// The rows: contender and motion, at every size.
-const ROWS: [(Name, Motion); 6] = [
+const ROWS: [(Name, Motion); 10] = [
     (Name::Local, Motion::Sliding),
     (Name::Local, Motion::Rolling),
     (Name::Local, Motion::Deep),
     (Name::Local, Motion::Cold),
+    (Name::Proven, Motion::Sliding),
+    (Name::Proven, Motion::Rolling),
+    (Name::Proven, Motion::Deep),
+    (Name::Proven, Motion::Cold),
     (Name::March, Motion::ApartCoherent),
     (Name::March, Motion::ApartCold),
 ];

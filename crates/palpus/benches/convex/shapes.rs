@@ -86,3 +86,12 @@ fn prism(sides: u32, radius: f64, half: f64) -> Polytope {
 fn solid(points: Vec<DVec3>) -> Polytope {
     convex_hull(&points, 1e-9).expect("finite points").into_polytope().expect("points in space").0
 }
+
+/// The faces as fans of triangles.
+pub(crate) fn triangles(polytope: &Polytope) -> Vec<[u32; 3]> {
+    let fan = |f: u32| {
+        let corners = polytope.face_vertices(f);
+        corners[1..].windows(2).map(|pair| [corners[0], pair[0], pair[1]])
+    };
+    (0..polytope.face_count() as u32).flat_map(fan).collect()
+}
