@@ -166,5 +166,5 @@ impl Contender {
 
 /// What is known beforehand.
 fn seed(last: Option<&Depth>) -> Seed {
-    last.map_or(Seed::CentroidLine, |last| Seed::Previous { hub: last.hub, normal: last.normal })
+    last.map_or(Seed::CentroidLine, Depth::seed)
 }

@@ -17,6 +17,8 @@ pub struct Memory {
     pub normal: DVec3,
     /// Vertices of a and b that support that normal.
     pub hub: [u32; 2],
+    /// The features that the last depth rests on; none when there was none.
+    pub facet: Option<FeaturePair>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -45,7 +47,12 @@ impl Coherence {
         let empty = Place {
             key: EMPTY,
             stamp: 0,
-            memory: Memory { features: FeaturePair { a: feature, b: feature }, normal: DVec3::ZERO, hub: [0; 2] },
+            memory: Memory {
+                features: FeaturePair { a: feature, b: feature },
+                normal: DVec3::ZERO,
+                hub: [0; 2],
+                facet: None,
+            },
         };
         Self { places: vec![empty; sets * WAYS], mask: sets - 1, stamp: 0 }
     }
@@ -110,7 +117,12 @@ mod tests {
     use super::*;
 
     fn memory(k: u32) -> Memory {
-        Memory { features: FeaturePair { a: Feature::Vertex(k), b: Feature::Edge(k) }, normal: DVec3::X, hub: [k; 2] }
+        Memory {
+            features: FeaturePair { a: Feature::Vertex(k), b: Feature::Edge(k) },
+            normal: DVec3::X,
+            hub: [k; 2],
+            facet: None,
+        }
     }
 
     #[test]

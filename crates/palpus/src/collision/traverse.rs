@@ -16,7 +16,7 @@
 use glam::DVec3;
 
 use crate::algebra::Placement;
-use crate::body::{Feature, Hierarchy, Node, NodeKind, Polytope, Provenance};
+use crate::body::{Feature, FeaturePair, Hierarchy, Node, NodeKind, Polytope, Provenance};
 
 use super::bounds::{box_gap, sphere_gap};
 use super::coherence::{Coherence, Memory};
@@ -186,11 +186,12 @@ impl Traversal {
         best
     }
 
-    /// Keeps where the pair's depth walk ended, for the next tick: its normal (b's frame) and the vertices that support it.
-    pub fn remember_depth(&mut self, pair: &LeafPair, normal: DVec3, hub: [u32; 2]) {
+    /// Keeps where the pair's depth walk ended, for the next tick: its normal (b's frame), the vertices that support it and
+    /// the features that it rests on.
+    pub fn remember_depth(&mut self, pair: &LeafPair, normal: DVec3, hub: [u32; 2], facet: FeaturePair) {
         let [a, b] = pair.nodes;
         if let Some(memory) = self.coherence.recall(a, b) {
-            self.coherence.remember(a, b, Memory { normal, hub, ..memory });
+            self.coherence.remember(a, b, Memory { normal, hub, facet: Some(facet), ..memory });
         }
     }
 
@@ -233,8 +234,9 @@ impl Traversal {
             None => initial_features(polytope_a, polytope_b, pose_ba),
         };
         let answer = march(polytope_a, polytope_b, pose_ba, start);
-        let (normal, hub) = memory.map_or((DVec3::ZERO, [0; 2]), |memory| (memory.normal, memory.hub));
-        self.coherence.remember(pair.a, pair.b, Memory { features: answer.features, normal, hub });
+        let features = answer.features;
+        let new = Memory { features, normal: DVec3::ZERO, hub: [0; 2], facet: None };
+        self.coherence.remember(pair.a, pair.b, memory.map_or(new, |memory| Memory { features, ..memory }));
         counters.march_steps += answer.steps;
         counters.march_fallbacks += u32::from(answer.stop != StopReason::Converged);
         (answer, memory)

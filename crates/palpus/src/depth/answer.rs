@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::Seed;
 use crate::body::FeaturePair;
 use crate::collision::StopReason;
 
@@ -50,6 +51,17 @@ impl Antipodal {
             Self::EdgeEdge { a, b } => FeaturePair { a: Edge(a), b: Edge(b) },
         }
     }
+
+    /// The pair of which these are the features. None if such features span no facet.
+    pub fn of(features: FeaturePair) -> Option<Self> {
+        use crate::body::Feature::{Edge, Face, Vertex};
+        match (features.a, features.b) {
+            (Vertex(a), Face(b)) => Some(Self::VertexFace { a, b }),
+            (Face(a), Vertex(b)) => Some(Self::FaceVertex { a, b }),
+            (Edge(a), Edge(b)) => Some(Self::EdgeEdge { a, b }),
+            _ => None,
+        }
+    }
 }
 
 /// What is known about a depth.
@@ -85,4 +97,11 @@ pub struct Depth {
     pub steps: u32,
     /// Why the walk ended.
     pub stop: StopReason,
+}
+
+impl Depth {
+    /// The seed for the next, near pose.
+    pub fn seed(&self) -> Seed {
+        Seed::Previous { antipodal: Some(self.antipodal), hub: self.hub, normal: self.normal }
+    }
 }

@@ -50,7 +50,7 @@ struct Felt {
     normal: DVec3,
     separation: f64,
     features: FeaturePair,
-    walked: Option<(HubPair, DVec3)>,
+    walked: Option<Seed>,
     pivots: u32,
 }
 
@@ -66,10 +66,10 @@ fn felt(a: &Polytope, b: &Polytope, place: &Placement, last: Option<&Felt>, scra
         Proximity::Overlapping(overlap) => {
             let witness = Seed::Witness { direction: overlap.direction };
             let deep = match last.and_then(|last| last.walked) {
-                Some((hub, normal)) => depth(a, b, place, &[Seed::Previous { hub, normal }, witness], scratch),
+                Some(seed) => depth(a, b, place, &[seed, witness], scratch),
                 None => depth(a, b, place, &[witness, Seed::CentroidLine], scratch),
             };
-            walked = Some((deep.hub, deep.normal));
+            walked = Some(deep.seed());
             let Depth { point_a, point_b, normal, depth, antipodal, .. } = deep;
             (Touch { features: antipodal.features(), point_a, point_b, normal }, -depth)
         }

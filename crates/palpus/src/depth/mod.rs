@@ -7,6 +7,7 @@ mod blend;
 mod blend_tests;
 mod certificate;
 mod cso;
+mod descent;
 mod gauss_map;
 mod inner;
 #[cfg(test)]

@@ -195,7 +195,7 @@ impl Search<'_> {
 
 /// `x / √length < bar`, without the root.
 #[inline]
-fn below(x: f64, length: f64, bar: f64) -> bool {
+pub(super) fn below(x: f64, length: f64, bar: f64) -> bool {
     let (square, bar_square) = (x * x, bar * bar * length);
     if bar >= 0.0 { x < 0.0 || square < bar_square } else { x < 0.0 && square > bar_square }
 }

@@ -1,8 +1,8 @@
 //! The penetration depth of two overlapping convex polytopes \[K02 §3.3\].
 //!
 //! 1. Every seed becomes a start: a hub pair and an upper bound of the depth.
-//! 2. With the pair's previous answer among the seeds (warm), walk from the lowest start; without (cold), from each, and from the
-//!    lowest of some face normals.
+//! 2. With the pair's previous answer among the seeds (warm), go downhill from its facet; where that is not possible, or
+//!    another seed is lower still, walk from the lowest start. Without (cold), walk from each, and from the lowest of some face normals.
 //! 3. Measure the end of the walk with true supports; if they say more than the walk did, walk on from them. If the end
 //!    is no local minimum, walk on from a tilted normal.
 //! 4. Give it its witness points.
@@ -14,6 +14,7 @@ use glam::DVec3;
 
 use super::antipodal::Facet;
 use super::cso::Cso;
+use super::descent::descend;
 use super::original::lowest_face;
 use super::overlay::{AdmitAll, Corner};
 use super::seed::{Seed, Start};
@@ -76,18 +77,29 @@ pub(super) fn depth_once(
     answer_at(&cso, &corner, steps, stop, &mut scratch.clip)
 }
 
-/// One walk, from the lowest of the seeds.
+/// Downhill from the last facet, or else one walk from the lowest of the seeds.
 fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], trail: &mut Trail) -> Option<Walked> {
+    let last = seeds.iter().find_map(|seed| match *seed {
+        Seed::Previous { antipodal, .. } => descend(cso, antipodal?),
+        _ => None,
+    });
+    let hint = last.map_or(FIRST, |walked| walked.corner.hub);
+    let others = seeds.iter().filter(|seed| last.is_none() || !matches!(seed, Seed::Previous { .. }));
     let mut lowest: Option<Start> = None;
-    for seed in seeds {
-        let hint = lowest.map_or(FIRST, |start| start.hub);
+    for seed in others {
+        let hint = lowest.map_or(hint, |start| start.hub);
         if let Some(start) = Start::of(cso, seed, hint)
             && lowest.is_none_or(|best| start.offset < best.offset)
         {
             lowest = Some(start);
         }
     }
-    walk_to_end(cso, lowest?, trail)
+    match (last, lowest) {
+        // Another seed knows better than the last facet.
+        (Some(last), Some(start)) if start.offset < last.corner.offset => walk_to_end(cso, start, trail).or(Some(last)),
+        (Some(last), _) => Some(last),
+        (None, start) => walk_to_end(cso, start?, trail),
+    }
 }
 
 /// A walk from every seed, and from the lowest of some face normals.

@@ -6,15 +6,17 @@
 
 use glam::DVec3;
 
-use super::HubPair;
 use super::cso::Cso;
+use super::{Antipodal, HubPair};
 
 /// A guess of the direction of least depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seed {
     /// The pair's last answer, by the walk or by the distance search: its normal in b's frame (b into a, need not be
-    /// unit) and vertices of its features.
+    /// unit), vertices of its features, and by the walk its facet.
     Previous {
+        /// The facet of the CSO on which the walk ended; none if the distance search answered.
+        antipodal: Option<Antipodal>,
         /// Where to climb from.
         hub: HubPair,
         /// From b into a, in b's frame.
@@ -50,7 +52,7 @@ impl Start {
     /// The start that a seed stands for.
     pub(super) fn of(cso: &Cso<'_>, seed: &Seed, hint: HubPair) -> Option<Self> {
         match *seed {
-            Seed::Previous { hub, normal } => {
+            Seed::Previous { hub, normal, .. } => {
                 let known = (hub.a as usize) < cso.a.vertices().len() && (hub.b as usize) < cso.b.vertices().len();
                 Self::along(cso, normal, if known { hub } else { hint })
             }

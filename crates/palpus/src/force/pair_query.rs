@@ -29,8 +29,8 @@ use crate::algebra::{Clock, Placement, Pose};
 use crate::body::{Aabb, Body, Feature, Polytope, Provenance};
 use crate::collision::{Closest, LeafPair, Memory, Overlap, Proximity, Side, StopReason, Traversal, TraversalCounters};
 use crate::depth::{
-    Certainty, CertificateMemory, Depth, HubPair, ProofScratch, Seed, Touch, WalkScratch, blend, depth, depth_proven,
-    repair,
+    Antipodal, Certainty, CertificateMemory, Depth, HubPair, ProofScratch, Seed, Touch, WalkScratch, blend, depth,
+    depth_proven, repair,
 };
 
 /// Whether depths are proven.
@@ -226,7 +226,10 @@ impl PairQuery {
     ) -> Contact {
         let witness = Seed::Witness { direction: overlap.direction };
         let seeds = match leaf.memory.filter(|memory| self.coherent && memory.normal != DVec3::ZERO) {
-            Some(Memory { hub: [a, b], normal, .. }) => [Seed::Previous { hub: HubPair { a, b }, normal }, witness],
+            Some(Memory { hub: [a, b], normal, facet, .. }) => {
+                let antipodal = facet.and_then(Antipodal::of);
+                [Seed::Previous { antipodal, hub: HubPair { a, b }, normal }, witness]
+            }
             None => [witness, Seed::CentroidLine],
         };
         let walked = match &mut self.prover {
@@ -234,7 +237,7 @@ impl PairQuery {
             None => depth(piece_a, piece_b, place, &seeds, &mut self.scratch),
         };
         // The walk goes on from where it ended, not from where the repair put the contact.
-        self.traversal.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b]);
+        self.traversal.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b], walked.antipodal.features());
         let real = repair(piece_a, piece_b, place, &walked, &mut self.scratch).unwrap_or(walked);
         counters.walks += 1;
         counters.walk_steps += walked.steps;

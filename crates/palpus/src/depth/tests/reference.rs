@@ -66,7 +66,7 @@ fn reference_poses_are_nearly_always_global_and_sliding_ones_always() {
         let mut steps = 0;
         for (frame, pose) in read_poses(&folder.join("sliding.csv")).into_iter().enumerate() {
             let placement = pose.placement();
-            let seed = previous.map_or(Seed::CentroidLine, |d| Seed::Previous { hub: d.hub, normal: d.normal });
+            let seed = previous.map_or(Seed::CentroidLine, |d| d.seed());
             let answer = depth(&a, &b, &placement, &[seed], &mut scratch);
             let what = format!("{folder:?} sliding {frame}");
             assert_identities(&a, &b, &placement, &answer, &what);

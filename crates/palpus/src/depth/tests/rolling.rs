@@ -37,7 +37,7 @@ fn a_body_rolled_over_another_keeps_the_global_depth_when_warm() {
                 let normal = from.lerp(to, s).normalize();
                 let rotation = DQuat::from_axis_angle(axis, 2.0 * s) * start;
                 let placement = pose_at_depth(a, b, rotation, normal, 0.002 * size).placement();
-                let seed = previous.map_or(Seed::CentroidLine, |d| Seed::Previous { hub: d.hub, normal: d.normal });
+                let seed = previous.map_or(Seed::CentroidLine, |d| d.seed());
                 let answer = depth(a, b, &placement, &[seed], &mut scratch);
                 previous = Some(answer);
                 if tick % 20 == 0 {

@@ -1,0 +1,370 @@
+//! From facet to neighbouring facet of the CSO, downhill: the coherent half of the walk \[K02 §3.3.3\].
+//!
+//! Last tick's facet is nearly always this tick's, or a neighbour of it. So nothing is searched: the facet is set up at
+//! the new pose, and the facets across its sides are looked at, each found by turning the supporting plane about that side
+//! until it meets the next vertex. On the Gauss map, the plane's normal runs along the arc of an edge of one body, from the
+//! facet's corner to the next corner of the overlay, which is the far end of the arc or the first arc of the other body
+//! that it crosses.
+//!
+//! 1. Set the facet up: climb to the vertex that supports its face; or see whether its two edges still cross, and if
+//!    not, take the best face beside them.
+//! 2. Look across each side (of a face of many sides, across the one beyond which the origin lies); move to the
+//!    lowest facet that is lower than the present one.
+//! 3. Stop when there is none: no neighbouring facet is nearer. The offset is measured with true supports.
+//!
+//! Flush features (a box on a table) make facets of many corners, and turning about their sides leads nowhere. As soon as
+//! one is met, and whenever anything else is odd, there is no answer, and the walk over hubs gives it, which costs some times as
+//! much. That walk also sees facets that share only a corner with the present one; this one doesn't, which makes no
+//! difference along coherent motion (as measured) but does from a cold start.
+
+use glam::DVec3;
+
+use super::cso::Cso;
+use super::overlay::{Corner, below};
+use super::walk::Walked;
+use super::{Antipodal, HubPair};
+use crate::algebra::Placement;
+use crate::algebra::tolerance::{FACET_HUBS, FLUSH_WITNESS, OFFSET_SLACK, PARALLEL_EDGES, WALK_DECREASE, WALK_STEPS};
+use crate::body::Polytope;
+use crate::collision::StopReason;
+
+/// Goes downhill from the facet of `antipodal`. None if flush features or rounding are in the way.
+pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
+    let pose_ab = cso.pose_ba.inverse();
+    let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
+    let mut here = downhill.set_up(antipodal)?;
+    for steps in 0..WALK_STEPS {
+        match downhill.lower_neighbour(&here).ok()? {
+            Some(lower) => here = lower,
+            None => {
+                let corner = measured(cso, &here);
+                let true_to_it = corner.offset - here.offset <= OFFSET_SLACK * cso.size();
+                return true_to_it.then_some(Walked { corner, steps, stop: StopReason::Converged });
+            }
+        }
+    }
+    None
+}
+
+/// The corner with its true offset: merged faces are flat only within a tolerance, and none of their corners speaks for all.
+fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
+    let hub = HubPair {
+        a: climb(cso.a, corner.hub.a, cso.toward_b(corner.normal)),
+        b: climb(cso.b, corner.hub.b, corner.normal),
+    };
+    Corner { hub, offset: corner.normal.dot(cso.vertex(hub)), ..*corner }
+}
+
+/// Features are flush, or rounding contradicts itself.
+struct Odd;
+
+/// One polytope, whose face or edge the plane turns on, and the other, which it meets; each kind of facet is written
+/// once and used both ways round. Directions are outward ones of p in p's frame; their opposites are outward ones of q.
+struct View<'v> {
+    p: &'v Polytope,
+    q: &'v Polytope,
+    q_in_p: &'v Placement,
+    p_in_q: &'v Placement,
+    p_is_a: bool,
+}
+
+impl View<'_> {
+    /// The direction of q, in q's frame, that faces p's `normal`.
+    #[inline]
+    fn facing(&self, normal: DVec3) -> DVec3 {
+        -self.p_in_q.vector(normal)
+    }
+
+    /// The vertex of the CSO that vertex `v` of p and `w` of q make, in p's frame and outward with p's normals.
+    #[inline]
+    fn vertex(&self, v: u32, w: u32) -> DVec3 {
+        self.p.vertex(v) - self.q_in_p.point(self.q.vertex(w))
+    }
+
+    #[inline]
+    fn hub(&self, v: u32, w: u32) -> HubPair {
+        if self.p_is_a { HubPair { a: v, b: w } } else { HubPair { a: w, b: v } }
+    }
+
+    #[inline]
+    fn face(&self, face: u32, w: u32) -> Antipodal {
+        if self.p_is_a { Antipodal::FaceVertex { a: face, b: w } } else { Antipodal::VertexFace { a: w, b: face } }
+    }
+
+    #[inline]
+    fn edges(&self, edge: u32, other: u32) -> Antipodal {
+        if self.p_is_a { Antipodal::EdgeEdge { a: edge, b: other } } else { Antipodal::EdgeEdge { a: other, b: edge } }
+    }
+}
+
+/// Where the turning plane stopped.
+#[derive(Clone, Copy)]
+struct Met {
+    antipodal: Antipodal,
+    hub: HubPair,
+    /// The plane's normal, not unit, from b into a and in b's frame; for an edge pair within rounding.
+    normal: DVec3,
+}
+
+/// The lowest facet seen so far that is below the bar.
+struct Lowest {
+    bar: f64,
+    met: Option<Met>,
+}
+
+struct Downhill<'d, 'p> {
+    cso: &'d Cso<'p>,
+    pose_ab: &'d Placement,
+    decrease: f64,
+}
+
+impl Downhill<'_, '_> {
+    /// The faces of b and the vertices of a.
+    #[inline]
+    fn on_b(&self) -> View<'_> {
+        let Cso { a, b, pose_ba } = *self.cso;
+        View { p: b, q: a, q_in_p: pose_ba, p_in_q: self.pose_ab, p_is_a: false }
+    }
+
+    /// The faces of a and the vertices of b.
+    #[inline]
+    fn on_a(&self) -> View<'_> {
+        let Cso { a, b, pose_ba } = *self.cso;
+        View { p: a, q: b, q_in_p: self.pose_ab, p_in_q: pose_ba, p_is_a: true }
+    }
+
+    /// A facet at this pose, from one of an earlier pose.
+    fn set_up(&self, antipodal: Antipodal) -> Option<Corner> {
+        let Cso { a, b, .. } = *self.cso;
+        let (vertices_a, vertices_b) = (a.vertices().len() as u32, b.vertices().len() as u32);
+        match antipodal {
+            Antipodal::VertexFace { a: v, b: f } if v < vertices_a && (f as usize) < b.face_count() => {
+                Some(self.on_face(&self.on_b(), f, v))
+            }
+            Antipodal::FaceVertex { a: f, b: w } if w < vertices_b && (f as usize) < a.face_count() => {
+                Some(self.on_face(&self.on_a(), f, w))
+            }
+            Antipodal::EdgeEdge { a: e, b: g } if (e as usize) < a.edges().len() && (g as usize) < b.edges().len() => {
+                self.on_edges(e, g)
+            }
+            _ => None,
+        }
+    }
+
+    /// The facet of face `f` of p, with the vertex of q that supports it, climbed to from `w`.
+    fn on_face(&self, view: &View<'_>, f: u32, w: u32) -> Corner {
+        let normal = view.p.plane(f).normal;
+        let w = climb(view.q, w, view.facing(normal));
+        let v = view.p.face_vertices(f)[0];
+        let offset = normal.dot(view.vertex(v, w));
+        let normal = if view.p_is_a { view.facing(normal) } else { normal };
+        Corner { normal, offset, antipodal: view.face(f, w), hub: view.hub(v, w) }
+    }
+
+    /// The facet of two edges if they cross on the Gauss map, else that of the lowest face beside them.
+    fn on_edges(&self, e: u32, g: u32) -> Option<Corner> {
+        let Cso { a, b, pose_ba } = *self.cso;
+        let (edge_a, edge_b) = (a.edge(e), b.edge(g));
+        let along_a = pose_ba.vector(a.vertex(edge_a.head) - a.vertex(edge_a.tail));
+        let along_b = b.vertex(edge_b.head) - b.vertex(edge_b.tail);
+        let hub = HubPair { a: edge_a.tail, b: edge_b.tail };
+        let c = self.cso.vertex(hub);
+        let normals_a = [edge_a.left, edge_a.right].map(|f| -pose_ba.vector(a.plane(f).normal));
+        let normals_b = [edge_b.left, edge_b.right].map(|f| b.plane(f).normal);
+        let [x, y] = normals_b.map(|n| -n.dot(along_a));
+        let [z, w] = normals_a.map(|n| n.dot(along_b));
+        let up = x > 0.0 && y < 0.0 && z > 0.0 && w < 0.0;
+        let down = x < 0.0 && y > 0.0 && z < 0.0 && w > 0.0;
+        if up || down {
+            let across = if up { along_a.cross(along_b) } else { along_b.cross(along_a) };
+            let normal = edge_normal(along_a, along_b, across)?;
+            return Some(Corner { normal, offset: normal.dot(c), antipodal: Antipodal::EdgeEdge { a: e, b: g }, hub });
+        }
+        let scores = [normals_b[0], normals_b[1], normals_a[0], normals_a[1]].map(|n| n.dot(c));
+        let least = (1..4).fold(0, |least, k| if scores[k] < scores[least] { k } else { least });
+        Some(match least {
+            0 => self.on_face(&self.on_b(), edge_b.left, hub.a),
+            1 => self.on_face(&self.on_b(), edge_b.right, hub.a),
+            2 => self.on_face(&self.on_a(), edge_a.left, hub.b),
+            _ => self.on_face(&self.on_a(), edge_a.right, hub.b),
+        })
+    }
+
+    /// The lowest facet across a side of the present one, if it is lower.
+    fn lower_neighbour(&self, here: &Corner) -> Result<Option<Corner>, Odd> {
+        let mut lowest = Lowest { bar: here.offset - self.decrease, met: None };
+        match here.antipodal {
+            Antipodal::VertexFace { a: v, b: f } => self.around_face(&self.on_b(), f, v, &mut lowest)?,
+            Antipodal::FaceVertex { a: f, b: w } => self.around_face(&self.on_a(), f, w, &mut lowest)?,
+            Antipodal::EdgeEdge { a: e, b: g } => {
+                self.around_edges(&self.on_b(), g, e, here.normal, &mut lowest)?;
+                let outward_a = -self.cso.pose_ba.inverse_vector(here.normal);
+                self.around_edges(&self.on_a(), e, g, outward_a, &mut lowest)?;
+            }
+        }
+        lowest.met.map(|met| self.corner(&met)).transpose()
+    }
+
+    /// The sides of face `f` of p, about which the plane turns with vertex `w` of q.
+    #[inline]
+    fn around_face(&self, view: &View<'_>, f: u32, w: u32, lowest: &mut Lowest) -> Result<(), Odd> {
+        let plane = view.p.plane(f);
+        let spokes = Spokes::of(view, w, plane.normal, None)?;
+        let (corners, edges) = (view.p.face_vertices(f), view.p.face_edges(f));
+        let origin = view.q_in_p.point(view.q.vertex(w));
+        let sides = if corners.len() > FACET_HUBS {
+            let k = farthest_side(view.p, f, origin);
+            k..k + 1
+        } else {
+            0..corners.len()
+        };
+        for k in sides {
+            let edge = view.p.edge(edges[k]);
+            let across = if edge.left == f { edge.right } else { edge.left };
+            spokes.turn(view, edges[k], across, corners[k], lowest);
+        }
+        Ok(())
+    }
+
+    /// Both ways from an edge pair along the arc of edge `g` of p: about the two ends of edge `e` of q.
+    #[inline]
+    fn around_edges(&self, view: &View<'_>, g: u32, e: u32, normal: DVec3, lowest: &mut Lowest) -> Result<(), Odd> {
+        let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
+        let along = view.q.vertex(edge_q.head) - view.q.vertex(edge_q.tail);
+        // Toward the face that the tail faces more than the head does.
+        let tail_first = view.facing(view.p.plane(edge_p.left).normal).dot(along) < 0.0;
+        let ends = if tail_first { [edge_q.tail, edge_q.head] } else { [edge_q.head, edge_q.tail] };
+        for (end, face) in ends.into_iter().zip([edge_p.left, edge_p.right]) {
+            Spokes::of(view, end, normal, Some(e))?.turn(view, g, face, edge_p.tail, lowest);
+        }
+        Ok(())
+    }
+
+    /// The facet at which the plane stopped, exactly.
+    fn corner(&self, met: &Met) -> Result<Corner, Odd> {
+        let Cso { a, b, pose_ba } = *self.cso;
+        let Met { antipodal, hub, normal } = *met;
+        let normal = match antipodal {
+            Antipodal::EdgeEdge { a: e, b: g } => {
+                let (e, g) = (a.edge(e), b.edge(g));
+                let along_a = pose_ba.vector(a.vertex(e.head) - a.vertex(e.tail));
+                let along_b = b.vertex(g.head) - b.vertex(g.tail);
+                let across = along_a.cross(along_b);
+                let across = if across.dot(normal) < 0.0 { -across } else { across };
+                edge_normal(along_a, along_b, across).ok_or(Odd)?
+            }
+            _ => normal,
+        };
+        Ok(Corner { normal, offset: normal.dot(self.cso.vertex(hub)), antipodal, hub })
+    }
+}
+
+/// Spokes that a vertex may have here; vertices of more are left to the walk over hubs.
+const SPOKES: usize = 32;
+
+/// The spokes of a vertex of q and how far each lies above the supporting plane (not at all: all are below it).
+struct Spokes {
+    vertex: u32,
+    normal: DVec3,
+    heights: [f64; SPOKES],
+    /// A spoke that lies in the plane, since its edge is one of the facet's.
+    within: u32,
+}
+
+impl Spokes {
+    /// The spokes of vertex `w` over the plane of p's `normal`; `within` is the edge that lies in it. Odd if the vertex does
+    /// not support it or another spoke is flush with it.
+    #[inline]
+    fn of(view: &View<'_>, w: u32, normal: DVec3, within: Option<u32>) -> Result<Self, Odd> {
+        let ring = view.q.ring(w);
+        if ring.len() > SPOKES {
+            return Err(Odd);
+        }
+        let within = within.unwrap_or(u32::MAX);
+        let (facing, at) = (view.facing(normal), view.q.vertex(w));
+        let mut heights = [0.0; SPOKES];
+        for (height, spoke) in heights.iter_mut().zip(ring) {
+            let along = view.q.vertex(spoke.neighbour) - at;
+            *height = facing.dot(along);
+            let clear = *height < 0.0 && *height * *height > FLUSH_WITNESS * FLUSH_WITNESS * along.length_squared();
+            if !clear && spoke.edge != within {
+                return Err(Odd);
+            }
+        }
+        Ok(Self { vertex: w, normal, heights, within })
+    }
+
+    /// Turns the plane about edge `edge` of p (of which `corner` is an end) toward face `face` of p, until a spoke meets it.
+    #[inline]
+    fn turn(&self, view: &View<'_>, edge: u32, face: u32, corner: u32, lowest: &mut Lowest) {
+        let end = view.p.plane(face).normal;
+        let (facing, at) = (view.facing(end), view.q.vertex(self.vertex));
+        // The first spoke to rise above the plane: the least share of the way at which its height is zero.
+        let mut first: Option<u32> = None;
+        let (mut below_by, mut rises_by) = (1.0, 0.0);
+        for (&height, spoke) in self.heights.iter().zip(view.q.ring(self.vertex)) {
+            let rise = facing.dot(view.q.vertex(spoke.neighbour) - at);
+            if rise > 0.0 && rise * below_by > rises_by * -height && spoke.edge != self.within {
+                (below_by, rises_by) = (-height, rise);
+                first = Some(spoke.edge);
+            }
+        }
+        let c = view.vertex(corner, self.vertex);
+        let (normal, antipodal) = match first {
+            None => (end, view.face(face, self.vertex)),
+            Some(other) => (self.normal * rises_by + end * below_by, view.edges(edge, other)),
+        };
+        let (along, square) = (normal.dot(c), normal.length_squared());
+        if below(along, square, lowest.bar) {
+            lowest.bar = along / square.sqrt();
+            let normal = if view.p_is_a { view.facing(normal) } else { normal };
+            lowest.met = Some(Met { antipodal, hub: view.hub(corner, self.vertex), normal });
+        }
+    }
+}
+
+/// The unit normal of two edges from their cross product. None if they are parallel.
+#[inline]
+fn edge_normal(along_a: DVec3, along_b: DVec3, across: DVec3) -> Option<DVec3> {
+    let (length_a, length_b) = (along_a.length_squared(), along_b.length_squared());
+    if across.length_squared() <= PARALLEL_EDGES * PARALLEL_EDGES * length_a * length_b {
+        return None;
+    }
+    // The rounding of a product of nearly parallel edges lies partly along them; without it the plane supports both.
+    let normal = across - along_a * (across.dot(along_a) / length_a);
+    Some(normal / normal.length())
+}
+
+/// The side of face `f` beyond which `point` lies farthest.
+fn farthest_side(polytope: &Polytope, f: u32, point: DVec3) -> usize {
+    let (corners, normal) = (polytope.face_vertices(f), polytope.plane(f).normal);
+    let mut farthest = (f64::NEG_INFINITY, 0);
+    for (k, &corner) in corners.iter().enumerate() {
+        let from = polytope.vertex(corner);
+        let side = polytope.vertex(corners[(k + 1) % corners.len()]) - from;
+        let outward = side.cross(normal);
+        let beyond = outward.dot(point - from) / outward.length();
+        if beyond > farthest.0 {
+            farthest = (beyond, k);
+        }
+    }
+    farthest.1
+}
+
+/// The vertex farthest along `direction`, by climbing: a warm climb looks at one or two rings, fewer vertices than a scan.
+fn climb(polytope: &Polytope, from: u32, direction: DVec3) -> u32 {
+    let mut best = from;
+    let mut height = direction.dot(polytope.vertex(from));
+    loop {
+        let here = best;
+        for spoke in polytope.ring(here) {
+            let h = direction.dot(polytope.vertex(spoke.neighbour));
+            if h > height {
+                (height, best) = (h, spoke.neighbour);
+            }
+        }
+        if best == here {
+            return best;
+        }
+    }
+}
