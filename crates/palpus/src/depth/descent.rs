@@ -208,8 +208,7 @@ impl Downhill<'_, '_> {
     /// The sides of face `f` of p, about which the plane turns with vertex `w` of q.
     #[inline]
     fn around_face(&self, view: &View<'_>, f: u32, w: u32, lowest: &mut Lowest) -> Result<(), Odd> {
-        let plane = view.p.plane(f);
-        let spokes = Spokes::of(view, w, plane.normal, None)?;
+        let normal = view.p.plane(f).normal;
         let (corners, edges) = (view.p.face_vertices(f), view.p.face_edges(f));
         let origin = view.q_in_p.point(view.q.vertex(w));
         let sides = if corners.len() > FACET_HUBS {
@@ -218,9 +217,19 @@ impl Downhill<'_, '_> {
         } else {
             0..corners.len()
         };
+        let mut spokes: Option<Spokes> = None;
         for k in sides {
             let edge = view.p.edge(edges[k]);
             let across = if edge.left == f { edge.right } else { edge.left };
+            let end = view.p.plane(across).normal;
+            // The offset is concave along the arc: if its far end is no lower, no part of it is.
+            if end.dot(view.p.vertex(corners[k]) - origin) >= lowest.bar {
+                continue;
+            }
+            let spokes = match &mut spokes {
+                Some(spokes) => spokes,
+                none => none.insert(Spokes::of(view, w, normal, None)?),
+            };
             spokes.turn(view, edges[k], across, corners[k], lowest);
         }
         Ok(())
@@ -235,7 +244,9 @@ impl Downhill<'_, '_> {
         let tail_first = view.facing(view.p.plane(edge_p.left).normal).dot(along) < 0.0;
         let ends = if tail_first { [edge_q.tail, edge_q.head] } else { [edge_q.head, edge_q.tail] };
         for (end, face) in ends.into_iter().zip([edge_p.left, edge_p.right]) {
-            Spokes::of(view, end, normal, Some(e))?.turn(view, g, face, edge_p.tail, lowest);
+            if view.p.plane(face).normal.dot(view.vertex(edge_p.tail, end)) < lowest.bar {
+                Spokes::of(view, end, normal, Some(e))?.turn(view, g, face, edge_p.tail, lowest);
+            }
         }
         Ok(())
     }
@@ -260,7 +271,7 @@ impl Downhill<'_, '_> {
 }
 
 /// Spokes that a vertex may have here; vertices of more are left to the walk over hubs.
-const SPOKES: usize = 32;
+const SPOKES: usize = 24;
 
 /// The spokes of a vertex of q and how far each lies above the supporting plane (not at all: all are below it).
 struct Spokes {
