@@ -10,7 +10,9 @@
 //!    not, take the best face beside them.
 //! 2. Look across each side (of a face of many sides, across the one beyond which the origin lies); move to the
 //!    lowest facet that is lower than the present one.
-//! 3. Stop when there is none: no neighbouring facet is nearer. The offset is measured with true supports.
+//! 3. When there is none, see to the facets that share only a corner with this one: its hubs, at each of which the normals
+//!    of one body mostly tell that all facets are higher. Where they don't, the hub is looked at as in the walk over hubs.
+//! 4. Stop: no facet is nearer that shares a side or a corner. The offset is measured with true supports.
 //!
 //! Flush features (a box on a table) make facets of many corners, and turning about their sides leads nowhere. As soon as
 //! one is met, and whenever anything else is odd, there is no answer, and the walk over hubs gives it, which costs some times as
@@ -29,7 +31,14 @@ use crate::body::Polytope;
 use crate::collision::StopReason;
 
 /// Goes downhill from the facet of `antipodal`. None if flush features or rounding are in the way.
-pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
+///
+/// `look` is asked for a facet below a bar at a hub (of the facet that was reached) of which a glance cannot tell that it has none; the
+/// walk over hubs goes on from that facet, and nothing is answered here.
+pub(super) fn descend(
+    cso: &Cso<'_>,
+    antipodal: Antipodal,
+    look: impl FnMut(HubPair, f64) -> Option<Corner>,
+) -> Option<Downward> {
     let pose_ab = cso.pose_ba.inverse();
     let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
     let mut here = downhill.set_up(antipodal)?;
@@ -38,12 +47,24 @@ pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
             Some(lower) => here = lower,
             None => {
                 let corner = measured(cso, &here);
-                let true_to_it = corner.offset - here.offset <= OFFSET_SLACK * cso.size();
-                return true_to_it.then_some(Walked { corner, steps, stop: StopReason::Converged });
+                if corner.offset - here.offset > OFFSET_SLACK * cso.size() {
+                    return None;
+                }
+                let walked = Walked { corner, steps, stop: StopReason::Converged };
+                let lower = downhill.lower_at_hubs(&here, look);
+                return Some(lower.map_or(Downward::End(walked), Downward::Beyond));
             }
         }
     }
     None
+}
+
+/// Where the way downhill led.
+pub(super) enum Downward {
+    /// To a facet all of whose hubs know none that is lower.
+    End(Walked),
+    /// To a facet that shares only a corner with its neighbour, this lower one.
+    Beyond(Corner),
 }
 
 /// The corner with its true offset: merged faces are flat only within a tolerance, and none of their corners speaks for all.
@@ -251,6 +272,16 @@ impl Downhill<'_, '_> {
         Ok(())
     }
 
+    /// A facet lower than the present one at one of its hubs.
+    fn lower_at_hubs(&self, here: &Corner, look: impl FnMut(HubPair, f64) -> Option<Corner>) -> Option<Corner> {
+        let mut glance = Glance { bar: here.offset - self.decrease, look };
+        match here.antipodal {
+            Antipodal::VertexFace { a: v, b: f } => glance.around_face(&self.on_b(), f, v),
+            Antipodal::FaceVertex { a: f, b: w } => glance.around_face(&self.on_a(), f, w),
+            Antipodal::EdgeEdge { a: e, b: g } => glance.around_edges(&self.on_b(), &self.on_a(), g, e),
+        }
+    }
+
     /// The facet at which the plane stopped, exactly.
     fn corner(&self, met: &Met) -> Result<Corner, Odd> {
         let Cso { a, b, pose_ba } = *self.cso;
@@ -270,6 +301,77 @@ impl Downhill<'_, '_> {
     }
 }
 
+/// A look at a facet's hubs that is spared where the normals of one body alone tell that there is nothing to see.
+///
+/// The directions along which a hub's vertex of the CSO has an offset of at least the bar make a circular cone. Being convex,
+/// it holds the whole normal cone of one body's vertex as soon as it holds the normals of its faces; and the overlap is part of that.
+struct Glance<L> {
+    bar: f64,
+    look: L,
+}
+
+impl<L: FnMut(HubPair, f64) -> Option<Corner>> Glance<L> {
+    /// The hubs of a facet of face `f` of p and vertex `w` of q.
+    fn around_face(&mut self, view: &View<'_>, f: u32, w: u32) -> Option<Corner> {
+        let corners = view.p.face_vertices(f);
+        let few = corners.len() <= FACET_HUBS;
+        let first = if few { 0 } else { farthest_side(view.p, f, view.q_in_p.point(view.q.vertex(w))) };
+        let hubs = if few { corners.len() } else { 2 };
+        (first..first + hubs).find_map(|k| {
+            let v = corners[k % corners.len()];
+            if self.is_clear(view, v, w, DVec3::ZERO) { None } else { (self.look)(view.hub(v, w), self.bar) }
+        })
+    }
+
+    /// The hubs of a facet of edge `g` of p and edge `e` of q; `mirror` is the view the other way round.
+    fn around_edges(&mut self, view: &View<'_>, mirror: &View<'_>, g: u32, e: u32) -> Option<Corner> {
+        let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
+        // Along q's edge in p's frame, and the reverse.
+        let along_q = view.q_in_p.vector(view.q.vertex(edge_q.head) - view.q.vertex(edge_q.tail));
+        let along_p = mirror.q_in_p.vector(view.p.vertex(edge_p.head) - view.p.vertex(edge_p.tail));
+        for (v, away_p) in [(edge_p.tail, -along_p), (edge_p.head, along_p)] {
+            for (w, away_q) in [(edge_q.tail, -along_q), (edge_q.head, along_q)] {
+                if !self.is_clear(view, v, w, away_q)
+                    && !self.is_clear(mirror, w, v, away_p)
+                    && let Some(corner) = (self.look)(view.hub(v, w), self.bar)
+                {
+                    return Some(corner);
+                }
+            }
+        }
+        None
+    }
+
+    /// True if no normal of vertex `v` of p has an offset below the bar at the hub of `v` and `w`, those left out that
+    /// have a positive component along `beyond`: there another vertex of q than `w` supports.
+    #[inline]
+    fn is_clear(&self, view: &View<'_>, v: u32, w: u32, beyond: DVec3) -> bool {
+        if self.bar < 0.0 {
+            return false;
+        }
+        let c = view.vertex(v, w);
+        let ring = view.p.ring(v);
+        let Some(spoke) = ring.first() else { return false };
+        let mut last = view.p.plane(spoke.right).normal;
+        let (mut last_offset, mut last_out) = (last.dot(c), last.dot(beyond));
+        for spoke in ring {
+            let normal = view.p.plane(spoke.left).normal;
+            let (offset, out) = (normal.dot(c), normal.dot(beyond));
+            if out <= 0.0 && offset < self.bar {
+                return false;
+            }
+            if out * last_out < 0.0 && offset.min(last_offset) < self.bar {
+                let between = normal * last_out.abs() + last * out.abs();
+                if below(between.dot(c), between.length_squared(), self.bar) {
+                    return false;
+                }
+            }
+            (last, last_offset, last_out) = (normal, offset, out);
+        }
+        true
+    }
+}
+
 /// Spokes that a vertex may have here; vertices of more are left to the walk over hubs.
 const SPOKES: usize = 24;
 
@@ -278,7 +380,7 @@ struct Spokes {
     vertex: u32,
     normal: DVec3,
     heights: [f64; SPOKES],
-    /// A spoke that lies in the plane, since its edge is one of the facet's.
+    /// The spoke that lies in the plane, since its edge is one of the facet's: see [`side_of`].
     within: u32,
 }
 
@@ -291,14 +393,14 @@ impl Spokes {
         if ring.len() > SPOKES {
             return Err(Odd);
         }
-        let within = within.unwrap_or(u32::MAX);
+        let within = within.map_or(u32::MAX, |edge| side_of(view.q, edge));
         let (facing, at) = (view.facing(normal), view.q.vertex(w));
         let mut heights = [0.0; SPOKES];
         for (height, spoke) in heights.iter_mut().zip(ring) {
             let along = view.q.vertex(spoke.neighbour) - at;
             *height = facing.dot(along);
             let clear = *height < 0.0 && *height * *height > FLUSH_WITNESS * FLUSH_WITNESS * along.length_squared();
-            if !clear && spoke.edge != within {
+            if !clear && side_of(view.q, spoke.edge) != within {
                 return Err(Odd);
             }
         }
@@ -315,7 +417,7 @@ impl Spokes {
         let (mut below_by, mut rises_by) = (1.0, 0.0);
         for (&height, spoke) in self.heights.iter().zip(view.q.ring(self.vertex)) {
             let rise = facing.dot(view.q.vertex(spoke.neighbour) - at);
-            if rise > 0.0 && rise * below_by > rises_by * -height && spoke.edge != self.within {
+            if rise > 0.0 && rise * below_by > rises_by * -height && side_of(view.q, spoke.edge) != self.within {
                 (below_by, rises_by) = (-height, rise);
                 first = Some(spoke.edge);
             }
@@ -323,7 +425,10 @@ impl Spokes {
         let c = view.vertex(corner, self.vertex);
         let (normal, antipodal) = match first {
             None => (end, view.face(face, self.vertex)),
-            Some(other) => (self.normal * rises_by + end * below_by, view.edges(edge, other)),
+            Some(other) => {
+                let normal = self.normal * rises_by + end * below_by;
+                (normal, view.edges(edge, edge_toward(view.q, other, view.facing(normal))))
+            }
         };
         let (along, square) = (normal.dot(c), normal.length_squared());
         if below(along, square, lowest.bar) {
@@ -332,6 +437,22 @@ impl Spokes {
             lowest.met = Some(Met { antipodal, hub: view.hub(corner, self.vertex), normal });
         }
     }
+}
+
+/// The edge itself; of a plate, which has two along each side, that of the front.
+#[inline]
+fn side_of(polytope: &Polytope, edge: u32) -> u32 {
+    if polytope.is_flat() { edge % (polytope.edges().len() as u32 / 2) } else { edge }
+}
+
+/// The edge itself; of a plate, that of the two along its side which supports `direction`.
+#[inline]
+fn edge_toward(polytope: &Polytope, edge: u32, direction: DVec3) -> u32 {
+    if !polytope.is_flat() {
+        return edge;
+    }
+    let front = polytope.plane(0).normal.dot(direction) >= 0.0;
+    side_of(polytope, edge) + if front { 0 } else { polytope.edges().len() as u32 / 2 }
 }
 
 /// The unit normal of two edges from their cross product. None if they are parallel.

@@ -14,7 +14,7 @@ use glam::DVec3;
 
 use super::antipodal::Facet;
 use super::cso::Cso;
-use super::descent::descend;
+use super::descent::{Downward, descend};
 use super::original::lowest_face;
 use super::overlay::{AdmitAll, Corner};
 use super::seed::{Seed, Start};
@@ -80,7 +80,7 @@ pub(super) fn depth_once(
 /// Downhill from the last facet, or else one walk from the lowest of the seeds.
 fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], trail: &mut Trail) -> Option<Walked> {
     let last = seeds.iter().find_map(|seed| match *seed {
-        Seed::Previous { antipodal, .. } => descend(cso, antipodal?),
+        Seed::Previous { antipodal, .. } => walk_downhill(cso, antipodal?, trail),
         _ => None,
     });
     let hint = last.map_or(FIRST, |walked| walked.corner.hub);
@@ -99,6 +99,14 @@ fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], trail: &mut Trail) -> Option<Walked>
         (Some(last), Some(start)) if start.offset < last.corner.offset => walk_to_end(cso, start, trail).or(Some(last)),
         (Some(last), _) => Some(last),
         (None, start) => walk_to_end(cso, start?, trail),
+    }
+}
+
+/// Downhill from the facet of `antipodal`, and on over hubs if a lower facet lies beyond a corner.
+fn walk_downhill(cso: &Cso<'_>, antipodal: Antipodal, trail: &mut Trail) -> Option<Walked> {
+    match descend(cso, antipodal, |hub, bar| trail.lower_at(cso, hub, bar))? {
+        Downward::End(walked) => Some(walked),
+        Downward::Beyond(Corner { normal, offset, hub, .. }) => walk_to_end(cso, Start { hub, normal, offset }, trail),
     }
 }
 

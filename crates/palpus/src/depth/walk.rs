@@ -44,6 +44,11 @@ impl Trail {
         self.visited.clear();
     }
 
+    /// The least corner at `hub` below `bar`.
+    pub(super) fn lower_at(&mut self, cso: &Cso<'_>, hub: HubPair, bar: f64) -> Option<Corner> {
+        lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, bar, &AdmitAll)
+    }
+
     /// Walks from a start. None if no facet of the CSO was found there (then its hub supports no direction).
     pub(super) fn walk(&mut self, cso: &Cso<'_>, start: &Start) -> Option<Walked> {
         self.visited.clear();
