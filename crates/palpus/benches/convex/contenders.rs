@@ -63,7 +63,7 @@ impl Name {
 /// A contender and what it remembers of the last pose.
 pub(crate) enum Contender {
     Local { scratch: Box<WalkScratch>, last: Option<Depth> },
-    Proven { scratch: Box<WalkScratch>, proof: Box<ProofScratch>, memory: CertificateMemory, last: Option<Depth> },
+    Proven { scratch: Box<WalkScratch>, proof: Box<ProofScratch>, memory: Box<CertificateMemory>, last: Option<Depth> },
     March { last: Option<FeaturePair> },
     Parry { name: Name, simplex: Box<VoronoiSimplex>, last: Option<DVec3> },
 }
@@ -82,12 +82,9 @@ impl Contender {
     pub(crate) fn of(name: Name) -> Self {
         match name {
             Name::Local => Self::Local { scratch: Box::default(), last: None },
-            Name::Proven => Self::Proven {
-                scratch: Box::default(),
-                proof: Box::default(),
-                memory: CertificateMemory::new(),
-                last: None,
-            },
+            Name::Proven => {
+                Self::Proven { scratch: Box::default(), proof: Box::default(), memory: Box::default(), last: None }
+            }
             Name::March => Self::March { last: None },
             Name::ParryEpa | Name::ParryGjk => {
                 Self::Parry { name, simplex: Box::new(VoronoiSimplex::new()), last: None }
