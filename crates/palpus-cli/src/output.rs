@@ -1,7 +1,7 @@
 //! Where words go: answers to standard output, everything else to standard error.
-#![allow(clippy::print_stdout, clippy::print_stderr)] // The one place that prints.
+#![allow(clippy::print_stderr)] // The one place that prints.
 
-use std::io::IsTerminal;
+use std::io::{ErrorKind, IsTerminal, Write};
 
 use serde::Serialize;
 
@@ -18,14 +18,20 @@ pub(crate) fn note(text: impl std::fmt::Display) {
     eprintln!("{text}");
 }
 
-/// A line of the answer.
+/// A line of the answer. Who reads may stop reading (`| head`): that ends the program, and is no failure of it.
 pub(crate) fn line(text: impl std::fmt::Display) {
-    println!("{text}");
+    if let Err(error) = writeln!(std::io::stdout(), "{text}") {
+        if error.kind() == ErrorKind::BrokenPipe {
+            std::process::exit(0);
+        }
+        eprintln!("error: the answer could not be printed: {error}");
+        std::process::exit(1);
+    }
 }
 
 /// The answer as one JSON document.
 pub(crate) fn json(document: &impl Serialize) -> anyhow::Result<()> {
-    println!("{}", serde_json::to_string_pretty(document)?);
+    line(serde_json::to_string_pretty(document)?);
     Ok(())
 }
 
