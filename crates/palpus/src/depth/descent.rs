@@ -10,9 +10,9 @@
 //!    not, take the best face beside them.
 //! 2. Look across each side (of a face of many sides, across the one beyond which the origin lies); move to the
 //!    lowest facet that is lower than the present one.
-//! 3. When there is none, see to the facets that share only a corner with this one: its hubs, at each of which the normals
+//! 3. Stop when there is none: no facet is nearer that shares a side. The offset is measured with true supports.
+//! 4. Unless a proof follows, see to the facets that share only a corner with this one: its hubs, at each of which the normals
 //!    of one body mostly tell that all facets are higher. Where they don't, the hub is looked at as in the walk over hubs.
-//! 4. Stop: no facet is nearer that shares a side or a corner. The offset is measured with true supports.
 //!
 //! Flush features (a box on a table) make facets of many corners, and turning about their sides leads nowhere. As soon as
 //! one is met, and whenever anything else is odd, there is no answer, and the walk over hubs gives it, which costs some times as
@@ -31,14 +31,7 @@ use crate::body::Polytope;
 use crate::collision::StopReason;
 
 /// Goes downhill from the facet of `antipodal`. None if flush features or rounding are in the way.
-///
-/// `look` is asked for a facet below a bar at a hub (of the facet that was reached) of which a glance cannot tell that it has none; the
-/// walk over hubs goes on from that facet, and nothing is answered here.
-pub(super) fn descend(
-    cso: &Cso<'_>,
-    antipodal: Antipodal,
-    look: impl FnMut(HubPair, f64) -> Option<Corner>,
-) -> Option<Downward> {
+pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
     let pose_ab = cso.pose_ba.inverse();
     let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
     let mut here = downhill.set_up(antipodal)?;
@@ -47,24 +40,25 @@ pub(super) fn descend(
             Some(lower) => here = lower,
             None => {
                 let corner = measured(cso, &here);
-                if corner.offset - here.offset > OFFSET_SLACK * cso.size() {
-                    return None;
-                }
-                let walked = Walked { corner, steps, stop: StopReason::Converged };
-                let lower = downhill.lower_at_hubs(&here, look);
-                return Some(lower.map_or(Downward::End(walked), Downward::Beyond));
+                let is_true = corner.offset - here.offset <= OFFSET_SLACK * cso.size();
+                return is_true.then_some(Walked { corner, steps, stop: StopReason::Converged });
             }
         }
     }
     None
 }
 
-/// Where the way downhill led.
-pub(super) enum Downward {
-    /// To a facet all of whose hubs know none that is lower.
-    End(Walked),
-    /// To a facet that shares only a corner with its neighbour, this lower one.
-    Beyond(Corner),
+/// A facet lower than `here`, where [`descend`] ended, that shares no more than a corner with it.
+///
+/// `look` is asked for a facet below a bar at a hub of which a glance cannot tell that it has none.
+pub(super) fn beyond_corners(
+    cso: &Cso<'_>,
+    here: &Corner,
+    look: impl FnMut(HubPair, f64) -> Option<Corner>,
+) -> Option<Corner> {
+    let pose_ab = cso.pose_ba.inverse();
+    let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
+    downhill.lower_at_hubs(here, look)
 }
 
 /// The corner with its true offset: merged faces are flat only within a tolerance, and none of their corners speaks for all.

@@ -14,7 +14,7 @@ use glam::DVec3;
 
 use super::antipodal::Facet;
 use super::cso::Cso;
-use super::descent::{Downward, descend};
+use super::descent::{beyond_corners, descend};
 use super::original::lowest_face;
 use super::overlay::{AdmitAll, Corner};
 use super::seed::{Seed, Start};
@@ -56,13 +56,16 @@ pub fn depth(a: &Polytope, b: &Polytope, pose_ba: &Placement, seeds: &[Seed], sc
     let cso = Cso { a, b, pose_ba };
     scratch.trail.clear();
     let warm = seeds.iter().any(|seed| matches!(seed, Seed::Previous { .. }));
-    let best =
-        if warm { walk_warm(&cso, seeds, &mut scratch.trail) } else { walk_cold(&cso, seeds, &mut scratch.trail) };
+    let best = if warm {
+        walk_warm(&cso, seeds, true, &mut scratch.trail)
+    } else {
+        walk_cold(&cso, seeds, &mut scratch.trail)
+    };
     let Walked { corner, steps, stop } = best.unwrap_or_else(|| scan(&cso));
     answer_at(&cso, &corner, steps, stop, &mut scratch.clip)
 }
 
-/// The depth where one walk ends that starts from the lowest of the seeds.
+/// The depth where one walk ends that starts from the lowest of the seeds, for a proof to judge.
 pub(super) fn depth_once(
     a: &Polytope,
     b: &Polytope,
@@ -73,14 +76,16 @@ pub(super) fn depth_once(
     let cso = Cso { a, b, pose_ba };
     scratch.trail.clear();
     let seeds = if seeds.is_empty() { &[Seed::CentroidLine] } else { seeds };
-    let Walked { corner, steps, stop } = walk_warm(&cso, seeds, &mut scratch.trail).unwrap_or_else(|| scan(&cso));
+    let Walked { corner, steps, stop } =
+        walk_warm(&cso, seeds, false, &mut scratch.trail).unwrap_or_else(|| scan(&cso));
     answer_at(&cso, &corner, steps, stop, &mut scratch.clip)
 }
 
-/// Downhill from the last facet, or else one walk from the lowest of the seeds.
-fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], trail: &mut Trail) -> Option<Walked> {
+/// Downhill from the last facet, or else one walk from the lowest of the seeds. Not `thorough`, facets beyond corners are
+/// left to a proof.
+fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], thorough: bool, trail: &mut Trail) -> Option<Walked> {
     let last = seeds.iter().find_map(|seed| match *seed {
-        Seed::Previous { antipodal, .. } => walk_downhill(cso, antipodal?, trail),
+        Seed::Previous { antipodal, .. } => walk_downhill(cso, antipodal?, thorough, trail),
         _ => None,
     });
     let hint = last.map_or(FIRST, |walked| walked.corner.hub);
@@ -96,18 +101,30 @@ fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], trail: &mut Trail) -> Option<Walked>
     }
     match (last, lowest) {
         // Another seed knows better than the last facet.
-        (Some(last), Some(start)) if start.offset < last.corner.offset => walk_to_end(cso, start, trail).or(Some(last)),
+        (Some(last), Some(start)) if start.offset < last.corner.offset => {
+            walk_from(cso, start, thorough, trail).or(Some(last))
+        }
         (Some(last), _) => Some(last),
-        (None, start) => walk_to_end(cso, start?, trail),
+        (None, start) => walk_from(cso, start?, thorough, trail),
     }
 }
 
 /// Downhill from the facet of `antipodal`, and on over hubs if a lower facet lies beyond a corner.
-fn walk_downhill(cso: &Cso<'_>, antipodal: Antipodal, trail: &mut Trail) -> Option<Walked> {
-    match descend(cso, antipodal, |hub, bar| trail.lower_at(cso, hub, bar))? {
-        Downward::End(walked) => Some(walked),
-        Downward::Beyond(Corner { normal, offset, hub, .. }) => walk_to_end(cso, Start { hub, normal, offset }, trail),
+fn walk_downhill(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool, trail: &mut Trail) -> Option<Walked> {
+    let walked = descend(cso, antipodal)?;
+    if !thorough {
+        return Some(walked);
     }
+    match beyond_corners(cso, &walked.corner, |hub, bar| trail.lower_at(cso, hub, bar)) {
+        None => Some(walked),
+        Some(Corner { normal, offset, hub, .. }) => walk_to_end(cso, Start { hub, normal, offset }, trail),
+    }
+}
+
+/// Downhill from the lowest facet at a start, or over hubs where that is not possible.
+fn walk_from(cso: &Cso<'_>, start: Start, thorough: bool, trail: &mut Trail) -> Option<Walked> {
+    let first = trail.first_corner(cso, &start)?;
+    walk_downhill(cso, first.antipodal, thorough, trail).or_else(|| walk_to_end(cso, start, trail))
 }
 
 /// A walk from every seed, and from the lowest of some face normals.
@@ -133,7 +150,7 @@ struct Lowest {
 
 impl Lowest {
     fn walk_from(&mut self, cso: &Cso<'_>, start: &Start, trail: &mut Trail) {
-        let Some(walked) = walk_to_end(cso, *start, trail) else { return };
+        let Some(walked) = walk_from(cso, *start, true, trail) else { return };
         self.steps += walked.steps;
         if self.walked.is_none_or(|best| walked.corner.offset < best.corner.offset) {
             self.walked = Some(walked);

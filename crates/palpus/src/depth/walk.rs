@@ -65,7 +65,7 @@ impl Trail {
     }
 
     /// The least corner at the start's hub.
-    fn first_corner(&mut self, cso: &Cso<'_>, start: &Start) -> Option<Corner> {
+    pub(super) fn first_corner(&mut self, cso: &Cso<'_>, start: &Start) -> Option<Corner> {
         // The overlap holds the start's normal, so it has a corner that is not higher: a bar that spares most of it.
         [start.offset + OFFSET_SLACK * cso.size(), f64::INFINITY]
             .into_iter()
