@@ -320,47 +320,44 @@ impl<L: FnMut(HubPair, f64) -> Option<Corner>> Glance<L> {
     /// The hubs of a facet of edge `g` of p and edge `e` of q; `mirror` is the view the other way round.
     fn around_edges(&mut self, view: &View<'_>, mirror: &View<'_>, g: u32, e: u32) -> Option<Corner> {
         let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
-        // Along q's edge in p's frame, and the reverse.
-        let along_q = view.q_in_p.vector(view.q.vertex(edge_q.head) - view.q.vertex(edge_q.tail));
         let along_p = mirror.q_in_p.vector(view.p.vertex(edge_p.head) - view.p.vertex(edge_p.tail));
-        for (v, away_p) in [(edge_p.tail, -along_p), (edge_p.head, along_p)] {
-            for (w, away_q) in [(edge_q.tail, -along_q), (edge_q.head, along_q)] {
-                if !self.is_clear(view, v, w, away_q)
-                    && !self.is_clear(mirror, w, v, away_p)
-                    && let Some(corner) = (self.look)(view.hub(v, w), self.bar)
-                {
-                    return Some(corner);
-                }
-            }
+        let along_q = view.q_in_p.vector(view.q.vertex(edge_q.head) - view.q.vertex(edge_q.tail));
+        let ends_p = [edge_p.tail, edge_p.head].map(|v| (v, self.is_clear(view, v, edge_q.tail, along_q)));
+        if ends_p.iter().all(|end| end.1) {
+            return None;
         }
-        None
+        let ends_q = [edge_q.tail, edge_q.head].map(|w| (w, self.is_clear(mirror, w, edge_p.tail, along_p)));
+        let hubs = ends_p.into_iter().flat_map(|p| ends_q.map(|q| (p, q)));
+        hubs.filter(|((_, p), (_, q))| !p && !q).find_map(|((v, _), (w, _))| (self.look)(view.hub(v, w), self.bar))
     }
 
-    /// True if no normal of vertex `v` of p has an offset below the bar at the hub of `v` and `w`, those left out that
-    /// have a positive component along `beyond`: there another vertex of q than `w` supports.
+    /// True if no normal of vertex `v` of p has an offset below the bar at the hubs of `v` and the two ends of q's edge
+    /// from `w` that runs `along` (in p's frame; zero for `w` alone): at that of them, for each normal, whose end supports it.
     #[inline]
-    fn is_clear(&self, view: &View<'_>, v: u32, w: u32, beyond: DVec3) -> bool {
+    fn is_clear(&self, view: &View<'_>, v: u32, w: u32, along: DVec3) -> bool {
+        let ring = view.p.ring(v);
+        let Some(spoke) = ring.first() else { return false };
         if self.bar < 0.0 {
             return false;
         }
+        // Offsets at w, and how much lower the other end stands: where it is negative, that end supports.
         let c = view.vertex(v, w);
-        let ring = view.p.ring(v);
-        let Some(spoke) = ring.first() else { return false };
         let mut last = view.p.plane(spoke.right).normal;
-        let (mut last_offset, mut last_out) = (last.dot(c), last.dot(beyond));
+        let (mut last_offset, mut last_drop) = (last.dot(c), last.dot(along));
         for spoke in ring {
             let normal = view.p.plane(spoke.left).normal;
-            let (offset, out) = (normal.dot(c), normal.dot(beyond));
-            if out <= 0.0 && offset < self.bar {
+            let (offset, drop) = (normal.dot(c), normal.dot(along));
+            if offset - drop.min(0.0) < self.bar {
                 return false;
             }
-            if out * last_out < 0.0 && offset.min(last_offset) < self.bar {
-                let between = normal * last_out.abs() + last * out.abs();
+            // Between normals of different ends, the offset is least, if less than at both, where the ends change.
+            if drop * last_drop < 0.0 && offset.min(last_offset) < self.bar {
+                let between = normal * last_drop.abs() + last * drop.abs();
                 if below(between.dot(c), between.length_squared(), self.bar) {
                     return false;
                 }
             }
-            (last, last_offset, last_out) = (normal, offset, out);
+            (last, last_offset, last_drop) = (normal, offset, drop);
         }
         true
     }
