@@ -168,6 +168,13 @@ pub(crate) enum BenchCommand {
         #[arg(long, value_name = "DIR")]
         models: Option<PathBuf>,
     },
+    /// Writes the plots of docs/penetration-depth.md, as SVG.
+    #[command(after_help = "Example:\n  palpus bench depth --out plots")]
+    Depth {
+        /// Where the files go.
+        #[arg(long, value_name = "DIR", default_value = "palpus-out/depth")]
+        out: PathBuf,
+    },
     /// Times the engine step (query, depth, force) of two models over a list of poses.
     #[command(
         after_help = "Example:\n  palpus bench step spoon.obj cup.obj --poses path.csv --out step.csv --tolerance 0.01"

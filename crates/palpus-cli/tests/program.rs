@@ -58,6 +58,7 @@ fn every_command_explains_itself_with_an_example() {
         &["replay", "--help"],
         &["bench", "figures", "--help"],
         &["bench", "step", "--help"],
+        &["bench", "depth", "--help"],
         &["completions", "--help"],
     ] {
         let output = palpus(&folder.0, command);
@@ -224,9 +225,20 @@ fn a_scene_file_brings_its_own_meshes() {
 #[test]
 fn figures_are_written_as_pictures_and_numbers() {
     let folder = Folder::new("figures");
-    let output = palpus(&folder.0, &["bench", "figures", "--out", "figures"]);
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    for name in ["table1.txt", "table1.json", "figure5.svg", "figure5.csv", "figure6.svg", "figure6.csv"] {
+    for bench in ["figures", "depth"] {
+        let output = palpus(&folder.0, &["bench", bench, "--out", "figures"]);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    }
+    for name in [
+        "depth_local.svg",
+        "depth_witness.svg",
+        "table1.txt",
+        "table1.json",
+        "figure5.svg",
+        "figure5.csv",
+        "figure6.svg",
+        "figure6.csv",
+    ] {
         let length = fs::metadata(folder.0.join("figures").join(name)).map(|m| m.len()).unwrap_or(0);
         assert!(length > 500, "{name} has {length} bytes");
     }

@@ -1,5 +1,6 @@
 //! `palpus bench`: the paper's table and figures as measured here, and the time of the engine step.
 
+mod depth;
 mod figures;
 mod step;
 mod table;
@@ -14,6 +15,7 @@ use crate::plots::{BLUE, Figure, GREEN, Panel, Series, VERMILION, bands};
 pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {
     match command {
         BenchCommand::Figures { out, models } => figures::figures(out, models.as_deref()),
+        BenchCommand::Depth { out } => depth::depth(out),
         BenchCommand::Step { a, b, poses, out, tolerance } => step::step(a, b, poses, out, *tolerance),
     }
 }

@@ -1,0 +1,139 @@
+//! `palpus bench depth`: the plots of docs/penetration-depth.md.
+//!
+//! 1. *How often the walk is only local*: random overlapping poses of two rounded hulls, the depth of the walk from a cold
+//!    start over the proven one.
+//! 2. *What a tilting box feels*: the contact point of a box that tilts through flat on a table, exact and blended.
+
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Context, anyhow};
+use glam::{DQuat, DVec3};
+use palpus::algebra::{NoClock, Pose};
+use palpus::body::{Body, BodySettings};
+use palpus::force::{PairQuery, Proof};
+use palpus::render::Settings;
+use palpus_scenes::shape;
+
+use crate::output;
+use crate::plots::{BLUE, Figure, Panel, Series, VERMILION, write_svg};
+
+/// Of the shapes and poses of the first plot.
+const SEED: u64 = 0xdeb7_0001;
+const VERTICES: usize = 100;
+const POSES: usize = 3000;
+
+pub(super) fn depth(out: &Path) -> anyhow::Result<ExitCode> {
+    fs::create_dir_all(out).with_context(|| format!("{} could not be created", out.display()))?;
+    local(&out.join("depth_local.svg"))?;
+    tilting(&out.join("depth_witness.svg"))?;
+    output::line(format!("written to {}: depth_local.svg and depth_witness.svg", out.display()));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    /// In \[−1, 1).
+    fn number(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    }
+
+    fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.number(), self.number(), self.number())
+    }
+}
+
+fn local(path: &Path) -> anyhow::Result<()> {
+    let mut random = Random(SEED);
+    let mut hull = |axes: DVec3| {
+        let points: Vec<DVec3> = (0..VERTICES).map(|_| random.vector().normalize_or(DVec3::X) * axes).collect();
+        Body::from_convex(&points)
+    };
+    let (a, b) = (hull(DVec3::new(1.0, 0.7, 0.5))?, hull(DVec3::new(0.6, 1.0, 0.8))?);
+    let mut walk = PairQuery::new(&a, &b, 1);
+    let mut proof = PairQuery::new(&a, &b, 1).with_proof(Proof::Prove);
+    let mut excess = Vec::with_capacity(POSES);
+    while excess.len() < POSES {
+        let pose = Pose::new(DQuat::from_scaled_axis(random.vector() * 3.0), random.vector());
+        walk.clear();
+        walk.run(&a, &b, &pose, 0.0, &NoClock);
+        proof.run(&a, &b, &pose, 0.0, &NoClock);
+        if let ([walked], [proven]) = (walk.contacts(), proof.contacts())
+            && proven.separation < 0.0
+        {
+            excess.push((walked.separation / proven.separation - 1.0).max(0.0) * 100.0);
+        }
+    }
+    excess.sort_by(f64::total_cmp);
+    // Below a millionth of the depth it is the same minimum.
+    let beaten = excess.iter().filter(|percent| **percent > 1e-4).count();
+    let share = 100.0 * beaten as f64 / POSES as f64;
+    output::line(format!("{beaten} of {POSES} cold walks are only local ({share:.2} %), seed {SEED:#x}"));
+    let rank = |k: usize| 100.0 * (k as f64 + 0.5) / POSES as f64;
+    let tail = POSES - POSES / 20;
+    let points = (tail..POSES).map(|k| (rank(k), excess[k])).collect();
+    let figure = Figure {
+        title: format!("The walk from a cold start against the proof: {beaten} of {POSES} poses are only local"),
+        x_label: "poses, by how much the walk misses (%, the last twentieth)",
+        bands: Vec::new(),
+        panels: vec![Panel {
+            title: "depth of the walk over the least depth",
+            unit: "% too deep",
+            series: vec![Series { label: "excess", color: BLUE, points }],
+            thick_in_bands: false,
+        }],
+    };
+    write_svg(&figure, path)
+}
+
+/// Sides of the box, m.
+const BOX: DVec3 = DVec3::new(0.06, 0.04, 0.02);
+/// Half the range of tilts and the step between them, degrees.
+const TILT: f64 = 2.0;
+const TILT_STEP: f64 = 0.002;
+/// How deep the middle of the box's bottom stands under the table's top, m.
+const PRESSED: f64 = 0.0005;
+/// m.
+const TOLERANCE: f64 = 0.002;
+
+fn tilting(path: &Path) -> anyhow::Result<()> {
+    let body = |soup| Body::from_soup(&soup, &BodySettings::default(), &mut |_| ());
+    let (a, b) = (body(shape::cuboid(BOX))?, body(shape::table())?);
+    let curve = |blend: Option<f64>| -> anyhow::Result<Vec<(f64, f64)>> {
+        let mut pair = PairQuery::new(&a, &b, 16).with_blend(blend);
+        let steps = (2.0 * TILT / TILT_STEP).round() as usize;
+        (0..=steps)
+            .map(|k| {
+                let degrees = k as f64 * TILT_STEP - TILT;
+                let turn = DQuat::from_rotation_y(degrees.to_radians());
+                let pose = Pose::new(turn, DVec3::Z * -PRESSED - turn * (DVec3::Z * (-0.5 * BOX.z)));
+                pair.run(&a, &b, &pose, TOLERANCE, &NoClock);
+                let contact = pair.contacts().first().ok_or_else(|| anyhow!("the box lost the table at {degrees}°"))?;
+                Ok((degrees, contact.midpoint().x * 1e3))
+            })
+            .collect()
+    };
+    let blended = curve(Settings::default().blend_angle)?;
+    let exact = curve(None)?;
+    let figure = Figure {
+        title: "A box tilts through flat on a table: where it is touched".to_owned(),
+        x_label: "tilt (degrees)",
+        bands: Vec::new(),
+        panels: vec![Panel {
+            title: "contact point along the box",
+            unit: "mm",
+            series: vec![
+                Series { label: "exact", color: VERMILION, points: exact },
+                Series { label: "blended", color: BLUE, points: blended },
+            ],
+            thick_in_bands: false,
+        }],
+    };
+    write_svg(&figure, path)
+}
