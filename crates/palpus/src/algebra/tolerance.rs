@@ -103,10 +103,6 @@ pub const MARCH_DOUBT: f64 = 1e-2;
 /// One solve leaves a residual of rounding over the angle squared. Larger wastes a few nanoseconds.
 pub const NEARLY_PARALLEL: f64 = 1e-2;
 
-/// Steps of GJK in a row that may gain nothing in length.
-///
-/// Smaller trusts a cross product that cancels; larger leaves normals of near misses to the rounding of the points.
-pub const CROSSED: f64 = 0.1;
 // Body: the mesh and what is asked of it.
 
 /// Relative to the largest coordinate extent: the side of a cell of the welding grid.
@@ -427,6 +423,8 @@ pub const SHEET_THICKNESS: f64 = 1e-3;
 /// A sound mesh has some ten to twenty pairs of overlapping boxes a triangle. Reached only by meshes that are wound
 /// around themselves all over; the answer then says that it is a lower bound.
 pub const SELF_PAIRS: usize = 500;
+/// Steps of GJK in a row that may gain nothing in length.
+///
 /// Near contact the length is lost in rounding while the normal still turns; larger circles longer on parallel faces,
 /// smaller stops before the faces are found.
 pub const GJK_PLATEAU: u32 = 8;

@@ -374,7 +374,14 @@ impl Polytope {
         if self.vertices.len() <= SCAN_BELOW {
             return self.support(direction);
         }
-        let mut best = hint;
+        self.climb(hint, direction).0
+    }
+
+    /// The vertex farthest along `direction` and its height there, by climbing from vertex `from` whatever the size: a warm
+    /// climb looks at one or two rings, fewer vertices than a scan.
+    #[inline]
+    pub fn climb(&self, from: u32, direction: DVec3) -> (u32, f64) {
+        let mut best = from;
         let mut height = direction.dot(self.vertex(best));
         loop {
             let here = best;
@@ -386,7 +393,7 @@ impl Polytope {
                 }
             }
             if best == here {
-                return best;
+                return (best, height);
             }
         }
     }

@@ -129,8 +129,8 @@ pub fn march_within(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: Feat
         if distance > upper {
             let normal = r / distance;
             let down = -pose_ba.inverse_vector(normal);
-            let reach_a = climbed(a, v, down) - down.dot(a.vertex(v));
-            let reach_b = climbed(b, w, normal) - normal.dot(point_b);
+            let reach_a = a.climb(v, down).1 - down.dot(a.vertex(v));
+            let reach_b = b.climb(w, normal).1 - normal.dot(point_b);
             let lower = distance - reach_a - reach_b;
             if lower > upper {
                 return Bounded::Beyond { lower, normal, features };
@@ -344,9 +344,8 @@ impl Field<'_> {
         let distance = (on_p - on_q).dot(normal);
         let closest = Closest { point_a: on_q + normal * distance, point_b: on_q, normal, distance, features: pair };
         let down = -self.pose_ab.vector(normal);
-        let reach_a =
-            climbed(self.a, some_vertex(self.a, pair.a), down) - down.dot(self.pose_ab.point(closest.point_a));
-        let reach_b = climbed(self.b, some_vertex(self.b, pair.b), normal) - normal.dot(on_q);
+        let reach_a = self.a.climb(some_vertex(self.a, pair.a), down).1 - down.dot(self.pose_ab.point(closest.point_a));
+        let reach_b = self.b.climb(some_vertex(self.b, pair.b), normal).1 - normal.dot(on_q);
         Candidate { closest, excess: reach_a.max(0.0) + reach_b.max(0.0) }
     }
 }
@@ -355,25 +354,6 @@ impl Field<'_> {
 pub fn initial_features(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> FeaturePair {
     let line = pose_ba.point(a.centroid()) - b.centroid();
     FeaturePair { a: Vertex(a.support_from(0, pose_ba.inverse_vector(-line))), b: Vertex(b.support_from(0, line)) }
-}
-
-/// The greatest height along `direction` that a climb from vertex `from` reaches.
-#[inline]
-fn climbed(polytope: &Polytope, from: u32, direction: DVec3) -> f64 {
-    let mut best = from;
-    let mut height = direction.dot(polytope.vertex(from));
-    loop {
-        let here = best;
-        for spoke in polytope.ring(here) {
-            let h = direction.dot(polytope.vertex(spoke.neighbour));
-            if h > height {
-                (height, best) = (h, spoke.neighbour);
-            }
-        }
-        if best == here {
-            return height;
-        }
-    }
 }
 
 /// Calls `visit` with every face that holds `feature`.

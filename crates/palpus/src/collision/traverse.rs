@@ -244,17 +244,15 @@ impl Traversal {
 
     fn split(&mut self, a: Side<'_>, b: Side<'_>, pair: NodePair, larger_is_a: bool) {
         let NodePair { a: node_a, b: node_b, bound } = pair;
-        match (a.hierarchy.node(node_a).kind, b.hierarchy.node(node_b).kind) {
-            (NodeKind::Inner { left, right }, other) if larger_is_a || matches!(other, NodeKind::Leaf { .. }) => {
-                self.stack.push(NodePair { a: right, b: node_b, bound });
-                self.stack.push(NodePair { a: left, b: node_b, bound });
-            }
-            (_, NodeKind::Inner { left, right }) => {
-                self.stack.push(NodePair { a: node_a, b: right, bound });
-                self.stack.push(NodePair { a: node_a, b: left, bound });
-            }
-            (NodeKind::Leaf { .. }, NodeKind::Leaf { .. }) => {}
-            (NodeKind::Inner { .. }, NodeKind::Leaf { .. }) => {}
+        let (kind_a, kind_b) = (a.hierarchy.node(node_a).kind, b.hierarchy.node(node_b).kind);
+        if let NodeKind::Inner { left, right } = kind_a
+            && (larger_is_a || matches!(kind_b, NodeKind::Leaf { .. }))
+        {
+            self.stack.push(NodePair { a: right, b: node_b, bound });
+            self.stack.push(NodePair { a: left, b: node_b, bound });
+        } else if let NodeKind::Inner { left, right } = kind_b {
+            self.stack.push(NodePair { a: node_a, b: right, bound });
+            self.stack.push(NodePair { a: node_a, b: left, bound });
         }
     }
 

@@ -64,8 +64,8 @@ pub(super) fn beyond_corners(
 /// The corner with its true offset: merged faces are flat only within a tolerance, and none of their corners speaks for all.
 fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     let hub = HubPair {
-        a: climb(cso.a, corner.hub.a, cso.toward_b(corner.normal)),
-        b: climb(cso.b, corner.hub.b, corner.normal),
+        a: cso.a.climb(corner.hub.a, cso.toward_b(corner.normal)).0,
+        b: cso.b.climb(corner.hub.b, corner.normal).0,
     };
     Corner { hub, offset: corner.normal.dot(cso.vertex(hub)), ..*corner }
 }
@@ -169,7 +169,7 @@ impl Downhill<'_, '_> {
     /// The facet of face `f` of p, with the vertex of q that supports it, climbed to from `w`.
     fn on_face(&self, view: &View<'_>, f: u32, w: u32) -> Corner {
         let normal = view.p.plane(f).normal;
-        let w = climb(view.q, w, view.facing(normal));
+        let w = view.q.climb(w, view.facing(normal)).0;
         let v = view.p.face_vertices(f)[0];
         let offset = normal.dot(view.vertex(v, w));
         let normal = if view.p_is_a { view.facing(normal) } else { normal };
@@ -472,22 +472,4 @@ fn farthest_side(polytope: &Polytope, f: u32, point: DVec3) -> usize {
         }
     }
     farthest.1
-}
-
-/// The vertex farthest along `direction`, by climbing: a warm climb looks at one or two rings, fewer vertices than a scan.
-fn climb(polytope: &Polytope, from: u32, direction: DVec3) -> u32 {
-    let mut best = from;
-    let mut height = direction.dot(polytope.vertex(from));
-    loop {
-        let here = best;
-        for spoke in polytope.ring(here) {
-            let h = direction.dot(polytope.vertex(spoke.neighbour));
-            if h > height {
-                (height, best) = (h, spoke.neighbour);
-            }
-        }
-        if best == here {
-            return best;
-        }
-    }
 }
