@@ -8,6 +8,8 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus_io::{ContentHash, read_mesh};
 
+use crate::threads::Threads;
+
 /// A body and how it came about.
 pub(crate) struct Prepared {
     /// The body.
@@ -29,7 +31,8 @@ pub(crate) fn prepare_file(path: &Path, settings: &BodySettings) -> anyhow::Resu
 pub(crate) fn prepare_soup(name: &str, soup: &PolygonSoup, settings: &BodySettings) -> anyhow::Result<Prepared> {
     let begin = Instant::now();
     let bar = bar(name);
-    let body = Body::from_soup(soup, settings, &mut |done| bar.set_position((done * BAR_STEPS) as u64))?;
+    let mut progress = |done: f64| bar.set_position((done * BAR_STEPS) as u64);
+    let body = Body::from_soup_with(soup, settings, &Threads::all(), &mut progress)?;
     bar.finish_and_clear();
     Ok(Prepared { body, hash: ContentHash::of_soup(soup), seconds: begin.elapsed().as_secs_f64() })
 }

@@ -1,4 +1,4 @@
-//! Rigid placements, spatial vectors, planes, closest points, a lent clock, and the register of tolerances.
+//! Rigid placements, spatial vectors, planes, closest points, a lent clock, lent hands, and the register of tolerances.
 
 mod clock;
 mod closest;
@@ -7,6 +7,7 @@ mod pose;
 mod spatial;
 mod symmetric;
 pub mod tolerance;
+mod workers;
 
 pub use clock::{Clock, NoClock};
 pub use closest::{SegmentSegment, closest_on_segment, closest_on_triangle, closest_segment_segment};
@@ -14,3 +15,4 @@ pub use plane::Plane;
 pub use pose::{Placement, Pose};
 pub use spatial::{Twist, Wrench};
 pub use symmetric::eigen;
+pub use workers::{Alone, Workers, map_in_order};

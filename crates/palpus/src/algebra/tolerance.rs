@@ -514,3 +514,15 @@ pub const BLEND_PIVOT: f64 = 1e-12;
 /// The witness is wrong by about that over the angle. Smaller than the rounding of a gap lets nearly singular bases pivot to
 /// and fro; larger shows as noise of the witness of bodies that hardly move.
 pub const BLEND_ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+// body: work in parts
+
+/// Pieces that one part of the work makes or looks at.
+///
+/// Some 10 microseconds each. Fewer cost more handing out; more leave hands idle at the end. Only speed depends on it.
+pub const PIECES_PER_PART: usize = 64;
+
+/// Pieces below which a part of the hierarchy is built by one hand.
+///
+/// Above it each node's hull is a part of its own. Only speed depends on it.
+pub const SUBTREE_PIECES: usize = 512;

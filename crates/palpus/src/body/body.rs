@@ -11,7 +11,8 @@ use super::{
     Aabb, Cleaning, HalfEdges, Health, Hierarchy, HierarchyError, HullError, MassProperties, Mesh, MeshError,
     PolygonSoup, Polytope, TriangleTree, convex_hull,
 };
-use crate::algebra::tolerance::COPLANAR;
+use crate::algebra::tolerance::{COPLANAR, PIECES_PER_PART};
+use crate::algebra::{Alone, Workers, map_in_order};
 
 /// How a body is made of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -89,19 +90,30 @@ impl Body {
         settings: &BodySettings,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Self, BodyError> {
+        Self::from_soup_with(soup, settings, &Alone, progress)
+    }
+
+    /// As [`Self::from_soup`], with the hands of `workers`. The body is the same whoever they are.
+    pub fn from_soup_with(
+        soup: &PolygonSoup,
+        settings: &BodySettings,
+        workers: &dyn Workers,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Self, BodyError> {
         let (mesh, cleaning) = Mesh::from_soup(soup)?;
-        Self::assemble(mesh, cleaning, settings, progress)
+        Self::assemble(mesh, cleaning, settings, workers, progress)
     }
 
     /// Makes a body of a mesh; its health then does not tell what making the mesh took.
     pub fn build(mesh: Mesh, settings: &BodySettings, progress: &mut dyn FnMut(f64)) -> Result<Self, BodyError> {
-        Self::assemble(mesh, Cleaning::default(), settings, progress)
+        Self::assemble(mesh, Cleaning::default(), settings, &Alone, progress)
     }
 
     fn assemble(
         mesh: Mesh,
         cleaning: Cleaning,
         settings: &BodySettings,
+        workers: &dyn Workers,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Self, BodyError> {
         if !(settings.scale.is_finite() && settings.scale > 0.0) {
@@ -114,9 +126,13 @@ impl Body {
         let mesh = mesh.scaled(settings.scale);
         let half_edges = HalfEdges::new(&mesh);
         let tree = mesh.tree();
-        let (polytopes, pieces) =
-            convex_pieces(&Surface::new(&mesh, &half_edges, step, settings.flatness), &tree, progress)?;
-        let hierarchy = Hierarchy::build(&polytopes, COPLANAR * mesh.bounding_diagonal())?;
+        let surface = Surface::new(&mesh, &half_edges, step, settings.flatness);
+        let (polytopes, pieces) = convex_pieces(&surface, &tree, workers, progress)?;
+        let above = DECOMPOSITION_SHARE + PIECES_SHARE;
+        let coplanar = COPLANAR * mesh.bounding_diagonal();
+        let hierarchy = Hierarchy::build_with(&polytopes, coplanar, workers, &mut |done| {
+            progress(above + HIERARCHY_SHARE * done);
+        })?;
         let mass = MassProperties::new(&mesh);
         let health = Health::quick(&mesh, &half_edges, cleaning);
         progress(1.0);
@@ -186,21 +202,22 @@ impl Body {
 fn convex_pieces(
     surface: &Surface<'_>,
     tree: &TriangleTree,
+    workers: &dyn Workers,
     progress: &mut dyn FnMut(f64),
 ) -> Result<(Vec<Polytope>, Vec<Piece>), BodyError> {
     let facets = Facets::of(surface);
     let mut grower = Grower::new(*surface, &facets, tree);
     let patches = decompose(&mut grower, &mut |done| progress(DECOMPOSITION_SHARE * done));
+    let build = |k: usize| build_piece(surface, &facets, &patches[k]);
+    let pieces = map_in_order(workers, patches.len(), PIECES_PER_PART, build, &mut |done| {
+        progress(DECOMPOSITION_SHARE + PIECES_SHARE * done);
+    });
     let mut answer = (Vec::with_capacity(patches.len()), Vec::with_capacity(patches.len()));
-    for (k, patch) in patches.iter().enumerate() {
-        let (polytope, piece) = build_piece(surface, &facets, patch).map_err(|source| BodyError::Piece {
-            piece: k,
-            triangle: facets.triangles(patch.facets[0])[0],
-            source,
-        })?;
+    for (k, piece) in pieces.into_iter().enumerate() {
+        let triangle = || facets.triangles(patches[k].facets[0])[0];
+        let (polytope, piece) = piece.map_err(|source| BodyError::Piece { piece: k, triangle: triangle(), source })?;
         answer.0.push(polytope);
         answer.1.push(piece);
-        progress(DECOMPOSITION_SHARE + PIECES_SHARE * (k + 1) as f64 / patches.len() as f64);
     }
     Ok(answer)
 }
@@ -208,9 +225,10 @@ fn convex_pieces(
 /// The largest [`BodySettings::flatness`]: a thousandth of the model is a feature, not noise.
 const LARGEST_FLATNESS: f64 = 1e-3;
 
-/// The parts of the work that the decomposition and the pieces are, for the progress report; the hierarchy is the rest.
-const DECOMPOSITION_SHARE: f64 = 0.5;
+/// The parts of the work that the decomposition, the pieces and the hierarchy are, for the progress report.
+const DECOMPOSITION_SHARE: f64 = 0.35;
 const PIECES_SHARE: f64 = 0.2;
+const HIERARCHY_SHARE: f64 = 0.44;
 
 #[cfg(test)]
 mod tests {

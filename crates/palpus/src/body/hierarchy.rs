@@ -7,6 +7,9 @@
 //!    a piece.
 //! 4. In front of each hull stand a box and a ball that hold it.
 //!
+//! With several hands, the tree's top is cut level by level, the subtrees below it are built whole, and the hulls of the
+//! top level by level again (`build_with`). The nodes' order is that of one hand: left subtree, right subtree, node.
+//!
 //! Neither part of a split is ever smaller than a fixed share, which keeps the tree's depth logarithmic whatever the
 //! model, so that a traversal's stack has a bound. Cuts measured on contacts of the real meshes, node pairs that a
 //! traversal looks at: median 1, midpoint 0.92, least surface times number 0.83.
@@ -14,13 +17,13 @@
 //! Merging may shave vertices off a hull by the merge distance, a little at each level. The balls and boxes are made to
 //! hold every vertex of every piece all the same, so that dropping a pair by them is never wrong.
 
-use std::collections::HashMap;
+use std::ops::Range;
 
 use glam::DVec3;
 
 use super::bounds::{OrientedBox, Sphere, covariance};
 use super::{Aabb, HullError, Polytope, Provenance, convex_hull};
-use crate::algebra::{eigen, tolerance};
+use crate::algebra::{Alone, Workers, eigen, map_in_order, tolerance};
 
 /// What a node stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -80,13 +83,30 @@ pub enum HierarchyError {
 impl Hierarchy {
     /// The tree over `pieces`; `coplanar` is the distance within which hull faces merge, in model units.
     pub fn build(pieces: &[Polytope], coplanar: f64) -> Result<Self, HierarchyError> {
+        Self::build_with(pieces, coplanar, &Alone, &mut |_| ())
+    }
+
+    /// As [`Self::build`], with the hands of `workers`; `progress` is told the fraction done. The tree is the same
+    /// whoever they are.
+    pub fn build_with(
+        pieces: &[Polytope],
+        coplanar: f64,
+        workers: &dyn Workers,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Self, HierarchyError> {
         if pieces.is_empty() {
             return Err(HierarchyError::Empty);
         }
+        let maker = Maker { pieces, coplanar };
         let mut order: Vec<u32> = (0..pieces.len() as u32).collect();
-        let mut builder = Builder { pieces, coplanar, nodes: Vec::new(), hulls: Vec::new() };
-        let (_, depth) = builder.node(&mut order)?;
-        Ok(Self { nodes: builder.nodes, hulls: builder.hulls, depth })
+        let crown = Crown::cut(&maker, &mut order, workers);
+        progress(CUT_SHARE);
+        let subtrees =
+            crown.subtrees(&maker, &order, workers, &mut |done| progress(CUT_SHARE + SUBTREE_SHARE * done))?;
+        let hulls = crown.hulls(&maker, &order, &subtrees, workers, &mut |done| {
+            progress(CUT_SHARE + SUBTREE_SHARE + (1.0 - CUT_SHARE - SUBTREE_SHARE) * done);
+        })?;
+        Ok(crown.join(pieces.len(), subtrees, hulls))
     }
 
     /// Index of the root.
@@ -122,49 +142,217 @@ impl Hierarchy {
     }
 }
 
-struct Builder<'a> {
-    pieces: &'a [Polytope],
-    coplanar: f64,
-    nodes: Vec<Node>,
-    hulls: Vec<Polytope>,
+/// The parts of the work that the top's cuts and the subtrees are, for the progress report; the top's hulls are the rest.
+const CUT_SHARE: f64 = 0.1;
+const SUBTREE_SHARE: f64 = 0.65;
+
+/// The top of the tree, whose parts are too large for one hand.
+struct Crown {
+    /// The root first, then level by level.
+    parts: Vec<Part>,
+    /// Where each level begins among the parts, and where the last one ends.
+    levels: Vec<usize>,
 }
 
-impl Builder<'_> {
-    /// Builds the node over `order` (pieces, which are reordered) and answers its index and depth.
-    fn node(&mut self, order: &mut [u32]) -> Result<(u32, usize), HierarchyError> {
-        if let [piece] = *order {
-            let bounds = bounds_of(&self.pieces[piece as usize]);
-            return Ok((self.push(NodeKind::Leaf { piece }, bounds, u32::MAX), 1));
+struct Part {
+    /// Its pieces in the order.
+    range: Range<usize>,
+    /// The parts that it was cut into; none for one that is a subtree.
+    halves: Option<[usize; 2]>,
+}
+
+/// An inner node that is not in a tree yet.
+struct Volume {
+    hull: Polytope,
+    sphere: Sphere,
+    oriented_box: OrientedBox,
+}
+
+impl Crown {
+    /// Cuts `order` until no part has more than [`tolerance::SUBTREE_PIECES`] pieces.
+    fn cut(maker: &Maker<'_>, order: &mut [u32], workers: &dyn Workers) -> Self {
+        let mut crown = Self { parts: vec![Part { range: 0..order.len(), halves: None }], levels: vec![0, 1] };
+        let mut level = 0..1;
+        loop {
+            let large = |&k: &usize| crown.parts[k].range.len() > tolerance::SUBTREE_PIECES;
+            let cut: Vec<usize> = level.filter(large).collect();
+            if cut.is_empty() {
+                return crown;
+            }
+            let split = |k: usize| {
+                let mut sorted = order[crown.parts[cut[k]].range.clone()].to_vec();
+                let middle = maker.split(&mut sorted);
+                (sorted, middle)
+            };
+            for (part, (sorted, middle)) in cut.iter().zip(map_in_order(workers, cut.len(), 1, split, &mut |_| ())) {
+                let Range { start, end } = crown.parts[*part].range;
+                order[start..end].copy_from_slice(&sorted);
+                let first = crown.parts.len();
+                crown.parts[*part].halves = Some([first, first + 1]);
+                crown.parts.push(Part { range: start..start + middle, halves: None });
+                crown.parts.push(Part { range: start + middle..end, halves: None });
+            }
+            level = crown.levels[crown.levels.len() - 1]..crown.parts.len();
+            crown.levels.push(crown.parts.len());
         }
-        let middle = self.split(order);
+    }
+
+    /// For each part that was not cut, its tree.
+    fn subtrees(
+        &self,
+        maker: &Maker<'_>,
+        order: &[u32],
+        workers: &dyn Workers,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Vec<Option<Subtree>>, HierarchyError> {
+        let build = |k: usize| {
+            let part = &self.parts[k];
+            part.halves.is_none().then(|| Subtree::over(maker, &mut order[part.range.clone()].to_vec())).transpose()
+        };
+        map_in_order(workers, self.parts.len(), 1, build, progress).into_iter().collect()
+    }
+
+    /// For each part that was cut, its node, from the last level up.
+    fn hulls(
+        &self,
+        maker: &Maker<'_>,
+        order: &[u32],
+        subtrees: &[Option<Subtree>],
+        workers: &dyn Workers,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Vec<Option<Volume>>, HierarchyError> {
+        let mut volumes: Vec<Option<Volume>> = self.parts.iter().map(|_| None).collect();
+        for level in self.levels.windows(2).rev() {
+            let polytope = |k: usize| match (&volumes[k], &subtrees[k]) {
+                (Some(volume), _) => Some(&volume.hull),
+                (None, Some(subtree)) => Some(subtree.polytope(maker, subtree.nodes.len() as u32 - 1)),
+                (None, None) => None,
+            };
+            let join = |k: usize| {
+                let Part { range, halves } = &self.parts[level[0] + k];
+                let [left, right] = (*halves)?.map(polytope);
+                Some(maker.volume(&order[range.clone()], left?, right?))
+            };
+            let joined = map_in_order(workers, level[1] - level[0], 1, join, &mut |_| ());
+            for (k, volume) in joined.into_iter().enumerate() {
+                volumes[level[0] + k] = volume.transpose()?;
+            }
+            progress(1.0 - level[0] as f64 / self.parts.len() as f64);
+        }
+        Ok(volumes)
+    }
+
+    /// One list of all nodes.
+    fn join(&self, pieces: usize, mut subtrees: Vec<Option<Subtree>>, mut volumes: Vec<Option<Volume>>) -> Hierarchy {
+        let mut whole =
+            Subtree { nodes: Vec::with_capacity(2 * pieces - 1), hulls: Vec::with_capacity(pieces - 1), depth: 0 };
+        let (_, depth) = self.append(0, &mut whole, &mut subtrees, &mut volumes);
+        Hierarchy { nodes: whole.nodes, hulls: whole.hulls, depth }
+    }
+
+    /// Appends a part and all below it; answers its node and depth.
+    fn append(
+        &self,
+        part: usize,
+        whole: &mut Subtree,
+        subtrees: &mut [Option<Subtree>],
+        volumes: &mut [Option<Volume>],
+    ) -> (u32, usize) {
+        let Some([first, second]) = self.parts[part].halves else {
+            let subtree = subtrees[part].take();
+            let depth = subtree.as_ref().map_or(0, |subtree| subtree.depth);
+            subtree.into_iter().for_each(|subtree| whole.extend(subtree));
+            return (whole.nodes.len() as u32 - 1, depth);
+        };
+        let (left, left_depth) = self.append(first, whole, subtrees, volumes);
+        let (right, right_depth) = self.append(second, whole, subtrees, volumes);
+        if let Some(volume) = volumes[part].take() {
+            whole.push(NodeKind::Inner { left, right }, volume);
+        }
+        (whole.nodes.len() as u32 - 1, 1 + left_depth.max(right_depth))
+    }
+}
+
+/// A tree, or a part of one: its last node is its root.
+struct Subtree {
+    nodes: Vec<Node>,
+    hulls: Vec<Polytope>,
+    depth: usize,
+}
+
+impl Subtree {
+    /// The tree over `order` (pieces, which are reordered).
+    fn over(maker: &Maker<'_>, order: &mut [u32]) -> Result<Self, HierarchyError> {
         let count = order.len();
+        let mut tree =
+            Self { nodes: Vec::with_capacity(2 * count - 1), hulls: Vec::with_capacity(count - 1), depth: 0 };
+        (_, tree.depth) = tree.grow(maker, order)?;
+        Ok(tree)
+    }
+
+    /// Builds the node over `order` and answers its index and depth.
+    fn grow(&mut self, maker: &Maker<'_>, order: &mut [u32]) -> Result<(u32, usize), HierarchyError> {
+        if let [piece] = *order {
+            let (sphere, oriented_box) = bounds_of(&maker.pieces[piece as usize]);
+            self.nodes.push(Node { kind: NodeKind::Leaf { piece }, sphere, oriented_box, hull: u32::MAX });
+            return Ok((self.nodes.len() as u32 - 1, 1));
+        }
+        let middle = maker.split(order);
         let (first, second) = order.split_at_mut(middle);
-        let (left, left_depth) = self.node(first)?;
-        let (right, right_depth) = self.node(second)?;
-        let hull = self.hull(left, right).map_err(|source| HierarchyError::Hull { pieces: count, source })?;
-        let (sphere, oriented_box) = bounds_of(&hull);
-        // Merging may have shaved vertices off the hull, but not off the bounds.
-        let vertices = || order.iter().flat_map(|&piece| self.pieces[piece as usize].vertices()).copied();
-        let bounds = (sphere.holding(vertices()), oriented_box.holding(vertices()));
-        let index = self.hulls.len() as u32;
+        let (left, left_depth) = self.grow(maker, first)?;
+        let (right, right_depth) = self.grow(maker, second)?;
+        let volume = maker.volume(order, self.polytope(maker, left), self.polytope(maker, right))?;
+        self.push(NodeKind::Inner { left, right }, volume);
+        Ok((self.nodes.len() as u32 - 1, 1 + left_depth.max(right_depth)))
+    }
+
+    fn push(&mut self, kind: NodeKind, volume: Volume) {
+        let Volume { hull, sphere, oriented_box } = volume;
+        self.nodes.push(Node { kind, sphere, oriented_box, hull: self.hulls.len() as u32 });
         self.hulls.push(hull);
-        let node = self.push(NodeKind::Inner { left, right }, bounds, index);
-        Ok((node, 1 + left_depth.max(right_depth)))
     }
 
-    fn push(&mut self, kind: NodeKind, (sphere, oriented_box): (Sphere, OrientedBox), hull: u32) -> u32 {
-        self.nodes.push(Node { kind, sphere, oriented_box, hull });
-        self.nodes.len() as u32 - 1
+    /// Appends another tree's nodes after this one's.
+    fn extend(&mut self, other: Self) {
+        let (nodes, hulls) = (self.nodes.len() as u32, self.hulls.len() as u32);
+        self.nodes.extend(other.nodes.into_iter().map(|node| match node.kind {
+            NodeKind::Leaf { .. } => node,
+            NodeKind::Inner { left, right } => Node {
+                kind: NodeKind::Inner { left: left + nodes, right: right + nodes },
+                hull: node.hull + hulls,
+                ..node
+            },
+        }));
+        self.hulls.extend(other.hulls);
     }
 
+    fn polytope<'a>(&'a self, maker: &Maker<'a>, node: u32) -> &'a Polytope {
+        let node = &self.nodes[node as usize];
+        match node.kind {
+            NodeKind::Leaf { piece } => &maker.pieces[piece as usize],
+            NodeKind::Inner { .. } => &self.hulls[node.hull as usize],
+        }
+    }
+}
+
+/// What nodes are made from.
+struct Maker<'a> {
+    pieces: &'a [Polytope],
+    coplanar: f64,
+}
+
+impl Maker<'_> {
     /// Sorts the pieces along the direction of largest spread and answers where the second part begins.
     fn split(&self, order: &mut [u32]) -> usize {
-        let centroid = |piece: u32| self.pieces[piece as usize].centroid();
-        let centroids: Vec<DVec3> = order.iter().map(|&piece| centroid(piece)).collect();
+        let centroids: Vec<DVec3> = order.iter().map(|&piece| self.pieces[piece as usize].centroid()).collect();
         let axes = eigen(covariance(&centroids)).1;
-        let along = |piece: u32| centroid(piece).dot(axes.z_axis);
+        let mut along: Vec<(f64, u32)> =
+            order.iter().zip(&centroids).map(|(&piece, centroid)| (centroid.dot(axes.z_axis), piece)).collect();
         // Equal heights are ordered by piece, so that the tree is a function of the pieces alone.
-        order.sort_unstable_by(|&p, &q| along(p).total_cmp(&along(q)).then(p.cmp(&q)));
+        along.sort_unstable_by(|p, q| p.0.total_cmp(&q.0).then(p.1.cmp(&q.1)));
+        for (place, &(_, piece)) in order.iter_mut().zip(&along) {
+            *place = piece;
+        }
         let to_axes = axes.transpose();
         let extents: Vec<Aabb> = order
             .iter()
@@ -173,16 +361,16 @@ impl Builder<'_> {
         cheapest_cut(&extents)
     }
 
-    fn polytope(&self, node: u32) -> &Polytope {
-        let node = &self.nodes[node as usize];
-        match node.kind {
-            NodeKind::Leaf { piece } => &self.pieces[piece as usize],
-            NodeKind::Inner { .. } => &self.hulls[node.hull as usize],
-        }
+    /// The node over `order`, whose two parts have the volumes `left` and `right`.
+    fn volume(&self, order: &[u32], left: &Polytope, right: &Polytope) -> Result<Volume, HierarchyError> {
+        let hull = self.hull(left, right).map_err(|source| HierarchyError::Hull { pieces: order.len(), source })?;
+        let (sphere, oriented_box) = bounds_of(&hull);
+        // Merging may have shaved vertices off the hull, but not off the bounds.
+        let vertices = || order.iter().flat_map(|&piece| self.pieces[piece as usize].vertices()).copied();
+        Ok(Volume { hull, sphere: sphere.holding(vertices()), oriented_box: oriented_box.holding(vertices()) })
     }
 
-    fn hull(&self, left: u32, right: u32) -> Result<Polytope, HullError> {
-        let (left, right) = (self.polytope(left), self.polytope(right));
+    fn hull(&self, left: &Polytope, right: &Polytope) -> Result<Polytope, HullError> {
         let points: Vec<DVec3> = left.vertices().iter().chain(right.vertices()).copied().collect();
         // Merging is a convenience for walks; where it finds no volume, exact coplanarity decides.
         for coplanar in [self.coplanar, 0.0] {
@@ -230,10 +418,12 @@ fn tag(polytope: Polytope, inputs: &[u32], left: &Polytope, right: &Polytope, co
     let from_left = left.vertices().len() as u32;
     // Neighbouring pieces share vertices; the hull names the left one's.
     let place = |v: &DVec3| v.to_array().map(f64::to_bits);
-    let rights: HashMap<_, u32> = right.vertices().iter().map(place).zip(0..).collect();
+    let mut rights: Vec<([u64; 3], u32)> = right.vertices().iter().map(place).zip(0..).collect();
+    rights.sort_unstable();
+    let right_at = |v: [u64; 3]| rights.binary_search_by_key(&v, |&(at, _)| at).ok().map(|k| rights[k].1);
     let in_left = |v: u32| Some(inputs[v as usize]).filter(|&k| k < from_left);
     let in_right = |v: u32| match inputs[v as usize].checked_sub(from_left) {
-        None => rights.get(&place(&polytope.vertex(v))).copied(),
+        None => right_at(place(&polytope.vertex(v))),
         inside => inside,
     };
     let covered = |child: &Polytope, first: Option<u32>, face: u32| {

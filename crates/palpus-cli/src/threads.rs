@@ -1,0 +1,70 @@
+//! The hands that the program lends to the engine: threads of the operating system.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
+
+use palpus::algebra::Workers;
+
+/// As many threads as are said, the calling one among them; each takes the next part as soon as it is free.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Threads {
+    count: usize,
+}
+
+impl Threads {
+    /// One for each core that the operating system gives this program.
+    pub(crate) fn all() -> Self {
+        Self { count: thread::available_parallelism().map_or(1, usize::from) }
+    }
+}
+
+impl Workers for Threads {
+    fn each(&self, count: usize, work: &(dyn Fn(usize) + Sync), finished: &mut dyn FnMut(usize)) {
+        let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let take_one = || {
+            let k = next.fetch_add(1, Ordering::Relaxed);
+            let taken = k < count;
+            if taken {
+                work(k);
+                done.fetch_add(1, Ordering::Relaxed);
+            }
+            taken
+        };
+        thread::scope(|scope| {
+            for _ in 1..self.count.min(count) {
+                scope.spawn(|| while take_one() {});
+            }
+            while take_one() {
+                finished(done.load(Ordering::Relaxed));
+            }
+        });
+        finished(count);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicU32;
+
+    use super::*;
+
+    #[test]
+    fn each_part_is_done_once_and_what_is_done_never_decreases() {
+        for threads in [1, 2, 5] {
+            for parts in [0, 1, 3, 1000] {
+                let times: Vec<AtomicU32> = (0..parts).map(|_| AtomicU32::new(0)).collect();
+                let mut last = 0;
+                let mut finished = |done| {
+                    assert!(done >= last);
+                    last = done;
+                };
+                let work = |k: usize| {
+                    times[k].fetch_add(1, Ordering::Relaxed);
+                };
+                Threads { count: threads }.each(parts, &work, &mut finished);
+                assert_eq!(last, parts);
+                assert!(times.iter().all(|times| times.load(Ordering::Relaxed) == 1));
+            }
+        }
+    }
+}

@@ -1,0 +1,97 @@
+//! Hands that the caller lends for work that falls into independent parts: the engine has no threads of its own.
+//!
+//! The engine cuts the work into parts by the size of the work alone, never by how many hands there are, and puts the
+//! answers together in the parts' order. So what comes out is the same whoever did it, and how many they were.
+
+use std::sync::OnceLock;
+
+/// Who does the parts of a job, one after the other or at once.
+pub trait Workers {
+    /// Calls `work(k)` once for each `k` below `count`, in any order and on any threads, and returns when all are done.
+    ///
+    /// `finished` is called on the calling thread, now and then, with how many are done; it must not decrease.
+    fn each(&self, count: usize, work: &(dyn Fn(usize) + Sync), finished: &mut dyn FnMut(usize));
+}
+
+/// One part after the other, on the calling thread.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Alone;
+
+impl Workers for Alone {
+    fn each(&self, count: usize, work: &(dyn Fn(usize) + Sync), finished: &mut dyn FnMut(usize)) {
+        for k in 0..count {
+            work(k);
+            finished(k + 1);
+        }
+    }
+}
+
+impl<W: Workers + ?Sized> Workers for &W {
+    fn each(&self, count: usize, work: &(dyn Fn(usize) + Sync), finished: &mut dyn FnMut(usize)) {
+        (**self).each(count, work, finished);
+    }
+}
+
+/// The answers of `work(k)` for each `k` below `count`, in that order; `batch` of them (at least one) are one part.
+///
+/// `progress` is told the fraction done, rising to one.
+pub fn map_in_order<T: Send + Sync>(
+    workers: &dyn Workers,
+    count: usize,
+    batch: usize,
+    work: impl Fn(usize) -> T + Sync,
+    progress: &mut dyn FnMut(f64),
+) -> Vec<T> {
+    let batch = batch.max(1);
+    let parts = count.div_ceil(batch);
+    let of_part = |part: usize| (part * batch..count.min((part + 1) * batch)).map(&work).collect::<Vec<T>>();
+    let answers: Vec<OnceLock<Vec<T>>> = (0..parts).map(|_| OnceLock::new()).collect();
+    workers.each(
+        parts,
+        &|part| {
+            answers[part].get_or_init(|| of_part(part));
+        },
+        &mut |done| progress(done as f64 / parts as f64),
+    );
+    let mut all = Vec::with_capacity(count);
+    for (part, answer) in answers.into_iter().enumerate() {
+        // Workers that left a part out break their promise; the answer is right all the same.
+        all.extend(answer.into_inner().unwrap_or_else(|| of_part(part)));
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two threads, the second from the end; forgets the part in the middle.
+    struct Pair;
+
+    impl Workers for Pair {
+        fn each(&self, count: usize, work: &(dyn Fn(usize) + Sync), finished: &mut dyn FnMut(usize)) {
+            std::thread::scope(|scope| {
+                scope.spawn(|| (count / 2 + 1..count).rev().for_each(work));
+                (0..count / 2).for_each(work);
+            });
+            finished(count);
+        }
+    }
+
+    #[test]
+    fn answers_come_in_order_whoever_does_the_work() {
+        for count in [0, 1, 7, 64, 1000] {
+            for batch in [0, 1, 3, 64, 2000] {
+                let expected: Vec<usize> = (0..count).map(|k| k * k).collect();
+                let mut last = 0.0;
+                let alone = map_in_order(&Alone, count, batch, |k| k * k, &mut |done| {
+                    assert!(done >= last);
+                    last = done;
+                });
+                assert_eq!(alone, expected);
+                assert!(count == 0 || last >= 1.0);
+                assert_eq!(map_in_order(&&Pair, count, batch, |k| k * k, &mut |_| ()), expected);
+            }
+        }
+    }
+}
