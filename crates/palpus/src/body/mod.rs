@@ -5,6 +5,7 @@ mod body;
 mod bounds;
 mod contain;
 mod decompose;
+mod directory;
 mod facet;
 mod feature;
 mod grow;

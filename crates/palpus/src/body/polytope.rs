@@ -14,6 +14,7 @@
 
 use glam::DVec3;
 
+use super::directory::{Directory, Known};
 use crate::algebra::Plane;
 
 /// Where a face of a piece comes from \[K02 §3.4\].
@@ -80,6 +81,7 @@ pub struct Polytope {
     centroid: DVec3,
     radius: f64,
     flat: bool,
+    directory: Directory,
 }
 
 impl Polytope {
@@ -232,7 +234,7 @@ impl Polytope {
         }
         let centroid = vertices.iter().copied().sum::<DVec3>() / vertices.len() as f64;
         let radius = vertices.iter().map(|v| v.distance_squared(centroid)).fold(0.0, f64::max).sqrt();
-        Ok(Self {
+        let mut polytope = Self {
             vertices,
             ring_starts,
             spokes,
@@ -245,7 +247,10 @@ impl Polytope {
             centroid,
             radius,
             flat,
-        })
+            directory: Directory::Scan(Vec::new()),
+        };
+        polytope.directory = Directory::new(&polytope.vertices, |from, direction| polytope.climb(from, direction).0);
+        Ok(polytope)
     }
 
     /// Vertex positions in the body's frame.
@@ -351,34 +356,26 @@ impl Polytope {
         self.radius
     }
 
-    /// The vertex farthest along `direction` (need not be unit), by scanning all.
+    /// The vertex farthest along `direction` (need not be unit).
+    #[inline]
     pub fn support(&self, direction: DVec3) -> u32 {
-        let mut best = 0;
-        let mut height = f64::NEG_INFINITY;
-        for (v, p) in self.vertices.iter().enumerate() {
-            let h = direction.dot(*p);
-            if h > height {
-                height = h;
-                best = v as u32;
-            }
+        match self.directory.look(direction) {
+            Known::Farthest(v) => v,
+            Known::Near(v) => self.climb(v, direction).0,
         }
-        best
     }
 
-    /// The vertex farthest along `direction` (need not be unit), by climbing from vertex `hint`.
-    ///
-    /// A climb ends at a global maximum, since the polytope is convex; it moves only to strictly higher vertices, so a
-    /// plateau cannot make it cycle. Small polytopes are scanned.
+    /// The same, for one who has a vertex near to it: climbs from `hint`, unless looking at all is quicker.
     #[inline]
     pub fn support_from(&self, hint: u32, direction: DVec3) -> u32 {
-        if self.vertices.len() <= SCAN_BELOW {
-            return self.support(direction);
-        }
-        self.climb(hint, direction).0
+        self.directory.scan(direction).unwrap_or_else(|| self.climb(hint, direction).0)
     }
 
-    /// The vertex farthest along `direction` and its height there, by climbing from vertex `from` whatever the size: a warm
-    /// climb looks at one or two rings, fewer vertices than a scan.
+    /// The vertex farthest along `direction` and its height there, by climbing from vertex `from`.
+    ///
+    /// A climb ends at a global maximum, since the polytope is convex; it moves only to strictly higher vertices, so a
+    /// plateau cannot make it cycle. From the vertex of a near direction it looks at one or two rings, which is less than
+    /// [`Self::support`] does; from any other, more.
     #[inline]
     pub fn climb(&self, from: u32, direction: DVec3) -> (u32, f64) {
         let mut best = from;
@@ -398,9 +395,6 @@ impl Polytope {
         }
     }
 }
-
-/// At or below this many vertices a straight scan beats a climb from a warm vertex (measured: about 32).
-const SCAN_BELOW: usize = 32;
 
 #[cfg(test)]
 mod tests {

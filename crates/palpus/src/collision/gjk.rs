@@ -43,14 +43,7 @@ pub fn gjk(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) 
         }
         steps += 1;
         let normal = simplex.normal();
-        let last = simplex.newest();
-        let corner = Corner::new(
-            a,
-            b,
-            pose_ba,
-            a.support_from(last.a, pose_ba.inverse_vector(-normal)),
-            b.support_from(last.b, normal),
-        );
+        let corner = Corner::new(a, b, pose_ba, a.support(pose_ba.inverse_vector(-normal)), b.support(normal));
         let gap = length - normal.dot(corner.difference);
         if gap < best.0 {
             best = (gap, simplex);

@@ -353,7 +353,7 @@ impl Field<'_> {
 /// A start for a pair without history: the vertices extreme along the line of the centroids.
 pub fn initial_features(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> FeaturePair {
     let line = pose_ba.point(a.centroid()) - b.centroid();
-    FeaturePair { a: Vertex(a.support_from(0, pose_ba.inverse_vector(-line))), b: Vertex(b.support_from(0, line)) }
+    FeaturePair { a: Vertex(a.support(pose_ba.inverse_vector(-line))), b: Vertex(b.support(line)) }
 }
 
 /// Calls `visit` with every face that holds `feature`.

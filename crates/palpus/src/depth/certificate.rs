@@ -26,16 +26,16 @@
 //! Proven means: no direction has an h smaller than the depth by more than [`PROOF_RELATIVE`] of it or by rounding.
 
 use super::cso::Cso;
-use super::inner::{Refusal, Surface, judged};
+use super::inner::{Joint, Refusal, Surface, judged};
 use super::overlay::Corner;
-use super::query::{answer_at, depth_once, walk_to_end};
+use super::query::{answer_at, depth_once, lowest_start, scan, walk_from};
 use super::seed::{Seed, Start};
 use super::walk::Walked;
 use super::{Certainty, Depth, HubPair, WalkScratch};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{
-    KEPT_CORNERS, KEPT_TRIANGLES, PROOF_BEGIN, PROOF_BETTER, PROOF_GATHERED, PROOF_GROWTHS, PROOF_HOLE, PROOF_RELATIVE,
-    PROOF_REPAIRS, PROOF_ROUNDING, PROOF_TRIANGLES,
+    KEPT_CORNERS, KEPT_TRIANGLES, PROOF_BEGIN, PROOF_GATHERED, PROOF_GROWTHS, PROOF_RELATIVE, PROOF_REPAIRS,
+    PROOF_ROUNDING,
 };
 use crate::body::Polytope;
 use crate::collision::StopReason;
@@ -46,8 +46,7 @@ use glam::DVec3;
 #[derive(Clone, Debug)]
 pub struct CertificateMemory {
     hubs: Vec<HubPair>,
-    /// Tips, and the triangles across their edges.
-    triangles: Vec<[[u16; 3]; 2]>,
+    triangles: Vec<Joint>,
     /// Of each triangle: its distance from the origin when it was measured, plus `moved` as it was then.
     awake_at: Vec<f64>,
     /// At least how far any point has moved since the surface was judged whole.
@@ -98,22 +97,20 @@ impl CertificateMemory {
 
     fn keep(&mut self, cso: &Cso<'_>, surface: &Surface, bar: f64, new: bool) {
         self.clear();
-        let count = surface.triangles.len();
+        let count = surface.triangles().count();
         if new {
             self.fresh = count;
         }
         let gathered = count > PROOF_GATHERED * (self.fresh + 1);
-        if gathered || count > KEPT_TRIANGLES || surface.tips.len() > KEPT_CORNERS {
+        if gathered || count > KEPT_TRIANGLES || surface.tips().len() > KEPT_CORNERS {
             return;
         }
         self.pair = pair_of(cso);
         self.pose_ba = *cso.pose_ba;
         self.moved = 0.0;
-        self.hubs.extend(surface.tips.iter().map(|tip| tip.hub));
-        for triangle in &surface.triangles {
-            self.triangles.push([triangle.tips, triangle.across]);
-            self.awake_at.push(if triangle.offset.is_finite() { triangle.offset } else { bar });
-        }
+        self.hubs.extend(surface.tips().iter().map(|tip| tip.hub));
+        self.triangles.extend(surface.triangles().map(|(joint, _)| joint));
+        self.awake_at.extend(surface.triangles().map(|(_, offset)| if offset.is_finite() { offset } else { bar }));
     }
 }
 
@@ -153,9 +150,10 @@ impl Default for ProofScratch {
     }
 }
 
-/// The penetration depth of `a` and `b` with proof, as far as one is found: one walk from the lowest of the seeds, then [`prove`].
+/// The penetration depth of `a` and `b` with proof, as far as one is found.
 ///
-/// The several walks of a cold [`depth`](super::depth) are spared: the proof finds what one has missed.
+/// With a surface of an earlier tick in the memory: one walk from the lowest of the seeds, then [`prove`]. Without one,
+/// the walk is spared: the surface is grown first, which finds the direction, and the walk is only asked for the features there.
 pub fn depth_proven(
     a: &Polytope,
     b: &Polytope,
@@ -165,8 +163,16 @@ pub fn depth_proven(
     proof: &mut ProofScratch,
     walk: &mut WalkScratch,
 ) -> Depth {
-    let answer = depth_once(a, b, pose_ba, seeds, walk);
-    prove(a, b, pose_ba, &answer, memory, proof, walk)
+    let cso = Cso { a, b, pose_ba };
+    if memory.serves(&cso) {
+        let answer = depth_once(a, b, pose_ba, seeds, walk);
+        return prove(a, b, pose_ba, &answer, memory, proof, walk);
+    }
+    walk.trail.clear();
+    let mut search = Search::new(&cso, lowest_start(&cso, seeds), None, &mut proof.surface, walk);
+    let answer = search.run(memory);
+    proof.growths = search.growths;
+    answer
 }
 
 /// Proves `answer`, which [`depth`](super::depth) gave for this pose, or finds a better one and proves that.
@@ -186,20 +192,10 @@ pub fn prove(
 ) -> Depth {
     let cso = Cso { a, b, pose_ba };
     walk.trail.clear();
-    let mut search = Search::new(&cso, answer, &mut proof.surface, walk);
-    let outcome = search.warm(memory).or_else(|_| search.cold());
-    let growths = search.growths;
-    let answer = match outcome {
-        Ok(origin) => {
-            search.keep(memory, origin);
-            Depth { certainty: Certainty::GloballyOptimal, ..search.best }
-        }
-        Err(stop) => {
-            memory.clear();
-            Depth { certainty: Certainty::LocallyOptimal, stop, ..search.best }
-        }
-    };
-    proof.growths = growths;
+    let start = Start { hub: answer.hub, normal: answer.normal, offset: answer.depth };
+    let mut search = Search::new(&cso, start, Some(*answer), &mut proof.surface, walk);
+    let answer = search.run(memory);
+    proof.growths = search.growths;
     answer
 }
 
@@ -218,23 +214,47 @@ enum Ground {
 
 struct Search<'s, 'p> {
     cso: &'s Cso<'p>,
-    best: Depth,
-    /// Heights nearer than this to the depth are as good.
-    tolerance: f64,
-    better: u32,
+    /// The direction of the least h found so far.
+    best: Start,
+    /// The answer there, unless the direction is newer.
+    answer: Option<Depth>,
+    /// Moves of walks.
+    steps: u32,
+    /// Heights nearer than this to the depth are as good, beside [`PROOF_RELATIVE`] of the depth.
+    rounding: f64,
     growths: u32,
     surface: &'s mut Surface,
     walk: &'s mut WalkScratch,
 }
 
 impl<'s, 'p> Search<'s, 'p> {
-    fn new(cso: &'s Cso<'p>, answer: &Depth, surface: &'s mut Surface, walk: &'s mut WalkScratch) -> Self {
+    fn new(
+        cso: &'s Cso<'p>,
+        best: Start,
+        answer: Option<Depth>,
+        surface: &'s mut Surface,
+        walk: &'s mut WalkScratch,
+    ) -> Self {
         let Cso { a, b, pose_ba } = *cso;
         // Rounding is relative to the coordinates of which the CSO's points are differences.
         let coordinates =
             cso.size() + pose_ba.point(a.centroid()).length() + a.centroid().length() + b.centroid().length();
-        let tolerance = PROOF_RELATIVE * answer.depth.max(0.0) + PROOF_ROUNDING * coordinates;
-        Self { cso, best: *answer, tolerance, better: 0, growths: 0, surface, walk }
+        let steps = answer.map_or(0, |answer| answer.steps);
+        Self { cso, best, answer, steps, rounding: PROOF_ROUNDING * coordinates, growths: 0, surface, walk }
+    }
+
+    /// The proof, warm or cold, and the answer that is proven or the best known.
+    fn run(&mut self, memory: &mut CertificateMemory) -> Depth {
+        match self.warm(memory).or_else(|_| self.cold()) {
+            Ok(ground) => {
+                self.keep(memory, ground);
+                Depth { certainty: Certainty::GloballyOptimal, ..self.answer() }
+            }
+            Err(stop) => {
+                memory.clear();
+                Depth { certainty: Certainty::LocallyOptimal, stop, ..self.answer() }
+            }
+        }
     }
 
     /// Proof from the surface that the memory holds.
@@ -251,19 +271,19 @@ impl<'s, 'p> Search<'s, 'p> {
         }
         self.surface.clear(self.slack(), true);
         memory.hubs.iter().for_each(|&hub| self.surface.push_tip(self.cso, hub));
-        memory.triangles.iter().for_each(|&[tips, across]| self.surface.push_triangle(tips, across));
+        memory.triangles.iter().for_each(|&joint| self.surface.push_triangle(joint));
         self.grow(PROOF_REPAIRS)?;
         Ok(Ground::Kept)
     }
 
     /// True if those triangles of the kept surface that may have come too near have not.
     fn sleeps(&self, memory: &mut CertificateMemory) -> bool {
-        let bar = self.best.depth - self.tolerance;
+        let bar = self.bar();
         let CertificateMemory { hubs, triangles, awake_at, moved, .. } = memory;
         if *moved * f64::EPSILON > self.slack() {
             return false; // The sums have become too coarse; they begin anew.
         }
-        for (awake_at, [tips, _]) in awake_at.iter_mut().zip(triangles) {
+        for (awake_at, Joint { tips, .. }) in awake_at.iter_mut().zip(triangles) {
             let distance = *awake_at - *moved;
             if distance >= bar {
                 continue;
@@ -280,9 +300,21 @@ impl<'s, 'p> Search<'s, 'p> {
         true
     }
 
+    /// What is no nearer than this needs no growth.
+    #[inline]
+    fn bar(&self) -> f64 {
+        self.best.offset - self.tolerance()
+    }
+
+    /// Heights nearer than this to the depth are as good.
+    #[inline]
+    fn tolerance(&self) -> f64 {
+        PROOF_RELATIVE * self.best.offset.max(0.0) + self.rounding
+    }
+
     /// Lengths below this are rounding.
     fn slack(&self) -> f64 {
-        0.25 * self.tolerance
+        0.25 * self.tolerance()
     }
 
     /// Proof from nothing.
@@ -301,107 +333,100 @@ impl<'s, 'p> Search<'s, 'p> {
 
     /// True if the depth is zero within rounding; an error if it is negative.
     fn touches(&self) -> Result<bool, StopReason> {
-        if self.best.depth < -self.tolerance {
+        if self.best.offset < -self.tolerance() {
             return Err(StopReason::Stalled);
         }
-        Ok(self.best.depth <= self.tolerance)
+        Ok(self.best.offset <= self.tolerance())
     }
 
     /// A tetrahedron of supports. False if the CSO has no volume.
     fn begin(&mut self) -> Result<bool, StopReason> {
-        let normal = self.best.normal;
-        let first = self.support(self.best.hub, normal)?;
-        let second = self.support(first, -normal)?;
+        let Start { hub: first, normal, .. } = self.best;
+        let second = self.support(-normal);
         let [p, q] = [first, second].map(|hub| self.cso.vertex(hub));
-        let third = self.support_off(second, p, (q - p).any_orthogonal_vector())?;
+        let third = self.support_off(second, p, (q - p).any_orthogonal_vector());
         let r = self.cso.vertex(third);
-        let fourth = self.support_off(third, p, (q - p).cross(r - p))?;
+        let fourth = self.support_off(third, p, (q - p).cross(r - p));
         [first, second, third, fourth].iter().for_each(|&hub| self.surface.push_tip(self.cso, hub));
         Ok(self.surface.close_tetrahedron())
     }
 
-    /// The support along ± `direction` on the side of `from` where the origin is, or on the other if there is none off `from`.
-    fn support_off(&mut self, hint: HubPair, from: DVec3, direction: DVec3) -> Result<HubPair, StopReason> {
-        let Some(normal) = direction.try_normalize() else { return Ok(hint) };
+    /// The support along ± `direction` on the side of `from` where the origin is, or on the other if there is none off
+    /// `from`; `known` if there is no direction.
+    fn support_off(&mut self, known: HubPair, from: DVec3, direction: DVec3) -> HubPair {
+        let Some(normal) = direction.try_normalize() else { return known };
         let normal = if normal.dot(from) <= 0.0 { normal } else { -normal };
-        let toward = self.support(hint, normal)?;
+        let toward = self.support(normal);
         if normal.dot(self.cso.vertex(toward) - from) > PROOF_BEGIN * self.cso.size() {
-            return Ok(toward);
+            return toward;
         }
-        let away = self.support(toward, -normal)?;
+        let away = self.support(-normal);
         let [one, other] = [toward, away].map(|hub| normal.dot(self.cso.vertex(hub) - from).abs());
-        Ok(if one >= other { toward } else { away })
+        if one >= other { toward } else { away }
     }
 
-    /// The support along `normal`; if h is smaller there than the depth, the walk goes on from it first.
-    fn support(&mut self, hint: HubPair, normal: DVec3) -> Result<HubPair, StopReason> {
-        let (hub, height) = self.cso.support(hint, normal);
-        if height < self.best.depth - 0.5 * self.tolerance {
-            self.improve(hub, normal, height)?;
+    /// The support along `normal`, which is noted if h is less there than anywhere else so far.
+    #[inline]
+    fn support(&mut self, normal: DVec3) -> HubPair {
+        let (hub, offset) = self.cso.support_anew(normal);
+        // What is lower by no more than rounding is no better than the answer with its exact normal.
+        if offset < self.best.offset - 0.5 * self.tolerance() {
+            self.best = Start { hub, normal, offset };
+            self.answer = None;
         }
-        Ok(hub)
+        hub
     }
 
-    /// Walks from a hub that supports a direction of lower h.
+    /// The answer at the best direction: where a walk from there ends.
     ///
     /// Where features are parallel but for rounding, the walk tells corners apart less finely than the proof does and may
     /// end a little above where it began. Then the direction itself is the answer, next to the features where the walk ended.
-    fn improve(&mut self, hub: HubPair, normal: DVec3, height: f64) -> Result<(), StopReason> {
-        if self.better == PROOF_BETTER {
-            return Err(StopReason::Budget);
+    fn answer(&mut self) -> Depth {
+        if let Some(answer) = self.answer {
+            return answer;
         }
-        self.better += 1;
         let Walked { mut corner, steps, stop } =
-            walk_to_end(self.cso, Start { hub, normal, offset: height }, &mut self.walk.trail)
-                .ok_or(StopReason::Stalled)?;
-        if corner.offset >= self.best.depth {
-            corner = Corner { normal, offset: height, hub, ..corner };
+            walk_from(self.cso, self.best, false, &mut self.walk.trail).unwrap_or_else(|| scan(self.cso));
+        if corner.offset > self.best.offset {
+            let Start { hub, normal, offset } = self.best;
+            corner = Corner { normal, offset, hub, ..corner };
         }
-        let steps = self.best.steps + steps + 1;
-        self.best = answer_at(self.cso, &corner, steps, stop, &mut self.walk.clip);
-        Ok(())
+        self.steps += steps;
+        let answer = answer_at(self.cso, &corner, self.steps, stop, &mut self.walk.clip);
+        self.answer = Some(answer);
+        answer
     }
 
-    /// Grows the surface until it keeps the depth away from the origin.
+    /// Grows the surface, nearest triangle first, until it keeps the depth away from the origin.
     fn grow(&mut self, most: u32) -> Result<(), StopReason> {
         let most = self.growths + most;
-        let mut k = 0;
-        while k < self.surface.triangles.len() {
-            let bar = self.best.depth - self.tolerance;
-            let Some(low) = self.surface.below(k, bar) else {
-                k += 1;
-                continue;
-            };
+        loop {
+            let low = self.surface.nearest();
+            if low.offset >= self.bar() {
+                return if low.offset.is_finite() { Ok(()) } else { Err(StopReason::Stalled) };
+            }
             if self.growths == most {
                 return Err(StopReason::Budget);
             }
             self.growths += 1;
-            let hint = self.surface.hint(self.cso, &low);
-            let hub = self.support(hint, low.normal)?;
-            if low.offset >= self.best.depth - self.tolerance {
+            let hub = self.support(low.normal);
+            if self.best.offset < -self.tolerance() {
+                return Err(StopReason::Stalled);
+            }
+            if low.offset >= self.bar() {
                 continue;
             }
-            if self.surface.triangles.len() + PROOF_HOLE > PROOF_TRIANGLES {
-                self.surface.compact();
-                if self.surface.triangles.len() > PROOF_TRIANGLES / 2 {
-                    return Err(StopReason::Budget);
-                }
-                // The survivors before k are above the bar, but k is now another's place.
-                k = 0;
-                continue;
-            }
-            self.surface.grow(self.cso, k, hub).map_err(|refusal| match refusal {
+            self.surface.grow(self.cso, low.triangle, hub).map_err(|refusal| match refusal {
                 Refusal::Full => StopReason::Budget,
                 Refusal::Torn => StopReason::Stalled,
             })?;
         }
-        if self.surface.is_solid() { Ok(()) } else { Err(StopReason::Stalled) }
     }
 
     fn keep(&mut self, memory: &mut CertificateMemory, ground: Ground) {
         if ground == Ground::Kept || ground == Ground::Grown {
             self.surface.compact();
-            let bar = self.best.depth - self.tolerance;
+            let bar = self.bar();
             memory.keep(self.cso, self.surface, bar, ground == Ground::Grown);
         }
     }

@@ -62,6 +62,13 @@ impl Cso<'_> {
         (hub, normal.dot(self.vertex(hub)))
     }
 
+    /// The same, from no hint.
+    #[inline]
+    pub(super) fn support_anew(&self, normal: DVec3) -> (HubPair, f64) {
+        let hub = HubPair { a: self.a.support(self.toward_b(normal)), b: self.b.support(normal) };
+        (hub, normal.dot(self.vertex(hub)))
+    }
+
     /// The outward normal of a face pair's CSO facet, in b's frame; none for an edge pair.
     pub(super) fn face_normal(&self, antipodal: Antipodal) -> Option<DVec3> {
         match antipodal {

@@ -14,6 +14,8 @@
 //!    the hole with a fan about it. A triangle that already has the corner is taken away with them; that flips an edge
 //!    when motion has folded the surface.
 //!
+//! Triangles lie without gaps: those that a growth makes take the places of those that it has taken away.
+//!
 //! A triangle of no height lies, as far as the proof can tell, on edges that others have too, and those are judged. It counts as seen from
 //! everywhere, so that it goes together with its neighbours.
 
@@ -30,33 +32,49 @@ pub(super) struct Tip {
     pub(super) at: DVec3,
 }
 
-/// A triangle of the surface, counter-clockwise seen from outside.
+/// Edge `side` of a triangle, from its tip `side` to the next. [`PROOF_TRIANGLES`] leaves room for both in one number.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Triangle {
-    pub(super) tips: [u16; 3],
-    /// The triangle across the edge from tip k to tip k + 1.
-    pub(super) across: [u16; 3],
-    alive: bool,
-    /// Outward and unit; zero for a triangle of no height.
-    pub(super) normal: DVec3,
-    /// The least height of its tips along the normal; infinite for a triangle of no height.
-    pub(super) offset: f64,
+pub(super) struct Half(u16);
+
+impl Half {
+    #[inline]
+    fn new(triangle: u16, side: u16) -> Self {
+        Self(triangle << 2 | side)
+    }
+
+    #[inline]
+    fn triangle(self) -> usize {
+        usize::from(self.0 >> 2)
+    }
+
+    #[inline]
+    fn side(self) -> usize {
+        usize::from(self.0 & 3)
+    }
 }
 
-/// An edge around a hole: from one tip to the next, and edge `side` of triangle `outer`, which runs the other way.
+/// A triangle's corners, counter-clockwise seen from outside, and what lies across the edge from tip k to the next.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Joint {
+    pub(super) tips: [u16; 3],
+    pub(super) across: [Half; 3],
+}
+
+/// A triangle of the surface.
+#[derive(Clone, Copy, Debug)]
+struct Triangle {
+    joint: Joint,
+    alive: bool,
+    /// Outward and unit; zero for a triangle of no height.
+    normal: DVec3,
+}
+
+/// An edge around a hole: from one tip to the next, and the edge of the triangle outside, which runs the other way.
 #[derive(Clone, Copy, Debug)]
 struct Rim {
     from: u16,
     to: u16,
-    outer: u16,
-    side: u8,
-}
-
-/// Edge `side` of triangle `triangle`.
-#[derive(Clone, Copy, Debug)]
-struct Half {
-    triangle: u16,
-    side: u8,
+    outer: Half,
 }
 
 /// Why a surface could not be grown.
@@ -68,18 +86,31 @@ pub(super) enum Refusal {
     Torn,
 }
 
+/// A triangle that comes nearest to the origin.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Nearest {
+    pub(super) triangle: usize,
+    pub(super) normal: DVec3,
+    pub(super) offset: f64,
+}
+
 /// The surface. Vectors of fixed capacity.
 #[derive(Clone, Debug)]
 pub(super) struct Surface {
-    pub(super) tips: Vec<Tip>,
-    pub(super) triangles: Vec<Triangle>,
+    tips: Vec<Tip>,
+    triangles: Vec<Triangle>,
+    /// Of each triangle, the least height of its tips along the normal; infinite for one of no height, and for one that was taken away.
+    offsets: Vec<f64>,
     /// Lengths below this are rounding.
     slack: f64,
     /// Motion may have folded it, so that a support can be a tip that it has. One grown from nothing is convex.
     folded: bool,
-    taken: Vec<u16>,
+    /// Places of triangles that were taken away.
+    free: Vec<u16>,
+    /// Edges yet to be crossed, as those of the triangles beyond.
+    ahead: Vec<Half>,
     rim: Vec<Rim>,
-    /// New numbers of tips when the unused are dropped.
+    /// New numbers of triangles or tips when the unused are dropped.
     renumbered: Vec<u16>,
 }
 
@@ -88,10 +119,12 @@ impl Surface {
         Self {
             tips: Vec::with_capacity(PROOF_CORNERS),
             triangles: Vec::with_capacity(PROOF_TRIANGLES),
+            offsets: Vec::with_capacity(PROOF_TRIANGLES),
             slack: 0.0,
             folded: false,
-            taken: Vec::with_capacity(PROOF_HOLE),
-            rim: Vec::with_capacity(PROOF_HOLE),
+            free: Vec::with_capacity(PROOF_TRIANGLES),
+            ahead: Vec::with_capacity(2 * PROOF_HOLE + 3),
+            rim: Vec::with_capacity(2 * PROOF_HOLE),
             renumbered: Vec::with_capacity(PROOF_TRIANGLES),
         }
     }
@@ -101,6 +134,8 @@ impl Surface {
     pub(super) fn clear(&mut self, slack: f64, folded: bool) {
         self.tips.clear();
         self.triangles.clear();
+        self.offsets.clear();
+        self.free.clear();
         self.slack = slack;
         self.folded = folded;
     }
@@ -113,9 +148,10 @@ impl Surface {
 
     /// Adds a triangle whose neighbours are known.
     #[inline]
-    pub(super) fn push_triangle(&mut self, tips: [u16; 3], across: [u16; 3]) {
-        let (normal, offset) = judged(tips.map(|tip| self.tips[usize::from(tip)].at), self.slack);
-        self.triangles.push(Triangle { tips, across, alive: true, normal, offset });
+    pub(super) fn push_triangle(&mut self, joint: Joint) {
+        let (normal, offset) = judged(joint.tips.map(|tip| self.tips[usize::from(tip)].at), self.slack);
+        self.triangles.push(Triangle { joint, alive: true, normal });
+        self.offsets.push(offset);
     }
 
     /// The surface of the tetrahedron of the four tips present, if it has a volume.
@@ -129,42 +165,32 @@ impl Surface {
             self.tips.swap(0, 1);
         }
         // With s below pqr: pqr is counter-clockwise from above.
-        self.push_triangle([0, 1, 2], [1, 2, 3]);
-        self.push_triangle([1, 0, 3], [0, 3, 2]);
-        self.push_triangle([2, 1, 3], [0, 1, 3]);
-        self.push_triangle([0, 2, 3], [0, 2, 1]);
+        let faces: [([u16; 3], [(u16, u16); 3]); 4] = [
+            ([0, 1, 2], [(1, 0), (2, 0), (3, 0)]),
+            ([1, 0, 3], [(0, 0), (3, 2), (2, 1)]),
+            ([2, 1, 3], [(0, 1), (1, 2), (3, 1)]),
+            ([0, 2, 3], [(0, 2), (2, 2), (1, 1)]),
+        ];
+        for (tips, across) in faces {
+            self.push_triangle(Joint { tips, across: across.map(|(triangle, side)| Half::new(triangle, side)) });
+        }
         true
     }
 
-    /// The triangle, if it is still part of the surface and comes nearer to the origin than `bar` (or has it outside).
+    /// The triangle that comes nearest to the origin, or has it farthest outside. Its offset is infinite if no triangle has a height.
     #[inline]
-    pub(super) fn below(&self, triangle: usize, bar: f64) -> Option<Triangle> {
-        let t = &self.triangles[triangle];
-        (t.offset < bar && t.alive).then_some(*t)
+    pub(super) fn nearest(&self) -> Nearest {
+        let (triangle, offset) = least(&self.offsets);
+        Nearest { triangle, normal: self.triangles.get(triangle).map_or(DVec3::ZERO, |t| t.normal), offset }
     }
 
-    /// The hub pair from which to climb to the support along the triangle's normal.
-    #[inline]
-    pub(super) fn hint(&self, cso: &Cso<'_>, triangle: &Triangle) -> HubPair {
-        let toward_b = cso.toward_b(triangle.normal);
-        let [first, others @ ..] = triangle.tips.map(|tip| self.tips[usize::from(tip)].hub);
-        let height = |hub: HubPair| (toward_b.dot(cso.a.vertex(hub.a)), triangle.normal.dot(cso.b.vertex(hub.b)));
-        let (mut best, mut highest) = (first, height(first));
-        for hub in others {
-            let (a, b) = height(hub);
-            if a > highest.0 {
-                (best.a, highest.0) = (hub.a, a);
-            }
-            if b > highest.1 {
-                (best.b, highest.1) = (hub.b, b);
-            }
-        }
-        best
+    pub(super) fn tips(&self) -> &[Tip] {
+        &self.tips
     }
 
-    /// True if the surface has a triangle that is not degenerate.
-    pub(super) fn is_solid(&self) -> bool {
-        self.triangles.iter().any(|t| t.alive && t.offset.is_finite())
+    /// The triangles and their offsets; before, [`Self::compact`] drops those that are none any more.
+    pub(super) fn triangles(&self) -> impl Iterator<Item = (Joint, f64)> {
+        self.triangles.iter().zip(&self.offsets).map(|(triangle, &offset)| (triangle.joint, offset))
     }
 
     /// Grows the surface from `triangle` to the tip of `hub`, which should lie above it.
@@ -183,8 +209,8 @@ impl Surface {
                 self.tips.len() - 1
             }
         };
-        self.open(triangle as u16, tip as u16)?;
-        if self.triangles.len() + self.rim.len() > PROOF_TRIANGLES {
+        self.open(triangle, tip as u16)?;
+        if self.triangles.len() + self.rim.len() > PROOF_TRIANGLES + self.free.len() {
             return Err(Refusal::Full);
         }
         self.order_rim()?;
@@ -193,37 +219,49 @@ impl Surface {
     }
 
     /// Takes away the triangles around `seed` that see the tip, and lists the rim of the hole.
-    fn open(&mut self, seed: u16, tip: u16) -> Result<(), Refusal> {
-        let at = self.tips[usize::from(tip)].at;
-        self.taken.clear();
-        self.rim.clear();
-        self.triangles[usize::from(seed)].alive = false;
-        self.taken.push(seed);
-        let mut next = 0;
-        while let Some(&here) = self.taken.get(next) {
-            next += 1;
-            let Triangle { tips, across, .. } = self.triangles[usize::from(here)];
-            for side in 0..3 {
-                let outer = across[side];
-                let other = &mut self.triangles[usize::from(outer)];
-                if !other.alive {
-                    continue;
-                }
-                let gives_way = other.offset.is_infinite()
-                    || other.normal.dot(at) - other.offset > self.slack
-                    || other.tips.contains(&tip);
-                let (from, to) = (tips[side], tips[(side + 1) % 3]);
-                let room = self.taken.len() < PROOF_HOLE && self.rim.len() < PROOF_HOLE;
-                if !room {
-                    return Err(Refusal::Full);
-                }
-                if gives_way {
-                    other.alive = false;
-                    self.taken.push(outer);
-                } else {
-                    let back = (0..3).find(|&k| other.across[k] == here && other.tips[k] == to).ok_or(Refusal::Torn)?;
-                    self.rim.push(Rim { from, to, outer, side: back as u8 });
-                }
+    ///
+    /// Each is crossed from the edge by which it was reached, counter-clockwise, so that the rim comes in order if the hole
+    /// is a disk.
+    fn open(&mut self, seed: usize, tip: u16) -> Result<(), Refusal> {
+        let Self { tips, triangles, offsets, slack, folded, free, ahead, rim, .. } = self;
+        let at = tips[usize::from(tip)].at;
+        rim.clear();
+        ahead.clear();
+        let mut room = 2 * PROOF_HOLE;
+        let mut take = |place: usize, triangle: &mut Triangle, offset: &mut f64| {
+            triangle.alive = false;
+            *offset = f64::INFINITY;
+            free.push(place as u16);
+        };
+        let first = &mut triangles[seed];
+        take(seed, first, &mut offsets[seed]);
+        let [one, two, three] = first.joint.across;
+        ahead.extend([three, two, one]);
+        while let Some(half) = ahead.pop() {
+            let (place, side) = (half.triangle(), half.side());
+            let (next, last) = if side == 0 {
+                (1, 2)
+            } else if side == 1 {
+                (2, 0)
+            } else {
+                (0, 1)
+            };
+            let (outer, offset) = (&mut triangles[place], &mut offsets[place]);
+            if !outer.alive {
+                continue;
+            }
+            let Joint { tips, across } = outer.joint;
+            let gives_way =
+                outer.normal.dot(at) - *offset > *slack || offset.is_infinite() || *folded && tips.contains(&tip);
+            if room == 0 {
+                return Err(Refusal::Full);
+            }
+            room -= 1;
+            if gives_way {
+                take(place, outer, offset);
+                ahead.extend([across[last], across[next]]);
+            } else {
+                rim.push(Rim { from: tips[next], to: tips[side], outer: half });
             }
         }
         Ok(())
@@ -258,18 +296,15 @@ impl Surface {
         let mut leaving: Option<Half> = None;
         let mut k = begin;
         loop {
-            let Rim { from, to, outer, side } = self.rim[k];
-            let outer = Half { triangle: outer, side };
+            let Rim { from, to, outer } = self.rim[k];
             // The edges tip → from and to → tip, of the new triangle or, where the rim has the tip itself, of the outer one.
             let (entry, exit) = if to == tip {
                 (Some(outer), None)
             } else if from == tip {
                 (None, Some(outer))
             } else {
-                let new = self.triangles.len() as u16;
-                self.push_triangle([from, to, tip], [outer.triangle, new, new]);
-                self.triangles[usize::from(outer.triangle)].across[usize::from(outer.side)] = new;
-                (Some(Half { triangle: new, side: 2 }), Some(Half { triangle: new, side: 1 }))
+                let new = self.place([from, to, tip], outer);
+                (Some(Half::new(new, 2)), Some(Half::new(new, 1)))
             };
             if k == begin {
                 first = entry;
@@ -290,32 +325,69 @@ impl Surface {
         k
     }
 
+    /// Puts a triangle where one was taken away, or at the end, and joins its first edge to `outer`; the others are yet to be joined.
+    #[inline]
+    fn place(&mut self, tips: [u16; 3], outer: Half) -> u16 {
+        let joint = Joint { tips, across: [outer; 3] };
+        let place = match self.free.pop() {
+            Some(place) => {
+                let (normal, offset) = judged(tips.map(|tip| self.tips[usize::from(tip)].at), self.slack);
+                self.triangles[usize::from(place)] = Triangle { joint, alive: true, normal };
+                self.offsets[usize::from(place)] = offset;
+                place
+            }
+            None => {
+                self.push_triangle(joint);
+                self.triangles.len() as u16 - 1
+            }
+        };
+        self.triangles[outer.triangle()].joint.across[outer.side()] = Half::new(place, 0);
+        place
+    }
+
+    #[inline]
     fn join(&mut self, one: Option<Half>, other: Option<Half>) {
         if let (Some(one), Some(other)) = (one, other) {
-            self.triangles[usize::from(one.triangle)].across[usize::from(one.side)] = other.triangle;
-            self.triangles[usize::from(other.triangle)].across[usize::from(other.side)] = one.triangle;
+            self.triangles[one.triangle()].joint.across[one.side()] = other;
+            self.triangles[other.triangle()].joint.across[other.side()] = one;
         }
     }
 
     /// Drops what is no part of the surface any more.
     pub(super) fn compact(&mut self) {
+        if !self.free.is_empty() {
+            self.compact_triangles();
+        }
+        // On a convex surface all tips are in use.
+        if self.folded {
+            self.compact_tips();
+        }
+    }
+
+    fn compact_triangles(&mut self) {
         self.renumbered.clear();
         let mut count = 0;
         for k in 0..self.triangles.len() {
             self.renumbered.push(count);
             if self.triangles[k].alive {
                 self.triangles[usize::from(count)] = self.triangles[k];
+                self.offsets[usize::from(count)] = self.offsets[k];
                 count += 1;
             }
         }
         self.triangles.truncate(usize::from(count));
-        for triangle in &mut self.triangles {
-            triangle.across = triangle.across.map(|k| self.renumbered[usize::from(k)]);
+        self.offsets.truncate(usize::from(count));
+        self.free.clear();
+        for Triangle { joint, .. } in &mut self.triangles {
+            joint.across = joint.across.map(|half| Half::new(self.renumbered[half.triangle()], half.side() as u16));
         }
+    }
+
+    fn compact_tips(&mut self) {
         const UNUSED: u16 = u16::MAX;
         self.renumbered.clear();
         self.renumbered.resize(self.tips.len(), UNUSED);
-        for tip in self.triangles.iter().flat_map(|triangle| triangle.tips) {
+        for tip in self.triangles.iter().flat_map(|triangle| triangle.joint.tips) {
             self.renumbered[usize::from(tip)] = 0;
         }
         let mut count = 0;
@@ -327,23 +399,52 @@ impl Surface {
             }
         }
         self.tips.truncate(usize::from(count));
-        for triangle in &mut self.triangles {
-            triangle.tips = triangle.tips.map(|k| self.renumbered[usize::from(k)]);
+        for Triangle { joint, .. } in &mut self.triangles {
+            joint.tips = joint.tips.map(|k| self.renumbered[usize::from(k)]);
         }
     }
 }
 
 /// The unit normal of the triangle p, q, r and the least height of its corners along it; zero and infinity if it is lower than
-/// `slack`.
+/// about `slack`.
 #[inline]
 pub(super) fn judged([p, q, r]: [DVec3; 3], slack: f64) -> (DVec3, f64) {
     let (u, v) = (q - p, r - p);
     let across = u.cross(v);
-    let longest = u.length_squared().max(v.length_squared()).max((v - u).length_squared());
     let square = across.length_squared();
-    if square <= slack * slack * longest {
+    // The third side is no longer than the sum of the two.
+    if square <= slack * slack * (u.length_squared() + v.length_squared()) {
         return (DVec3::ZERO, f64::INFINITY);
     }
-    let normal = across / square.sqrt();
+    let normal = across * (1.0 / square.sqrt());
     (normal, normal.dot(p).min(normal.dot(q)).min(normal.dot(r)))
+}
+
+/// The least of some values and where it is; infinity if there are none.
+#[inline]
+fn least(values: &[f64]) -> (usize, f64) {
+    let (fours, rest) = values.as_chunks::<4>();
+    let mut low = [f64::INFINITY; 4];
+    let mut places = [0.0_f64; 4];
+    let mut place = 0.0;
+    for four in fours {
+        for k in 0..4 {
+            let lower = four[k] < low[k];
+            places[k] = if lower { place } else { places[k] };
+            low[k] = if lower { four[k] } else { low[k] };
+        }
+        place += 4.0;
+    }
+    let mut best = (0, f64::INFINITY);
+    for k in 0..4 {
+        if low[k] < best.1 {
+            best = (places[k] as usize + k, low[k]);
+        }
+    }
+    for (k, &value) in rest.iter().enumerate() {
+        if value < best.1 {
+            best = (fours.len() * 4 + k, value);
+        }
+    }
+    best
 }

@@ -81,6 +81,16 @@ pub(super) fn depth_once(
     answer_at(&cso, &corner, steps, stop, &mut scratch.clip)
 }
 
+/// The lowest start of all seeds; without any, or if none has a direction, that along the line between the centroids, or any.
+pub(super) fn lowest_start(cso: &Cso<'_>, seeds: &[Seed]) -> Start {
+    let starts = seeds.iter().filter_map(|seed| Start::of(cso, seed, FIRST));
+    let lowest = starts.reduce(|lowest, start| if start.offset < lowest.offset { start } else { lowest });
+    lowest.or_else(|| Start::of(cso, &Seed::CentroidLine, FIRST)).unwrap_or_else(|| {
+        let (hub, offset) = cso.support_anew(DVec3::X);
+        Start { hub, normal: DVec3::X, offset }
+    })
+}
+
 /// Downhill from the last facet, or else one walk from the lowest of the seeds. Not `thorough`, facets beyond corners are
 /// left to a proof.
 fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], thorough: bool, trail: &mut Trail) -> Option<Walked> {
@@ -122,7 +132,7 @@ fn walk_downhill(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool, trail: &mu
 }
 
 /// Downhill from the lowest facet at a start, or over hubs where that is not possible.
-fn walk_from(cso: &Cso<'_>, start: Start, thorough: bool, trail: &mut Trail) -> Option<Walked> {
+pub(super) fn walk_from(cso: &Cso<'_>, start: Start, thorough: bool, trail: &mut Trail) -> Option<Walked> {
     let first = trail.first_corner(cso, &start)?;
     walk_downhill(cso, first.antipodal, thorough, trail).or_else(|| walk_to_end(cso, start, trail))
 }
@@ -234,7 +244,7 @@ fn lower_beside(cso: &Cso<'_>, corner: &Corner) -> Option<Start> {
 }
 
 /// The end of no walk: the best face of all.
-fn scan(cso: &Cso<'_>) -> Walked {
+pub(super) fn scan(cso: &Cso<'_>) -> Walked {
     let corner = lowest_face(cso, FIRST, &AdmitAll).unwrap_or_else(|| {
         let antipodal = Antipodal::VertexFace { a: 0, b: 0 };
         measured(cso, &Corner { normal: DVec3::X, offset: 0.0, antipodal, hub: FIRST })

@@ -49,6 +49,13 @@ impl Start {
         Some(Self { hub, normal, offset })
     }
 
+    /// The same, from no hint.
+    fn anew(cso: &Cso<'_>, direction: DVec3) -> Option<Self> {
+        let normal = direction.try_normalize()?;
+        let (hub, offset) = cso.support_anew(normal);
+        Some(Self { hub, normal, offset })
+    }
+
     /// The start that a seed stands for.
     pub(super) fn of(cso: &Cso<'_>, seed: &Seed, hint: HubPair) -> Option<Self> {
         match *seed {
@@ -56,8 +63,8 @@ impl Start {
                 let known = (hub.a as usize) < cso.a.vertices().len() && (hub.b as usize) < cso.b.vertices().len();
                 Self::along(cso, normal, if known { hub } else { hint })
             }
-            Seed::Witness { direction } => Self::along(cso, direction, hint),
-            Seed::CentroidLine => Self::along(cso, cso.pose_ba.point(cso.a.centroid()) - cso.b.centroid(), hint),
+            Seed::Witness { direction } => Self::anew(cso, direction),
+            Seed::CentroidLine => Self::anew(cso, cso.pose_ba.point(cso.a.centroid()) - cso.b.centroid()),
         }
     }
 }
