@@ -18,6 +18,32 @@ use super::overlay::Corner;
 use super::{Antipodal, HubPair};
 use crate::body::{Feature, Polytope};
 
+impl Antipodal {
+    /// The pair of features that has these three corners of a facet of the CSO. None if flush features or rounding are in the way.
+    pub(super) fn spanned(a: &Polytope, b: &Polytope, hubs: [HubPair; 3]) -> Option<Self> {
+        match (spanned(a, hubs.map(|hub| hub.a))?, spanned(b, hubs.map(|hub| hub.b))?) {
+            (Feature::Vertex(a), Feature::Face(b)) => Some(Self::VertexFace { a, b }),
+            (Feature::Face(a), Feature::Vertex(b)) => Some(Self::FaceVertex { a, b }),
+            (Feature::Edge(a), Feature::Edge(b)) => Some(Self::EdgeEdge { a, b }),
+            _ => None,
+        }
+    }
+}
+
+/// The feature with these vertices, of which some may be the same.
+fn spanned(polytope: &Polytope, [u, v, w]: [u32; 3]) -> Option<Feature> {
+    let (v, w) = if v == u { (w, v) } else { (v, w) };
+    if v == u {
+        return Some(Feature::Vertex(u));
+    }
+    let mut ring = polytope.ring(u).iter();
+    if w == u || w == v {
+        return ring.find(|spoke| spoke.neighbour == v).map(|spoke| Feature::Edge(spoke.edge));
+    }
+    let holds = |face: &[u32]| face.contains(&v) && face.contains(&w);
+    ring.find(|spoke| holds(polytope.face_vertices(spoke.left))).map(|spoke| Feature::Face(spoke.left))
+}
+
 /// The vertices of a feature that lies in a supporting plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flush<'p> {

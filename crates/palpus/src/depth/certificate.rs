@@ -4,13 +4,15 @@
 //! surface within the CSO, around the origin, that keeps u = h(n) away from it (see the module on the inner surface). Where a
 //! triangle comes nearer than u, the CSO is asked for its support along the triangle's normal n':
 //!
-//! * h(n') is less than u: the walk missed a better direction. It goes on from there, and its end is the new answer.
+//! * h(n') is less than u: a better direction was missed, and u is smaller from now on.
 //! * h(n') is not: the support lies above the triangle, and the surface grows to it.
 //!
-//! So it goes on until no triangle is nearer than u. The expanding polytope algorithm (van den Bergen 2001) does the same
-//! with u unknown, and therefore nearest triangle first and from nothing each time. With u known the order doesn't
-//! matter; and the surface of the last tick, whose corners are pairs of vertices of the bodies, is after a
-//! small motion still a surface within the CSO: it is judged anew and repaired where motion brought it too near.
+//! So it goes on until no triangle is nearer than u, with the nearest always first: what then is grown was nearer than the depth, so
+//! nothing is grown in vain, even while u is only the h of the seeds. From nothing it is the expanding polytope
+//! algorithm (van den Bergen 2001), which finds depth and proof at once; a walk from the direction it ends in gives the exact
+//! features. Along motion the walk comes first, and what is proven from is kept: the surface of the last tick, whose corners
+//! are pairs of vertices of the bodies, is after a small motion still a surface within the CSO. It is judged anew and repaired
+//! where motion brought it too near.
 //!
 //! 1. Touching pairs: a depth of no more than rounding needs no proof.
 //! 2. Most of the kept surface is farther from the origin than u by more than anything has moved since it was measured; that part
@@ -26,12 +28,13 @@
 //! Proven means: no direction has an h smaller than the depth by more than [`PROOF_RELATIVE`] of it or by rounding.
 
 use super::cso::Cso;
+use super::descent::descend;
 use super::inner::{Joint, Refusal, Surface, judged};
 use super::overlay::Corner;
 use super::query::{answer_at, depth_once, lowest_start, scan, walk_from};
 use super::seed::{Seed, Start};
 use super::walk::Walked;
-use super::{Certainty, Depth, HubPair, WalkScratch};
+use super::{Antipodal, Certainty, Depth, HubPair, WalkScratch};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{
     KEPT_CORNERS, KEPT_TRIANGLES, PROOF_BEGIN, PROOF_GATHERED, PROOF_GROWTHS, PROOF_RELATIVE, PROOF_REPAIRS,
@@ -97,7 +100,7 @@ impl CertificateMemory {
 
     fn keep(&mut self, cso: &Cso<'_>, surface: &Surface, bar: f64, new: bool) {
         self.clear();
-        let count = surface.triangles().count();
+        let count = surface.joints().len();
         if new {
             self.fresh = count;
         }
@@ -109,8 +112,9 @@ impl CertificateMemory {
         self.pose_ba = *cso.pose_ba;
         self.moved = 0.0;
         self.hubs.extend(surface.tips().iter().map(|tip| tip.hub));
-        self.triangles.extend(surface.triangles().map(|(joint, _)| joint));
-        self.awake_at.extend(surface.triangles().map(|(_, offset)| if offset.is_finite() { offset } else { bar }));
+        self.triangles.extend_from_slice(surface.joints());
+        let finite = |&offset: &f64| if offset < f64::INFINITY { offset } else { bar };
+        self.awake_at.extend(surface.offsets().iter().map(finite));
     }
 }
 
@@ -218,6 +222,8 @@ struct Search<'s, 'p> {
     best: Start,
     /// The answer there, unless the direction is newer.
     answer: Option<Depth>,
+    /// Corners of the facet there, if a triangle of the surface lies in it.
+    facet: Option<[HubPair; 3]>,
     /// Moves of walks.
     steps: u32,
     /// Heights nearer than this to the depth are as good, beside [`PROOF_RELATIVE`] of the depth.
@@ -240,7 +246,17 @@ impl<'s, 'p> Search<'s, 'p> {
         let coordinates =
             cso.size() + pose_ba.point(a.centroid()).length() + a.centroid().length() + b.centroid().length();
         let steps = answer.map_or(0, |answer| answer.steps);
-        Self { cso, best, answer, steps, rounding: PROOF_ROUNDING * coordinates, growths: 0, surface, walk }
+        Self {
+            cso,
+            best,
+            answer,
+            facet: None,
+            steps,
+            rounding: PROOF_ROUNDING * coordinates,
+            growths: 0,
+            surface,
+            walk,
+        }
     }
 
     /// The proof, warm or cold, and the answer that is proven or the best known.
@@ -385,8 +401,7 @@ impl<'s, 'p> Search<'s, 'p> {
         if let Some(answer) = self.answer {
             return answer;
         }
-        let Walked { mut corner, steps, stop } =
-            walk_from(self.cso, self.best, false, &mut self.walk.trail).unwrap_or_else(|| scan(self.cso));
+        let Walked { mut corner, steps, stop } = self.walk_to_answer();
         if corner.offset > self.best.offset {
             let Start { hub, normal, offset } = self.best;
             corner = Corner { normal, offset, hub, ..corner };
@@ -397,12 +412,24 @@ impl<'s, 'p> Search<'s, 'p> {
         answer
     }
 
+    /// Where a walk from the best direction ends, begun at the facet there if that is known.
+    fn walk_to_answer(&mut self) -> Walked {
+        let known = self.facet.and_then(|hubs| Antipodal::spanned(self.cso.a, self.cso.b, hubs));
+        let highest = self.best.offset + self.tolerance();
+        known
+            .and_then(|antipodal| descend(self.cso, antipodal))
+            .filter(|walked| walked.corner.offset <= highest)
+            .or_else(|| walk_from(self.cso, self.best, false, &mut self.walk.trail))
+            .unwrap_or_else(|| scan(self.cso))
+    }
+
     /// Grows the surface, nearest triangle first, until it keeps the depth away from the origin.
     fn grow(&mut self, most: u32) -> Result<(), StopReason> {
         let most = self.growths + most;
         loop {
             let low = self.surface.nearest();
             if low.offset >= self.bar() {
+                self.facet = (low.normal == self.best.normal).then(|| self.surface.hubs(low.triangle));
                 return if low.offset.is_finite() { Ok(()) } else { Err(StopReason::Stalled) };
             }
             if self.growths == most {

@@ -57,16 +57,9 @@ impl Half {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Joint {
     pub(super) tips: [u16; 3],
-    pub(super) across: [Half; 3],
-}
-
-/// A triangle of the surface.
-#[derive(Clone, Copy, Debug)]
-struct Triangle {
-    joint: Joint,
+    across: [Half; 3],
+    /// False for one that was taken away.
     alive: bool,
-    /// Outward and unit; zero for a triangle of no height.
-    normal: DVec3,
 }
 
 /// An edge around a hole: from one tip to the next, and the edge of the triangle outside, which runs the other way.
@@ -98,7 +91,9 @@ pub(super) struct Nearest {
 #[derive(Clone, Debug)]
 pub(super) struct Surface {
     tips: Vec<Tip>,
-    triangles: Vec<Triangle>,
+    joints: Vec<Joint>,
+    /// Of each triangle: outward and unit; zero for one of no height.
+    normals: Vec<DVec3>,
     /// Of each triangle, the least height of its tips along the normal; infinite for one of no height, and for one that was taken away.
     offsets: Vec<f64>,
     /// Lengths below this are rounding.
@@ -118,13 +113,14 @@ impl Surface {
     pub(super) fn new() -> Self {
         Self {
             tips: Vec::with_capacity(PROOF_CORNERS),
-            triangles: Vec::with_capacity(PROOF_TRIANGLES),
+            joints: Vec::with_capacity(PROOF_TRIANGLES),
+            normals: Vec::with_capacity(PROOF_TRIANGLES),
             offsets: Vec::with_capacity(PROOF_TRIANGLES),
             slack: 0.0,
             folded: false,
             free: Vec::with_capacity(PROOF_TRIANGLES),
-            ahead: Vec::with_capacity(2 * PROOF_HOLE + 3),
-            rim: Vec::with_capacity(2 * PROOF_HOLE),
+            ahead: Vec::with_capacity(PROOF_HOLE + 3),
+            rim: Vec::with_capacity(PROOF_HOLE),
             renumbered: Vec::with_capacity(PROOF_TRIANGLES),
         }
     }
@@ -133,7 +129,8 @@ impl Surface {
     /// was moved since it was grown.
     pub(super) fn clear(&mut self, slack: f64, folded: bool) {
         self.tips.clear();
-        self.triangles.clear();
+        self.joints.clear();
+        self.normals.clear();
         self.offsets.clear();
         self.free.clear();
         self.slack = slack;
@@ -150,7 +147,8 @@ impl Surface {
     #[inline]
     pub(super) fn push_triangle(&mut self, joint: Joint) {
         let (normal, offset) = judged(joint.tips.map(|tip| self.tips[usize::from(tip)].at), self.slack);
-        self.triangles.push(Triangle { joint, alive: true, normal });
+        self.joints.push(joint);
+        self.normals.push(normal);
         self.offsets.push(offset);
     }
 
@@ -165,14 +163,15 @@ impl Surface {
             self.tips.swap(0, 1);
         }
         // With s below pqr: pqr is counter-clockwise from above.
-        let faces: [([u16; 3], [(u16, u16); 3]); 4] = [
+        let faces = [
             ([0, 1, 2], [(1, 0), (2, 0), (3, 0)]),
             ([1, 0, 3], [(0, 0), (3, 2), (2, 1)]),
             ([2, 1, 3], [(0, 1), (1, 2), (3, 1)]),
             ([0, 2, 3], [(0, 2), (2, 2), (1, 1)]),
         ];
         for (tips, across) in faces {
-            self.push_triangle(Joint { tips, across: across.map(|(triangle, side)| Half::new(triangle, side)) });
+            let across = across.map(|(triangle, side)| Half::new(triangle, side));
+            self.push_triangle(Joint { tips, across, alive: true });
         }
         true
     }
@@ -180,91 +179,153 @@ impl Surface {
     /// The triangle that comes nearest to the origin, or has it farthest outside. Its offset is infinite if no triangle has a height.
     #[inline]
     pub(super) fn nearest(&self) -> Nearest {
-        let (triangle, offset) = least(&self.offsets);
-        Nearest { triangle, normal: self.triangles.get(triangle).map_or(DVec3::ZERO, |t| t.normal), offset }
+        let offset = least(&self.offsets);
+        let triangle = self.offsets.iter().position(|&o| o == offset).unwrap_or(0);
+        Nearest { triangle, normal: self.normals.get(triangle).copied().unwrap_or(DVec3::ZERO), offset }
+    }
+
+    /// The hub pairs at the corners of a triangle.
+    pub(super) fn hubs(&self, triangle: usize) -> [HubPair; 3] {
+        self.joints[triangle].tips.map(|tip| self.tips[usize::from(tip)].hub)
     }
 
     pub(super) fn tips(&self) -> &[Tip] {
         &self.tips
     }
 
-    /// The triangles and their offsets; before, [`Self::compact`] drops those that are none any more.
-    pub(super) fn triangles(&self) -> impl Iterator<Item = (Joint, f64)> {
-        self.triangles.iter().zip(&self.offsets).map(|(triangle, &offset)| (triangle.joint, offset))
+    /// The triangles, once [`Self::compact`] has dropped those that are none any more.
+    pub(super) fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// Parallel to [`Self::joints`].
+    pub(super) fn offsets(&self) -> &[f64] {
+        &self.offsets
     }
 
     /// Grows the surface from `triangle` to the tip of `hub`, which should lie above it.
     pub(super) fn grow(&mut self, cso: &Cso<'_>, triangle: usize, hub: HubPair) -> Result<(), Refusal> {
         let at = cso.vertex(hub);
-        let near = self.slack * self.slack;
-        let known = match self.folded {
-            true => self.tips.iter().position(|tip| tip.at.distance_squared(at) <= near),
-            false => None,
-        };
-        let tip = match known {
-            Some(known) => known,
-            None if self.tips.len() == PROOF_CORNERS => return Err(Refusal::Full),
-            None => {
-                self.tips.push(Tip { hub, at });
-                self.tips.len() - 1
-            }
-        };
-        self.open(triangle, tip as u16)?;
-        if self.triangles.len() + self.rim.len() > PROOF_TRIANGLES + self.free.len() {
+        let known = if self.folded { self.known(at) } else { None };
+        self.open(triangle, at, known)?;
+        if self.joints.len() + self.rim.len() > PROOF_TRIANGLES + self.free.len() {
             return Err(Refusal::Full);
         }
-        self.order_rim()?;
-        self.fan(tip as u16);
+        if let Some(tip) = known {
+            self.order_rim()?;
+            self.fan(tip);
+            return Ok(());
+        }
+        if self.tips.len() == PROOF_CORNERS {
+            return Err(Refusal::Full);
+        }
+        let tip = self.tips.len() as u16;
+        self.tips.push(Tip { hub, at });
+        if self.is_ring() {
+            self.fan_ring(tip);
+        } else {
+            self.order_rim()?;
+            self.fan(tip);
+        }
         Ok(())
     }
 
-    /// Takes away the triangles around `seed` that see the tip, and lists the rim of the hole.
+    /// The tip that lies there.
+    #[cold]
+    fn known(&self, at: DVec3) -> Option<u16> {
+        let near = self.slack * self.slack;
+        self.tips.iter().position(|tip| tip.at.distance_squared(at) <= near).map(|tip| tip as u16)
+    }
+
+    /// Takes away the triangles around `seed` that see the point `at` or have the tip `known` there, and lists the rim of the hole.
     ///
     /// Each is crossed from the edge by which it was reached, counter-clockwise, so that the rim comes in order if the hole
     /// is a disk.
-    fn open(&mut self, seed: usize, tip: u16) -> Result<(), Refusal> {
-        let Self { tips, triangles, offsets, slack, folded, free, ahead, rim, .. } = self;
-        let at = tips[usize::from(tip)].at;
+    fn open(&mut self, seed: usize, at: DVec3, known: Option<u16>) -> Result<(), Refusal> {
+        const ONWARD: [[usize; 2]; 4] = [[1, 2], [2, 0], [0, 1], [0, 1]];
+        let Self { joints, normals, offsets, free, ahead, rim, .. } = self;
+        let slack = self.slack;
         rim.clear();
         ahead.clear();
-        let mut room = 2 * PROOF_HOLE;
-        let mut take = |place: usize, triangle: &mut Triangle, offset: &mut f64| {
-            triangle.alive = false;
-            *offset = f64::INFINITY;
-            free.push(place as u16);
-        };
-        let first = &mut triangles[seed];
-        take(seed, first, &mut offsets[seed]);
-        let [one, two, three] = first.joint.across;
-        ahead.extend([three, two, one]);
-        while let Some(half) = ahead.pop() {
-            let (place, side) = (half.triangle(), half.side());
-            let (next, last) = if side == 0 {
-                (1, 2)
-            } else if side == 1 {
-                (2, 0)
-            } else {
-                (0, 1)
-            };
-            let (outer, offset) = (&mut triangles[place], &mut offsets[place]);
-            if !outer.alive {
-                continue;
+        joints[seed].alive = false;
+        offsets[seed] = f64::INFINITY;
+        free.push(seed as u16);
+        let [mut half, two, three] = joints[seed].across;
+        ahead.push(three);
+        ahead.push(two);
+        let mut room = PROOF_HOLE;
+        loop {
+            let place = half.triangle();
+            let outer = &mut joints[place];
+            if outer.alive {
+                if room == 0 {
+                    return Err(Refusal::Full);
+                }
+                room -= 1;
+                let [next, last] = ONWARD[half.side()];
+                let offset = offsets[place];
+                let gives_way = normals[place].dot(at) - offset > slack
+                    || offset.is_infinite()
+                    || known.is_some_and(|tip| outer.tips.contains(&tip));
+                if gives_way {
+                    outer.alive = false;
+                    offsets[place] = f64::INFINITY;
+                    free.push(place as u16);
+                    ahead.push(outer.across[last]);
+                    half = outer.across[next];
+                    continue;
+                }
+                rim.push(Rim { from: outer.tips[next], to: outer.tips[half.side()], outer: half });
             }
-            let Joint { tips, across } = outer.joint;
-            let gives_way =
-                outer.normal.dot(at) - *offset > *slack || offset.is_infinite() || *folded && tips.contains(&tip);
-            if room == 0 {
-                return Err(Refusal::Full);
-            }
-            room -= 1;
-            if gives_way {
-                take(place, outer, offset);
-                ahead.extend([across[last], across[next]]);
-            } else {
-                rim.push(Rim { from: tips[next], to: tips[side], outer: half });
+            match ahead.pop() {
+                Some(next) => half = next,
+                None => return Ok(()),
             }
         }
-        Ok(())
+    }
+
+    /// True if the rim runs around once, in order.
+    #[inline]
+    fn is_ring(&self) -> bool {
+        let Some(last) = self.rim.last() else { return false };
+        let mut end = last.to;
+        self.rim.iter().all(|edge| {
+            let follows = edge.from == end;
+            end = edge.to;
+            follows
+        })
+    }
+
+    /// Closes a hole whose rim is a ring with a fan about a new tip.
+    fn fan_ring(&mut self, tip: u16) {
+        let Self { tips, joints, normals, offsets, free, rim, .. } = self;
+        // As many places as the rim has edges, at the end of the free ones.
+        while free.len() < rim.len() {
+            free.push(joints.len() as u16);
+            let across = [Half::new(0, 0); 3];
+            joints.push(Joint { tips: [0; 3], across, alive: false });
+            normals.push(DVec3::ZERO);
+            offsets.push(f64::INFINITY);
+        }
+        let rest = free.len() - rim.len();
+        let places = &free[rest..];
+        let (Some(&first), Some(&last), Some(edge)) = (places.first(), places.last(), rim.first()) else { return };
+        let at = tips[usize::from(tip)].at;
+        let mut before = last;
+        let mut p = tips[usize::from(edge.from)].at;
+        let (mut u, least_height) = (p - at, self.slack * self.slack);
+        for (k, (&Rim { from, to, outer }, &here)) in rim.iter().zip(places).enumerate() {
+            let after = places.get(k + 1).copied().unwrap_or(first);
+            let q = tips[usize::from(to)].at;
+            let v = q - at;
+            let place = usize::from(here);
+            joints[outer.triangle()].across[outer.side()] = Half::new(here, 0);
+            let across = [outer, Half::new(after, 2), Half::new(before, 1)];
+            joints[place] = Joint { tips: [from, to, tip], across, alive: true };
+            (normals[place], offsets[place]) = judged_from(at, [p, q], [u, v], least_height);
+            (p, u, before) = (q, v, here);
+        }
+        free.truncate(rest);
     }
 
     /// Puts the rim's edges head to tail, in one loop or several.
@@ -326,30 +387,29 @@ impl Surface {
     }
 
     /// Puts a triangle where one was taken away, or at the end, and joins its first edge to `outer`; the others are yet to be joined.
-    #[inline]
     fn place(&mut self, tips: [u16; 3], outer: Half) -> u16 {
-        let joint = Joint { tips, across: [outer; 3] };
+        let joint = Joint { tips, across: [outer; 3], alive: true };
         let place = match self.free.pop() {
             Some(place) => {
-                let (normal, offset) = judged(tips.map(|tip| self.tips[usize::from(tip)].at), self.slack);
-                self.triangles[usize::from(place)] = Triangle { joint, alive: true, normal };
-                self.offsets[usize::from(place)] = offset;
+                let k = usize::from(place);
+                (self.normals[k], self.offsets[k]) = judged(tips.map(|tip| self.tips[usize::from(tip)].at), self.slack);
+                self.joints[k] = joint;
                 place
             }
             None => {
                 self.push_triangle(joint);
-                self.triangles.len() as u16 - 1
+                self.joints.len() as u16 - 1
             }
         };
-        self.triangles[outer.triangle()].joint.across[outer.side()] = Half::new(place, 0);
+        self.joints[outer.triangle()].across[outer.side()] = Half::new(place, 0);
         place
     }
 
     #[inline]
     fn join(&mut self, one: Option<Half>, other: Option<Half>) {
         if let (Some(one), Some(other)) = (one, other) {
-            self.triangles[one.triangle()].joint.across[one.side()] = other;
-            self.triangles[other.triangle()].joint.across[other.side()] = one;
+            self.joints[one.triangle()].across[one.side()] = other;
+            self.joints[other.triangle()].across[other.side()] = one;
         }
     }
 
@@ -367,18 +427,20 @@ impl Surface {
     fn compact_triangles(&mut self) {
         self.renumbered.clear();
         let mut count = 0;
-        for k in 0..self.triangles.len() {
-            self.renumbered.push(count);
-            if self.triangles[k].alive {
-                self.triangles[usize::from(count)] = self.triangles[k];
-                self.offsets[usize::from(count)] = self.offsets[k];
+        for k in 0..self.joints.len() {
+            self.renumbered.push(count as u16);
+            if self.joints[k].alive {
+                self.joints[count] = self.joints[k];
+                self.normals[count] = self.normals[k];
+                self.offsets[count] = self.offsets[k];
                 count += 1;
             }
         }
-        self.triangles.truncate(usize::from(count));
-        self.offsets.truncate(usize::from(count));
+        self.joints.truncate(count);
+        self.normals.truncate(count);
+        self.offsets.truncate(count);
         self.free.clear();
-        for Triangle { joint, .. } in &mut self.triangles {
+        for joint in &mut self.joints {
             joint.across = joint.across.map(|half| Half::new(self.renumbered[half.triangle()], half.side() as u16));
         }
     }
@@ -387,7 +449,7 @@ impl Surface {
         const UNUSED: u16 = u16::MAX;
         self.renumbered.clear();
         self.renumbered.resize(self.tips.len(), UNUSED);
-        for tip in self.triangles.iter().flat_map(|triangle| triangle.joint.tips) {
+        for tip in self.joints.iter().flat_map(|joint| joint.tips) {
             self.renumbered[usize::from(tip)] = 0;
         }
         let mut count = 0;
@@ -399,7 +461,7 @@ impl Surface {
             }
         }
         self.tips.truncate(usize::from(count));
-        for Triangle { joint, .. } in &mut self.triangles {
+        for joint in &mut self.joints {
             joint.tips = joint.tips.map(|k| self.renumbered[usize::from(k)]);
         }
     }
@@ -409,42 +471,30 @@ impl Surface {
 /// about `slack`.
 #[inline]
 pub(super) fn judged([p, q, r]: [DVec3; 3], slack: f64) -> (DVec3, f64) {
-    let (u, v) = (q - p, r - p);
+    judged_from(p, [q, r], [q - p, r - p], slack * slack)
+}
+
+/// The same for the triangle p, q, r with u = q − p and v = r − p, and the square of the slack.
+#[inline]
+fn judged_from(p: DVec3, [q, r]: [DVec3; 2], [u, v]: [DVec3; 2], slack_squared: f64) -> (DVec3, f64) {
     let across = u.cross(v);
     let square = across.length_squared();
     // The third side is no longer than the sum of the two.
-    if square <= slack * slack * (u.length_squared() + v.length_squared()) {
+    if square <= slack_squared * (u.length_squared() + v.length_squared()) {
         return (DVec3::ZERO, f64::INFINITY);
     }
     let normal = across * (1.0 / square.sqrt());
     (normal, normal.dot(p).min(normal.dot(q)).min(normal.dot(r)))
 }
 
-/// The least of some values and where it is; infinity if there are none.
+/// The least of some values, none of which is NaN; infinity if there are none.
 #[inline]
-fn least(values: &[f64]) -> (usize, f64) {
+fn least(values: &[f64]) -> f64 {
     let (fours, rest) = values.as_chunks::<4>();
+    let lower = |x: f64, y: f64| if y < x { y } else { x };
     let mut low = [f64::INFINITY; 4];
-    let mut places = [0.0_f64; 4];
-    let mut place = 0.0;
     for four in fours {
-        for k in 0..4 {
-            let lower = four[k] < low[k];
-            places[k] = if lower { place } else { places[k] };
-            low[k] = if lower { four[k] } else { low[k] };
-        }
-        place += 4.0;
+        low = std::array::from_fn(|k| lower(low[k], four[k]));
     }
-    let mut best = (0, f64::INFINITY);
-    for k in 0..4 {
-        if low[k] < best.1 {
-            best = (places[k] as usize + k, low[k]);
-        }
-    }
-    for (k, &value) in rest.iter().enumerate() {
-        if value < best.1 {
-            best = (fours.len() * 4 + k, value);
-        }
-    }
-    best
+    rest.iter().fold(lower(lower(low[0], low[1]), lower(low[2], low[3])), |low, &value| lower(low, value))
 }

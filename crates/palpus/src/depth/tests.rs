@@ -150,6 +150,12 @@ fn random_pose(rng: &mut SplitMix64, a: &Polytope, b: &Polytope) -> Pose {
     Pose { translation: centred.translation + direction * (reach * (1.0 - depth)), ..centred }
 }
 
+/// The farthest vertex of all, by looking at all.
+fn farthest(polytope: &Polytope, direction: DVec3) -> u32 {
+    let height = |v: &u32| direction.dot(polytope.vertex(*v));
+    (0..polytope.vertices().len() as u32).max_by(|v, w| height(v).total_cmp(&height(w))).unwrap()
+}
+
 /// What every answer must hold, whatever its optimality.
 fn assert_identities(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Depth, what: &str) {
     assert_identities_within(a, b, pose_ba, answer, 1e-12, what);
@@ -162,11 +168,12 @@ fn assert_identities_within(a: &Polytope, b: &Polytope, pose_ba: &Placement, ans
     assert!(normal.is_finite() && point_a.is_finite() && point_b.is_finite(), "{what}: {answer:?}");
     assert!((normal.length() - 1.0).abs() < 1e-14, "{what}: {answer:?}");
     let cso = cso::Cso { a, b, pose_ba };
-    let scan = normal.dot(b.vertex(b.support(normal))) - normal.dot(cso.point_a(a.support(cso.toward_b(normal))));
+    let (reach_a, reach_b) = (farthest(a, cso.toward_b(normal)), farthest(b, normal));
+    let scan = normal.dot(b.vertex(reach_b)) - normal.dot(cso.point_a(reach_a));
     assert!((depth - scan).abs() <= share * size, "{what}: depth {depth}, h(n) {scan}");
     assert!((normal.dot(cso.vertex(hub)) - scan).abs() <= share * size, "{what}: the hub does not support n");
     assert!((point_a - point_b + depth * normal).length() <= 1e-12 * size, "{what}: {answer:?}");
-    let height_b = normal.dot(point_b) - normal.dot(b.vertex(b.support(normal)));
+    let height_b = normal.dot(point_b) - normal.dot(b.vertex(reach_b));
     assert!(height_b.abs() <= (2e-9 + share) * size, "{what}: point_b off the supporting plane by {height_b}");
 }
 
