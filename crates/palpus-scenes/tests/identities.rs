@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose, Wrench};
 use palpus::body::{Body, BodySettings, Hierarchy, PolygonSoup, Polytope};
-use palpus::collision::{Closest, LeafPair, Proximity, Side, Traversal, gjk, initial_features};
+use palpus::collision::{Closest, LeafPair, LeafPairs, Proximity, Side, Traversal, gjk, initial_features};
 use palpus::force::PairQuery;
 use palpus::render::{ProbeState, Renderer, Settings};
 use palpus_scenes::{Scene, scene, scenes};
@@ -110,15 +110,15 @@ fn the_descent_finds_what_testing_all_pairs_finds_in_whatever_order_the_pieces_s
     let identity: Vec<usize> = (0..order_a.len().max(order_b.len())).collect();
     let mut plain = Traversal::new(plain_a, plain_b, 1 << 12);
     let mut permuted = Traversal::new(side_a, side_b, 1 << 12);
-    let mut found = Vec::with_capacity(1 << 12);
+    let mut found = LeafPairs::new(1 << 12);
     let (tolerance, size) = (scene.contact.tolerance, a.size());
     let mut touching = 0;
     for pose in poses(&scene, 40) {
         let place = pose.placement();
         plain.within(plain_a, plain_b, &place, tolerance, &mut found);
-        let first = answers(&found, &identity, &identity);
+        let first = answers(found.as_slice(), &identity, &identity);
         permuted.within(side_a, side_b, &place, tolerance, &mut found);
-        assert_same(&answers(&found, &order_a, &order_b), &first, size, "permuted pieces");
+        assert_same(&answers(found.as_slice(), &order_a, &order_b), &first, size, "permuted pieces");
         let mut all = Vec::new();
         for (i, p) in a.polytopes().iter().enumerate() {
             for (j, q) in b.polytopes().iter().enumerate() {

@@ -523,3 +523,40 @@ pub const PIECES_PER_PART: usize = 64;
 ///
 /// Above it each node's hull is a part of its own. Only speed depends on it.
 pub const SUBTREE_PIECES: usize = 512;
+// collision: the sleeping front
+
+/// Relative to the bodies' size: the step in which the odometer counts motion.
+///
+/// About 1.5e-11. A tick adds at least one, so that a smaller one lets rounding of placed points (1e-16 of the coordinates) come near it, and wears out
+/// the 2⁶¹ steps of the sum (some 3e7 sizes of travel) sooner; a larger one only wakes pairs early.
+pub const ODOMETER_QUANTUM: f64 = 1.0 / (1u64 << 36) as f64;
+
+/// Relative to the bodies' size and their distance: what each tick adds to the motion for the rounding of placed points.
+///
+/// Some fifty roundings. Smaller lets a pair oversleep by rounding when bodies are far from the origin; larger wakes pairs that rest.
+pub const ODOMETER_NOISE: f64 = 1e-14;
+
+/// Relative to the smaller body's half diagonal: motion in one tick after which the front begins anew.
+///
+/// Beyond it nearly everything near is due, and searching from the roots looks at less. Twice this, over the whole diagonal, is
+/// [`JUMP`]; results do not depend on it.
+pub const FRONT_JUMP: f64 = 0.1;
+
+/// Ticks: a bound by spheres is enough when the pair may sleep longer than this by it.
+///
+/// A sphere test costs a tenth of a march and is looser. Speed alone depends on it.
+pub const SPHERE_NAP: f64 = 8.0;
+
+/// Ticks: a bound by boxes is enough when the pair may sleep longer than this by it. Speed alone depends on it.
+pub const BOX_NAP: f64 = 4.0;
+
+/// How much of the pace is remembered from tick to tick. Speed alone depends on it.
+pub const PACE_FADE: f64 = 0.8;
+
+/// Tolerances: halves that both have at least this clearance may be merged, when the whole has it too.
+///
+/// Smaller splits and merges the same pairs in turn; larger keeps a longer front.
+pub const MERGE_CLEARANCE: f64 = 1.0;
+
+/// Of that clearance: the motion after which a merge that was refused is tried again at the soonest.
+pub const MERGE_RETRY: f64 = 0.25;

@@ -3,8 +3,11 @@
 mod bounds;
 mod clip;
 mod coherence;
+mod front;
 mod gjk;
+mod leaf_pairs;
 mod march;
+mod odometer;
 #[cfg(test)]
 mod oracle;
 mod proximity;
@@ -13,9 +16,12 @@ mod step;
 mod sweeps;
 mod traverse;
 mod voronoi;
+mod wakes;
 
 pub use coherence::Memory;
+pub use front::Front;
 pub use gjk::gjk;
+pub use leaf_pairs::{LeafPair, LeafPairs};
 pub use march::{Bounded, March, initial_features, march, march_within};
 pub use proximity::{Closest, Overlap, Proximity, StopReason};
-pub use traverse::{LeafPair, Side, Traversal, TraversalCounters};
+pub use traverse::{Side, Traversal, TraversalCounters};

@@ -1,6 +1,6 @@
 //! All contacts of two bodies within the tolerance \[K02 §3.4, §4.1\].
 //!
-//! 1. Descend both hierarchies to the leaf pairs within tolerance.
+//! 1. The sleeping front over both hierarchies ([`Front`]) answers the leaf pairs within tolerance.
 //! 2. A pair of pieces that is apart is a contact at its closest points, unless those lie on virtual features: the far
 //!    side of a thin wall, seen from within the wall, is no surface to touch.
 //! 3. A pair that overlaps is a contact at its penetration depth, walked from the pair's last normal, the witness of the
@@ -18,7 +18,7 @@
 //! continuously as flat contact opens ([`blend`]). The nearest pair of [`PairQuery::nearest`] is a contact, and blended, where
 //! the bodies are within tolerance.
 //!
-//! Contacts come in the order of the descent, which is the same for the same bodies and pose.
+//! Contacts come in the order in which they began; after a jump, in that of the descent. The same history gives the same order.
 
 use glam::DVec3;
 
@@ -27,7 +27,9 @@ use super::belief::is_believed;
 use crate::algebra::tolerance::JUMP;
 use crate::algebra::{Clock, Placement, Pose};
 use crate::body::{Aabb, Body, Feature, Polytope, Provenance};
-use crate::collision::{Closest, LeafPair, Memory, Overlap, Proximity, Side, StopReason, Traversal, TraversalCounters};
+use crate::collision::{
+    Closest, Front, LeafPair, LeafPairs, Memory, Overlap, Proximity, Side, StopReason, TraversalCounters,
+};
 use crate::depth::{
     Antipodal, Certainty, CertificateMemory, Depth, HubPair, ProofScratch, Seed, Touch, WalkScratch, blend, depth,
     depth_proven, repair,
@@ -75,8 +77,8 @@ pub struct QueryCounters {
 /// Pair queries between one body a and one body b: their working memory and what they remember from tick to tick.
 #[derive(Clone, Debug)]
 pub struct PairQuery {
-    traversal: Traversal,
-    leaves: Vec<LeafPair>,
+    front: Front,
+    leaves: LeafPairs,
     contacts: Vec<Contact>,
     scratch: WalkScratch,
     prover: Option<Box<Prover>>,
@@ -85,15 +87,16 @@ pub struct PairQuery {
     blend_angle: Option<f64>,
 }
 
-/// Node pairs remembered from tick to tick. A spoon in a cup visits hundreds, two 30 000-triangle scans some thousands.
-const REMEMBERED_PAIRS: usize = 1 << 15;
+/// Node pairs of the front, and those that full searches remember. A spoon in a cup has hundreds, two 30 000-triangle scans
+/// some thousands.
+const NODE_PAIRS: usize = 1 << 15;
 
 impl PairQuery {
     /// Memory for at most `capacity` contacts a query.
     pub fn new(a: &Body, b: &Body, capacity: usize) -> Self {
         Self {
-            traversal: Traversal::new(side(a), side(b), REMEMBERED_PAIRS),
-            leaves: Vec::with_capacity(capacity),
+            front: Front::new(side(a), side(b), NODE_PAIRS),
+            leaves: LeafPairs::new(capacity),
             contacts: Vec::with_capacity(capacity),
             scratch: WalkScratch::new(),
             prover: None,
@@ -127,13 +130,13 @@ impl PairQuery {
         let begin = clock.now_ns();
         self.coherent = self.last_pose.is_some_and(|last| travel(a, &last, &place) <= JUMP * a.size().min(b.size()));
         self.last_pose = Some(place);
-        let traversal = self.traversal.within(side(a), side(b), &place, tolerance, &mut self.leaves);
+        let traversal = self.front.within(side(a), side(b), &place, tolerance, &mut self.leaves);
         let middle = clock.now_ns();
         let mut counters = QueryCounters { traversal, query_ns: middle - begin, ..QueryCounters::default() };
         self.contacts.clear();
         let mut doubtful: Option<Contact> = None;
-        for k in 0..self.leaves.len() {
-            let leaf = self.leaves[k];
+        for k in 0..self.leaves.as_slice().len() {
+            let leaf = self.leaves.as_slice()[k];
             let repaired = counters.repaired;
             match self.contact(a, b, &place, &leaf, &mut counters) {
                 None => counters.virtual_closest += 1,
@@ -174,7 +177,7 @@ impl PairQuery {
             return contact;
         }
         let place = pose_ba.placement();
-        let leaf = self.traversal.nearest(side(a), side(b), &place, &mut counters.traversal)?;
+        let leaf = self.front.nearest(side(a), side(b), &place, &mut counters.traversal)?;
         let nearest = match leaf.proximity {
             Proximity::Disjoint(closest) => Some(at_closest(&leaf, &closest)),
             Proximity::Overlapping(_) => self.contact(a, b, &place, &leaf, counters),
@@ -188,7 +191,7 @@ impl PairQuery {
 
     /// Forgets the past.
     pub fn clear(&mut self) {
-        self.traversal.clear();
+        self.front.clear();
         self.contacts.clear();
         self.last_pose = None;
         if let Some(prover) = &mut self.prover {
@@ -237,7 +240,7 @@ impl PairQuery {
             None => depth(piece_a, piece_b, place, &seeds, &mut self.scratch),
         };
         // The walk goes on from where it ended, not from where the repair put the contact.
-        self.traversal.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b], walked.antipodal.features());
+        self.front.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b], walked.antipodal.features());
         let real = repair(piece_a, piece_b, place, &walked, &mut self.scratch).unwrap_or(walked);
         counters.walks += 1;
         counters.walk_steps += walked.steps;

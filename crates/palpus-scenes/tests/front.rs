@@ -1,0 +1,190 @@
+//! The sleeping front answers what the full traversal answers, on every scene and along every kind of motion.
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::Pose;
+use palpus::body::{Body, BodySettings, PolygonSoup};
+use palpus::collision::{Closest, Front, LeafPair, LeafPairs, Proximity, Side, Traversal};
+use palpus_scenes::{scene, scenes};
+
+/// Of everything random here.
+const SEED: u64 = 0xf207_7e57;
+
+/// Relative to the bodies' size: hulls shave their merge distance off, so that a distance within this of the tolerance may
+/// count as within it or not.
+const SLACK: f64 = 1e-8;
+
+/// Relative to the bodies' size: how far a march may answer another distance from another start.
+const ROUNDING: f64 = 1e-11;
+
+struct Random(u64);
+
+impl Random {
+    /// SplitMix64, to [0, 1).
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn vector(&mut self) -> DVec3 {
+        DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
+    }
+
+    fn one_in(&mut self, n: u32) -> bool {
+        self.unit() * f64::from(n) < 1.0
+    }
+}
+
+fn body(soup: &PolygonSoup) -> Body {
+    Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("a scene's mesh makes a body")
+}
+
+fn side(body: &Body) -> Side<'_> {
+    Side { hierarchy: body.hierarchy(), pieces: body.polytopes() }
+}
+
+/// Pieces and distance (0 when overlapping), in the order of the pieces.
+fn sorted(found: &LeafPairs) -> Vec<(u32, u32, f64)> {
+    let distance = |leaf: &LeafPair| match leaf.proximity {
+        Proximity::Disjoint(Closest { distance, .. }) => distance,
+        Proximity::Overlapping(_) => 0.0,
+    };
+    let mut pairs: Vec<_> = found.as_slice().iter().map(|leaf| (leaf.piece_a, leaf.piece_b, distance(leaf))).collect();
+    pairs.sort_by_key(|pair| (pair.0, pair.1));
+    pairs
+}
+
+/// What both searches found, held against each other tick by tick.
+struct Duel<'a> {
+    a: &'a Body,
+    b: &'a Body,
+    front: Front,
+    full: Traversal,
+    by_front: LeafPairs,
+    by_full: LeafPairs,
+    ticks: usize,
+    contacts: usize,
+    restarts: usize,
+    crowded: usize,
+    merged: usize,
+    work: [u64; 2],
+}
+
+impl<'a> Duel<'a> {
+    fn new(a: &'a Body, b: &'a Body, places: usize) -> Self {
+        let (by_front, by_full) = (LeafPairs::new(1 << 16), LeafPairs::new(1 << 16));
+        let (front, full) = (Front::new(side(a), side(b), places), Traversal::new(side(a), side(b), 1 << 14));
+        Self {
+            a,
+            b,
+            front,
+            full,
+            by_front,
+            by_full,
+            ticks: 0,
+            contacts: 0,
+            restarts: 0,
+            crowded: 0,
+            merged: 0,
+            work: [0; 2],
+        }
+    }
+
+    fn tick(&mut self, pose: &Pose, tolerance: f64, what: &str) {
+        let place = pose.placement();
+        let counters = self.front.within(side(self.a), side(self.b), &place, tolerance, &mut self.by_front);
+        let expected = self.full.within(side(self.a), side(self.b), &place, tolerance, &mut self.by_full);
+        assert_eq!((counters.dropped, expected.dropped), (0, 0));
+        let (found, expected_pairs) = (sorted(&self.by_front), sorted(&self.by_full));
+        let size = self.a.size() + self.b.size();
+        let context = || format!("{what}, seed {SEED:#x}, tick {}, {pose:?}, tolerance {tolerance:e}", self.ticks);
+        let (mut k, mut l) = (0, 0);
+        while k < found.len() || l < expected_pairs.len() {
+            let name = |pairs: &[(u32, u32, f64)], i: usize| pairs.get(i).map_or((u32::MAX, 0), |p| (p.0, p.1));
+            let (ours, theirs) = (name(&found, k), name(&expected_pairs, l));
+            if ours == theirs {
+                let (p, q) = (found[k].2, expected_pairs[l].2);
+                assert!((p - q).abs() <= ROUNDING * size, "{ours:?}: {p:e} but {q:e}; {}", context());
+                (k, l) = (k + 1, l + 1);
+                continue;
+            }
+            let (odd, who) = if ours < theirs { (found[k], "front") } else { (expected_pairs[l], "full traversal") };
+            assert!((odd.2 - tolerance).abs() <= SLACK * size, "only the {who} finds {odd:?}; {}", context());
+            if ours < theirs { k += 1 } else { l += 1 }
+        }
+        self.ticks += 1;
+        self.contacts += found.len();
+        self.restarts += counters.restarted as usize;
+        self.crowded += counters.crowded as usize;
+        self.merged += counters.merged as usize;
+        let marches = |c: &palpus::collision::TraversalCounters| u64::from(c.hull_tests + c.leaf_tests);
+        self.work[0] += marches(&counters);
+        self.work[1] += marches(&expected);
+    }
+}
+
+/// Motion that drifts, trembles, rests, jumps; a tolerance that changes; a front that forgets.
+fn wander(duel: &mut Duel<'_>, around: impl Fn(f64) -> Pose, tolerance: f64, ticks: usize, what: &str) {
+    let mut random = Random(SEED);
+    let reach = duel.a.size().min(duel.b.size());
+    let (mut phase, mut speed, mut t) = (random.unit(), 2e-4, tolerance);
+    let mut offset = Pose::IDENTITY;
+    for _ in 0..ticks {
+        if random.one_in(150) {
+            phase = random.unit();
+        }
+        if random.one_in(100) {
+            // From resting over creeping to faster than a hand can.
+            speed = [0.0, 1e-6, 2e-4, 2e-3, 1e-2][(random.unit() * 5.0) as usize];
+        }
+        if random.one_in(60) {
+            t = tolerance * 4f64.powf(random.unit() * 2.0 - 1.0);
+        }
+        if random.one_in(300) {
+            duel.front.clear();
+        }
+        phase = (phase + 0.3 * speed) % 1.0;
+        let turn = DQuat::from_scaled_axis(random.vector() * speed);
+        offset = Pose::new(turn * offset.rotation, offset.translation * 0.99 + random.vector() * speed * reach);
+        offset.rotation = DQuat::IDENTITY.slerp(offset.rotation, 0.99);
+        let path = around(phase);
+        let pose = Pose::new(path.rotation * offset.rotation, path.translation + offset.translation);
+        duel.tick(&pose, t, what);
+    }
+}
+
+fn wander_on(name: &str, places: usize, ticks: usize) -> (usize, usize) {
+    let scene = scene(name).expect("a built-in scene");
+    let (a, b) = (body(&scene.probe), body(&scene.environment));
+    let mut duel = Duel::new(&a, &b, places);
+    let duration = scene.path.duration();
+    wander(&mut duel, |phase| scene.path.pose(phase * duration), scene.contact.tolerance, ticks, name);
+    assert!(duel.contacts > ticks / 10, "{name}: {} contacts in {ticks} ticks", duel.contacts);
+    assert!(duel.restarts > ticks / 1000, "{name}: {} restarts", duel.restarts);
+    (duel.crowded, duel.merged)
+}
+
+#[test]
+fn the_front_finds_what_the_full_traversal_finds_on_every_scene() {
+    for entry in scenes() {
+        wander_on(entry.name, 1 << 15, 600);
+    }
+}
+
+#[test]
+fn a_front_without_room_is_slower_and_as_right() {
+    for places in [2, 32, 96] {
+        let (crowded, _) = wander_on("torus-torus", places, 200);
+        assert!(crowded > 20, "{places} places: {crowded} crowded pairs");
+    }
+}
+
+#[test]
+#[ignore = "minutes: 20 000 ticks on each scene"]
+fn the_front_finds_what_the_full_traversal_finds_for_long() {
+    for entry in scenes() {
+        let (_, merged) = wander_on(entry.name, 1 << 15, 20_000);
+        assert!(merged > 0 || entry.name == "pen-sphere" || entry.name == "box-table", "{}", entry.name);
+    }
+}

@@ -1,0 +1,441 @@
+//! The sleeping front: the cut of the tree of node pairs, kept from tick to tick.
+//!
+//! The full traversal ([`Traversal`]) finds the pairs of pieces within tolerance by walking down a tree of node pairs, whose shape does
+//! not depend on the pose: which side of a pair is split, its nodes say. Below some cut of this tree everything is too far
+//! apart. From one tick to the next that cut hardly moves, and most of what lies on it need not even be looked at:
+//!
+//! 1. A pair on the cut at distance D more than the tolerance t *sleeps*. It cannot matter before the bodies have moved D − t
+//!    against each other; the [`Odometer`] sums up the motion, and the [`WakeBoard`] knows who is due.
+//! 2. A pair that is due is measured again: by spheres, by boxes when these promise a short sleep only, by hulls when those do. When
+//!    it is still apart, it goes on sleeping; otherwise it is split and its halves are measured.
+//! 3. A pair of leaves within tolerance is *awake*: it is marched every tick, from the features on which it ended last time.
+//! 4. Halves that both sleep long are *merged*: the pair that they came from is measured, and when it is far enough it sleeps
+//!    in their place. When it is not, it says itself after how much motion it makes sense to try again.
+//!
+//! A frame so costs what is in contact and what is due, however large the models. The answer is that of the full
+//! traversal: both split the same pairs by the same tests, but the front knows for most that their test would fail.
+//!
+//! All memory is obtained at construction. A pair for which there is no room to split stays due every tick, and what is below it is searched
+//! by the full traversal; that is slower and says so in the counters. After a jump the front begins anew at the roots, which
+//! costs one full traversal.
+//!
+//! After the *front* of [Ehmann and Lin 2001, §5.2] and [Li and Chen, *Incremental 3D collision detection*, 1998], who keep the cut but
+//! measure all of it each frame; and the wake times of [Hubbard 1995] and [Mirtich 1996], there for pairs of objects.
+
+use glam::DVec3;
+
+use super::bounds::{box_gap, sphere_gap};
+use super::coherence::Memory;
+use super::leaf_pairs::Home;
+use super::march::{March, initial_features, march};
+use super::odometer::Odometer;
+use super::traverse::distance;
+use super::wakes::{BLOCK, NEVER, WakeBoard};
+use super::{LeafPair, LeafPairs, Proximity, Side, StopReason, Traversal, TraversalCounters};
+use crate::algebra::Placement;
+use crate::algebra::tolerance::{BOX_NAP, FRONT_JUMP, MERGE_CLEARANCE, MERGE_RETRY, PACE_FADE, SPHERE_NAP};
+use crate::body::{Feature, FeaturePair, NodeKind};
+
+/// The cut between what is looked at and what sleeps, for one pair of bodies.
+#[derive(Clone, Debug)]
+pub struct Front {
+    /// The tree of node pairs down to the cut; the root is at place 0, halves are neighbours at places 2k and 2k + 1.
+    pairs: Vec<Pair>,
+    memories: Vec<Memory>,
+    wakes: WakeBoard,
+    odometer: Odometer,
+    /// Places of leaf pairs within tolerance.
+    awake: Vec<u32>,
+    /// First places of pairs of halves that were merged.
+    free: Vec<u32>,
+    /// Places from here on were never used.
+    fresh: u32,
+    stack: Vec<u32>,
+    /// Those of the last query: tolerance, and about how far the bodies move in a tick.
+    tolerance: f64,
+    pace: f64,
+    /// The length of motion that is a jump.
+    jump: f64,
+    begun: bool,
+    /// Searches what is below pairs without room.
+    full: Traversal,
+}
+
+/// A pair of nodes in the tree.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    a: u32,
+    b: u32,
+    /// Place of the pair that this is a half of.
+    parent: u32,
+    state: State,
+    /// Whether something is remembered of the pair.
+    known: bool,
+    /// The odometer's sum up to which this is not to be merged back.
+    retry: u64,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum State {
+    /// On the cut, apart.
+    Asleep,
+    /// On the cut, leaves within tolerance.
+    Awake,
+    /// Above the cut; the first half's place.
+    Split(u32),
+    /// On the cut, but in need of a split for which there is no room.
+    Crowded,
+}
+
+/// What one query is about.
+#[derive(Clone, Copy)]
+struct Query<'a> {
+    a: Side<'a>,
+    b: Side<'a>,
+    pose_ba: &'a Placement,
+    tolerance: f64,
+}
+
+/// What measuring a pair found.
+enum Measured {
+    /// At least this distance, not less than the tolerance.
+    Apart(f64),
+    /// Leaves within tolerance.
+    Within(March, Option<Memory>),
+    /// Nodes within tolerance.
+    Near,
+}
+
+const NONE: u32 = u32::MAX;
+
+impl Front {
+    /// A front between two bodies of at most `places` node pairs, and memory for a full traversal that remembers as many.
+    pub fn new(a: Side<'_>, b: Side<'_>, places: usize) -> Self {
+        // The whole tree of node pairs has one leaf for each pair of pieces.
+        let leaves = a.pieces.len().saturating_mul(b.pieces.len());
+        let places = places.min(leaves.saturating_mul(2)).next_multiple_of(BLOCK);
+        let [root_a, root_b] = [a, b].map(|side| side.hierarchy.node(side.hierarchy.root()).oriented_box);
+        let depth = a.hierarchy.depth() + b.hierarchy.depth() + 2;
+        let vertex = Feature::Vertex(0);
+        let blank =
+            Memory { features: FeaturePair { a: vertex, b: vertex }, normal: DVec3::ZERO, hub: [0; 2], facet: None };
+        Self {
+            pairs: vec![Pair::of(0, 0, NONE); places],
+            memories: vec![blank; places],
+            wakes: WakeBoard::new(places),
+            odometer: Odometer::new(root_a, root_b),
+            awake: Vec::with_capacity(places),
+            free: Vec::with_capacity(places / 2),
+            fresh: 2,
+            stack: Vec::with_capacity(2 * depth),
+            tolerance: 0.0,
+            pace: 0.0,
+            jump: FRONT_JUMP * root_a.half.length().min(root_b.half.length()),
+            begun: false,
+            full: Traversal::new(a, b, places),
+        }
+    }
+
+    /// Forgets the past; the next query begins at the roots.
+    pub fn clear(&mut self) {
+        self.begun = false;
+        self.odometer.clear();
+        self.full.clear();
+    }
+
+    /// Writes to `found` every leaf pair that overlaps or is nearer than `tolerance`; `pose_ba` places a's frame in b's.
+    ///
+    /// a and b are those of [`Self::new`]. `found` is cleared first; of more pairs than it has room for it keeps the deepest,
+    /// and the others are counted as dropped.
+    pub fn within(
+        &mut self,
+        a: Side<'_>,
+        b: Side<'_>,
+        pose_ba: &Placement,
+        tolerance: f64,
+        found: &mut LeafPairs,
+    ) -> TraversalCounters {
+        let query = Query { a, b, pose_ba, tolerance };
+        let mut counters = TraversalCounters::default();
+        found.clear();
+        self.full.begin_tick();
+        self.move_on(&query, &mut counters);
+        self.visit_awake(&query, found, &mut counters);
+        self.wake_due(&query, found, &mut counters);
+        counters.dropped = found.dropped();
+        counters
+    }
+
+    /// The nearest leaf pair of all, or an overlapping one when there is any: see [`Traversal::nearest`].
+    pub fn nearest(
+        &mut self,
+        a: Side<'_>,
+        b: Side<'_>,
+        pose_ba: &Placement,
+        counters: &mut TraversalCounters,
+    ) -> Option<LeafPair> {
+        self.full.nearest(a, b, pose_ba, counters)
+    }
+
+    /// Keeps where the pair's depth walk ended, for the next tick: its normal (b's frame), the vertices that support it and
+    /// the features that it rests on.
+    pub fn remember_depth(&mut self, pair: &LeafPair, normal: DVec3, hub: [u32; 2], facet: FeaturePair) {
+        match pair.home {
+            Home::Nodes(a, b) => self.full.remember_depth([a, b], normal, hub, facet),
+            Home::Place(place) => {
+                let memory = &mut self.memories[place as usize];
+                *memory = Memory { normal, hub, facet: Some(facet), ..*memory };
+            }
+        }
+    }
+
+    /// Node pairs in the tree down to the cut.
+    pub fn node_pairs(&self) -> usize {
+        self.fresh as usize - 2 * self.free.len() - 1
+    }
+
+    /// Step 1: what has moved since the last query is spent. A wider tolerance spends clearances just so.
+    fn move_on(&mut self, query: &Query<'_>, counters: &mut TraversalCounters) {
+        let moved = self.odometer.advance(query.pose_ba);
+        let wider = query.tolerance - self.tolerance;
+        let spent = wider <= 0.0 || self.odometer.spend(wider);
+        self.tolerance = query.tolerance;
+        match moved {
+            Some(moved) if self.begun && spent && moved <= self.jump => {
+                self.pace = self.pace * PACE_FADE + moved * (1.0 - PACE_FADE);
+            }
+            _ => {
+                self.restart(query);
+                counters.restarted = 1;
+            }
+        }
+    }
+
+    /// Only the pair of roots, and that due.
+    fn restart(&mut self, query: &Query<'_>) {
+        self.wakes.clear(self.fresh as usize);
+        self.free.clear();
+        self.awake.clear();
+        self.fresh = 2;
+        self.pairs[0] = Pair::of(query.a.hierarchy.root(), query.b.hierarchy.root(), NONE);
+        // A wake value of 0 is due whenever the sum is not.
+        self.odometer.spend(0.0);
+        self.wakes.set(0, 0);
+        self.pace = 0.0;
+        self.begun = true;
+    }
+
+    /// Step 3.
+    fn visit_awake(&mut self, query: &Query<'_>, found: &mut LeafPairs, counters: &mut TraversalCounters) {
+        let mut kept = 0;
+        for k in 0..self.awake.len() {
+            let place = self.awake[k];
+            counters.node_pairs += 1;
+            let (answer, memory) = self.march(query, place, counters);
+            let apart = distance(&answer);
+            if is_contact(&answer, query.tolerance) {
+                self.awake[kept] = place;
+                kept += 1;
+                found.push(self.leaf_pair(query, place, answer, memory), query.a, query.b, query.pose_ba);
+            } else {
+                self.sleep(query, place, apart);
+            }
+        }
+        self.awake.truncate(kept);
+    }
+
+    /// Step 2, and 4 where a pair goes on sleeping.
+    fn wake_due(&mut self, query: &Query<'_>, found: &mut LeafPairs, counters: &mut TraversalCounters) {
+        let sum = self.odometer.sum();
+        // Places that are taken during the round are looked at as soon as they are.
+        let blocks = (self.fresh as usize).div_ceil(BLOCK);
+        let mut block = 0;
+        while let Some(next) = self.wakes.next_block(block, blocks, sum) {
+            let mut due = [0; BLOCK];
+            let count = self.wakes.open(next, sum, &mut due);
+            for &place in &due[..count] {
+                counters.woken += 1;
+                self.stack.push(place);
+                while let Some(place) = self.stack.pop() {
+                    self.look(query, place, found, counters);
+                }
+            }
+            if count > 0 {
+                self.wakes.settle(next);
+            }
+            block = next + 1;
+        }
+    }
+
+    /// Measures a pair and puts it where it belongs; its halves go onto the stack.
+    fn look(&mut self, query: &Query<'_>, place: u32, found: &mut LeafPairs, counters: &mut TraversalCounters) {
+        match self.measure(query, place, counters) {
+            Measured::Apart(distance) => {
+                self.sleep(query, place, distance);
+                self.merge(query, place, counters);
+            }
+            Measured::Within(answer, memory) => {
+                self.pairs[place as usize].state = State::Awake;
+                self.wakes.set(place, NEVER);
+                self.awake.push(place);
+                found.push(self.leaf_pair(query, place, answer, memory), query.a, query.b, query.pose_ba);
+            }
+            Measured::Near if self.split(query, place) => counters.split += 1,
+            Measured::Near => {
+                counters.crowded += 1;
+                let Pair { a, b, .. } = self.pairs[place as usize];
+                self.pairs[place as usize].state = State::Crowded;
+                self.wakes.set(place, self.odometer.sum());
+                self.full.below(query.a, query.b, query.pose_ba, query.tolerance, [a, b], found, counters);
+            }
+        }
+    }
+
+    /// The pair's distance, or a bound of it from below that lets it sleep for a while: the cheaper the bound the longer must the sleep be that
+    /// it promises, or the next is tried.
+    fn measure(&mut self, query: &Query<'_>, place: u32, counters: &mut TraversalCounters) -> Measured {
+        counters.node_pairs += 1;
+        let Pair { a, b, .. } = self.pairs[place as usize];
+        let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
+        let gap = sphere_gap(&node_a.sphere, &node_b.sphere, query.pose_ba);
+        if gap > query.tolerance + SPHERE_NAP * self.pace {
+            return Measured::Apart(gap);
+        }
+        let enough = query.tolerance + BOX_NAP * self.pace;
+        let gap = gap.max(box_gap(&node_a.oriented_box, &node_b.oriented_box, query.pose_ba, 2.0 * enough));
+        if gap > enough {
+            return Measured::Apart(gap);
+        }
+        let leaves = [node_a, node_b].iter().all(|node| matches!(node.kind, NodeKind::Leaf { .. }));
+        counters.leaf_tests += u32::from(leaves);
+        counters.hull_tests += u32::from(!leaves);
+        let (answer, memory) = self.march(query, place, counters);
+        match (leaves, distance(&answer)) {
+            (true, _) if is_contact(&answer, query.tolerance) => Measured::Within(answer, memory),
+            (false, apart) if apart <= query.tolerance => Measured::Near,
+            (_, apart) => Measured::Apart(apart),
+        }
+    }
+
+    fn sleep(&mut self, query: &Query<'_>, place: u32, distance: f64) {
+        self.pairs[place as usize].state = State::Asleep;
+        self.wakes.set(place, self.odometer.due(distance - query.tolerance));
+    }
+
+    /// Puts both halves of a pair onto the stack; false if there is no room for them.
+    fn split(&mut self, query: &Query<'_>, place: u32) -> bool {
+        let Pair { a, b, .. } = self.pairs[place as usize];
+        let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
+        let halves = match (node_a.kind, node_b.kind) {
+            (NodeKind::Inner { left, right }, kind_b)
+                if node_a.sphere.radius > node_b.sphere.radius || matches!(kind_b, NodeKind::Leaf { .. }) =>
+            {
+                [Pair::of(left, b, place), Pair::of(right, b, place)]
+            }
+            (_, NodeKind::Inner { left, right }) => [Pair::of(a, left, place), Pair::of(a, right, place)],
+            _ => return false,
+        };
+        let Some(first) = self.take_places() else { return false };
+        let wake = self.wakes.get(place);
+        for (half, place) in halves.into_iter().zip([first, first + 1]) {
+            self.pairs[place as usize] = half;
+            // What held for the whole holds for its halves: they are as overdue.
+            self.wakes.set(place, wake);
+            self.stack.push(place);
+        }
+        self.pairs[place as usize].state = State::Split(first);
+        self.wakes.set(place, NEVER);
+        true
+    }
+
+    fn take_places(&mut self) -> Option<u32> {
+        self.free.pop().or_else(|| {
+            let first = self.fresh;
+            (first as usize + 2 <= self.pairs.len()).then(|| {
+                self.fresh += 2;
+                first
+            })
+        })
+    }
+
+    /// Step 4: merges the pair with its other half as long as both sleep long and what they came from may.
+    fn merge(&mut self, query: &Query<'_>, mut place: u32, counters: &mut TraversalCounters) {
+        let long = MERGE_CLEARANCE * query.tolerance;
+        loop {
+            let parent = self.pairs[place as usize].parent;
+            let until = self.odometer.due(long);
+            if parent == NONE || self.wakes.get(place) < until || !self.sleeps_until(place ^ 1, until) {
+                return;
+            }
+            let Pair { a, b, retry, .. } = self.pairs[parent as usize];
+            if retry > self.odometer.sum() {
+                return;
+            }
+            counters.node_pairs += 1;
+            let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
+            let enough = query.tolerance + long;
+            let mut gap = sphere_gap(&node_a.sphere, &node_b.sphere, query.pose_ba);
+            if gap <= enough {
+                gap = gap.max(box_gap(&node_a.oriented_box, &node_b.oriented_box, query.pose_ba, enough));
+            }
+            if gap <= enough {
+                self.pairs[parent as usize].retry = self.odometer.due((enough - gap).max(MERGE_RETRY * long));
+                return;
+            }
+            counters.merged += 1;
+            let first = place & !1;
+            self.wakes.set(first, NEVER);
+            self.wakes.set(first + 1, NEVER);
+            self.free.push(first);
+            self.sleep(query, parent, gap);
+            place = parent;
+        }
+    }
+
+    fn sleeps_until(&self, place: u32, sum: u64) -> bool {
+        self.pairs[place as usize].state == State::Asleep && self.wakes.get(place) >= sum
+    }
+
+    /// Marches a pair from where it ended last, or cold.
+    fn march(&mut self, query: &Query<'_>, place: u32, counters: &mut TraversalCounters) -> (March, Option<Memory>) {
+        let pair = &mut self.pairs[place as usize];
+        let (polytope_a, polytope_b) = (query.a.polytope(pair.a), query.b.polytope(pair.b));
+        let memory = &mut self.memories[place as usize];
+        let before = pair.known.then_some(*memory);
+        let start = before.map_or_else(|| initial_features(polytope_a, polytope_b, query.pose_ba), |m| m.features);
+        let answer = march(polytope_a, polytope_b, query.pose_ba, start);
+        if !pair.known {
+            *memory = Memory { normal: DVec3::ZERO, facet: None, ..*memory };
+            pair.known = true;
+        }
+        memory.features = answer.features;
+        counters.march_steps += answer.steps;
+        counters.march_fallbacks += u32::from(answer.stop != StopReason::Converged);
+        (answer, before)
+    }
+
+    fn leaf_pair(&self, query: &Query<'_>, place: u32, answer: March, memory: Option<Memory>) -> LeafPair {
+        let Pair { a, b, .. } = self.pairs[place as usize];
+        let piece = |side: Side<'_>, node: u32| match side.hierarchy.node(node).kind {
+            NodeKind::Leaf { piece } => piece,
+            NodeKind::Inner { .. } => unreachable!("only leaves are awake"),
+        };
+        LeafPair {
+            piece_a: piece(query.a, a),
+            piece_b: piece(query.b, b),
+            home: Home::Place(place),
+            proximity: answer.proximity,
+            memory,
+        }
+    }
+}
+
+impl Pair {
+    fn of(a: u32, b: u32, parent: u32) -> Self {
+        Self { a, b, parent, state: State::Asleep, known: false, retry: 0 }
+    }
+}
+
+fn is_contact(answer: &March, tolerance: f64) -> bool {
+    matches!(answer.proximity, Proximity::Overlapping(_)) || distance(answer) < tolerance
+}

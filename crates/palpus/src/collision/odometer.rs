@@ -1,0 +1,160 @@
+//! How far two bodies can have moved against each other: a sum that only grows, in whole steps.
+//!
+//! 1. From one tick to the next, no point of a body moves farther than the farthest corner of a box that holds the body: the
+//!    displacement field of a rigid motion is affine, and the norm of an affine field is convex.
+//! 2. Distances between the bodies change by no more than that, whether a is seen from b or b from a. The smaller of the two
+//!    is added to the sum S.
+//! 3. A pair that is `D` apart while the sum is S₀ cannot be nearer than `t` before the sum exceeds S₀ + (D − t).
+//!
+//! S counts whole *quanta*, a fixed small fraction of the bodies' size. A motion is rounded up to whole quanta and one more is added, a
+//! clearance is rounded down; so that the sum is exact however long it runs, and the added quantum outweighs the rounding of
+//! placed points a thousandfold.
+
+use glam::{DMat3, DVec3};
+
+use crate::algebra::Placement;
+use crate::algebra::tolerance::{ODOMETER_NOISE, ODOMETER_QUANTUM};
+use crate::body::OrientedBox;
+
+/// The running sum of displacements, in quanta.
+#[derive(Clone, Debug)]
+pub(super) struct Odometer {
+    box_a: OrientedBox,
+    box_b: OrientedBox,
+    /// Model units.
+    quantum: f64,
+    size: f64,
+    last: Option<Placement>,
+    sum: u64,
+}
+
+impl Odometer {
+    /// Of the motion of two bodies that the boxes hold, each in its body's frame.
+    pub(super) fn new(box_a: OrientedBox, box_b: OrientedBox) -> Self {
+        let size = box_a.half.length() + box_b.half.length();
+        let quantum = (ODOMETER_QUANTUM * size).max(f64::MIN_POSITIVE);
+        Self { box_a, box_b, quantum, size, last: None, sum: 0 }
+    }
+
+    /// The sum, quanta.
+    #[inline]
+    pub(super) fn sum(&self) -> u64 {
+        self.sum
+    }
+
+    /// Begins anew.
+    pub(super) fn clear(&mut self) {
+        self.last = None;
+        self.sum = 0;
+    }
+
+    /// Adds the motion since the last call and answers it in model units; none before the first call, or when the sum is
+    /// exhausted: then nothing that was known of distances holds any more.
+    pub(super) fn advance(&mut self, pose_ba: &Placement) -> Option<f64> {
+        let last = self.last.replace(*pose_ba)?;
+        let moved = displacement(&self.box_a, &last, pose_ba);
+        // The inverse is not needed: q ↦ R'ᵀ(q − t') − Rᵀ(q − t), its norm is invariant under R'.
+        let moved = moved.min(displacement(&self.box_b, &last.inverse(), &pose_ba.inverse()));
+        self.spend(moved + ODOMETER_NOISE * (self.size + pose_ba.translation.length())).then_some(moved)
+    }
+
+    /// Adds a length (model units) that clearances have lost otherwise; false if the sum is exhausted.
+    pub(super) fn spend(&mut self, length: f64) -> bool {
+        let quanta = (length / self.quantum).ceil() + 1.0;
+        if quanta.is_nan() || quanta >= EXHAUSTED as f64 || self.sum >= EXHAUSTED {
+            self.clear();
+            return false;
+        }
+        self.sum += quanta as u64;
+        true
+    }
+
+    /// The sum at which a pair has to be looked at that now has `clearance` (not negative, model units) to spend.
+    #[inline]
+    pub(super) fn due(&self, clearance: f64) -> u64 {
+        // A cast saturates; the shift keeps the sum of two from overflowing.
+        self.sum + ((clearance / self.quantum) as u64).min(EXHAUSTED)
+    }
+
+    /// Model units from the sum `from` on to now; negative when `from` lies ahead.
+    #[cfg(test)]
+    pub(super) fn since(&self, from: u64) -> f64 {
+        (self.sum as f64 - from as f64) * self.quantum
+    }
+}
+
+/// Far above any journey, far below the end of the integers.
+const EXHAUSTED: u64 = 1 << 61;
+
+/// The farthest that a point of the box moves from one placement to another.
+fn displacement(held: &OrientedBox, from: &Placement, to: &Placement) -> f64 {
+    let turn: DMat3 = to.rotation - from.rotation;
+    let middle = turn * held.center + (to.translation - from.translation);
+    let sides = turn * held.axes;
+    let (x, y, z) = (sides.x_axis * held.half.x, sides.y_axis * held.half.y, sides.z_axis * held.half.z);
+    // |m + c|² = |m|² + |c|² + 2 m·c: of opposite corners the one along m is farther, so four are enough.
+    let farthest = |corner: DVec3| middle.length_squared() + corner.length_squared() + 2.0 * middle.dot(corner).abs();
+    let corners = [x + y + z, x + y - z, x - y + z, x - y - z];
+    corners.into_iter().map(farthest).fold(0.0, f64::max).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DQuat;
+
+    use super::super::oracle::Random;
+    use super::*;
+    use crate::algebra::Pose;
+
+    const SEED: u64 = 0x0D0;
+
+    fn some_box(random: &mut Random) -> OrientedBox {
+        let axes = DMat3::from_quat(random.rotation());
+        OrientedBox { center: random.in_cube(), axes, half: random.in_cube().abs() }
+    }
+
+    #[test]
+    fn no_point_moves_farther_and_no_distance_changes_by_more_than_the_sum_says() {
+        let mut random = Random(SEED);
+        for case in 0..200 {
+            let (box_a, box_b) = (some_box(&mut random), some_box(&mut random));
+            let point =
+                |random: &mut Random, held: &OrientedBox| held.center + held.axes * (held.half * random.in_cube());
+            let mut odometer = Odometer::new(box_a, box_b);
+            let mut pose = Pose::new(random.rotation(), random.in_cube() * 3.0);
+            assert_eq!(odometer.advance(&pose.placement()), None);
+            let (first, begin) = (pose.placement(), odometer.sum());
+            for _ in 0..20 {
+                let before = pose.placement();
+                let turn = DQuat::from_scaled_axis(random.in_cube() * 0.1);
+                pose = Pose::new(turn * pose.rotation, pose.translation + random.in_cube() * 0.1);
+                let moved = odometer.advance(&pose.placement()).unwrap();
+                let place = pose.placement();
+                assert!(moved <= displacement(&box_a, &before, &place));
+                for _ in 0..20 {
+                    let (p, q) = (point(&mut random, &box_a), point(&mut random, &box_b));
+                    let distance = |pose: &Placement| pose.point(p).distance(q);
+                    assert!(
+                        (distance(&place) - distance(&before)).abs() <= moved + 1e-12,
+                        "seed {SEED:#x}, case {case}"
+                    );
+                    let spent = odometer.since(begin);
+                    assert!((distance(&place) - distance(&first)).abs() <= spent, "seed {SEED:#x}, case {case}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn an_exhausted_sum_says_so_and_a_clearance_is_never_overstated() {
+        let mut random = Random(SEED);
+        let mut odometer = Odometer::new(some_box(&mut random), some_box(&mut random));
+        for clearance in [0.0, 1e-9, 0.3, 1e9, f64::INFINITY] {
+            assert!(-odometer.since(odometer.due(clearance)) <= clearance);
+        }
+        assert!(odometer.spend(1.0));
+        assert!(!odometer.spend(f64::NAN) && odometer.sum() == 0);
+        assert!(!odometer.spend(f64::INFINITY));
+        assert!(odometer.spend(0.0) && odometer.sum() > 0);
+    }
+}

@@ -1,0 +1,123 @@
+//! When each sleeping pair has to be looked at: a board of wake values, searched block by block.
+//!
+//! A pair's wake value is the odometer's sum up to which it may sleep. The board keeps one value a place and the least value
+//! of each block of places; a tick reads one number a block and opens only the blocks in which something is due.
+//! Setting and silencing a value touch two numbers, so that pairs come and go for nothing.
+//!
+//! A heap would hand out the due pairs in order, which nobody needs, and would have to be repaired along a path for each of
+//! them; a wheel of buckets moves many entries at once when it turns over, which a loop at 1 kHz feels.
+
+/// Places that share a least value.
+pub(super) const BLOCK: usize = 32;
+
+/// Never due.
+pub(super) const NEVER: u64 = u64::MAX;
+
+/// Wake values by place.
+#[derive(Clone, Debug)]
+pub(super) struct WakeBoard {
+    values: Vec<u64>,
+    /// At most the least value of each block.
+    least: Vec<u64>,
+}
+
+impl WakeBoard {
+    /// A silent board of `places`.
+    pub(super) fn new(places: usize) -> Self {
+        let blocks = places.div_ceil(BLOCK);
+        Self { values: vec![NEVER; blocks * BLOCK], least: vec![NEVER; blocks] }
+    }
+
+    /// Silences the first `places` places.
+    pub(super) fn clear(&mut self, places: usize) {
+        let blocks = places.div_ceil(BLOCK);
+        self.values[..blocks * BLOCK].fill(NEVER);
+        self.least[..blocks].fill(NEVER);
+    }
+
+    /// The wake value of a place.
+    #[inline]
+    pub(super) fn get(&self, place: u32) -> u64 {
+        self.values[place as usize]
+    }
+
+    /// Sets it; [`NEVER`] silences the place.
+    #[inline]
+    pub(super) fn set(&mut self, place: u32, value: u64) {
+        self.values[place as usize] = value;
+        let least = &mut self.least[place as usize / BLOCK];
+        *least = (*least).min(value);
+    }
+
+    /// The first block from `from` to `to` that may hold a value less than `sum`.
+    #[inline]
+    pub(super) fn next_block(&self, from: usize, to: usize, sum: u64) -> Option<usize> {
+        self.least[from..to].iter().position(|&least| least < sum).map(|k| from + k)
+    }
+
+    /// Writes the places of a block whose values are less than `sum` to `due`, corrects the block's least value, and answers how many there are.
+    pub(super) fn open(&mut self, block: usize, sum: u64, due: &mut [u32; BLOCK]) -> usize {
+        let begin = block * BLOCK;
+        let (mut count, mut least) = (0, NEVER);
+        for (k, &value) in self.values[begin..begin + BLOCK].iter().enumerate() {
+            due[count] = (begin + k) as u32;
+            count += usize::from(value < sum);
+            least = least.min(value);
+        }
+        self.least[block] = least;
+        count
+    }
+
+    /// Corrects a block's least value after its places were set.
+    pub(super) fn settle(&mut self, block: usize) {
+        let begin = block * BLOCK;
+        self.least[block] = self.values[begin..begin + BLOCK].iter().copied().fold(NEVER, u64::min);
+    }
+
+    /// At most the least value of the first `places` places.
+    #[cfg(test)]
+    pub(super) fn least(&self, places: usize) -> u64 {
+        self.least[..places.div_ceil(BLOCK)].iter().copied().fold(NEVER, u64::min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::oracle::Random;
+    use super::*;
+
+    const SEED: u64 = 0x3A4E;
+
+    #[test]
+    fn exactly_the_values_below_the_sum_are_found() {
+        let mut random = Random(SEED);
+        let places = 5 * BLOCK - 3;
+        let mut board = WakeBoard::new(places);
+        let mut model = vec![NEVER; places];
+        for round in 0..400u64 {
+            for _ in 0..20 {
+                let place = random.below(places);
+                let value = if random.below(4) == 0 { NEVER } else { round + random.below(60) as u64 };
+                board.set(place as u32, value);
+                model[place] = value;
+            }
+            let (mut found, mut block) = (Vec::new(), 0);
+            while let Some(next) = board.next_block(block, places.div_ceil(BLOCK), round) {
+                let mut due = [0; BLOCK];
+                let count = board.open(next, round, &mut due);
+                found.extend_from_slice(&due[..count]);
+                for &place in &due[..count] {
+                    assert_eq!(board.get(place), model[place as usize]);
+                    board.set(place, NEVER);
+                    model[place as usize] = NEVER;
+                }
+                board.settle(next);
+                block = next + 1;
+            }
+            let expected = board.least(places) >= round && model.iter().all(|&value| value >= round);
+            assert!(expected, "seed {SEED:#x}, round {round}: {found:?}");
+        }
+        board.clear(places);
+        assert_eq!(board.least(places), NEVER);
+    }
+}
