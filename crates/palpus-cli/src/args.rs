@@ -175,6 +175,24 @@ pub(crate) enum BenchCommand {
         #[arg(long, value_name = "DIR", default_value = "palpus-out/depth")]
         out: PathBuf,
     },
+    /// Times the engine step against the number of triangles and of contacts, and on real pairs; plots, CSV, JSON and text.
+    #[command(
+        after_help = "Example:\n  palpus bench scale --models models --out scale\n\nbenches/peers/coal_scale.py runs this and sets Coal's tolerance query on the same poses beside it."
+    )]
+    Scale {
+        /// Where the files go.
+        #[arg(long, value_name = "DIR", default_value = "palpus-out/scale")]
+        out: PathBuf,
+        /// A folder with the real meshes of the pairs; pairs whose meshes are not there are left out.
+        #[arg(long, value_name = "DIR")]
+        models: Option<PathBuf>,
+        /// Ticks of contact per pair.
+        #[arg(long, value_name = "N", default_value_t = 20_000)]
+        ticks: usize,
+        /// Only the pair of this name, or `triangles` or `contacts` for one of the two sweeps.
+        #[arg(long, value_name = "NAME")]
+        only: Option<String>,
+    },
     /// Times the engine step (query, depth, force) of two models over a list of poses.
     #[command(
         after_help = "Example:\n  palpus bench step spoon.obj cup.obj --poses path.csv --out step.csv --tolerance 0.01"

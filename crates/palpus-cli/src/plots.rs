@@ -35,6 +35,8 @@ pub(crate) struct Figure {
     pub(crate) title: String,
     /// Below the horizontal axis.
     pub(crate) x_label: &'static str,
+    /// x is drawn by its logarithm; it is then positive.
+    pub(crate) log_x: bool,
     /// Intervals of x in which the bodies penetrate.
     pub(crate) bands: Vec<Range<f64>>,
     /// Top to bottom.
@@ -52,6 +54,8 @@ const SHADE: RGBColor = RGBColor(250, 226, 218);
 const WIDTH: u32 = 1000;
 const PANEL_HEIGHT: u32 = 230;
 const TITLE_HEIGHT: u32 = 60;
+/// Curves of no more points show each of them.
+const FEW_POINTS: usize = 20;
 /// Share of the curves' width.
 const LEGEND_ROOM: f64 = 0.14;
 
@@ -92,17 +96,19 @@ fn draw(figure: &Figure, root: &DrawingArea<SVGBackend<'_>, Shift>) -> Answer {
     let (head, body) = root.split_vertically(TITLE_HEIGHT);
     head.titled(&figure.title, ("sans-serif", 22))?;
     let x_range = x_range(figure);
+    let axis = if figure.log_x { power_label } else { tick_label };
     let last = figure.panels.len().saturating_sub(1);
     for (k, (panel, area)) in figure.panels.iter().zip(body.split_evenly((figure.panels.len(), 1))).enumerate() {
         let x_label = if k == last { figure.x_label } else { "" };
-        draw_panel(panel, &figure.bands, x_range.clone(), x_label, &area)?;
+        draw_panel(panel, figure, x_range.clone(), (x_label, axis), &area)?;
     }
     root.present()?;
     Ok(())
 }
 
 fn x_range(figure: &Figure) -> Range<f64> {
-    let points = figure.panels.iter().flat_map(|panel| &panel.series).flat_map(|series| &series.points);
+    let curves = figure.panels.iter().flat_map(|panel| &panel.series);
+    let points = curves.flat_map(|series| figure.on_axis(&series.points));
     let (low, high) = points.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), p| (l.min(p.0), h.max(p.0)));
     // Room on the right, so that the legend covers no curve.
     if low < high { low..high + LEGEND_ROOM * (high - low) } else { 0.0..1.0 }
@@ -122,11 +128,12 @@ fn y_range(panel: &Panel) -> Range<f64> {
 
 fn draw_panel(
     panel: &Panel,
-    bands: &[Range<f64>],
+    figure: &Figure,
     x_range: Range<f64>,
-    x_label: &str,
+    (x_label, x_tick): (&str, fn(&f64) -> String),
     area: &DrawingArea<SVGBackend<'_>, Shift>,
 ) -> Answer {
+    let bands = &figure.bands;
     let y_range = y_range(panel);
     let mut chart = ChartBuilder::on(area)
         .caption(panel.title, ("sans-serif", 16))
@@ -147,13 +154,14 @@ fn draw_panel(
         .y_desc(panel.unit)
         .x_labels(11)
         .y_labels(6)
-        .x_label_formatter(&tick_label)
+        .x_label_formatter(&x_tick)
         .y_label_formatter(&tick_label)
         .label_style(("sans-serif", 13))
         .draw()?;
     for series in &panel.series {
         let color = series.color;
-        let runs = runs(&series.points);
+        let points = figure.on_axis(&series.points);
+        let runs = runs(&points);
         let mut labelled = false;
         for run in runs {
             let drawn = chart.draw_series(LineSeries::new(run.iter().copied(), color.stroke_width(1)))?;
@@ -162,6 +170,9 @@ fn draw_panel(
                     .label(series.label)
                     .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color.stroke_width(3)));
                 labelled = true;
+            }
+            if run.len() <= FEW_POINTS {
+                chart.draw_series(run.iter().map(|&point| Circle::new(point, 3, color.filled())))?;
             }
             if panel.thick_in_bands {
                 for band in bands {
@@ -189,6 +200,24 @@ fn tick_label(value: &f64) -> String {
     let rounded = (value * 1e6).round() / 1e6;
     // Adding zero turns −0 into 0.
     format!("{}", rounded + 0.0)
+}
+
+/// The number whose decimal logarithm stands on the axis, with the letter of its thousands.
+fn power_label(log: &f64) -> String {
+    let value = 10f64.powf(*log);
+    match value {
+        _ if value >= 1e6 => format!("{:.1} M", value / 1e6),
+        _ if value >= 1e3 => format!("{:.0} k", value / 1e3),
+        _ if value >= 10.0 => format!("{value:.0}"),
+        _ => format!("{value:.1}"),
+    }
+}
+
+impl Figure {
+    /// Points as they lie on the horizontal axis.
+    fn on_axis(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        points.iter().map(|&(x, y)| (if self.log_x { x.log10() } else { x }, y)).collect()
+    }
 }
 
 /// The stretches of finite points.

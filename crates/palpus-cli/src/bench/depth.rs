@@ -16,6 +16,7 @@ use palpus::force::{PairQuery, Proof};
 use palpus::render::Settings;
 use palpus_scenes::shape;
 
+use super::random::Random;
 use crate::output;
 use crate::plots::{BLUE, Figure, Panel, Series, VERMILION, write_svg};
 
@@ -30,23 +31,6 @@ pub(super) fn depth(out: &Path) -> anyhow::Result<ExitCode> {
     tilting(&out.join("depth_witness.svg"))?;
     output::line(format!("written to {}: depth_local.svg and depth_witness.svg", out.display()));
     Ok(ExitCode::SUCCESS)
-}
-
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    /// In \[−1, 1).
-    fn number(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    }
-
-    fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.number(), self.number(), self.number())
-    }
 }
 
 fn local(path: &Path) -> anyhow::Result<()> {
@@ -82,6 +66,7 @@ fn local(path: &Path) -> anyhow::Result<()> {
         title: format!("The walk from a cold start against the proof: {beaten} of {POSES} poses are only local"),
         x_label: "poses, by how much the walk misses (%, the last twentieth)",
         bands: Vec::new(),
+        log_x: false,
         panels: vec![Panel {
             title: "depth of the walk over the least depth",
             unit: "% too deep",
@@ -125,6 +110,7 @@ fn tilting(path: &Path) -> anyhow::Result<()> {
         title: "A box tilts through flat on a table: where it is touched".to_owned(),
         x_label: "tilt (degrees)",
         bands: Vec::new(),
+        log_x: false,
         panels: vec![Panel {
             title: "contact point along the box",
             unit: "mm",

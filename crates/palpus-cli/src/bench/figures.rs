@@ -65,6 +65,7 @@ fn figure_5(out: &Path) -> anyhow::Result<()> {
         title: "Figure 5: a spoon touches a cup (shaded: penetrating, white: disjoint)".to_owned(),
         x_label: "tick (1 ms)",
         bands: intervals,
+        log_x: false,
         panels: vec![
             Panel {
                 title: "time of the contact query and of the force computation",
@@ -147,6 +148,7 @@ fn figure_6(out: &Path) -> anyhow::Result<()> {
         title: "Figure 6: a pen is drawn over a sphere (thick and shaded: penetrating)".to_owned(),
         x_label: "tick (1 ms)",
         bands: bands(contacts.iter().enumerate().map(|(k, contact)| (k as f64, contact.separation < 0.0))),
+        log_x: false,
         panels: vec![
             panel("(a) contact point", "mm", axes(&|contact| contact.midpoint() * 1e3)),
             panel("(b) contact normal", "", axes(&|contact| contact.normal)),

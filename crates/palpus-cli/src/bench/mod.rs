@@ -1,7 +1,10 @@
-//! `palpus bench`: the paper's table and figures as measured here, and the time of the engine step.
+//! `palpus bench`: the paper's table and figures as measured here, and the time of the engine step against everything that
+//! it could depend on.
 
 mod depth;
 mod figures;
+mod random;
+mod scale;
 mod step;
 mod table;
 
@@ -16,6 +19,9 @@ pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {
     match command {
         BenchCommand::Figures { out, models } => figures::figures(out, models.as_deref()),
         BenchCommand::Depth { out } => depth::depth(out),
+        BenchCommand::Scale { out, models, ticks, only } => {
+            scale::scale(out, models.as_deref(), *ticks, only.as_deref())
+        }
         BenchCommand::Step { a, b, poses, out, tolerance } => step::step(a, b, poses, out, *tolerance),
     }
 }
@@ -44,6 +50,7 @@ pub(crate) fn run_figure(name: &str, rows: &[RecordRow]) -> Figure {
         title: format!("{name}: what the hand felt (shaded: penetrating)"),
         x_label: "time (s)",
         bands: bands(rows.iter().map(|row| (seconds(row), row.separation < 0.0))),
+        log_x: false,
         panels: vec![
             panel("force", "N", axes([force(0), force(1), force(2)])),
             panel("torque", "mN·m", axes([torque(0), torque(1), torque(2)])),

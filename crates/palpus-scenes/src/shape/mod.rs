@@ -9,6 +9,7 @@ mod groove;
 mod intestine;
 mod peg_hole;
 mod primitive;
+mod scan;
 mod skin;
 #[cfg(test)]
 mod soundness;
@@ -20,5 +21,6 @@ pub use groove::{GROOVE_DEPTH, v_groove};
 pub use intestine::{CenterLine, LUMEN_RADIUS, intestine};
 pub use peg_hole::{DEFAULT_CLEARANCE, PEG_RADIUS, PEG_TIP, hole_block, peg};
 pub use primitive::{PEN_TIP, cuboid, pen, sphere, table};
+pub use scan::scanned_torus;
 pub use spoon::{SPOON_TIP, spoon};
 pub use torus::{TORUS_MAJOR_RADIUS, TORUS_MINOR_RADIUS, torus};

@@ -15,7 +15,7 @@ struct Case {
     genus: i64,
 }
 
-const CASES: [Case; 12] = [
+const CASES: [Case; 13] = [
     Case { name: "torus", build: torus, triangles: 2000, genus: 1 },
     Case { name: "cup", build: cup, triangles: 500, genus: 1 },
     Case { name: "spoon", build: spoon, triangles: 336, genus: 0 },
@@ -27,6 +27,7 @@ const CASES: [Case; 12] = [
     Case { name: "table", build: table, triangles: 12, genus: 0 },
     Case { name: "peg", build: peg, triangles: 188, genus: 0 },
     Case { name: "hole block", build: || hole_block(DEFAULT_CLEARANCE), triangles: 144, genus: 1 },
+    Case { name: "scanned torus", build: || scanned_torus(2000), triangles: 2006, genus: 1 },
     Case { name: "v-groove", build: v_groove, triangles: 24, genus: 0 },
 ];
 

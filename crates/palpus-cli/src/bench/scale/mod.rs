@@ -1,0 +1,156 @@
+//! `palpus bench scale`: what a step costs, and what it does not depend on.
+//!
+//! 1. *Against triangles*: a pen on a scanned torus of 1 k to 906 k triangles. The tolerance is chosen so that the same
+//!    number of contacts is felt at each size.
+//! 2. *Against contacts*: the pen on one size of it, the tolerance growing.
+//! 3. *Pairs*: scanned and constructed parts in contact, with the poses left beside the times, so that others can be asked
+//!    the same (`benches/peers/coal_scale.py`).
+//!
+//! Every tick of contact is computed in several passes and the least of its times kept: the engine does the same in each,
+//! and what differs is what the operating system did meanwhile.
+
+mod growth;
+mod motion;
+mod pairs;
+mod timing;
+
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use anyhow::{Context, bail};
+use comfy_table::presets::UTF8_BORDERS_ONLY;
+use comfy_table::{CellAlignment, Table};
+use palpus::body::Body;
+use palpus::render::{Limits, Settings};
+use serde::Serialize;
+
+use self::timing::Times;
+use crate::output;
+
+pub(super) fn scale(out: &Path, models: Option<&Path>, ticks: usize, only: Option<&str>) -> anyhow::Result<ExitCode> {
+    fs::create_dir_all(out).with_context(|| format!("{} could not be created", out.display()))?;
+    let known = ["triangles", "contacts"].into_iter().chain(pairs::PAIRS.iter().map(|pair| pair.name));
+    if let Some(only) = only
+        && !known.clone().any(|name| name == only)
+    {
+        bail!("--only {only} names nothing; there is {}", known.collect::<Vec<_>>().join(", "));
+    }
+    let wanted = |name: &str| only.is_none_or(|only| only == name);
+    if wanted("triangles") {
+        report(out, "triangles", &growth::against_triangles(out, ticks)?)?;
+    }
+    if wanted("contacts") {
+        report(out, "contacts", &growth::against_contacts(out, ticks)?)?;
+    }
+    let mut rows = Vec::new();
+    for pair in pairs::PAIRS.iter().filter(|pair| wanted(pair.name)) {
+        match models.and_then(|models| pair.files(models)) {
+            Some(files) => rows.push(pairs::measure(pair, &files, out, ticks)?),
+            None => output::note(format!("note: {} needs {} and {} in --models", pair.name, pair.a.file, pair.b.file)),
+        }
+    }
+    if !rows.is_empty() {
+        report(out, "pairs", &rows)?;
+    }
+    output::line(format!("written to {}", out.display()));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// One line of the answer.
+#[derive(Debug, Serialize)]
+struct Row {
+    name: String,
+    triangles_a: usize,
+    triangles_b: usize,
+    pieces_a: usize,
+    pieces_b: usize,
+    /// m.
+    tolerance: f64,
+    #[serde(flatten)]
+    times: Times,
+    /// How the pair was posed, for others to repeat it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    repeat: Option<pairs::Repeat>,
+}
+
+impl Row {
+    fn new(name: String, a: &Body, b: &Body, tolerance: f64, times: Times) -> Self {
+        Self {
+            name,
+            triangles_a: a.mesh().triangles().len(),
+            triangles_b: b.mesh().triangles().len(),
+            pieces_a: a.pieces().len(),
+            pieces_b: b.pieces().len(),
+            tolerance,
+            times,
+            repeat: None,
+        }
+    }
+}
+
+/// Prints the rows and leaves them as text, CSV and JSON.
+fn report(out: &Path, name: &str, rows: &[Row]) -> anyhow::Result<()> {
+    let text = text(rows);
+    output::line(&text);
+    fs::write(out.join(format!("{name}.txt")), format!("{text}\n"))?;
+    fs::write(out.join(format!("{name}.json")), serde_json::to_string_pretty(rows)?)?;
+    let mut csv = String::from(
+        "name,triangles_a,triangles_b,pieces_a,pieces_b,tolerance_m,ticks,contacts_mean,p50_us,p99_us,p999_us,max_us\n",
+    );
+    for row in rows {
+        let Row { name, triangles_a, triangles_b, pieces_a, pieces_b, tolerance, times, .. } = row;
+        let Times { ticks, contacts, p50, p99, p999, max } = times;
+        csv += &format!(
+            "{name},{triangles_a},{triangles_b},{pieces_a},{pieces_b},{tolerance},{ticks},{contacts},{p50},{p99},{p999},{max}\n"
+        );
+    }
+    fs::write(out.join(format!("{name}.csv")), csv)?;
+    Ok(())
+}
+
+fn text(rows: &[Row]) -> String {
+    let mut table = Table::new();
+    table.load_preset(UTF8_BORDERS_ONLY);
+    table.set_header(["step, µs", "triangles", "pieces", "tolerance", "contacts", "p50", "p99", "p99.9", "max"]);
+    for row in rows {
+        let times = &row.times;
+        table.add_row([
+            row.name.clone(),
+            format!("{} / {}", row.triangles_a, row.triangles_b),
+            format!("{} / {}", row.pieces_a, row.pieces_b),
+            format!("{:.3} mm", row.tolerance * 1e3),
+            format!("{:.1}", times.contacts),
+            format!("{:.1}", times.p50),
+            format!("{:.1}", times.p99),
+            format!("{:.1}", times.p999),
+            format!("{:.1}", times.max),
+        ]);
+    }
+    for column in 1..9 {
+        if let Some(column) = table.column_mut(column) {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table.to_string()
+}
+
+/// A renderer's settings with this tolerance: what `palpus run` feels, without a device's limits.
+fn settings(tolerance: f64) -> Settings {
+    Settings {
+        contact_tolerance: tolerance,
+        cluster_radius: CLUSTER_TOLERANCES * tolerance,
+        limits: Limits { force: f64::INFINITY, torque: f64::INFINITY },
+        ..Settings::default()
+    }
+}
+
+/// As the built-in scenes have it.
+const CLUSTER_TOLERANCES: f64 = 4.0;
+
+/// Two bodies, shared with a renderer.
+struct Bodies {
+    a: Arc<Body>,
+    b: Arc<Body>,
+}

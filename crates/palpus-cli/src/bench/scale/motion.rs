@@ -1,0 +1,137 @@
+//! Coherent motions that keep two bodies in contact.
+
+use std::f64::consts::TAU;
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::{NoClock, Pose};
+use palpus::body::Body;
+use palpus::force::PairQuery;
+
+use crate::bench::random::Random;
+
+/// How a probe moves.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Motion {
+    /// Approaches from a random side until it touches, then goes in and out and sideways about that place.
+    Orbit,
+    /// Turns to and fro about an axis of the environment's frame through `center`, advances with the turn as a screw does,
+    /// and sways.
+    Screw {
+        /// Where the probe's frame stands at rest, m.
+        rest: DVec3,
+        /// A point of the axis (its direction is z), m.
+        center: DVec3,
+        /// The largest turn to each side, rad.
+        swing: f64,
+        /// Advance in a whole turn, m.
+        pitch: f64,
+        /// The largest way across the axis, m.
+        sway: f64,
+        /// The largest way along the axis to each side, besides the screw's, m.
+        lift: f64,
+    },
+}
+
+/// Ticks in which a hand goes to and fro: two a second.
+const PERIOD: f64 = 500.0;
+/// Ticks of a stretch, at the most.
+const STRETCH: usize = 2000;
+
+/// Stretches of poses of a in b's frame, `ticks` in all besides the one that begins each stretch.
+///
+/// `amplitude` (m) is how far an orbit goes to each side.
+pub(super) fn stretches(
+    motion: &Motion,
+    a: &Body,
+    b: &Body,
+    amplitude: f64,
+    ticks: usize,
+    random: &mut Random,
+) -> Vec<Vec<Pose>> {
+    let mut pair = PairQuery::new(a, b, 1 << 14);
+    let mut answer = Vec::new();
+    let mut left = ticks;
+    while left > 0 {
+        let count = left.min(STRETCH);
+        left -= count;
+        let poses = 0..=count;
+        answer.push(match *motion {
+            Motion::Orbit => {
+                let orbit = Orbit::touching(a, b, &mut pair, amplitude, random);
+                poses.map(|k| orbit.pose(TAU * k as f64 / PERIOD)).collect()
+            }
+            Motion::Screw { rest, center, swing, pitch, sway, lift } => {
+                let begin = random.number() * TAU;
+                let screw = |k: usize| {
+                    let phase = begin + TAU * k as f64 / PERIOD;
+                    let angle = swing * phase.sin();
+                    let turn = DQuat::from_rotation_z(angle);
+                    // Another frequency, so that every side is touched at every turn.
+                    let (sin, cos) = (0.77 * phase).sin_cos();
+                    let across = DVec3::new(cos, sin, 0.0) * sway;
+                    let along = DVec3::Z * (pitch * angle / TAU + lift * (0.5 * phase).cos());
+                    Pose::new(turn, center + turn * (rest - center) + across + along)
+                };
+                poses.map(screw).collect()
+            }
+        });
+    }
+    answer
+}
+
+/// About a place where the bodies touch.
+struct Orbit {
+    touch: Pose,
+    /// Of the probe, in its frame.
+    middle: DVec3,
+    outward: DVec3,
+    sideways: DVec3,
+    spin: DVec3,
+    amplitude: f64,
+}
+
+/// An orbit turns the probe by this much to each side, rad.
+const ORBIT_TURN: f64 = 0.02;
+/// Steps of the search for first touch; the gap shrinks geometrically.
+const MOST_ADVANCES: usize = 200;
+/// Of the amplitude: a gap that counts as touching.
+const TOUCHING: f64 = 0.01;
+
+impl Orbit {
+    fn touching(a: &Body, b: &Body, pair: &mut PairQuery, amplitude: f64, random: &mut Random) -> Self {
+        loop {
+            let turn = DQuat::from_scaled_axis(random.vector() * TAU / 2.0);
+            let outward = random.vector().normalize_or(DVec3::Z);
+            let bounds = |body: &Body| (body.mesh().bounds().min + body.mesh().bounds().max) / 2.0;
+            let (middle, goal) = (bounds(a), bounds(b));
+            let at = |way: f64| Pose::new(turn, goal - turn * middle + outward * way);
+            // Conservative advancement: the nearest distance can always be travelled.
+            let mut way = a.size() + b.size();
+            let mut gap = f64::INFINITY;
+            for _ in 0..MOST_ADVANCES {
+                let pose = at(way);
+                let mut counters = pair.run(a, b, &pose, 0.0, &NoClock);
+                gap = pair.nearest(a, b, &pose, &mut counters).map_or(0.0, |contact| contact.separation);
+                if gap <= TOUCHING * amplitude || way < -b.size() {
+                    break;
+                }
+                way -= gap;
+            }
+            // Straight through a hole: another side.
+            if gap <= TOUCHING * amplitude {
+                let sideways = outward.cross(random.vector()).normalize_or(outward.any_orthonormal_vector());
+                return Self { touch: at(way), middle, outward, sideways, spin: random.vector(), amplitude };
+            }
+        }
+    }
+
+    /// At phase 0 the bodies are an amplitude apart, at half a turn as much too deep.
+    fn pose(&self, phase: f64) -> Pose {
+        let (sin, cos) = phase.sin_cos();
+        let spin = DQuat::from_scaled_axis(self.spin * (ORBIT_TURN * sin));
+        let middle = self.touch.point(self.middle);
+        let shift = self.outward * (self.amplitude * cos) + self.sideways * (self.amplitude * sin);
+        let rotation = spin * self.touch.rotation;
+        Pose::new(rotation, middle + shift - rotation * self.middle)
+    }
+}

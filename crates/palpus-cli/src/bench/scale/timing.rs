@@ -1,0 +1,84 @@
+//! The times of the engine step along stretches of coherent motion.
+
+use palpus::algebra::Pose;
+use palpus::render::{ProbeState, Renderer};
+use serde::Serialize;
+
+use super::{Bodies, settings};
+use crate::clock::WallClock;
+
+/// What the ticks of a motion took, µs.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Times {
+    /// Ticks that were timed.
+    pub(super) ticks: usize,
+    /// Contacts a tick, on the average.
+    pub(super) contacts: f64,
+    pub(super) p50: f64,
+    pub(super) p99: f64,
+    pub(super) p999: f64,
+    pub(super) max: f64,
+}
+
+/// Of each tick the least time of so many passes is kept.
+const PASSES: usize = 3;
+/// s.
+const TICK: f64 = 1e-3;
+
+/// Times the step along stretches of coherent motion. A renderer is at rest before each stretch: the first tick of a stretch
+/// places the probe and is not counted.
+pub(super) fn time(bodies: &Bodies, stretches: &[Vec<Pose>], tolerance: f64) -> anyhow::Result<Times> {
+    let mut renderer = Renderer::new(bodies.a.clone(), bodies.b.clone(), settings(tolerance))?;
+    let clock = WallClock::new();
+    let (mut times, mut contacts) = (Vec::new(), 0.0);
+    for stretch in stretches {
+        let begin = times.len();
+        for pass in 0..PASSES {
+            renderer.clear();
+            for (k, pose) in stretch.iter().enumerate() {
+                let tick = renderer.step(&ProbeState::at(*pose), TICK, &clock);
+                if k == 0 {
+                    continue;
+                }
+                let micros = tick.times.total as f64 / 1e3;
+                if pass == 0 {
+                    times.push(micros);
+                    contacts += tick.contacts.len() as f64;
+                } else {
+                    let least = &mut times[begin + k - 1];
+                    *least = least.min(micros);
+                }
+            }
+        }
+    }
+    Ok(summary(times, contacts))
+}
+
+fn summary(mut times: Vec<f64>, contacts: f64) -> Times {
+    let ticks = times.len();
+    times.sort_by(f64::total_cmp);
+    // The least value that the share of all does not exceed.
+    let at = |share: f64| times.get(((ticks as f64 * share).ceil() as usize).clamp(1, ticks.max(1)) - 1).copied();
+    let at = |share: f64| at(share).unwrap_or(0.0);
+    Times {
+        ticks,
+        contacts: contacts / ticks.max(1) as f64,
+        p50: at(0.5),
+        p99: at(0.99),
+        p999: at(0.999),
+        max: at(1.0),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn percentiles_are_of_the_sorted_times() {
+        let times = summary((1..=1000).rev().map(f64::from).collect(), 2000.0);
+        assert_eq!((times.ticks, times.contacts), (1000, 2.0));
+        assert_eq!((times.p50, times.p99, times.p999, times.max), (500.0, 990.0, 999.0, 1000.0));
+        assert_eq!(summary(Vec::new(), 0.0).max, 0.0);
+    }
+}
