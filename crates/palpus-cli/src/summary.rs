@@ -56,7 +56,7 @@ pub(crate) struct Trouble {
     /// Depth walks that ended for another reason than having converged.
     walk_stops: u64,
     /// Depths moved from virtual to original features.
-    repaired_depths: u64,
+    moved_depths: u64,
     /// Repaired depths that the solids' own surfaces deny, left out.
     disbelieved_depths: u64,
     /// Closest points on virtual features, left out.
@@ -111,7 +111,7 @@ impl Gatherer {
         let (counters, trouble) = (&tick.counters, &mut self.trouble);
         trouble.march_fallbacks += u64::from(counters.query.traversal.march_fallbacks);
         trouble.walk_stops += u64::from(counters.query.walk_stops);
-        trouble.repaired_depths += u64::from(counters.query.repaired);
+        trouble.moved_depths += u64::from(counters.query.moved);
         trouble.disbelieved_depths += u64::from(counters.query.disbelieved);
         trouble.virtual_closest += u64::from(counters.query.virtual_closest);
         trouble.cancelled_normals += u64::from(counters.cancelled_normals);

@@ -560,3 +560,30 @@ pub const MERGE_CLEARANCE: f64 = 1.0;
 
 /// Of that clearance: the motion after which a merge that was refused is tried again at the soonest.
 pub const MERGE_RETRY: f64 = 0.25;
+
+// body and depth: admissible normals
+
+/// Radians: how far a contact normal may lie beyond the true normals of its features on the source mesh.
+///
+/// The direction between closest points is rounding over their distance, and where one piece's normals end its neighbour's begin:
+/// the slack lets both answer there rather than neither. Larger shows as contacts of one piece where the neighbour's surface
+/// is; smaller loses contacts at seams of bodies that nearly touch.
+pub const ADMISSIBLE_ANGLE: f64 = 1e-4;
+
+/// The most triangles of a partly real face that are searched for the one under a closest point; on a face with more, every point
+/// is believed to be real.
+///
+/// Bounds the tick. Such faces bridge a gap between facets of one plane and have a handful.
+pub const ADMISSIBLE_TRIANGLES: usize = 256;
+
+/// The share of a face's area that must be real for every point of the face to be.
+///
+/// Straight corners that a hull drops and rounding take less. Larger searches triangles for nothing; smaller takes a bridged gap
+/// for surface.
+pub const COVERED_WHOLE: f64 = 0.999;
+
+/// Pairs of own arcs that one search for an admissible depth may look at.
+///
+/// Bounds the tick: a look is some 20 instructions. Pieces of a patch have some ten arcs each, most of them above the bar;
+/// only large patches of two bodies that overlap along virtual faces come near it, and keep what was found until then.
+pub const ADMISSIBLE_CROSSINGS: usize = 1 << 14;

@@ -8,8 +8,8 @@ use super::grow::Grower;
 use super::piece::{Piece, build_piece};
 use super::precision::coordinate_step;
 use super::{
-    Aabb, Cleaning, HalfEdges, Health, Hierarchy, HierarchyError, HullError, MassProperties, Mesh, MeshError,
-    PolygonSoup, Polytope, TriangleTree, convex_hull,
+    Aabb, Admissible, Cleaning, Feature, HalfEdges, Health, Hierarchy, HierarchyError, HullError, MassProperties, Mesh,
+    MeshError, OwnNormals, PolygonSoup, Polytope, TriangleTree, convex_hull,
 };
 use crate::algebra::tolerance::{COPLANAR, PIECES_PER_PART};
 use crate::algebra::{Alone, Workers, map_in_order};
@@ -78,6 +78,7 @@ pub struct Body {
     tree: TriangleTree,
     polytopes: Vec<Polytope>,
     pieces: Vec<Piece>,
+    admissible: Admissible,
     hierarchy: Hierarchy,
     mass: MassProperties,
     health: Health,
@@ -128,6 +129,7 @@ impl Body {
         let tree = mesh.tree();
         let surface = Surface::new(&mesh, &half_edges, step, settings.flatness);
         let (polytopes, pieces) = convex_pieces(&surface, &tree, workers, progress)?;
+        let admissible = Admissible::new(&mesh, &half_edges, &polytopes, &pieces, surface.noise());
         let above = DECOMPOSITION_SHARE + PIECES_SHARE;
         let coplanar = COPLANAR * mesh.bounding_diagonal();
         let hierarchy = Hierarchy::build_with(&polytopes, coplanar, workers, &mut |done| {
@@ -136,7 +138,7 @@ impl Body {
         let mass = MassProperties::new(&mesh);
         let health = Health::quick(&mesh, &half_edges, cleaning);
         progress(1.0);
-        Ok(Self { mesh, half_edges, tree, polytopes, pieces, hierarchy, mass, health })
+        Ok(Self { mesh, half_edges, tree, polytopes, pieces, admissible, hierarchy, mass, health })
     }
 
     /// The convex hull of points as a body of one piece, at scale 1.
@@ -175,6 +177,24 @@ impl Body {
     /// The convex pieces' ties to the mesh, parallel to [`Self::polytopes`].
     pub fn pieces(&self) -> &[Piece] {
         &self.pieces
+    }
+
+    /// The normals that the pieces own on the mesh.
+    pub fn admissible(&self) -> &Admissible {
+        &self.admissible
+    }
+
+    /// The normals that piece `k` owns on the mesh.
+    #[inline]
+    pub fn own_normals(&self, k: u32) -> OwnNormals<'_> {
+        self.admissible.of(k, &self.polytopes[k as usize])
+    }
+
+    /// True if `point` on `feature` of piece `k` lies on the surface of the mesh and `outward` (unit) is a direction that the
+    /// surface has there; both in the body's frame.
+    pub fn owns(&self, k: u32, feature: Feature, point: DVec3, outward: DVec3) -> bool {
+        let piece = &self.pieces[k as usize];
+        self.admissible.holds(&self.own_normals(k), piece, &self.mesh, feature, point, outward)
     }
 
     /// The tree of hulls over the pieces.

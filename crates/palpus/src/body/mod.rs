@@ -1,5 +1,6 @@
 //! All that is computed once per object: mesh, convex pieces, hierarchy of hulls, mass properties \[K02 §3.2\].
 
+mod admissible;
 #[expect(clippy::module_inception, reason = "the room is named after what is built in it, and this is it")]
 mod body;
 mod bounds;
@@ -32,6 +33,7 @@ mod well_formed;
 mod whole;
 mod winding;
 
+pub use admissible::{Admissible, Borrowed, OwnArc, OwnFace, OwnNormals};
 pub use body::{Body, BodyError, BodySettings};
 pub use bounds::{OrientedBox, Sphere};
 pub use feature::{Feature, FeaturePair};

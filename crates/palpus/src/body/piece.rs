@@ -163,7 +163,8 @@ fn polygon_area(polygon: &[DVec3], normal: DVec3) -> f64 {
     0.5 * fan.sum::<DVec3>().dot(normal).abs()
 }
 
-fn face_area(polytope: &Polytope, f: u32) -> f64 {
+/// Area of face `f`, square metres.
+pub(super) fn face_area(polytope: &Polytope, f: u32) -> f64 {
     let corners: Vec<DVec3> = polytope.face_vertices(f).iter().map(|&v| polytope.vertex(v)).collect();
     polygon_area(&corners, polytope.plane(f).normal)
 }

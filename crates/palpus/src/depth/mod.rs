@@ -1,5 +1,6 @@
 //! Penetration depth by walking the surface of the Minkowski difference \[K02 §3.3, §3.4\].
 
+mod admissible;
 mod answer;
 mod antipodal;
 mod blend;
@@ -12,7 +13,6 @@ mod gauss_map;
 mod inner;
 #[cfg(test)]
 pub(crate) mod oracle;
-mod original;
 mod overlay;
 mod query;
 mod seed;
@@ -22,9 +22,9 @@ mod tilted_gap;
 mod walk;
 mod witness;
 
+pub use admissible::{AdmissibleDepth, AdmissibleScratch, admissible_depth, is_admissible};
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
 pub use blend::{Blend, Touch, blend};
 pub use certificate::{CertificateMemory, ProofScratch, depth_proven, prove};
-pub use original::{is_original, repair};
 pub use query::{WalkScratch, depth};
 pub use seed::Seed;

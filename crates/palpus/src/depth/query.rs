@@ -15,8 +15,7 @@ use glam::DVec3;
 use super::antipodal::Facet;
 use super::cso::Cso;
 use super::descent::{beyond_corners, descend};
-use super::original::lowest_face;
-use super::overlay::{AdmitAll, Corner};
+use super::overlay::Corner;
 use super::seed::{Seed, Start};
 use super::walk::{Trail, Walked};
 use super::witness::{Clip, witness};
@@ -245,7 +244,7 @@ fn lower_beside(cso: &Cso<'_>, corner: &Corner) -> Option<Start> {
 
 /// The end of no walk: the best face of all.
 pub(super) fn scan(cso: &Cso<'_>) -> Walked {
-    let corner = lowest_face(cso, FIRST, &AdmitAll).unwrap_or_else(|| {
+    let corner = lowest_face(cso).unwrap_or_else(|| {
         let antipodal = Antipodal::VertexFace { a: 0, b: 0 };
         measured(cso, &Corner { normal: DVec3::X, offset: 0.0, antipodal, hub: FIRST })
     });
@@ -256,6 +255,30 @@ pub(super) fn scan(cso: &Cso<'_>) -> Walked {
 pub(super) fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     let (hub, offset) = cso.support(corner.hub, corner.normal);
     Corner { hub, offset, ..*corner }
+}
+
+/// The face of all along whose normal the bodies separate soonest, with its true support. The one way to an answer that
+/// needs no hub.
+fn lowest_face(cso: &Cso<'_>) -> Option<Corner> {
+    let mut found: Option<Corner> = None;
+    let mut hub = FIRST;
+    let mut look = |antipodal: fn(u32, HubPair) -> Antipodal, face: u32| {
+        let Some(start) = cso.face_normal(antipodal(face, hub)).and_then(|normal| Start::along(cso, normal, hub))
+        else {
+            return;
+        };
+        hub = start.hub;
+        if found.is_none_or(|best| start.offset < best.offset) {
+            found = Some(Corner { normal: start.normal, offset: start.offset, antipodal: antipodal(face, hub), hub });
+        }
+    };
+    for face in 0..cso.b.face_count() as u32 {
+        look(|face, hub| Antipodal::VertexFace { a: hub.a, b: face }, face);
+    }
+    for face in 0..cso.a.face_count() as u32 {
+        look(|face, hub| Antipodal::FaceVertex { a: face, b: hub.b }, face);
+    }
+    found
 }
 
 /// The answer at a corner that was measured.

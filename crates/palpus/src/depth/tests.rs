@@ -4,7 +4,6 @@ mod certificate;
 mod cold;
 mod flush;
 mod reference;
-mod repaired;
 mod rolling;
 
 use glam::{DQuat, DVec3};

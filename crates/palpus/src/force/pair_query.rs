@@ -1,15 +1,17 @@
 //! All contacts of two bodies within the tolerance \[K02 §3.4, §4.1\].
 //!
 //! 1. The sleeping front over both hierarchies ([`Front`]) answers the leaf pairs within tolerance.
-//! 2. A pair of pieces that is apart is a contact at its closest points, unless those lie on virtual features: the far
-//!    side of a thin wall, seen from within the wall, is no surface to touch.
+//! 2. A pair of pieces that is apart is a contact at its closest points, unless those are not of the surface or their direction is
+//!    none that both meshes have there ([`Body::owns`]): the far side of a thin wall, seen from within the wall, is no surface to
+//!    touch, and beyond the end of an edge's arc the neighbouring piece is the nearer one.
 //! 3. A pair that overlaps is a contact at its penetration depth, walked from the pair's last normal, the witness of the
-//!    march and the line of centroids; where the depth rests on virtual features it is repaired to original ones, and
-//!    then left out unless it is believed (`belief`); when nothing else is left of an overlap, the shallowest stays.
+//!    march and the line of centroids; where the walk ends on a normal that neither mesh has, it is the least depth along one that
+//!    the pieces own ([`admissible_depth`]), and then left out unless it is believed (`belief`); when nothing else is left of an
+//!    overlap, the shallowest stays.
 //!
 //! Asked to ([`Proof::Prove`]), the query proves each depth globally least for its pair of pieces, or replaces it by a better one that
-//! it proves, before virtual features are looked at. A depth that was moved to original features afterwards is therefore not the
-//! least of the pair, but the least is known.
+//! it proves, before virtual features are looked at. A depth that was moved to a normal of the meshes afterwards is therefore not
+//! the least of the pair, but the least is known.
 //!
 //! When the pose has jumped since the last query, what is remembered of a pair's depth is a guess like any other: the walk
 //! then starts cold, from several seeds, and keeps the best end.
@@ -26,13 +28,13 @@ use super::Contact;
 use super::belief::is_believed;
 use crate::algebra::tolerance::JUMP;
 use crate::algebra::{Clock, Placement, Pose};
-use crate::body::{Aabb, Body, Feature, Polytope, Provenance};
+use crate::body::{Aabb, Body, Polytope};
 use crate::collision::{
     Closest, Front, LeafPair, LeafPairs, Memory, Overlap, Proximity, Side, StopReason, TraversalCounters,
 };
 use crate::depth::{
-    Antipodal, Certainty, CertificateMemory, Depth, HubPair, ProofScratch, Seed, Touch, WalkScratch, blend, depth,
-    depth_proven, repair,
+    AdmissibleScratch, Antipodal, Certainty, CertificateMemory, Depth, HubPair, ProofScratch, Seed, Touch, WalkScratch,
+    admissible_depth, blend, depth, depth_proven,
 };
 
 /// Whether depths are proven.
@@ -58,11 +60,15 @@ pub struct QueryCounters {
     pub walk_stops: u32,
     /// Depths that are not proven globally least: all of them unless the query was made to prove.
     pub unproven: u32,
-    /// Depths that rested on virtual features and were moved to original ones.
-    pub repaired: u32,
-    /// Repaired depths that the solids' own surfaces deny, left out.
+    /// Depths whose direction is not the unconstrained one, since no piece owns that on its mesh.
+    pub moved: u32,
+    /// Moved depths that the solids' own surfaces deny, left out.
     pub disbelieved: u32,
-    /// Closest points on virtual features, which are no contact.
+    /// Overlaps without an admissible depth: neither piece owns a normal.
+    pub inadmissible: u32,
+    /// Searches for an admissible depth that did not look at all edge pairs.
+    pub admissible_stops: u32,
+    /// Closest points that are not of the surface, or do not face the way that it does, which are no contact.
     pub virtual_closest: u32,
     /// Contacts whose witness is a blend, and not the exact one.
     pub blended: u32,
@@ -81,6 +87,7 @@ pub struct PairQuery {
     leaves: LeafPairs,
     contacts: Vec<Contact>,
     scratch: WalkScratch,
+    admissible: AdmissibleScratch,
     prover: Option<Box<Prover>>,
     last_pose: Option<Placement>,
     coherent: bool,
@@ -99,6 +106,7 @@ impl PairQuery {
             leaves: LeafPairs::new(capacity),
             contacts: Vec::with_capacity(capacity),
             scratch: WalkScratch::new(),
+            admissible: AdmissibleScratch::new(a.admissible(), b.admissible()),
             prover: None,
             last_pose: None,
             coherent: false,
@@ -137,16 +145,17 @@ impl PairQuery {
         let mut doubtful: Option<Contact> = None;
         for k in 0..self.leaves.as_slice().len() {
             let leaf = self.leaves.as_slice()[k];
-            let repaired = counters.repaired;
             match self.contact(a, b, &place, &leaf, &mut counters) {
-                None => counters.virtual_closest += 1,
-                Some(contact) if counters.repaired > repaired && !is_believed(a, b, &place, &contact) => {
+                Found::Nothing => counters.virtual_closest += 1,
+                Found::Admissible(contact) => self.contacts.push(contact),
+                Found::Moved(contact) if is_believed(a, b, &place, &contact) => self.contacts.push(contact),
+                Found::Moved(contact) => {
                     counters.disbelieved += 1;
                     if doubtful.is_none_or(|least| contact.separation > least.separation) {
                         doubtful = Some(contact);
                     }
                 }
-                Some(contact) => self.contacts.push(contact),
+                Found::Inadmissible => counters.inadmissible += 1,
             }
         }
         // Bodies that overlap must not be let go of, however doubtful the way out.
@@ -180,7 +189,10 @@ impl PairQuery {
         let leaf = self.front.nearest(side(a), side(b), &place, &mut counters.traversal)?;
         let nearest = match leaf.proximity {
             Proximity::Disjoint(closest) => Some(at_closest(&leaf, &closest)),
-            Proximity::Overlapping(_) => self.contact(a, b, &place, &leaf, counters),
+            Proximity::Overlapping(_) => match self.contact(a, b, &place, &leaf, counters) {
+                Found::Admissible(contact) | Found::Moved(contact) => Some(contact),
+                Found::Nothing | Found::Inadmissible => None,
+            },
         };
         // Equally near: the contact, whose features are original.
         match (contact, nearest) {
@@ -206,27 +218,26 @@ impl PairQuery {
         place: &Placement,
         leaf: &LeafPair,
         counters: &mut QueryCounters,
-    ) -> Option<Contact> {
-        let (piece_a, piece_b) = (&a.polytopes()[leaf.piece_a as usize], &b.polytopes()[leaf.piece_b as usize]);
+    ) -> Found {
         match leaf.proximity {
-            Proximity::Disjoint(closest) => {
-                let real = is_surface(piece_a, closest.features.a, place.inverse_vector(-closest.normal))
-                    && is_surface(piece_b, closest.features.b, closest.normal);
-                real.then(|| at_closest(leaf, &closest))
+            Proximity::Disjoint(closest) if is_surface(a, b, place, leaf, &closest) => {
+                Found::Admissible(at_closest(leaf, &closest))
             }
-            Proximity::Overlapping(overlap) => Some(self.at_depth(piece_a, piece_b, place, leaf, &overlap, counters)),
+            Proximity::Disjoint(_) => Found::Nothing,
+            Proximity::Overlapping(overlap) => self.at_depth(a, b, place, leaf, &overlap, counters),
         }
     }
 
     fn at_depth(
         &mut self,
-        piece_a: &Polytope,
-        piece_b: &Polytope,
+        a: &Body,
+        b: &Body,
         place: &Placement,
         leaf: &LeafPair,
         overlap: &Overlap,
         counters: &mut QueryCounters,
-    ) -> Contact {
+    ) -> Found {
+        let (piece_a, piece_b) = (&a.polytopes()[leaf.piece_a as usize], &b.polytopes()[leaf.piece_b as usize]);
         let witness = Seed::Witness { direction: overlap.direction };
         let seeds = match leaf.memory.filter(|memory| self.coherent && memory.normal != DVec3::ZERO) {
             Some(Memory { hub: [a, b], normal, facet, .. }) => {
@@ -239,24 +250,42 @@ impl PairQuery {
             Some(prover) => prover.depth(piece_a, piece_b, place, leaf, &seeds, &mut self.scratch),
             None => depth(piece_a, piece_b, place, &seeds, &mut self.scratch),
         };
-        // The walk goes on from where it ended, not from where the repair put the contact.
+        // The walk goes on from where it ended, whatever is admissible.
         self.front.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b], walked.antipodal.features());
-        let real = repair(piece_a, piece_b, place, &walked, &mut self.scratch).unwrap_or(walked);
         counters.walks += 1;
         counters.walk_steps += walked.steps;
         counters.walk_stops += u32::from(walked.stop != StopReason::Converged);
         counters.unproven += u32::from(walked.certainty != Certainty::GloballyOptimal);
-        counters.repaired += u32::from(real.antipodal != walked.antipodal);
-        Contact {
+        let (normals_a, normals_b) = (a.own_normals(leaf.piece_a), b.own_normals(leaf.piece_b));
+        let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
+        let Some(real) = admissible_depth(&normals_a, &normals_b, place, &walked, None, admissible, walk) else {
+            return Found::Inadmissible;
+        };
+        counters.moved += u32::from(real.moved);
+        counters.admissible_stops += u32::from(real.moved && real.stop != StopReason::Converged);
+        let contact = Contact {
             piece_a: leaf.piece_a,
             piece_b: leaf.piece_b,
-            features: real.antipodal.features(),
+            features: real.features,
             point_a: real.point_a,
             point_b: real.point_b,
             normal: real.normal,
             separation: -real.depth,
-        }
+        };
+        if real.moved { Found::Moved(contact) } else { Found::Admissible(contact) }
     }
+}
+
+/// What a pair of pieces within tolerance comes to.
+enum Found {
+    /// Closest points that are no contact of this pair.
+    Nothing,
+    /// A contact along the direction of least distance or depth.
+    Admissible(Contact),
+    /// A contact along another direction, the least that the pieces own; to be believed or not.
+    Moved(Contact),
+    /// An overlap without a normal that anyone owns.
+    Inadmissible,
 }
 
 /// What proofs need: working memory, and what they remember of the pairs that were proven last.
@@ -348,14 +377,10 @@ fn blend_witness(
     contact.point_b = midpoint - normal * (0.5 * separation);
 }
 
-/// True if `feature` can be touched from `outward` (in the polytope's frame): some original face there faces that way.
-fn is_surface(polytope: &Polytope, feature: Feature, outward: DVec3) -> bool {
-    let faces_it = |face: u32| {
-        polytope.face_provenance(face) == Provenance::Original && polytope.plane(face).normal.dot(outward) > 0.0
-    };
-    match feature {
-        Feature::Face(face) => faces_it(face),
-        Feature::Edge(edge) => faces_it(polytope.edge(edge).left) || faces_it(polytope.edge(edge).right),
-        Feature::Vertex(vertex) => polytope.ring(vertex).iter().any(|spoke| faces_it(spoke.left)),
-    }
+/// True if the closest points lie on the surfaces of both meshes and their direction is one that both own there: else they are a
+/// contact of another pair of pieces, or of none.
+fn is_surface(a: &Body, b: &Body, place: &Placement, leaf: &LeafPair, closest: &Closest) -> bool {
+    let Closest { point_a, point_b, normal, features, .. } = *closest;
+    a.owns(leaf.piece_a, features.a, place.inverse_point(point_a), place.inverse_vector(-normal))
+        && b.owns(leaf.piece_b, features.b, point_b, normal)
 }

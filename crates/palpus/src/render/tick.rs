@@ -45,7 +45,7 @@ pub struct StageTimes {
 /// What happened in a tick, counted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
-    /// Leaf pairs, marches, fallbacks, walks, repaired virtual features.
+    /// Leaf pairs, marches, fallbacks, walks, depths moved off virtual features.
     pub query: QueryCounters,
     /// Contacts admitted and left out, groups cut.
     pub linkage: LinkageCounters,

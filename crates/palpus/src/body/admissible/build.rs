@@ -1,0 +1,225 @@
+//! Reading the own normals of all pieces from the mesh.
+//!
+//! 1. Which face of which piece each triangle lies in: a neighbour's normal is that of its piece's face.
+//! 2. For each piece its own faces, and how much of each is covered.
+//! 3. For each edge beside an own face, the sides of the face's triangles along it, and how the mesh bends there; where it
+//!    bends outward, an arc.
+//! 4. The mesh vertex at each vertex, and the neighbours of each mesh vertex.
+
+use std::f64::consts::FRAC_PI_2;
+
+use glam::{DQuat, DVec3};
+
+use super::super::facet::NONE;
+use super::super::piece::face_area;
+use super::super::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
+use super::{Admissible, Borrowed, OwnArc, OwnFace, Range, is_original};
+use crate::algebra::Plane;
+use crate::algebra::tolerance::{COVERED_WHOLE, ON_FACE, SHADING_IN_FACE};
+
+impl Admissible {
+    /// The own normals of all pieces; `noise` is how far a vertex of a plane may be off it, metres.
+    pub(crate) fn new(
+        mesh: &Mesh,
+        half_edges: &HalfEdges,
+        polytopes: &[Polytope],
+        pieces: &[Piece],
+        noise: f64,
+    ) -> Self {
+        let source = Source { mesh, half_edges, normals: normals_by_triangle(mesh, polytopes, pieces), noise };
+        let mut answer = Self { noise: ON_FACE * noise, pieces: vec![Range::default()], ..Self::default() };
+        for (polytope, piece) in polytopes.iter().zip(pieces) {
+            let first = [answer.faces.len(), answer.borrowed.len()];
+            own_faces(&source, polytope, piece, &mut answer.faces);
+            let faces = &answer.faces[first[0]..];
+            own_arcs(&source, polytope, piece, faces, &mut answer.borrowed, first[1], &mut answer.arcs);
+            corners(mesh, polytope, piece, &mut answer.corners);
+            answer.pieces.push(Range {
+                faces: answer.faces.len() as u32,
+                borrowed: answer.borrowed.len() as u32,
+                arcs: answer.arcs.len() as u32,
+                corners: answer.corners.len() as u32,
+            });
+        }
+        (answer.ring_starts, answer.ring) = rings(mesh);
+        answer
+    }
+}
+
+/// The mesh, with the normal of each triangle as its piece has it.
+struct Source<'s> {
+    mesh: &'s Mesh,
+    half_edges: &'s HalfEdges,
+    normals: Vec<DVec3>,
+    noise: f64,
+}
+
+/// The normal of each triangle: that of the face of its piece in which it lies, so that neighbours agree on where an arc
+/// ends; its own if it lies in none.
+fn normals_by_triangle(mesh: &Mesh, polytopes: &[Polytope], pieces: &[Piece]) -> Vec<DVec3> {
+    let mut normals: Vec<DVec3> = (0..mesh.triangles().len() as u32).map(|t| mesh.triangle_normal(t)).collect();
+    for (polytope, piece) in polytopes.iter().zip(pieces) {
+        for face in 0..polytope.face_count() as u32 {
+            let normal = polytope.plane(face).normal;
+            for &t in piece.face_triangles(face) {
+                if normal.dot(mesh.triangle_normal(t)) > SHADING_IN_FACE {
+                    normals[t as usize] = normal;
+                }
+            }
+        }
+    }
+    normals
+}
+
+fn own_faces(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces: &mut Vec<OwnFace>) {
+    for face in (0..polytope.face_count() as u32).filter(|&face| !polytope.is_rim(face)) {
+        let normal = polytope.plane(face).normal;
+        let covered: f64 = piece
+            .face_triangles(face)
+            .iter()
+            .filter(|&&t| normal.dot(source.mesh.triangle_normal(t)) > SHADING_IN_FACE)
+            .map(|&t| source.mesh.triangle_area(t))
+            .sum();
+        if is_original(polytope, face) || covered > 0.0 {
+            faces.push(OwnFace { face, whole: covered >= COVERED_WHOLE * face_area(polytope, face) });
+        }
+    }
+}
+
+/// The arcs of one piece; `first` is where its borrowed normals begin.
+fn own_arcs(
+    source: &Source<'_>,
+    polytope: &Polytope,
+    piece: &Piece,
+    faces: &[OwnFace],
+    borrowed: &mut Vec<Borrowed>,
+    first: usize,
+    arcs: &mut Vec<OwnArc>,
+) {
+    let own = |face: u32| faces.binary_search_by_key(&face, |own| own.face).ok().map(|k| faces[k]);
+    let sides = Sides::of(source, polytope, piece, faces);
+    for (e, edge) in polytope.edges().iter().enumerate() {
+        let e = e as u32;
+        let both = [own(edge.left), own(edge.right)];
+        let (turned, mine) = match both {
+            [None, None] => continue,
+            [Some(left), Some(right)] => {
+                let real = left.whole && right.whole
+                    || sides.turn(source, polytope, e, true).is_some()
+                    || sides.turn(source, polytope, e, false).is_some();
+                if real {
+                    arcs.push(OwnArc { edge: e, left: edge.left, right: edge.right });
+                }
+                continue;
+            }
+            [Some(_), None] => (true, edge.left),
+            [None, Some(_)] => (false, edge.right),
+        };
+        let Some(normal) = sides.turn(source, polytope, e, turned) else { continue };
+        let theirs = (polytope.face_count() + borrowed.len() - first) as u32;
+        let offset = normal.dot(polytope.vertex(edge.tail)).max(normal.dot(polytope.vertex(edge.head)));
+        borrowed.push(Borrowed { plane: Plane { normal, offset }, edge: e });
+        let (left, right) = if turned { (mine, theirs) } else { (theirs, mine) };
+        arcs.push(OwnArc { edge: e, left, right });
+    }
+}
+
+/// The sides of triangles around the own faces of a piece, where the faces end.
+struct Sides {
+    /// Face, tail, head, and triangle and side in the mesh; by ascending face.
+    sides: Vec<(u32, DVec3, DVec3, u32, usize)>,
+}
+
+impl Sides {
+    fn of(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces: &[OwnFace]) -> Self {
+        let mut sides = Vec::new();
+        for own in faces {
+            let virtual_beside = polytope.face_edges(own.face).iter().any(|&e| {
+                let edge = polytope.edge(e);
+                let other = if edge.left == own.face { edge.right } else { edge.left };
+                faces.binary_search_by_key(&other, |own| own.face).is_err()
+            });
+            if own.whole && !virtual_beside {
+                continue;
+            }
+            for &t in piece.face_triangles(own.face) {
+                let p = source.mesh.triangle_points(t);
+                for k in 0..3 {
+                    let beyond = source.half_edges.neighbour(t, k);
+                    if beyond.is_some_and(|(n, _)| source.normals[n as usize] == source.normals[t as usize]) {
+                        continue;
+                    }
+                    sides.push((own.face, p[k], p[(k + 1) % 3], t, k));
+                }
+            }
+        }
+        Self { sides }
+    }
+
+    /// The true normal beyond edge `e` of its left (or right) face, no farther than that of the other face; none where the
+    /// mesh does not bend outward.
+    fn turn(&self, source: &Source<'_>, polytope: &Polytope, e: u32, of_left: bool) -> Option<DVec3> {
+        let edge = polytope.edge(e);
+        let (face, other) = if of_left { (edge.left, edge.right) } else { (edge.right, edge.left) };
+        let (tail, head) = if of_left { (edge.tail, edge.head) } else { (edge.head, edge.tail) };
+        let (tail, head) = (polytope.vertex(tail), polytope.vertex(head));
+        let along = (head - tail).try_normalize()?;
+        let length = tail.distance(head);
+        let tolerance = ON_FACE * source.noise;
+        let normal = polytope.plane(face).normal;
+        let angle_to = |n: DVec3| along.dot(normal.cross(n)).atan2(normal.dot(n));
+        let begin = self.sides.partition_point(|side| side.0 < face);
+        let mut widest = 0.0_f64;
+        for &(_, p, q, t, k) in self.sides[begin..].iter().take_while(|side| side.0 == face) {
+            let off = |x: DVec3| (x - tail).cross(along).length();
+            let (s, e) = (along.dot(p - tail), along.dot(q - tail));
+            if e <= s || e <= tolerance || s >= length - tolerance || off(p).max(off(q)) > tolerance {
+                continue;
+            }
+            let angle = match (source.half_edges.kind(t, k), source.half_edges.neighbour(t, k)) {
+                (EdgeKind::Open | EdgeKind::NonManifold, _) | (_, None) => FRAC_PI_2,
+                (EdgeKind::Convex, Some((n, _))) => angle_to(source.normals[n as usize]),
+                (EdgeKind::Coplanar | EdgeKind::Reflex, _) => 0.0,
+            };
+            widest = widest.max(angle);
+        }
+        if widest <= 0.0 {
+            return None;
+        }
+        let limit = angle_to(polytope.plane(other).normal);
+        Some(DQuat::from_axis_angle(along, widest.min(limit)) * normal)
+    }
+}
+
+/// The mesh vertex at each vertex of the piece, among the corners of its triangles.
+fn corners(mesh: &Mesh, polytope: &Polytope, piece: &Piece, corners: &mut Vec<u32>) {
+    // Positive zero: hulls and meshes need not agree on the sign of nothing.
+    let key = |p: DVec3| (p + DVec3::ZERO).to_array();
+    let order =
+        |p: &[f64; 3], q: &[f64; 3]| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(p[2].total_cmp(&q[2]));
+    let mut known: Vec<u32> = piece.triangles().iter().flat_map(|&t| mesh.triangles()[t as usize]).collect();
+    known.sort_unstable();
+    known.dedup();
+    let place = |v: u32| key(mesh.vertices()[v as usize]);
+    known.sort_by(|&v, &w| order(&place(v), &place(w)));
+    corners.extend(polytope.vertices().iter().map(|&p| {
+        let found = known.binary_search_by(|&v| order(&place(v), &key(p)));
+        found.map_or(NONE, |k| known[k])
+    }));
+}
+
+/// The neighbours of each mesh vertex, in flat arrays: starts and members.
+fn rings(mesh: &Mesh) -> (Vec<u32>, Vec<u32>) {
+    let sides = || mesh.triangles().iter().flat_map(|t| (0..3).map(move |k| (t[k], t[(k + 1) % 3])));
+    let mut pairs: Vec<(u32, u32)> = sides().chain(sides().map(|(v, w)| (w, v))).collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    let mut starts = vec![0_u32; mesh.vertices().len() + 1];
+    for &(v, _) in &pairs {
+        starts[v as usize + 1] += 1;
+    }
+    for v in 0..mesh.vertices().len() {
+        starts[v + 1] += starts[v];
+    }
+    (starts, pairs.into_iter().map(|(_, w)| w).collect())
+}

@@ -1,0 +1,85 @@
+//! An L-shaped block: which normals its two pieces own.
+
+use glam::DVec3;
+
+use crate::body::{Body, BodySettings, Feature, PolygonSoup};
+
+/// A block in the shape of an L, one unit thick.
+fn l_block() -> Body {
+    let outline = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
+    let vertices = [0.0, 1.0].iter().flat_map(|&z| outline.map(|(x, y)| DVec3::new(x, y, z))).collect();
+    let mut soup = PolygonSoup { vertices, ..PolygonSoup::new() };
+    soup.push_face(&[5, 4, 3, 2, 1, 0]);
+    soup.push_face(&[6, 7, 8, 9, 10, 11]);
+    for k in 0..6 {
+        soup.push_face(&[k, (k + 1) % 6, 6 + (k + 1) % 6, 6 + k]);
+    }
+    Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).unwrap()
+}
+
+/// The planes of the L.
+fn is_real(normal: DVec3, offset: f64) -> bool {
+    let planes = [
+        (DVec3::X, 2.0),
+        (DVec3::X, 1.0),
+        (DVec3::NEG_X, 0.0),
+        (DVec3::Y, 2.0),
+        (DVec3::Y, 1.0),
+        (DVec3::NEG_Y, 0.0),
+        (DVec3::Z, 1.0),
+        (DVec3::NEG_Z, 0.0),
+    ];
+    planes.iter().any(|plane| plane.0.distance(normal) < 1e-9 && (plane.1 - offset).abs() < 1e-9)
+}
+
+#[test]
+fn the_pieces_of_an_l_own_its_planes_and_nothing_else() {
+    let body = l_block();
+    for k in 0..body.pieces().len() as u32 {
+        let own = body.own_normals(k);
+        assert!(!own.faces().is_empty());
+        for face in own.faces() {
+            let plane = own.plane(face.face);
+            assert!(is_real(plane.normal, plane.offset), "piece {k}: {plane:?}");
+        }
+        for borrowed in own.borrowed() {
+            assert!(is_real(borrowed.plane.normal, borrowed.plane.offset), "piece {k}: {borrowed:?}");
+            let heights = own.polytope().vertices().iter().map(|&v| borrowed.plane.height(v));
+            assert!(heights.fold(f64::NEG_INFINITY, f64::max) < 1e-9, "piece {k}: {borrowed:?} supports nothing");
+        }
+        for arc in own.arcs() {
+            let [left, right] = own.ends(arc);
+            assert!(left.dot(right).abs() < 1e-9, "piece {k}: the edges of an L are square");
+        }
+    }
+}
+
+#[test]
+fn nothing_faces_into_the_notch_from_its_inner_edge() {
+    let body = l_block();
+    let inner = |p: DVec3| (p.x - 1.0).abs() < 1e-9 && (p.y - 1.0).abs() < 1e-9;
+    let diagonal = DVec3::new(1.0, 1.0, 0.0).normalize();
+    let mut inner_edges = 0;
+    for (k, polytope) in body.polytopes().iter().enumerate() {
+        for (e, edge) in polytope.edges().iter().enumerate() {
+            let (tail, head) = (polytope.vertex(edge.tail), polytope.vertex(edge.head));
+            if inner(tail) && inner(head) {
+                inner_edges += 1;
+                assert!(!body.owns(k as u32, Feature::Edge(e as u32), 0.5 * (tail + head), diagonal));
+            }
+        }
+        for (v, &p) in polytope.vertices().iter().enumerate() {
+            // Along the diagonal the inner corner is lower than the notch's ends; straight up it is as high as they are.
+            let owns = |outward| body.owns(k as u32, Feature::Vertex(v as u32), p, outward);
+            if inner(p) {
+                assert!(!owns(diagonal));
+                assert_eq!(owns(DVec3::Z), p.z > 0.5);
+            } else {
+                let out = DVec3::new(p.x - 0.9, p.y - 0.9, p.z - 0.5).normalize();
+                let true_corner = [0.0, 2.0].contains(&p.x) && [0.0, 2.0].contains(&p.y);
+                assert!(!true_corner || owns(out), "piece {k}, {p}, {out}");
+            }
+        }
+    }
+    assert!(inner_edges > 0);
+}

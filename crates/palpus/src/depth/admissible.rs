@@ -1,0 +1,398 @@
+//! The depth along normals that the pieces own on their meshes \[K02 §3.4\].
+//!
+//! A hull adds faces that are not surface, and a depth along the normal of such a face would push out of a surface that
+//! nobody sees. So the depth that becomes a contact is the least h over the *admissible* facets of the CSO alone:
+//!
+//! * a normal of b (of an own face, or borrowed at the end of an arc) against whatever of a supports it, and the reverse;
+//! * two edges whose own arcs cross.
+//!
+//! It is never less than the unconstrained depth, and it depends continuously on the pose: h does along every normal, a
+//! crossing moves continuously, and where it ceases to be, at an end of an arc, the end itself is admissible and has the same h.
+//!
+//! 1. If the walk has ended on an admissible facet, that is the least of all and stands.
+//! 2. Else every admissible facet is tried, the one of last time first. h along a normal is at least n·c for any
+//!    vertex c of the CSO, so that one known support sorts most of them out: a normal by one product, an arc by its two
+//!    ends (along an arc n·c is concave where it is not negative).
+//! 3. The arcs that are left are crossed, a's with b's; the least facet is measured with true supports.
+//!
+//! Deviation from \[K02\], which moves a depth from virtual features to an original one next to them, and then lets the
+//! walk go on for one step: that jumps where the neighbourhood changes, and may miss the least.
+
+use glam::DVec3;
+
+use super::antipodal::{Facet, flush_at_vertex};
+use super::cso::Cso;
+use super::overlay::{Corner, below};
+use super::query::WalkScratch;
+use super::witness::{Clip, witness};
+use super::{Antipodal, Depth, HubPair};
+use crate::algebra::Placement;
+use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, FLUSH_WITNESS, PARALLEL_EDGES};
+use crate::body::{Admissible, Feature, FeaturePair, OwnArc, OwnNormals, Polytope};
+use crate::collision::StopReason;
+
+/// The least depth along an admissible normal, in b's frame; `point_a − point_b = −depth · normal`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdmissibleDepth {
+    /// In a's supporting plane; on a unless the facet's features do not face each other.
+    pub point_a: DVec3,
+    /// In b's supporting plane.
+    pub point_b: DVec3,
+    /// Unit, from b into a.
+    pub normal: DVec3,
+    /// `max_b n·b − min_a n·a` along `normal`.
+    pub depth: f64,
+    /// The features that own the normal, and what they meet: a vertex and a face, a vertex and an edge (with the normal that
+    /// ends its arc), or two edges.
+    pub features: FeaturePair,
+    /// True if the walk had ended elsewhere.
+    pub moved: bool,
+    /// [`StopReason::Budget`] when not all crossings were looked at.
+    pub stop: StopReason,
+}
+
+/// Working memory of the search, made for the pieces of two bodies.
+#[derive(Clone, Debug)]
+pub struct AdmissibleScratch {
+    arcs_a: Vec<Arc>,
+    arcs_b: Vec<Arc>,
+}
+
+impl AdmissibleScratch {
+    /// Memory for any pair of pieces of the two bodies.
+    pub fn new(a: &Admissible, b: &Admissible) -> Self {
+        Self { arcs_a: Vec::with_capacity(a.most_arcs()), arcs_b: Vec::with_capacity(b.most_arcs()) }
+    }
+}
+
+/// The least depth over the admissible facets of a pair; `walked` is its unconstrained depth, `last` the features of the
+/// answer at the last, near pose. None if neither piece owns a normal.
+pub fn admissible_depth(
+    a: &OwnNormals<'_>,
+    b: &OwnNormals<'_>,
+    pose_ba: &Placement,
+    walked: &Depth,
+    last: Option<FeaturePair>,
+    scratch: &mut AdmissibleScratch,
+    walk: &mut WalkScratch,
+) -> Option<AdmissibleDepth> {
+    if is_admissible(a, b, pose_ba, walked) {
+        let Depth { point_a, point_b, normal, depth, antipodal, stop, .. } = *walked;
+        let features = antipodal.features();
+        return Some(AdmissibleDepth { point_a, point_b, normal, depth, features, moved: false, stop });
+    }
+    let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
+    let mut search = Search::new(cso, a, b, walked.hub);
+    if let Some(last) = last {
+        search.again(last);
+    }
+    search.planes();
+    search.arcs(scratch);
+    search.answer(&mut walk.clip)
+}
+
+/// True if the pieces own the normal on which a walk has ended.
+pub fn is_admissible(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement, walked: &Depth) -> bool {
+    match walked.antipodal {
+        Antipodal::VertexFace { b: face, .. } => b.own_face(face).is_some(),
+        Antipodal::FaceVertex { a: face, .. } => a.own_face(face).is_some(),
+        Antipodal::EdgeEdge { a: edge_a, b: edge_b } => {
+            a.edge_faces(edge_a, -pose_ba.inverse_vector(walked.normal)) && b.edge_faces(edge_b, walked.normal)
+        }
+    }
+}
+
+/// An arc, in b's frame; for a, of the reflected body.
+#[derive(Clone, Copy, Debug)]
+struct Arc {
+    edge: u32,
+    /// The edge's tail: a point of the body.
+    tail: DVec3,
+    /// From tail to head.
+    along: DVec3,
+    left: DVec3,
+    right: DVec3,
+}
+
+impl Arc {
+    fn of(normals: &OwnNormals<'_>, arc: &OwnArc) -> Self {
+        let edge = normals.polytope().edge(arc.edge);
+        let (tail, head) = (normals.polytope().vertex(edge.tail), normals.polytope().vertex(edge.head));
+        let [left, right] = normals.ends(arc);
+        Self { edge: arc.edge, tail, along: head - tail, left, right }
+    }
+
+    /// The same arc of the reflected a.
+    fn reflected(self, pose_ba: &Placement) -> Self {
+        let [along, left, right] = [self.along, self.left, self.right].map(|v| -pose_ba.vector(v));
+        Self { edge: self.edge, tail: pose_ba.point(self.tail), along, left, right }
+    }
+}
+
+/// The least facet so far.
+#[derive(Clone, Copy)]
+struct Found {
+    normal: DVec3,
+    features: FeaturePair,
+    hub: HubPair,
+}
+
+struct Search<'s> {
+    cso: Cso<'s>,
+    a: &'s OwnNormals<'s>,
+    b: &'s OwnNormals<'s>,
+    /// The last support found.
+    hub: HubPair,
+    /// In b's frame.
+    point_a: DVec3,
+    /// The least h so far.
+    bar: f64,
+    found: Option<Found>,
+    stop: StopReason,
+}
+
+impl<'s> Search<'s> {
+    fn new(cso: Cso<'s>, a: &'s OwnNormals<'s>, b: &'s OwnNormals<'s>, hub: HubPair) -> Self {
+        let point_a = cso.point_a(hub.a);
+        Self { cso, a, b, hub, point_a, bar: f64::INFINITY, found: None, stop: StopReason::Converged }
+    }
+
+    /// The facet of last time.
+    fn again(&mut self, last: FeaturePair) {
+        match (last.a, last.b) {
+            (Feature::Vertex(_), Feature::Face(face)) if self.b.own_face(face).is_some() => self.plane_of_b(face),
+            (Feature::Face(face), Feature::Vertex(_)) if self.a.own_face(face).is_some() => self.plane_of_a(face),
+            (Feature::Vertex(_), Feature::Edge(edge)) => {
+                if let Some(k) = self.b.borrowed_at(edge) {
+                    self.plane_of_b(k);
+                }
+            }
+            (Feature::Edge(edge), Feature::Vertex(_)) => {
+                if let Some(k) = self.a.borrowed_at(edge) {
+                    self.plane_of_a(k);
+                }
+            }
+            (Feature::Edge(edge_a), Feature::Edge(edge_b)) => {
+                if let (Some(a), Some(b)) = (self.a.arc_at(edge_a), self.b.arc_at(edge_b)) {
+                    self.cross(&Arc::of(self.a, a).reflected(self.cso.pose_ba), &Arc::of(self.b, b));
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Every own normal of both.
+    fn planes(&mut self) {
+        for own in self.b.faces() {
+            self.plane_of_b(own.face);
+        }
+        for own in self.a.faces() {
+            self.plane_of_a(own.face);
+        }
+        for k in 0..self.b.borrowed().len() {
+            self.plane_of_b((self.cso.b.face_count() + k) as u32);
+        }
+        for k in 0..self.a.borrowed().len() {
+            self.plane_of_a((self.cso.a.face_count() + k) as u32);
+        }
+    }
+
+    #[inline]
+    fn plane_of_b(&mut self, index: u32) {
+        let plane = self.b.plane(index);
+        if -plane.height(self.point_a) >= self.bar {
+            return;
+        }
+        let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(plane.normal));
+        self.look_from_a(a);
+        let offset = -plane.height(self.point_a);
+        if offset < self.bar {
+            let features = FeaturePair { a: Feature::Vertex(a), b: self.b.feature(index) };
+            self.take(plane.normal, offset, features);
+        }
+    }
+
+    #[inline]
+    fn plane_of_a(&mut self, index: u32) {
+        let plane = self.a.plane(index);
+        let normal = -self.cso.pose_ba.vector(plane.normal);
+        let offset_at = |point_b: DVec3| normal.dot(point_b - self.cso.pose_ba.translation) + plane.offset;
+        if offset_at(self.cso.b.vertex(self.hub.b)) >= self.bar {
+            return;
+        }
+        let b = self.cso.b.support_from(self.hub.b, normal);
+        let offset = offset_at(self.cso.b.vertex(b));
+        self.hub.b = b;
+        if offset < self.bar {
+            let features = FeaturePair { a: self.a.feature(index), b: Feature::Vertex(b) };
+            self.take(normal, offset, features);
+        }
+    }
+
+    fn look_from_a(&mut self, a: u32) {
+        if a != self.hub.a {
+            self.hub.a = a;
+            self.point_a = self.cso.point_a(a);
+        }
+    }
+
+    fn take(&mut self, normal: DVec3, offset: f64, features: FeaturePair) {
+        self.bar = offset;
+        self.found = Some(Found { normal, features, hub: self.hub });
+    }
+
+    /// Every crossing of own arcs.
+    fn arcs(&mut self, scratch: &mut AdmissibleScratch) {
+        let AdmissibleScratch { arcs_a, arcs_b } = scratch;
+        arcs_b.clear();
+        for own in self.b.arcs() {
+            let arc = Arc::of(self.b, own);
+            if self.arc_of_b_matters(&arc) {
+                self.keep(arcs_b, arc);
+            }
+        }
+        if arcs_b.is_empty() {
+            return;
+        }
+        arcs_a.clear();
+        for own in self.a.arcs() {
+            let arc = Arc::of(self.a, own).reflected(self.cso.pose_ba);
+            if self.arc_of_a_matters(&arc) {
+                self.keep(arcs_a, arc);
+            }
+        }
+        let mut looks = 0;
+        for a in &*arcs_a {
+            looks += arcs_b.len();
+            if looks > ADMISSIBLE_CROSSINGS {
+                self.stop = StopReason::Budget;
+                return;
+            }
+            for b in &*arcs_b {
+                self.cross(a, b);
+            }
+        }
+    }
+
+    fn keep(&mut self, arcs: &mut Vec<Arc>, arc: Arc) {
+        if arcs.len() < arcs.capacity() {
+            arcs.push(arc);
+        } else {
+            self.stop = StopReason::Budget;
+        }
+    }
+
+    /// False if h is not below the bar anywhere along an arc of b.
+    fn arc_of_b_matters(&mut self, arc: &Arc) -> bool {
+        if !self.dips(arc, arc.tail - self.point_a) {
+            return false;
+        }
+        let middle = arc.left + arc.right;
+        let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(middle));
+        self.look_from_a(a);
+        self.dips(arc, arc.tail - self.point_a)
+    }
+
+    /// The same for an arc of the reflected a.
+    fn arc_of_a_matters(&mut self, arc: &Arc) -> bool {
+        if !self.dips(arc, self.cso.b.vertex(self.hub.b) - arc.tail) {
+            return false;
+        }
+        self.hub.b = self.cso.b.support_from(self.hub.b, arc.left + arc.right);
+        self.dips(arc, self.cso.b.vertex(self.hub.b) - arc.tail)
+    }
+
+    /// True if n·c is below the bar at an end of the arc: else it is nowhere on it.
+    #[inline]
+    fn dips(&self, arc: &Arc, c: DVec3) -> bool {
+        arc.left.dot(c) < self.bar || arc.right.dot(c) < self.bar
+    }
+
+    /// The facet of two edges, if their arcs cross.
+    #[inline]
+    fn cross(&mut self, a: &Arc, b: &Arc) {
+        let (x, y) = (b.left.dot(a.along), b.right.dot(a.along));
+        if x * y > 0.0 {
+            return;
+        }
+        // Both arcs have their ends on both sides of the other's great circle, and on matching sides: as in `overlay`.
+        let (z, w) = (a.left.dot(b.along), a.right.dot(b.along));
+        let up = x >= 0.0 && y <= 0.0 && z >= 0.0 && w <= 0.0;
+        let down = x <= 0.0 && y >= 0.0 && z <= 0.0 && w >= 0.0;
+        if !(up || down) {
+            return;
+        }
+        let across = if up { b.along.cross(a.along) } else { a.along.cross(b.along) };
+        let length = across.length_squared();
+        let nearly = PARALLEL_EDGES * PARALLEL_EDGES * a.along.length_squared() * b.along.length_squared();
+        if length <= nearly || !below(across.dot(b.tail - a.tail), length, self.bar) {
+            return;
+        }
+        let normal = across.normalize_or_zero();
+        let (hub, offset) = self.cso.support(self.hub, normal);
+        self.hub.b = hub.b;
+        self.look_from_a(hub.a);
+        if offset < self.bar {
+            let features = FeaturePair { a: Feature::Edge(a.edge), b: Feature::Edge(b.edge) };
+            self.take(normal, offset, features);
+        }
+    }
+
+    /// The least facet with its true offset and its witness.
+    fn answer(&self, clip: &mut Clip) -> Option<AdmissibleDepth> {
+        let Found { normal, features, hub } = self.found?;
+        let (hub, depth) = self.cso.support(hub, normal);
+        let (point_a, point_b) = self.witness(normal, depth, features, hub, clip);
+        Some(AdmissibleDepth { point_a, point_b, normal, depth, features, moved: true, stop: self.stop })
+    }
+
+    /// The witness points. A vertex that does not face the face that owns the normal, but beside it a neighbouring piece's, stays
+    /// where it is: the two pieces' contacts then are the same.
+    fn witness(
+        &self,
+        normal: DVec3,
+        depth: f64,
+        features: FeaturePair,
+        hub: HubPair,
+        clip: &mut Clip,
+    ) -> (DVec3, DVec3) {
+        let at_a = |point_a: DVec3| (point_a, point_a + normal * depth);
+        let at_b = |point_b: DVec3| (point_b - normal * depth, point_b);
+        let toward_b = self.cso.toward_b(normal);
+        match (features.a, features.b) {
+            (Feature::Vertex(_), Feature::Edge(_)) => {
+                at_a(self.cso.pose_ba.point(middle_of_flush(self.cso.a, hub.a, toward_b)))
+            }
+            (Feature::Edge(_), Feature::Vertex(_)) => at_b(middle_of_flush(self.cso.b, hub.b, normal)),
+            _ => {
+                let antipodal = Antipodal::of(features).unwrap_or(Antipodal::VertexFace { a: hub.a, b: 0 });
+                let antipodal = match antipodal {
+                    Antipodal::VertexFace { b, .. } => Antipodal::VertexFace { a: hub.a, b },
+                    Antipodal::FaceVertex { a, .. } => Antipodal::FaceVertex { a, b: hub.b },
+                    edges @ Antipodal::EdgeEdge { .. } => edges,
+                };
+                let corner = Corner { normal, offset: depth, antipodal, hub };
+                let facet = Facet::at(&self.cso, &corner, FLUSH_WITNESS);
+                match facet.a.count {
+                    1 => at_a(self.cso.point_a(facet.a.corner(0))),
+                    _ => witness(&self.cso, &facet, &corner, clip),
+                }
+            }
+        }
+    }
+}
+
+/// The mean of the corners of what is flush with the plane that vertex `v` supports across `direction` (unit, local).
+fn middle_of_flush(polytope: &Polytope, v: u32, direction: DVec3) -> DVec3 {
+    match flush_at_vertex(polytope, v, direction, FLUSH_WITNESS) {
+        Feature::Vertex(v) => polytope.vertex(v),
+        Feature::Edge(e) => {
+            let edge = polytope.edge(e);
+            0.5 * (polytope.vertex(edge.tail) + polytope.vertex(edge.head))
+        }
+        Feature::Face(f) => {
+            let corners = polytope.face_vertices(f);
+            corners.iter().map(|&v| polytope.vertex(v)).sum::<DVec3>() / corners.len() as f64
+        }
+    }
+}
