@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
 use palpus::body::PolygonSoup;
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Limits, Saturation, Settings};
+use palpus::render::{Clustering, Limits, Saturation, Settings};
 use palpus_io::record::{RecordedBody, RecordedScene, SceneSource, read_recording_from};
 use palpus_io::{ContentHash, RecordRow, RecordingHeader, RecordingWriter, TableError, read_recording};
 use proptest::prelude::*;
@@ -23,6 +23,7 @@ fn settings() -> Settings {
     Settings {
         contact_tolerance: 0.1 + 0.2,
         cluster_radius: 1e-300,
+        clustering: Clustering::Smooth,
         split_angle: None,
         stiffness: 1.0 / 3.0,
         damping: 2.5,

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use palpus::render::Settings;
+use palpus::render::{Clustering, Settings};
 use palpus_io::scene::{CouplingMode, HandPreset, parse_scene};
 use palpus_io::{FilePolicy, SceneFile, read_scene};
 use proptest::prelude::*;
@@ -64,7 +64,7 @@ fn every_documented_key_is_read() {
         (scene.render.limits, scene.render.split_angle),
         (Settings::default().limits, Settings::default().split_angle)
     );
-    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 31, "a key was added: check it above");
+    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 32, "a key was added: check it above");
 }
 
 #[test]
@@ -91,6 +91,7 @@ fn every_length_follows_the_unit() {
         tolerance = 0.5
         cluster_radius = 0
         split_angle = false
+        clustering = "smooth"
         [hand]
         tremor = 0.01
     "#;
@@ -100,6 +101,7 @@ fn every_length_follows_the_unit() {
     assert_eq!(scene.render.grip_a, DVec3::Y * 10.0 * 0.0254);
     assert_eq!((scene.render.contact_tolerance, scene.render.cluster_radius), (0.5 * 0.0254, 0.0));
     assert_eq!((scene.render.split_angle, scene.hand.tremor), (None, 0.01 * 0.0254));
+    assert_eq!(scene.render.clustering, Clustering::Smooth);
 }
 
 #[test]
@@ -109,7 +111,7 @@ fn errors_say_what_where_and_what_to_do() {
         (
             change("tolerance", "tolerence"),
             "line 7, column 1: [contact] has no key \"tolerence\"; did you mean \"tolerance\"? (it may have tolerance, \
-          cluster_radius, split_angle, stiffness, damping, friction, shading, crease_angle, shading_limit)",
+          cluster_radius, clustering, split_angle, stiffness, damping, friction, shading, crease_angle, shading_limit)",
         ),
         (
             change("[coupling]", "[cuopling]"),

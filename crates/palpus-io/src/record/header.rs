@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Limits, Saturation, Settings};
+use palpus::render::{Clustering, Limits, Saturation, Settings};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::mesh::ContentHash;
@@ -104,6 +104,9 @@ impl PoseText {
 struct RenderText {
     contact_tolerance: f64,
     cluster_radius: f64,
+    /// Absent from recordings that were made before there was a choice.
+    #[serde(default)]
+    clustering: ClusteringText,
     split_angle: Option<f64>,
     stiffness: f64,
     damping: f64,
@@ -116,6 +119,14 @@ struct RenderText {
     shading: Option<ShadingText>,
     friction: Option<FrictionText>,
     limits: LimitsText,
+}
+
+#[derive(Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+enum ClusteringText {
+    #[default]
+    Linkage,
+    Smooth,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -151,6 +162,7 @@ impl RenderText {
         let Settings {
             contact_tolerance,
             cluster_radius,
+            clustering,
             split_angle,
             stiffness,
             damping,
@@ -166,6 +178,10 @@ impl RenderText {
         let text = Self {
             contact_tolerance,
             cluster_radius,
+            clustering: match clustering {
+                Clustering::Linkage => ClusteringText::Linkage,
+                Clustering::Smooth => ClusteringText::Smooth,
+            },
             split_angle,
             stiffness,
             damping,
@@ -195,6 +211,10 @@ impl RenderText {
         let settings = Settings {
             contact_tolerance: text.contact_tolerance,
             cluster_radius: text.cluster_radius,
+            clustering: match text.clustering {
+                ClusteringText::Linkage => Clustering::Linkage,
+                ClusteringText::Smooth => Clustering::Smooth,
+            },
             split_angle: text.split_angle,
             stiffness: text.stiffness,
             damping: text.damping,

@@ -18,7 +18,8 @@
 //! [contact]
 //! tolerance = 1.0           # else 1 mm, whatever the unit
 //! cluster_radius = 4.0      # else 4 mm
-//! split_angle = 130         # degrees, or false for no cut
+//! clustering = "linkage"    # the paper's, or "smooth": forces that never jump when contacts meet
+//! split_angle = 130         # degrees, or false for no cut; of linkage
 //! stiffness = 800           # N/m
 //! damping = 0               # N·s/m
 //! friction = { static = 0.4, dynamic = 0.3, stiffness = 800 }   # else none; stiffness (N/m) is the contact's if left out

@@ -7,7 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Saturation, Settings};
+use palpus::render::{Clustering, Saturation, Settings};
 use toml::de::DeTable;
 
 use super::keys::{Section, Source};
@@ -130,6 +130,7 @@ fn read_contact(top: &Section<'_>, unit: f64, render: &mut Settings) -> Result<(
     let keys = [
         "tolerance",
         "cluster_radius",
+        "clustering",
         "split_angle",
         "stiffness",
         "damping",
@@ -144,6 +145,10 @@ fn read_contact(top: &Section<'_>, unit: f64, render: &mut Settings) -> Result<(
     }
     if let Some(radius) = contact.number("cluster_radius", "0 or greater", |x| x >= 0.0)? {
         render.cluster_radius = radius * unit;
+    }
+    let clusterings = [("linkage", Clustering::Linkage), ("smooth", Clustering::Smooth)];
+    if let Some(clustering) = contact.choice("clustering", &clusterings)? {
+        render.clustering = clustering;
     }
     if contact.is_false("split_angle") {
         render.split_angle = None;

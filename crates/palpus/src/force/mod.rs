@@ -5,6 +5,7 @@ mod cluster;
 #[cfg(test)]
 mod cluster_tests;
 mod contact;
+mod crowding;
 mod friction;
 mod pair_query;
 mod penalty;
@@ -17,6 +18,7 @@ pub(crate) mod testing;
 
 pub use cluster::{Linkage, LinkageCounters, LinkageSettings};
 pub use contact::Contact;
+pub use crowding::{Crowded, Crowding};
 pub use friction::{Adhesion, FrictionCounters, FrictionSettings, FrictionTracker, Grasp};
 pub use pair_query::{PairQuery, Proof, QueryCounters};
 pub use penalty::{Centers, NetWrench, PenaltySettings, normal_force};

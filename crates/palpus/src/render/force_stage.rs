@@ -1,7 +1,8 @@
 //! From contacts to the wrenches on both bodies \[K02 §4.2–4.4\].
 //!
 //! 1. *Cluster* the contacts, by their midpoints and (shaded) directions.
-//! 2. *Represent* each cluster by one contact.
+//! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents itself, by the share of its
+//!    engagement that the crowd around it leaves to it.
 //! 3. *Push*: the normal force of each cluster, at its midpoint.
 //! 4. *Rub*: the friction of each member, at the member's midpoint.
 //!
@@ -9,10 +10,10 @@
 
 use glam::DVec3;
 
-use super::{Scratch, Settings};
+use super::{Clustering, Scratch, Settings};
 use crate::algebra::{Pose, Twist};
 use crate::force::{
-    Centers, Cluster, Contact, FrictionCounters, Grasp, LinkageCounters, NetWrench, normal_force, represent,
+    Centers, Cluster, Contact, Crowded, FrictionCounters, Grasp, LinkageCounters, NetWrench, normal_force, represent,
 };
 
 /// Where the bodies are and how the probe moves, in b's frame.
@@ -92,17 +93,35 @@ pub fn force(
 ) {
     forces.clear();
     forces.linkage = scratch.linkage.run(contacts, &settings.linkage(), direction);
+    if settings.clustering == Clustering::Smooth {
+        share(contacts, settings, scratch);
+    }
     forces.members.extend_from_slice(scratch.linkage.members());
     forces.directions.extend_from_slice(scratch.linkage.directions());
     for k in 0..scratch.linkage.len() {
         let range = scratch.linkage.range(k);
         let (members, directions) = (&forces.members[range.clone()], &forces.directions[range.clone()]);
-        let cluster = represent(contacts, members, directions, range.start as u32, settings.contact_tolerance);
+        let mut cluster = represent(contacts, members, directions, range.start as u32, settings.contact_tolerance);
+        if settings.clustering == Clustering::Smooth {
+            cluster.engagement *= scratch.crowding.shares()[k];
+        }
         forces.cancelled_normals += u32::from(cluster.cancelled);
         push(&cluster, motion, settings, forces);
         forces.clusters.push(cluster);
     }
     rub(contacts, motion, settings, scratch, forces);
+}
+
+/// What the crowd leaves to each contact; every contact is a cluster of its own.
+fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch) {
+    let Scratch { linkage, crowd, crowding, .. } = scratch;
+    crowd.clear();
+    crowd.extend(linkage.members().iter().zip(linkage.directions()).map(|(&i, &direction)| {
+        let contact = &contacts[i as usize];
+        let engagement = settings.contact_tolerance - contact.separation;
+        Crowded { midpoint: contact.midpoint(), direction, engagement }
+    }));
+    crowding.run(crowd, settings.cluster_radius);
 }
 
 /// Step 3.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Forces, Motion, Scratch, Settings, force};
+use super::{Clustering, Forces, Motion, Scratch, Settings, force};
 use crate::algebra::{Pose, Twist};
 use crate::force::testing::{Random, contact, moved};
 use crate::force::{Centers, Contact, FrictionSettings};
@@ -21,6 +21,12 @@ fn settings() -> Settings {
         capacity: CAPACITY,
         ..Settings::default()
     }
+}
+
+/// The rounds of a test, every second one with smooth clustering.
+fn turns(rounds: usize) -> impl Iterator<Item = (usize, Settings)> {
+    let clustering = |round: usize| [Clustering::Linkage, Clustering::Smooth][round % 2];
+    (0..rounds).map(move |round| (round, Settings { clustering: clustering(round), ..settings() }))
 }
 
 fn contacts(random: &mut Random, n: usize) -> Vec<Contact> {
@@ -64,13 +70,13 @@ fn scene(random: &mut Random) -> (Vec<Contact>, Vec<Contact>, [Motion; 2]) {
 #[test]
 fn permuting_contacts_changes_no_bit_of_the_wrench() {
     let mut random = Random(SEED);
-    for round in 0..50 {
+    for (round, settings) in turns(50) {
         let (first, second, motions) = scene(&mut random);
-        let answer = two_ticks(&first, &second, &motions, &settings());
+        let answer = two_ticks(&first, &second, &motions, &settings);
         let (mut p, mut q) = (first.clone(), second.clone());
         random.shuffle(&mut p);
         random.shuffle(&mut q);
-        let shuffled = two_ticks(&p, &q, &motions, &settings());
+        let shuffled = two_ticks(&p, &q, &motions, &settings);
         assert_eq!(answer.net, shuffled.net, "seed {SEED:#x}, round {round}");
         assert_eq!(answer.friction, shuffled.friction);
         assert!(answer.friction.iter().any(|f| *f != DVec3::ZERO));
@@ -80,9 +86,9 @@ fn permuting_contacts_changes_no_bit_of_the_wrench() {
 #[test]
 fn moving_the_whole_scene_moves_the_wrench() {
     let mut random = Random(SEED ^ 1);
-    for round in 0..50 {
+    for (round, settings) in turns(50) {
         let (first, second, motions) = scene(&mut random);
-        let answer = two_ticks(&first, &second, &motions, &settings());
+        let answer = two_ticks(&first, &second, &motions, &settings);
         let pose = random.pose(0.1);
         let shift = |contacts: &[Contact]| contacts.iter().map(|c| moved(c, &pose)).collect::<Vec<_>>();
         let turned = motions.map(|m| Motion {
@@ -90,7 +96,7 @@ fn moving_the_whole_scene_moves_the_wrench() {
             centers: Centers { a: pose.point(m.centers.a), b: pose.point(m.centers.b) },
             twist: Twist { angular: pose.vector(m.twist.angular), linear: pose.vector(m.twist.linear) },
         });
-        let moved = two_ticks(&shift(&first), &shift(&second), &turned, &settings());
+        let moved = two_ticks(&shift(&first), &shift(&second), &turned, &settings);
         for (here, there) in [(answer.net.on_a, moved.net.on_a), (answer.net.on_b, moved.net.on_b)] {
             let here = here.rotated(&pose);
             assert!((here.force - there.force).length() < 1e-8, "seed {SEED:#x}, round {round}");
@@ -102,9 +108,9 @@ fn moving_the_whole_scene_moves_the_wrench() {
 #[test]
 fn the_bodies_push_each_other_alike_and_friction_stays_in_the_cone() {
     let mut random = Random(SEED ^ 2);
-    for round in 0..100 {
+    for (round, settings) in turns(100) {
         let (first, second, motions) = scene(&mut random);
-        let forces = two_ticks(&first, &second, &motions, &settings());
+        let forces = two_ticks(&first, &second, &motions, &settings);
         assert_eq!(forces.net.on_a.force, -forces.net.on_b.force);
         let Centers { a, b } = motions[1].centers;
         let torque = forces.net.on_a.torque + forces.net.on_b.about(a - b).torque;
@@ -131,6 +137,10 @@ fn more_contacts_of_one_surface_are_not_a_stiffer_one() {
     assert_eq!(forces.clusters.len(), 1);
     assert!((forces.net.on_a.force - DVec3::Z * 1.6).length() < 1e-12);
     assert!(two_ticks(&patch, &[], &[still; 2], &settings()).net.on_a.force == DVec3::ZERO);
+    let smooth = Settings { clustering: Clustering::Smooth, friction: None, ..settings() };
+    let force = two_ticks(&patch, &patch, &[still; 2], &smooth).net.on_a.force;
+    // The patch is not a point: a fifth more than one.
+    assert!(force.z > 1.6 && force.z < 1.92 && force.x == 0.0, "{force}");
 }
 
 #[test]

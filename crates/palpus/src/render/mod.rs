@@ -15,5 +15,5 @@ pub use force_stage::{Forces, Motion, force};
 pub use renderer::Renderer;
 pub use saturate::{Limits, Saturated, Saturation, saturate};
 pub use scratch::Scratch;
-pub use settings::{Settings, SettingsError};
+pub use settings::{Clustering, Settings, SettingsError};
 pub use tick::{Counters, ProbeState, StageTimes, Tick, TickSummary};

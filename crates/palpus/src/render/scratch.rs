@@ -1,18 +1,25 @@
 //! All working memory of the force stage, sized once.
 
-use crate::force::{FrictionTracker, Linkage};
+use crate::force::{Crowded, Crowding, FrictionTracker, Linkage};
 
 /// Working memory, and the adhesions that friction carries from tick to tick.
 #[derive(Clone, Debug)]
 pub struct Scratch {
     pub(super) linkage: Linkage,
+    pub(super) crowd: Vec<Crowded>,
+    pub(super) crowding: Crowding,
     pub(super) friction: FrictionTracker,
 }
 
 impl Scratch {
     /// Memory for `capacity` contacts a tick.
     pub fn new(capacity: usize) -> Self {
-        Self { linkage: Linkage::new(capacity), friction: FrictionTracker::new(capacity) }
+        Self {
+            linkage: Linkage::new(capacity),
+            crowd: Vec::with_capacity(capacity),
+            crowding: Crowding::new(capacity),
+            friction: FrictionTracker::new(capacity),
+        }
     }
 
     /// Forgets the past: the next tick begins without friction.

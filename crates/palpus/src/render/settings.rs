@@ -12,6 +12,8 @@ pub struct Settings {
     pub contact_tolerance: f64,
     /// δ of \[K02\], m: contacts nearer than this share one force. 0: every contact has its own.
     pub cluster_radius: f64,
+    /// How contacts nearer than δ share their force.
+    pub clustering: Clustering,
     /// rad: opening of the cone that holds the normals of a cluster, 60° to 170°; `None`: no cut, as in the paper.
     pub split_angle: Option<f64>,
     /// k, N/m, of each cluster.
@@ -42,6 +44,7 @@ impl Default for Settings {
         Self {
             contact_tolerance: 1e-3,
             cluster_radius: 4e-3,
+            clustering: Clustering::default(),
             split_angle: Some(130f64.to_radians()),
             stiffness: 800.0,
             damping: 0.0,
@@ -54,6 +57,17 @@ impl Default for Settings {
             capacity: 4096,
         }
     }
+}
+
+/// How contacts that are near each other share their force.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Clustering {
+    /// Exact single linkage, each cluster with the force of its deepest member: the paper's. The force jumps when clusters
+    /// meet or part.
+    #[default]
+    Linkage,
+    /// Every contact with the share of its force that the crowd around it leaves to it: continuous ([`crate::force::Crowding`]).
+    Smooth,
 }
 
 /// A setting that cannot be.
@@ -107,7 +121,11 @@ impl Settings {
     pub fn linkage(&self) -> LinkageSettings {
         LinkageSettings {
             tolerance: self.contact_tolerance,
-            radius: self.cluster_radius,
+            radius: match self.clustering {
+                Clustering::Linkage => self.cluster_radius,
+                // Nothing is linked: every contact stands for itself.
+                Clustering::Smooth => 0.0,
+            },
             split_angle: self.split_angle,
         }
     }
