@@ -18,6 +18,9 @@ pub(crate) struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
+    /// Neither takes prepared bodies from the user's cache folder nor keeps any there.
+    #[arg(long, global = true)]
+    pub(crate) no_cache: bool,
 }
 
 #[derive(Debug, Subcommand)]
@@ -26,7 +29,7 @@ pub(crate) enum Command {
     Run(RunArguments),
     /// Answers contacts of two models for a list of poses.
     Query(QueryArguments),
-    /// Decomposes models into convex pieces and builds their hierarchies of hulls.
+    /// Decomposes models into convex pieces, builds their hierarchies of hulls and keeps both for the next time.
     Prepare(PrepareArguments),
     /// Tells the health, mass properties and pieces of a model.
     Inspect(InspectArguments),

@@ -1,13 +1,15 @@
-//! From a mesh, file or scene, to a prepared body, with a bar that moves while it is prepared.
+//! From a mesh, file or scene, to a prepared body: out of the user's cache, or with a bar that moves while it is prepared.
 
 use std::path::Path;
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use palpus::body::{Body, BodySettings, PolygonSoup};
-use palpus_io::{ContentHash, read_mesh};
+use palpus_io::{BodyCache, BodyKey, CacheMiss, ContentHash, read_mesh};
 
+use crate::output;
 use crate::threads::Threads;
 
 /// A body and how it came about.
@@ -18,6 +20,16 @@ pub(crate) struct Prepared {
     pub(crate) hash: ContentHash,
     /// From polygons to body.
     pub(crate) seconds: f64,
+    /// It was prepared before and kept.
+    pub(crate) kept: bool,
+}
+
+/// Where bodies are kept, for the whole program; none with `--no-cache`.
+static CACHE: OnceLock<Option<BodyCache>> = OnceLock::new();
+
+/// Says, before the first body is prepared, whether bodies are kept.
+pub(crate) fn use_cache(yes: bool) {
+    CACHE.get_or_init(|| if yes { BodyCache::of_user() } else { None });
 }
 
 /// Reads and prepares a model file, in model units.
@@ -30,11 +42,30 @@ pub(crate) fn prepare_file(path: &Path, settings: &BodySettings) -> anyhow::Resu
 /// Prepares polygons; `name` stands beside the bar.
 pub(crate) fn prepare_soup(name: &str, soup: &PolygonSoup, settings: &BodySettings) -> anyhow::Result<Prepared> {
     let begin = Instant::now();
+    let threads = Threads::all();
+    let hash = ContentHash::of_soup(soup);
+    let key = BodyKey::new(&hash, settings);
+    let cache = CACHE.get().and_then(Option::as_ref);
+    let prepared = |body, kept| Prepared { body, hash, seconds: begin.elapsed().as_secs_f64(), kept };
+    match cache.map(|cache| cache.load(&key, soup, settings, &threads)) {
+        Some(Ok(body)) => return Ok(prepared(body, true)),
+        Some(Err(miss)) if !matches!(miss, CacheMiss::Absent) => {
+            output::note(format!("note: {name} is prepared again, since {miss}"));
+        }
+        _ => {}
+    }
     let bar = bar(name);
     let mut progress = |done: f64| bar.set_position((done * BAR_STEPS) as u64);
-    let body = Body::from_soup_with(soup, settings, &Threads::all(), &mut progress)?;
+    let body = Body::from_soup_with(soup, settings, &threads, &mut progress);
     bar.finish_and_clear();
-    Ok(Prepared { body, hash: ContentHash::of_soup(soup), seconds: begin.elapsed().as_secs_f64() })
+    let prepared = prepared(body?, false);
+    if let Some(cache) = cache
+        && let Err(error) = cache.store(&key, &prepared.body)
+    {
+        let folder = cache.folder().display();
+        output::note(format!("note: {name} could not be kept in {folder} ({error}); --no-cache says not to try"));
+    }
+    Ok(prepared)
 }
 
 const BAR_STEPS: f64 = 1000.0;

@@ -32,6 +32,7 @@ struct Report {
     mass: Mass,
     pieces: Pieces,
     seconds: f64,
+    cached: bool,
 }
 
 #[derive(Serialize)]
@@ -59,7 +60,8 @@ pub(crate) fn inspect(arguments: &InspectArguments) -> anyhow::Result<ExitCode> 
     let body = &prepared.body;
     let health = Health::full(body.mesh(), body.half_edges(), body.tree(), body.health().cleaning);
     let name = arguments.model.display().to_string();
-    let report = report(name, prepared.hash.to_string(), prepared.seconds, body, &health);
+    let report =
+        Report { cached: prepared.kept, ..report(name, prepared.hash.to_string(), prepared.seconds, body, &health) };
     if arguments.json {
         output::json(&report)?;
     } else {
@@ -94,6 +96,7 @@ fn report(model: String, content: String, seconds: f64, body: &Body, health: &He
         mass: mass(body),
         pieces: pieces(body),
         seconds,
+        cached: false,
     }
 }
 
@@ -154,7 +157,7 @@ fn tell(report: &Report) {
                 pieces.count, pieces.per_triangle, pieces.flat, pieces.largest_triangles, pieces.largest_vertices
             ),
         ),
-        ("prepared in", format!("{:.2} s", report.seconds)),
+        ("prepared in", format!("{:.2} s{}", report.seconds, if report.cached { " (from the cache)" } else { "" })),
     ];
     for (name, text) in rows {
         output::line(format!("{name:>15}  {text}"));

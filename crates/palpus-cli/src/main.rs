@@ -39,7 +39,10 @@ fn main() -> ExitCode {
 }
 
 fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
-    match arguments.command.unwrap_or_else(Command::demonstration) {
+    let command = arguments.command.unwrap_or_else(Command::demonstration);
+    // What is measured is done.
+    bodies::use_cache(!arguments.no_cache && !matches!(command, Command::Bench(_)));
+    match command {
         Command::Run(run) => run::run(&run),
         Command::Query(query) => query::query(&query),
         Command::Prepare(prepare) => prepare::prepare(&prepare),

@@ -22,6 +22,8 @@ struct Report {
     pieces_per_triangle: f64,
     nodes: usize,
     seconds: f64,
+    /// Prepared before, and only read.
+    cached: bool,
 }
 
 pub(crate) fn prepare(arguments: &PrepareArguments) -> anyhow::Result<ExitCode> {
@@ -44,6 +46,7 @@ pub(crate) fn prepare(arguments: &PrepareArguments) -> anyhow::Result<ExitCode> 
             pieces_per_triangle: pieces as f64 / triangles as f64,
             nodes: body.hierarchy().nodes().len(),
             seconds: prepared.seconds,
+            cached: prepared.kept,
         });
     }
     if arguments.json {
@@ -51,8 +54,14 @@ pub(crate) fn prepare(arguments: &PrepareArguments) -> anyhow::Result<ExitCode> 
     } else {
         for report in &reports {
             output::line(format!(
-                "{}: {} triangles in {} convex pieces ({:.3} a triangle), {} hierarchy nodes, {:.2} s",
-                report.model, report.triangles, report.pieces, report.pieces_per_triangle, report.nodes, report.seconds
+                "{}: {} triangles in {} convex pieces ({:.3} a triangle), {} hierarchy nodes, {:.2} s{}",
+                report.model,
+                report.triangles,
+                report.pieces,
+                report.pieces_per_triangle,
+                report.nodes,
+                report.seconds,
+                if report.cached { " from the cache" } else { "" }
             ));
         }
         if let Some(path) = &arguments.pieces {

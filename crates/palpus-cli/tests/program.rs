@@ -30,7 +30,10 @@ impl Drop for Folder {
 }
 
 fn palpus(folder: &Path, arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_palpus")).current_dir(folder).args(arguments).output().expect("the program starts")
+    let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
+    // Bodies are kept in the test's folder, not in the user's.
+    command.current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).args(arguments);
+    command.output().expect("the program starts")
 }
 
 fn text(bytes: &[u8]) -> String {
@@ -252,4 +255,30 @@ fn figures_are_written_as_pictures_and_numbers() {
     for (model, most) in [("torus", 67), ("cup", 190), ("spoon", 78), ("intestine", 9913)] {
         assert!(pieces(model) <= most, "{model}: {} pieces, the paper has {most}", pieces(model));
     }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_body_is_prepared_once_and_again_when_what_was_kept_is_damaged() {
+    let folder = Folder::new("kept");
+    folder.file("cube.obj", CUBE);
+    let prepare = |more: &[&str]| palpus(&folder.0, &[&["prepare", "cube.obj", "--json"], more].concat());
+    let is_cached = |output: &Output| json(output)[0]["cached"].as_bool().expect("a truth");
+    assert!(!is_cached(&prepare(&["--no-cache"])));
+    assert!(!is_cached(&prepare(&[])));
+    assert!(is_cached(&prepare(&[])));
+    let kept: Vec<_> = fs::read_dir(folder.0.join("cache/palpus/bodies")).expect("a folder").collect();
+    assert_eq!(kept.len(), 1);
+    let path = kept[0].as_ref().expect("an entry").path();
+    let mut bytes = fs::read(&path).expect("a kept body");
+    let last = bytes.len() - 1;
+    bytes[last] ^= 1;
+    fs::write(&path, bytes).expect("a writable file");
+    let again = prepare(&[]);
+    assert!(!is_cached(&again));
+    assert!(text(&again.stderr).contains("damaged"), "{}", text(&again.stderr));
+    assert!(is_cached(&prepare(&[])));
+    // Another spelling of the same shape is another content.
+    folder.file("cube.obj", &CUBE.replace("v -1 -1 -1", "v -1 -1 -1.5"));
+    assert!(!is_cached(&prepare(&[])));
 }

@@ -1,8 +1,9 @@
-//! Bytes to values and back: meshes, scenes, recordings, the CSV files of queries.
+//! Bytes to values and back: meshes, scenes, recordings, prepared bodies, the CSV files of queries.
 //!
 //! Everything that comes from outside is read here and either becomes a checked value or one error that says what is
 //! wrong, where, and what to do. Lengths are converted in one place, the scene file.
 
+pub mod cache;
 mod exact;
 pub mod mesh;
 pub mod query;
@@ -10,6 +11,7 @@ pub mod record;
 pub mod scene;
 mod table;
 
+pub use cache::{BodyCache, BodyKey, CacheMiss};
 pub use mesh::{ContentHash, MeshFileError, MeshFormat, MeshProblem, Place, read_mesh, write_obj_groups};
 pub use query::{ContactWriter, QueryRow, QueryWriter, read_poses};
 pub use record::{RecordRow, Recording, RecordingHeader, RecordingWriter, read_recording};

@@ -1,4 +1,4 @@
-//! Mesh files: OBJ, STL, PLY, OFF, glTF and GLB to a [`PolygonSoup`], and groups of polygons to OBJ.
+//! Mesh files: OBJ, STL, PLY, OFF, glTF and GLB, also packed by gzip, to a [`PolygonSoup`], and groups of polygons to OBJ.
 //!
 //! * A file either gives a soup whose coordinates are finite and whose indices are in range, or one [`MeshFileError`]
 //!   that says what is wrong, where, and what to do. Nothing panics on any bytes.
@@ -36,6 +36,10 @@ use lines::{Lines, shown, words};
 
 /// The largest file that is read. 32-bit indices end sooner for every format.
 const MAX_FILE_BYTES: u64 = 1 << 33;
+/// The largest content of a compressed file.
+const MAX_UNPACKED_BYTES: u64 = 1 << 32;
+/// How a file compressed by gzip begins.
+const GZIP: &[u8] = b"\x1F\x8B";
 /// How much of a file without a known extension is looked at to find out what it is.
 const SNIFFED: usize = 1 << 16;
 
@@ -105,6 +109,13 @@ pub fn read_mesh(path: &Path) -> Result<PolygonSoup, MeshFileError> {
     if bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(error(MeshProblem::TooLarge("the file is larger than 8 GiB".to_owned())));
     }
+    let (bytes, path) = if bytes.starts_with(GZIP) {
+        let unpacked = unpack(&bytes).map_err(|what| error(MeshProblem::Malformed(what)))?;
+        (unpacked, path.with_extension(""))
+    } else {
+        (bytes, path.to_owned())
+    };
+    let path = path.as_path();
     if bytes.is_empty() {
         return Err(error(MeshProblem::Malformed("the file is empty; export the mesh again".to_owned())));
     }
@@ -129,6 +140,19 @@ pub fn read_mesh(path: &Path) -> Result<PolygonSoup, MeshFileError> {
     }
 }
 
+/// The content of a file compressed by gzip, or what is wrong with it.
+fn unpack(bytes: &[u8]) -> Result<Vec<u8>, String> {
+    let mut content = Vec::new();
+    let mut unpacked = flate2::read::MultiGzDecoder::new(bytes).take(MAX_UNPACKED_BYTES + 1);
+    unpacked
+        .read_to_end(&mut content)
+        .map_err(|e| format!("the compressed content is damaged ({e}); pack it again"))?;
+    if content.len() as u64 > MAX_UNPACKED_BYTES {
+        return Err("the compressed content is larger than 4 GiB".to_owned());
+    }
+    Ok(content)
+}
+
 /// At most `limit` bytes of a file.
 fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let file = File::open(path)?;
@@ -143,8 +167,8 @@ fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
 /// What to say about a file of no known kind.
 fn unknown_format(path: &Path, bytes: &[u8]) -> String {
     let read = "OBJ, STL, PLY, OFF, glTF and GLB are";
-    if bytes.starts_with(b"\x1F\x8B") || bytes.starts_with(b"PK\x03\x04") {
-        return format!("the file is compressed, which is not read; unpack it first ({read})");
+    if bytes.starts_with(b"PK\x03\x04") {
+        return format!("the file is a zip archive, which is not read; unpack it first ({read})");
     }
     match path.extension() {
         Some(extension) => {

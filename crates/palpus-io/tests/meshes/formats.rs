@@ -1,5 +1,7 @@
 //! Right files: what each format's dialects mean.
 
+use std::io::Write;
+
 use std::path::PathBuf;
 
 use glam::DVec3;
@@ -32,6 +34,28 @@ fn every_format_gives_the_same_prism_by_extension_and_by_content() {
             let soup = read_mesh(&path).unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(loops(&soup), expected, "{}", path.display());
         }
+    }
+}
+
+#[test]
+fn a_packed_file_is_read_as_what_is_in_it() {
+    let prism = prism();
+    let folder = folder("packed");
+    for (k, (extension, bytes)) in samples::all(&prism).into_iter().enumerate() {
+        let mut packer = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+        packer.write_all(&bytes).unwrap();
+        let packed = packer.finish().unwrap();
+        let plain = folder.join(format!("{k}.{extension}"));
+        std::fs::write(&plain, &bytes).unwrap();
+        for name in [format!("{k}.{extension}.gz"), format!("packed-{k}")] {
+            let path = folder.join(name);
+            std::fs::write(&path, &packed).unwrap();
+            assert_eq!(loops(&read_mesh(&path).unwrap()), loops(&read_mesh(&plain).unwrap()), "{}", path.display());
+        }
+        let cut = folder.join(format!("cut-{k}.{extension}.gz"));
+        std::fs::write(&cut, &packed[..packed.len() / 2]).unwrap();
+        let error = read_mesh(&cut).unwrap_err().to_string();
+        assert!(error.contains("compressed content is damaged"), "{error}");
     }
 }
 

@@ -65,6 +65,9 @@ pub enum BodyError {
         #[source]
         source: HullError,
     },
+    /// Parts to restore a body from do not belong together.
+    #[error("the parts make no body of this mesh: {0}")]
+    Parts(&'static str),
     /// The hierarchy over the pieces could not be built.
     #[error(transparent)]
     Hierarchy(#[from] HierarchyError),
@@ -85,6 +88,10 @@ pub struct Body {
 }
 
 impl Body {
+    /// Names the sources of this engine that decide which pieces a mesh gives: parts that were made under another name are
+    /// not to be restored.
+    pub const FINGERPRINT: &str = env!("PALPUS_BODY_FINGERPRINT");
+
     /// Makes a body of polygons as read from a file; `progress` is told the fraction done, rising to one.
     pub fn from_soup(
         soup: &PolygonSoup,
@@ -105,6 +112,20 @@ impl Body {
         Self::assemble(mesh, cleaning, settings, workers, progress)
     }
 
+    /// Makes again the body that `parts` were of. `soup` and `settings` must be the ones that they were made from: what
+    /// else they could be is the caller's to know; parts that cannot belong together are an error.
+    pub fn restore(
+        soup: &PolygonSoup,
+        settings: &BodySettings,
+        parts: BodyParts,
+        workers: &dyn Workers,
+    ) -> Result<Self, BodyError> {
+        let (mesh, cleaning) = Mesh::from_soup(soup)?;
+        let ground = Ground::new(mesh, settings)?;
+        parts.check(ground.mesh.triangles().len(), workers).map_err(BodyError::Parts)?;
+        Ok(Self::finish(ground, settings.flatness, cleaning, parts))
+    }
+
     /// Makes a body of a mesh; its health then does not tell what making the mesh took.
     pub fn build(mesh: Mesh, settings: &BodySettings, progress: &mut dyn FnMut(f64)) -> Result<Self, BodyError> {
         Self::assemble(mesh, Cleaning::default(), settings, &Alone, progress)
@@ -117,28 +138,28 @@ impl Body {
         workers: &dyn Workers,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Self, BodyError> {
-        if !(settings.scale.is_finite() && settings.scale > 0.0) {
-            return Err(BodyError::Scale(settings.scale));
-        }
-        if !(0.0..=LARGEST_FLATNESS).contains(&settings.flatness) {
-            return Err(BodyError::Flatness(settings.flatness));
-        }
-        let step = coordinate_step(mesh.vertices()) * settings.scale;
-        let mesh = mesh.scaled(settings.scale);
-        let half_edges = HalfEdges::new(&mesh);
-        let tree = mesh.tree();
-        let surface = Surface::new(&mesh, &half_edges, step, settings.flatness);
-        let (polytopes, pieces) = convex_pieces(&surface, &tree, workers, progress)?;
-        let admissible = Admissible::new(&mesh, &half_edges, &polytopes, &pieces, surface.noise());
-        let above = DECOMPOSITION_SHARE + PIECES_SHARE;
-        let coplanar = COPLANAR * mesh.bounding_diagonal();
+        let ground = Ground::new(mesh, settings)?;
+        progress(GROUND_SHARE);
+        let surface = Surface::new(&ground.mesh, &ground.half_edges, ground.step, settings.flatness);
+        let (polytopes, pieces) = convex_pieces(&surface, &ground.tree, workers, progress)?;
+        let coplanar = COPLANAR * ground.mesh.bounding_diagonal();
         let hierarchy = Hierarchy::build_with(&polytopes, coplanar, workers, &mut |done| {
-            progress(above + HIERARCHY_SHARE * done);
+            progress(BELOW_HIERARCHY + (BELOW_FINISH - BELOW_HIERARCHY) * done);
         })?;
+        let body = Self::finish(ground, settings.flatness, cleaning, BodyParts { polytopes, pieces, hierarchy });
+        progress(1.0);
+        Ok(body)
+    }
+
+    /// What follows from the mesh and the pieces.
+    fn finish(ground: Ground, flatness: f64, cleaning: Cleaning, parts: BodyParts) -> Self {
+        let Ground { mesh, half_edges, tree, step } = ground;
+        let BodyParts { polytopes, pieces, hierarchy } = parts;
+        let noise = Surface::new(&mesh, &half_edges, step, flatness).noise();
+        let admissible = Admissible::new(&mesh, &half_edges, &polytopes, &pieces, noise);
         let mass = MassProperties::new(&mesh);
         let health = Health::quick(&mesh, &half_edges, cleaning);
-        progress(1.0);
-        Ok(Self { mesh, half_edges, tree, polytopes, pieces, admissible, hierarchy, mass, health })
+        Self { mesh, half_edges, tree, polytopes, pieces, admissible, hierarchy, mass, health }
     }
 
     /// The convex hull of points as a body of one piece, at scale 1.
@@ -218,6 +239,64 @@ impl Body {
     }
 }
 
+/// The mesh and what the pieces are found with.
+struct Ground {
+    mesh: Mesh,
+    half_edges: HalfEdges,
+    tree: TriangleTree,
+    /// The distance between neighbouring values of the coordinates, metres.
+    step: f64,
+}
+
+impl Ground {
+    fn new(mesh: Mesh, settings: &BodySettings) -> Result<Self, BodyError> {
+        if !(settings.scale.is_finite() && settings.scale > 0.0) {
+            return Err(BodyError::Scale(settings.scale));
+        }
+        if !(0.0..=LARGEST_FLATNESS).contains(&settings.flatness) {
+            return Err(BodyError::Flatness(settings.flatness));
+        }
+        let step = coordinate_step(mesh.vertices()) * settings.scale;
+        let mesh = mesh.scaled(settings.scale);
+        let half_edges = HalfEdges::new(&mesh);
+        let tree = mesh.tree();
+        Ok(Self { mesh, half_edges, tree, step })
+    }
+}
+
+/// What of a body takes long to compute and is worth keeping.
+#[derive(Clone, Debug)]
+pub struct BodyParts {
+    /// See [`Body::polytopes`].
+    pub polytopes: Vec<Polytope>,
+    /// See [`Body::pieces`].
+    pub pieces: Vec<Piece>,
+    /// See [`Body::hierarchy`].
+    pub hierarchy: Hierarchy,
+}
+
+impl BodyParts {
+    /// What is wrong with them as parts of a body with so many triangles, if anything.
+    fn check(&self, triangles: usize, workers: &dyn Workers) -> Result<(), &'static str> {
+        let count = self.polytopes.len();
+        if self.pieces.len() != count || self.hierarchy.nodes().len() != (2 * count).saturating_sub(1) {
+            return Err("pieces, polytopes and tree are of different numbers");
+        }
+        let mut free = vec![true; triangles];
+        let taken = |t: &u32| free.get_mut(*t as usize).is_some_and(std::mem::take);
+        if !self.pieces.iter().flat_map(Piece::triangles).all(taken) || free.contains(&true) {
+            return Err("a triangle is in no piece or in several");
+        }
+        let hulls = self.hierarchy.hulls();
+        let sound = |k: usize| match k.checked_sub(count) {
+            Some(hull) => hulls[hull].check_topology().is_ok(),
+            None => self.polytopes[k].check_topology().is_ok() && self.pieces[k].fits(self.polytopes[k].face_count()),
+        };
+        let all = map_in_order(workers, count + hulls.len(), PIECES_PER_PART, sound, &mut |_| ());
+        if all.contains(&false) { Err("a polytope is broken") } else { Ok(()) }
+    }
+}
+
 /// Facets, patches, pieces.
 fn convex_pieces(
     surface: &Surface<'_>,
@@ -227,10 +306,10 @@ fn convex_pieces(
 ) -> Result<(Vec<Polytope>, Vec<Piece>), BodyError> {
     let facets = Facets::of(surface);
     let mut grower = Grower::new(*surface, &facets, tree);
-    let patches = decompose(&mut grower, &mut |done| progress(DECOMPOSITION_SHARE * done));
+    let patches = decompose(&mut grower, &mut |done| progress(GROUND_SHARE + (BELOW_PIECES - GROUND_SHARE) * done));
     let build = |k: usize| build_piece(surface, &facets, &patches[k]);
     let pieces = map_in_order(workers, patches.len(), PIECES_PER_PART, build, &mut |done| {
-        progress(DECOMPOSITION_SHARE + PIECES_SHARE * done);
+        progress(BELOW_PIECES + (BELOW_HIERARCHY - BELOW_PIECES) * done);
     });
     let mut answer = (Vec::with_capacity(patches.len()), Vec::with_capacity(patches.len()));
     for (k, piece) in pieces.into_iter().enumerate() {
@@ -245,10 +324,12 @@ fn convex_pieces(
 /// The largest [`BodySettings::flatness`]: a thousandth of the model is a feature, not noise.
 const LARGEST_FLATNESS: f64 = 1e-3;
 
-/// The parts of the work that the decomposition, the pieces and the hierarchy are, for the progress report.
-const DECOMPOSITION_SHARE: f64 = 0.35;
-const PIECES_SHARE: f64 = 0.2;
-const HIERARCHY_SHARE: f64 = 0.44;
+/// How much of the work is done, for the progress report: when mesh, edges and tree stand; when the decomposition does, the
+/// pieces, the hierarchy.
+const GROUND_SHARE: f64 = 0.05;
+const BELOW_PIECES: f64 = 0.4;
+const BELOW_HIERARCHY: f64 = 0.6;
+const BELOW_FINISH: f64 = 0.99;
 
 #[cfg(test)]
 mod tests {

@@ -109,6 +109,48 @@ impl Hierarchy {
         Ok(crown.join(pieces.len(), subtrees, hulls))
     }
 
+    /// A tree from its nodes, children before parents, and the hulls of its inner nodes in the nodes' order; `None` unless
+    /// it is one tree with each of so many `pieces` in one leaf. That its volumes hold what is below is the caller's promise.
+    pub fn from_parts(
+        nodes: Vec<(NodeKind, Sphere, OrientedBox)>,
+        hulls: Vec<Polytope>,
+        pieces: usize,
+    ) -> Option<Self> {
+        let mut free_pieces = vec![true; pieces];
+        let mut depths: Vec<usize> = Vec::with_capacity(nodes.len());
+        // Nodes that have no parent yet.
+        let mut free_nodes = vec![true; nodes.len()];
+        let mut answer = Vec::with_capacity(nodes.len());
+        let mut inner = 0;
+        for (k, (kind, sphere, oriented_box)) in nodes.into_iter().enumerate() {
+            let (depth, hull) = match kind {
+                NodeKind::Leaf { piece } => {
+                    std::mem::take(free_pieces.get_mut(piece as usize)?).then_some((1, u32::MAX))?
+                }
+                NodeKind::Inner { left, right } => {
+                    let mut adopt = |child: u32| {
+                        let below = (child as usize) < k && std::mem::take(&mut free_nodes[child as usize]);
+                        below.then(|| depths[child as usize])
+                    };
+                    let depth = 1 + adopt(left)?.max(adopt(right)?);
+                    inner += 1;
+                    (depth, inner - 1)
+                }
+            };
+            depths.push(depth);
+            answer.push(Node { kind, sphere, oriented_box, hull });
+        }
+        let one_root = free_nodes.iter().rposition(|&free| free) == free_nodes.iter().position(|&free| free);
+        let depth = *depths.last()?;
+        let sound = one_root && inner as usize == hulls.len() && !free_pieces.contains(&true);
+        sound.then_some(Self { nodes: answer, hulls, depth })
+    }
+
+    /// The hulls of the inner nodes, in the nodes' order.
+    pub fn hulls(&self) -> &[Polytope] {
+        &self.hulls
+    }
+
     /// Index of the root.
     pub fn root(&self) -> u32 {
         self.nodes.len() as u32 - 1

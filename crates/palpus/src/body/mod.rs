@@ -34,7 +34,7 @@ mod whole;
 mod winding;
 
 pub use admissible::{Admissible, Borrowed, OwnArc, OwnFace, OwnNormals};
-pub use body::{Body, BodyError, BodySettings};
+pub use body::{Body, BodyError, BodyParts, BodySettings};
 pub use bounds::{OrientedBox, Sphere};
 pub use feature::{Feature, FeaturePair};
 pub use half_edge::{EdgeKind, HalfEdges};

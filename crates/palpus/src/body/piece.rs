@@ -23,6 +23,21 @@ pub struct Piece {
 }
 
 impl Piece {
+    /// A piece over `triangles`, of which `face_triangles[face_starts[f] .. face_starts[f + 1]]` lie in face `f`; held against
+    /// the rest of its body by [`Body::restore`](super::Body::restore).
+    pub fn from_parts(triangles: Vec<u32>, face_starts: Vec<u32>, face_triangles: Vec<u32>) -> Self {
+        Self { triangles, face_starts, face_triangles }
+    }
+
+    /// True if the lists fit a polytope of so many faces.
+    pub(super) fn fits(&self, face_count: usize) -> bool {
+        self.face_starts.len() == face_count + 1
+            && self.face_starts[0] == 0
+            && self.face_starts.is_sorted()
+            && self.face_starts[face_count] as usize == self.face_triangles.len()
+            && self.face_triangles.iter().all(|t| self.triangles.binary_search(t).is_ok())
+    }
+
     /// The mesh triangles of the piece's patch; each triangle of a mesh belongs to exactly one piece.
     pub fn triangles(&self) -> &[u32] {
         &self.triangles

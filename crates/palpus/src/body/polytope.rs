@@ -95,34 +95,51 @@ impl Polytope {
         planes: Vec<Plane>,
         provenance: Vec<Provenance>,
     ) -> Result<Self, PolytopeError> {
-        let mut edges: Vec<Edge> = Vec::new();
-        let mut open = std::collections::HashMap::new();
-        let mut loop_edges = Vec::new();
-        for (f, face) in loops.iter().enumerate() {
+        let (loop_starts, loop_vertices) = flattened(loops);
+        Self::from_loops(vertices, loop_starts, loop_vertices, planes, provenance)
+    }
+
+    /// As [`Self::from_faces`], with the loops in one list: that of face `f` is
+    /// `loop_vertices[loop_starts[f] .. loop_starts[f + 1]]`.
+    pub fn from_loops(
+        vertices: Vec<DVec3>,
+        loop_starts: Vec<u32>,
+        loop_vertices: Vec<u32>,
+        planes: Vec<Plane>,
+        provenance: Vec<Provenance>,
+    ) -> Result<Self, PolytopeError> {
+        let faces = planes.len();
+        let whole = loop_starts.first() == Some(&0) && loop_starts.last() == Some(&(loop_vertices.len() as u32));
+        if !whole || loop_starts.len() != faces + 1 || provenance.len() != faces {
+            return Err(PolytopeError::BadFace(faces as u32));
+        }
+        let mut edges: Vec<Edge> = Vec::with_capacity(loop_vertices.len() / 2);
+        let mut loop_edges = Vec::with_capacity(loop_vertices.len());
+        let mut open = OpenEdges::new(vertices.len());
+        for f in 0..faces {
+            let face = loop_vertices.get(loop_starts[f] as usize..loop_starts[f + 1] as usize).unwrap_or_default();
             let f = f as u32;
             if face.len() < 3 || face.iter().any(|&v| v as usize >= vertices.len()) {
                 return Err(PolytopeError::BadFace(f));
             }
             for (k, &tail) in face.iter().enumerate() {
                 let head = face[(k + 1) % face.len()];
-                if let Some(e) = open.remove(&(head, tail)) {
-                    let edge: &mut Edge = &mut edges[e as usize];
-                    edge.right = f;
+                if let Some(e) = open.close(&edges, head, tail) {
+                    edges[e as usize].right = f;
                     loop_edges.push(e);
-                } else {
-                    let e = edges.len() as u32;
-                    if open.insert((tail, head), e).is_some() {
-                        return Err(PolytopeError::OpenEdge(tail, head));
-                    }
+                } else if open.open(&edges, tail, head) {
+                    loop_edges.push(edges.len() as u32);
                     edges.push(Edge { tail, head, left: f, right: f });
-                    loop_edges.push(e);
+                } else {
+                    return Err(PolytopeError::OpenEdge(tail, head));
                 }
             }
         }
-        if let Some((&(tail, head), _)) = open.iter().min_by_key(|entry| entry.1) {
+        if let Some(e) = open.first() {
+            let Edge { tail, head, .. } = edges[e as usize];
             return Err(PolytopeError::OpenEdge(tail, head));
         }
-        Self::assemble(vertices, loops, loop_edges, edges, planes, provenance, false)
+        Self::assemble(vertices, (loop_starts, loop_vertices), loop_edges, edges, planes, provenance, false)
     }
 
     /// A plate from a convex polygon, counter-clockwise seen from the side that `normal` (unit) points to.
@@ -158,7 +175,7 @@ impl Polytope {
         }
         let mut provenance = vec![Provenance::Virtual; 2 + n as usize];
         provenance[0] = front;
-        Self::assemble(vertices, &loops, loop_edges, edges, planes, provenance, true)
+        Self::assemble(vertices, flattened(&loops), loop_edges, edges, planes, provenance, true)
     }
 
     /// The same polytope with each face tagged by `of`, which is given the polytope and the face. Rims, which have no
@@ -173,23 +190,19 @@ impl Polytope {
 
     fn assemble(
         vertices: Vec<DVec3>,
-        loops: &[Vec<u32>],
+        (loop_starts, loop_vertices): (Vec<u32>, Vec<u32>),
         loop_edges: Vec<u32>,
         edges: Vec<Edge>,
         planes: Vec<Plane>,
         provenance: Vec<Provenance>,
         flat: bool,
     ) -> Result<Self, PolytopeError> {
-        let mut loop_starts = vec![0u32];
-        let mut loop_vertices = Vec::with_capacity(loop_edges.len());
-        for face in loops {
-            loop_vertices.extend_from_slice(face);
-            loop_starts.push(loop_vertices.len() as u32);
-        }
         // For each edge, where it stands in its left and in its right face's loop.
         let mut places = vec![[u32::MAX; 2]; edges.len()];
-        for f in 0..loops.len() {
+        let mut face_of = Vec::with_capacity(loop_vertices.len());
+        for f in 0..planes.len() {
             for k in loop_starts[f]..loop_starts[f + 1] {
+                face_of.push(f as u32);
                 let e = loop_edges[k as usize] as usize;
                 let side = usize::from(edges[e].left as usize != f || edges[e].tail != loop_vertices[k as usize]);
                 places[e][side] = k;
@@ -201,8 +214,8 @@ impl Polytope {
             first_corner[v as usize] = first_corner[v as usize].min(k as u32);
             corners[v as usize] += 1;
         }
-        let face_at = |k: u32| (loop_starts.partition_point(|&s| s <= k) - 1) as u32;
-        let mut ring_starts = vec![0u32];
+        let mut ring_starts = Vec::with_capacity(vertices.len() + 1);
+        ring_starts.push(0);
         let mut spokes = Vec::with_capacity(loop_vertices.len());
         for v in 0..vertices.len() as u32 {
             let begin = spokes.len();
@@ -212,7 +225,7 @@ impl Polytope {
             }
             // Counter-clockwise: from the edge that leaves v in face f, across f, to the edge that enters v.
             loop {
-                let f = face_at(k);
+                let f = face_of[k as usize];
                 let edge = loop_edges[k as usize];
                 let Edge { tail, head, left, right } = edges[edge as usize];
                 let neighbour = if tail == v { head } else { tail };
@@ -393,6 +406,72 @@ impl Polytope {
                 return (best, height);
             }
         }
+    }
+}
+
+/// Loops in one list, and where each begins.
+fn flattened(loops: &[Vec<u32>]) -> (Vec<u32>, Vec<u32>) {
+    let mut starts = Vec::with_capacity(loops.len() + 1);
+    let mut vertices = Vec::with_capacity(loops.iter().map(Vec::len).sum());
+    starts.push(0);
+    for face in loops {
+        vertices.extend_from_slice(face);
+        starts.push(vertices.len() as u32);
+    }
+    (starts, vertices)
+}
+
+/// The edges that have one face so far, in a chain for each tail vertex.
+struct OpenEdges {
+    first: Vec<u32>,
+    /// For each edge, the next of its chain.
+    next: Vec<u32>,
+}
+
+impl OpenEdges {
+    const END: u32 = u32::MAX;
+
+    fn new(vertices: usize) -> Self {
+        Self { first: vec![Self::END; vertices], next: Vec::new() }
+    }
+
+    /// Takes the open edge `tail → head` out, if there is one.
+    fn close(&mut self, edges: &[Edge], tail: u32, head: u32) -> Option<u32> {
+        let (mut before, mut e) = (Self::END, self.first[tail as usize]);
+        while e != Self::END {
+            let after = self.next[e as usize];
+            if edges[e as usize].head == head {
+                if before == Self::END {
+                    self.first[tail as usize] = after;
+                } else {
+                    self.next[before as usize] = after;
+                }
+                return Some(e);
+            }
+            (before, e) = (e, after);
+        }
+        None
+    }
+
+    /// Opens the edge that is about to be pushed; false when it is open already.
+    fn open(&mut self, edges: &[Edge], tail: u32, head: u32) -> bool {
+        let mut e = self.first[tail as usize];
+        while e != Self::END {
+            if edges[e as usize].head == head {
+                return false;
+            }
+            e = self.next[e as usize];
+        }
+        self.next.push(self.first[tail as usize]);
+        self.first[tail as usize] = edges.len() as u32;
+        true
+    }
+
+    /// The open edge of least index.
+    fn first(&self) -> Option<u32> {
+        let edge = |e: u32| (e != Self::END).then_some(e);
+        let chain = |&first: &u32| std::iter::successors(edge(first), |&e| edge(self.next[e as usize]));
+        self.first.iter().flat_map(chain).min()
     }
 }
 

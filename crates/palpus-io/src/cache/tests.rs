@@ -1,0 +1,162 @@
+//! What is kept comes back bit for bit, and no bytes but those that were written give a body.
+
+use glam::DVec3;
+use palpus::algebra::Alone;
+
+use super::*;
+
+const SEED: u64 = 0xcac_4e00;
+
+/// A folder of its own for one test, gone when the test is over.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("palpus-cache-{name}-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&path);
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A ring with a square section, and an open sheet beside it: solids and plates, convex and reflex edges.
+fn soup() -> PolygonSoup {
+    let mut soup = PolygonSoup::new();
+    let sides = 12;
+    for s in 0..sides {
+        let (sin, cos) = (f64::from(s) / f64::from(sides) * std::f64::consts::TAU).sin_cos();
+        for (r, z) in [(1.0, 0.0), (2.0, 0.1), (2.0, 1.0), (1.0, 1.2)] {
+            soup.vertices.push(DVec3::new(r * cos, r * sin, z));
+        }
+    }
+    for s in 0..sides {
+        let (here, there) = (4 * s, 4 * ((s + 1) % sides));
+        for k in 0..4 {
+            let l = (k + 1) % 4;
+            soup.push_face(&[here + k, there + k, there + l, here + l]);
+        }
+    }
+    let first = soup.vertices.len() as u32;
+    soup.vertices.extend([[5., 0., 0.], [6., 0., 0.], [6., 1., 0.], [5., 1., 0.]].map(DVec3::from));
+    soup.push_face(&[first, first + 1, first + 2, first + 3]);
+    soup
+}
+
+fn prepared() -> (PolygonSoup, BodySettings, BodyKey, Body) {
+    let (soup, settings) = (soup(), BodySettings { scale: 0.01, ..BodySettings::default() });
+    let key = BodyKey::new(&ContentHash::of_soup(&soup), &settings);
+    let body = Body::from_soup(&soup, &settings, &mut |_| ()).unwrap();
+    (soup, settings, key, body)
+}
+
+#[test]
+fn a_kept_body_comes_back_as_it_was() {
+    let folder = Folder::new("round");
+    let cache = BodyCache::in_folder(&folder.0);
+    let (soup, settings, key, body) = prepared();
+    assert!(matches!(cache.load(&key, &soup, &settings, &Alone), Err(CacheMiss::Absent)));
+    cache.store(&key, &body).unwrap();
+    let again = cache.load(&key, &soup, &settings, &Alone).unwrap();
+    assert!(body.polytopes().iter().any(|p| p.is_flat()) && body.polytopes().iter().any(|p| !p.is_flat()));
+    // Debug prints every field, numbers to the last bit.
+    assert_eq!(format!("{body:?}"), format!("{again:?}"));
+}
+
+#[test]
+fn other_content_or_settings_have_another_name() {
+    let (soup, settings, key, _) = prepared();
+    let content = ContentHash::of_soup(&soup);
+    let mut other = soup.clone();
+    other.vertices[3].x += 1e-15;
+    assert_ne!(BodyKey::new(&ContentHash::of_soup(&other), &settings), key);
+    assert_ne!(BodyKey::new(&content, &BodySettings { scale: 0.02, ..settings }), key);
+    assert_ne!(BodyKey::new(&content, &BodySettings { flatness: BodySettings::HAPTIC, ..settings }), key);
+    assert_eq!(BodyKey::new(&content, &settings), key);
+}
+
+#[test]
+fn a_file_that_was_cut_or_changed_is_not_believed() {
+    let folder = Folder::new("damage");
+    let cache = BodyCache::in_folder(&folder.0);
+    let (soup, settings, key, body) = prepared();
+    cache.store(&key, &body).unwrap();
+    let path = cache.path(&key);
+    let whole = fs::read(&path).unwrap();
+    let is_damaged = |bytes: &[u8]| {
+        fs::write(&path, bytes).unwrap();
+        matches!(cache.load(&key, &soup, &settings, &Alone), Err(CacheMiss::Damaged { .. }))
+    };
+    for length in [0, 1, 8, HEADER_BYTES - 1, HEADER_BYTES, whole.len() / 2, whole.len() - 1] {
+        assert!(is_damaged(&whole[..length]), "cut to {length}");
+    }
+    assert!(is_damaged(&[&whole[..], &[0]].concat()));
+    for k in (0..whole.len()).step_by(whole.len() / 50) {
+        let mut changed = whole.clone();
+        changed[k] ^= 0x10;
+        assert!(is_damaged(&changed), "byte {k}");
+    }
+    // Another body under this name.
+    let other = BodyKey::new(&ContentHash::of_bytes(b"another"), &settings);
+    cache.store(&other, &body).unwrap();
+    assert!(is_damaged(&fs::read(cache.path(&other)).unwrap()));
+    fs::write(&path, whole).unwrap();
+    assert!(cache.load(&key, &soup, &settings, &Alone).is_ok());
+}
+
+#[test]
+fn bytes_with_a_right_hash_and_wrong_contents_give_an_error_and_no_panic() {
+    let (soup, settings, _, body) = prepared();
+    let mut whole = Vec::new();
+    parts::encode(&body, &mut |bytes| {
+        whole.extend_from_slice(bytes);
+        Ok(())
+    })
+    .unwrap();
+    let mut state = SEED;
+    let mut random = |n: usize| {
+        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        (state >> 33) as usize % n
+    };
+    for round in 0..4000 {
+        let mut bytes = whole.clone();
+        for _ in 0..1 + random(3) {
+            let k = random(bytes.len());
+            match random(4) {
+                0 => bytes[k] = random(256) as u8,
+                1 => bytes[k] = [0, 0x7f, 0x80, 0xff][random(4)],
+                2 => bytes.truncate(k + 1),
+                _ => bytes.insert(k, random(256) as u8),
+            }
+        }
+        // What gets through is sound: it differs in a coordinate or bound only.
+        if let Some(parts) = parts::decode(&bytes, &Alone)
+            && let Ok(body) = Body::restore(&soup, &settings, parts, &Alone)
+        {
+            let sound = body.polytopes().iter().all(|polytope| polytope.check_topology().is_ok());
+            assert!(sound, "seed {SEED:#x}, round {round}");
+        }
+    }
+}
+
+#[test]
+fn the_folder_keeps_within_its_limit_and_lets_the_oldest_go() {
+    let folder = Folder::new("limit");
+    let cache = BodyCache::in_folder(&folder.0);
+    let (_, settings, _, body) = prepared();
+    let keys = [b"a", b"b", b"c"].map(|name| BodyKey::new(&ContentHash::of_bytes(name), &settings));
+    for (k, key) in keys.iter().enumerate() {
+        cache.store(key, &body).unwrap();
+        let time = SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(1000 + k as u64);
+        File::options().append(true).open(cache.path(key)).unwrap().set_modified(time).unwrap();
+    }
+    let size = fs::metadata(cache.path(&keys[0])).unwrap().len();
+    cache.prune(2 * size, &cache.path(&keys[2])).unwrap();
+    assert_eq!(keys.map(|key| cache.path(&key).exists()), [false, true, true]);
+    cache.prune(0, &cache.path(&keys[2])).unwrap();
+    assert_eq!(keys.map(|key| cache.path(&key).exists()), [false, false, true]);
+}
