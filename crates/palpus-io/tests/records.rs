@@ -35,7 +35,7 @@ fn settings() -> Settings {
             tangential_stiffness: 123.0,
         }),
         limits: Limits { force: f64::INFINITY, torque: 0.1 },
-        saturation: Saturation::Separate,
+        saturation: Saturation::UnderActuated,
         grip_a: DVec3::new(-0.0, 0.5, 3e-9),
         capacity: 77,
     }

@@ -133,6 +133,8 @@ enum ClusteringText {
 #[serde(rename_all = "snake_case")]
 enum SaturationText {
     Separate,
+    Joint,
+    UnderActuated,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -170,7 +172,7 @@ impl RenderText {
             shading,
             friction,
             limits: Limits { force, torque },
-            saturation: Saturation::Separate,
+            saturation,
             grip_a,
             capacity,
             ..
@@ -186,7 +188,11 @@ impl RenderText {
             stiffness,
             damping,
             blend_angle,
-            saturation: SaturationText::Separate,
+            saturation: match saturation {
+                Saturation::Separate => SaturationText::Separate,
+                Saturation::Joint => SaturationText::Joint,
+                Saturation::UnderActuated => SaturationText::UnderActuated,
+            },
             grip_a: grip_a.to_array(),
             capacity: capacity as u64,
             shading: shading.map(|ShadingSettings { crease_angle, most_turn }| ShadingText { crease_angle, most_turn }),
@@ -232,6 +238,8 @@ impl RenderText {
             limits: Limits { force: text.limits.force, torque: text.limits.torque },
             saturation: match text.saturation {
                 SaturationText::Separate => Saturation::Separate,
+                SaturationText::Joint => Saturation::Joint,
+                SaturationText::UnderActuated => Saturation::UnderActuated,
             },
             grip_a: DVec3::from_array(text.grip_a),
             capacity: usize::try_from(text.capacity).map_err(serde::de::Error::custom)?,

@@ -38,7 +38,7 @@
 //! [device]
 //! force_limit = 8.5         # N
 //! torque_limit = 0.188      # N·m
-//! saturation = "separate"
+//! saturation = "separate"   # or "joint", or "under-actuated": forces only, for devices that drive three axes
 //! rate = 1000               # Hz
 //!
 //! [hand]

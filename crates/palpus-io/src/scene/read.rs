@@ -218,6 +218,10 @@ fn read_coupling(top: &Section<'_>) -> Result<SceneCoupling, SceneError> {
     })
 }
 
+/// What `saturation` may be called.
+const SATURATIONS: [(&str, Saturation); 3] =
+    [("separate", Saturation::Separate), ("joint", Saturation::Joint), ("under-actuated", Saturation::UnderActuated)];
+
 /// Puts the device's limits into the settings; returns the rate of the loop.
 fn read_device(top: &Section<'_>, render: &mut Settings) -> Result<f64, SceneError> {
     let device = top.section("device", &["force_limit", "torque_limit", "saturation", "rate"])?;
@@ -227,7 +231,7 @@ fn read_device(top: &Section<'_>, render: &mut Settings) -> Result<f64, SceneErr
     if let Some(torque) = device.number("torque_limit", "0 or greater N·m", |x| x >= 0.0)? {
         render.limits.torque = torque;
     }
-    if let Some(saturation) = device.choice("saturation", &[("separate", Saturation::Separate)])? {
+    if let Some(saturation) = device.choice("saturation", &SATURATIONS)? {
         render.saturation = saturation;
     }
     Ok(device.number("rate", "from 1 to 100000 Hz", |x| (1.0..=1e5).contains(&x))?.unwrap_or(RATE_HZ))

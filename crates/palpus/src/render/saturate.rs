@@ -20,6 +20,11 @@ pub enum Saturation {
     /// Force and torque each keep their direction and lose only size: the paper's rule.
     #[default]
     Separate,
+    /// One factor for both, so that the wrench keeps its line of action; where the torque is weak, the force gets weak too.
+    Joint,
+    /// For devices that sense six degrees of freedom and drive three: the force alone, about the grip. The torque stands in
+    /// the tick to be seen, and is not felt.
+    UnderActuated,
 }
 
 /// A wrench within the limits, and what it took.
@@ -46,22 +51,46 @@ pub fn saturate(wrench: Wrench, limits: &Limits, policy: Saturation) -> Saturate
             let (torque, torque_cut) = shorten(wrench.torque, limits.torque);
             Saturated { wrench: Wrench { torque, force }, force_cut, torque_cut, non_finite: false }
         }
+        Saturation::Joint => {
+            let (force_share, torque_share) = (share(wrench.force, limits.force), share(wrench.torque, limits.torque));
+            let share = force_share.min(torque_share);
+            // One of the two is at its limit, and both count as cut by it.
+            let cut = share < 1.0;
+            // Shortened once more, for a share that is too small a number to be exact.
+            let within = |v: DVec3, limit| shorten(v * share, limit).0;
+            let wrench =
+                Wrench { torque: within(wrench.torque, limits.torque), force: within(wrench.force, limits.force) };
+            Saturated { wrench, force_cut: cut, torque_cut: cut, non_finite: false }
+        }
+        Saturation::UnderActuated => {
+            let (force, force_cut) = shorten(wrench.force, limits.force);
+            Saturated { wrench: Wrench { torque: DVec3::ZERO, force }, force_cut, torque_cut: false, non_finite: false }
+        }
     }
 }
 
 /// `v`, shortened to `limit` if it is longer; and whether it was.
 fn shorten(v: DVec3, limit: f64) -> (DVec3, bool) {
-    // Scaled by the largest component first: the square of a finite number need not be finite.
+    let Some((scaled, length)) = beyond(v, limit) else { return (v, false) };
+    (scaled * (limit * (1.0 - SATURATION_ROUNDING) / length), true)
+}
+
+/// The factor that brings `v` within `limit`, at most 1.
+fn share(v: DVec3, limit: f64) -> f64 {
+    let Some((_, length)) = beyond(v, limit) else { return 1.0 };
+    limit * (1.0 - SATURATION_ROUNDING) / length / v.abs().max_element()
+}
+
+/// If `v` is longer than `limit`: `v` over its largest component, and the length of that. The square of a finite number need
+/// not be finite.
+fn beyond(v: DVec3, limit: f64) -> Option<(DVec3, f64)> {
     let largest = v.abs().max_element();
     if largest <= 0.0 {
-        return (v, false);
+        return None;
     }
     let scaled = v / largest;
     let length = scaled.length();
-    if length * largest <= limit {
-        return (v, false);
-    }
-    (scaled * (limit * (1.0 - SATURATION_ROUNDING) / length), true)
+    (length * largest > limit).then_some((scaled, length))
 }
 
 #[cfg(test)]
@@ -95,11 +124,33 @@ mod tests {
     }
 
     #[test]
+    fn jointly_the_line_of_action_stays() {
+        let wrench = Wrench { torque: DVec3::new(0.0, 0.4, 0.0), force: DVec3::new(8.0, 0.0, 2.0) };
+        let answer = saturate(wrench, &LIMITS, Saturation::Joint);
+        assert!(answer.force_cut && answer.torque_cut);
+        let share = answer.wrench.torque.length() / 0.4;
+        assert!((share - LIMITS.torque / 0.4).abs() < 1e-12 && answer.wrench.torque.length() <= LIMITS.torque);
+        assert!((answer.wrench.force - wrench.force * share).length() < 1e-14);
+        let weak = Wrench { torque: wrench.torque * 0.1, force: wrench.force * 0.1 };
+        assert_eq!(saturate(weak, &LIMITS, Saturation::Joint).wrench, weak);
+    }
+
+    #[test]
+    fn an_under_actuated_device_feels_the_force_alone() {
+        let wrench = Wrench { torque: DVec3::Y, force: DVec3::new(30.0, 0.0, 0.0) };
+        let answer = saturate(wrench, &LIMITS, Saturation::UnderActuated);
+        assert_eq!(answer.wrench.torque, DVec3::ZERO);
+        assert!(answer.force_cut && !answer.torque_cut && answer.wrench.force.length() <= LIMITS.force);
+    }
+
+    #[test]
     fn extremes_stay_finite() {
         let huge = Wrench { torque: DVec3::splat(f64::MAX), force: DVec3::new(-1e300, 1e300, 0.0) };
         let answer = saturate(huge, &LIMITS, Saturation::Separate);
         assert!((answer.wrench.force.normalize() - DVec3::new(-1.0, 1.0, 0.0).normalize()).length() < 1e-15);
         assert!(answer.wrench.torque.length() > 0.187);
+        let joint = saturate(huge, &LIMITS, Saturation::Joint).wrench;
+        assert!(joint.is_finite() && joint.force.length() <= LIMITS.force && joint.torque.length() <= LIMITS.torque);
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
             let wrench = Wrench { torque: DVec3::X, force: DVec3::new(0.0, bad, 0.0) };
             let answer = saturate(wrench, &LIMITS, Saturation::Separate);
