@@ -587,3 +587,9 @@ pub const COVERED_WHOLE: f64 = 0.999;
 /// Bounds the tick: a look is some 20 instructions. Pieces of a patch have some ten arcs each, most of them above the bar;
 /// only large patches of two bodies that overlap along virtual faces come near it, and keep what was found until then.
 pub const ADMISSIBLE_CROSSINGS: usize = 1 << 14;
+
+/// Relative to a polytope's radius: with a bulge of no more than this, the planes of its faces support it, and an offset that is
+/// taken from the features of a facet needs no vertices looked at.
+///
+/// Some dozen roundings of a coordinate. Larger adds to the error of depths; smaller measures again what is exact.
+pub const CRISP: f64 = 1e-14;

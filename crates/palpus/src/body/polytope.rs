@@ -81,6 +81,7 @@ pub struct Polytope {
     centroid: DVec3,
     radius: f64,
     flat: bool,
+    bulge: f64,
     directory: Directory,
 }
 
@@ -260,8 +261,10 @@ impl Polytope {
             centroid,
             radius,
             flat,
+            bulge: 0.0,
             directory: Directory::Scan(Vec::new()),
         };
+        polytope.bulge = polytope.measured_bulge();
         polytope.directory = Directory::new(&polytope.vertices, |from, direction| polytope.climb(from, direction).0);
         Ok(polytope)
     }
@@ -312,6 +315,25 @@ impl Polytope {
     #[inline]
     pub fn ring(&self, v: u32) -> &[Spoke] {
         &self.spokes[self.ring_starts[v as usize] as usize..self.ring_starts[v as usize + 1] as usize]
+    }
+
+    /// How far any vertex stands off the plane of a face around it, or an end of its edges outside of that plane: the most by
+    /// which a face's plane may differ from a supporting one, in metres. It is rounding unless faces were merged that are not quite flat.
+    #[inline]
+    pub fn bulge(&self) -> f64 {
+        self.bulge
+    }
+
+    fn measured_bulge(&self) -> f64 {
+        let mut bulge = 0.0_f64;
+        for v in 0..self.vertices.len() as u32 {
+            for face in self.ring(v).iter().map(|spoke| self.plane(spoke.left)) {
+                bulge = bulge.max(face.height(self.vertex(v)).abs());
+                let beside = self.ring(v).iter().map(|spoke| face.height(self.vertex(spoke.neighbour)));
+                bulge = beside.fold(bulge, f64::max);
+            }
+        }
+        bulge
     }
 
     /// The vertices of face `f`, counter-clockwise seen from outside.
@@ -404,6 +426,29 @@ impl Polytope {
             }
             if best == here {
                 return (best, height);
+            }
+        }
+    }
+
+    /// The same, and the height of the highest of the neighbours there.
+    #[inline]
+    pub fn climb_apart(&self, from: u32, direction: DVec3) -> (u32, f64, f64) {
+        let mut best = from;
+        let mut height = direction.dot(self.vertex(best));
+        loop {
+            let here = best;
+            let mut next = f64::NEG_INFINITY;
+            for spoke in self.ring(here) {
+                let h = direction.dot(self.vertex(spoke.neighbour));
+                if h > height {
+                    height = h;
+                    best = spoke.neighbour;
+                } else {
+                    next = next.max(h);
+                }
+            }
+            if best == here {
+                return (best, height, next);
             }
         }
     }

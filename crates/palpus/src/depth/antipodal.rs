@@ -103,6 +103,12 @@ impl<'p> Facet<'p> {
         Self { normal: corner.normal, a: Flush::new(cso.a, feature_a), b: Flush::new(cso.b, feature_b) }
     }
 
+    /// The facet at a corner whose features are known to be all that lies in its plane.
+    pub(super) fn spanned(cso: &Cso<'p>, corner: &Corner) -> Self {
+        let features = corner.antipodal.features();
+        Self { normal: corner.normal, a: Flush::new(cso.a, features.a), b: Flush::new(cso.b, features.b) }
+    }
+
     /// The side beyond which the origin's projection lies farthest, or nearest to which it lies within; none if the
     /// facet has no sides, which no corner of an overlap has.
     pub(super) fn farthest_side(&self, cso: &Cso<'_>) -> Option<Side> {

@@ -401,13 +401,13 @@ impl<'s, 'p> Search<'s, 'p> {
         if let Some(answer) = self.answer {
             return answer;
         }
-        let Walked { mut corner, steps, stop } = self.walk_to_answer();
-        if corner.offset > self.best.offset {
+        let mut walked = self.walk_to_answer();
+        if walked.corner.offset > self.best.offset {
             let Start { hub, normal, offset } = self.best;
-            corner = Corner { normal, offset, hub, ..corner };
+            walked = Walked { corner: Corner { normal, offset, hub, ..walked.corner }, alone: false, ..walked };
         }
-        self.steps += steps;
-        let answer = answer_at(self.cso, &corner, self.steps, stop, &mut self.walk.clip);
+        self.steps += walked.steps;
+        let answer = answer_at(self.cso, &Walked { steps: self.steps, ..walked }, &mut self.walk.clip);
         self.answer = Some(answer);
         answer
     }
@@ -417,7 +417,8 @@ impl<'s, 'p> Search<'s, 'p> {
         let known = self.facet.and_then(|hubs| Antipodal::spanned(self.cso.a, self.cso.b, hubs));
         let highest = self.best.offset + self.tolerance();
         known
-            .and_then(|antipodal| descend(self.cso, antipodal))
+            .and_then(|antipodal| descend(self.cso, antipodal, false))
+            .map(|bottom| bottom.walked)
             .filter(|walked| walked.corner.offset <= highest)
             .or_else(|| walk_from(self.cso, self.best, false, &mut self.walk.trail))
             .unwrap_or_else(|| scan(self.cso))

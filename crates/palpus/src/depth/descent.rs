@@ -8,11 +8,13 @@
 //!
 //! 1. Set the facet up: climb to the vertex that supports its face; or see whether its two edges still cross, and if
 //!    not, take the best face beside them.
-//! 2. Look across each side (of a face of many sides, across the one beyond which the origin lies); move to the
-//!    lowest facet that is lower than the present one.
-//! 3. Stop when there is none: no facet is nearer that shares a side. The offset is measured with true supports.
-//! 4. Unless a proof follows, see to the facets that share only a corner with this one: its hubs, at each of which the normals
-//!    of one body mostly tell that all facets are higher. Where they don't, the hub is looked at as in the walk over hubs.
+//! 2. Unless a proof follows, glance at the normals around it: mostly those of one body tell that all facets which share as much
+//!    as a corner with this one are higher. Then this is the end.
+//! 3. Otherwise look across each side (of a face of many sides, across the one beyond which the origin lies); move to
+//!    the lowest facet that is lower than the present one, and go on from 2.
+//! 4. With none there, no facet is nearer that shares a side. The hubs at which the glance could not tell are for the walk over
+//!    hubs to look at.
+//! 5. The offset is measured with true supports.
 //!
 //! Flush features (a box on a table) make facets of many corners, and turning about their sides leads nowhere. As soon as
 //! one is met, and whenever anything else is odd, there is no answer, and the walk over hubs gives it, which costs some times as
@@ -26,39 +28,78 @@ use super::overlay::{Corner, below};
 use super::walk::Walked;
 use super::{Antipodal, HubPair};
 use crate::algebra::Placement;
-use crate::algebra::tolerance::{FACET_HUBS, FLUSH_WITNESS, OFFSET_SLACK, PARALLEL_EDGES, WALK_DECREASE, WALK_STEPS};
+use crate::algebra::tolerance::{
+    CRISP, FACET_HUBS, FLUSH_WITNESS, OFFSET_SLACK, PARALLEL_EDGES, WALK_DECREASE, WALK_STEPS,
+};
 use crate::body::Polytope;
 use crate::collision::StopReason;
 
-/// Goes downhill from the facet of `antipodal`. None if flush features or rounding are in the way.
-pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
+/// Where going downhill ended.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Bottom {
+    pub(super) walked: Walked,
+    /// Hubs of the facet at which there may be a lower one.
+    pub(super) doubt: Doubt,
+}
+
+/// Goes downhill from the facet of `antipodal`. None if flush features or rounding are in the way. Not `thorough`, it does not ask
+/// for facets that share no more than a corner with the last.
+#[inline]
+pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool) -> Option<Bottom> {
     let pose_ab = cso.pose_ba.inverse();
     let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
     let mut here = downhill.set_up(antipodal)?;
+    let mut doubt = Doubt::NONE;
     for steps in 0..WALK_STEPS {
-        match downhill.lower_neighbour(&here).ok()? {
-            Some(lower) => here = lower,
+        if thorough {
+            doubt = downhill.glance(&here.corner);
+        }
+        let lower = if thorough && doubt.count == 0 { None } else { downhill.lower_neighbour(&here.corner).ok()? };
+        match lower {
+            Some(corner) => here = Here { corner, supported: false, alone: false },
             None => {
-                let corner = measured(cso, &here);
-                let is_true = corner.offset - here.offset <= OFFSET_SLACK * cso.size();
-                return is_true.then_some(Walked { corner, steps, stop: StopReason::Converged });
+                let crisp = here.supported && [cso.a, cso.b].iter().all(|body| body.bulge() <= CRISP * body.radius());
+                let corner = if crisp { here.corner } else { measured(cso, &here.corner) };
+                let is_true = corner.offset - here.corner.offset <= OFFSET_SLACK * cso.size();
+                let walked = Walked { corner, alone: here.alone, steps, stop: StopReason::Converged };
+                return is_true.then_some(Bottom { walked, doubt });
             }
         }
     }
     None
 }
 
-/// A facet lower than `here`, where [`descend`] ended, that shares no more than a corner with it.
-///
-/// `look` is asked for a facet below a bar at a hub of which a glance cannot tell that it has none.
-pub(super) fn beyond_corners(
-    cso: &Cso<'_>,
-    here: &Corner,
-    look: impl FnMut(HubPair, f64) -> Option<Corner>,
-) -> Option<Corner> {
-    let pose_ab = cso.pose_ba.inverse();
-    let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
-    downhill.lower_at_hubs(here, look)
+/// A facet, and what setting it up has told.
+struct Here {
+    corner: Corner,
+    /// Its features support its normal, as far as their planes support their bodies.
+    supported: bool,
+    /// Nothing else is flush with it.
+    alone: bool,
+}
+
+/// Hubs at which a glance cannot tell that there is nothing lower.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Doubt {
+    hubs: [HubPair; FACET_HUBS],
+    count: usize,
+}
+
+impl Doubt {
+    const NONE: Self = Self { hubs: [HubPair { a: 0, b: 0 }; FACET_HUBS], count: 0 };
+
+    pub(super) fn hubs(&self) -> &[HubPair] {
+        &self.hubs[..self.count]
+    }
+
+    /// Facets of more hubs than there is room for are not looked around wholly, as their sides are not.
+    #[inline]
+    fn push(&mut self, hub: HubPair) {
+        if self.count < FACET_HUBS {
+            self.hubs[self.count] = hub;
+            self.count += 1;
+        }
+    }
 }
 
 /// The corner with its true offset: merged faces are flat only within a tolerance, and none of their corners speaks for all.
@@ -149,7 +190,8 @@ impl Downhill<'_, '_> {
     }
 
     /// A facet at this pose, from one of an earlier pose.
-    fn set_up(&self, antipodal: Antipodal) -> Option<Corner> {
+    #[inline]
+    fn set_up(&self, antipodal: Antipodal) -> Option<Here> {
         let Cso { a, b, .. } = *self.cso;
         let (vertices_a, vertices_b) = (a.vertices().len() as u32, b.vertices().len() as u32);
         match antipodal {
@@ -167,17 +209,20 @@ impl Downhill<'_, '_> {
     }
 
     /// The facet of face `f` of p, with the vertex of q that supports it, climbed to from `w`.
-    fn on_face(&self, view: &View<'_>, f: u32, w: u32) -> Corner {
+    fn on_face(&self, view: &View<'_>, f: u32, w: u32) -> Here {
         let normal = view.p.plane(f).normal;
-        let w = view.q.climb(w, view.facing(normal)).0;
+        let (w, height, next) = view.q.climb_apart(w, view.facing(normal));
         let v = view.p.face_vertices(f)[0];
         let offset = normal.dot(view.vertex(v, w));
         let normal = if view.p_is_a { view.facing(normal) } else { normal };
-        Corner { normal, offset, antipodal: view.face(f, w), hub: view.hub(v, w) }
+        // No edge is longer than twice the radius; and twice that, for rounding.
+        let alone = height - next > 4.0 * FLUSH_WITNESS * view.q.radius();
+        let corner = Corner { normal, offset, antipodal: view.face(f, w), hub: view.hub(v, w) };
+        Here { corner, supported: true, alone }
     }
 
     /// The facet of two edges if they cross on the Gauss map, else that of the lowest face beside them.
-    fn on_edges(&self, e: u32, g: u32) -> Option<Corner> {
+    fn on_edges(&self, e: u32, g: u32) -> Option<Here> {
         let Cso { a, b, pose_ba } = *self.cso;
         let (edge_a, edge_b) = (a.edge(e), b.edge(g));
         let along_a = pose_ba.vector(a.vertex(edge_a.head) - a.vertex(edge_a.tail));
@@ -193,7 +238,12 @@ impl Downhill<'_, '_> {
         if up || down {
             let across = if up { along_a.cross(along_b) } else { along_b.cross(along_a) };
             let normal = edge_normal(along_a, along_b, across)?;
-            return Some(Corner { normal, offset: normal.dot(c), antipodal: Antipodal::EdgeEdge { a: e, b: g }, hub });
+            let antipodal = Antipodal::EdgeEdge { a: e, b: g };
+            let corner = Corner { normal, offset: normal.dot(c), antipodal, hub };
+            // Unit vectors that differ by an angle have half its square less than one as their product; twice the angle, for rounding.
+            let flush = 1.0 - 2.0 * FLUSH_WITNESS * FLUSH_WITNESS;
+            let alone = normals_a.iter().chain(&normals_b).all(|n| n.dot(normal) < flush);
+            return Some(Here { corner, supported: true, alone });
         }
         let scores = [normals_b[0], normals_b[1], normals_a[0], normals_a[1]].map(|n| n.dot(c));
         let least = (1..4).fold(0, |least, k| if scores[k] < scores[least] { k } else { least });
@@ -266,14 +316,16 @@ impl Downhill<'_, '_> {
         Ok(())
     }
 
-    /// A facet lower than the present one at one of its hubs.
-    fn lower_at_hubs(&self, here: &Corner, look: impl FnMut(HubPair, f64) -> Option<Corner>) -> Option<Corner> {
-        let mut glance = Glance { bar: here.offset - self.decrease, look };
+    /// The hubs of the facet at which there may be one that is lower.
+    #[inline]
+    fn glance(&self, here: &Corner) -> Doubt {
+        let mut glance = Glance { bar: here.offset - self.decrease, doubt: Doubt::NONE };
         match here.antipodal {
             Antipodal::VertexFace { a: v, b: f } => glance.around_face(&self.on_b(), f, v),
             Antipodal::FaceVertex { a: f, b: w } => glance.around_face(&self.on_a(), f, w),
             Antipodal::EdgeEdge { a: e, b: g } => glance.around_edges(&self.on_b(), &self.on_a(), g, e),
         }
+        glance.doubt
     }
 
     /// The facet at which the plane stopped, exactly.
@@ -295,69 +347,89 @@ impl Downhill<'_, '_> {
     }
 }
 
-/// A look at a facet's hubs that is spared where the normals of one body alone tell that there is nothing to see.
+/// A glance at a facet's hubs: the normals of one body alone may tell that there is nothing to see.
 ///
 /// The directions along which a hub's vertex of the CSO has an offset of at least the bar make a circular cone. Being convex,
 /// it holds the whole normal cone of one body's vertex as soon as it holds the normals of its faces; and the overlap is part of that.
-struct Glance<L> {
+struct Glance {
     bar: f64,
-    look: L,
+    doubt: Doubt,
 }
 
-impl<L: FnMut(HubPair, f64) -> Option<Corner>> Glance<L> {
+impl Glance {
     /// The hubs of a facet of face `f` of p and vertex `w` of q.
-    fn around_face(&mut self, view: &View<'_>, f: u32, w: u32) -> Option<Corner> {
+    #[inline]
+    fn around_face(&mut self, view: &View<'_>, f: u32, w: u32) {
         let corners = view.p.face_vertices(f);
+        let origin = view.q_in_p.point(view.q.vertex(w));
         let few = corners.len() <= FACET_HUBS;
-        let first = if few { 0 } else { farthest_side(view.p, f, view.q_in_p.point(view.q.vertex(w))) };
+        let first = if few { 0 } else { farthest_side(view.p, f, origin) };
         let hubs = if few { corners.len() } else { 2 };
-        (first..first + hubs).find_map(|k| {
-            let v = corners[k % corners.len()];
-            if self.is_clear(view, v, w, DVec3::ZERO) { None } else { (self.look)(view.hub(v, w), self.bar) }
-        })
+        for k in first..first + hubs {
+            let v = corners[if k < corners.len() { k } else { k - corners.len() }];
+            if !self.is_above(view, v, f, origin) {
+                self.doubt.push(view.hub(v, w));
+            }
+        }
+    }
+
+    /// True if no normal of vertex `v` of p but that of face `f` has an offset below the bar, with the vertex of q at `origin`.
+    #[inline]
+    fn is_above(&self, view: &View<'_>, v: u32, f: u32, origin: DVec3) -> bool {
+        let is_above = |face: u32| face == f || -view.p.plane(face).height(origin) >= self.bar;
+        self.bar >= 0.0 && view.p.ring(v).iter().all(|spoke| is_above(spoke.left))
     }
 
     /// The hubs of a facet of edge `g` of p and edge `e` of q; `mirror` is the view the other way round.
-    fn around_edges(&mut self, view: &View<'_>, mirror: &View<'_>, g: u32, e: u32) -> Option<Corner> {
+    #[inline]
+    fn around_edges(&mut self, view: &View<'_>, mirror: &View<'_>, g: u32, e: u32) {
         let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
-        let along_p = mirror.q_in_p.vector(view.p.vertex(edge_p.head) - view.p.vertex(edge_p.tail));
-        let along_q = view.q_in_p.vector(view.q.vertex(edge_q.head) - view.q.vertex(edge_q.tail));
-        let ends_p = [edge_p.tail, edge_p.head].map(|v| (v, self.is_clear(view, v, edge_q.tail, along_q)));
-        if ends_p.iter().all(|end| end.1) {
-            return None;
+        let ends = [edge_q.tail, edge_q.head].map(|w| view.q_in_p.point(view.q.vertex(w)));
+        let clear_p = [edge_p.tail, edge_p.head].map(|v| self.is_clear(view, v, g, ends));
+        if clear_p == [true; 2] {
+            return;
         }
-        let ends_q = [edge_q.tail, edge_q.head].map(|w| (w, self.is_clear(mirror, w, edge_p.tail, along_p)));
-        let hubs = ends_p.into_iter().flat_map(|p| ends_q.map(|q| (p, q)));
-        hubs.filter(|((_, p), (_, q))| !p && !q).find_map(|((v, _), (w, _))| (self.look)(view.hub(v, w), self.bar))
+        let ends = [edge_p.tail, edge_p.head].map(|v| mirror.q_in_p.point(view.p.vertex(v)));
+        let clear_q = [edge_q.tail, edge_q.head].map(|w| self.is_clear(mirror, w, e, ends));
+        for (v, p) in [edge_p.tail, edge_p.head].into_iter().zip(clear_p) {
+            for (w, q) in [edge_q.tail, edge_q.head].into_iter().zip(clear_q) {
+                if !p && !q {
+                    self.doubt.push(view.hub(v, w));
+                }
+            }
+        }
     }
 
-    /// True if no normal of vertex `v` of p has an offset below the bar at the hubs of `v` and the two ends of q's edge
-    /// from `w` that runs `along` (in p's frame; zero for `w` alone): at that of them, for each normal, whose end supports it.
+    /// True if no normal of vertex `v` of p has an offset below the bar at the hubs of `v` and the two ends of an edge of q
+    /// (in p's frame): at that of them, for each normal, whose end supports it. The facet itself lies on the arc of p's edge `own`.
     #[inline]
-    fn is_clear(&self, view: &View<'_>, v: u32, w: u32, along: DVec3) -> bool {
-        let ring = view.p.ring(v);
+    fn is_clear(&self, view: &View<'_>, v: u32, own: u32, [tail, head]: [DVec3; 2]) -> bool {
+        let (planes, ring, bar) = (view.p.planes(), view.p.ring(v), self.bar);
         let Some(spoke) = ring.first() else { return false };
-        if self.bar < 0.0 {
+        if bar < 0.0 {
             return false;
         }
-        // Offsets at w, and how much lower the other end stands: where it is negative, that end supports.
-        let c = view.vertex(v, w);
-        let mut last = view.p.plane(spoke.right).normal;
-        let (mut last_offset, mut last_drop) = (last.dot(c), last.dot(along));
+        let along = head - tail;
+        // Offsets at the tail, and how much lower the head stands: where it is negative, the head supports.
+        let sight = |face: u32| {
+            let plane = &planes[face as usize];
+            (plane.offset - plane.normal.dot(tail), plane.normal.dot(along))
+        };
+        let (mut last_offset, mut last_drop) = sight(spoke.right);
         for spoke in ring {
-            let normal = view.p.plane(spoke.left).normal;
-            let (offset, drop) = (normal.dot(c), normal.dot(along));
-            if offset - drop.min(0.0) < self.bar {
+            let (offset, drop) = sight(spoke.left);
+            if offset - drop.min(0.0) < bar {
                 return false;
             }
             // Between normals of different ends, the offset is least, if less than at both, where the ends change.
-            if drop * last_drop < 0.0 && offset.min(last_offset) < self.bar {
-                let between = normal * last_drop.abs() + last * drop.abs();
-                if below(between.dot(c), between.length_squared(), self.bar) {
+            if offset.min(last_offset) < bar && drop * last_drop < 0.0 && spoke.edge != own {
+                let (here, there) = (last_drop.abs(), drop.abs());
+                let between = view.p.plane(spoke.left).normal * here + view.p.plane(spoke.right).normal * there;
+                if below(offset * here + last_offset * there, between.length_squared(), bar) {
                     return false;
                 }
             }
-            (last, last_offset, last_drop) = (normal, offset, drop);
+            (last_offset, last_drop) = (offset, drop);
         }
         true
     }

@@ -41,6 +41,8 @@ const NO_ARC: Arc = Arc { edge: DVec3::ZERO, left: DVec3::ZERO, right: DVec3::ZE
 /// A page of the local Gauss map of one vertex.
 #[derive(Clone, Debug)]
 pub(super) struct GaussMap {
+    /// The query that it was read in.
+    query: u32,
     vertex: u32,
     page: u32,
     count: usize,
@@ -72,18 +74,21 @@ impl GaussMap {
 pub(super) struct GaussMaps {
     maps: [GaussMap; PAGES],
     next: usize,
+    query: u32,
 }
 
 impl GaussMaps {
     pub(super) fn new() -> Self {
-        let empty = GaussMap { vertex: u32::MAX, page: 0, count: 0, arcs: [NO_ARC; PAGE] };
-        Self { maps: std::array::from_fn(|_| empty.clone()), next: 0 }
+        let empty = GaussMap { query: 0, vertex: 0, page: 0, count: 0, arcs: [NO_ARC; PAGE] };
+        Self { maps: std::array::from_fn(|_| empty.clone()), next: 0, query: 1 }
     }
 
     /// Forgets all pages: the pose or the polytope has changed.
+    #[inline]
     pub(super) fn clear(&mut self) {
-        for map in &mut self.maps {
-            map.vertex = u32::MAX;
+        self.query = self.query.wrapping_add(1);
+        if self.query == 0 {
+            *self = Self::new();
         }
     }
 
@@ -99,7 +104,9 @@ impl GaussMaps {
 
     #[inline]
     fn read(&mut self, polytope: &Polytope, v: u32, page: usize, place: impl Fn(DVec3) -> DVec3) -> &GaussMap {
-        if let Some(k) = self.maps.iter().position(|map| map.vertex == v && map.page == page as u32) {
+        if let Some(k) =
+            self.maps.iter().position(|map| map.query == self.query && map.vertex == v && map.page == page as u32)
+        {
             return &self.maps[k];
         }
         let k = self.next;
@@ -107,7 +114,7 @@ impl GaussMaps {
         let ring = polytope.ring(v);
         let spokes = &ring[page * PAGE..ring.len().min((page + 1) * PAGE)];
         let map = &mut self.maps[k];
-        map.vertex = v;
+        (map.query, map.vertex) = (self.query, v);
         map.page = page as u32;
         map.fill(polytope, spokes, place);
         map

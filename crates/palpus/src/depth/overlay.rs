@@ -33,32 +33,6 @@ pub(super) struct Corner {
     pub(super) hub: HubPair,
 }
 
-/// Which features may make a corner.
-pub(super) trait Admit {
-    fn face_a(&self, face: u32) -> bool;
-    fn face_b(&self, face: u32) -> bool;
-    fn edge_a(&self, edge: u32) -> bool;
-    fn edge_b(&self, edge: u32) -> bool;
-}
-
-/// All features may.
-pub(super) struct AdmitAll;
-
-impl Admit for AdmitAll {
-    fn face_a(&self, _: u32) -> bool {
-        true
-    }
-    fn face_b(&self, _: u32) -> bool {
-        true
-    }
-    fn edge_a(&self, _: u32) -> bool {
-        true
-    }
-    fn edge_b(&self, _: u32) -> bool {
-        true
-    }
-}
-
 /// Arcs of one page that have an end below the bar.
 struct Kept {
     count: usize,
@@ -72,25 +46,24 @@ pub(super) fn lowest_corner(
     maps_b: &mut GaussMaps,
     hub: HubPair,
     bar: f64,
-    admit: &impl Admit,
 ) -> Option<Corner> {
     let c = cso.vertex(hub);
     let mut search = Search { cso, c, hub, bar, best: None };
     for page in 0..pages(cso.b, hub.b) {
-        search.faces_of_b(maps_b.of_b(cso, hub.b, page).arcs(), admit);
+        search.faces_of_b(maps_b.of_b(cso, hub.b, page).arcs());
     }
     for page in 0..pages(cso.a, hub.a) {
-        search.faces_of_a(maps_a.of_reflected_a(cso, hub.a, page).arcs(), admit);
+        search.faces_of_a(maps_a.of_reflected_a(cso, hub.a, page).arcs());
     }
     for page_a in 0..pages(cso.a, hub.a) {
         let arcs_a = maps_a.of_reflected_a(cso, hub.a, page_a).arcs();
-        let kept_a = search.keep(arcs_a, |edge| admit.edge_a(edge));
+        let kept_a = search.keep(arcs_a);
         if kept_a.count == 0 {
             continue;
         }
         for page_b in 0..pages(cso.b, hub.b) {
             let arcs_b = maps_b.of_b(cso, hub.b, page_b).arcs();
-            let kept_b = search.keep(arcs_b, |edge| admit.edge_b(edge));
+            let kept_b = search.keep(arcs_b);
             search.crossings(arcs_a, &kept_a, arcs_b, &kept_b);
         }
     }
@@ -112,9 +85,9 @@ impl Search<'_> {
         self.best = Some(Corner { normal, offset, antipodal, hub: self.hub });
     }
 
-    fn faces_of_b(&mut self, arcs: &[Arc], admit: &impl Admit) {
+    fn faces_of_b(&mut self, arcs: &[Arc]) {
         for arc in arcs {
-            if arc.left.dot(self.c) >= self.bar || !admit.face_b(arc.left_index) {
+            if arc.left.dot(self.c) >= self.bar {
                 continue;
             }
             let offset = self.cso.offset_at_face_of_b(arc.left_index, self.hub.a);
@@ -124,9 +97,9 @@ impl Search<'_> {
         }
     }
 
-    fn faces_of_a(&mut self, arcs: &[Arc], admit: &impl Admit) {
+    fn faces_of_a(&mut self, arcs: &[Arc]) {
         for arc in arcs {
-            if arc.left.dot(self.c) >= self.bar || !admit.face_a(arc.left_index) {
+            if arc.left.dot(self.c) >= self.bar {
                 continue;
             }
             let offset = self.cso.offset_at_face_of_a(arc.left_index, self.hub.b, arc.left);
@@ -137,12 +110,12 @@ impl Search<'_> {
     }
 
     #[inline]
-    fn keep(&self, arcs: &[Arc], admit: impl Fn(u32) -> bool) -> Kept {
+    fn keep(&self, arcs: &[Arc]) -> Kept {
         let mut kept = Kept { count: 0, arcs: [0; PAGE] };
         let mut right = arcs.first().map_or(0.0, |arc| arc.right.dot(self.c));
         for (k, arc) in arcs.iter().enumerate() {
             let left = arc.left.dot(self.c);
-            if left.min(right) < self.bar && admit(arc.edge_index) {
+            if left.min(right) < self.bar {
                 kept.arcs[kept.count] = k as u8;
                 kept.count += 1;
             }

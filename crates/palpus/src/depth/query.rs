@@ -14,7 +14,7 @@ use glam::DVec3;
 
 use super::antipodal::Facet;
 use super::cso::Cso;
-use super::descent::{beyond_corners, descend};
+use super::descent::{Bottom, descend};
 use super::overlay::Corner;
 use super::seed::{Seed, Start};
 use super::walk::{Trail, Walked};
@@ -54,14 +54,20 @@ impl Default for WalkScratch {
 pub fn depth(a: &Polytope, b: &Polytope, pose_ba: &Placement, seeds: &[Seed], scratch: &mut WalkScratch) -> Depth {
     let cso = Cso { a, b, pose_ba };
     scratch.trail.clear();
+    // What every tick of a contact asks.
+    if let [Seed::Previous { antipodal: Some(antipodal), .. }] = *seeds
+        && let Some(walked) = walk_downhill(&cso, antipodal, true, &mut scratch.trail)
+    {
+        return answer_at(&cso, &walked, &mut scratch.clip);
+    }
     let warm = seeds.iter().any(|seed| matches!(seed, Seed::Previous { .. }));
     let best = if warm {
         walk_warm(&cso, seeds, true, &mut scratch.trail)
     } else {
         walk_cold(&cso, seeds, &mut scratch.trail)
     };
-    let Walked { corner, steps, stop } = best.unwrap_or_else(|| scan(&cso));
-    answer_at(&cso, &corner, steps, stop, &mut scratch.clip)
+    let walked = best.unwrap_or_else(|| scan(&cso));
+    answer_at(&cso, &walked, &mut scratch.clip)
 }
 
 /// The depth where one walk ends that starts from the lowest of the seeds, for a proof to judge.
@@ -75,9 +81,8 @@ pub(super) fn depth_once(
     let cso = Cso { a, b, pose_ba };
     scratch.trail.clear();
     let seeds = if seeds.is_empty() { &[Seed::CentroidLine] } else { seeds };
-    let Walked { corner, steps, stop } =
-        walk_warm(&cso, seeds, false, &mut scratch.trail).unwrap_or_else(|| scan(&cso));
-    answer_at(&cso, &corner, steps, stop, &mut scratch.clip)
+    let walked = walk_warm(&cso, seeds, false, &mut scratch.trail).unwrap_or_else(|| scan(&cso));
+    answer_at(&cso, &walked, &mut scratch.clip)
 }
 
 /// The lowest start of all seeds; without any, or if none has a direction, that along the line between the centroids, or any.
@@ -92,6 +97,7 @@ pub(super) fn lowest_start(cso: &Cso<'_>, seeds: &[Seed]) -> Start {
 
 /// Downhill from the last facet, or else one walk from the lowest of the seeds. Not `thorough`, facets beyond corners are
 /// left to a proof.
+#[inline]
 fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], thorough: bool, trail: &mut Trail) -> Option<Walked> {
     let last = seeds.iter().find_map(|seed| match *seed {
         Seed::Previous { antipodal, .. } => walk_downhill(cso, antipodal?, thorough, trail),
@@ -119,12 +125,11 @@ fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], thorough: bool, trail: &mut Trail) -
 }
 
 /// Downhill from the facet of `antipodal`, and on over hubs if a lower facet lies beyond a corner.
+#[inline]
 fn walk_downhill(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool, trail: &mut Trail) -> Option<Walked> {
-    let walked = descend(cso, antipodal)?;
-    if !thorough {
-        return Some(walked);
-    }
-    match beyond_corners(cso, &walked.corner, |hub, bar| trail.lower_at(cso, hub, bar)) {
+    let Bottom { walked, doubt } = descend(cso, antipodal, thorough)?;
+    let bar = walked.corner.offset - WALK_DECREASE * cso.size();
+    match doubt.hubs().iter().find_map(|&hub| trail.lower_at(cso, hub, bar)) {
         None => Some(walked),
         Some(Corner { normal, offset, hub, .. }) => walk_to_end(cso, Start { hub, normal, offset }, trail),
     }
@@ -248,7 +253,7 @@ pub(super) fn scan(cso: &Cso<'_>) -> Walked {
         let antipodal = Antipodal::VertexFace { a: 0, b: 0 };
         measured(cso, &Corner { normal: DVec3::X, offset: 0.0, antipodal, hub: FIRST })
     });
-    Walked { corner, steps: 0, stop: StopReason::Stalled }
+    Walked { corner, alone: false, steps: 0, stop: StopReason::Stalled }
 }
 
 /// The corner with its true offset and a hub pair that supports it.
@@ -281,9 +286,11 @@ fn lowest_face(cso: &Cso<'_>) -> Option<Corner> {
     found
 }
 
-/// The answer at a corner that was measured.
-pub(super) fn answer_at(cso: &Cso<'_>, corner: &Corner, steps: u32, stop: StopReason, clip: &mut Clip) -> Depth {
-    let facet = Facet::at(cso, corner, FLUSH_WITNESS);
+/// The answer at the end of a walk, which was measured.
+#[inline]
+pub(super) fn answer_at(cso: &Cso<'_>, walked: &Walked, clip: &mut Clip) -> Depth {
+    let Walked { corner, alone, steps, stop } = walked;
+    let facet = if *alone { Facet::spanned(cso, corner) } else { Facet::at(cso, corner, FLUSH_WITNESS) };
     let (point_a, point_b) = witness(cso, &facet, corner, clip);
     Depth {
         point_a,
@@ -293,7 +300,7 @@ pub(super) fn answer_at(cso: &Cso<'_>, corner: &Corner, steps: u32, stop: StopRe
         antipodal: corner.antipodal,
         hub: corner.hub,
         certainty: Certainty::LocallyOptimal,
-        steps,
-        stop,
+        steps: *steps,
+        stop: *stop,
     }
 }

@@ -11,7 +11,7 @@ use super::HubPair;
 use super::antipodal::Facet;
 use super::cso::Cso;
 use super::gauss_map::GaussMaps;
-use super::overlay::{AdmitAll, Corner, lowest_corner};
+use super::overlay::{Corner, lowest_corner};
 use super::seed::Start;
 use crate::algebra::tolerance::{FACET_HUBS, FLUSH_FACET, OFFSET_SLACK, WALK_DECREASE, WALK_STEPS};
 use crate::collision::StopReason;
@@ -20,6 +20,8 @@ use crate::collision::StopReason;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Walked {
     pub(super) corner: Corner,
+    /// Known: nothing beside the antipodal features lies in the facet's plane.
+    pub(super) alone: bool,
     pub(super) steps: u32,
     pub(super) stop: StopReason,
 }
@@ -46,7 +48,7 @@ impl Trail {
 
     /// The least corner at `hub` below `bar`.
     pub(super) fn lower_at(&mut self, cso: &Cso<'_>, hub: HubPair, bar: f64) -> Option<Corner> {
-        lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, bar, &AdmitAll)
+        lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, bar)
     }
 
     /// Walks from a start. None if no facet of the CSO was found there (then its hub supports no direction).
@@ -58,10 +60,10 @@ impl Trail {
         for steps in 0..WALK_STEPS {
             match self.lower_neighbour(cso, &here, here.offset - decrease) {
                 Some(lower) => here = lower,
-                None => return Some(Walked { corner: here, steps, stop: StopReason::Converged }),
+                None => return Some(Walked { corner: here, alone: false, steps, stop: StopReason::Converged }),
             }
         }
-        Some(Walked { corner: here, steps: WALK_STEPS, stop: StopReason::Budget })
+        Some(Walked { corner: here, alone: false, steps: WALK_STEPS, stop: StopReason::Budget })
     }
 
     /// The least corner at the start's hub.
@@ -69,7 +71,7 @@ impl Trail {
         // The overlap holds the start's normal, so it has a corner that is not higher: a bar that spares most of it.
         [start.offset + OFFSET_SLACK * cso.size(), f64::INFINITY]
             .into_iter()
-            .find_map(|bar| lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, start.hub, bar, &AdmitAll))
+            .find_map(|bar| lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, start.hub, bar))
     }
 
     /// The least corner below `bar` around the hubs of the facet of `here`.
@@ -102,7 +104,7 @@ impl Look<'_, '_> {
             return;
         }
         let Trail { maps_a, maps_b, .. } = self.trail;
-        if let Some(corner) = lowest_corner(self.cso, maps_a, maps_b, hub, self.bar, &AdmitAll) {
+        if let Some(corner) = lowest_corner(self.cso, maps_a, maps_b, hub, self.bar) {
             self.bar = corner.offset;
             self.found = Some(corner);
         }

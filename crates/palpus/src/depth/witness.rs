@@ -38,10 +38,12 @@ struct Contact<'c, 'p> {
 }
 
 impl Contact<'_, '_> {
+    #[inline]
     fn a(&self, k: usize) -> DVec3 {
         self.cso.point_a(self.facet.a.corner(k)) + self.moved
     }
 
+    #[inline]
     fn b(&self, k: usize) -> DVec3 {
         self.cso.b.vertex(self.facet.b.corner(k))
     }
@@ -87,13 +89,20 @@ fn nearest_of_polygon(p: DVec3, normal: DVec3, flush: &Flush<'_>, corner: impl F
     if within { p } else { nearest }
 }
 
+#[inline]
 fn edges(contact: &Contact<'_, '_>) -> DVec3 {
     let (p1, q1, p2, q2) = (contact.a(0), contact.a(1), contact.b(0), contact.b(1));
     let (d1, d2) = (q1 - p1, q2 - p2);
-    let across = d1.cross(d2).length_squared();
+    let normal = d1.cross(d2);
+    let across = normal.length_squared();
     if across > PARALLEL_EDGES * PARALLEL_EDGES * d1.length_squared() * d2.length_squared() {
-        let closest = closest_segment_segment(p1, q1, p2, q2);
-        return closest.second;
+        // They cross, in one plane but for rounding.
+        let r = p2 - p1;
+        let (s, t) = (r.cross(d2).dot(normal), r.cross(d1).dot(normal));
+        if s.min(t) > 0.0 && s.max(t) < across {
+            return p2 + d2 * (t / across);
+        }
+        return closest_segment_segment(p1, q1, p2, q2).second;
     }
     // Along one line: the middle of the common stretch, as parameters along b's edge.
     let along = |p: DVec3| closest_on_segment(p, p2, q2);
