@@ -9,7 +9,7 @@ mod symmetric;
 pub mod tolerance;
 mod workers;
 
-pub use clock::{Clock, NoClock};
+pub use clock::{Clock, Deadline, NoClock};
 pub use closest::{SegmentSegment, closest_on_segment, closest_on_triangle, closest_segment_segment};
 pub use plane::Plane;
 pub use pose::{Placement, Pose};

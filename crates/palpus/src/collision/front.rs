@@ -15,6 +15,10 @@
 //! A frame so costs what is in contact and what is due, however large the models. The answer is that of the full
 //! traversal: both split the same pairs by the same tests, but the front knows for most that their test would fail.
 //!
+//! A query may be given a *deadline*. Due pairs have the first half of the time, since what they find is new; then those awake are marched, in
+//! turns from query to query; then the rest of the due. What is left is as overdue next time, and is looked at then; meanwhile
+//! [`Front::unseen_separation`] says how near a pair that was not looked at can be, and [`Front::unvisited`] which contacts were not.
+//!
 //! All memory is obtained at construction. A pair for which there is no room to split stays due every tick, and what is below it is searched
 //! by the full traversal; that is slower and says so in the counters. After a jump the front begins anew at the roots, which
 //! costs one full traversal.
@@ -32,8 +36,8 @@ use super::odometer::Odometer;
 use super::traverse::distance;
 use super::wakes::{BLOCK, NEVER, WakeBoard};
 use super::{LeafPair, LeafPairs, Proximity, Side, StopReason, Traversal, TraversalCounters};
-use crate::algebra::Placement;
 use crate::algebra::tolerance::{BOX_NAP, FRONT_JUMP, MERGE_CLEARANCE, MERGE_RETRY, PACE_FADE, SPHERE_NAP};
+use crate::algebra::{Clock, Deadline, NoClock, Placement};
 use crate::body::{Feature, FeaturePair, NodeKind};
 
 /// The cut between what is looked at and what sleeps, for one pair of bodies.
@@ -57,6 +61,12 @@ pub struct Front {
     /// The length of motion that is a jump.
     jump: f64,
     begun: bool,
+    /// The first so many of those awake were not visited by the last query.
+    unvisited: usize,
+    /// Where the board is searched first.
+    first_block: usize,
+    /// There was no room for some pair since the front began: being due then says nothing about its distance.
+    was_crowded: bool,
     /// Searches what is below pairs without room.
     full: Traversal,
 }
@@ -132,6 +142,9 @@ impl Front {
             pace: 0.0,
             jump: FRONT_JUMP * root_a.half.length().min(root_b.half.length()),
             begun: false,
+            unvisited: 0,
+            first_block: 0,
+            was_crowded: false,
             full: Traversal::new(a, b, places),
         }
     }
@@ -155,15 +168,64 @@ impl Front {
         tolerance: f64,
         found: &mut LeafPairs,
     ) -> TraversalCounters {
+        self.within_until(a, b, pose_ba, tolerance, &Deadline::never(NoClock), found)
+    }
+
+    /// The same, as far as one gets until the deadline, and at least one pair farther than last time.
+    pub fn within_until<C: Clock>(
+        &mut self,
+        a: Side<'_>,
+        b: Side<'_>,
+        pose_ba: &Placement,
+        tolerance: f64,
+        deadline: &Deadline<C>,
+        found: &mut LeafPairs,
+    ) -> TraversalCounters {
         let query = Query { a, b, pose_ba, tolerance };
         let mut counters = TraversalCounters::default();
         found.clear();
         self.full.begin_tick();
         self.move_on(&query, &mut counters);
-        self.visit_awake(&query, found, &mut counters);
-        self.wake_due(&query, found, &mut counters);
+        let before = self.awake.len();
+        let done = self.wake_due(&query, &deadline.halfway(), found, &mut counters);
+        self.visit_awake(&query, before, deadline, found, &mut counters);
+        if !done && !self.wake_due(&query, deadline, found, &mut counters) {
+            let blocks = self.blocks();
+            counters.postponed += self.wakes.count_below(blocks, self.odometer.sum());
+        }
         counters.dropped = found.dropped();
         counters
+    }
+
+    /// Every pair of pieces that is neither among those found nor [`Self::unvisited`] is at least this far apart (model units); minus
+    /// infinity when nothing is known yet. Not less than the tolerance unless the deadline has passed.
+    pub fn unseen_separation(&self) -> f64 {
+        let least = self.wakes.least(self.blocks());
+        if least >= self.odometer.sum() {
+            self.tolerance
+        } else if least == 0 || self.was_crowded {
+            f64::NEG_INFINITY
+        } else {
+            self.tolerance - self.odometer.since(least)
+        }
+    }
+
+    /// The pairs of pieces within tolerance at their last visit, for whose march there was no time: their places and pieces.
+    pub(crate) fn unvisited<'a>(&'a self, a: Side<'a>, b: Side<'a>) -> impl Iterator<Item = (u32, [u32; 2])> + 'a {
+        self.awake[..self.unvisited].iter().map(move |&place| (place, self.pieces(a, b, place)))
+    }
+
+    /// Places that pairs may be remembered at.
+    pub(crate) fn places(&self) -> usize {
+        self.pairs.len()
+    }
+
+    /// The next query begins with the leaf pair at `place`, for which there was no time after its march.
+    pub(crate) fn resume_at(&mut self, place: u32) {
+        if let Some(k) = self.awake.iter().position(|&awake| awake == place) {
+            self.awake.rotate_left(k);
+        }
+        self.unvisited = 0;
     }
 
     /// The nearest leaf pair of all, or an overlapping one when there is any: see [`Traversal::nearest`].
@@ -217,6 +279,9 @@ impl Front {
         self.free.clear();
         self.awake.clear();
         self.fresh = 2;
+        self.unvisited = 0;
+        self.first_block = 0;
+        self.was_crowded = false;
         self.pairs[0] = Pair::of(query.a.hierarchy.root(), query.b.hierarchy.root(), NONE);
         // A wake value of 0 is due whenever the sum is not.
         self.odometer.spend(0.0);
@@ -225,46 +290,104 @@ impl Front {
         self.begun = true;
     }
 
-    /// Step 3.
-    fn visit_awake(&mut self, query: &Query<'_>, found: &mut LeafPairs, counters: &mut TraversalCounters) {
-        let mut kept = 0;
-        for k in 0..self.awake.len() {
-            let place = self.awake[k];
+    /// Step 3, of the first `count` pairs; those that are not visited in time come first, here and next time.
+    fn visit_awake<C: Clock>(
+        &mut self,
+        query: &Query<'_>,
+        count: usize,
+        deadline: &Deadline<C>,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) {
+        let (mut kept, mut visited) = (0, 0);
+        while visited < count && (visited == 0 || !deadline.passed()) {
+            let place = self.awake[visited];
+            visited += 1;
             counters.node_pairs += 1;
+            counters.leaf_tests += 1;
             let (answer, memory) = self.march(query, place, counters);
-            let apart = distance(&answer);
             if is_contact(&answer, query.tolerance) {
                 self.awake[kept] = place;
                 kept += 1;
                 found.push(self.leaf_pair(query, place, answer, memory), query.a, query.b, query.pose_ba);
             } else {
-                self.sleep(query, place, apart);
+                self.sleep(query, place, distance(&answer));
             }
         }
-        self.awake.truncate(kept);
+        let gone = visited - kept;
+        if gone > 0 {
+            self.awake.copy_within(visited.., kept);
+            self.awake.truncate(self.awake.len() - gone);
+        }
+        self.unvisited = count - visited;
+        counters.postponed += self.unvisited as u32;
+        if self.unvisited > 0 {
+            self.awake.rotate_left(kept);
+        }
     }
 
-    /// Step 2, and 4 where a pair goes on sleeping.
-    fn wake_due(&mut self, query: &Query<'_>, found: &mut LeafPairs, counters: &mut TraversalCounters) {
-        let sum = self.odometer.sum();
+    /// Step 2, and 4 where a pair goes on sleeping; false if the deadline passes before all is done.
+    fn wake_due<C: Clock>(
+        &mut self,
+        query: &Query<'_>,
+        deadline: &Deadline<C>,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) -> bool {
         // Places that are taken during the round are looked at as soon as they are.
-        let blocks = (self.fresh as usize).div_ceil(BLOCK);
-        let mut block = 0;
-        while let Some(next) = self.wakes.next_block(block, blocks, sum) {
-            let mut due = [0; BLOCK];
-            let count = self.wakes.open(next, sum, &mut due);
-            for &place in &due[..count] {
-                counters.woken += 1;
-                self.stack.push(place);
-                while let Some(place) = self.stack.pop() {
-                    self.look(query, place, found, counters);
+        let blocks = self.blocks();
+        let first = self.first_block.min(blocks);
+        for (begin, end) in [(first, blocks), (0, first)] {
+            let mut block = begin;
+            while let Some(next) = self.wakes.next_block(block, end, self.odometer.sum()) {
+                if !self.wake_block(query, next, deadline, found, counters) {
+                    self.first_block = next;
+                    return false;
+                }
+                block = next + 1;
+            }
+        }
+        self.first_block = 0;
+        true
+    }
+
+    /// Step 2 for what is due in one block.
+    fn wake_block<C: Clock>(
+        &mut self,
+        query: &Query<'_>,
+        block: usize,
+        deadline: &Deadline<C>,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) -> bool {
+        let mut due = [0; BLOCK];
+        let count = self.wakes.open(block, self.odometer.sum(), &mut due);
+        let mut late = false;
+        for &place in &due[..count] {
+            counters.woken += 1;
+            self.stack.push(place);
+            while let Some(place) = self.stack.pop() {
+                self.look(query, place, found, counters);
+                late = deadline.passed();
+                if late {
+                    break;
                 }
             }
-            if count > 0 {
-                self.wakes.settle(next);
+            if late {
+                break;
             }
-            block = next + 1;
         }
+        // What is left on it is as overdue as what it was split from.
+        self.stack.clear();
+        if count > 0 {
+            self.wakes.settle(block);
+        }
+        !late
+    }
+
+    /// Blocks of the board that are in use.
+    fn blocks(&self) -> usize {
+        (self.fresh as usize).div_ceil(BLOCK)
     }
 
     /// Measures a pair and puts it where it belongs; its halves go onto the stack.
@@ -283,6 +406,7 @@ impl Front {
             Measured::Near if self.split(query, place) => counters.split += 1,
             Measured::Near => {
                 counters.crowded += 1;
+                self.was_crowded = true;
                 let Pair { a, b, .. } = self.pairs[place as usize];
                 self.pairs[place as usize].state = State::Crowded;
                 self.wakes.set(place, self.odometer.sum());
@@ -415,18 +539,17 @@ impl Front {
     }
 
     fn leaf_pair(&self, query: &Query<'_>, place: u32, answer: March, memory: Option<Memory>) -> LeafPair {
-        let Pair { a, b, .. } = self.pairs[place as usize];
-        let piece = |side: Side<'_>, node: u32| match side.hierarchy.node(node).kind {
+        let [piece_a, piece_b] = self.pieces(query.a, query.b, place);
+        LeafPair { piece_a, piece_b, home: Home::Place(place), proximity: answer.proximity, memory }
+    }
+
+    /// Those of a pair of leaves.
+    fn pieces(&self, a: Side<'_>, b: Side<'_>, place: u32) -> [u32; 2] {
+        let pair = self.pairs[place as usize];
+        [(a, pair.a), (b, pair.b)].map(|(side, node)| match side.hierarchy.node(node).kind {
             NodeKind::Leaf { piece } => piece,
             NodeKind::Inner { .. } => unreachable!("only leaves are awake"),
-        };
-        LeafPair {
-            piece_a: piece(query.a, a),
-            piece_b: piece(query.b, b),
-            home: Home::Place(place),
-            proximity: answer.proximity,
-            memory,
-        }
+        })
     }
 }
 

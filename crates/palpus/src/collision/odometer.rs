@@ -77,7 +77,6 @@ impl Odometer {
     }
 
     /// Model units from the sum `from` on to now; negative when `from` lies ahead.
-    #[cfg(test)]
     pub(super) fn since(&self, from: u64) -> f64 {
         (self.sum as f64 - from as f64) * self.quantum
     }

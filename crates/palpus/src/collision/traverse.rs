@@ -63,6 +63,8 @@ pub struct TraversalCounters {
     pub merged: u32,
     /// Pairs that were searched in full since the front had no room to split them.
     pub crowded: u32,
+    /// Pairs of the front that were due or awake and were left for the next query, since the deadline had passed.
+    pub postponed: u32,
     /// 1 if the front began anew: in the first query, after a jump, or when it was told to forget.
     pub restarted: u32,
 }

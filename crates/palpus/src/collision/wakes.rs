@@ -74,10 +74,14 @@ impl WakeBoard {
         self.least[block] = self.values[begin..begin + BLOCK].iter().copied().fold(NEVER, u64::min);
     }
 
-    /// At most the least value of the first `places` places.
-    #[cfg(test)]
-    pub(super) fn least(&self, places: usize) -> u64 {
-        self.least[..places.div_ceil(BLOCK)].iter().copied().fold(NEVER, u64::min)
+    /// How many values in the first `blocks` blocks are less than `sum`.
+    pub(super) fn count_below(&self, blocks: usize, sum: u64) -> u32 {
+        self.values[..blocks * BLOCK].iter().map(|&value| u32::from(value < sum)).sum()
+    }
+
+    /// At most the least value in the first `blocks` blocks.
+    pub(super) fn least(&self, blocks: usize) -> u64 {
+        self.least[..blocks].iter().copied().fold(NEVER, u64::min)
     }
 }
 
@@ -114,10 +118,10 @@ mod tests {
                 board.settle(next);
                 block = next + 1;
             }
-            let expected = board.least(places) >= round && model.iter().all(|&value| value >= round);
+            let expected = board.least(places.div_ceil(BLOCK)) >= round && model.iter().all(|&value| value >= round);
             assert!(expected, "seed {SEED:#x}, round {round}: {found:?}");
         }
         board.clear(places);
-        assert_eq!(board.least(places), NEVER);
+        assert_eq!(board.least(places.div_ceil(BLOCK)), NEVER);
     }
 }
