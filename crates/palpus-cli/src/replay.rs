@@ -42,6 +42,11 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
     if recording.rows.is_empty() {
         bail!("{} has no ticks to replay", arguments.recording.display());
     }
+    if recording.header.scene.render.time_budget.is_some() {
+        output::note(
+            "note: recorded with a time budget; steps that ran out of time were cut short by a clock and come out differently",
+        );
+    }
     check_gaps(&recording)?;
     let mut engine = engine(&recording, arguments)?;
     let mut report = Report { ticks: recording.rows.len(), identical: 0, first_divergence: None };

@@ -38,6 +38,7 @@ fn settings() -> Settings {
         saturation: Saturation::UnderActuated,
         grip_a: DVec3::new(-0.0, 0.5, 3e-9),
         capacity: 77,
+        time_budget: Some(123_456),
     }
 }
 

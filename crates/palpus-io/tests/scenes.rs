@@ -59,12 +59,12 @@ fn every_documented_key_is_read() {
     let scene = parse(&documented()).unwrap();
     assert_eq!((scene.rate_hz, scene.hand.preset, scene.hand.seed), (1000.0, HandPreset::Normal, 1));
     assert_eq!(scene.hand.path.as_deref(), Some(Path::new("set/stir.csv")));
-    assert_eq!(scene.coupling.angular_damping, Some(0.005));
+    assert_eq!((scene.coupling.angular_damping, scene.render.time_budget), (Some(0.005), Some(300_000)));
     assert_eq!(
         (scene.render.limits, scene.render.split_angle),
         (Settings::default().limits, Settings::default().split_angle)
     );
-    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 32, "a key was added: check it above");
+    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 33, "a key was added: check it above");
 }
 
 #[test]
@@ -111,7 +111,8 @@ fn errors_say_what_where_and_what_to_do() {
         (
             change("tolerance", "tolerence"),
             "line 7, column 1: [contact] has no key \"tolerence\"; did you mean \"tolerance\"? (it may have tolerance, \
-          cluster_radius, clustering, split_angle, stiffness, damping, friction, shading, crease_angle, shading_limit)",
+          cluster_radius, clustering, split_angle, stiffness, damping, friction, shading, crease_angle, shading_limit, \
+          time_budget)",
         ),
         (
             change("[coupling]", "[cuopling]"),

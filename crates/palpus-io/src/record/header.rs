@@ -116,6 +116,9 @@ struct RenderText {
     saturation: SaturationText,
     grip_a: [f64; 3],
     capacity: u64,
+    /// ns; absent without one.
+    #[serde(default)]
+    time_budget: Option<u64>,
     shading: Option<ShadingText>,
     friction: Option<FrictionText>,
     limits: LimitsText,
@@ -175,6 +178,7 @@ impl RenderText {
             saturation,
             grip_a,
             capacity,
+            time_budget,
             ..
         } = *settings;
         let text = Self {
@@ -195,6 +199,7 @@ impl RenderText {
             },
             grip_a: grip_a.to_array(),
             capacity: capacity as u64,
+            time_budget,
             shading: shading.map(|ShadingSettings { crease_angle, most_turn }| ShadingText { crease_angle, most_turn }),
             friction: friction.map(
                 |FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness }| FrictionText {
@@ -243,6 +248,7 @@ impl RenderText {
             },
             grip_a: DVec3::from_array(text.grip_a),
             capacity: usize::try_from(text.capacity).map_err(serde::de::Error::custom)?,
+            time_budget: text.time_budget,
             ..Settings::default()
         };
         settings.validate().map_err(serde::de::Error::custom)?;

@@ -138,6 +138,7 @@ fn read_contact(top: &Section<'_>, unit: f64, render: &mut Settings) -> Result<(
         "shading",
         "crease_angle",
         "shading_limit",
+        "time_budget",
     ];
     let contact = top.section("contact", &keys)?;
     if let Some(tolerance) = contact.number("tolerance", "greater than 0", |x| x > 0.0)? {
@@ -162,6 +163,9 @@ fn read_contact(top: &Section<'_>, unit: f64, render: &mut Settings) -> Result<(
     }
     if let Some(damping) = contact.number("damping", "0 or greater N·s/m", |x| x >= 0.0)? {
         render.damping = damping;
+    }
+    if let Some(micros) = contact.number("time_budget", "from 1 to 1000000 µs", |x| (1.0..=1e6).contains(&x))? {
+        render.time_budget = Some((micros * 1e3) as u64);
     }
     render.friction = read_friction(&contact, render.stiffness)?;
     let crease = contact.number("crease_angle", "from 0 to 180 degrees", |x| (0.0..=180.0).contains(&x))?;

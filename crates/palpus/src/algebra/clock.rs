@@ -42,6 +42,12 @@ impl<C: Clock> Deadline<C> {
         Self { clock, until_ns: Some(until_ns) }
     }
 
+    /// The clock's time.
+    #[inline]
+    pub fn now_ns(&self) -> u64 {
+        self.clock.now_ns()
+    }
+
     /// True from that instant on.
     #[inline]
     pub fn passed(&self) -> bool {

@@ -16,8 +16,9 @@
 //! traversal: both split the same pairs by the same tests, but the front knows for most that their test would fail.
 //!
 //! A query may be given a *deadline*. Due pairs have the first half of the time, since what they find is new; then those awake are marched, in
-//! turns from query to query; then the rest of the due. What is left is as overdue next time, and is looked at then; meanwhile
-//! [`Front::unseen_separation`] says how near a pair that was not looked at can be, and [`Front::unvisited`] which contacts were not.
+//! turns from query to query, for a quarter of the rest, since what follows takes longer than a march does. What is left is as
+//! overdue next time, and is looked at then; meanwhile
+//! [`Front::unseen_separation`] says how near a pair that was not looked at can be, and the list of those unvisited which contacts were not.
 //!
 //! All memory is obtained at construction. A pair for which there is no room to split stays due every tick, and what is below it is searched
 //! by the full traversal; that is slower and says so in the counters. After a jump the front begins anew at the roots, which
@@ -187,11 +188,14 @@ impl Front {
         self.full.begin_tick();
         self.move_on(&query, &mut counters);
         let before = self.awake.len();
-        let done = self.wake_due(&query, &deadline.halfway(), found, &mut counters);
-        self.visit_awake(&query, before, deadline, found, &mut counters);
-        if !done && !self.wake_due(&query, deadline, found, &mut counters) {
-            let blocks = self.blocks();
-            counters.postponed += self.wakes.count_below(blocks, self.odometer.sum());
+        // With nothing awake, all of the time is for what is due.
+        let done = match before {
+            0 => self.wake_due(&query, deadline, found, &mut counters),
+            _ => self.wake_due(&query, &deadline.halfway(), found, &mut counters),
+        };
+        self.visit_awake(&query, before, &deadline.halfway().halfway(), found, &mut counters);
+        if !done {
+            counters.postponed += self.wakes.count_below(self.blocks(), self.odometer.sum());
         }
         counters.dropped = found.dropped();
         counters
@@ -210,9 +214,14 @@ impl Front {
         }
     }
 
-    /// The pairs of pieces within tolerance at their last visit, for whose march there was no time: their places and pieces.
-    pub(crate) fn unvisited<'a>(&'a self, a: Side<'a>, b: Side<'a>) -> impl Iterator<Item = (u32, [u32; 2])> + 'a {
-        self.awake[..self.unvisited].iter().map(move |&place| (place, self.pieces(a, b, place)))
+    /// How many pairs of pieces were within tolerance at their last visit and not visited by the last query.
+    pub(crate) fn unvisited(&self) -> usize {
+        self.unvisited
+    }
+
+    /// Place and pieces of one of them.
+    pub(crate) fn unvisited_pair(&self, a: Side<'_>, b: Side<'_>, k: usize) -> (u32, [u32; 2]) {
+        (self.awake[k], self.pieces(a, b, self.awake[k]))
     }
 
     /// Places that pairs may be remembered at.

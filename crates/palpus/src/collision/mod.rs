@@ -21,6 +21,7 @@ mod wakes;
 pub use coherence::Memory;
 pub use front::Front;
 pub use gjk::gjk;
+pub(crate) use leaf_pairs::Home;
 pub use leaf_pairs::{LeafPair, LeafPairs};
 pub use march::{Bounded, March, initial_features, march, march_within};
 pub use proximity::{Closest, Overlap, Proximity, StopReason};

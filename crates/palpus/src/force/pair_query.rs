@@ -26,11 +26,12 @@ use glam::DVec3;
 
 use super::Contact;
 use super::belief::is_believed;
+use super::held::{Held, HeldContacts};
 use crate::algebra::tolerance::JUMP;
-use crate::algebra::{Clock, Placement, Pose};
+use crate::algebra::{Clock, Deadline, Placement, Pose};
 use crate::body::{Aabb, Body, Polytope};
 use crate::collision::{
-    Closest, Front, LeafPair, LeafPairs, Memory, Overlap, Proximity, Side, StopReason, TraversalCounters,
+    Closest, Front, Home, LeafPair, LeafPairs, Memory, Overlap, Proximity, Side, StopReason, TraversalCounters,
 };
 use crate::depth::{
     AdmissibleScratch, Antipodal, Certainty, CertificateMemory, Depth, HubPair, ProofScratch, Seed, Touch, WalkScratch,
@@ -70,6 +71,10 @@ pub struct QueryCounters {
     pub admissible_stops: u32,
     /// Closest points that are not of the surface, or do not face the way that it does, which are no contact.
     pub virtual_closest: u32,
+    /// Contacts that were carried from the last tick along their normals, since the deadline had passed.
+    pub held: u32,
+    /// Overlapping pairs that were not answered at all, since the deadline had passed and nothing was known of them.
+    pub unseen: u32,
     /// Contacts whose witness is a blend, and not the exact one.
     pub blended: u32,
     /// Contacts whose witness stayed exact since the blend did not converge.
@@ -92,6 +97,10 @@ pub struct PairQuery {
     last_pose: Option<Placement>,
     coherent: bool,
     blend_angle: Option<f64>,
+    held: HeldContacts,
+    /// The leaf pair with which the next query begins, if time has run out.
+    resume: Option<u32>,
+    unseen_separation: f64,
 }
 
 /// Node pairs of the front, and those that full searches remember. A spoon in a cup has hundreds, two 30 000-triangle scans
@@ -111,6 +120,9 @@ impl PairQuery {
             last_pose: None,
             coherent: false,
             blend_angle: None,
+            held: HeldContacts::default(),
+            resume: None,
+            unseen_separation: f64::INFINITY,
         }
     }
 
@@ -130,21 +142,51 @@ impl PairQuery {
         Self { blend_angle: angle, ..self }
     }
 
+    /// The same, with memory to hold contacts when a deadline passes: see [`Self::run_until`].
+    pub fn with_holding(self) -> Self {
+        let held = HeldContacts::new(self.front.places());
+        Self { held, ..self }
+    }
+
     /// Finds every contact nearer than `tolerance` (model units); `pose_ba` places a in b's frame.
     ///
     /// The answer stands in [`Self::contacts`] until the next query.
     pub fn run(&mut self, a: &Body, b: &Body, pose_ba: &Pose, tolerance: f64, clock: &impl Clock) -> QueryCounters {
+        self.run_until(a, b, pose_ba, tolerance, &Deadline::never(clock))
+    }
+
+    /// The same, but when the deadline passes, pairs that were not reached are answered from the last query and come first in the next.
+    ///
+    /// A contact of the last query is *held*: carried along with the bodies, its separation measured anew along its normal
+    /// (`held`), which is never more than the true one. Pairs that were not in contact may be nearer by now than the tolerance, but
+    /// not nearer than [`Self::unseen_separation`]. No contact is made of the hulls of whole parts: that of a cup is
+    /// full, and a spoon in it would be thrown out.
+    pub fn run_until<C: Clock>(
+        &mut self,
+        a: &Body,
+        b: &Body,
+        pose_ba: &Pose,
+        tolerance: f64,
+        deadline: &Deadline<C>,
+    ) -> QueryCounters {
         let place = pose_ba.placement();
-        let begin = clock.now_ns();
+        let begin = deadline.now_ns();
         self.coherent = self.last_pose.is_some_and(|last| travel(a, &last, &place) <= JUMP * a.size().min(b.size()));
         self.last_pose = Some(place);
-        let traversal = self.front.within(side(a), side(b), &place, tolerance, &mut self.leaves);
-        let middle = clock.now_ns();
+        let traversal = self.front.within_until(side(a), side(b), &place, tolerance, deadline, &mut self.leaves);
+        let middle = deadline.now_ns();
         let mut counters = QueryCounters { traversal, query_ns: middle - begin, ..QueryCounters::default() };
         self.contacts.clear();
+        self.held.begin_tick();
+        self.unseen_separation = f64::INFINITY;
         let mut doubtful: Option<Contact> = None;
         for k in 0..self.leaves.as_slice().len() {
             let leaf = self.leaves.as_slice()[k];
+            if k > 0 && deadline.passed() {
+                self.hold_the_rest(a, b, &place, tolerance, k, &mut counters);
+                break;
+            }
+            let known = self.contacts.len();
             match self.contact(a, b, &place, &leaf, &mut counters) {
                 Found::Nothing => counters.virtual_closest += 1,
                 Found::Admissible(contact) => self.contacts.push(contact),
@@ -157,18 +199,29 @@ impl PairQuery {
                 }
                 Found::Inadmissible => counters.inadmissible += 1,
             }
+            self.keep(a, b, &place, &leaf, known, &mut counters);
         }
+        self.hold_unvisited(a, b, &place, tolerance, &mut counters);
         // Bodies that overlap must not be let go of, however doubtful the way out.
         if !self.contacts.iter().any(|contact| contact.separation <= 0.0) {
+            let known = self.contacts.len();
             self.contacts.extend(doubtful);
+            self.blend_from(a, b, &place, known, &mut counters);
         }
-        if let Some(angle) = self.blend_angle {
-            for contact in &mut self.contacts {
-                blend_witness(a, b, &place, contact, angle, &mut counters);
-            }
+        if counters.traversal.postponed > 0 {
+            self.unseen_separation = self.unseen_separation.min(self.front.unseen_separation());
         }
-        counters.depth_ns = clock.now_ns() - middle;
+        counters.depth_ns = deadline.now_ns() - middle;
         counters
+    }
+
+    /// What the last query did not look at since its deadline had passed is at least this far apart, model units: infinite when it
+    /// looked at everything, minus infinite when it had just begun.
+    ///
+    /// Contacts that are held, and pairs that were none at their last visit since only virtual features were near, are looked at in this
+    /// sense.
+    pub fn unseen_separation(&self) -> f64 {
+        self.unseen_separation
     }
 
     /// The contacts of the last query.
@@ -205,10 +258,127 @@ impl PairQuery {
     pub fn clear(&mut self) {
         self.front.clear();
         self.contacts.clear();
+        self.held.clear();
         self.last_pose = None;
         if let Some(prover) = &mut self.prover {
             prover.clear();
         }
+    }
+
+    /// Blends the contact that a leaf pair has added to those `known`, and keeps it for when there is no time.
+    fn keep(
+        &mut self,
+        a: &Body,
+        b: &Body,
+        place: &Placement,
+        leaf: &LeafPair,
+        known: usize,
+        counters: &mut QueryCounters,
+    ) {
+        self.blend_from(a, b, place, known, counters);
+        if let Home::Place(home) = leaf.home {
+            let contact = self.contacts.get(known);
+            self.held.keep(
+                home,
+                [leaf.piece_a, leaf.piece_b],
+                contact,
+                pieces(a, b, leaf.piece_a, leaf.piece_b),
+                place,
+            );
+        }
+    }
+
+    fn blend_from(&mut self, a: &Body, b: &Body, place: &Placement, known: usize, counters: &mut QueryCounters) {
+        if let Some(angle) = self.blend_angle {
+            for contact in &mut self.contacts[known..] {
+                blend_witness(a, b, place, contact, angle, counters);
+            }
+        }
+    }
+
+    /// The deadline has passed before leaf pair `first`: it and those after it are answered from the last tick.
+    #[cold]
+    fn hold_the_rest(
+        &mut self,
+        a: &Body,
+        b: &Body,
+        place: &Placement,
+        tolerance: f64,
+        first: usize,
+        counters: &mut QueryCounters,
+    ) {
+        // Those that woke just now come first and are not in turn; the others go on where time ran out.
+        let mut resumed = false;
+        for k in first..self.leaves.as_slice().len() {
+            let leaf = self.leaves.as_slice()[k];
+            counters.traversal.postponed += 1;
+            let Home::Place(home) = leaf.home else {
+                self.answer_unheld(a, b, place, &leaf, counters);
+                continue;
+            };
+            if !self.hold(a, b, place, tolerance, home, [leaf.piece_a, leaf.piece_b], counters) {
+                self.answer_unheld(a, b, place, &leaf, counters);
+            }
+            if !resumed {
+                self.resume = Some(home);
+                resumed = true;
+            }
+        }
+    }
+
+    /// Those for whose march there was no time.
+    fn hold_unvisited(&mut self, a: &Body, b: &Body, place: &Placement, tolerance: f64, counters: &mut QueryCounters) {
+        for k in 0..self.front.unvisited() {
+            let (home, pieces) = self.front.unvisited_pair(side(a), side(b), k);
+            if !self.hold(a, b, place, tolerance, home, pieces, counters) {
+                counters.unseen += 1;
+                self.unseen_separation = f64::NEG_INFINITY;
+            }
+        }
+        if let Some(home) = self.resume.take() {
+            self.front.resume_at(home);
+        }
+    }
+
+    /// Answers a pair from the last tick; false if nothing is known of it.
+    #[allow(clippy::too_many_arguments, reason = "the bodies, where they are, and the pair")]
+    fn hold(
+        &mut self,
+        a: &Body,
+        b: &Body,
+        place: &Placement,
+        tolerance: f64,
+        home: u32,
+        [piece_a, piece_b]: [u32; 2],
+        counters: &mut QueryCounters,
+    ) -> bool {
+        match self.held.carry(home, [piece_a, piece_b], pieces(a, b, piece_a, piece_b), place, tolerance) {
+            Held::Unknown => return false,
+            Held::NoContact => {}
+            Held::Contact(contact) if self.contacts.len() < self.contacts.capacity() => {
+                counters.held += 1;
+                self.contacts.push(contact);
+            }
+            Held::Contact(_) => counters.traversal.dropped += 1,
+        }
+        true
+    }
+
+    /// A pair of which the last tick knew nothing: the march's answer if it is apart, otherwise only how deep it is at most.
+    fn answer_unheld(&mut self, a: &Body, b: &Body, place: &Placement, leaf: &LeafPair, counters: &mut QueryCounters) {
+        let Proximity::Overlapping(overlap) = leaf.proximity else {
+            if let Found::Admissible(contact) = self.contact(a, b, place, leaf, counters) {
+                self.contacts.push(contact);
+            }
+            return;
+        };
+        counters.unseen += 1;
+        let (piece_a, piece_b) = pieces(a, b, leaf.piece_a, leaf.piece_b);
+        let normal = overlap.direction.normalize_or(DVec3::Z);
+        let support_a = piece_a.support_from(0, place.inverse_vector(-normal));
+        let support_b = piece_b.support_from(0, normal);
+        let gap = normal.dot(place.point(piece_a.vertex(support_a)) - piece_b.vertex(support_b));
+        self.unseen_separation = self.unseen_separation.min(gap);
     }
 
     fn contact(
@@ -344,6 +514,10 @@ fn travel(body: &Body, from: &Placement, to: &Placement) -> f64 {
 
 fn side(body: &Body) -> Side<'_> {
     Side { hierarchy: body.hierarchy(), pieces: body.polytopes() }
+}
+
+fn pieces<'a>(a: &'a Body, b: &'a Body, piece_a: u32, piece_b: u32) -> (&'a Polytope, &'a Polytope) {
+    (&a.polytopes()[piece_a as usize], &b.polytopes()[piece_b as usize])
 }
 
 fn at_closest(leaf: &LeafPair, closest: &Closest) -> Contact {

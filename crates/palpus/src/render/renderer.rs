@@ -6,6 +6,8 @@
 //! 4. *Couple*: what of it the device is to feel. Direct rendering, the paper's: the wrench itself, about the grip.
 //! 5. *Saturate*: within the device's limits.
 //!
+//! With a time budget, the query ends in time, and what it did not reach is felt as it was (see [`Settings::time_budget`]).
+//!
 //! Nothing is allocated after [`Renderer::new`], and nothing that a device can say makes a step panic: a pose that is none
 //! gives no force, and is counted.
 
@@ -14,7 +16,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use super::{Forces, Motion, ProbeState, Scratch, Settings, SettingsError, Tick, force, saturate};
-use crate::algebra::{Clock, Pose, Twist, Wrench};
+use crate::algebra::{Clock, Deadline, Pose, Twist, Wrench};
 use crate::body::Body;
 use crate::force::{Centers, Contact, PairQuery, ShadingSettings, SmoothBody, shade};
 
@@ -33,6 +35,8 @@ pub struct Renderer {
     scratch: Scratch,
     tick: Tick,
     steps: u64,
+    /// What the stages after the depth took last time, ns.
+    after_query: u64,
 }
 
 /// The smooth surfaces of both bodies.
@@ -49,7 +53,8 @@ impl Renderer {
         settings.validate()?;
         Ok(Self {
             shading: settings.shading.map(|shading| Shading::new(&a, &b, &shading)),
-            query: PairQuery::new(&a, &b, settings.capacity).with_blend(settings.blend_angle),
+            query: query(&a, &b, &settings),
+            after_query: 0,
             scratch: Scratch::new(settings.capacity),
             tick: Tick::new(settings.capacity),
             steps: 0,
@@ -68,7 +73,7 @@ impl Renderer {
         self.steps += 1;
         match self.motion(probe) {
             Some(motion) => {
-                self.query(&motion.pose_ba, clock);
+                self.query(&motion.pose_ba, &self.deadline(begin, clock));
                 let queried = clock.now_ns();
                 self.force(&motion);
                 let forced = clock.now_ns();
@@ -77,7 +82,9 @@ impl Renderer {
                 self.saturate();
                 self.tick.times.force = forced - queried;
                 self.tick.times.couple = coupled - forced;
-                self.tick.times.saturate = clock.now_ns() - coupled;
+                let saturated = clock.now_ns();
+                self.tick.times.saturate = saturated - coupled;
+                self.after_query = saturated - queried;
             }
             None => self.clear(),
         }
@@ -123,10 +130,19 @@ impl Renderer {
         pose_ba.is_valid().then_some(Motion { pose_ba, centers, twist: at_center })
     }
 
+    /// When the query has to end, for a step that began at `begin`.
+    fn deadline<C: Clock>(&self, begin: u64, clock: C) -> Deadline<C> {
+        match self.settings.time_budget {
+            Some(budget) => Deadline::at(clock, begin + budget.saturating_sub(self.after_query)),
+            None => Deadline::never(clock),
+        }
+    }
+
     /// Stages 1 and 2.
-    fn query(&mut self, pose_ba: &Pose, clock: &impl Clock) {
+    fn query<C: Clock>(&mut self, pose_ba: &Pose, deadline: &Deadline<C>) {
         let tolerance = self.settings.contact_tolerance;
-        let counters = self.query.run(&self.a, &self.b, pose_ba, tolerance, clock);
+        let counters = self.query.run_until(&self.a, &self.b, pose_ba, tolerance, deadline);
+        self.tick.unseen_separation = self.query.unseen_separation();
         self.tick.times.query = counters.query_ns;
         self.tick.times.depth = counters.depth_ns;
         self.tick.counters.query = counters;
@@ -164,6 +180,11 @@ impl Renderer {
             self.tick.computed = Wrench::ZERO;
         }
     }
+}
+
+fn query(a: &Body, b: &Body, settings: &Settings) -> PairQuery {
+    let query = PairQuery::new(a, b, settings.capacity).with_blend(settings.blend_angle);
+    if settings.time_budget.is_some() { query.with_holding() } else { query }
 }
 
 impl Shading {

@@ -36,6 +36,9 @@ pub struct Settings {
     pub grip_a: DVec3,
     /// The most contacts that one tick can hold; of more, the deepest are kept.
     pub capacity: usize,
+    /// The time that a step may take by the clock that it is lent, ns; `None`: as long as it takes. What is not reached in time is felt as it was, carried along
+    /// ([`crate::force::PairQuery::run_until`]), and comes first in the next step. The force stage is not cut short, but left as much time as it took last.
+    pub time_budget: Option<u64>,
 }
 
 impl Default for Settings {
@@ -55,6 +58,7 @@ impl Default for Settings {
             saturation: Saturation::Separate,
             grip_a: DVec3::ZERO,
             capacity: 4096,
+            time_budget: None,
         }
     }
 }
@@ -85,6 +89,9 @@ pub struct SettingsError {
 /// The most contacts that a renderer may be asked to hold: memory for them is obtained at once.
 const MOST_CONTACTS: usize = 1 << 20;
 
+/// Nanoseconds: less is a unit mistaken, not a wish.
+const LEAST_BUDGET: u64 = 1000;
+
 impl Settings {
     /// Says which setting cannot be, if one can't.
     pub fn validate(&self) -> Result<(), SettingsError> {
@@ -114,7 +121,9 @@ impl Settings {
         check(self.limits.torque >= 0.0, "limits.torque", self.limits.torque, "0 or more (infinite for none)")?;
         check(self.grip_a.is_finite(), "grip_a", self.grip_a.length(), "a finite point")?;
         let capacity = self.capacity;
-        check((1..=MOST_CONTACTS).contains(&capacity), "capacity", capacity as f64, "from 1 to 1048576")
+        check((1..=MOST_CONTACTS).contains(&capacity), "capacity", capacity as f64, "from 1 to 1048576")?;
+        let budget = self.time_budget.unwrap_or(LEAST_BUDGET);
+        check(budget >= LEAST_BUDGET, "time_budget", budget as f64, "at least 1000 ns")
     }
 
     /// What clustering needs to know.
@@ -179,6 +188,7 @@ mod tests {
             (Settings { limits: Limits { force: 1.0, torque: -0.1 }, ..good }, "limits.torque"),
             (Settings { grip_a: DVec3::NAN, ..good }, "grip_a"),
             (Settings { capacity: 0, ..good }, "capacity"),
+            (Settings { time_budget: Some(20), ..good }, "time_budget"),
         ] {
             let error = settings.validate().expect_err(field);
             assert_eq!(error.field, field);

@@ -78,6 +78,9 @@ pub struct Tick {
     pub computed: Wrench,
     /// All contacts nearer than the tolerance.
     pub contacts: Vec<Contact>,
+    /// m: whatever the step did not look at for want of time ([`super::Settings::time_budget`]) is at least this far apart. Infinite
+    /// when it looked at everything.
+    pub unseen_separation: f64,
     /// Clusters, their forces, and the wrenches on both bodies.
     pub forces: Forces,
     /// Where the time went.
@@ -105,6 +108,8 @@ pub struct TickSummary {
     pub clusters: u32,
     /// Separation of the deepest contact, m; infinite when there is none.
     pub separation: f64,
+    /// See [`Tick::unseen_separation`].
+    pub unseen_separation: f64,
     /// See [`Tick::times`].
     pub times: StageTimes,
     /// See [`Tick::counters`].
@@ -121,6 +126,7 @@ impl Tick {
             commanded: Wrench::ZERO,
             computed: Wrench::ZERO,
             contacts: Vec::with_capacity(capacity),
+            unseen_separation: f64::INFINITY,
             forces: Forces::new(capacity),
             times: StageTimes::default(),
             counters: Counters::default(),
@@ -130,6 +136,11 @@ impl Tick {
     /// Separation of the deepest contact, m; infinite when there is none.
     pub fn separation(&self) -> f64 {
         self.forces.clusters.iter().map(|cluster| cluster.separation).fold(f64::INFINITY, f64::min)
+    }
+
+    /// True if time ran out: some contacts are carried from the last step, or something was not looked at.
+    pub fn is_late(&self) -> bool {
+        self.counters.query.traversal.postponed > 0
     }
 
     /// The part that is cheap to copy.
@@ -143,6 +154,7 @@ impl Tick {
             contacts: self.contacts.len() as u32,
             clusters: self.forces.clusters.len() as u32,
             separation: self.separation(),
+            unseen_separation: self.unseen_separation,
             times: self.times,
             counters: self.counters,
         }
@@ -156,6 +168,7 @@ impl Tick {
         self.commanded = Wrench::ZERO;
         self.computed = Wrench::ZERO;
         self.contacts.clear();
+        self.unseen_separation = f64::INFINITY;
         self.forces.clear();
         self.times = StageTimes::default();
         self.counters = Counters::default();
