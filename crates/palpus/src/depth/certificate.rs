@@ -37,8 +37,8 @@ use super::walk::Walked;
 use super::{Antipodal, Certainty, Depth, HubPair, WalkScratch};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{
-    KEPT_CORNERS, KEPT_TRIANGLES, PROOF_BEGIN, PROOF_GATHERED, PROOF_GROWTHS, PROOF_RELATIVE, PROOF_REPAIRS,
-    PROOF_ROUNDING,
+    KEPT_CORNERS, KEPT_TRIANGLES, PROOF_BEGIN, PROOF_BLIND, PROOF_GATHERED, PROOF_GROWTHS, PROOF_RELATIVE,
+    PROOF_REPAIRS, PROOF_ROUNDING,
 };
 use crate::body::Polytope;
 use crate::collision::StopReason;
@@ -261,7 +261,15 @@ impl<'s, 'p> Search<'s, 'p> {
 
     /// The proof, warm or cold, and the answer that is proven or the best known.
     fn run(&mut self, memory: &mut CertificateMemory) -> Depth {
-        match self.warm(memory).or_else(|_| self.cold()) {
+        let outcome = match self.warm(memory) {
+            Err(_) if self.answer.is_none() => self.cold(PROOF_BLIND).or_else(|_| {
+                self.believe_walk();
+                self.cold(PROOF_GROWTHS)
+            }),
+            Err(_) => self.cold(PROOF_GROWTHS),
+            warm => warm,
+        };
+        match outcome {
             Ok(ground) => {
                 self.keep(memory, ground);
                 Depth { certainty: Certainty::GloballyOptimal, ..self.answer() }
@@ -333,8 +341,15 @@ impl<'s, 'p> Search<'s, 'p> {
         0.25 * self.tolerance()
     }
 
-    /// Proof from nothing.
-    fn cold(&mut self) -> Result<Ground, StopReason> {
+    /// Goes on from where a walk ends that starts from the best direction. With the depth known exactly, fewer triangles come near enough to be
+    /// grown, and those of nearly flush features, which rounding may tear, mostly not.
+    fn believe_walk(&mut self) {
+        let Depth { hub, normal, depth, .. } = self.answer();
+        self.best = Start { hub, normal, offset: depth };
+    }
+
+    /// Proof from nothing, in at most so many growths.
+    fn cold(&mut self, most: u32) -> Result<Ground, StopReason> {
         if self.touches()? {
             return Ok(Ground::Touching);
         }
@@ -343,7 +358,7 @@ impl<'s, 'p> Search<'s, 'p> {
             // No volume: then some direction has an h of rounding, and it was found.
             return if self.touches()? { Ok(Ground::Touching) } else { Err(StopReason::Stalled) };
         }
-        self.grow(PROOF_GROWTHS)?;
+        self.grow(most)?;
         Ok(Ground::Grown)
     }
 

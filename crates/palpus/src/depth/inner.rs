@@ -244,7 +244,9 @@ impl Surface {
     fn open(&mut self, seed: usize, at: DVec3, known: Option<u16>) -> Result<(), Refusal> {
         const ONWARD: [[usize; 2]; 4] = [[1, 2], [2, 0], [0, 1], [0, 1]];
         let Self { joints, normals, offsets, free, ahead, rim, .. } = self;
-        let slack = self.slack;
+        // The tip of a convex surface may lie in a neighbour's plane and beyond the edge to it: unless that gives way too, it is folded
+        // under. Moved along with the bodies, what lies in the plane may have the tip already.
+        let least = if self.folded { self.slack } else { -self.slack };
         rim.clear();
         ahead.clear();
         joints[seed].alive = false;
@@ -264,7 +266,7 @@ impl Surface {
                 room -= 1;
                 let [next, last] = ONWARD[half.side()];
                 let offset = offsets[place];
-                let gives_way = normals[place].dot(at) - offset > slack
+                let gives_way = normals[place].dot(at) - offset > least
                     || offset.is_infinite()
                     || known.is_some_and(|tip| outer.tips.contains(&tip));
                 if gives_way {
