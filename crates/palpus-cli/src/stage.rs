@@ -70,7 +70,7 @@ fn of_built_in(scene: &Scene) -> anyhow::Result<Stage> {
         }),
         ..Settings::default()
     };
-    let body_settings = BodySettings { scale: 1.0, flatness: BodySettings::HAPTIC };
+    let body_settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
     let probe = bodies::prepare_soup("the probe", &scene.probe, &body_settings)?;
     let environment = bodies::prepare_soup("the environment", &scene.environment, &body_settings)?;
     let body = |part: &str, content, pose| RecordedBody { mesh: format!("{}/{part}", scene.name), content, pose };
@@ -98,7 +98,8 @@ fn of_file(path: &Path, file: &SceneFile) -> anyhow::Result<Stage> {
     if file.coupling.mode == CouplingMode::Coupled {
         output::note("note: [coupling] mode = \"coupled\" is not built yet; the scene runs with direct rendering");
     }
-    let body_settings = BodySettings { scale: file.metres_per_unit, flatness: BodySettings::HAPTIC };
+    let body_settings =
+        BodySettings { scale: file.metres_per_unit, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
     let prepare = |mesh: &Path| -> anyhow::Result<(Arc<Body>, ContentHash)> {
         let prepared = bodies::prepare_file(mesh, &body_settings)?;
         Ok((Arc::new(prepared.body), prepared.hash))

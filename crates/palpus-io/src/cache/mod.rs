@@ -41,7 +41,7 @@ impl BodyKey {
     /// The name of the body that this engine makes of this content with these settings.
     pub fn new(content: &ContentHash, settings: &BodySettings) -> Self {
         // Taken apart, so that a new setting cannot be forgotten here.
-        let BodySettings { scale, flatness } = *settings;
+        let BodySettings { scale, flatness, thick } = *settings;
         let mut text = Vec::new();
         text.extend(b"palpus body");
         text.extend(FORMAT.to_le_bytes());
@@ -49,6 +49,7 @@ impl BodyKey {
         text.extend(content.0);
         text.extend(scale.to_le_bytes());
         text.extend(flatness.to_le_bytes());
+        text.push(u8::from(thick));
         Self(ContentHash::of_bytes(&text))
     }
 }

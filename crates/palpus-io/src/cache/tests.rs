@@ -76,6 +76,7 @@ fn other_content_or_settings_have_another_name() {
     assert_ne!(BodyKey::new(&ContentHash::of_soup(&other), &settings), key);
     assert_ne!(BodyKey::new(&content, &BodySettings { scale: 0.02, ..settings }), key);
     assert_ne!(BodyKey::new(&content, &BodySettings { flatness: BodySettings::HAPTIC, ..settings }), key);
+    assert_ne!(BodyKey::new(&content, &BodySettings { thick: !settings.thick, ..settings }), key);
     assert_eq!(BodyKey::new(&content, &settings), key);
 }
 

@@ -599,3 +599,72 @@ pub const ADMISSIBLE_CROSSINGS: usize = 1 << 14;
 ///
 /// Some dozen roundings of a coordinate. Larger adds to the error of depths; smaller measures again what is exact.
 pub const CRISP: f64 = 1e-14;
+
+// body: thick pieces
+
+/// Relative: how much nearer than promised the surface may be along a way in.
+///
+/// What a piece's corner may be dishonest by where it lies on the medial axis. Larger lets pieces overlap more around the
+/// medial axis; smaller ends ways at the surface's roughness and makes every look for nearer surface dearer.
+pub const WAY_SLACK: f64 = 0.1;
+
+/// The least growth of the distance along a way in, per length, at a vertex: the sine of half the angle of a blade.
+///
+/// Larger leaves the pieces along blades thin; smaller follows the rounding of needles' normals.
+pub const WAY_BEGINS: f64 = 0.05;
+
+/// The least growth of the distance along a later step of a way in: below it the surfaces around lie opposite each other.
+pub const WAY_SLOPE: f64 = 0.3;
+
+/// Steps of a way in: to the medial axis and along it.
+///
+/// With one, corners of flat faces with rounded rims reach no deeper than the rounding (armadillo: 5 % of the pushes lost
+/// instead of 1 %); a third costs as much as the second and gains nothing that is seen.
+pub const WAY_STEPS: usize = 2;
+
+/// Looks for nearer surface in one step of a way; about 4 are needed. A step that has not ended by then is not taken.
+pub const WAY_LOOKS: u32 = 32;
+
+/// Relative to its length: by how much a step of a way is cut below the length at which nearer surface was found.
+///
+/// Larger ends ways short of the medial axis; smaller needs more looks (at 0 twice as many).
+pub const WAY_CUT: f64 = 0.06;
+
+/// Vertices whose ways in are one part of the work. Only speed depends on it.
+pub const WAYS_PER_PART: usize = 256;
+
+/// Steps of the search for the point of a hull of normals that is nearest to the origin; a few normals take 1 to 10.
+pub const HULL_POINT_STEPS: u32 = 32;
+
+/// Squared length below which a step of that search gains nothing; the direction is only a guess at the best way in.
+pub const HULL_POINT_GAIN: f64 = 1e-9;
+
+/// Times the distance to the nearest surface: how far below its patch a corner of a piece may lie.
+///
+/// Above 1/(1 − [`WAY_SLACK`]), or a patch would refuse its own ways. Larger lets pieces cover more of one another's part
+/// of the solid, and report depths that a nearer surface denies.
+pub const THICK_HONEST: f64 = 1.2;
+
+/// Relative to its depth below the patch: an inner corner nearer than this to another is not needed.
+pub const THICK_MERGED: f64 = 0.1;
+
+/// Inner corners of a piece, at most. Depth and distance queries pay for each; few pieces have more than 8.
+pub const THICK_CORNERS: usize = 16;
+
+/// Multiples of the surface's noise: the surface enters a thick hull when it comes deeper into it than this.
+///
+/// More than [`ENTERED`], since a flat patch may cover a notch of its outline by about the noise, and the walls of that notch
+/// go down into whatever is below the patch. Larger lets walls of pieces stand out of the solid by as much; smaller leaves
+/// pieces thin for rounding (M16 nut: 16 % of the pushes lost at 0.25, 6 % at 2).
+pub const THICK_ENTERED: f64 = 2.0;
+
+/// Shares of their ways at which all inner corners are tried at once.
+pub const THICK_SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.35, 0.2];
+
+/// How often a single inner corner that lets surface into the hull is pulled half way back to the surface.
+pub const THICK_RETREATS: i32 = 3;
+
+/// Relative to the depth that the ways from its patch's corners reach: a facet wider than this has a way of its own.
+///
+/// Smaller costs time on fine meshes, where it changes nothing.
+pub const WIDE_FACET: f64 = 0.5;

@@ -7,6 +7,7 @@ use super::facet::{Facets, Surface};
 use super::grow::Grower;
 use super::piece::{Piece, build_piece};
 use super::precision::coordinate_step;
+use super::thicken::{WaysIn, inner_corners};
 use super::{
     Aabb, Admissible, Cleaning, Feature, HalfEdges, Health, Hierarchy, HierarchyError, HullError, MassProperties, Mesh,
     MeshError, OwnNormals, PolygonSoup, Polytope, TriangleTree, convex_hull,
@@ -22,6 +23,9 @@ pub struct BodySettings {
     /// Relative to the model's bounding diagonal: how far a piece may deviate from the surface where the file's few digits
     /// have bent its planes; from 0 to 1e-3. See [`Self::EXACT`] and [`Self::HAPTIC`].
     pub flatness: f64,
+    /// Pieces of closed surfaces reach into the solid as far as their part of the surface is the nearest, so that deep
+    /// penetration is seen. Without, a piece is only as thick as its patch.
+    pub thick: bool,
 }
 
 impl BodySettings {
@@ -35,7 +39,7 @@ impl BodySettings {
 impl Default for BodySettings {
     /// A model in metres, to be measured exactly.
     fn default() -> Self {
-        Self { scale: 1.0, flatness: Self::EXACT }
+        Self { scale: 1.0, flatness: Self::EXACT, thick: true }
     }
 }
 
@@ -141,7 +145,7 @@ impl Body {
         let ground = Ground::new(mesh, settings)?;
         progress(GROUND_SHARE);
         let surface = Surface::new(&ground.mesh, &ground.half_edges, ground.step, settings.flatness);
-        let (polytopes, pieces) = convex_pieces(&surface, &ground.tree, workers, progress)?;
+        let (polytopes, pieces) = convex_pieces(&surface, &ground.tree, settings.thick, workers, progress)?;
         let coplanar = COPLANAR * ground.mesh.bounding_diagonal();
         let hierarchy = Hierarchy::build_with(&polytopes, coplanar, workers, &mut |done| {
             progress(BELOW_HIERARCHY + (BELOW_FINISH - BELOW_HIERARCHY) * done);
@@ -301,13 +305,23 @@ impl BodyParts {
 fn convex_pieces(
     surface: &Surface<'_>,
     tree: &TriangleTree,
+    thick: bool,
     workers: &dyn Workers,
     progress: &mut dyn FnMut(f64),
 ) -> Result<(Vec<Polytope>, Vec<Piece>), BodyError> {
     let facets = Facets::of(surface);
     let mut grower = Grower::new(*surface, &facets, tree);
-    let patches = decompose(&mut grower, &mut |done| progress(GROUND_SHARE + (BELOW_PIECES - GROUND_SHARE) * done));
-    let build = |k: usize| build_piece(surface, &facets, &patches[k]);
+    let patches = decompose(&mut grower, &mut |done| progress(GROUND_SHARE + (BELOW_WAYS - GROUND_SHARE) * done));
+    let ways = if thick {
+        let mut told = |done| progress(BELOW_WAYS + (BELOW_PIECES - BELOW_WAYS) * done);
+        WaysIn::new(surface, &facets, tree, &patches, workers, &mut told)
+    } else {
+        WaysIn::default()
+    };
+    let build = |k: usize| {
+        let inner = inner_corners(surface, &facets, tree, &ways, &patches[k]);
+        build_piece(surface, &facets, &patches[k], &inner)
+    };
     let pieces = map_in_order(workers, patches.len(), PIECES_PER_PART, build, &mut |done| {
         progress(BELOW_PIECES + (BELOW_HIERARCHY - BELOW_PIECES) * done);
     });
@@ -325,10 +339,11 @@ fn convex_pieces(
 const LARGEST_FLATNESS: f64 = 1e-3;
 
 /// How much of the work is done, for the progress report: when mesh, edges and tree stand; when the decomposition does, the
-/// pieces, the hierarchy.
+/// ways in, the pieces, the hierarchy.
 const GROUND_SHARE: f64 = 0.05;
-const BELOW_PIECES: f64 = 0.4;
-const BELOW_HIERARCHY: f64 = 0.6;
+const BELOW_WAYS: f64 = 0.3;
+const BELOW_PIECES: f64 = 0.5;
+const BELOW_HIERARCHY: f64 = 0.65;
 const BELOW_FINISH: f64 = 0.99;
 
 #[cfg(test)]

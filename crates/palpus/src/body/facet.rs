@@ -70,6 +70,23 @@ impl<'a> Surface<'a> {
         self.mesh.vertices().len()
     }
 
+    /// The connected component of triangle `t`.
+    pub(crate) fn component(&self, t: u32) -> u32 {
+        self.mesh.component(t)
+    }
+
+    /// How many triangles each component has.
+    pub(crate) fn component_sizes(&self) -> Vec<usize> {
+        let mut sizes = vec![0; self.mesh.component_count()];
+        (0..self.triangle_count()).for_each(|t| sizes[self.component(t) as usize] += 1);
+        sizes
+    }
+
+    /// True if a component has no border.
+    pub(crate) fn is_closed(&self, component: u32) -> bool {
+        self.mesh.is_component_closed(component)
+    }
+
     fn triangle_count(&self) -> u32 {
         self.mesh.triangles().len() as u32
     }

@@ -24,6 +24,7 @@ mod shading_normals;
 #[cfg(test)]
 mod shapes;
 mod soup;
+mod thicken;
 mod trial_hull;
 mod triangle_pair;
 mod triangle_tree;

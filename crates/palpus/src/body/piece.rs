@@ -48,21 +48,46 @@ impl Piece {
     pub fn face_triangles(&self, f: u32) -> &[u32] {
         &self.face_triangles[self.face_starts[f as usize] as usize..self.face_starts[f as usize + 1] as usize]
     }
+
+    /// True if every triangle of the patch lies in some face.
+    fn holds_all(&self) -> bool {
+        let mut held = self.face_triangles.clone();
+        held.sort_unstable();
+        held.dedup();
+        held == self.triangles
+    }
 }
 
-/// The polytope of a patch and its ties to the mesh.
+/// The polytope of a patch and of further corners inside the solid (see `thicken`), and its ties to the mesh.
+///
+/// Where the hull with the inner corners fails or loses a facet, they are left out.
 pub(crate) fn build_piece(
     surface: &Surface<'_>,
     facets: &Facets,
     patch: &Patch,
+    inner: &[DVec3],
+) -> Result<(Polytope, Piece), HullError> {
+    let thick = if inner.is_empty() { None } else { hull_and_ties(surface, facets, patch, inner).ok() };
+    if let Some(thick) = thick.filter(|(_, piece)| piece.holds_all()) {
+        return Ok(thick);
+    }
+    hull_and_ties(surface, facets, patch, &[])
+}
+
+fn hull_and_ties(
+    surface: &Surface<'_>,
+    facets: &Facets,
+    patch: &Patch,
+    inner: &[DVec3],
 ) -> Result<(Polytope, Piece), HullError> {
     let mut corners: Vec<u32> = patch.facets.iter().flat_map(|&f| facets.corners(f)).copied().collect();
     corners.sort_unstable();
     corners.dedup();
-    let points: Vec<DVec3> = corners.iter().map(|&v| surface.vertex(v)).collect();
+    let mut points: Vec<DVec3> = corners.iter().map(|&v| surface.vertex(v)).collect();
+    points.extend_from_slice(inner);
     let outward = patch.facets.iter().map(|&f| facets.area(f) * facets.plane(f).normal).sum();
     let (polytope, inputs) = hull_of_patch(&points, outward, surface.noise())?;
-    let mut vertex_of = vec![NONE; corners.len()];
+    let mut vertex_of = vec![NONE; points.len()];
     for (v, &input) in inputs.iter().enumerate() {
         vertex_of[input as usize] = v as u32;
     }

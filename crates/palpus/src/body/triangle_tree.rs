@@ -318,6 +318,43 @@ impl TriangleTree {
         best
     }
 
+    /// Some point of the surface nearer to `p` than `limit`, or none if there is none: cheaper than the nearest, and near it.
+    pub(super) fn some_within(&self, p: DVec3, limit: f64) -> Option<DVec3> {
+        let mut best = None;
+        let mut best_squared = limit * limit;
+        let mut stack = Stack::new();
+        if !self.nodes.is_empty() {
+            stack.push(0);
+        }
+        while let Some(index) = stack.pop() {
+            let node = &self.nodes[index as usize];
+            if node.is_leaf() {
+                for [a, b, c] in &self.corners[node.slots()] {
+                    let point = closest_on_triangle(p, *a, *b, *c);
+                    let squared = point.distance_squared(p);
+                    if squared < best_squared {
+                        best_squared = squared;
+                        best = Some(point);
+                    }
+                }
+                if best.is_some() {
+                    break;
+                }
+                continue;
+            }
+            let distance = |child: u32| self.nodes[child as usize].bounds.distance_squared(p);
+            let (first, second) = (distance(index + 1), distance(node.second));
+            let (near, far) = if second < first { (node.second, index + 1) } else { (index + 1, node.second) };
+            if first.max(second) < best_squared {
+                stack.push(far);
+            }
+            if first.min(second) < best_squared {
+                stack.push(near);
+            }
+        }
+        best
+    }
+
     /// Where the ray from `origin` along `direction` (not zero, need not be unit) first meets the surface at
     /// `0 ≤ t ≤ limit`, from either side.
     pub fn ray_cast(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<RayHit> {

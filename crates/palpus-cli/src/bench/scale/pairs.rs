@@ -131,7 +131,7 @@ pub(super) struct Repeat {
 /// Prepares, moves and times a pair, and leaves its poses in `out`.
 pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], out: &Path, ticks: usize) -> anyhow::Result<Row> {
     let prepare = |model: &Model, file: &Path| {
-        let settings = BodySettings { scale: model.scale, flatness: BodySettings::HAPTIC };
+        let settings = BodySettings { scale: model.scale, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
         anyhow::Ok(Arc::new(bodies::prepare_file(file, &settings)?.body))
     };
     let bodies = Bodies { a: prepare(&pair.a, &files[0])?, b: prepare(&pair.b, &files[1])? };
