@@ -495,22 +495,22 @@ pub const KEPT_CORNERS: usize = 256;
 pub const KEPT_TRIANGLES: usize = 512;
 // depth: blended witness
 
-/// Rise per length of the skirts that the bodies wear for the blended witness, and so the largest slope of a plane between
-/// them.
+/// Vertex pairs that one pulled gap of the blended witness may ask for. From nothing it takes about 5, from the last one 1 to 3.
 ///
-/// Larger makes the blend follow motions along the surface faster (the continuity bound grows with it); smaller, and nearer
-/// to the blending angle's slope, rounds the corners of overlaps: those sharper than angle/slope count less.
-pub const SKIRT_SLOPE: f64 = 0.5;
+/// Smaller leaves exact witnesses, which jump, where a gap would still have been found.
+pub const BLEND_ROUNDS: u32 = 64;
 
-/// Pivots of one linear program of the blended witness. From nothing it takes about 8, from the last one 0 to 4.
+/// Relative to the pair's size: bodies nearer than this, or overlapping, are moved apart so far along the normal for the blend.
 ///
-/// Smaller leaves exact witnesses, which jump, where a program would still have ended.
-pub const BLEND_PIVOTS: u32 = 64;
+/// Exactly touching bodies have many equally good directions between them. A normal that jumps moves the blend by up to that length
+/// over the angle; smaller comes near to the rounding of a gap, and rounds run out.
+pub const BLEND_PARTED: f64 = 1e-9;
 
-/// Relative to the largest share: a row with a smaller share in the entering one does not leave the basis.
+/// Sine of the angle below which the sides of a triangle of vertex pairs are parallel, and relative weight below which a pair's
+/// share in the blended witness's gap is none.
 ///
-/// The basis would be singular but for rounding. Larger refuses pivots that are needed between nearly parallel edges.
-pub const BLEND_PIVOT: f64 = 1e-12;
+/// The triangle's normal would be noise. Larger leaves out triangles that are needed between nearly parallel edges.
+pub const BLEND_FLAT: f64 = 1e-12;
 
 /// Relative to the pair's size and its distance from b's origin: a gap that is known as exactly as this ends its program.
 ///

@@ -33,14 +33,14 @@
 //! 2. The gap of the untilted pair, then of both ends of each of the six lines, each from the last basis.
 //! 3. The mean from the six differences.
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 
 use super::HubPair;
 use super::cso::Cso;
-use super::tilted_gap::TiltedGap;
+use super::pulled_gap::PulledGap;
 use crate::algebra::Placement;
-use crate::algebra::tolerance::BLEND_ROUNDING;
-use crate::body::{Feature, FeaturePair, Polytope};
+use crate::algebra::tolerance::{BLEND_PARTED, BLEND_ROUNDING};
+use crate::body::{Edge, Feature, FeaturePair, Polytope};
 
 /// A contact whose witness is to be blended; in b's frame.
 #[derive(Clone, Copy, Debug)]
@@ -58,74 +58,164 @@ pub struct Touch {
 /// The answer of [`blend`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Blend {
-    /// How far both witness points move from the exact ones; in the tangent plane.
+    /// How far the middle of the contact moves from the exact one.
     pub shift: DVec3,
-    /// Pivots of the linear programs; 0 where the contact was steep.
-    pub pivots: u32,
-    /// False if a program ran out of steps, and the exact points stay.
+    /// Vertex pairs asked for; 0 where the contact was steep.
+    pub rounds: u32,
+    /// False if a gap ran out of rounds, and the exact points stay.
     pub converged: bool,
 }
 
-/// Blends the witness of `touch` over all tilts up to `angle` (rad, less than a right angle).
+/// Blends the witness of `touch` over all pulls that features opening by `angle` (rad, less than a right angle) just withstand.
 pub fn blend(a: &Polytope, b: &Polytope, pose_ba: &Placement, touch: &Touch, angle: f64) -> Blend {
     let cso = Cso { a, b, pose_ba };
-    let slope = angle.tan();
-    let origin = (touch.point_a + touch.point_b) * 0.5;
+    let pull = (0.5 * angle).tan();
+    let apart = touch.normal.dot(touch.point_a - touch.point_b);
+    let moved = touch.normal * (BLEND_PARTED * cso.size() - apart).max(0.0);
+    let origin = (touch.point_a + moved + touch.point_b) * 0.5;
     let rounding = BLEND_ROUNDING * (cso.size() + origin.length() + pose_ba.translation.length());
-    if is_steep(&cso, touch, slope, rounding) {
-        return Blend { shift: DVec3::ZERO, pivots: 0, converged: true };
+    let steep = Steep { cso: &cso, touch, pull, apart: apart.max(BLEND_PARTED * cso.size()), rounding };
+    if steep.is_steep() {
+        return Blend { shift: DVec3::ZERO, rounds: 0, converged: true };
     }
-    let (u, v) = touch.normal.any_orthonormal_pair();
-    let lines = AXES.map(|axis| DVec2::new(axis.dot(u), axis.dot(v)));
-    let mut gap =
-        TiltedGap { cso: &cso, origin, normal: touch.normal, along: [u, v], bounds: lines, rounding, pivots: 0 };
-    let mean = mean_over_tilts(&mut gap, first_hub(&cso, touch), slope);
-    let shift = mean.map(|x| gap.in_plane(x)).filter(|shift| shift.is_finite());
-    Blend { shift: shift.unwrap_or(DVec3::ZERO), pivots: gap.pivots, converged: shift.is_some() }
+    let mut gap = PulledGap::new(&cso, moved, origin, touch.normal, first_hub(&cso, touch), rounding);
+    let shift = mean_middle(&mut gap, pull).filter(|shift| shift.is_finite());
+    Blend { shift: shift.unwrap_or(DVec3::ZERO), rounds: gap.rounds, converged: shift.is_some() }
 }
 
-/// The six axes of the icosahedron, unit.
+/// The six axes of the icosahedron, unit, in an order in which neighbours are near.
 const AXES: [DVec3; 6] = {
     // 1/√(1 + g²) and g/√(1 + g²), g being the golden ratio.
     const S: f64 = 0.525_731_112_119_133_6;
     const L: f64 = 0.850_650_808_352_039_9;
     [
         DVec3::new(0.0, S, L),
-        DVec3::new(0.0, S, -L),
         DVec3::new(L, 0.0, S),
-        DVec3::new(-L, 0.0, S),
         DVec3::new(S, L, 0.0),
-        DVec3::new(S, -L, 0.0),
+        DVec3::new(-S, L, 0.0),
+        DVec3::new(-L, 0.0, S),
+        DVec3::new(0.0, -S, L),
     ]
 };
 
-/// The mean of the touching point over the tilts, in the coordinates of the plane.
-fn mean_over_tilts(gap: &mut TiltedGap<'_, '_>, hub: HubPair, slope: f64) -> Option<DVec2> {
-    let mut untilted = gap.first(hub);
-    gap.solve(&mut untilted, DVec2::ZERO)?;
-    let mut sum = DVec2::ZERO;
-    for line in gap.bounds {
-        let forth = gap.solve(&mut { untilted }, line * slope)?;
-        let back = gap.solve(&mut { untilted }, line * -slope)?;
-        sum += line * (forth - back);
+/// The mean of the middle over the pulls, from the origin.
+fn mean_middle(gap: &mut PulledGap<'_, '_>, pull: f64) -> Option<DVec3> {
+    let mut sum = DVec3::ZERO;
+    for sign in [1.0, -1.0] {
+        for axis in AXES {
+            sum -= axis * (sign * gap.at(axis * (sign * pull))?);
+        }
     }
-    // Σ w wᵀ over six axes is twice the identity, and the ends of a line are 2 slopes apart.
-    Some(sum / (4.0 * slope))
+    // The gap falls by twice the middle's way along the pull, Σ w wᵀ over six axes is twice the identity, and the ends of an axis
+    // are two pulls apart.
+    Some(sum / (8.0 * pull))
 }
 
-/// True if a vertex touches the inside of a face and all its edges rise at least by `slope`.
-fn is_steep(cso: &Cso<'_>, touch: &Touch, slope: f64, rounding: f64) -> bool {
-    let is_tip = |vertex: DVec3, point: DVec3| vertex.distance_squared(point) <= rounding * rounding;
-    match (touch.features.a, touch.features.b) {
-        (Feature::Vertex(v), Feature::Face(_)) => {
-            is_tip(cso.point_a(v), touch.point_a) && rises(cso.a, v, cso.toward_b(touch.normal), slope)
+/// Is the blend the exact witness for certain?
+struct Steep<'c, 'p> {
+    cso: &'c Cso<'p>,
+    touch: &'c Touch,
+    pull: f64,
+    /// After a was moved: greater than zero.
+    apart: f64,
+    rounding: f64,
+}
+
+impl Steep<'_, '_> {
+    fn is_steep(&self) -> bool {
+        let Touch { features, point_a, point_b, normal } = *self.touch;
+        let (a, b) = (self.cso.a, self.cso.b);
+        let to_a = |p: DVec3| self.cso.pose_ba.inverse_point(p);
+        match (features.a, features.b) {
+            (Feature::Vertex(v), Feature::Face(f)) => {
+                self.vertex_on_face((a, v, to_a(point_a), self.cso.toward_b(normal)), (b, f, point_b))
+            }
+            (Feature::Face(f), Feature::Vertex(v)) => {
+                self.vertex_on_face((b, v, point_b, normal), (a, f, to_a(point_a)))
+            }
+            (Feature::Vertex(v), Feature::Edge(e)) => {
+                self.vertex_on_edge((a, v, to_a(point_a), self.cso.toward_b(normal)), (b, e, point_b, normal))
+            }
+            (Feature::Edge(e), Feature::Vertex(v)) => {
+                self.vertex_on_edge((b, v, point_b, normal), (a, e, to_a(point_a), self.cso.toward_b(normal)))
+            }
+            (Feature::Edge(e), Feature::Edge(f)) => self.edge_on_edge(e, f),
+            (Feature::Vertex(v), Feature::Vertex(w)) => {
+                // w is the line between the vertices, whatever the pull.
+                let slope = self.pull / (1.0 - self.pull * self.pull).sqrt();
+                self.is_parted() && rises(a, v, self.cso.toward_b(normal), slope) && rises(b, w, normal, slope)
+            }
+            (Feature::Face(_), _) | (_, Feature::Face(_)) => false,
         }
-        (Feature::Face(_), Feature::Vertex(v)) => {
-            is_tip(cso.b.vertex(v), touch.point_b) && rises(cso.b, v, touch.normal, slope)
+    }
+
+    /// True if the bodies are farther apart than they would be moved, so that a was not moved.
+    fn is_parted(&self) -> bool {
+        self.apart > BLEND_PARTED * self.cso.size()
+    }
+
+    /// A vertex over the inside of a face stays where it is if all its edges rise steeply enough: a pull q leans w by its part q' in
+    /// the plane, and the body of the vertex feels it twice.
+    fn vertex_on_face(&self, tip: (&Polytope, u32, DVec3, DVec3), face: (&Polytope, u32, DVec3)) -> bool {
+        let (polytope, v, point, outward) = tip;
+        let (ground, f, foot) = face;
+        polytope.vertex(v).distance_squared(point) <= self.rounding * self.rounding
+            && rises(polytope, v, outward, 2.0 * self.pull / (self.upright() - self.pull))
+            && is_within(ground, f, foot, self.apart * self.pull / self.upright())
+    }
+
+    /// A vertex over the inside of an edge likewise, if also the edge is sharp enough.
+    fn vertex_on_edge(&self, tip: (&Polytope, u32, DVec3, DVec3), edge: (&Polytope, u32, DVec3, DVec3)) -> bool {
+        let (polytope, v, _, outward) = tip;
+        let (ground, e, foot, ground_outward) = edge;
+        let edge = ground.edge(e);
+        let tail = ground.vertex(edge.tail);
+        let along = ground.vertex(edge.head) - tail;
+        let (length, share) = (along.length(), (foot - tail).dot(along) / along.length());
+        let margin = self.apart * self.pull / self.upright();
+        let slope = self.pull / (self.upright() - self.pull);
+        self.is_parted()
+            && rises(polytope, v, outward, 2.0 * slope)
+            && is_sharp(ground, &edge, ground_outward, slope)
+            && share > margin
+            && share < length - margin
+    }
+
+    /// The least height of a unit w that leans by the pull.
+    fn upright(&self) -> f64 {
+        (1.0 - self.pull * self.pull).sqrt()
+    }
+
+    /// Crossing edges stay where they are if along each of them the faces of the other rise steeply enough.
+    fn edge_on_edge(&self, e: u32, f: u32) -> bool {
+        let Touch { point_a, point_b, normal, .. } = *self.touch;
+        let (a, b) = (self.cso.a, self.cso.b);
+        let (e, f) = (a.edge(e), b.edge(f));
+        let along = |polytope: &Polytope, edge: &Edge| polytope.vertex(edge.head) - polytope.vertex(edge.tail);
+        let (along_a, along_b) = (self.cso.pose_ba.vector(along(a, &e)), along(b, &f));
+        let (length_a, length_b) = (along_a.length(), along_b.length());
+        let crossing = along_a.cross(along_b).length() / (length_a * length_b);
+        // w leans by at most this; see the module's description.
+        let leaning = 2.0 * self.pull / crossing;
+        if !(leaning < MOST_LEANING) {
+            return false;
         }
-        _ => false,
+        let upright = (1.0 - leaning * leaning).sqrt();
+        let slope = leaning / (upright - self.pull);
+        let margin = self.apart * leaning / (upright * crossing);
+        let inside = |p: DVec3, tail: DVec3, along: DVec3, length: f64| {
+            let share = (p - tail).dot(along) / length;
+            share > margin && share < length - margin
+        };
+        inside(point_a, self.cso.point_a(e.tail), along_a, length_a)
+            && inside(point_b, b.vertex(f.tail), along_b, length_b)
+            && is_sharp(a, &e, self.cso.toward_b(normal), slope)
+            && is_sharp(b, &f, normal, slope)
     }
 }
+
+/// How far the direction may lean (its sine) between edges that count as crossing.
+const MOST_LEANING: f64 = 0.5;
 
 /// True if no edge of vertex `v` leaves the plane across `outward` (unit, local) by less than `slope`.
 fn rises(polytope: &Polytope, v: u32, outward: DVec3, slope: f64) -> bool {
@@ -136,6 +226,27 @@ fn rises(polytope: &Polytope, v: u32, outward: DVec3, slope: f64) -> bool {
         let edge = polytope.vertex(spoke.neighbour) - from;
         let rise = -outward.dot(edge);
         rise >= 0.0 && rise * rise >= least * edge.length_squared()
+    })
+}
+
+/// True if both faces of an edge fall off from the plane across `outward` (unit, local) by at least `slope`.
+fn is_sharp(polytope: &Polytope, edge: &Edge, outward: DVec3, slope: f64) -> bool {
+    let most = 1.0 / (1.0 + slope * slope).sqrt();
+    [edge.left, edge.right].into_iter().all(|face| polytope.plane(face).normal.dot(outward) <= most)
+}
+
+/// True if `point` (local) lies inside of every side of face `f` by at least `margin`.
+fn is_within(polytope: &Polytope, f: u32, point: DVec3, margin: f64) -> bool {
+    let normal = polytope.plane(f).normal;
+    let corners = polytope.face_vertices(f);
+    let Some(&last) = corners.last() else { return false };
+    let mut from = polytope.vertex(last);
+    corners.iter().all(|&v| {
+        let to = polytope.vertex(v);
+        let inward = normal.cross(to - from);
+        let height = inward.dot(point - from);
+        from = to;
+        height > 0.0 && height * height >= margin * margin * inward.length_squared()
     })
 }
 

@@ -14,11 +14,11 @@ mod inner;
 #[cfg(test)]
 pub(crate) mod oracle;
 mod overlay;
+mod pulled_gap;
 mod query;
 mod seed;
 #[cfg(test)]
 mod tests;
-mod tilted_gap;
 mod walk;
 mod witness;
 

@@ -544,7 +544,7 @@ fn blend_witness(
     let Contact { piece_a, piece_b, features, point_a, point_b, normal, separation } = *contact;
     let (piece_a, piece_b) = (&a.polytopes()[piece_a as usize], &b.polytopes()[piece_b as usize]);
     let blend = blend(piece_a, piece_b, place, &Touch { features, point_a, point_b, normal }, angle);
-    counters.blended += u32::from(blend.pivots > 0);
+    counters.blended += u32::from(blend.rounds > 0);
     counters.blend_stops += u32::from(!blend.converged);
     let midpoint = contact.midpoint() + blend.shift;
     contact.point_a = midpoint + normal * (0.5 * separation);
