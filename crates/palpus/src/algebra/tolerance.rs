@@ -500,6 +500,11 @@ pub const KEPT_TRIANGLES: usize = 512;
 /// Smaller leaves exact witnesses, which jump, where a gap would still have been found.
 pub const BLEND_ROUNDS: u32 = 64;
 
+/// Sine of the angle by which a pull may lean the direction between crossing edges that pass for steep.
+///
+/// Larger skips the blend for edges that cross at smaller angles, where the estimate of the slope that they need is poor.
+pub const BLEND_LEANING: f64 = 0.5;
+
 /// Relative to the pair's size: bodies nearer than this, or overlapping, are moved apart so far along the normal for the blend.
 ///
 /// Exactly touching bodies have many equally good directions between them. A normal that jumps moves the blend by up to that length

@@ -208,7 +208,7 @@ impl<'c, 'p> PulledGap<'c, 'p> {
         // w·edge = rise.
         let rise = q.dot(i.sum - j.sum);
         let slack = 1.0 - rise * rise / squared;
-        if !(slack > BLEND_FLAT) {
+        if slack <= BLEND_FLAT {
             return None;
         }
         let across = j.apart - edge * (j.apart.dot(edge) / squared);
@@ -228,14 +228,14 @@ impl<'c, 'p> PulledGap<'c, 'p> {
         let (e, f) = (i.apart - k.apart, j.apart - k.apart);
         let across = e.cross(f);
         let squared = across.length_squared();
-        if !(squared > BLEND_FLAT * BLEND_FLAT * e.length_squared() * f.length_squared()) {
+        if squared <= BLEND_FLAT * BLEND_FLAT * e.length_squared() * f.length_squared() {
             return None;
         }
         let inverse = 1.0 / squared;
         let (rise_e, rise_f) = (q.dot(i.sum - k.sum), q.dot(j.sum - k.sum));
         let tilted = (f.cross(across) * rise_e + across.cross(e) * rise_f) * inverse;
         let slack = 1.0 - tilted.length_squared();
-        if !(slack > 0.0) {
+        if slack <= 0.0 {
             return None;
         }
         let unit = across * inverse.sqrt();

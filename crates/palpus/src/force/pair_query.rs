@@ -16,7 +16,7 @@
 //! When the pose has jumped since the last query, what is remembered of a pair's depth is a guess like any other: the walk
 //! then starts cold, from several seeds, and keeps the best end.
 //!
-//! The points of a contact are exact, or on request *blended*: moved in their supporting planes to where they change
+//! The points of a contact are exact, or on request *blended*: moved to where they change
 //! continuously as flat contact opens ([`blend`]). The nearest pair of [`PairQuery::nearest`] is a contact, and blended, where
 //! the bodies are within tolerance.
 //!
@@ -532,7 +532,7 @@ fn at_closest(leaf: &LeafPair, closest: &Closest) -> Contact {
     }
 }
 
-/// Moves the points of `contact` to where they change continuously, in their supporting planes.
+/// Moves the points of `contact` to where they change continuously.
 fn blend_witness(
     a: &Body,
     b: &Body,
