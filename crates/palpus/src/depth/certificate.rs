@@ -336,9 +336,9 @@ impl<'s, 'p> Search<'s, 'p> {
         PROOF_RELATIVE * self.best.offset.max(0.0) + self.rounding
     }
 
-    /// Lengths below this are rounding.
+    /// Lengths below this are rounding; of a depth that is known, part of what the proof may leave.
     fn slack(&self) -> f64 {
-        0.25 * self.tolerance()
+        0.25 * if self.answer.is_some() { self.tolerance() } else { self.rounding }
     }
 
     /// Goes on from where a walk ends that starts from the best direction. With the depth known exactly, fewer triangles come near enough to be

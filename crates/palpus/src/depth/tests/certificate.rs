@@ -253,3 +253,39 @@ fn a_cube_nearly_flush_with_a_needle_is_proven() {
     let proven = depth_proven(&a, &b, &place, &[], &mut memory, &mut proof, &mut walk);
     assert_eq!(proven.certainty, Certainty::GloballyOptimal, "{proven:?}, {} growths", proof.growths());
 }
+
+/// Points spread evenly over a sphere, along a spiral of golden angles \[Swinbank and Purser 2006\].
+fn ball(n: usize, radius: f64) -> Polytope {
+    let point = |k: usize| {
+        let z = 1.0 - (2 * k + 1) as f64 / n as f64;
+        let (s, c) = (2.399_963_229_728_653 * k as f64).sin_cos();
+        DVec3::new(c * (1.0 - z * z).sqrt(), s * (1.0 - z * z).sqrt(), z) * radius
+    };
+    solid(&(0..n).map(point).collect::<Vec<_>>())
+}
+
+#[test]
+fn round_bodies_about_one_centre_are_proven_or_say_that_they_are_not() {
+    let mut rng = SplitMix64(SWEEP_SEED);
+    let mut bench = Bench {
+        walk: WalkScratch::new(),
+        proof: ProofScratch::new(),
+        memory: CertificateMemory::new(),
+        blank: CertificateMemory::new(),
+    };
+    for (n, off, proves) in [(500, 0.0, true), (2000, 1e-2, true), (2000, 0.0, false)] {
+        let (a, b) = (ball(n, 1.0), ball(n, 0.9));
+        let place = Pose { rotation: rng.rotation(), translation: rng.direction() * off }.placement();
+        let Bench { walk, proof, memory, .. } = &mut bench;
+        memory.clear();
+        let proven = depth_proven(&a, &b, &place, &[], memory, proof, walk);
+        let what = format!("{n} vertices, {off} off: {proven:?}, {} growths, seed {SWEEP_SEED:#x}", proof.growths());
+        assert_identities(&a, &b, &place, &proven, &what);
+        let certified = proven.certainty == Certainty::GloballyOptimal;
+        assert!(certified || !proves && proven.stop == StopReason::Budget, "{what}");
+        // No face of either is nearer to its centre.
+        let within = |body: &Polytope| body.planes().iter().map(|plane| plane.offset).fold(f64::INFINITY, f64::min);
+        assert!(proven.depth >= within(&a) + within(&b) - off, "{what}");
+        assert!(proven.depth <= 1.9, "{what}");
+    }
+}
