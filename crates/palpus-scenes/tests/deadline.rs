@@ -123,9 +123,9 @@ fn a_scene_that_is_cut_short_by_a_counting_clock_feels_nearly_the_same() {
         let ticks = 1500;
         let begin = 0.3 * scene.path.duration();
         let poses: Vec<Pose> = (0..ticks).map(|k| scene.path.pose(begin + f64::from(k) * 1e-3)).collect();
-        let clock = Counting { now: Cell::new(0), per_look: 1000 };
+        let clock = Counting { now: Cell::new(0), per_look: 600 };
         let outcome = compare(&a, &b, settings, 20_000, &clock, &poses);
-        assert!(outcome.late > 100 && outcome.held > 1000, "{name}: {outcome:?}");
+        assert!(outcome.late > 100 && outcome.held > 500, "{name}: {outcome:?}");
         assert_near(&outcome, name);
     }
 }
@@ -165,8 +165,8 @@ fn twenty_microseconds_on_the_armadillo() {
     assert!(outcome.worst <= 2.0 * outcome.most && outcome.too_far <= 1e-12, "{outcome:?}");
 }
 
-/// What one may rely on. Measured, of the largest force: worst 0.12, mean 0.01 on the scenes; 0.13 and 0.03 on the armadillo, where the time is
-/// enough for a third of 140 pairs. Missing are contacts that have passed to a neighbouring piece since their pair was visited.
+/// What one may rely on. Measured, of the largest force: worst 0.24, mean 0.01 on the scenes; 0.13 and 0.03 on the armadillo, where the
+/// time is enough for a third of 140 pairs. Missing are contacts that have passed to a neighbouring piece since their pair was visited.
 fn assert_near(outcome: &Outcome, what: &str) {
     assert!(outcome.worst <= 0.3 * outcome.most, "{what}: {outcome:?}");
     assert!(outcome.mean <= 0.12 * outcome.most, "{what}: {outcome:?}");

@@ -673,3 +673,25 @@ pub const THICK_RETREATS: i32 = 3;
 ///
 /// Smaller costs time on fine meshes, where it changes nothing.
 pub const WIDE_FACET: f64 = 0.5;
+// force: the guard against tunnelling
+
+/// Tolerances: the longest way of any point in a sub-step.
+///
+/// Below 1, so that whatever is passed is met within the tolerance first. Larger passes sheets unseen; smaller cuts motion that is
+/// no danger: at 1 mm tolerance and 1 kHz, half a tolerance is 0.5 m/s.
+pub const GUARD_STEP: f64 = 0.5;
+
+/// Sub-steps of a tick, at most: a tick that would need more is a leap and not a motion (8 m/s at 1 mm tolerance and 1 kHz).
+///
+/// Larger lets fast ticks cost more; smaller guards slower hands only.
+pub const GUARD_SUB_STEPS: u32 = 16;
+
+/// Tolerances: how much deeper than where it tunnelled a pair is held.
+///
+/// Larger pushes longer on a hand that went through on purpose; smaller lets go in the swing of the hand that tunnelled.
+pub const GUARD_HOLD: f64 = 20.0;
+
+/// Cosine: a normal that turns by more than this angle (120°) in a sub-step has turned over.
+///
+/// Going off the side of a part turns it by a right angle. Nearer to −1 lets oblique passages through; nearer to 0 holds what slid off.
+pub const TURNED_OVER: f64 = -0.5;

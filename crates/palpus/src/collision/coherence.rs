@@ -13,11 +13,12 @@ use crate::body::{Feature, FeaturePair};
 pub struct Memory {
     /// The last closest features: where the march starts.
     pub features: FeaturePair,
-    /// The last contact normal, unit, from b into a, in b's frame; zero when there was no contact yet.
+    /// The normal of the last depth, or of the last closest points within tolerance: unit, from b into a, in b's frame; zero when there
+    /// is none.
     pub normal: DVec3,
     /// Vertices of a and b that support that normal.
     pub hub: [u32; 2],
-    /// The features that the last depth rests on; none when there was none.
+    /// The features that the last depth, or the last closest points, rest on; none when there are none.
     pub facet: Option<FeaturePair>,
 }
 

@@ -248,8 +248,8 @@ impl Front {
         self.full.nearest(a, b, pose_ba, counters)
     }
 
-    /// Keeps where the pair's depth walk ended, for the next tick: its normal (b's frame), the vertices that support it and
-    /// the features that it rests on.
+    /// Keeps where the pair's depth walk ended, or its march when it is apart, for the next tick's walk: the normal (b's frame), vertices that support it or nearly
+    /// so, and the features that it rests on.
     pub fn remember_depth(&mut self, pair: &LeafPair, normal: DVec3, hub: [u32; 2], facet: FeaturePair) {
         match pair.home {
             Home::Nodes(a, b) => self.full.remember_depth([a, b], normal, hub, facet),
@@ -320,6 +320,8 @@ impl Front {
                 kept += 1;
                 found.push(self.leaf_pair(query, place, answer, memory), query.a, query.b, query.pose_ba);
             } else {
+                // When they meet again it may be anywhere.
+                self.memories[place as usize].normal = DVec3::ZERO;
                 self.sleep(query, place, distance(&answer));
             }
         }

@@ -133,7 +133,7 @@ impl HeldContacts {
 }
 
 /// Some vertex of the feature.
-fn vertex_of(polytope: &Polytope, feature: Feature) -> u32 {
+pub(super) fn vertex_of(polytope: &Polytope, feature: Feature) -> u32 {
     match feature {
         Feature::Vertex(vertex) => vertex,
         Feature::Edge(edge) => polytope.edge(edge).tail,

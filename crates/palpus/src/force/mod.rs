@@ -7,6 +7,7 @@ mod cluster_tests;
 mod contact;
 mod crowding;
 mod friction;
+mod guard;
 mod held;
 mod pair_query;
 mod penalty;

@@ -26,7 +26,8 @@ use glam::DVec3;
 
 use super::Contact;
 use super::belief::is_believed;
-use super::held::{Held, HeldContacts};
+use super::guard::{Guard, between, sub_steps};
+use super::held::{Held, HeldContacts, vertex_of};
 use crate::algebra::tolerance::JUMP;
 use crate::algebra::{Clock, Deadline, Placement, Pose};
 use crate::body::{Aabb, Body, Polytope};
@@ -75,6 +76,10 @@ pub struct QueryCounters {
     pub held: u32,
     /// Overlapping pairs that were not answered at all, since the deadline had passed and nothing was known of them.
     pub unseen: u32,
+    /// Sub-steps into which a fast tick's motion was cut; 0 when it was taken whole.
+    pub sub_steps: u32,
+    /// Contacts that are held on the side from which they came, since they had been jumped over.
+    pub kept_side: u32,
     /// Contacts whose witness is a blend, and not the exact one.
     pub blended: u32,
     /// Contacts whose witness stayed exact since the blend did not converge.
@@ -94,7 +99,8 @@ pub struct PairQuery {
     scratch: WalkScratch,
     admissible: AdmissibleScratch,
     prover: Option<Box<Prover>>,
-    last_pose: Option<Placement>,
+    last_pose: Option<Pose>,
+    guard: Option<Guard>,
     coherent: bool,
     blend_angle: Option<f64>,
     held: HeldContacts,
@@ -118,6 +124,7 @@ impl PairQuery {
             admissible: AdmissibleScratch::new(a.admissible(), b.admissible()),
             prover: None,
             last_pose: None,
+            guard: None,
             coherent: false,
             blend_angle: None,
             held: HeldContacts::default(),
@@ -148,6 +155,11 @@ impl PairQuery {
         Self { held, ..self }
     }
 
+    /// The same, guarded against tunnelling: contacts are not jumped over when a hand is fast and a part thin.
+    pub fn with_guard(self) -> Self {
+        Self { guard: Some(Guard::new(self.contacts.capacity())), ..self }
+    }
+
     /// Finds every contact nearer than `tolerance` (model units); `pose_ba` places a in b's frame.
     ///
     /// The answer stands in [`Self::contacts`] until the next query.
@@ -169,13 +181,14 @@ impl PairQuery {
         tolerance: f64,
         deadline: &Deadline<C>,
     ) -> QueryCounters {
-        let place = pose_ba.placement();
         let begin = deadline.now_ns();
-        self.coherent = self.last_pose.is_some_and(|last| travel(a, &last, &place) <= JUMP * a.size().min(b.size()));
-        self.last_pose = Some(place);
-        let traversal = self.front.within_until(side(a), side(b), &place, tolerance, deadline, &mut self.leaves);
+        let mut counters = QueryCounters::default();
+        self.sub_steps(a, b, pose_ba, tolerance, deadline, &mut counters);
+        let place = pose_ba.placement();
+        self.move_to(a, b, pose_ba, counters.sub_steps > 0);
+        counters.traversal = self.front.within_until(side(a), side(b), &place, tolerance, deadline, &mut self.leaves);
         let middle = deadline.now_ns();
-        let mut counters = QueryCounters { traversal, query_ns: middle - begin, ..QueryCounters::default() };
+        counters.query_ns = middle - begin;
         self.contacts.clear();
         self.held.begin_tick();
         self.unseen_separation = f64::INFINITY;
@@ -207,6 +220,12 @@ impl PairQuery {
             let known = self.contacts.len();
             self.contacts.extend(doubtful);
             self.blend_from(a, b, &place, known, &mut counters);
+        }
+        if let Some(guard) = &mut self.guard {
+            if counters.sub_steps > 0 {
+                guard.compare(&self.contacts);
+            }
+            counters.kept_side = guard.hold(a, b, &place, tolerance, &mut self.contacts);
         }
         if counters.traversal.postponed > 0 {
             self.unseen_separation = self.unseen_separation.min(self.front.unseen_separation());
@@ -259,9 +278,66 @@ impl PairQuery {
         self.front.clear();
         self.contacts.clear();
         self.held.clear();
+        if let Some(guard) = &mut self.guard {
+            guard.clear();
+        }
         self.last_pose = None;
         if let Some(prover) = &mut self.prover {
             prover.clear();
+        }
+    }
+
+    /// A fast tick's poses on the way, so that nothing is jumped over; the deadline may cut them short.
+    fn sub_steps<C: Clock>(
+        &mut self,
+        a: &Body,
+        b: &Body,
+        pose_ba: &Pose,
+        tolerance: f64,
+        deadline: &Deadline<C>,
+        counters: &mut QueryCounters,
+    ) {
+        let (Some(_), Some(last)) = (&self.guard, self.last_pose) else { return };
+        let parts = sub_steps(travel(a, &last.placement(), &pose_ba.placement()), tolerance);
+        if parts <= 1 {
+            return;
+        }
+        counters.sub_steps = parts;
+        let deadline = deadline.halfway();
+        for part in 1..parts {
+            if deadline.passed() {
+                return;
+            }
+            let pose = between(&last, pose_ba, f64::from(part) / f64::from(parts));
+            let place = pose.placement();
+            self.move_to(a, b, &pose, true);
+            self.front.within_until(side(a), side(b), &place, tolerance, &deadline, &mut self.leaves);
+            self.contacts.clear();
+            for k in 0..self.leaves.as_slice().len() {
+                let leaf = self.leaves.as_slice()[k];
+                if let Found::Admissible(contact) | Found::Moved(contact) = self.contact(a, b, &place, &leaf, counters)
+                {
+                    self.contacts.push(contact);
+                }
+            }
+            if let Some(guard) = &mut self.guard {
+                guard.compare(&self.contacts);
+            }
+        }
+    }
+
+    /// Notes the pose, whether the way to it is coherent, and in fast motion which of the last contacts tunnel on that way.
+    fn move_to(&mut self, a: &Body, b: &Body, pose_ba: &Pose, fast: bool) {
+        let place = pose_ba.placement();
+        self.coherent = false;
+        if let Some(last) = self.last_pose.replace(*pose_ba) {
+            let last = last.placement();
+            self.coherent = travel(a, &last, &place) <= JUMP * a.size().min(b.size());
+            if let Some(guard) = &mut self.guard
+                && fast
+            {
+                guard.trace(a, b, &self.contacts, &last, &place);
+            }
         }
     }
 
@@ -389,6 +465,12 @@ impl PairQuery {
         leaf: &LeafPair,
         counters: &mut QueryCounters,
     ) -> Found {
+        if let Proximity::Disjoint(Closest { normal, features, .. }) = leaf.proximity {
+            // Should they overlap in the next tick, they do so along this normal.
+            let (piece_a, piece_b) = pieces(a, b, leaf.piece_a, leaf.piece_b);
+            let hub = [vertex_of(piece_a, features.a), vertex_of(piece_b, features.b)];
+            self.front.remember_depth(leaf, normal, hub, features);
+        }
         match leaf.proximity {
             Proximity::Disjoint(closest) if is_surface(a, b, place, leaf, &closest) => {
                 Found::Admissible(at_closest(leaf, &closest))

@@ -183,7 +183,7 @@ impl Renderer {
 }
 
 fn query(a: &Body, b: &Body, settings: &Settings) -> PairQuery {
-    let query = PairQuery::new(a, b, settings.capacity).with_blend(settings.blend_angle);
+    let query = PairQuery::new(a, b, settings.capacity).with_blend(settings.blend_angle).with_guard();
     if settings.time_budget.is_some() { query.with_holding() } else { query }
 }
 

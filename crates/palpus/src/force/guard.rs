@@ -1,0 +1,345 @@
+//! The guard against tunnelling: a contact is not jumped over when a tick's motion is as large as a part is thin.
+//!
+//! 1. A tick in which no point moves farther than a share of the tolerance is taken as it is. A faster one is cut into
+//!    *sub-steps* of about that length, and contacts are looked for at each. So every contact is met within the tolerance on
+//!    the side from which it is entered, and its depth is walked from there.
+//! 2. In fast ticks each contact is *traced*: where its two points go from one pose to the next. A point of a that goes through b's piece, or leaves it
+//!    by a face that looks away from the side it came from, has tunnelled; so has one of b in a's piece.
+//!    So has a pair that overlaps before or after a sub-step and whose normal turns over in it.
+//! 3. Such a pair is put on the list of *sides*. As long as it is there, it is a contact along the normal of the side that it
+//!    came from, whatever its march says: its separation is the gap between the two supports along that normal.
+//! 4. A side is let go when the pair is apart along it, when its point is no longer below the piece (it has slid off the
+//!    edge), when the query finds a contact on the same side again, and when it has been pushed a fixed number of tolerances
+//!    deeper than where it tunnelled: whoever pushes on that far is through.
+//!
+//! A direct rendering has no proxy that could stay behind on the surface. This gives it the one thing of a proxy that matters for
+//! thin parts, the memory of a side, for the pairs that need it only.
+
+use glam::{DQuat, DVec3, DVec4};
+
+use super::Contact;
+use crate::algebra::tolerance::{COPLANAR, GUARD_HOLD, GUARD_STEP, GUARD_SUB_STEPS, TURNED_OVER};
+use crate::algebra::{Placement, Pose};
+use crate::body::{Body, FeaturePair, Polytope};
+
+/// Into how many parts a tick's motion is cut: 1 for slow ones, and for leaps, which are no motion.
+pub(super) fn sub_steps(travel: f64, tolerance: f64) -> u32 {
+    let parts = (travel / (GUARD_STEP * tolerance)).ceil();
+    if parts <= f64::from(GUARD_SUB_STEPS) { (parts as u32).max(1) } else { 1 }
+}
+
+/// The pose after a fraction of the way.
+pub(super) fn between(from: &Pose, to: &Pose, fraction: f64) -> Pose {
+    let near = if from.rotation.dot(to.rotation) < 0.0 { -to.rotation } else { to.rotation };
+    let turned = DVec4::from(from.rotation).lerp(DVec4::from(near), fraction);
+    Pose::new(DQuat::from_vec4(turned), from.translation.lerp(to.translation, fraction))
+}
+
+/// Pairs that have tunnelled, and the side from which each came.
+#[derive(Clone, Debug)]
+pub(super) struct Guard {
+    sides: Vec<Side>,
+    /// The contacts at the pose before, in fast ticks.
+    before: Vec<Contact>,
+    pose: Placement,
+}
+
+/// A pair and the side to which it belongs.
+#[derive(Clone, Copy, Debug)]
+struct Side {
+    pieces: [u32; 2],
+    features: FeaturePair,
+    /// Of the contact before it tunnelled, unit, from b into a, in b's frame.
+    normal: DVec3,
+    /// The points that were traced, each in its body's frame.
+    point_a: DVec3,
+    point_b: DVec3,
+    /// Whether it was a's point that went through b.
+    by_a: bool,
+    /// Vertices near the supports along the normal.
+    hub: [u32; 2],
+    /// Depth at which it is let go; not known before its depth is measured first.
+    deepest: Option<f64>,
+}
+
+impl Guard {
+    /// Pairs that can be held at a time; of more, the later ones tunnel.
+    const SIDES: usize = 64;
+
+    /// An empty list, with memory for `capacity` contacts.
+    pub(super) fn new(capacity: usize) -> Self {
+        let (sides, before) = (Vec::with_capacity(Self::SIDES), Vec::with_capacity(capacity));
+        Self { sides, before, pose: Placement::IDENTITY }
+    }
+
+    /// Lets all go.
+    pub(super) fn clear(&mut self) {
+        self.sides.clear();
+        self.before.clear();
+    }
+
+    /// Lists the pairs among `contacts`, those at the pose `from`, whose points tunnel on the way to `to`.
+    pub(super) fn trace(&mut self, a: &Body, b: &Body, contacts: &[Contact], from: &Placement, to: &Placement) {
+        self.before.clear();
+        self.before.extend(contacts.iter().take(self.before.capacity()));
+        self.pose = *from;
+        for contact in contacts {
+            let (piece_a, piece_b) =
+                (&a.polytopes()[contact.piece_a as usize], &b.polytopes()[contact.piece_b as usize]);
+            let (point_a, point_b) = (from.inverse_point(contact.point_a), contact.point_b);
+            let by_a = leaves_behind(piece_b, contact.point_a, to.point(point_a), contact.normal);
+            let down = -to.inverse_vector(contact.normal);
+            if by_a || leaves_behind(piece_a, from.inverse_point(point_b), to.inverse_point(point_b), down) {
+                self.list(contact, by_a);
+            }
+        }
+    }
+
+    /// Lists the pairs that are among the `contacts` at the next pose with a normal turned over.
+    pub(super) fn compare(&mut self, contacts: &[Contact]) {
+        let mut next = 0;
+        for k in 0..self.before.len() {
+            let before = self.before[k];
+            // Both lists have nearly the same order.
+            let count = contacts.len();
+            let same = |i: &usize| {
+                let contact = &contacts[i % count];
+                [contact.piece_a, contact.piece_b] == [before.piece_a, before.piece_b]
+            };
+            let Some(i) = (next..next + count).find(same) else { continue };
+            next = i % count;
+            let contact = &contacts[next];
+            let overlaps = before.separation <= 0.0 || contact.separation <= 0.0;
+            if overlaps && contact.normal.dot(before.normal) < TURNED_OVER {
+                self.list(&before, false);
+            }
+        }
+        self.before.clear();
+    }
+
+    fn list(&mut self, contact: &Contact, by_a: bool) {
+        let pieces = [contact.piece_a, contact.piece_b];
+        if self.sides.len() == Self::SIDES || self.sides.iter().any(|side| side.pieces == pieces) {
+            return;
+        }
+        self.sides.push(Side {
+            pieces,
+            features: contact.features,
+            normal: contact.normal,
+            point_a: self.pose.inverse_point(contact.point_a),
+            point_b: contact.point_b,
+            by_a,
+            hub: [0; 2],
+            deepest: None,
+        });
+    }
+
+    /// Adds to `contacts` those that are held on their sides, in place of what was found of their pairs; how many.
+    pub(super) fn hold(
+        &mut self,
+        a: &Body,
+        b: &Body,
+        place: &Placement,
+        tolerance: f64,
+        contacts: &mut Vec<Contact>,
+    ) -> u32 {
+        let mut held = 0;
+        self.sides.retain_mut(|side| {
+            let found = contacts.iter().position(|c| [c.piece_a, c.piece_b] == side.pieces);
+            if found.is_some_and(|k| contacts[k].normal.dot(side.normal) > 0.0) {
+                return false;
+            }
+            let Some(contact) = side.contact(a, b, place, tolerance) else { return false };
+            match found {
+                Some(k) => contacts[k] = contact,
+                None if contacts.len() < contacts.capacity() => contacts.push(contact),
+                None => return false,
+            }
+            held += 1;
+            true
+        });
+        held
+    }
+}
+
+impl Side {
+    /// The contact on this side at the pose, unless it is to be let go.
+    fn contact(&mut self, a: &Body, b: &Body, place: &Placement, tolerance: f64) -> Option<Contact> {
+        let (piece_a, piece_b) = (&a.polytopes()[self.pieces[0] as usize], &b.polytopes()[self.pieces[1] as usize]);
+        let normal = self.normal;
+        let down = -place.inverse_vector(normal);
+        self.hub = [piece_a.support_from(self.hub[0], down), piece_b.support_from(self.hub[1], normal)];
+        let separation = normal.dot(place.point(piece_a.vertex(self.hub[0])) - piece_b.vertex(self.hub[1]));
+        let deepest = *self.deepest.get_or_insert(GUARD_HOLD * tolerance - separation);
+        let point_a = place.point(self.point_a);
+        // The way out crosses the piece that was tunnelled through.
+        let below = if self.by_a {
+            through(piece_b, point_a, point_a + normal * deepest).is_some()
+        } else {
+            let point_b = place.inverse_point(self.point_b);
+            through(piece_a, point_b, point_b + down * deepest).is_some()
+        };
+        if separation >= 0.0 || -separation > deepest || !below {
+            return None;
+        }
+        let midpoint =
+            if self.by_a { point_a - normal * (0.5 * separation) } else { self.point_b + normal * (0.5 * separation) };
+        Some(Contact {
+            piece_a: self.pieces[0],
+            piece_b: self.pieces[1],
+            features: self.features,
+            point_a: midpoint + normal * (0.5 * separation),
+            point_b: midpoint - normal * (0.5 * separation),
+            normal,
+            separation,
+        })
+    }
+}
+
+/// True if the way of a point leaves the polytope by a face that looks away from `outward`, the side from which it came.
+fn leaves_behind(polytope: &Polytope, from: DVec3, to: DVec3, outward: DVec3) -> bool {
+    through(polytope, from, to).is_some_and(|face| polytope.plane(face).normal.dot(outward) < 0.0)
+}
+
+/// The face by which the segment leaves the polytope, if it meets it and ends outside.
+fn through(polytope: &Polytope, from: DVec3, to: DVec3) -> Option<u32> {
+    let (mut enters, mut leaves) = (0.0f64, (1.0f64, None));
+    for face in 0..polytope.face_count() as u32 {
+        let plane = polytope.plane(face);
+        let (begin, end) = (plane.height(from), plane.height(to));
+        if begin > 0.0 && end > 0.0 {
+            return None;
+        }
+        if begin <= 0.0 && end > 0.0 {
+            let at = begin / (begin - end);
+            // A plate's front and back are one plane: the one behind is left last.
+            if at <= leaves.0 {
+                leaves = (at, Some(face));
+            }
+        } else if begin > 0.0 {
+            enters = enters.max(begin / (begin - end));
+        }
+    }
+    // Through a plate it enters where it leaves.
+    if enters <= leaves.0 + COPLANAR { leaves.1 } else { None }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::super::PairQuery;
+    use super::*;
+    use crate::algebra::NoClock;
+    use crate::body::{BodySettings, Mesh, PolygonSoup};
+
+    const TOLERANCE: f64 = 1e-3;
+
+    fn cuboid(half: DVec3) -> Arc<Body> {
+        let mut soup = PolygonSoup::new();
+        let sign = |bit: bool| if bit { 1.0 } else { -1.0 };
+        soup.vertices.extend((0..8).map(|k| half * DVec3::new(sign(k & 1 != 0), sign(k & 2 != 0), sign(k & 4 != 0))));
+        for face in [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]] {
+            soup.push_face(&face);
+        }
+        build(&soup)
+    }
+
+    /// A square without thickness, in the plane z = 0.
+    fn sheet(half: f64) -> Arc<Body> {
+        let mut soup = PolygonSoup::new();
+        soup.vertices
+            .extend([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0) * half));
+        soup.push_face(&[0, 1, 2, 3]);
+        build(&soup)
+    }
+
+    fn build(soup: &PolygonSoup) -> Arc<Body> {
+        let (mesh, _) = Mesh::from_soup(soup).unwrap();
+        Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap())
+    }
+
+    /// Lowest separation and the normal there, tick by tick, of a small cube that goes along `way`.
+    fn go(wall: &Arc<Body>, way: &[DVec3], guarded: bool) -> Vec<Option<Contact>> {
+        let probe = cuboid(DVec3::splat(1e-3));
+        let query = PairQuery::new(&probe, wall, 64);
+        let mut query = if guarded { query.with_guard() } else { query };
+        way.iter()
+            .map(|&p| {
+                query.run(&probe, wall, &Pose::from_translation(p), TOLERANCE, &NoClock);
+                query.contacts().iter().min_by(|c, d| c.separation.total_cmp(&d.separation)).copied()
+            })
+            .collect()
+    }
+
+    /// 3 m/s at 1 kHz.
+    fn straight(from: DVec3, to: DVec3) -> Vec<DVec3> {
+        let ticks = (from.distance(to) / 3e-3).ceil() as u32;
+        (0..=ticks).map(|k| from.lerp(to, f64::from(k) / f64::from(ticks))).collect()
+    }
+
+    #[test]
+    fn a_fast_probe_does_not_pass_a_thin_wall_unfelt() {
+        for wall in [cuboid(DVec3::new(0.05, 0.05, 1e-4)), sheet(0.05)] {
+            let mut way = straight(DVec3::new(0.011, 0.007, 0.0095), DVec3::new(0.011, 0.007, -0.007));
+            let back = straight(*way.last().unwrap(), way[0]);
+            way.extend(back);
+            let bare = go(&wall, &way, false);
+            let is_pushed_back = |contact: &Option<Contact>| contact.is_some_and(|contact| contact.normal.z > 0.0);
+            assert!(way.iter().zip(&bare).any(|(p, contact)| p.z < 0.0 && !is_pushed_back(contact)));
+            let guarded = go(&wall, &way, true);
+            let mut below = 0;
+            for (p, contact) in way.iter().zip(&guarded) {
+                if p.z < 0.0 {
+                    let contact = contact.unwrap_or_else(|| panic!("nothing felt at {p}"));
+                    assert!((contact.normal - DVec3::Z).length() < 1e-9, "{contact:?}");
+                    // The cube's lowest face is 1 mm below its middle, the wall's top at most 0.1 mm above z = 0.
+                    assert!((contact.separation - (p.z - 1e-3)).abs() < 1.1e-4, "{contact:?} at {p}");
+                    let gap = contact.point_a - contact.point_b - contact.normal * contact.separation;
+                    assert!(gap.length() < 1e-12);
+                    below += 1;
+                }
+            }
+            assert!(below > 3);
+            assert!(guarded.last().unwrap().is_none(), "out again");
+        }
+    }
+
+    #[test]
+    fn a_side_is_let_go_when_it_is_left_by_the_edge_or_by_force() {
+        let wall = cuboid(DVec3::new(0.05, 0.05, 1e-4));
+        // Through, and then sideways past the edge.
+        let mut way = straight(DVec3::new(0.04, 0.0, 0.0095), DVec3::new(0.04, 0.0, -0.005));
+        way.extend(straight(DVec3::new(0.04, 0.0, -0.005), DVec3::new(0.07, 0.0, -0.005)));
+        let felt = go(&wall, &way, true);
+        assert!(felt.iter().flatten().any(|contact| contact.separation < -0.004));
+        assert!(felt.last().unwrap().is_none());
+        // Through, and far on.
+        let felt = go(&wall, &straight(DVec3::new(0.01, 0.0, 0.0095), DVec3::new(0.01, 0.0, -0.06)), true);
+        assert!(felt.iter().flatten().any(|contact| contact.separation < -0.015));
+        assert!(felt.last().unwrap().is_none());
+    }
+
+    #[test]
+    fn a_probe_that_goes_around_the_edge_is_not_held() {
+        let wall = cuboid(DVec3::new(0.05, 0.05, 1e-4));
+        // Half a turn about the edge x = 0.05, 0.4 mm off it, then back under the wall.
+        let round = (0..40).map(|k| {
+            let angle = std::f64::consts::PI * f64::from(k) / 39.0;
+            DVec3::new(0.05 + 1.6e-3 * angle.sin(), 0.0, 1.5e-3 * angle.cos())
+        });
+        let back = straight(DVec3::new(0.05, 0.0, -1.5e-3), DVec3::new(0.01, 0.0, -1.5e-3));
+        for contact in go(&wall, &round.chain(back).collect::<Vec<_>>(), true).into_iter().flatten() {
+            assert!(contact.separation > 0.0, "{contact:?}");
+        }
+    }
+
+    #[test]
+    fn slow_ticks_and_leaps_are_taken_whole() {
+        for (travel, parts) in
+            [(0.0, 1), (4.9e-4, 1), (5.1e-4, 2), (7.9e-3, 16), (8.1e-3, 1), (f64::INFINITY, 1), (f64::NAN, 1)]
+        {
+            assert_eq!(sub_steps(travel, TOLERANCE), parts, "{travel}");
+        }
+    }
+}
