@@ -47,6 +47,8 @@ pub(super) struct PulledGap<'c, 'p> {
     count: usize,
     /// w, unit.
     along: DVec3,
+    /// Of a basis of three: positive if it runs counter-clockwise about w.
+    turn: f64,
     /// Where the next climbs begin.
     hub: HubPair,
     /// Vertex pairs asked for so far.
@@ -95,6 +97,7 @@ struct Best {
     gap: f64,
     /// None of the pairs can be left out.
     is_basis: bool,
+    turn: f64,
 }
 
 impl<'c, 'p> PulledGap<'c, 'p> {
@@ -108,7 +111,8 @@ impl<'c, 'p> PulledGap<'c, 'p> {
         rounding: f64,
     ) -> Self {
         let none = Pair { hub, apart: DVec3::ZERO, sum: DVec3::ZERO };
-        let mut gap = Self { cso, moved, origin, rounding, pairs: [none; 4], count: 1, along: normal, hub, rounds: 0 };
+        let mut gap =
+            Self { cso, moved, origin, rounding, pairs: [none; 4], count: 1, along: normal, turn: 1.0, hub, rounds: 0 };
         gap.pairs[0] = gap.pair(hub);
         gap
     }
@@ -125,6 +129,10 @@ impl<'c, 'p> PulledGap<'c, 'p> {
             // No pair is worse than one that the direction was chosen for.
             if known.is_some() || upper - lower <= self.rounding {
                 return Some(lower);
+            }
+            if self.count == 3 {
+                let leaving = self.likely_to_leave(&pair);
+                self.pairs.swap(2, leaving);
             }
             self.pairs[self.count] = pair;
             self.count += 1;
@@ -146,6 +154,13 @@ impl<'c, 'p> PulledGap<'c, 'p> {
         self.rounds += 1;
     }
 
+    /// Which of a basis of three leaves when `pair` comes: seen along w, the triangle of the other three holds the origin.
+    fn likely_to_leave(&self, pair: &Pair) -> usize {
+        let across = self.along.cross(pair.apart) * self.turn;
+        let side = [0, 1, 2].map(|k| across.dot(self.pairs[k].apart));
+        (0..3).find(|k| side[(k + 1) % 3] >= 0.0 && side[(k + 2) % 3] <= 0.0).unwrap_or(2)
+    }
+
     /// Finds the best direction for the known pairs, forgets all but its basis, which is one of `choices`, and tells how good it
     /// is if that is beyond doubt.
     fn settle(&mut self, q: DVec3, choices: &[Choice]) -> Option<f64> {
@@ -154,22 +169,22 @@ impl<'c, 'p> PulledGap<'c, 'p> {
                 && found.is_basis
                 && self.least(others, &found, q) >= found.gap - self.rounding
             {
-                self.keep(set, found.along);
+                self.keep(set, &found);
                 return Some(found.gap);
             }
         }
         // Rounding alone leaves no set that is a basis beyond doubt: then the direction that is best for all.
-        let mut best: Option<(&[usize], DVec3)> = None;
+        let mut best: Option<(&[usize], Best)> = None;
         let mut most = f64::NEG_INFINITY;
         for &(set, others) in choices {
             let Some(found) = self.best_for(set, q) else { continue };
             let least = self.least(others, &found, q).min(found.gap);
             if least > most {
-                (most, best) = (least, Some((set, found.along)));
+                (most, best) = (least, Some((set, found)));
             }
         }
-        let (set, along) = best?;
-        self.keep(set, along);
+        let (set, found) = best?;
+        self.keep(set, &found);
         None
     }
 
@@ -186,8 +201,8 @@ impl<'c, 'p> PulledGap<'c, 'p> {
         others.iter().map(|&k| height(&self.pairs[k], found.along, q)).fold(f64::INFINITY, f64::min)
     }
 
-    fn keep(&mut self, set: &[usize], along: DVec3) {
-        self.along = along;
+    fn keep(&mut self, set: &[usize], found: &Best) {
+        (self.along, self.turn) = (found.along, found.turn);
         for (place, &k) in set.iter().enumerate() {
             if place != k {
                 self.pairs[place] = self.pairs[k];
@@ -199,7 +214,7 @@ impl<'c, 'p> PulledGap<'c, 'p> {
     fn for_one(&self, i: &Pair, q: DVec3) -> Best {
         let length = i.apart.length();
         let along = if length > self.rounding { i.apart / length } else { self.along };
-        Best { along, gap: height(i, along, q), is_basis: true }
+        Best { along, gap: height(i, along, q), is_basis: true, turn: 1.0 }
     }
 
     fn for_two(&self, i: &Pair, j: &Pair, q: DVec3) -> Option<Best> {
@@ -221,7 +236,12 @@ impl<'c, 'p> PulledGap<'c, 'p> {
         let along = edge * (rise / squared) + side * slack.sqrt();
         // Where along the edge it is attained: between its ends?
         let share = (distance * rise / slack.sqrt() - j.apart.dot(edge)) / squared;
-        Some(Best { along, gap: height(i, along, q), is_basis: (-BLEND_FLAT..=1.0 + BLEND_FLAT).contains(&share) })
+        Some(Best {
+            along,
+            gap: height(i, along, q),
+            is_basis: (-BLEND_FLAT..=1.0 + BLEND_FLAT).contains(&share),
+            turn: 1.0,
+        })
     }
 
     fn for_three(&self, i: &Pair, j: &Pair, k: &Pair, q: DVec3) -> Option<Best> {
@@ -247,7 +267,7 @@ impl<'c, 'p> PulledGap<'c, 'p> {
         let turn = |p: DVec3, r: DVec3| along.dot(p.cross(r)) * faces.signum();
         let least = turn(j.apart, k.apart).min(turn(k.apart, i.apart)).min(turn(i.apart, j.apart));
         let is_basis = least >= -BLEND_FLAT * squared.sqrt();
-        Some(Best { along, gap: height(k, along, q), is_basis })
+        Some(Best { along, gap: height(k, along, q), is_basis, turn: faces.signum() })
     }
 }
 
