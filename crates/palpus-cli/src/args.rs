@@ -137,10 +137,16 @@ pub(crate) struct PrepareArguments {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  palpus inspect cup.obj --json")]
+#[command(after_help = "Examples:\n  palpus inspect cup.obj --json\n  palpus inspect cup.obj --sweeps")]
 pub(crate) struct InspectArguments {
     /// The model.
     pub(crate) model: PathBuf,
+    /// Sweeps a closed model with small probes as well: how deep it can be felt, and how truly.
+    #[arg(long)]
+    pub(crate) sweeps: bool,
+    /// Probes of each sweep.
+    #[arg(long, default_value_t = 1000, value_name = "N", requires = "sweeps")]
+    pub(crate) samples: usize,
     /// Prints one JSON document and nothing else.
     #[arg(long)]
     pub(crate) json: bool,

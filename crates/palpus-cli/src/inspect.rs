@@ -6,6 +6,7 @@ use palpus::body::{Body, BodySettings, Health};
 use serde::Serialize;
 
 use crate::args::InspectArguments;
+use crate::sweeps::Sweeps;
 use crate::{bodies, output};
 
 /// What `--json` says; lengths are in model units.
@@ -31,6 +32,8 @@ struct Report {
     notices: Vec<String>,
     mass: Mass,
     pieces: Pieces,
+    /// Only if asked for, and of closed models.
+    sweeps: Option<Sweeps>,
     seconds: f64,
     cached: bool,
 }
@@ -60,12 +63,21 @@ pub(crate) fn inspect(arguments: &InspectArguments) -> anyhow::Result<ExitCode> 
     let body = &prepared.body;
     let health = Health::full(body.mesh(), body.half_edges(), body.tree(), body.health().cleaning);
     let name = arguments.model.display().to_string();
-    let report =
-        Report { cached: prepared.kept, ..report(name, prepared.hash.to_string(), prepared.seconds, body, &health) };
+    let sweeps = (arguments.sweeps && body.mesh().is_closed()).then(|| Sweeps::of(body, arguments.samples));
+    let report = Report {
+        sweeps,
+        cached: prepared.kept,
+        ..report(name, prepared.hash.to_string(), prepared.seconds, body, &health)
+    };
     if arguments.json {
         output::json(&report)?;
     } else {
         tell(&report);
+        match &report.sweeps {
+            Some(sweeps) => sweeps.tell(),
+            None if arguments.sweeps => output::line("         sweeps  none: an open surface has no inside".to_owned()),
+            None => (),
+        }
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -95,6 +107,7 @@ fn report(model: String, content: String, seconds: f64, body: &Body, health: &He
         notices: health.notices().iter().map(ToString::to_string).collect(),
         mass: mass(body),
         pieces: pieces(body),
+        sweeps: None,
         seconds,
         cached: false,
     }

@@ -16,6 +16,7 @@ mod replay;
 mod run;
 mod stage;
 mod summary;
+mod sweeps;
 mod threads;
 
 use std::process::ExitCode;

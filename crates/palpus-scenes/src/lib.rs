@@ -2,12 +2,14 @@
 //!
 //! * [`shape`] — meshes as code, in metres: closed, outward, manifold, free of self-intersection, the same on every call.
 //! * [`HandPath`] — scripted hands: pure functions from time to the pose that a hand intends.
+//! * [`sweep`] — how deep a body can be felt, and how truly.
 //! * [`scenes`], [`scene`] — a probe, an environment, how they touch and how the hand moves, by name.
 
 mod catalogue;
 mod path;
 mod scene;
 pub mod shape;
+pub mod sweep;
 
 pub use catalogue::{SceneEntry, scene, scenes};
 pub use path::{HandPath, Key, Tremor};

@@ -1,0 +1,115 @@
+//! The two sweeps of `palpus inspect --sweeps`, in words with histograms or as JSON.
+
+use palpus::body::Body;
+use palpus_scenes::sweep::{HONEST, Honesty, PUSHED_SHARE, PopThrough, RATIO_ENDS, honesty, pop_through};
+use serde::Serialize;
+
+use crate::output;
+
+/// The same samples on every call.
+const SEED: u64 = 0x2002_0809;
+/// Characters of a histogram's longest bar.
+const BAR: usize = 40;
+
+/// What `--json` says of the sweeps; shares are from 0 to 1, angles in degrees.
+#[derive(Serialize)]
+pub(crate) struct Sweeps {
+    pop_through: Pushes,
+    honesty: Depths,
+}
+
+#[derive(Serialize)]
+struct Pushes {
+    samples: usize,
+    /// To this share of the way to the opposite wall.
+    pushed_share: f64,
+    held: f64,
+    grew: f64,
+    /// Pushes by the share of the way at which they lost contact, in equal bins; last, those that did not.
+    lost_in: Vec<usize>,
+}
+
+#[derive(Serialize)]
+struct Depths {
+    samples: usize,
+    unseen: f64,
+    error_median: f64,
+    error_p90: f64,
+    turn_median_deg: f64,
+    turn_p90_deg: f64,
+    beyond: f64,
+    worst_ratio: f64,
+    /// Points without contact, then by depth as a multiple of the true distance.
+    ratio_in: Vec<usize>,
+}
+
+impl Sweeps {
+    /// Sweeps a closed body.
+    pub(crate) fn of(body: &Body, samples: usize) -> Self {
+        let PopThrough { samples: pushes, held, grew, lost_in } = PopThrough::of(&pop_through(body, samples, SEED));
+        let honest = Honesty::of(&honesty(body, samples, SEED));
+        let pop_through = Pushes { samples: pushes, pushed_share: PUSHED_SHARE, held, grew, lost_in: lost_in.to_vec() };
+        let honesty = Depths {
+            samples: honest.samples,
+            unseen: honest.unseen,
+            error_median: honest.error[0],
+            error_p90: honest.error[1],
+            turn_median_deg: honest.turn[0].to_degrees(),
+            turn_p90_deg: honest.turn[1].to_degrees(),
+            beyond: honest.beyond,
+            worst_ratio: honest.worst,
+            ratio_in: honest.ratio_in.to_vec(),
+        };
+        Self { pop_through, honesty }
+    }
+
+    /// Prints both.
+    pub(crate) fn tell(&self) {
+        let Self { pop_through: pushes, honesty: depths } = self;
+        let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+        output::line(format!(
+            "{:>15}  {} pushes to {} of the way to the opposite wall: contact persists in {}, deepens as it should in {}",
+            "pop-through",
+            pushes.samples,
+            percent(pushes.pushed_share),
+            percent(pushes.held),
+            percent(pushes.grew),
+        ));
+        let bins = pushes.lost_in.len() - 1;
+        let lost_at = |k: usize| {
+            if k == bins {
+                "not lost".to_owned()
+            } else {
+                format!("lost from {:.0} %", 100.0 * PUSHED_SHARE * k as f64 / bins as f64)
+            }
+        };
+        histogram(&pushes.lost_in, lost_at);
+        output::line(format!(
+            "{:>15}  {} points inside: depth off by {} (median), {} (p90); direction by {:.2}° and {:.2}°; without contact {}; \
+             above {HONEST} times the true distance {}, at most {:.2}",
+            "honesty",
+            depths.samples,
+            percent(depths.error_median),
+            percent(depths.error_p90),
+            depths.turn_median_deg,
+            depths.turn_p90_deg,
+            percent(depths.unseen),
+            percent(depths.beyond),
+            depths.worst_ratio,
+        ));
+        let ratio = |k: usize| match k {
+            0 => "no contact".to_owned(),
+            k if RATIO_ENDS[k - 1].is_finite() => format!("up to {} times", RATIO_ENDS[k - 1]),
+            _ => "more".to_owned(),
+        };
+        histogram(&depths.ratio_in, ratio);
+    }
+}
+
+fn histogram(counts: &[usize], name: impl Fn(usize) -> String) {
+    let most = counts.iter().copied().max().unwrap_or(0).max(1);
+    for (k, &count) in counts.iter().enumerate() {
+        let bar = "█".repeat((count * BAR).div_ceil(most));
+        output::line(format!("{:>15}  {:>16} {count:>6} {bar}", "", name(k)));
+    }
+}

@@ -1,0 +1,207 @@
+//! Two sweeps over a closed body that hold how deep it can be felt, and how truly.
+//!
+//! * *Pop-through*: a small probe is pushed in against the surface at seeded samples of it, along the inward normal, to 45 % of
+//!   the way to the opposite wall. Contact must persist, and its depth must not fall while the true one grows.
+//! * *Honesty*: a small probe is put down at seeded points of the inside. Depth and direction of the deepest contact are held
+//!   against the nearest point of the surface.
+//!
+//! Both ask the pair query of the servo path, with its contacts as they come: the deepest is what eq. 5 takes. The probe is an
+//! octahedron, turned at random, and small beside what it is pushed into; its own extent along the normal is taken off.
+
+mod figures;
+mod probes;
+
+use glam::DVec3;
+use palpus::algebra::{NoClock, Pose};
+use palpus::body::Body;
+use palpus::force::Contact;
+
+pub use figures::{HELD_BINS, HONEST, Honesty, PopThrough, RATIO_ENDS};
+use probes::Probes;
+
+/// Share of the way to the opposite wall to which probes are pushed.
+pub const PUSHED_SHARE: f64 = 0.45;
+/// Steps of a push.
+const STEPS: u32 = 30;
+/// The probe's radius, relative to what is measured with it.
+const PROBE_SHARE: f64 = 0.01;
+/// Relative to the thickness: by how much depth may fall from step to step.
+const FALL: f64 = 0.01;
+/// Relative to the depth along the push: the point of the surface under which it began is the nearest one.
+const OWN: f64 = 0.98;
+/// Relative to the body's size: what is thinner is not pushed into, and what is nearer to the surface not measured.
+const THINNEST: f64 = 1e-4;
+
+/// One push.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Push {
+    /// Where on the surface it began.
+    pub point: DVec3,
+    /// From there along the inward normal to the next wall, m.
+    pub thickness: f64,
+    /// Share of the thickness at which contact was last felt without a break; [`PUSHED_SHARE`] if it persisted.
+    pub held: f64,
+    /// Share of the thickness as far as which the surface behind was the nearest, at most [`PUSHED_SHARE`].
+    pub own: f64,
+    /// As far as [`Self::own`]: the share at which depth first fell, or stayed behind the true one by a quarter.
+    pub grew: f64,
+}
+
+/// One point of the inside.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Judged {
+    /// The point.
+    pub point: DVec3,
+    /// From the nearest surface, m.
+    pub distance: f64,
+    /// That of the deepest contact; zero without contact.
+    pub depth: f64,
+    /// Angle between the contact's normal and the direction to the nearest surface, rad; π without contact.
+    pub turn: f64,
+}
+
+impl Judged {
+    /// Relative error of the depth; 1 without contact.
+    pub fn error(&self) -> f64 {
+        (self.depth / self.distance - 1.0).abs()
+    }
+}
+
+/// SplitMix64 (G. Steele, D. Lea, C. Flood, 2014).
+struct Random(u64);
+
+impl Random {
+    fn unit(&mut self) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
+    }
+
+    fn point(&mut self) -> DVec3 {
+        DVec3::new(self.unit(), self.unit(), self.unit())
+    }
+}
+
+/// Pushes a small probe into a closed body at `samples` points of its surface.
+///
+/// Samples whose normal meets no opposite wall, or one too near to measure, are replaced by others; there may be fewer than
+/// asked for where nearly all are such.
+pub fn pop_through(body: &Body, samples: usize, seed: u64) -> Vec<Push> {
+    let mut random = Random(seed);
+    let mut probes = Probes::new(body, &mut random);
+    let mut pushes = Vec::with_capacity(samples);
+    let areas = running_areas(body);
+    for _ in 0..4 * samples {
+        if pushes.len() == samples {
+            break;
+        }
+        let (triangle, point) = surface_point(body, &areas, &mut random);
+        let inward = -body.mesh().triangle_normal(triangle);
+        let thickness = opposite_wall(body, triangle, point, inward);
+        if thickness.is_finite() && thickness > THINNEST * body.size() {
+            pushes.push(push(body, &mut probes, point, inward, thickness));
+        }
+    }
+    pushes
+}
+
+fn push(body: &Body, probes: &mut Probes, point: DVec3, inward: DVec3, thickness: f64) -> Push {
+    let mut push = Push { point, thickness, held: PUSHED_SHARE, own: PUSHED_SHARE, grew: PUSHED_SHARE };
+    let probe = probes.of_size(body, PROBE_SHARE * thickness);
+    probe.query.clear();
+    let (mut lost, mut left, mut fell) = (false, false, false);
+    let mut deepest: f64 = 0.0;
+    for step in 1..=STEPS {
+        let before = PUSHED_SHARE * f64::from(step - 1) / f64::from(STEPS);
+        let gone = thickness * PUSHED_SHARE * f64::from(step) / f64::from(STEPS);
+        let place = Pose { translation: point + inward * gone, ..Pose::IDENTITY };
+        let depth = probe.deepest(body, &place).map_or(0.0, |contact| probe.depth_at_centre(&contact));
+        if depth <= 0.0 && !lost {
+            (lost, push.held) = (true, before);
+        }
+        let true_depth = body.tree().nearest(place.translation).map_or(0.0, |near| near.distance);
+        if true_depth < OWN * gone && !left {
+            (left, push.own) = (true, before);
+        }
+        if !left && !fell && (depth < deepest - FALL * thickness || depth < 0.75 * true_depth) {
+            (fell, push.grew) = (true, before);
+        }
+        deepest = deepest.max(depth);
+    }
+    push.grew = push.grew.min(push.own);
+    push
+}
+
+/// Puts a small probe down at `samples` points inside a closed body.
+pub fn honesty(body: &Body, samples: usize, seed: u64) -> Vec<Judged> {
+    let mut random = Random(seed);
+    let mut probes = Probes::new(body, &mut random);
+    let mut judged = Vec::with_capacity(samples);
+    let bounds = body.mesh().bounds();
+    let mut tries = 0;
+    while judged.len() < samples && tries < 1000 * samples {
+        tries += 1;
+        let point = bounds.min + random.point() * (bounds.max - bounds.min);
+        if !body.tree().inside(point) {
+            continue;
+        }
+        let Some(near) = body.tree().nearest(point).filter(|near| near.distance > THINNEST * body.size()) else {
+            continue;
+        };
+        let probe = probes.of_size(body, PROBE_SHARE * near.distance);
+        probe.query.clear();
+        let contact = probe.deepest(body, &Pose { translation: point, ..Pose::IDENTITY });
+        let out = (near.point - point) / near.distance;
+        judged.push(Judged {
+            point,
+            distance: near.distance,
+            depth: contact.map_or(0.0, |contact| probe.depth_at_centre(&contact)),
+            turn: contact.map_or(std::f64::consts::PI, |contact| contact.normal.angle_between(out)),
+        });
+    }
+    judged
+}
+
+/// The areas of the triangles up to each, summed.
+fn running_areas(body: &Body) -> Vec<f64> {
+    let mut sum = 0.0;
+    let area = |t| {
+        sum += body.mesh().triangle_area(t);
+        sum
+    };
+    (0..body.mesh().triangles().len() as u32).map(area).collect()
+}
+
+/// A random point of the surface, evenly by area.
+fn surface_point(body: &Body, areas: &[f64], random: &mut Random) -> (u32, DVec3) {
+    let wanted = random.unit() * areas[areas.len() - 1];
+    let triangle = areas.partition_point(|&sum| sum <= wanted).min(areas.len() - 1) as u32;
+    let [a, b, c] = body.mesh().triangle_points(triangle);
+    let (mut u, mut v) = (random.unit(), random.unit());
+    if u + v > 1.0 {
+        (u, v) = (1.0 - u, 1.0 - v);
+    }
+    (triangle, a + (b - a) * u + (c - a) * v)
+}
+
+/// From a point of a triangle along the inward normal to the next wall.
+fn opposite_wall(body: &Body, triangle: u32, point: DVec3, inward: DVec3) -> f64 {
+    let mut wall = f64::INFINITY;
+    let _ = body.tree().visit_ray(point, inward, f64::INFINITY, |hit| {
+        if hit.triangle != triangle && hit.t < wall {
+            wall = hit.t;
+        }
+        std::ops::ControlFlow::Continue(wall)
+    });
+    wall
+}
+
+/// What the deepest contact of `contacts` is, if bodies overlap.
+fn deepest(contacts: &[Contact]) -> Option<Contact> {
+    let overlapping = contacts.iter().filter(|contact| contact.separation < 0.0);
+    overlapping.min_by(|x, y| x.separation.total_cmp(&y.separation)).copied()
+}
+
+/// No time passes.
+const CLOCK: NoClock = NoClock;

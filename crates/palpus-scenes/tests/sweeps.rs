@@ -1,0 +1,78 @@
+//! How deep bodies can be felt and how truly: the sweeps of [`palpus_scenes::sweep`] over the scenes and over real models.
+//!
+//! Weakness: the bounds are what is reached, with a margin, not what would be right, which is all of it.
+
+use std::path::Path;
+
+use palpus::body::{Body, BodySettings, PolygonSoup};
+use palpus_io::read_mesh;
+use palpus_scenes::sweep::{Honesty, PopThrough, honesty, pop_through};
+use palpus_scenes::{scene, scenes};
+
+const SEED: u64 = 0x2002_0809;
+
+fn build(soup: &PolygonSoup) -> Body {
+    let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
+    Body::from_soup(soup, &settings, &mut |_| ()).unwrap()
+}
+
+/// Sweeps a body and tells the figures.
+#[allow(clippy::print_stderr, reason = "figures that are asked for")]
+fn sweep(name: &str, body: &Body, samples: usize) -> (PopThrough, Honesty) {
+    let push = PopThrough::of(&pop_through(body, samples, SEED));
+    let honest = Honesty::of(&honesty(body, samples, SEED));
+    let percent = |share: f64| format!("{:.1} %", 100.0 * share);
+    eprintln!(
+        "{name:>36} {:>6} pieces  held {:>7} grew {:>7}  unseen {:>6} error {:>6} {:>6} turn {:.1}° {:.1}° beyond {:>6} worst {:.2}",
+        body.pieces().len(),
+        percent(push.held),
+        percent(push.grew),
+        percent(honest.unseen),
+        percent(honest.error[0]),
+        percent(honest.error[1]),
+        honest.turn[0].to_degrees(),
+        honest.turn[1].to_degrees(),
+        percent(honest.beyond),
+        honest.worst,
+    );
+    (push, honest)
+}
+
+#[test]
+fn small_scenes_are_felt_deep_and_truly() {
+    for name in ["spoon-cup", "torus-torus", "v-groove"] {
+        let scene = scene(name).unwrap();
+        for (part, soup) in [("probe", &scene.probe), ("environment", &scene.environment)] {
+            let (push, honest) = sweep(&format!("{name} {part}"), &build(soup), 100);
+            assert!(push.held >= 0.85, "{name} {part}, seed {SEED:#x}: {push:?}");
+            assert!(honest.error[0] <= 0.02, "{name} {part}, seed {SEED:#x}: {honest:?}");
+            assert!(honest.beyond <= 0.02, "{name} {part}, seed {SEED:#x}: {honest:?}");
+        }
+    }
+}
+
+#[test]
+#[ignore = "minutes over real models: cargo test --release -p palpus-scenes -- --ignored --nocapture sweeps"]
+fn sweeps_over_scenes_and_models() {
+    for entry in scenes() {
+        let scene = entry.build();
+        for (part, soup) in [("probe", &scene.probe), ("environment", &scene.environment)] {
+            let body = build(soup);
+            if body.mesh().is_closed() {
+                sweep(&format!("{} {part}", scene.name), &body, 1000);
+            }
+        }
+    }
+    let models = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/models"));
+    for folder in ["paper", "parts", "pairs"] {
+        let Ok(listing) = std::fs::read_dir(models.join(folder)) else { continue };
+        let mut files: Vec<_> = listing.filter_map(|entry| Some(entry.ok()?.path())).collect();
+        files.sort();
+        for file in files.iter().filter(|file| file.extension().is_some_and(|end| end == "obj")) {
+            let body = build(&read_mesh(file).unwrap());
+            if body.mesh().is_closed() {
+                sweep(&file.file_name().unwrap().to_string_lossy(), &body, 1000);
+            }
+        }
+    }
+}
