@@ -28,7 +28,7 @@
 //! Proven means: no direction has an h smaller than the depth by more than [`PROOF_RELATIVE`] of it or by rounding.
 
 use super::cso::Cso;
-use super::descent::descend;
+use super::descent::settle;
 use super::inner::{Joint, Refusal, Surface, judged};
 use super::overlay::Corner;
 use super::query::{answer_at, depth_once, lowest_start, scan, walk_from};
@@ -432,8 +432,7 @@ impl<'s, 'p> Search<'s, 'p> {
         let known = self.facet.and_then(|hubs| Antipodal::spanned(self.cso.a, self.cso.b, hubs));
         let highest = self.best.offset + self.tolerance();
         known
-            .and_then(|antipodal| descend(self.cso, antipodal, false))
-            .map(|bottom| bottom.walked)
+            .and_then(|antipodal| settle(self.cso, antipodal))
             .filter(|walked| walked.corner.offset <= highest)
             .or_else(|| walk_from(self.cso, self.best, false, &mut self.walk.trail))
             .unwrap_or_else(|| scan(self.cso))

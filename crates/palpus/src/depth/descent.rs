@@ -8,10 +8,10 @@
 //!
 //! 1. Set the facet up: climb to the vertex that supports its face; or see whether its two edges still cross, and if
 //!    not, take the best face beside them.
-//! 2. Unless a proof follows, glance at the normals around it: mostly those of one body tell that all facets which share as much
+//! 2. Unless a proof follows, glance, at first and at last, at the normals around it: mostly those of one body tell that all facets which share as much
 //!    as a corner with this one are higher. Then this is the end.
 //! 3. Otherwise look across each side (of a face of many sides, across the one beyond which the origin lies); move to
-//!    the lowest facet that is lower than the present one, and go on from 2.
+//!    the lowest facet that is lower than the present one, and look again.
 //! 4. With none there, no facet is nearer that shares a side. The hubs at which the glance could not tell are for the walk over
 //!    hubs to look at.
 //! 5. The offset is measured with true supports.
@@ -49,24 +49,30 @@ pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool) -> Op
     let pose_ab = cso.pose_ba.inverse();
     let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
     let mut here = downhill.set_up(antipodal)?;
-    let mut doubt = Doubt::NONE;
+    // Along coherent motion the first facet mostly is the last; from a cold start hardly ever.
+    let mut doubt = if thorough { downhill.glance(&here.corner) } else { Doubt::NONE };
+    if thorough && doubt.count == 0 {
+        return Some(Bottom { walked: downhill.end(&here, 0)?, doubt });
+    }
     for steps in 0..WALK_STEPS {
-        if thorough {
-            doubt = downhill.glance(&here.corner);
-        }
-        let lower = if thorough && doubt.count == 0 { None } else { downhill.lower_neighbour(&here.corner).ok()? };
-        match lower {
+        match downhill.lower_neighbour(&here.corner).ok()? {
             Some(corner) => here = Here { corner, supported: false, alone: false },
             None => {
-                let crisp = here.supported && [cso.a, cso.b].iter().all(|body| body.bulge() <= CRISP * body.radius());
-                let corner = if crisp { here.corner } else { measured(cso, &here.corner) };
-                let is_true = corner.offset - here.corner.offset <= OFFSET_SLACK * cso.size();
-                let walked = Walked { corner, alone: here.alone, steps, stop: StopReason::Converged };
-                return is_true.then_some(Bottom { walked, doubt });
+                if thorough && steps > 0 {
+                    doubt = downhill.glance(&here.corner);
+                }
+                return Some(Bottom { walked: downhill.end(&here, steps)?, doubt });
             }
         }
     }
     None
+}
+
+/// The facet of `antipodal` at this pose, for one who knows that none is lower. None as in [`descend`].
+pub(super) fn settle(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
+    let pose_ab = cso.pose_ba.inverse();
+    let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
+    downhill.end(&downhill.set_up(antipodal)?, 0)
 }
 
 /// A facet, and what setting it up has told.
@@ -187,6 +193,16 @@ impl Downhill<'_, '_> {
     fn on_a(&self) -> View<'_> {
         let Cso { a, b, pose_ba } = *self.cso;
         View { p: a, q: b, q_in_p: self.pose_ab, p_in_q: pose_ba, p_is_a: true }
+    }
+
+    /// The walk that ends at a facet, measured unless that tells nothing new. None if the facet turns out not to support its normal.
+    #[inline]
+    fn end(&self, here: &Here, steps: u32) -> Option<Walked> {
+        let Cso { a, b, .. } = *self.cso;
+        let crisp = here.supported && [a, b].iter().all(|body| body.bulge() <= CRISP * body.radius());
+        let corner = if crisp { here.corner } else { measured(self.cso, &here.corner) };
+        let is_true = corner.offset - here.corner.offset <= OFFSET_SLACK * self.cso.size();
+        is_true.then_some(Walked { corner, alone: here.alone, steps, stop: StopReason::Converged })
     }
 
     /// A facet at this pose, from one of an earlier pose.

@@ -145,12 +145,10 @@ pub(super) fn walk_from(cso: &Cso<'_>, start: Start, thorough: bool, trail: &mut
 fn walk_cold(cso: &Cso<'_>, seeds: &[Seed], trail: &mut Trail) -> Option<Walked> {
     let seeds = if seeds.is_empty() { &[Seed::CentroidLine] } else { seeds };
     let mut best = Lowest { walked: None, steps: 0 };
-    let mut hint = FIRST;
     for start in seeds.iter().filter_map(|seed| Start::of(cso, seed, FIRST)) {
-        hint = start.hub;
         best.walk_from(cso, &start, trail);
     }
-    for start in lowest_faces(cso, hint).iter().flatten() {
+    for start in lowest_faces(cso).iter().flatten() {
         best.walk_from(cso, start, trail);
     }
     best.walked.map(|walked| Walked { steps: best.steps, ..walked })
@@ -173,12 +171,10 @@ impl Lowest {
 }
 
 /// The starts of least offset among evenly chosen face normals of both bodies.
-fn lowest_faces(cso: &Cso<'_>, hint: HubPair) -> [Option<Start>; COLD_WALKS] {
+fn lowest_faces(cso: &Cso<'_>) -> [Option<Start>; COLD_WALKS] {
     let mut lowest: [Option<Start>; COLD_WALKS] = [None; COLD_WALKS];
-    let mut hint = hint;
     let mut attempt = |normal: DVec3| {
-        let Some(mut start) = Start::along(cso, normal, hint) else { return };
-        hint = start.hub;
+        let Some(mut start) = Start::anew(cso, normal) else { return };
         for place in &mut lowest {
             match place {
                 Some(lower) if lower.offset <= start.offset => {}

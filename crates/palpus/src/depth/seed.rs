@@ -50,7 +50,7 @@ impl Start {
     }
 
     /// The same, from no hint.
-    fn anew(cso: &Cso<'_>, direction: DVec3) -> Option<Self> {
+    pub(super) fn anew(cso: &Cso<'_>, direction: DVec3) -> Option<Self> {
         let normal = direction.try_normalize()?;
         let (hub, offset) = cso.support_anew(normal);
         Some(Self { hub, normal, offset })
