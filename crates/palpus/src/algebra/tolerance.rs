@@ -695,3 +695,21 @@ pub const GUARD_HOLD: f64 = 20.0;
 ///
 /// Going off the side of a part turns it by a right angle. Nearer to −1 lets oblique passages through; nearer to 0 holds what slid off.
 pub const TURNED_OVER: f64 = -0.5;
+
+
+/// Points from which on a patch has a hull with neighbours.
+///
+/// Looking at all of a small hull is quicker than finding the way in it. Only speed depends on it.
+pub const WIDE_PATCH: usize = 400;
+
+/// Planes by which a triangle is cut before it counts as entering a wide hull.
+///
+/// Each cut goes beyond the middle of what is left, so that it shrinks geometrically. Reached only by triangles that touch the hull
+/// at a point; refusing the patch then is safe.
+pub const WIDE_CUTS: usize = 100;
+
+/// Facets: patches with more get no inner corners.
+///
+/// The trial hull of so many points takes a tenth of a second, and is made several times. Larger makes smooth bodies with a
+/// few dents slow to prepare.
+pub const THICK_PATCH: usize = 4000;

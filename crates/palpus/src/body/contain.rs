@@ -21,11 +21,48 @@ use glam::DVec3;
 
 use crate::algebra::Plane;
 
+/// A triangle that is cut by one plane after the other.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Cuts {
+    polygon: Vec<DVec3>,
+    clipped: Vec<DVec3>,
+}
+
+impl Cuts {
+    /// Begins with the whole of a triangle.
+    pub(super) fn begin(&mut self, triangle: [DVec3; 3]) {
+        self.polygon.clear();
+        self.polygon.extend(triangle);
+    }
+
+    /// Mean of the corners of what is left.
+    pub(super) fn middle(&self) -> DVec3 {
+        self.polygon.iter().sum::<DVec3>() / self.polygon.len().max(1) as f64
+    }
+
+    /// Keeps what is deeper than `depth` below a plane; false when nothing is left.
+    pub(super) fn cut(&mut self, plane: Plane, depth: f64) -> bool {
+        self.clipped.clear();
+        let n = self.polygon.len();
+        for k in 0..n {
+            let (p, q) = (self.polygon[k], self.polygon[(k + 1) % n]);
+            let (hp, hq) = (plane.height(p) + depth, plane.height(q) + depth);
+            if hp < 0.0 {
+                self.clipped.push(p);
+            }
+            if (hp < 0.0) != (hq < 0.0) {
+                self.clipped.push(p + (q - p) * (hp / (hp - hq)));
+            }
+        }
+        std::mem::swap(&mut self.polygon, &mut self.clipped);
+        !self.polygon.is_empty()
+    }
+}
+
 /// Working memory of [`Clipper::enters`].
 #[derive(Debug, Default)]
 pub(crate) struct Clipper {
-    polygon: Vec<DVec3>,
-    clipped: Vec<DVec3>,
+    cuts: Cuts,
 }
 
 impl Clipper {
@@ -39,26 +76,7 @@ impl Clipper {
         if planes.clone().any(|plane| triangle.iter().all(|p| plane.height(*p) >= -depth)) {
             return false;
         }
-        self.polygon.clear();
-        self.polygon.extend(triangle);
-        for plane in planes {
-            self.clipped.clear();
-            let n = self.polygon.len();
-            for k in 0..n {
-                let (p, q) = (self.polygon[k], self.polygon[(k + 1) % n]);
-                let (hp, hq) = (plane.height(p) + depth, plane.height(q) + depth);
-                if hp < 0.0 {
-                    self.clipped.push(p);
-                }
-                if (hp < 0.0) != (hq < 0.0) {
-                    self.clipped.push(p + (q - p) * (hp / (hp - hq)));
-                }
-            }
-            if self.clipped.is_empty() {
-                return false;
-            }
-            std::mem::swap(&mut self.polygon, &mut self.clipped);
-        }
-        true
+        self.cuts.begin(triangle);
+        planes.into_iter().all(|plane| self.cuts.cut(plane, depth))
     }
 }

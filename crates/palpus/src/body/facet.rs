@@ -168,6 +168,27 @@ impl Facets {
         &self.links[self.link_starts[f as usize] as usize..self.link_starts[f as usize + 1] as usize]
     }
 
+    /// The facets at each mesh vertex: where those of a vertex begin (and the last end), and all of them.
+    pub(crate) fn at_vertices(&self) -> (Vec<u32>, Vec<u32>) {
+        let vertices = self.loop_vertices.iter().max().map_or(0, |&v| v as usize + 1);
+        let mut starts = vec![0; vertices + 1];
+        for &v in &self.loop_vertices {
+            starts[v as usize + 1] += 1;
+        }
+        for v in 0..vertices {
+            starts[v + 1] += starts[v];
+        }
+        let mut next = starts.clone();
+        let mut facets = vec![NONE; self.loop_vertices.len()];
+        for f in 0..self.len() as u32 {
+            for &v in self.corners(f) {
+                facets[next[v as usize] as usize] = f;
+                next[v as usize] += 1;
+            }
+        }
+        (starts, facets)
+    }
+
     fn link(&mut self, surface: &Surface<'_>) {
         self.link_starts = vec![0];
         let mut near: Vec<u32> = Vec::new();

@@ -11,17 +11,22 @@
 //! only gets harder; with one exception. While the patch is *flat* there is no hull with an inside, and facets of
 //! one plane join only when their union is the whole convex polygon around it: an L-shaped cap must not cover its
 //! notch. Such a facet is postponed: once the patch has become solid, 3 judges it.
+//!
+//! A patch of very many facets goes over to a hull with neighbours (`wide_hull`), where each of these questions looks at
+//! the surroundings of the new facet only: 1 climbs to the highest vertex, 2 asks the facets at the faces that the new vertex
+//! sees, since what it does not see it is not above. Else a smooth body with one dent took the square of its size.
 
 use std::ops::ControlFlow;
 
 use glam::DVec3;
 
 use super::contain::Clipper;
-use super::facet::{Facets, Surface};
+use super::facet::{Facets, NONE, Surface};
 use super::trial_hull::TrialHull;
+use super::wide_hull::WideHull;
 use super::{Aabb, TriangleTree};
 use crate::algebra::Plane;
-use crate::algebra::tolerance::{ENTERED, FENCE_PLANES, FLAT_PATCH, FOLDED};
+use crate::algebra::tolerance::{ENTERED, FENCE_PLANES, FLAT_PATCH, FOLDED, WIDE_PATCH};
 
 /// What became of an attempt to join.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,11 +46,17 @@ pub(crate) struct Grower<'a> {
     members: Vec<u32>,
     planes: Vec<Plane>,
     points: Vec<DVec3>,
+    /// The mesh vertex of each point.
+    vertices: Vec<u32>,
     area: f64,
     /// Empty while the patch is flat, and until it is needed.
     hull: TrialHull,
     /// The hull is that of the present points.
     hull_is_built: bool,
+    /// The hull of a patch of at least `wide_from` points.
+    wide: Wide,
+    is_wide: bool,
+    wide_from: usize,
     clipper: Clipper,
     /// The hull's newest planes: what lies above one of them need not be looked at.
     fence: Vec<Plane>,
@@ -67,9 +78,13 @@ impl<'a> Grower<'a> {
             members: Vec::new(),
             planes: Vec::new(),
             points: Vec::new(),
+            vertices: Vec::new(),
             area: 0.0,
             hull: TrialHull::default(),
             hull_is_built: true,
+            wide: Wide::default(),
+            is_wide: false,
+            wide_from: WIDE_PATCH,
             clipper: Clipper::default(),
             fence: Vec::new(),
             fresh: Vec::new(),
@@ -78,6 +93,13 @@ impl<'a> Grower<'a> {
             stamp: 0,
             tries: 0,
         }
+    }
+
+    /// The same, whose patches are wide from so many points on: results must not depend on it.
+    #[cfg(test)]
+    pub(crate) fn with_wide_from(mut self, points: usize) -> Self {
+        self.wide_from = points;
+        self
     }
 
     /// The facets that patches are made of.
@@ -102,6 +124,9 @@ impl<'a> Grower<'a> {
 
     /// True while the patch lies in one plane.
     pub(crate) fn is_flat(&mut self) -> bool {
+        if self.is_wide {
+            return false;
+        }
         if !self.hull_is_built {
             self.hull_is_built = true;
             self.hull.start(&self.points, self.flat_thickness());
@@ -115,6 +140,8 @@ impl<'a> Grower<'a> {
         self.members.clear();
         self.planes.clear();
         self.points.clear();
+        self.vertices.clear();
+        self.is_wide = false;
         self.area = 0.0;
         self.gather_fresh(patch);
         self.commit(patch);
@@ -127,6 +154,9 @@ impl<'a> Grower<'a> {
         self.tries += 1;
         let tolerance = self.surface.noise();
         let above = |plane: Plane, p: DVec3| plane.height(p) > tolerance;
+        if self.is_wide {
+            return self.try_add_wide(set);
+        }
         if set.iter().any(|&c| self.points.iter().any(|p| above(self.facets.plane(c), *p))) {
             return Verdict::Refused;
         }
@@ -144,10 +174,59 @@ impl<'a> Grower<'a> {
         };
         if verdict == Verdict::Joined {
             self.commit(set);
+            self.is_wide = self.points.len() >= self.wide_from
+                && !self.is_flat()
+                && self.wide.start(self.facets, &self.points, &self.vertices, self.flat_thickness());
         } else {
             self.abandon(set);
         }
         verdict
+    }
+
+    /// As [`Self::try_add`], for a patch so large that only the hull's surroundings may be looked at.
+    fn try_add_wide(&mut self, set: &[u32]) -> Verdict {
+        let tolerance = self.surface.noise();
+        let corners: Vec<u32> = set.iter().flat_map(|&c| self.facets.corners(c)).copied().collect();
+        if set.iter().any(|&c| self.wide.is_above(self.facets.plane(c), tolerance, &corners)) {
+            return Verdict::Refused;
+        }
+        self.gather_fresh(set);
+        let fresh = self.fresh.iter().map(|&v| (v, self.surface.vertex(v)));
+        self.wide.insert(fresh, &corners);
+        for &c in set {
+            self.facet_stamps[c as usize] = self.stamp;
+        }
+        let Self { wide, facets, facet_stamps, stamp, fresh, surface, .. } = self;
+        let is_member = |f: u32| facet_stamps[f as usize] == *stamp && !set.contains(&f);
+        let is_spoilt = |f: u32| {
+            let plane = facets.plane(f);
+            fresh.iter().any(|&v| plane.height(surface.vertex(v)) > tolerance)
+        };
+        let refused = wide.buried_facets().any(|f| is_member(f) && is_spoilt(f)) || self.is_wide_entered();
+        if refused {
+            self.wide.undo();
+            self.abandon(set);
+            Verdict::Refused
+        } else {
+            self.wide.settle();
+            self.commit(set);
+            Verdict::Joined
+        }
+    }
+
+    fn is_wide_entered(&mut self) -> bool {
+        let Self { tree, facets, facet_stamps, stamp, wide, surface, fence, .. } = self;
+        let depth = ENTERED * surface.noise();
+        let Some(bounds) = wide.hull.gained() else { return false };
+        wide.hull.newest_planes(fence);
+        let visit = |t: u32, corners: &[DVec3; 3]| {
+            if facet_stamps[facets.of_triangle(t) as usize] != *stamp && wide.hull.enters(*corners, fence, depth) {
+                ControlFlow::Break(())
+            } else {
+                ControlFlow::Continue(())
+            }
+        };
+        tree.visit_below(&bounds, fence, depth, visit).is_break()
     }
 
     fn extend_hull(&mut self) -> Verdict {
@@ -223,6 +302,7 @@ impl<'a> Grower<'a> {
             self.facet_stamps[c as usize] = self.stamp;
         }
         self.points.extend(self.fresh.iter().map(|&v| self.surface.vertex(v)));
+        self.vertices.extend_from_slice(&self.fresh);
     }
 
     fn abandon(&mut self, set: &[u32]) {
@@ -232,6 +312,67 @@ impl<'a> Grower<'a> {
         for &c in set {
             self.facet_stamps[c as usize] = 0;
         }
+    }
+}
+
+/// A wide hull, and what leads from mesh vertices to it.
+#[derive(Default)]
+struct Wide {
+    hull: WideHull,
+    /// The place of each mesh vertex in the hull, good where the hull says the same.
+    places: Vec<u32>,
+    /// The facets at each mesh vertex: `facets_at[first_at[v] .. first_at[v + 1]]`.
+    first_at: Vec<u32>,
+    facets_at: Vec<u32>,
+    buried: Vec<u32>,
+}
+
+impl Wide {
+    fn start(&mut self, facets: &Facets, points: &[DVec3], vertices: &[u32], thickness: f64) -> bool {
+        if self.first_at.is_empty() {
+            (self.first_at, self.facets_at) = facets.at_vertices();
+            self.places = vec![NONE; self.first_at.len()];
+        }
+        let started = self.hull.start(points, vertices, thickness);
+        for (place, &v) in self.hull.vertices().iter().enumerate() {
+            self.places[v as usize] = place as u32;
+        }
+        started
+    }
+
+    /// The places of those of these mesh vertices that are points of the hull.
+    fn places_of(&self, vertices: &[u32]) -> Vec<u32> {
+        let place = |&v: &u32| self.hull.vertices().get(self.places[v as usize] as usize).filter(|&&w| w == v);
+        vertices.iter().filter(|v| place(v).is_some()).map(|&v| self.places[v as usize]).collect()
+    }
+
+    fn is_above(&self, plane: Plane, tolerance: f64, corners: &[u32]) -> bool {
+        self.hull.is_above(plane, tolerance, self.hull.corner_among(&self.places_of(corners)))
+    }
+
+    /// Inserts vertices; `corners` are those of the facets that they belong to.
+    fn insert(&mut self, fresh: impl Iterator<Item = (u32, DVec3)>, corners: &[u32]) {
+        for (v, p) in fresh {
+            let beside = self.places_of(corners);
+            if self.hull.insert(p, v, &beside) {
+                self.places[v as usize] = self.hull.vertices().len() as u32 - 1;
+            }
+        }
+        self.hull.buried_vertices(&mut self.buried);
+    }
+
+    /// The facets at the corners of the faces that the insertion has removed; some come often.
+    fn buried_facets(&self) -> impl Iterator<Item = u32> {
+        let at = |v: u32| self.first_at[v as usize] as usize..self.first_at[v as usize + 1] as usize;
+        self.buried.iter().flat_map(move |&v| self.facets_at[at(v)].iter().copied())
+    }
+
+    fn undo(&mut self) {
+        self.hull.undo();
+    }
+
+    fn settle(&mut self) {
+        self.hull.settle();
     }
 }
 

@@ -32,6 +32,7 @@ mod triangulate;
 mod weld;
 mod well_formed;
 mod whole;
+mod wide_hull;
 mod winding;
 
 pub use admissible::{Admissible, Borrowed, OwnArc, OwnFace, OwnNormals};

@@ -18,7 +18,8 @@
 //! between them. A patch that is a whole convex component needs nothing. An open surface has no inside: its pieces stay thin.
 //!
 //! Where it falls short: one convex piece cannot be thick all along a thin wall that bends, so a large patch of a coarse
-//! mesh leaves parts of such a wall to nobody.
+//! mesh leaves parts of such a wall to nobody. A patch of thousands of facets stays as it is: its hull is deep in itself, and each
+//! corner would cost the square of its size.
 
 #[cfg(test)]
 mod tests;
@@ -36,7 +37,7 @@ use super::trial_hull::TrialHull;
 use super::{Aabb, TriangleTree};
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{
-    FENCE_PLANES, FLAT_PATCH, THICK_CORNERS, THICK_ENTERED, THICK_HONEST, THICK_MERGED, THICK_RETREATS, THICK_SHARES,
+    FENCE_PLANES, FLAT_PATCH, THICK_CORNERS, THICK_ENTERED, THICK_HONEST, THICK_MERGED, THICK_PATCH, THICK_RETREATS, THICK_SHARES,
     WIDE_FACET,
 };
 
@@ -52,6 +53,9 @@ pub(crate) fn inner_corners(
     ways: &WaysIn,
     patch: &Patch,
 ) -> Vec<DVec3> {
+    if patch.facets.len() > THICK_PATCH {
+        return Vec::new();
+    }
     let wishes = few(wishes(surface, facets, tree, ways, patch));
     if wishes.is_empty() {
         return Vec::new();

@@ -17,14 +17,39 @@ use crate::algebra::tolerance::{NEEDLE_NORMAL, ORIENTATION_ROUNDING};
 
 /// A triangle of a [`TrialHull`].
 #[derive(Clone, Copy, Debug)]
-struct TrialFace {
+pub(super) struct TrialFace {
     /// Indices of the points, counter-clockwise seen from outside.
-    corners: [u32; 3],
+    pub(super) corners: [u32; 3],
     /// Outward.
-    plane: Plane,
+    pub(super) plane: Plane,
     /// How far off `plane` may be at a point of the hull's size away, metres; infinite for needles, whose normal is noise.
-    slack: f64,
-    alive: bool,
+    pub(super) slack: f64,
+    pub(super) alive: bool,
+}
+
+impl TrialFace {
+    /// A face over three points; `reach` is the largest coordinate of the hull.
+    #[inline]
+    pub(super) fn new(corners: [u32; 3], [a, b, c]: [DVec3; 3], reach: f64) -> Self {
+        let across = (b - a).cross(c - a);
+        let (area, longest) =
+            (across.length(), (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared()));
+        let needle = area <= NEEDLE_NORMAL * longest;
+        let normal = if needle { across.normalize_or_zero() } else { across / area };
+        let slack = if needle { f64::INFINITY } else { ORIENTATION_ROUNDING * reach * longest / area };
+        Self { corners, plane: Plane { normal, offset: normal.dot(a) }, slack, alive: true }
+    }
+
+    /// True when `p` is strictly above the plane of the face's `points`; exact.
+    #[inline]
+    pub(super) fn is_seen_from(&self, p: DVec3, points: [DVec3; 3]) -> bool {
+        let height = self.plane.height(p);
+        if height.abs() > self.slack {
+            return height > 0.0;
+        }
+        let [a, b, c] = points.map(|p| p.to_array());
+        robust::orient3d(coordinates(a), coordinates(b), coordinates(c), coordinates(p.to_array())) < 0.0
+    }
 }
 
 /// A state to return to.
@@ -148,12 +173,7 @@ impl TrialHull {
     }
 
     fn sees(&self, p: DVec3, face: &TrialFace) -> bool {
-        let height = face.plane.height(p);
-        if height.abs() > face.slack {
-            return height > 0.0;
-        }
-        let [a, b, c] = face.corners.map(|k| self.point(k).to_array());
-        robust::orient3d(coordinates(a), coordinates(b), coordinates(c), coordinates(p.to_array())) < 0.0
+        face.is_seen_from(p, face.corners.map(|k| self.point(k)))
     }
 
     /// Sides of the faces buried from `first` on whose other side is still alive.
@@ -172,14 +192,7 @@ impl TrialHull {
     }
 
     fn push(&mut self, corners: [u32; 3]) {
-        let [a, b, c] = corners.map(|k| self.point(k));
-        let across = (b - a).cross(c - a);
-        let (area, longest) =
-            (across.length(), (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared()));
-        let needle = area <= NEEDLE_NORMAL * longest;
-        let normal = if needle { across.normalize_or_zero() } else { across / area };
-        let slack = if needle { f64::INFINITY } else { ORIENTATION_ROUNDING * self.reach * longest / area };
-        self.faces.push(TrialFace { corners, plane: Plane { normal, offset: normal.dot(a) }, slack, alive: true });
+        self.faces.push(TrialFace::new(corners, corners.map(|k| self.point(k)), self.reach));
     }
 }
 
@@ -189,7 +202,7 @@ fn coordinates([x, y, z]: [f64; 3]) -> robust::Coord3D<f64> {
 
 /// Four points that span a solid thicker than `thickness`, ordered so that the first three are counter-clockwise seen
 /// from the side away from the fourth.
-fn spanning_simplex(points: &[DVec3], thickness: f64) -> Option<[usize; 4]> {
+pub(super) fn spanning_simplex(points: &[DVec3], thickness: f64) -> Option<[usize; 4]> {
     let farthest = |score: &dyn Fn(DVec3) -> f64| {
         let mut best = (0, f64::NEG_INFINITY);
         for (k, p) in points.iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::decompose;
 use crate::body::contain::oracle::{assert_no_crossing, assert_partition, assert_samples_inside};
 use crate::body::facet::{Facets, Surface};
 use crate::body::grow::{Grower, Verdict};
@@ -178,6 +179,63 @@ fn the_same_model_gives_the_same_pieces() {
     let [one, other] = [build(&cup()), build(&cup())];
     let triangles = |body: &Body| body.pieces().iter().map(|piece| piece.triangles().to_vec()).collect::<Vec<_>>();
     assert_eq!(triangles(&one), triangles(&other));
+}
+
+/// A smooth egg with one dent, of so many rings and segments.
+fn dented_egg(rings: u32, segments: u32) -> PolygonSoup {
+    let point = |polar: f64, turn: f64| {
+        let unit = DVec3::new(polar.sin() * turn.cos(), polar.sin() * turn.sin(), polar.cos());
+        let from_dent = 1.0 - unit.dot(DVec3::new(0.6, 0.3, 0.74).normalize());
+        let height = 1.0 - 0.12 * (-from_dent / 0.01).exp();
+        let width = 1.0 + 0.15 * unit.z;
+        unit * DVec3::new(width, width, 1.4) * height
+    };
+    let mut soup = PolygonSoup::new();
+    let (turn, ring) = (std::f64::consts::TAU / f64::from(segments), std::f64::consts::PI / f64::from(rings));
+    for k in 1..rings {
+        soup.vertices.extend((0..segments).map(|s| point(ring * f64::from(k), turn * f64::from(s))));
+    }
+    soup.vertices.extend([point(0.0, 0.0), point(std::f64::consts::PI, 0.0)]);
+    let (top, bottom) = ((rings - 1) * segments, (rings - 1) * segments + 1);
+    for s in 0..segments {
+        let next = (s + 1) % segments;
+        soup.push_face(&[top, s, next]);
+        soup.push_face(&[bottom, top - segments + next, top - segments + s]);
+        for k in 0..rings - 2 {
+            let (above, below) = (k * segments, (k + 1) * segments);
+            soup.push_face(&[above + s, below + s, below + next]);
+            soup.push_face(&[above + s, below + next, above + next]);
+        }
+    }
+    soup
+}
+
+/// The patches of a soup when they are wide from so many points on.
+fn patches(soup: &PolygonSoup, wide_from: usize) -> Vec<Vec<u32>> {
+    let (mesh, _) = Mesh::from_soup(soup).unwrap();
+    let (edges, tree) = (HalfEdges::new(&mesh), mesh.tree());
+    let surface = Surface::new(&mesh, &edges, coordinate_step(mesh.vertices()), BodySettings::HAPTIC);
+    let facets = Facets::of(&surface);
+    let mut grower = Grower::new(surface, &facets, &tree).with_wide_from(wide_from);
+    decompose(&mut grower, &mut |_| ()).into_iter().map(|patch| patch.facets).collect()
+}
+
+#[test]
+fn a_wide_hull_decides_as_a_small_one() {
+    let models = ["paper/teacup_500.obj", "parts/low_poly_bunny.obj", "parts/chess_knight_1000.obj"];
+    let soups = models.iter().filter_map(|name| model(name)).chain([dented_egg(36, 40), cup(), box_with_hole()]);
+    for (k, soup) in soups.enumerate() {
+        assert_eq!(patches(&soup, 4), patches(&soup, usize::MAX), "model {k}");
+    }
+}
+
+#[test]
+fn a_dented_egg_is_few_large_pieces_that_leave_the_dent_free() {
+    let body = build(&dented_egg(60, 60));
+    judge(&body, EXACT_SLACK);
+    assert!(body.polytopes().len() <= 80, "{} pieces", body.polytopes().len());
+    let largest = body.pieces().iter().map(|piece| piece.triangles().len()).max().unwrap();
+    assert!(largest > 2000, "{largest} triangles");
 }
 
 /// How many facets it is known of that no two of them can be in one patch, connected or not: no partition has fewer
