@@ -702,6 +702,11 @@ pub const TURNED_OVER: f64 = -0.5;
 /// Looking at all of a small hull is quicker than finding the way in it. Only speed depends on it.
 pub const WIDE_PATCH: usize = 400;
 
+/// Planes of the largest new faces of a wide hull, against which boxes and triangles are tested first.
+///
+/// A new point's fan has about six; one that closes over an opening has hundreds, nearly in one plane. Only speed depends on it.
+pub const WIDE_FENCE: usize = 24;
+
 /// Planes by which a triangle is cut before it counts as entering a wide hull.
 ///
 /// Each cut goes beyond the middle of what is left, so that it shrinks geometrically. Reached only by triangles that touch the hull

@@ -218,7 +218,7 @@ impl<'a> Grower<'a> {
         let Self { tree, facets, facet_stamps, stamp, wide, surface, fence, .. } = self;
         let depth = ENTERED * surface.noise();
         let Some(bounds) = wide.hull.gained() else { return false };
-        wide.hull.newest_planes(fence);
+        wide.hull.fence(fence);
         let visit = |t: u32, corners: &[DVec3; 3]| {
             if facet_stamps[facets.of_triangle(t) as usize] != *stamp && wide.hull.enters(*corners, fence, depth) {
                 ControlFlow::Break(())

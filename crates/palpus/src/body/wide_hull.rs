@@ -16,7 +16,7 @@ use super::facet::NONE;
 use super::trial_hull::{TrialFace, spanning_simplex};
 use super::{Aabb, contain};
 use crate::algebra::Plane;
-use crate::algebra::tolerance::{FENCE_PLANES, WIDE_CUTS};
+use crate::algebra::tolerance::{WIDE_CUTS, WIDE_FENCE};
 
 /// A face with its neighbours; `neighbours[k]` is across the side from corner k to corner k + 1.
 #[derive(Clone, Debug)]
@@ -157,14 +157,25 @@ impl WideHull {
         into.dedup();
     }
 
-    /// The newest planes, needles left out.
-    pub(crate) fn newest_planes(&self, into: &mut Vec<Plane>) {
-        into.clear();
-        let born = self.journal.iter().rev().filter_map(|change| match change {
-            Change::Born(face) => Some(&self.faces[*face as usize].face),
+    /// The planes of the largest new faces, needles left out: a few planes that most of what is outside is above of.
+    pub(crate) fn fence(&mut self, into: &mut Vec<Plane>) {
+        let born = self.journal.iter().filter_map(|change| match change {
+            Change::Born(face) => Some(*face),
             _ => None,
         });
-        into.extend(born.filter(|face| face.alive && face.slack.is_finite()).map(|face| face.plane).take(FENCE_PLANES));
+        self.queue.clear();
+        self.queue.extend(born.filter(|&f| self.faces[f as usize].face.alive));
+        let Self { faces, points, queue, .. } = self;
+        if queue.len() > WIDE_FENCE {
+            let area = |f: u32| {
+                let [a, b, c] = faces[f as usize].face.corners.map(|k| points[k as usize]);
+                (b - a).cross(c - a).length_squared()
+            };
+            queue.sort_unstable_by(|&f, &g| area(g).total_cmp(&area(f)).then(f.cmp(&g)));
+            queue.truncate(WIDE_FENCE);
+        }
+        into.clear();
+        into.extend(queue.iter().map(|&f| faces[f as usize].face).filter(|f| f.slack.is_finite()).map(|f| f.plane));
     }
 
     /// True when a point of the hull is higher above `plane` than `tolerance`. `near` is a corner where to begin.
@@ -209,6 +220,11 @@ impl WideHull {
         }
         let mut cuts = std::mem::take(&mut self.cuts);
         cuts.begin(triangle);
+        // What comes in new comes in below the new faces.
+        if !fence.iter().all(|&plane| cuts.cut(plane, depth)) {
+            self.cuts = cuts;
+            return false;
+        }
         let mut face = self.journal.iter().rev().find_map(|change| match change {
             Change::Born(face) => Some(*face),
             _ => None,
