@@ -696,7 +696,6 @@ pub const GUARD_HOLD: f64 = 20.0;
 /// Going off the side of a part turns it by a right angle. Nearer to −1 lets oblique passages through; nearer to 0 holds what slid off.
 pub const TURNED_OVER: f64 = -0.5;
 
-
 /// Points from which on a patch has a hull with neighbours.
 ///
 /// Looking at all of a small hull is quicker than finding the way in it. Only speed depends on it.

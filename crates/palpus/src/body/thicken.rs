@@ -37,8 +37,8 @@ use super::trial_hull::TrialHull;
 use super::{Aabb, TriangleTree};
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{
-    FENCE_PLANES, FLAT_PATCH, THICK_CORNERS, THICK_ENTERED, THICK_HONEST, THICK_MERGED, THICK_PATCH, THICK_RETREATS, THICK_SHARES,
-    WIDE_FACET,
+    FENCE_PLANES, FLAT_PATCH, THICK_CORNERS, THICK_ENTERED, THICK_HONEST, THICK_MERGED, THICK_PATCH, THICK_RETREATS,
+    THICK_SHARES, WIDE_FACET,
 };
 
 pub(crate) use way_in::WaysIn;
