@@ -15,7 +15,7 @@ use super::super::piece::face_area;
 use super::super::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
 use super::{Admissible, Borrowed, OwnArc, OwnFace, Range, is_original};
 use crate::algebra::Plane;
-use crate::algebra::tolerance::{COVERED_WHOLE, ON_FACE, SHADING_IN_FACE};
+use crate::algebra::tolerance::{COVERED_WHOLE, FOLDED, ON_FACE};
 
 impl Admissible {
     /// The own normals of all pieces; `noise` is how far a vertex of a plane may be off it, metres.
@@ -26,7 +26,7 @@ impl Admissible {
         pieces: &[Piece],
         noise: f64,
     ) -> Self {
-        let source = Source { mesh, half_edges, normals: normals_by_triangle(mesh, polytopes, pieces), noise };
+        let source = Source::new(mesh, half_edges, polytopes, pieces, noise);
         let mut answer = Self { noise: ON_FACE * noise, pieces: vec![Range::default()], ..Self::default() };
         for (polytope, piece) in polytopes.iter().zip(pieces) {
             let first = [answer.faces.len(), answer.borrowed.len()];
@@ -54,32 +54,41 @@ struct Source<'s> {
     noise: f64,
 }
 
-/// The normal of each triangle: that of the face of its piece in which it lies, so that neighbours agree on where an arc
-/// ends; its own if it lies in none.
-fn normals_by_triangle(mesh: &Mesh, polytopes: &[Polytope], pieces: &[Piece]) -> Vec<DVec3> {
-    let mut normals: Vec<DVec3> = (0..mesh.triangles().len() as u32).map(|t| mesh.triangle_normal(t)).collect();
-    for (polytope, piece) in polytopes.iter().zip(pieces) {
-        for face in 0..polytope.face_count() as u32 {
-            let normal = polytope.plane(face).normal;
-            for &t in piece.face_triangles(face) {
-                if normal.dot(mesh.triangle_normal(t)) > SHADING_IN_FACE {
-                    normals[t as usize] = normal;
+impl<'s> Source<'s> {
+    fn new(
+        mesh: &'s Mesh,
+        half_edges: &'s HalfEdges,
+        polytopes: &[Polytope],
+        pieces: &[Piece],
+        noise: f64,
+    ) -> Self {
+        let normals = (0..mesh.triangles().len() as u32).map(|t| mesh.triangle_normal(t)).collect();
+        let mut source = Self { mesh, half_edges, normals, noise };
+        // Neighbours must agree on where an arc ends: at the normal of the face in which the triangle lies.
+        for (polytope, piece) in polytopes.iter().zip(pieces) {
+            for face in 0..polytope.face_count() as u32 {
+                let plane = polytope.plane(face);
+                for &t in piece.face_triangles(face) {
+                    if source.lies_in(t, plane) {
+                        source.normals[t as usize] = plane.normal;
+                    }
                 }
             }
         }
+        source
     }
-    normals
+
+    /// True for a triangle in the plane of a face, false for one that only has a side there.
+    fn lies_in(&self, t: u32, plane: Plane) -> bool {
+        let flat = self.mesh.triangle_points(t).iter().all(|p| plane.height(*p).abs() <= ON_FACE * self.noise);
+        flat && plane.normal.dot(self.mesh.triangle_normal(t)) > FOLDED
+    }
 }
 
 fn own_faces(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces: &mut Vec<OwnFace>) {
     for face in (0..polytope.face_count() as u32).filter(|&face| !polytope.is_rim(face)) {
-        let normal = polytope.plane(face).normal;
-        let covered: f64 = piece
-            .face_triangles(face)
-            .iter()
-            .filter(|&&t| normal.dot(source.mesh.triangle_normal(t)) > SHADING_IN_FACE)
-            .map(|&t| source.mesh.triangle_area(t))
-            .sum();
+        let real = piece.face_triangles(face).iter().filter(|&&t| source.lies_in(t, polytope.plane(face)));
+        let covered: f64 = real.map(|&t| source.mesh.triangle_area(t)).sum();
         if is_original(polytope, face) || covered > 0.0 {
             faces.push(OwnFace { face, whole: covered >= COVERED_WHOLE * face_area(polytope, face) });
         }
