@@ -85,9 +85,11 @@ pub struct OwnArc {
 impl Admissible {
     /// The own normals of piece `k`, whose shape is `polytope`.
     #[inline]
-    pub fn of<'a>(&'a self, k: u32, polytope: &'a Polytope) -> OwnNormals<'a> {
+    pub fn of<'a>(&'a self, k: u32, polytope: &'a Polytope, mesh: &'a Mesh) -> OwnNormals<'a> {
         let (from, to) = (self.pieces[k as usize], self.pieces[k as usize + 1]);
         OwnNormals {
+            all: self,
+            mesh,
             polytope,
             faces: &self.faces[from.faces as usize..to.faces as usize],
             borrowed: &self.borrowed[from.borrowed as usize..to.borrowed as usize],
@@ -99,30 +101,6 @@ impl Admissible {
     /// The most arcs that a piece has.
     pub fn most_arcs(&self) -> usize {
         self.pieces.windows(2).map(|pair| (pair[1].arcs - pair[0].arcs) as usize).max().unwrap_or(0)
-    }
-
-    /// True if a closest point on `feature` of a piece, seen along `outward` (unit, in the body's frame), lies on the surface of
-    /// the mesh and faces that way there, within [`ADMISSIBLE_ANGLE`] and the surface's noise.
-    pub fn holds(
-        &self,
-        normals: &OwnNormals<'_>,
-        piece: &Piece,
-        mesh: &Mesh,
-        feature: Feature,
-        point: DVec3,
-        outward: DVec3,
-    ) -> bool {
-        match feature {
-            Feature::Face(face) => {
-                normals.own_face(face).is_some_and(|own| own.whole || lies_on(piece.face_triangles(face), mesh, point))
-                    && normals.polytope.plane(face).normal.dot(outward) > 0.0
-            }
-            Feature::Edge(edge) => normals.edge_faces(edge, outward),
-            Feature::Vertex(vertex) => {
-                normals.vertex_faces(vertex, outward)
-                    && self.is_highest(mesh, normals.corners[vertex as usize], outward)
-            }
-        }
     }
 
     /// True if no neighbour of mesh vertex `v` is higher than it along `outward`.
@@ -143,6 +121,8 @@ impl Admissible {
 /// The own normals of one piece.
 #[derive(Clone, Copy, Debug)]
 pub struct OwnNormals<'a> {
+    all: &'a Admissible,
+    mesh: &'a Mesh,
     polytope: &'a Polytope,
     faces: &'a [OwnFace],
     borrowed: &'a [Borrowed],
@@ -248,6 +228,26 @@ impl<'a> OwnNormals<'a> {
         along.dot(left.cross(direction)) >= -slack
             && along.dot(direction.cross(right)) >= -slack
             && direction.dot(left + right) > 0.0
+    }
+
+    /// True if `point` on `feature` lies on the surface of the mesh and `outward` (unit; both in the piece's frame) is a direction that
+    /// the surface has there, within [`ADMISSIBLE_ANGLE`] and the surface's noise. The direction is one that supports the piece there.
+    pub fn holds(&self, piece: &Piece, feature: Feature, point: DVec3, outward: DVec3) -> bool {
+        match feature {
+            Feature::Face(face) => {
+                self.own_face(face)
+                    .is_some_and(|own| own.whole || lies_on(piece.face_triangles(face), self.mesh, point))
+                    && self.polytope.plane(face).normal.dot(outward) > 0.0
+            }
+            Feature::Edge(edge) => self.edge_faces(edge, outward),
+            Feature::Vertex(vertex) => self.vertex_owns(vertex, outward),
+        }
+    }
+
+    /// True if the piece owns `direction` (unit, in its frame, one that supports it at the vertex): some face of the mesh there looks
+    /// to its side, and no neighbour of the vertex on the mesh lies higher.
+    pub fn vertex_owns(&self, vertex: u32, direction: DVec3) -> bool {
+        self.vertex_faces(vertex, direction) && self.all.is_highest(self.mesh, self.corners[vertex as usize], direction)
     }
 
     /// True if an own face at the vertex looks to the side of `direction`.

@@ -212,14 +212,13 @@ impl Body {
     /// The normals that piece `k` owns on the mesh.
     #[inline]
     pub fn own_normals(&self, k: u32) -> OwnNormals<'_> {
-        self.admissible.of(k, &self.polytopes[k as usize])
+        self.admissible.of(k, &self.polytopes[k as usize], &self.mesh)
     }
 
     /// True if `point` on `feature` of piece `k` lies on the surface of the mesh and `outward` (unit) is a direction that the
     /// surface has there; both in the body's frame.
     pub fn owns(&self, k: u32, feature: Feature, point: DVec3, outward: DVec3) -> bool {
-        let piece = &self.pieces[k as usize];
-        self.admissible.holds(&self.own_normals(k), piece, &self.mesh, feature, point, outward)
+        self.own_normals(k).holds(&self.pieces[k as usize], feature, point, outward)
     }
 
     /// The tree of hulls over the pieces.

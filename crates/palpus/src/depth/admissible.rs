@@ -26,8 +26,8 @@ use super::overlay::{Corner, below};
 use super::query::WalkScratch;
 use super::witness::{Clip, witness};
 use super::{Antipodal, Depth, HubPair};
-use crate::algebra::Placement;
 use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, FLUSH_WITNESS, PARALLEL_EDGES};
+use crate::algebra::{Placement, closest_on_segment};
 use crate::body::{Admissible, Feature, FeaturePair, OwnArc, OwnNormals, Polytope};
 use crate::collision::StopReason;
 
@@ -38,6 +38,8 @@ pub struct AdmissibleDepth {
     pub point_a: DVec3,
     /// In b's supporting plane.
     pub point_b: DVec3,
+    /// The two points on the features themselves: where the one that owns the normal is nearest to the other.
+    pub facing: (DVec3, DVec3),
     /// Unit, from b into a.
     pub normal: DVec3,
     /// `max_b n·b − min_a n·a` along `normal`.
@@ -45,6 +47,8 @@ pub struct AdmissibleDepth {
     /// The features that own the normal, and what they meet: a vertex and a face, a vertex and an edge (with the normal that
     /// ends its arc), or two edges.
     pub features: FeaturePair,
+    /// False if only one of the pieces owns the normal, and none is owned by both.
+    pub owned: bool,
     /// True if the walk had ended elsewhere.
     pub moved: bool,
     /// [`StopReason::Budget`] when not all crossings were looked at.
@@ -79,7 +83,18 @@ pub fn admissible_depth(
     if is_admissible(a, b, pose_ba, walked) {
         let Depth { point_a, point_b, normal, depth, antipodal, stop, .. } = *walked;
         let features = antipodal.features();
-        return Some(AdmissibleDepth { point_a, point_b, normal, depth, features, moved: false, stop });
+        let facing = (point_a, point_b);
+        return Some(AdmissibleDepth {
+            point_a,
+            point_b,
+            facing,
+            normal,
+            depth,
+            features,
+            owned: true,
+            moved: false,
+            stop,
+        });
     }
     let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
     let mut search = Search::new(cso, a, b, walked.hub);
@@ -94,8 +109,12 @@ pub fn admissible_depth(
 /// True if the pieces own the normal on which a walk has ended.
 pub fn is_admissible(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement, walked: &Depth) -> bool {
     match walked.antipodal {
-        Antipodal::VertexFace { b: face, .. } => b.own_face(face).is_some(),
-        Antipodal::FaceVertex { a: face, .. } => a.own_face(face).is_some(),
+        Antipodal::VertexFace { a: vertex, b: face } => {
+            b.own_face(face).is_some() && a.vertex_owns(vertex, -pose_ba.inverse_vector(walked.normal))
+        }
+        Antipodal::FaceVertex { a: face, b: vertex } => {
+            a.own_face(face).is_some() && b.vertex_owns(vertex, walked.normal)
+        }
         Antipodal::EdgeEdge { a: edge_a, b: edge_b } => {
             a.edge_faces(edge_a, -pose_ba.inverse_vector(walked.normal)) && b.edge_faces(edge_b, walked.normal)
         }
@@ -148,13 +167,26 @@ struct Search<'s> {
     /// The least h so far.
     bar: f64,
     found: Option<Found>,
+    loose_bar: f64,
+    loose: Option<Found>,
     stop: StopReason,
 }
 
 impl<'s> Search<'s> {
     fn new(cso: Cso<'s>, a: &'s OwnNormals<'s>, b: &'s OwnNormals<'s>, hub: HubPair) -> Self {
         let point_a = cso.point_a(hub.a);
-        Self { cso, a, b, hub, point_a, bar: f64::INFINITY, found: None, stop: StopReason::Converged }
+        Self {
+            cso,
+            a,
+            b,
+            hub,
+            point_a,
+            bar: f64::INFINITY,
+            found: None,
+            loose_bar: f64::INFINITY,
+            loose: None,
+            stop: StopReason::Converged,
+        }
     }
 
     /// The facet of last time.
@@ -208,7 +240,8 @@ impl<'s> Search<'s> {
         let offset = -plane.height(self.point_a);
         if offset < self.bar {
             let features = FeaturePair { a: Feature::Vertex(a), b: self.b.feature(index) };
-            self.take(plane.normal, offset, features);
+            let truth = self.a.vertex_owns(a, self.cso.toward_b(plane.normal));
+            self.take(plane.normal, offset, features, truth);
         }
     }
 
@@ -225,7 +258,8 @@ impl<'s> Search<'s> {
         self.hub.b = b;
         if offset < self.bar {
             let features = FeaturePair { a: self.a.feature(index), b: Feature::Vertex(b) };
-            self.take(normal, offset, features);
+            let truth = self.b.vertex_owns(b, normal);
+            self.take(normal, offset, features, truth);
         }
     }
 
@@ -236,9 +270,15 @@ impl<'s> Search<'s> {
         }
     }
 
-    fn take(&mut self, normal: DVec3, offset: f64, features: FeaturePair) {
-        self.bar = offset;
-        self.found = Some(Found { normal, features, hub: self.hub });
+    fn take(&mut self, normal: DVec3, offset: f64, features: FeaturePair, truth: bool) {
+        let found = Some(Found { normal, features, hub: self.hub });
+        if truth {
+            self.bar = offset;
+            self.found = found;
+        } else if offset < self.loose_bar {
+            self.loose_bar = offset;
+            self.loose = found;
+        }
     }
 
     /// Every crossing of own arcs.
@@ -334,57 +374,81 @@ impl<'s> Search<'s> {
         self.look_from_a(hub.a);
         if offset < self.bar {
             let features = FeaturePair { a: Feature::Edge(a.edge), b: Feature::Edge(b.edge) };
-            self.take(normal, offset, features);
+            self.take(normal, offset, features, true);
         }
     }
 
     /// The least facet with its true offset and its witness.
     fn answer(&self, clip: &mut Clip) -> Option<AdmissibleDepth> {
-        let Found { normal, features, hub } = self.found?;
-        let (hub, depth) = self.cso.support(hub, normal);
-        let (point_a, point_b) = self.witness(normal, depth, features, hub, clip);
-        Some(AdmissibleDepth { point_a, point_b, normal, depth, features, moved: true, stop: self.stop })
+        let owned = self.found.is_some();
+        let mut found = self.found.or(self.loose)?;
+        let (hub, depth) = self.cso.support(found.hub, found.normal);
+        found.hub = hub;
+        let facing = self.facing(&found, depth, clip);
+        let (point_a, point_b) = self.witness(&found, depth, facing);
+        let Found { normal, features, .. } = found;
+        Some(AdmissibleDepth { point_a, point_b, facing, normal, depth, features, owned, moved: true, stop: self.stop })
     }
 
-    /// The witness points. A vertex that does not face the face that owns the normal, but beside it a neighbouring piece's, stays
-    /// where it is: the two pieces' contacts then are the same.
-    fn witness(
-        &self,
-        normal: DVec3,
-        depth: f64,
-        features: FeaturePair,
-        hub: HubPair,
-        clip: &mut Clip,
-    ) -> (DVec3, DVec3) {
-        let at_a = |point_a: DVec3| (point_a, point_a + normal * depth);
-        let at_b = |point_b: DVec3| (point_b - normal * depth, point_b);
-        let toward_b = self.cso.toward_b(normal);
-        match (features.a, features.b) {
-            (Feature::Vertex(_), Feature::Edge(_)) => {
-                at_a(self.cso.pose_ba.point(middle_of_flush(self.cso.a, hub.a, toward_b)))
+    /// The witness on the features themselves: where the one that owns the normal is nearest to the other.
+    fn facing(&self, found: &Found, depth: f64, clip: &mut Clip) -> (DVec3, DVec3) {
+        let Found { normal, features, hub } = *found;
+        let antipodal = match (features.a, features.b) {
+            (Feature::Vertex(_), Feature::Face(b)) => Antipodal::VertexFace { a: hub.a, b },
+            (Feature::Face(a), Feature::Vertex(_)) => Antipodal::FaceVertex { a, b: hub.b },
+            (Feature::Edge(a), Feature::Edge(b)) => Antipodal::EdgeEdge { a, b },
+            (_, Feature::Edge(edge)) => {
+                let edge = self.cso.b.edge(edge);
+                let ends = [edge.tail, edge.head].map(|v| self.cso.b.vertex(v));
+                let point_b = nearest_of(ends, self.cso.point_a(hub.a));
+                return (point_b - normal * depth, point_b);
             }
-            (Feature::Edge(_), Feature::Vertex(_)) => at_b(middle_of_flush(self.cso.b, hub.b, normal)),
-            _ => {
-                let antipodal = Antipodal::of(features).unwrap_or(Antipodal::VertexFace { a: hub.a, b: 0 });
-                let antipodal = match antipodal {
-                    Antipodal::VertexFace { b, .. } => Antipodal::VertexFace { a: hub.a, b },
-                    Antipodal::FaceVertex { a, .. } => Antipodal::FaceVertex { a, b: hub.b },
-                    edges @ Antipodal::EdgeEdge { .. } => edges,
-                };
-                let corner = Corner { normal, offset: depth, antipodal, hub };
-                let facet = Facet::at(&self.cso, &corner, FLUSH_WITNESS);
-                match facet.a.count {
-                    1 => at_a(self.cso.point_a(facet.a.corner(0))),
-                    _ => witness(&self.cso, &facet, &corner, clip),
+            (Feature::Edge(edge), _) => {
+                let edge = self.cso.a.edge(edge);
+                let ends = [edge.tail, edge.head].map(|v| self.cso.point_a(v));
+                let point_a = nearest_of(ends, self.cso.b.vertex(hub.b));
+                return (point_a, point_a + normal * depth);
+            }
+            // A facet of the CSO has no other features.
+            _ => Antipodal::VertexFace { a: hub.a, b: 0 },
+        };
+        let corner = Corner { normal, offset: depth, antipodal, hub };
+        witness(&self.cso, &Facet::at(&self.cso, &corner, FLUSH_WITNESS), &corner, clip)
+    }
+
+    /// The witness points. A vertex that lies beside the feature that owns the normal faces a neighbouring piece there, and the
+    /// point stays with it: the contacts of the two pieces are then one.
+    fn witness(&self, found: &Found, depth: f64, facing: (DVec3, DVec3)) -> (DVec3, DVec3) {
+        let Found { normal, features, hub } = *found;
+        match (features.a, features.b) {
+            (Feature::Vertex(_), Feature::Face(_) | Feature::Edge(_)) => {
+                let flush = flush_at_vertex(self.cso.a, hub.a, self.cso.toward_b(normal), FLUSH_WITNESS);
+                match (flush, features.b) {
+                    (Feature::Edge(_) | Feature::Face(_), Feature::Face(_)) => facing,
+                    _ => {
+                        let point_a = self.cso.pose_ba.point(middle(self.cso.a, flush));
+                        (point_a, point_a + normal * depth)
+                    }
                 }
             }
+            (Feature::Edge(_), Feature::Vertex(_)) => {
+                let flush = flush_at_vertex(self.cso.b, hub.b, normal, FLUSH_WITNESS);
+                let point_b = middle(self.cso.b, flush);
+                (point_b - normal * depth, point_b)
+            }
+            _ => facing,
         }
     }
 }
 
-/// The mean of the corners of what is flush with the plane that vertex `v` supports across `direction` (unit, local).
-fn middle_of_flush(polytope: &Polytope, v: u32, direction: DVec3) -> DVec3 {
-    match flush_at_vertex(polytope, v, direction, FLUSH_WITNESS) {
+/// The point of a segment that is nearest to `p`.
+fn nearest_of([tail, head]: [DVec3; 2], p: DVec3) -> DVec3 {
+    tail.lerp(head, closest_on_segment(p, tail, head))
+}
+
+/// The mean of a feature's corners, in the polytope's frame.
+fn middle(polytope: &Polytope, feature: Feature) -> DVec3 {
+    match feature {
         Feature::Vertex(v) => polytope.vertex(v),
         Feature::Edge(e) => {
             let edge = polytope.edge(e);

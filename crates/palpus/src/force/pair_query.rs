@@ -35,8 +35,8 @@ use crate::collision::{
     Closest, Front, Home, LeafPair, LeafPairs, Memory, Overlap, Proximity, Side, StopReason, TraversalCounters,
 };
 use crate::depth::{
-    AdmissibleScratch, Antipodal, Certainty, CertificateMemory, Depth, HubPair, ProofScratch, Seed, Touch, WalkScratch,
-    admissible_depth, blend, depth, depth_proven,
+    AdmissibleDepth, AdmissibleScratch, Antipodal, Certainty, CertificateMemory, Depth, HubPair, ProofScratch, Seed,
+    Touch, WalkScratch, admissible_depth, blend, depth, depth_proven,
 };
 
 /// Whether depths are proven.
@@ -203,14 +203,19 @@ impl PairQuery {
             match self.contact(a, b, &place, &leaf, &mut counters) {
                 Found::Nothing => counters.virtual_closest += 1,
                 Found::Admissible(contact) => self.contacts.push(contact),
-                Found::Moved(contact) if is_believed(a, b, &place, &contact) => self.contacts.push(contact),
-                Found::Moved(contact) => {
+                Found::Moved(contact, facing) if is_believed(a, b, &place, &facing) => self.contacts.push(contact),
+                Found::Moved(contact, _) => {
                     counters.disbelieved += 1;
                     if doubtful.is_none_or(|least| contact.separation > least.separation) {
                         doubtful = Some(contact);
                     }
                 }
-                Found::Inadmissible => counters.inadmissible += 1,
+                Found::Inadmissible(contact) => {
+                    counters.inadmissible += 1;
+                    if doubtful.is_none_or(|least| contact.separation > least.separation) {
+                        doubtful = Some(contact);
+                    }
+                }
             }
             self.keep(a, b, &place, &leaf, known, &mut counters);
         }
@@ -262,8 +267,8 @@ impl PairQuery {
         let nearest = match leaf.proximity {
             Proximity::Disjoint(closest) => Some(at_closest(&leaf, &closest)),
             Proximity::Overlapping(_) => match self.contact(a, b, &place, &leaf, counters) {
-                Found::Admissible(contact) | Found::Moved(contact) => Some(contact),
-                Found::Nothing | Found::Inadmissible => None,
+                Found::Admissible(contact) | Found::Moved(contact, _) | Found::Inadmissible(contact) => Some(contact),
+                Found::Nothing => None,
             },
         };
         // Equally near: the contact, whose features are original.
@@ -511,7 +516,7 @@ impl PairQuery {
         let (normals_a, normals_b) = (a.own_normals(leaf.piece_a), b.own_normals(leaf.piece_b));
         let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
         let Some(real) = admissible_depth(&normals_a, &normals_b, place, &walked, None, admissible, walk) else {
-            return Found::Inadmissible;
+            return Found::Nothing;
         };
         counters.moved += u32::from(real.moved);
         counters.admissible_stops += u32::from(real.moved && real.stop != StopReason::Converged);
@@ -524,7 +529,13 @@ impl PairQuery {
             normal: real.normal,
             separation: -real.depth,
         };
-        if real.moved { Found::Moved(contact) } else { Found::Admissible(contact) }
+        match real {
+            AdmissibleDepth { moved: false, .. } => Found::Admissible(contact),
+            AdmissibleDepth { owned: true, facing: (point_a, point_b), .. } => {
+                Found::Moved(contact, Contact { point_a, point_b, ..contact })
+            }
+            _ => Found::Inadmissible(contact),
+        }
     }
 }
 
@@ -534,10 +545,10 @@ enum Found {
     Nothing,
     /// A contact along the direction of least distance or depth.
     Admissible(Contact),
-    /// A contact along another direction, the least that the pieces own; to be believed or not.
-    Moved(Contact),
-    /// An overlap without a normal that anyone owns.
-    Inadmissible,
+    /// A contact along another direction, the least that the pieces own; and with its points on its features, to be believed or not.
+    Moved(Contact, Contact),
+    /// An overlap without a normal that both pieces own; the contact along the best that one does.
+    Inadmissible(Contact),
 }
 
 /// What proofs need: working memory, and what they remember of the pairs that were proven last.

@@ -55,13 +55,7 @@ struct Source<'s> {
 }
 
 impl<'s> Source<'s> {
-    fn new(
-        mesh: &'s Mesh,
-        half_edges: &'s HalfEdges,
-        polytopes: &[Polytope],
-        pieces: &[Piece],
-        noise: f64,
-    ) -> Self {
+    fn new(mesh: &'s Mesh, half_edges: &'s HalfEdges, polytopes: &[Polytope], pieces: &[Piece], noise: f64) -> Self {
         let normals = (0..mesh.triangles().len() as u32).map(|t| mesh.triangle_normal(t)).collect();
         let mut source = Self { mesh, half_edges, normals, noise };
         // Neighbours must agree on where an arc ends: at the normal of the face in which the triangle lies.
