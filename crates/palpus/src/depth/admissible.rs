@@ -3,17 +3,21 @@
 //! A hull adds faces that are not surface, and a depth along the normal of such a face would push out of a surface that
 //! nobody sees. So the depth that becomes a contact is the least h over the *admissible* facets of the CSO alone:
 //!
-//! * a normal of b (of an own face, or borrowed at the end of an arc) against whatever of a supports it, and the reverse;
+//! * a normal of b (of an own face, or borrowed at the end of an arc) against a vertex of a that owns the opposite one, and the reverse;
 //! * two edges whose own arcs cross.
 //!
-//! It is never less than the unconstrained depth, and it depends continuously on the pose: h does along every normal, a
-//! crossing moves continuously, and where it ceases to be, at an end of an arc, the end itself is admissible and has the same h.
+//! Both bodies own such a normal where they touch. The depth is never less than the unconstrained one, and while a piece owns
+//! its facets it depends continuously on the pose: h does along every normal, a crossing moves continuously, and where it ceases to be, at
+//! an end of an arc, the end itself is admissible and has the same h. Only where a vertex ceases to own a normal, since a neighbour on
+//! the mesh rises above it, a facet goes; then the piece of that neighbour has it, at the same h.
 //!
 //! 1. If the walk has ended on an admissible facet, that is the least of all and stands.
 //! 2. Else every admissible facet is tried, the one of last time first. h along a normal is at least n·c for any
 //!    vertex c of the CSO, so that one known support sorts most of them out: a normal by one product, an arc by its two
 //!    ends (along an arc n·c is concave where it is not negative).
 //! 3. The arcs that are left are crossed, a's with b's; the least facet is measured with true supports.
+//! 4. If there is no admissible facet, the least normal that one of the pieces owns is given as what it is: no contact, unless
+//!    nothing else holds two overlapping bodies apart.
 //!
 //! Deviation from \[K02\], which moves a depth from virtual features to an original one next to them, and then lets the
 //! walk go on for one step: that jumps where the neighbourhood changes, and may miss the least.
@@ -156,14 +160,22 @@ struct Found {
     hub: HubPair,
 }
 
+/// True if the other body's vertex at `point` (in the piece's frame) lies less than `bar` below the plane at an end of the arc. If it
+/// does not, h is not below the bar anywhere on the arc.
+#[inline]
+fn dips(normals: &OwnNormals<'_>, arc: &OwnArc, point: DVec3, bar: f64) -> bool {
+    -normals.plane(arc.left).height(point) < bar || -normals.plane(arc.right).height(point) < bar
+}
+
 struct Search<'s> {
     cso: Cso<'s>,
     a: &'s OwnNormals<'s>,
     b: &'s OwnNormals<'s>,
     /// The last support found.
     hub: HubPair,
-    /// In b's frame.
+    /// The support on a, in b's frame, and that on b, in a's.
     point_a: DVec3,
+    point_b: DVec3,
     /// The least h so far.
     bar: f64,
     found: Option<Found>,
@@ -175,12 +187,14 @@ struct Search<'s> {
 impl<'s> Search<'s> {
     fn new(cso: Cso<'s>, a: &'s OwnNormals<'s>, b: &'s OwnNormals<'s>, hub: HubPair) -> Self {
         let point_a = cso.point_a(hub.a);
+        let point_b = cso.pose_ba.inverse_point(cso.b.vertex(hub.b));
         Self {
             cso,
             a,
             b,
             hub,
             point_a,
+            point_b,
             bar: f64::INFINITY,
             found: None,
             loose_bar: f64::INFINITY,
@@ -240,26 +254,32 @@ impl<'s> Search<'s> {
         let offset = -plane.height(self.point_a);
         if offset < self.bar {
             let features = FeaturePair { a: Feature::Vertex(a), b: self.b.feature(index) };
-            let truth = self.a.vertex_owns(a, self.cso.toward_b(plane.normal));
-            self.take(plane.normal, offset, features, truth);
+            let owned = self.a.vertex_owns(a, self.cso.toward_b(plane.normal));
+            self.take(plane.normal, offset, features, owned);
         }
     }
 
     #[inline]
     fn plane_of_a(&mut self, index: u32) {
         let plane = self.a.plane(index);
-        let normal = -self.cso.pose_ba.vector(plane.normal);
-        let offset_at = |point_b: DVec3| normal.dot(point_b - self.cso.pose_ba.translation) + plane.offset;
-        if offset_at(self.cso.b.vertex(self.hub.b)) >= self.bar {
+        if -plane.height(self.point_b) >= self.bar {
             return;
         }
+        let normal = -self.cso.pose_ba.vector(plane.normal);
         let b = self.cso.b.support_from(self.hub.b, normal);
-        let offset = offset_at(self.cso.b.vertex(b));
-        self.hub.b = b;
+        self.look_from_b(b);
+        let offset = -plane.height(self.point_b);
         if offset < self.bar {
             let features = FeaturePair { a: self.a.feature(index), b: Feature::Vertex(b) };
-            let truth = self.b.vertex_owns(b, normal);
-            self.take(normal, offset, features, truth);
+            let owned = self.b.vertex_owns(b, normal);
+            self.take(normal, offset, features, owned);
+        }
+    }
+
+    fn look_from_b(&mut self, b: u32) {
+        if b != self.hub.b {
+            self.hub.b = b;
+            self.point_b = self.cso.pose_ba.inverse_point(self.cso.b.vertex(b));
         }
     }
 
@@ -270,9 +290,9 @@ impl<'s> Search<'s> {
         }
     }
 
-    fn take(&mut self, normal: DVec3, offset: f64, features: FeaturePair, truth: bool) {
+    fn take(&mut self, normal: DVec3, offset: f64, features: FeaturePair, owned: bool) {
         let found = Some(Found { normal, features, hub: self.hub });
-        if truth {
+        if owned {
             self.bar = offset;
             self.found = found;
         } else if offset < self.loose_bar {
@@ -286,9 +306,14 @@ impl<'s> Search<'s> {
         let AdmissibleScratch { arcs_a, arcs_b } = scratch;
         arcs_b.clear();
         for own in self.b.arcs() {
-            let arc = Arc::of(self.b, own);
-            if self.arc_of_b_matters(&arc) {
-                self.keep(arcs_b, arc);
+            // Of most arcs a look from the last support is enough.
+            if dips(self.b, own, self.point_a, self.bar) {
+                let arc = Arc::of(self.b, own);
+                let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(arc.left + arc.right));
+                self.look_from_a(a);
+                if dips(self.b, own, self.point_a, self.bar) {
+                    self.keep(arcs_b, arc);
+                }
             }
         }
         if arcs_b.is_empty() {
@@ -296,9 +321,13 @@ impl<'s> Search<'s> {
         }
         arcs_a.clear();
         for own in self.a.arcs() {
-            let arc = Arc::of(self.a, own).reflected(self.cso.pose_ba);
-            if self.arc_of_a_matters(&arc) {
-                self.keep(arcs_a, arc);
+            if dips(self.a, own, self.point_b, self.bar) {
+                let arc = Arc::of(self.a, own).reflected(self.cso.pose_ba);
+                let b = self.cso.b.support_from(self.hub.b, arc.left + arc.right);
+                self.look_from_b(b);
+                if dips(self.a, own, self.point_b, self.bar) {
+                    self.keep(arcs_a, arc);
+                }
             }
         }
         let mut looks = 0;
@@ -320,32 +349,6 @@ impl<'s> Search<'s> {
         } else {
             self.stop = StopReason::Budget;
         }
-    }
-
-    /// False if h is not below the bar anywhere along an arc of b.
-    fn arc_of_b_matters(&mut self, arc: &Arc) -> bool {
-        if !self.dips(arc, arc.tail - self.point_a) {
-            return false;
-        }
-        let middle = arc.left + arc.right;
-        let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(middle));
-        self.look_from_a(a);
-        self.dips(arc, arc.tail - self.point_a)
-    }
-
-    /// The same for an arc of the reflected a.
-    fn arc_of_a_matters(&mut self, arc: &Arc) -> bool {
-        if !self.dips(arc, self.cso.b.vertex(self.hub.b) - arc.tail) {
-            return false;
-        }
-        self.hub.b = self.cso.b.support_from(self.hub.b, arc.left + arc.right);
-        self.dips(arc, self.cso.b.vertex(self.hub.b) - arc.tail)
-    }
-
-    /// True if n·c is below the bar at an end of the arc: else it is nowhere on it.
-    #[inline]
-    fn dips(&self, arc: &Arc, c: DVec3) -> bool {
-        arc.left.dot(c) < self.bar || arc.right.dot(c) < self.bar
     }
 
     /// The facet of two edges, if their arcs cross.
@@ -370,7 +373,7 @@ impl<'s> Search<'s> {
         }
         let normal = across.normalize_or_zero();
         let (hub, offset) = self.cso.support(self.hub, normal);
-        self.hub.b = hub.b;
+        self.look_from_b(hub.b);
         self.look_from_a(hub.a);
         if offset < self.bar {
             let features = FeaturePair { a: Feature::Edge(a.edge), b: Feature::Edge(b.edge) };

@@ -1,5 +1,6 @@
 //! The walk against the exhaustive oracle, over shapes, scales and paths: what the tests share.
 
+mod admissible;
 mod certificate;
 mod cold;
 mod flush;

@@ -1,0 +1,171 @@
+//! The depth along normals that the pieces of a bumpy ball own, against all that they own.
+
+use super::*;
+use crate::body::{Body, BodySettings, FeaturePair, OwnNormals, PolygonSoup};
+use crate::depth::cso::Cso;
+use crate::depth::oracle::exhaustive_depth;
+use crate::depth::{AdmissibleDepth, AdmissibleScratch, admissible_depth};
+
+/// An octahedron, each triangle cut in four twice, with vertices pushed in and out: half of its edges are reflex.
+fn bumpy_ball(rng: &mut SplitMix64, bumps: f64) -> Body {
+    let axes = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y];
+    let mut triangles: Vec<[DVec3; 3]> = Vec::new();
+    for k in 0..4 {
+        triangles.push([axes[k], axes[(k + 1) % 4], DVec3::Z]);
+        triangles.push([axes[(k + 1) % 4], axes[k], DVec3::NEG_Z]);
+    }
+    for _ in 0..2 {
+        triangles = triangles
+            .iter()
+            .flat_map(|&[p, q, r]| {
+                let [x, y, z] = [(p + q).normalize(), (q + r).normalize(), (r + p).normalize()];
+                [[p, x, z], [x, q, y], [z, y, r], [x, y, z]]
+            })
+            .collect();
+    }
+    let mut soup = PolygonSoup::new();
+    for triangle in triangles {
+        let corners = triangle.map(|p| match soup.vertices.iter().position(|v| v.normalize().distance(p) < 1e-9) {
+            Some(known) => known as u32,
+            None => {
+                soup.vertices.push(p * (1.0 + bumps * rng.signed()));
+                soup.vertices.len() as u32 - 1
+            }
+        });
+        soup.push_face(&corners);
+    }
+    Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).unwrap()
+}
+
+/// Whether a walk from cold has ended in the global depth; where it has not, what is admissible is as local as the walk.
+fn is_global([a, b]: [&OwnNormals<'_>; 2], placement: &Placement, walked: &Depth) -> bool {
+    walked.depth - exhaustive_depth(a.polytope(), b.polytope(), placement).0 < 1e-9
+}
+
+/// The least h over everything that both own, without a thought of order or bounds.
+fn exhaustive(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f64 {
+    let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
+    let support = |n: DVec3| (a.polytope().support(cso.toward_b(n)), b.polytope().support(n));
+    let h = |n: DVec3| n.dot(b.polytope().vertex(support(n).1) - cso.point_a(support(n).0));
+    let planes = |own: &OwnNormals<'_>| -> Vec<DVec3> {
+        let faces = own.faces().iter().map(|face| own.plane(face.face).normal);
+        faces.chain(own.borrowed().iter().map(|borrowed| borrowed.plane.normal)).collect()
+    };
+    let mut least = f64::INFINITY;
+    for n in planes(b).into_iter().filter(|&n| a.vertex_owns(support(n).0, cso.toward_b(n))) {
+        least = least.min(h(n));
+    }
+    for n in planes(a).into_iter().map(|n| -pose_ba.vector(n)).filter(|&n| b.vertex_owns(support(n).1, n)) {
+        least = least.min(h(n));
+    }
+    let along = |own: &OwnNormals<'_>, e: u32| {
+        let edge = own.polytope().edge(e);
+        own.polytope().vertex(edge.head) - own.polytope().vertex(edge.tail)
+    };
+    let between = |[left, right]: [DVec3; 2], axis: DVec3, n: DVec3| {
+        n.dot(left + right) > 0.0 && axis.dot(left.cross(n)) >= 0.0 && axis.dot(n.cross(right)) >= 0.0
+    };
+    for arc_a in a.arcs() {
+        for arc_b in b.arcs() {
+            let (axis_a, axis_b) = (along(a, arc_a.edge), along(b, arc_b.edge));
+            let Some(n) = pose_ba.vector(axis_a).cross(axis_b).try_normalize() else { continue };
+            for n in [n, -n] {
+                // With the left face on the left of tail → head, the normal turns from it to the right one the positive way.
+                if between(a.ends(arc_a), axis_a, cso.toward_b(n)) && between(b.ends(arc_b), axis_b, n) {
+                    least = least.min(h(n));
+                }
+            }
+        }
+    }
+    least
+}
+
+fn solve(
+    [a, b]: [&OwnNormals<'_>; 2],
+    placement: &Placement,
+    last: Option<FeaturePair>,
+    scratch: &mut (AdmissibleScratch, WalkScratch),
+) -> (Depth, Option<AdmissibleDepth>) {
+    let walked = depth(a.polytope(), b.polytope(), placement, &[], &mut scratch.1);
+    (walked, admissible_depth(a, b, placement, &walked, last, &mut scratch.0, &mut scratch.1))
+}
+
+#[test]
+fn it_is_the_least_of_all_that_both_own_and_never_less_than_the_unconstrained() {
+    let mut rng = SplitMix64(SEED);
+    let bodies = [bumpy_ball(&mut rng, 0.1), bumpy_ball(&mut rng, 0.02), bumpy_ball(&mut rng, 0.0)];
+    let (mut moved, mut none) = (0, 0);
+    for k in 0..6000 {
+        let (a, b) = (&bodies[rng.below(3)], &bodies[rng.below(3)]);
+        let mut scratch = (AdmissibleScratch::new(a.admissible(), b.admissible()), WalkScratch::new());
+        let own_a = a.own_normals(rng.below(a.pieces().len()) as u32);
+        let own_b = b.own_normals(rng.below(b.pieces().len()) as u32);
+        let placement = random_pose(&mut rng, own_a.polytope(), own_b.polytope()).placement();
+        let what = format!("pose {k}, seed {SEED:#x}");
+        let (walked, answer) = solve([&own_a, &own_b], &placement, None, &mut scratch);
+        if walked.depth < 0.0 || !is_global([&own_a, &own_b], &placement, &walked) {
+            continue;
+        }
+        let answer = answer.unwrap_or_else(|| panic!("{what}: every piece has faces"));
+        let least = exhaustive(&own_a, &own_b, &placement);
+        if !answer.owned {
+            assert!(least == f64::INFINITY, "{what}: {answer:?}, there is {least}");
+            none += 1;
+            continue;
+        }
+        moved += u32::from(answer.moved);
+        assert!((answer.depth - least).abs() < 1e-9, "{what}: {answer:?}, least {least}");
+        assert!(answer.depth >= walked.depth - 1e-9, "{what}: {answer:?}, {walked:?}");
+        let gap = answer.point_a - answer.point_b + answer.normal * answer.depth;
+        assert!(gap.length() < 1e-9, "{what}: {answer:?}");
+        let again = solve([&own_a, &own_b], &placement, Some(answer.features), &mut scratch).1.unwrap();
+        assert!((again.depth - answer.depth).abs() < 1e-12, "{what}: {again:?}, {answer:?}");
+    }
+    assert!(moved > 500 && none > 20, "{moved} {none}");
+}
+
+#[test]
+fn with_a_convex_probe_it_changes_no_faster_than_the_probe_moves() {
+    let mut rng = SplitMix64(SEED);
+    let probe = bumpy_ball(&mut rng, 0.0);
+    let ball = bumpy_ball(&mut rng, 0.1);
+    let mut scratch = (AdmissibleScratch::new(probe.admissible(), ball.admissible()), WalkScratch::new());
+    let own_a = probe.own_normals(0);
+    assert_eq!(probe.pieces().len(), 1);
+    let (mut pairs, mut worst, mut jumps) = (0, 0.0_f64, 0);
+    for _ in 0..60 {
+        let own_b = ball.own_normals(rng.below(ball.pieces().len()) as u32);
+        // The probe rolls over the piece, always in touch with it.
+        let middle = own_b.polytope().centroid();
+        let (axis, start) = (rng.direction(), rng.rotation());
+        let along = rng.direction().cross(middle).normalize() * 0.3;
+        let pose = |s: f64| {
+            let turn = DQuat::from_axis_angle(axis, 0.3 * s) * start;
+            Pose::new(turn, middle + middle.normalize() * 0.9 + along * (s - 0.5))
+        };
+        let step = 1.0 / 2000.0;
+        let mut last: Option<f64> = None;
+        for i in 0..2000 {
+            let (s, t) = (i as f64 * step, (i as f64 - 1.0) * step);
+            let placement = pose(s).placement();
+            let (walked, answer) = solve([&own_a, &own_b], &placement, None, &mut scratch);
+            let depth = answer.filter(|answer| answer.owned && walked.depth > 0.0).map(|answer| answer.depth);
+            let motion = (0.3 * step) * 1.0 + pose(t).translation.distance(pose(s).translation);
+            if let (Some(depth), Some(last)) = (depth, last) {
+                let rate = (depth - last).abs() / motion;
+                if rate > 1.5 && !is_global([&own_a, &own_b], &placement, &walked) {
+                    continue;
+                }
+                pairs += 1;
+                worst = worst.max(rate);
+                jumps += u32::from(rate > 1.5);
+            }
+            last = depth;
+        }
+    }
+    // A vertex comes to own a normal across an edge of a neighbour's patch, whose arc the piece does not have.
+    assert!(
+        jumps <= pairs / 50_000 && pairs > 20_000,
+        "{jumps} jumps of {pairs}, up to {worst} motions, seed {SEED:#x}"
+    );
+}
