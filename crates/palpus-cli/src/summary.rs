@@ -55,11 +55,11 @@ pub(crate) struct Trouble {
     march_fallbacks: u64,
     /// Depth walks that ended for another reason than having converged.
     walk_stops: u64,
-    /// Depths moved from virtual to original features.
+    /// Depths whose direction is not the unconstrained one, since not both pieces own that on their meshes.
     moved_depths: u64,
-    /// Repaired depths that the solids' own surfaces deny, left out.
+    /// Moved depths that the solids' own surfaces deny, left out.
     disbelieved_depths: u64,
-    /// Closest points on virtual features, left out.
+    /// Closest points whose direction the surfaces do not have there, left out.
     virtual_closest: u64,
     /// Clusters whose normals cancelled.
     cancelled_normals: u64,

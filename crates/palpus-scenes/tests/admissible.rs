@@ -265,7 +265,7 @@ fn so_it_is_with_real_models() {
         };
         // Both ten centimetres long.
         let make = |soup: &PolygonSoup, flatness| {
-            let settings = BodySettings { scale: 0.1 / size(soup), flatness };
+            let settings = BodySettings { scale: 0.1 / size(soup), flatness, ..BodySettings::default() };
             Body::from_soup(soup, &settings, &mut |_| ()).expect("it is a body")
         };
         for flatness in [BodySettings::EXACT, BodySettings::HAPTIC] {

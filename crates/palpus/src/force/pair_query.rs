@@ -5,9 +5,9 @@
 //!    none that both meshes have there ([`Body::owns`]): the far side of a thin wall, seen from within the wall, is no surface to
 //!    touch, and beyond the end of an edge's arc the neighbouring piece is the nearer one.
 //! 3. A pair that overlaps is a contact at its penetration depth, walked from the pair's last normal, the witness of the
-//!    march and the line of centroids; where the walk ends on a normal that neither mesh has, it is the least depth along one that
-//!    the pieces own ([`admissible_depth`]), and then left out unless it is believed (`belief`); when nothing else is left of an
-//!    overlap, the shallowest stays.
+//!    march and the line of centroids; where the walk ends on a normal that not both meshes have, it is the least depth along one that
+//!    both pieces own ([`admissible_depth`]), and then left out unless it is believed (`belief`); a pair without such a normal is no
+//!    contact. When nothing else is left of an overlap, the shallowest of these stays.
 //!
 //! Asked to ([`Proof::Prove`]), the query proves each depth globally least for its pair of pieces, or replaces it by a better one that
 //! it proves, before virtual features are looked at. A depth that was moved to a normal of the meshes afterwards is therefore not
@@ -62,11 +62,11 @@ pub struct QueryCounters {
     pub walk_stops: u32,
     /// Depths that are not proven globally least: all of them unless the query was made to prove.
     pub unproven: u32,
-    /// Depths whose direction is not the unconstrained one, since no piece owns that on its mesh.
+    /// Depths whose direction is not the unconstrained one, since not both pieces own that on their meshes.
     pub moved: u32,
     /// Moved depths that the solids' own surfaces deny, left out.
     pub disbelieved: u32,
-    /// Overlaps without an admissible depth: neither piece owns a normal.
+    /// Overlaps without an admissible depth, left out: there is no normal that both pieces own.
     pub inadmissible: u32,
     /// Searches for an admissible depth that did not look at all edge pairs.
     pub admissible_stops: u32,
@@ -320,7 +320,8 @@ impl PairQuery {
             self.contacts.clear();
             for k in 0..self.leaves.as_slice().len() {
                 let leaf = self.leaves.as_slice()[k];
-                if let Found::Admissible(contact) | Found::Moved(contact) = self.contact(a, b, &place, &leaf, counters)
+                if let Found::Admissible(contact) | Found::Moved(contact, _) =
+                    self.contact(a, b, &place, &leaf, counters)
                 {
                     self.contacts.push(contact);
                 }
