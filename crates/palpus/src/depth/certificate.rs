@@ -443,7 +443,8 @@ impl<'s, 'p> Search<'s, 'p> {
         let most = self.growths + most;
         loop {
             let low = self.surface.nearest();
-            if low.offset >= self.bar() {
+            let near = low.offset < self.bar();
+            if !near {
                 self.facet = (low.normal == self.best.normal).then(|| self.surface.hubs(low.triangle));
                 return if low.offset.is_finite() { Ok(()) } else { Err(StopReason::Stalled) };
             }
@@ -455,7 +456,8 @@ impl<'s, 'p> Search<'s, 'p> {
             if self.best.offset < -self.tolerance() {
                 return Err(StopReason::Stalled);
             }
-            if low.offset >= self.bar() {
+            let near = low.offset < self.bar();
+            if !near {
                 continue;
             }
             self.surface.grow(self.cso, low.triangle, hub).map_err(|refusal| match refusal {

@@ -289,3 +289,14 @@ fn round_bodies_about_one_centre_are_proven_or_say_that_they_are_not() {
         assert!(proven.depth <= 1.9, "{what}");
     }
 }
+
+#[test]
+fn a_pose_that_is_no_number_is_not_proven() {
+    let body = cuboid(DVec3::ONE);
+    for translation in [DVec3::NAN, DVec3::X * f64::INFINITY] {
+        let place = Pose { rotation: DQuat::IDENTITY, translation }.placement();
+        let (mut walk, mut proof, mut memory) = (WalkScratch::new(), ProofScratch::new(), CertificateMemory::new());
+        let answer = depth_proven(&body, &body, &place, &[], &mut memory, &mut proof, &mut walk);
+        assert_eq!(answer.certainty, Certainty::LocallyOptimal, "{translation}: {answer:?}");
+    }
+}
