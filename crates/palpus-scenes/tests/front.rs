@@ -1,10 +1,12 @@
 //! The sleeping front answers what the full traversal answers, on every scene and along every kind of motion.
 
+use std::path::Path;
+
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::collision::{Closest, Front, LeafPair, LeafPairs, Proximity, Side, Traversal};
-use palpus_scenes::{scene, scenes};
+use palpus_scenes::{Scene, scene, scenes};
 
 /// Of everything random here.
 const SEED: u64 = 0xf207_7e57;
@@ -180,11 +182,57 @@ fn a_front_without_room_is_slower_and_as_right() {
     }
 }
 
+/// The poses of a camera in a hand, recorded at 300 Hz (TUM RGB-D, freiburg2_desk), relative to the first; none when not at hand.
+fn recorded() -> Option<Vec<Pose>> {
+    let name = "../../../shared/models/trajectories/tum_fr2_desk_300hz.txt";
+    let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).ok()?;
+    let rows = text.lines().filter(|line| !line.starts_with('#')).map(|line| {
+        let row: Vec<f64> = line.split_whitespace().filter_map(|word| word.parse().ok()).collect();
+        Pose::new(DQuat::from_xyzw(row[4], row[5], row[6], row[7]), DVec3::new(row[1], row[2], row[3]))
+    });
+    let poses: Vec<Pose> = rows.collect();
+    let first = poses[0].inverse();
+    Some(poses.iter().map(|pose| first * *pose).collect())
+}
+
+/// Follows the recording, a metre of which is a body's size, about the pose in which the scene's path is at `phase`.
+fn follow(duel: &mut Duel<'_>, scene: &Scene, phase: f64, ticks: usize) {
+    let Some(recorded) = recorded() else { return };
+    let start = scene.path.pose(phase * scene.path.duration());
+    let scale = duel.a.size().min(duel.b.size());
+    for (k, pose) in recorded.iter().take(ticks).enumerate() {
+        // It leaves; so it is folded back every thousand rows.
+        let back = recorded[k / 1000 * 1000].inverse() * *pose;
+        let pose = Pose::new(back.rotation * start.rotation, start.translation + back.translation * scale);
+        duel.tick(&pose, scene.contact.tolerance, "a recorded hand");
+    }
+    assert!(duel.contacts > ticks / 10, "{} contacts in {ticks} ticks", duel.contacts);
+}
+
+#[test]
+fn the_front_finds_what_the_full_traversal_finds_along_a_recorded_hand() {
+    let scene = scene("torus-torus").expect("a built-in scene");
+    let (a, b) = (body(&scene.probe), body(&scene.environment));
+    follow(&mut Duel::new(&a, &b, 1 << 15), &scene, 0.4, 1500);
+}
+
 #[test]
 #[ignore = "minutes: 20 000 ticks on each scene"]
 fn the_front_finds_what_the_full_traversal_finds_for_long() {
     for entry in scenes() {
         let (_, merged) = wander_on(entry.name, 1 << 15, 20_000);
         assert!(merged > 0 || entry.name == "pen-sphere" || entry.name == "box-table", "{}", entry.name);
+    }
+}
+
+#[test]
+#[ignore = "minutes: 20 000 ticks"]
+fn the_front_finds_what_the_full_traversal_finds_along_a_recorded_hand_for_long() {
+    for name in ["torus-torus", "spoon-cup", "intestine"] {
+        let scene = scene(name).expect("a built-in scene");
+        let (a, b) = (body(&scene.probe), body(&scene.environment));
+        let mut duel = Duel::new(&a, &b, 1 << 15);
+        follow(&mut duel, &scene, 0.4, 20_000);
+        assert!(2 * duel.work[0] < duel.work[1], "{name}: marches {:?}", duel.work);
     }
 }

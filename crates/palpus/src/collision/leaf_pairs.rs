@@ -142,3 +142,58 @@ impl PartialEq for Rank {
 }
 
 impl Eq for Rank {}
+
+#[cfg(test)]
+mod tests {
+    use super::super::oracle::{Random, cuboid};
+    use super::super::{Closest, Overlap};
+    use super::*;
+    use crate::body::{Feature, FeaturePair, Hierarchy};
+
+    const SEED: u64 = 0xD00F;
+
+    #[test]
+    fn of_too_many_the_deepest_are_kept() {
+        // Unit cubes, a's pieces at the origin; b's k-th is lower by up to two.
+        let mut random = Random(SEED);
+        let count = 50;
+        let separations: Vec<f64> = (0..count).map(|_| random.between(-1.0, 1.0)).collect();
+        let pieces = vec![cuboid(DVec3::splat(0.5)); count];
+        let hierarchy = Hierarchy::build(&pieces, 1e-9).unwrap();
+        let side = Side { hierarchy: &hierarchy, pieces: &pieces };
+        let features = FeaturePair { a: Feature::Vertex(0), b: Feature::Vertex(0) };
+        let mut found = LeafPairs::new(7);
+        for (k, &separation) in separations.iter().enumerate() {
+            let closest = Closest {
+                point_a: DVec3::ZERO,
+                point_b: DVec3::ZERO,
+                normal: DVec3::Z,
+                distance: separation,
+                features,
+            };
+            let proximity = if separation > 0.0 {
+                Proximity::Disjoint(closest)
+            } else {
+                Proximity::Overlapping(Overlap { features, direction: DVec3::Z })
+            };
+            let (home, piece_a, piece_b) = (Home::Place(0), 0, k as u32);
+            // Overlapping pairs are measured at this pose: all as deep as a cube, and deeper than what is apart.
+            found.push(LeafPair { piece_a, piece_b, home, proximity, memory: None }, side, side, &Placement::IDENTITY);
+        }
+        let overlapping = separations.iter().filter(|&&separation| separation <= 0.0).count();
+        assert!(overlapping > 7, "seed {SEED:#x}");
+        assert!(found.as_slice().iter().all(|pair| matches!(pair.proximity, Proximity::Overlapping(_))));
+        assert_eq!((found.as_slice().len(), found.dropped() as usize), (7, count - 7));
+        found.clear();
+        for (k, &distance) in separations.iter().enumerate() {
+            let closest = Closest { point_a: DVec3::ZERO, point_b: DVec3::ZERO, normal: DVec3::Z, distance, features };
+            let (home, piece_a, piece_b) = (Home::Place(0), 0, k as u32);
+            let proximity = Proximity::Disjoint(closest);
+            found.push(LeafPair { piece_a, piece_b, home, proximity, memory: None }, side, side, &Placement::IDENTITY);
+        }
+        let mut sorted = separations.clone();
+        sorted.sort_by(f64::total_cmp);
+        let kept = found.as_slice().iter().map(|pair| separations[pair.piece_b as usize]).fold(f64::MIN, f64::max);
+        assert_eq!(kept, sorted[6], "seed {SEED:#x}");
+    }
+}
