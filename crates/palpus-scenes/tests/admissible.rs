@@ -155,8 +155,8 @@ fn violation(a: &Body, b: &Body, place: &Placement, contact: &Contact) -> Option
 struct Tally {
     seen: usize,
     wrong: Vec<String>,
-    /// Poses at which the bodies overlap only along normals that one of them has not: the one contact that holds them is none of the
-    /// admissible ones.
+    /// Poses at which the bodies overlap only along normals that one of them has not, or along none that is believed: the one contact
+    /// that holds them is none of the admissible ones, but a point's way out to the nearest surface.
     rescued: usize,
     /// Poses apart, within tolerance.
     apart: usize,
@@ -174,7 +174,9 @@ fn tally([a, b]: [&Body; 2], tolerance: f64, poses: impl Iterator<Item = Pose>) 
         tally.seen += contacts.len();
         for contact in contacts {
             match violation(a, b, &pose.placement(), contact) {
-                Some("depth") if overlapping == 1 && counters.inadmissible > 0 => tally.rescued += 1,
+                Some("depth") if overlapping == 1 && counters.inadmissible + counters.stood_in > 0 => {
+                    tally.rescued += 1
+                }
                 Some(what) => tally.wrong.push(format!("pose {k}: {what}, {contact:?}")),
                 None => {}
             }

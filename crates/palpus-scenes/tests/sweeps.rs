@@ -16,6 +16,15 @@ fn build(soup: &PolygonSoup) -> Body {
     Body::from_soup(soup, &settings, &mut |_| ()).unwrap()
 }
 
+/// Sweeps a body and holds what is promised: contact persists but for one push in fifty, the median depth is true to 2 %, and none is more
+/// than 1.25 times the true one but for rounding and edges met by edges.
+fn sweep_and_hold(name: &str, body: &Body, samples: usize) {
+    let (push, honest) = sweep(name, body, samples);
+    assert!(push.held >= 0.98 && push.grew >= 0.8, "{name}, seed {SEED:#x}: {push:?}");
+    assert!(honest.error[0] <= 0.02 && honest.unseen <= 0.05, "{name}, seed {SEED:#x}: {honest:?}");
+    assert!(honest.beyond <= 0.002 && honest.worst <= 1.6, "{name}, seed {SEED:#x}: {honest:?}");
+}
+
 /// Sweeps a body and tells the figures.
 #[allow(clippy::print_stderr, reason = "figures that are asked for")]
 fn sweep(name: &str, body: &Body, samples: usize) -> (PopThrough, Honesty) {
@@ -43,10 +52,7 @@ fn small_scenes_are_felt_deep_and_truly() {
     for name in ["spoon-cup", "torus-torus", "v-groove"] {
         let scene = scene(name).unwrap();
         for (part, soup) in [("probe", &scene.probe), ("environment", &scene.environment)] {
-            let (push, honest) = sweep(&format!("{name} {part}"), &build(soup), 100);
-            assert!(push.held >= 0.85, "{name} {part}, seed {SEED:#x}: {push:?}");
-            assert!(honest.error[0] <= 0.02, "{name} {part}, seed {SEED:#x}: {honest:?}");
-            assert!(honest.beyond <= 0.02, "{name} {part}, seed {SEED:#x}: {honest:?}");
+            sweep_and_hold(&format!("{name} {part}"), &build(soup), 100);
         }
     }
 }
@@ -59,7 +65,7 @@ fn sweeps_over_scenes_and_models() {
         for (part, soup) in [("probe", &scene.probe), ("environment", &scene.environment)] {
             let body = build(soup);
             if body.mesh().is_closed() {
-                sweep(&format!("{} {part}", scene.name), &body, 1000);
+                sweep_and_hold(&format!("{} {part}", scene.name), &body, 1000);
             }
         }
     }
@@ -71,7 +77,7 @@ fn sweeps_over_scenes_and_models() {
         for file in files.iter().filter(|file| file.extension().is_some_and(|end| end == "obj")) {
             let body = build(&read_mesh(file).unwrap());
             if body.mesh().is_closed() {
-                sweep(&file.file_name().unwrap().to_string_lossy(), &body, 1000);
+                sweep_and_hold(&file.file_name().unwrap().to_string_lossy(), &body, 1000);
             }
         }
     }

@@ -442,6 +442,12 @@ pub const JUMP: f64 = 0.05;
 /// Where the surface bends, the nearest point of it is a little nearer than along the contact's normal. Larger drops
 /// true contacts on curved parts; smaller believes depths that another surface denies.
 pub const BELIEVED_SHARE: f64 = 0.8;
+
+/// The same where two edges meet: the point that lies beyond an edge is nearer to the faces at it.
+///
+/// At right-angled edges by the root of one half. Larger drops true contacts of sharp edges; smaller believes depths that another
+/// surface denies.
+pub const BELIEVED_EDGE_SHARE: f64 = 0.65;
 // depth: the certificate
 
 /// Relative to the depth: what a proof may leave open. No direction is better than a proven one by more.

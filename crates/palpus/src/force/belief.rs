@@ -1,38 +1,156 @@
-//! Whether a repaired depth is to be believed.
+//! Whether a depth is to be believed, and what stands in for one that is not.
 //!
-//! A piece is thinner than the solid that it stands for, and a probe that has come in through the near wall of a thin part
-//! overlaps the pieces of the far wall from behind. The walk then ends on a virtual face, and the repair (\[K02 §3.4\]) on
-//! the far wall's outer surface: a depth of the whole probe, in the wrong direction. In a hand that is a kick.
+//! A piece is not the solid that it is part of. A probe that has come in through the near wall of a thin part overlaps pieces of
+//! the far wall from behind, whose own way out leads through the whole part; a large piece may bridge a hollow, and report its
+//! own long way out where another piece's surface is near. In a hand that is a kick.
 //!
 //! A depth D along n says that one body's witness point lies D inside the other. So it is believed only if
 //!
 //! 1. a's point lies inside b, and no surface of b is nearer than nearly D, or
 //! 2. b's point lies inside a, and no surface of a is nearer than nearly D.
 //!
-//! Only repaired depths are asked: a depth that rests on original features comes with its own surface. A body that is not
-//! closed has no inside to ask about and is believed.
+//! Depths that rest on the pieces' first choice of a direction are asked only when they are larger than the contact tolerance: a
+//! smaller one is within the skin that contacts have anyway, and asking costs a search for the nearest surface. A body that is
+//! not closed has no inside to ask about and is believed.
 //!
-//! Deviation from \[K02\], which repairs without asking.
+//! Bodies that overlap must not be let go of. When no depth is believed, the shallowest is *corrected*: its witness point is inside
+//! the solid, and the nearest surface is the way out from there. And when no pieces overlap at all, since the probe is between
+//! pieces, the witness of the last overlap is looked up in the same way ([`LastOverlap`]): if it still is inside, the
+//! bodies still overlap, by at least that much.
+//!
+//! Deviation from \[K02\], which moves a depth to original features without asking.
 
 use glam::DVec3;
 
 use super::Contact;
-use crate::algebra::Placement;
-use crate::algebra::tolerance::BELIEVED_SHARE;
-use crate::body::Body;
+use crate::algebra::tolerance::{BELIEVED_EDGE_SHARE, BELIEVED_SHARE};
+use crate::algebra::{Placement, closest_on_segment, closest_on_triangle};
+use crate::body::{Body, Feature, FeaturePair, Polytope};
 
 /// True if the contact's depth is one that a solid can have there; `pose_ba` places a's frame in b's.
 pub(super) fn is_believed(a: &Body, b: &Body, pose_ba: &Placement, contact: &Contact) -> bool {
+    has_depth(a, b, pose_ba, contact, BELIEVED_SHARE * -contact.separation)
+}
+
+/// The same of a contact along the least depth of its pieces: where it is deeper than `tolerance`, and one of the bodies has
+/// several pieces.
+///
+/// The point of an edge that lies D beyond another edge is nearer than that to the faces at either.
+pub(super) fn is_believed_beyond(a: &Body, b: &Body, pose_ba: &Placement, contact: &Contact, tolerance: f64) -> bool {
     let depth = -contact.separation;
+    if depth <= tolerance || a.polytopes().len() == 1 && b.polytopes().len() == 1 {
+        return true;
+    }
+    let edges = matches!(contact.features, FeaturePair { a: Feature::Edge(_), b: Feature::Edge(_) });
+    let share = if edges { BELIEVED_EDGE_SHARE } else { BELIEVED_SHARE };
+    has_depth(a, b, pose_ba, contact, share * depth)
+}
+
+/// True if one of the contact's points is inside the other body, and `depth` from its surface or farther.
+fn has_depth(a: &Body, b: &Body, pose_ba: &Placement, contact: &Contact, depth: f64) -> bool {
     if !a.mesh().is_closed() && !b.mesh().is_closed() {
         return true;
     }
-    lies_within(b, contact.point_a, depth) || lies_within(a, pose_ba.inverse_point(contact.point_b), depth)
+    let [point_a, point_b] = on_features(a, b, pose_ba, contact);
+    lies_within(b, point_a, depth) || lies_within(a, pose_ba.inverse_point(point_b), depth)
 }
 
-/// True if `point` (in the body's frame) is inside the body and about `depth` from its surface, or farther.
+/// The points of the contact's features that are nearest to its witness points, which may lie beside them; in b's frame.
+fn on_features(a: &Body, b: &Body, pose_ba: &Placement, contact: &Contact) -> [DVec3; 2] {
+    let (piece_a, piece_b) = (&a.polytopes()[contact.piece_a as usize], &b.polytopes()[contact.piece_b as usize]);
+    let point_a = on_feature(piece_a, contact.features.a, pose_ba.inverse_point(contact.point_a));
+    [pose_ba.point(point_a), on_feature(piece_b, contact.features.b, contact.point_b)]
+}
+
+fn on_feature(piece: &Polytope, feature: Feature, point: DVec3) -> DVec3 {
+    match feature {
+        Feature::Vertex(v) => piece.vertex(v),
+        Feature::Edge(e) => {
+            let edge = piece.edge(e);
+            let (tail, head) = (piece.vertex(edge.tail), piece.vertex(edge.head));
+            tail.lerp(head, closest_on_segment(point, tail, head))
+        }
+        Feature::Face(f) => {
+            let corners = piece.face_vertices(f);
+            let fan = corners.windows(2).skip(1).map(|pair| {
+                closest_on_triangle(point, piece.vertex(corners[0]), piece.vertex(pair[0]), piece.vertex(pair[1]))
+            });
+            let nearer = |x: &DVec3, y: &DVec3| x.distance_squared(point).total_cmp(&y.distance_squared(point));
+            fan.min_by(nearer).unwrap_or(point)
+        }
+    }
+}
+
+/// True if `point` (in the body's frame) is inside the body and `depth` from its surface, or farther.
 fn lies_within(body: &Body, point: DVec3, depth: f64) -> bool {
-    body.mesh().is_closed()
-        && body.tree().nearest_within(point, BELIEVED_SHARE * depth).is_none()
-        && body.tree().inside(point)
+    body.mesh().is_closed() && body.tree().nearest_within(point, depth).is_none() && body.tree().inside(point)
+}
+
+/// The same contact as the solids themselves have it: the deeper of its witness points, out to the nearest surface. As it is if
+/// neither point is inside the other body.
+pub(super) fn corrected(a: &Body, b: &Body, pose_ba: &Placement, contact: &Contact) -> Contact {
+    let [point_a, point_b] = on_features(a, b, pose_ba, contact);
+    let of_a = way_out(b, point_a).map(|out| at_point_of_a(contact, point_a, out));
+    let of_b =
+        way_out(a, pose_ba.inverse_point(point_b)).map(|out| at_point_of_b(contact, point_b, pose_ba.vector(out)));
+    match (of_a, of_b) {
+        (Some(x), Some(y)) => {
+            if x.separation <= y.separation {
+                x
+            } else {
+                y
+            }
+        }
+        (x, y) => x.or(y).unwrap_or(*contact),
+    }
+}
+
+/// From a point inside a closed body to its nearest surface.
+fn way_out(body: &Body, point: DVec3) -> Option<DVec3> {
+    if !body.mesh().is_closed() || !body.tree().inside(point) {
+        return None;
+    }
+    body.tree().nearest(point).map(|near| near.point - point).filter(|out| *out != DVec3::ZERO)
+}
+
+/// a's point goes out of b along `out`.
+fn at_point_of_a(contact: &Contact, point_a: DVec3, out: DVec3) -> Contact {
+    let depth = out.length();
+    Contact { point_a, point_b: point_a + out, normal: out / depth, separation: -depth, ..*contact }
+}
+
+/// b's point goes out of a along `out`: a moves the other way.
+fn at_point_of_b(contact: &Contact, point_b: DVec3, out: DVec3) -> Contact {
+    let depth = out.length();
+    Contact { point_a: point_b + out, point_b, normal: -out / depth, separation: -depth, ..*contact }
+}
+
+/// The deepest contact of the last query in which the bodies overlapped.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct LastOverlap {
+    /// With its points in the frame of their own body.
+    contact: Option<Contact>,
+}
+
+impl LastOverlap {
+    /// Forgets it.
+    pub(super) fn clear(&mut self) {
+        self.contact = None;
+    }
+
+    /// Keeps the deepest of this query's contacts, if bodies overlap.
+    pub(super) fn keep(&mut self, contacts: &[Contact], pose_ba: &Placement) {
+        let overlapping = contacts.iter().filter(|contact| contact.separation < 0.0);
+        let deepest = overlapping.min_by(|x, y| x.separation.total_cmp(&y.separation));
+        self.contact = deepest.map(|contact| Contact { point_a: pose_ba.inverse_point(contact.point_a), ..*contact });
+    }
+
+    /// The contact that its witness points are now, if one of them still is inside the other body.
+    pub(super) fn still(&self, a: &Body, b: &Body, pose_ba: &Placement) -> Option<Contact> {
+        let last = self.contact?;
+        let point_a = pose_ba.point(last.point_a);
+        let of_a = way_out(b, point_a).map(|out| at_point_of_a(&last, point_a, out));
+        let out_of_a = |point_b| way_out(a, pose_ba.inverse_point(point_b));
+        of_a.or_else(|| out_of_a(last.point_b).map(|out| at_point_of_b(&last, last.point_b, pose_ba.vector(out))))
+    }
 }

@@ -25,7 +25,7 @@
 use glam::DVec3;
 
 use super::Contact;
-use super::belief::is_believed;
+use super::belief::{LastOverlap, corrected, is_believed, is_believed_beyond};
 use super::guard::{Guard, between, sub_steps};
 use super::held::{Held, HeldContacts, vertex_of};
 use crate::algebra::tolerance::JUMP;
@@ -66,6 +66,8 @@ pub struct QueryCounters {
     pub moved: u32,
     /// Moved depths that the solids' own surfaces deny, left out.
     pub disbelieved: u32,
+    /// Contacts of a witness point with the nearest surface, for want of a depth of pieces that is believed; 0 or 1.
+    pub stood_in: u32,
     /// Overlaps without an admissible depth, left out: there is no normal that both pieces own.
     pub inadmissible: u32,
     /// Searches for an admissible depth that did not look at all edge pairs.
@@ -100,6 +102,7 @@ pub struct PairQuery {
     admissible: AdmissibleScratch,
     prover: Option<Box<Prover>>,
     last_pose: Option<Pose>,
+    last_overlap: LastOverlap,
     guard: Option<Guard>,
     coherent: bool,
     blend_angle: Option<f64>,
@@ -124,6 +127,7 @@ impl PairQuery {
             admissible: AdmissibleScratch::new(a.admissible(), b.admissible()),
             prover: None,
             last_pose: None,
+            last_overlap: LastOverlap::default(),
             guard: None,
             coherent: false,
             blend_angle: None,
@@ -202,9 +206,11 @@ impl PairQuery {
             let known = self.contacts.len();
             match self.contact(a, b, &place, &leaf, &mut counters) {
                 Found::Nothing => counters.virtual_closest += 1,
-                Found::Admissible(contact) => self.contacts.push(contact),
+                Found::Admissible(contact) if is_believed_beyond(a, b, &place, &contact, tolerance) => {
+                    self.contacts.push(contact);
+                }
                 Found::Moved(contact, facing) if is_believed(a, b, &place, &facing) => self.contacts.push(contact),
-                Found::Moved(contact, _) => {
+                Found::Admissible(contact) | Found::Moved(contact, _) => {
                     counters.disbelieved += 1;
                     if doubtful.is_none_or(|least| contact.separation > least.separation) {
                         doubtful = Some(contact);
@@ -222,10 +228,17 @@ impl PairQuery {
         self.hold_unvisited(a, b, &place, tolerance, &mut counters);
         // Bodies that overlap must not be let go of, however doubtful the way out.
         if !self.contacts.iter().any(|contact| contact.separation <= 0.0) {
-            let known = self.contacts.len();
-            self.contacts.extend(doubtful);
-            self.blend_from(a, b, &place, known, &mut counters);
+            let stands_in = match doubtful {
+                Some(contact) => Some(corrected(a, b, &place, &contact)),
+                None if counters.traversal.postponed == 0 => self.last_overlap.still(a, b, &place),
+                None => None,
+            };
+            // Within the memory made at construction: full of contacts that are apart, the bodies are held by those.
+            let room = self.contacts.capacity() - self.contacts.len();
+            counters.stood_in += u32::from(stands_in.is_some() && room > 0);
+            self.contacts.extend(stands_in.into_iter().take(room));
         }
+        self.last_overlap.keep(&self.contacts, &place);
         if let Some(guard) = &mut self.guard {
             if counters.sub_steps > 0 {
                 guard.compare(&self.contacts);
@@ -287,6 +300,7 @@ impl PairQuery {
             guard.clear();
         }
         self.last_pose = None;
+        self.last_overlap.clear();
         if let Some(prover) = &mut self.prover {
             prover.clear();
         }
