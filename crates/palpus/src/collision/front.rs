@@ -201,7 +201,7 @@ impl Front {
         counters
     }
 
-    /// Every pair of pieces that is neither among those found nor [`Self::unvisited`] is at least this far apart (model units); minus
+    /// Every pair of pieces that was neither found nor left for a later turn is at least this far apart (model units); minus
     /// infinity when nothing is known yet. Not less than the tolerance unless the deadline has passed.
     pub fn unseen_separation(&self) -> f64 {
         let least = self.wakes.least(self.blocks());
