@@ -48,6 +48,10 @@ pub(crate) fn prepare(arguments: &PrepareArguments) -> anyhow::Result<ExitCode> 
             seconds: prepared.seconds,
             cached: prepared.kept,
         });
+        if reports.len() == arguments.models.len() {
+            // The program is about to end: the system takes a million lists back in one go.
+            std::mem::forget(prepared);
+        }
     }
     if arguments.json {
         output::json(&reports)?;

@@ -17,8 +17,8 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use etcetera::BaseStrategy;
-use palpus::algebra::Workers;
-use palpus::body::{Body, BodySettings, PolygonSoup};
+use palpus::algebra::{Workers, both};
+use palpus::body::{Body, BodySettings, Ground, PolygonSoup};
 
 use crate::ContentHash;
 
@@ -113,16 +113,19 @@ impl BodyCache {
     ) -> Result<Body, CacheMiss> {
         let path = self.path(key);
         let file = path.display().to_string();
-        let payload = match read(&path, key) {
-            Ok(Ok(payload)) => payload,
-            Ok(Err(what)) => return Err(CacheMiss::Damaged { file, what: what.to_owned() }),
-            Err(error) if error.kind() == io::ErrorKind::NotFound => return Err(CacheMiss::Absent),
-            Err(source) => return Err(CacheMiss::Unreadable { file, source }),
-        };
         let damaged = |what: String| CacheMiss::Damaged { file: file.clone(), what };
-        let parts = parts::decode(&payload, workers).ok_or_else(|| damaged("its contents make no body".to_owned()))?;
-        drop(payload);
-        let body = Body::restore(soup, settings, parts, workers).map_err(|error| damaged(error.to_string()))?;
+        let missed = |error: io::Error| match error.kind() {
+            io::ErrorKind::NotFound => CacheMiss::Absent,
+            _ => CacheMiss::Unreadable { file: file.clone(), source: error },
+        };
+        let kept = Kept::open(&path, key).map_err(missed)?.map_err(|what| damaged(what.to_owned()))?;
+        let ground = || Ground::new(soup, settings).map_err(|error| damaged(error.to_string()));
+        let parts = || {
+            let payload = kept.payload().map_err(missed)?.map_err(|what| damaged(what.to_owned()))?;
+            parts::decode(&payload, workers).ok_or_else(|| damaged("its contents make no body".to_owned()))
+        };
+        let (parts, ground) = both(workers, parts, ground);
+        let body = Body::restore(ground?, parts?, workers).map_err(|error| damaged(error.to_string()))?;
         // Says when it was last used; of a folder that cannot be written to, nothing goes anyway.
         let _ = File::options().append(true).open(&path).and_then(|file| file.set_modified(SystemTime::now()));
         Ok(body)
@@ -190,28 +193,44 @@ fn write(path: &Path, key: &BodyKey, body: &Body) -> io::Result<()> {
     file.flush()
 }
 
-/// The contents of a file, or what is wrong with it. Nothing is reserved before the header is right.
-fn read(path: &Path, key: &BodyKey) -> io::Result<Result<Vec<u8>, &'static str>> {
-    let mut file = File::open(path)?;
-    let size = file.metadata()?.len();
-    let mut header = [0; HEADER_BYTES];
-    match file.read_exact(&mut header) {
-        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(Err("it is cut short")),
-        read => read?,
+/// A file whose header is right.
+struct Kept {
+    file: File,
+    length: u64,
+    hash: [u8; 32],
+}
+
+impl Kept {
+    /// The file, or what is wrong with its header.
+    fn open(path: &Path, key: &BodyKey) -> io::Result<Result<Self, &'static str>> {
+        let mut file = File::open(path)?;
+        let size = file.metadata()?.len();
+        let mut header = [0; HEADER_BYTES];
+        match file.read_exact(&mut header) {
+            Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(Err("it is cut short")),
+            read => read?,
+        }
+        let (magic, rest) = header.split_at(8);
+        let (name, rest) = rest.split_at(32);
+        let (length, expected) = rest.split_at(8);
+        let length = length.iter().rev().fold(0, |length, &byte| length << 8 | u64::from(byte));
+        if magic != MAGIC || name != key.0.0 {
+            return Ok(Err("it is not what its name says"));
+        }
+        if length > LARGEST_FILE || size != HEADER_BYTES as u64 + length {
+            return Ok(Err("it is cut short"));
+        }
+        let mut hash = [0; 32];
+        hash.copy_from_slice(expected);
+        Ok(Ok(Self { file, length, hash }))
     }
-    let (magic, rest) = header.split_at(8);
-    let (name, rest) = rest.split_at(32);
-    let (length, hash) = rest.split_at(8);
-    let length = length.iter().rev().fold(0, |length, &byte| length << 8 | u64::from(byte));
-    if magic != MAGIC || name != key.0.0 {
-        return Ok(Err("it is not what its name says"));
+
+    /// What follows the header, or what is wrong with it; to be asked for once.
+    fn payload(&self) -> io::Result<Result<Vec<u8>, &'static str>> {
+        let mut payload = Vec::with_capacity(self.length as usize);
+        (&self.file).take(self.length).read_to_end(&mut payload)?;
+        Ok(if *blake3::hash(&payload).as_bytes() == self.hash { Ok(payload) } else { Err("its hash is wrong") })
     }
-    if length > LARGEST_FILE || size != HEADER_BYTES as u64 + length {
-        return Ok(Err("it is cut short"));
-    }
-    let mut payload = Vec::with_capacity(length as usize);
-    file.take(length).read_to_end(&mut payload)?;
-    Ok(if blake3::hash(&payload).as_bytes()[..] == *hash { Ok(payload) } else { Err("its hash is wrong") })
 }
 
 #[cfg(test)]

@@ -195,7 +195,7 @@ fn read_piece(from: &mut Reader<'_>, face_count: usize) -> Option<Piece> {
         }
         face_starts.push(u32::try_from(face_triangles.len()).ok()?);
     }
-    Some(Piece::from_parts(triangles, face_starts, face_triangles))
+    Some(Piece::from_parts(&triangles, &face_starts, &face_triangles))
 }
 
 /// A leaf is twice its piece; an inner node is one more than twice its left child, then its right child.

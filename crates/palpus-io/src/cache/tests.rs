@@ -112,6 +112,7 @@ fn a_file_that_was_cut_or_changed_is_not_believed() {
 #[test]
 fn bytes_with_a_right_hash_and_wrong_contents_give_an_error_and_no_panic() {
     let (soup, settings, _, body) = prepared();
+    let ground = Ground::new(&soup, &settings).unwrap();
     let mut whole = Vec::new();
     parts::encode(&body, &mut |bytes| {
         whole.extend_from_slice(bytes);
@@ -136,7 +137,7 @@ fn bytes_with_a_right_hash_and_wrong_contents_give_an_error_and_no_panic() {
         }
         // What gets through is sound: it differs in a coordinate or bound only.
         if let Some(parts) = parts::decode(&bytes, &Alone)
-            && let Ok(body) = Body::restore(&soup, &settings, parts, &Alone)
+            && let Ok(body) = Body::restore(ground.clone(), parts, &Alone)
         {
             let sound = body.polytopes().iter().all(|polytope| polytope.check_topology().is_ok());
             assert!(sound, "seed {SEED:#x}, round {round}");

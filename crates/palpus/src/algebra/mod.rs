@@ -15,4 +15,4 @@ pub use plane::Plane;
 pub use pose::{Placement, Pose};
 pub use spatial::{Twist, Wrench};
 pub use symmetric::eigen;
-pub use workers::{Alone, Workers, map_in_order};
+pub use workers::{Alone, Workers, both, map_in_order};

@@ -6,7 +6,7 @@
 use std::sync::OnceLock;
 
 /// Who does the parts of a job, one after the other or at once.
-pub trait Workers {
+pub trait Workers: Sync {
     /// Calls `work(k)` once for each `k` below `count`, in any order and on any threads, and returns when all are done.
     ///
     /// `finished` is called on the calling thread, now and then, with how many are done; it must not decrease.
@@ -61,6 +61,24 @@ pub fn map_in_order<T: Send + Sync>(
     all
 }
 
+/// The answers of two jobs, done at once if there are hands for both; each may lend the same hands again.
+pub fn both<A: Send + Sync, B: Send + Sync>(
+    workers: &dyn Workers,
+    first: impl Fn() -> A + Sync,
+    second: impl Fn() -> B + Sync,
+) -> (A, B) {
+    let (a, b) = (OnceLock::new(), OnceLock::new());
+    let work = |k: usize| {
+        if k == 0 {
+            a.get_or_init(&first);
+        } else {
+            b.get_or_init(&second);
+        }
+    };
+    workers.each(2, &work, &mut |_| ());
+    (a.into_inner().unwrap_or_else(first), b.into_inner().unwrap_or_else(second))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -93,5 +111,11 @@ mod tests {
                 assert_eq!(map_in_order(&&Pair, count, batch, |k| k * k, &mut |_| ()), expected);
             }
         }
+    }
+
+    #[test]
+    fn both_jobs_are_done_whoever_does_them() {
+        assert_eq!(both(&Alone, || 1, || "two"), (1, "two"));
+        assert_eq!(both(&Pair, || 1, || "two"), (1, "two"));
     }
 }

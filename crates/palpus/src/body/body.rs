@@ -13,7 +13,7 @@ use super::{
     MeshError, OwnNormals, PolygonSoup, Polytope, TriangleTree, convex_hull,
 };
 use crate::algebra::tolerance::{COPLANAR, PIECES_PER_PART};
-use crate::algebra::{Alone, Workers, map_in_order};
+use crate::algebra::{Alone, Workers, both, map_in_order};
 
 /// How a body is made of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -112,37 +112,27 @@ impl Body {
         workers: &dyn Workers,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Self, BodyError> {
-        let (mesh, cleaning) = Mesh::from_soup(soup)?;
-        Self::assemble(mesh, cleaning, settings, workers, progress)
+        Self::assemble(Ground::new(soup, settings)?, settings, workers, progress)
     }
 
-    /// Makes again the body that `parts` were of. `soup` and `settings` must be the ones that they were made from: what
-    /// else they could be is the caller's to know; parts that cannot belong together are an error.
-    pub fn restore(
-        soup: &PolygonSoup,
-        settings: &BodySettings,
-        parts: BodyParts,
-        workers: &dyn Workers,
-    ) -> Result<Self, BodyError> {
-        let (mesh, cleaning) = Mesh::from_soup(soup)?;
-        let ground = Ground::new(mesh, settings)?;
+    /// Makes again the body that `parts` were of. `ground` must be that of the soup and the settings that they were made from:
+    /// what else they could be is the caller's to know; parts that cannot belong together are an error.
+    pub fn restore(ground: Ground, parts: BodyParts, workers: &dyn Workers) -> Result<Self, BodyError> {
         parts.check(ground.mesh.triangles().len(), workers).map_err(BodyError::Parts)?;
-        Ok(Self::finish(ground, settings.flatness, cleaning, parts))
+        Ok(Self::finish(ground, parts, workers))
     }
 
     /// Makes a body of a mesh; its health then does not tell what making the mesh took.
     pub fn build(mesh: Mesh, settings: &BodySettings, progress: &mut dyn FnMut(f64)) -> Result<Self, BodyError> {
-        Self::assemble(mesh, Cleaning::default(), settings, &Alone, progress)
+        Self::assemble(Ground::of_mesh(mesh, Cleaning::default(), settings)?, settings, &Alone, progress)
     }
 
     fn assemble(
-        mesh: Mesh,
-        cleaning: Cleaning,
+        ground: Ground,
         settings: &BodySettings,
         workers: &dyn Workers,
         progress: &mut dyn FnMut(f64),
     ) -> Result<Self, BodyError> {
-        let ground = Ground::new(mesh, settings)?;
         progress(GROUND_SHARE);
         let surface = Surface::new(&ground.mesh, &ground.half_edges, ground.step, settings.flatness);
         let (polytopes, pieces) = convex_pieces(&surface, &ground.tree, settings.thick, workers, progress)?;
@@ -150,19 +140,19 @@ impl Body {
         let hierarchy = Hierarchy::build_with(&polytopes, coplanar, workers, &mut |done| {
             progress(BELOW_HIERARCHY + (BELOW_FINISH - BELOW_HIERARCHY) * done);
         })?;
-        let body = Self::finish(ground, settings.flatness, cleaning, BodyParts { polytopes, pieces, hierarchy });
+        let body = Self::finish(ground, BodyParts { polytopes, pieces, hierarchy }, workers);
         progress(1.0);
         Ok(body)
     }
 
     /// What follows from the mesh and the pieces.
-    fn finish(ground: Ground, flatness: f64, cleaning: Cleaning, parts: BodyParts) -> Self {
-        let Ground { mesh, half_edges, tree, step } = ground;
+    fn finish(ground: Ground, parts: BodyParts, workers: &dyn Workers) -> Self {
+        let Ground { mesh, cleaning, half_edges, tree, step, flatness } = ground;
         let BodyParts { polytopes, pieces, hierarchy } = parts;
         let noise = Surface::new(&mesh, &half_edges, step, flatness).noise();
-        let admissible = Admissible::new(&mesh, &half_edges, &polytopes, &pieces, noise);
-        let mass = MassProperties::new(&mesh);
-        let health = Health::quick(&mesh, &half_edges, cleaning);
+        let of_pieces = || Admissible::new(&mesh, &half_edges, &polytopes, &pieces, noise, workers);
+        let of_mesh = || (MassProperties::new(&mesh), Health::quick(&mesh, &half_edges, cleaning));
+        let (admissible, (mass, health)) = both(workers, of_pieces, of_mesh);
         Self { mesh, half_edges, tree, polytopes, pieces, admissible, hierarchy, mass, health }
     }
 
@@ -242,17 +232,26 @@ impl Body {
     }
 }
 
-/// The mesh and what the pieces are found with.
-struct Ground {
+/// A mesh and what the pieces are found with: what of a body is quick to compute.
+#[derive(Clone, Debug)]
+pub struct Ground {
     mesh: Mesh,
+    cleaning: Cleaning,
     half_edges: HalfEdges,
     tree: TriangleTree,
     /// The distance between neighbouring values of the coordinates, metres.
     step: f64,
+    flatness: f64,
 }
 
 impl Ground {
-    fn new(mesh: Mesh, settings: &BodySettings) -> Result<Self, BodyError> {
+    /// That of polygons as read from a file.
+    pub fn new(soup: &PolygonSoup, settings: &BodySettings) -> Result<Self, BodyError> {
+        let (mesh, cleaning) = Mesh::from_soup(soup)?;
+        Self::of_mesh(mesh, cleaning, settings)
+    }
+
+    fn of_mesh(mesh: Mesh, cleaning: Cleaning, settings: &BodySettings) -> Result<Self, BodyError> {
         if !(settings.scale.is_finite() && settings.scale > 0.0) {
             return Err(BodyError::Scale(settings.scale));
         }
@@ -263,7 +262,7 @@ impl Ground {
         let mesh = mesh.scaled(settings.scale);
         let half_edges = HalfEdges::new(&mesh);
         let tree = mesh.tree();
-        Ok(Self { mesh, half_edges, tree, step })
+        Ok(Self { mesh, cleaning, half_edges, tree, step, flatness: settings.flatness })
     }
 }
 

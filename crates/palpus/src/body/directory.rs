@@ -14,13 +14,13 @@ const SCAN_BELOW: usize = 32;
 #[derive(Clone, Debug)]
 pub(super) enum Directory {
     /// All the vertices, by fours; the last four are filled up with the first vertex.
-    Scan(Vec<Four>),
+    Scan(Box<[Four]>),
     /// The map of directions.
     Map {
         /// Cells along a side of the square.
-        side: usize,
+        side: u32,
         /// The vertex of each cell, row by row.
-        starts: Vec<u32>,
+        starts: Box<[u32]>,
     },
 }
 
@@ -66,7 +66,7 @@ impl Directory {
                 starts.push(start);
             }
         }
-        Self::Map { side, starts }
+        Self::Map { side: side as u32, starts: starts.into_boxed_slice() }
     }
 
     /// The farthest vertex, if the polytope is so small that all are looked at.
@@ -85,8 +85,9 @@ impl Directory {
             Self::Scan(fours) => Known::Farthest(farthest(fours, direction)),
             Self::Map { side, starts } => {
                 let (u, v) = folded(direction);
-                let cell = |t: f64| ((t + 1.0) * (0.5 * *side as f64)) as usize;
-                let k = cell(v).min(side - 1) * side + cell(u).min(side - 1);
+                let cell = |t: f64| ((t + 1.0) * (0.5 * f64::from(*side))) as usize;
+                let last = *side as usize - 1;
+                let k = cell(v).min(last) * *side as usize + cell(u).min(last);
                 Known::Near(starts[k])
             }
         }

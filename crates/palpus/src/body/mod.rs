@@ -36,7 +36,7 @@ mod wide_hull;
 mod winding;
 
 pub use admissible::{Admissible, Borrowed, OwnArc, OwnFace, OwnNormals};
-pub use body::{Body, BodyError, BodyParts, BodySettings};
+pub use body::{Body, BodyError, BodyParts, BodySettings, Ground};
 pub use bounds::{OrientedBox, Sphere};
 pub use feature::{Feature, FeaturePair};
 pub use half_edge::{EdgeKind, HalfEdges};

@@ -15,46 +15,60 @@ use crate::algebra::Plane;
 use crate::algebra::tolerance::{COVERED_HALF, FLAT_PATCH, FOLDED, ON_FACE};
 
 /// What a convex piece has to do with the source mesh.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Piece {
-    triangles: Vec<u32>,
-    face_starts: Vec<u32>,
-    face_triangles: Vec<u32>,
+    /// The triangles, where the faces' triangles begin and end (one more than faces), and the faces' triangles, in one list: there
+    /// are hundreds of thousands of pieces.
+    all: Box<[u32]>,
+    face_starts: u32,
+    face_triangles: u32,
 }
 
 impl Piece {
     /// A piece over `triangles`, of which `face_triangles[face_starts[f] .. face_starts[f + 1]]` lie in face `f`; held against
     /// the rest of its body by [`Body::restore`](super::Body::restore).
-    pub fn from_parts(triangles: Vec<u32>, face_starts: Vec<u32>, face_triangles: Vec<u32>) -> Self {
-        Self { triangles, face_starts, face_triangles }
+    pub fn from_parts(triangles: &[u32], face_starts: &[u32], face_triangles: &[u32]) -> Self {
+        let starts = triangles.len() as u32;
+        let all = [triangles, face_starts, face_triangles].concat().into_boxed_slice();
+        Self { all, face_starts: starts, face_triangles: starts + face_starts.len() as u32 }
     }
 
     /// True if the lists fit a polytope of so many faces.
     pub(super) fn fits(&self, face_count: usize) -> bool {
-        self.face_starts.len() == face_count + 1
-            && self.face_starts[0] == 0
-            && self.face_starts.is_sorted()
-            && self.face_starts[face_count] as usize == self.face_triangles.len()
-            && self.face_triangles.iter().all(|t| self.triangles.binary_search(t).is_ok())
+        let (starts, held) = (self.face_starts(), self.all_face_triangles());
+        starts.len() == face_count + 1
+            && starts[0] == 0
+            && starts.is_sorted()
+            && starts[face_count] as usize == held.len()
+            && held.iter().all(|t| self.triangles().binary_search(t).is_ok())
     }
 
     /// The mesh triangles of the piece's patch; each triangle of a mesh belongs to exactly one piece.
     pub fn triangles(&self) -> &[u32] {
-        &self.triangles
+        &self.all[..self.face_starts as usize]
     }
 
     /// The mesh triangles of the patch that lie in face `f` of the piece's polytope; none for a face that is nowhere
     /// real.
     pub fn face_triangles(&self, f: u32) -> &[u32] {
-        &self.face_triangles[self.face_starts[f as usize] as usize..self.face_starts[f as usize + 1] as usize]
+        let starts = self.face_starts();
+        &self.all_face_triangles()[starts[f as usize] as usize..starts[f as usize + 1] as usize]
+    }
+
+    fn face_starts(&self) -> &[u32] {
+        &self.all[self.face_starts as usize..self.face_triangles as usize]
+    }
+
+    fn all_face_triangles(&self) -> &[u32] {
+        &self.all[self.face_triangles as usize..]
     }
 
     /// True if every triangle of the patch lies in some face.
     fn holds_all(&self) -> bool {
-        let mut held = self.face_triangles.clone();
+        let mut held = self.all_face_triangles().to_vec();
         held.sort_unstable();
         held.dedup();
-        held == self.triangles
+        held == self.triangles()
     }
 }
 
@@ -211,17 +225,17 @@ pub(super) fn face_area(polytope: &Polytope, f: u32) -> f64 {
 
 /// The triangles of the patch, in all and face by face.
 fn tie(facets: &Facets, patch: &Patch, covers: &[Cover], face_count: usize) -> Piece {
-    let mut piece = Piece { face_starts: vec![0], ..Piece::default() };
-    piece.triangles = patch.facets.iter().flat_map(|&f| facets.triangles(f)).copied().collect();
-    piece.triangles.sort_unstable();
+    let mut triangles: Vec<u32> = patch.facets.iter().flat_map(|&f| facets.triangles(f)).copied().collect();
+    triangles.sort_unstable();
+    let (mut face_starts, mut face_triangles) = (vec![0], Vec::with_capacity(triangles.len()));
     let mut by_face: Vec<(u32, u32)> = covers.iter().map(|cover| (cover.face, cover.facet)).collect();
     by_face.sort_unstable();
     let mut next = by_face.into_iter().peekable();
     for f in 0..face_count as u32 {
         while let Some((_, facet)) = next.next_if(|&(face, _)| face == f) {
-            piece.face_triangles.extend_from_slice(facets.triangles(facet));
+            face_triangles.extend_from_slice(facets.triangles(facet));
         }
-        piece.face_starts.push(piece.face_triangles.len() as u32);
+        face_starts.push(face_triangles.len() as u32);
     }
-    piece
+    Piece::from_parts(&triangles, &face_starts, &face_triangles)
 }

@@ -7,10 +7,15 @@
 //! * edge → its end vertices and the faces on its two sides;
 //! * face → loop of vertices and loop of edges, counter-clockwise seen from outside.
 //!
+//! A body has hundreds of thousands of small polytopes, so that what each costs beside its numbers counts: lists are of
+//! exactly their length, and all that are of indices lie in one.
+//!
 //! A flat piece is a *plate*: its front and back polygon, and along each side a *rim*: a face of no width whose
 //! normal points outward in the plate's plane and whose loop has two vertices. With rims, a plate's surface is a
 //! sphere like any other polytope's (V − E + F = n − 2n + (n + 2) = 2), its Gauss arcs are a quarter circle long
 //! instead of an ambiguous half, and no walk needs a special case: a rim's plane is a true supporting plane.
+
+use std::ops::Range;
 
 use glam::DVec3;
 
@@ -69,21 +74,88 @@ pub enum PolytopeError {
 /// A closed convex polytope; see the module's description for its layout.
 #[derive(Clone, Debug)]
 pub struct Polytope {
-    vertices: Vec<DVec3>,
-    ring_starts: Vec<u32>,
-    spokes: Vec<Spoke>,
-    edges: Vec<Edge>,
-    planes: Vec<Plane>,
-    loop_starts: Vec<u32>,
-    loop_vertices: Vec<u32>,
-    loop_edges: Vec<u32>,
-    provenance: Vec<Provenance>,
+    vertices: Box<[DVec3]>,
+    spokes: Box<[Spoke]>,
+    edges: Box<[Edge]>,
+    planes: Box<[Plane]>,
+    indices: Indices,
     centroid: DVec3,
     radius: f64,
-    flat: bool,
     bulge: f64,
     directory: Directory,
+    flat: bool,
 }
+
+/// Where rings and loops begin, the loops' vertices and edges, and which faces are original, in one list.
+#[derive(Clone, Debug)]
+struct Indices {
+    /// Where loops begin among loop vertices and edges (one more than faces), where rings begin among spokes (one more than
+    /// vertices), loop vertices, loop edges, and a bit for each face.
+    all: Box<[u32]>,
+    ring_starts: u32,
+    loop_vertices: u32,
+    loop_edges: u32,
+    originals: u32,
+}
+
+impl Indices {
+    fn new(
+        loop_starts: &[u32],
+        ring_starts: &[u32],
+        loop_vertices: &[u32],
+        loop_edges: &[u32],
+        provenance: &[Provenance],
+    ) -> Self {
+        let words = provenance.len().div_ceil(FACES_A_WORD);
+        let count = loop_starts.len() + ring_starts.len() + loop_vertices.len() + loop_edges.len() + words;
+        let mut all = Vec::with_capacity(count);
+        let mut begin = |list: &[u32]| {
+            let first = all.len() as u32;
+            all.extend_from_slice(list);
+            first
+        };
+        begin(loop_starts);
+        let (ring_starts, loop_vertices, loop_edges) = (begin(ring_starts), begin(loop_vertices), begin(loop_edges));
+        let originals = all.len() as u32;
+        all.extend(provenance.chunks(FACES_A_WORD).map(|faces| {
+            faces.iter().rev().fold(0, |word, &face| word << 1 | u32::from(face == Provenance::Original))
+        }));
+        Self { all: all.into_boxed_slice(), ring_starts, loop_vertices, loop_edges, originals }
+    }
+
+    /// Where the ring of vertex `v` is among the spokes.
+    #[inline]
+    fn ring(&self, v: u32) -> Range<usize> {
+        let k = (self.ring_starts + v) as usize;
+        self.all[k] as usize..self.all[k + 1] as usize
+    }
+
+    /// Where the loop of face `f` is among loop vertices and edges.
+    #[inline]
+    fn face(&self, f: u32) -> Range<usize> {
+        self.all[f as usize] as usize..self.all[f as usize + 1] as usize
+    }
+
+    /// Of a list that begins at `first`, what is at `range`.
+    #[inline]
+    fn part(&self, first: u32, range: Range<usize>) -> &[u32] {
+        &self.all[first as usize + range.start..first as usize + range.end]
+    }
+
+    #[inline]
+    fn is_original(&self, f: u32) -> bool {
+        self.all[self.originals as usize + f as usize / FACES_A_WORD] >> (f as usize % FACES_A_WORD) & 1 == 1
+    }
+
+    fn set_original(&mut self, f: u32, original: bool) {
+        let word = &mut self.all[self.originals as usize + f as usize / FACES_A_WORD];
+        let bit = 1 << (f as usize % FACES_A_WORD);
+        *word = if original { *word | bit } else { *word & !bit };
+    }
+}
+
+/// Bits of an index.
+const FACES_A_WORD: usize = 32;
 
 impl Polytope {
     /// A solid polytope from its merged planar faces.
@@ -184,7 +256,7 @@ impl Polytope {
     pub fn with_provenance(mut self, of: impl Fn(&Self, u32) -> Provenance) -> Self {
         for f in 0..self.planes.len() as u32 {
             let provenance = if self.is_rim(f) { Provenance::Virtual } else { of(&self, f) };
-            self.provenance[f as usize] = provenance;
+            self.indices.set_original(f, provenance == Provenance::Original);
         }
         self
     }
@@ -249,20 +321,16 @@ impl Polytope {
         let centroid = vertices.iter().copied().sum::<DVec3>() / vertices.len() as f64;
         let radius = vertices.iter().map(|v| v.distance_squared(centroid)).fold(0.0, f64::max).sqrt();
         let mut polytope = Self {
-            vertices,
-            ring_starts,
-            spokes,
-            edges,
-            planes,
-            loop_starts,
-            loop_vertices,
-            loop_edges,
-            provenance,
+            vertices: vertices.into_boxed_slice(),
+            spokes: spokes.into_boxed_slice(),
+            edges: edges.into_boxed_slice(),
+            planes: planes.into_boxed_slice(),
+            indices: Indices::new(&loop_starts, &ring_starts, &loop_vertices, &loop_edges, &provenance),
             centroid,
             radius,
-            flat,
             bulge: 0.0,
-            directory: Directory::Scan(Vec::new()),
+            directory: Directory::Scan(Box::default()),
+            flat,
         };
         polytope.bulge = polytope.measured_bulge();
         polytope.directory = Directory::new(&polytope.vertices, |from, direction| polytope.climb(from, direction).0);
@@ -314,7 +382,7 @@ impl Polytope {
     /// The spokes of vertex `v`, counter-clockwise seen from outside.
     #[inline]
     pub fn ring(&self, v: u32) -> &[Spoke] {
-        &self.spokes[self.ring_starts[v as usize] as usize..self.ring_starts[v as usize + 1] as usize]
+        &self.spokes[self.indices.ring(v)]
     }
 
     /// How far any vertex stands off the plane of a face around it, or an end of its edges outside of that plane: the most by
@@ -339,19 +407,19 @@ impl Polytope {
     /// The vertices of face `f`, counter-clockwise seen from outside.
     #[inline]
     pub fn face_vertices(&self, f: u32) -> &[u32] {
-        &self.loop_vertices[self.loop_starts[f as usize] as usize..self.loop_starts[f as usize + 1] as usize]
+        self.indices.part(self.indices.loop_vertices, self.indices.face(f))
     }
 
     /// The edges of face `f`; edge k runs from vertex k of the loop to the next.
     #[inline]
     pub fn face_edges(&self, f: u32) -> &[u32] {
-        &self.loop_edges[self.loop_starts[f as usize] as usize..self.loop_starts[f as usize + 1] as usize]
+        self.indices.part(self.indices.loop_edges, self.indices.face(f))
     }
 
     /// True for a face of no width along the side of a plate.
     #[inline]
     pub fn is_rim(&self, f: u32) -> bool {
-        self.loop_starts[f as usize + 1] - self.loop_starts[f as usize] == 2
+        self.indices.face(f).len() == 2
     }
 
     /// True for a plate (no volume).
@@ -363,20 +431,15 @@ impl Polytope {
     /// Where face `f` comes from.
     #[inline]
     pub fn face_provenance(&self, f: u32) -> Provenance {
-        self.provenance[f as usize]
+        if self.indices.is_original(f) { Provenance::Original } else { Provenance::Virtual }
     }
 
     /// Where edge `e` comes from: original when at least one of its faces is.
     #[inline]
     pub fn edge_provenance(&self, e: u32) -> Provenance {
         let Edge { left, right, .. } = self.edges[e as usize];
-        if self.provenance[left as usize] == Provenance::Original
-            || self.provenance[right as usize] == Provenance::Original
-        {
-            Provenance::Original
-        } else {
-            Provenance::Virtual
-        }
+        let original = self.indices.is_original(left) || self.indices.is_original(right);
+        if original { Provenance::Original } else { Provenance::Virtual }
     }
 
     /// Mean of the vertices: a point of the interior (of the plate, for a flat one).

@@ -14,7 +14,7 @@ use super::super::facet::NONE;
 use super::super::piece::face_area;
 use super::super::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
 use super::{Admissible, Borrowed, OwnArc, OwnFace, Range, is_original};
-use crate::algebra::Plane;
+use crate::algebra::{Plane, Workers, map_in_order};
 use crate::algebra::tolerance::{COVERED_WHOLE, FOLDED, ON_FACE};
 
 impl Admissible {
@@ -25,26 +25,72 @@ impl Admissible {
         polytopes: &[Polytope],
         pieces: &[Piece],
         noise: f64,
+        workers: &dyn Workers,
     ) -> Self {
         let source = Source::new(mesh, half_edges, polytopes, pieces, noise);
-        let mut answer = Self { noise: ON_FACE * noise, pieces: vec![Range::default()], ..Self::default() };
-        for (polytope, piece) in polytopes.iter().zip(pieces) {
-            let first = [answer.faces.len(), answer.borrowed.len()];
-            own_faces(&source, polytope, piece, &mut answer.faces);
-            let faces = &answer.faces[first[0]..];
-            own_arcs(&source, polytope, piece, faces, &mut answer.borrowed, first[1], &mut answer.arcs);
-            corners(mesh, polytope, piece, &mut answer.corners);
-            answer.pieces.push(Range {
-                faces: answer.faces.len() as u32,
-                borrowed: answer.borrowed.len() as u32,
-                arcs: answer.arcs.len() as u32,
-                corners: answer.corners.len() as u32,
-            });
-        }
+        let batch = |k: usize| {
+            let some = k * OWNERS_PER_PART..pieces.len().min((k + 1) * OWNERS_PER_PART);
+            Self::of_some(&source, &polytopes[some.clone()], &pieces[some])
+        };
+        let parts = map_in_order(workers, pieces.len().div_ceil(OWNERS_PER_PART), 1, batch, &mut |_| ());
+        let sum = |of: fn(&Self) -> usize| parts.iter().map(of).sum();
+        let mut answer = Self {
+            noise: ON_FACE * noise,
+            pieces: Vec::with_capacity(pieces.len() + 1),
+            faces: Vec::with_capacity(sum(|part| part.faces.len())),
+            borrowed: Vec::with_capacity(sum(|part| part.borrowed.len())),
+            arcs: Vec::with_capacity(sum(|part| part.arcs.len())),
+            corners: Vec::with_capacity(sum(|part| part.corners.len())),
+            ..Self::default()
+        };
+        answer.pieces.push(Range::default());
+        parts.into_iter().for_each(|part| answer.append(part));
         (answer.ring_starts, answer.ring) = rings(mesh);
         answer
     }
+
+    /// The own normals of some of the pieces, without the rings.
+    fn of_some(source: &Source<'_>, polytopes: &[Polytope], pieces: &[Piece]) -> Self {
+        let mut answer = Self::default();
+        for (polytope, piece) in polytopes.iter().zip(pieces) {
+            let first = [answer.faces.len(), answer.borrowed.len()];
+            own_faces(source, polytope, piece, &mut answer.faces);
+            let faces = &answer.faces[first[0]..];
+            own_arcs(source, polytope, piece, faces, &mut answer.borrowed, first[1], &mut answer.arcs);
+            corners(source.mesh, polytope, piece, &mut answer.corners);
+            answer.pieces.push(answer.end());
+        }
+        answer
+    }
+
+    /// Where the entries of what is there so far end.
+    fn end(&self) -> Range {
+        Range {
+            faces: self.faces.len() as u32,
+            borrowed: self.borrowed.len() as u32,
+            arcs: self.arcs.len() as u32,
+            corners: self.corners.len() as u32,
+        }
+    }
+
+    /// Appends the entries of the pieces that follow.
+    fn append(&mut self, part: Self) {
+        let Range { faces, borrowed, arcs, corners } = self.end();
+        self.pieces.extend(part.pieces.into_iter().map(|end| Range {
+            faces: faces + end.faces,
+            borrowed: borrowed + end.borrowed,
+            arcs: arcs + end.arcs,
+            corners: corners + end.corners,
+        }));
+        self.faces.extend(part.faces);
+        self.borrowed.extend(part.borrowed);
+        self.arcs.extend(part.arcs);
+        self.corners.extend(part.corners);
+    }
 }
+
+/// Pieces whose own normals are read at once: some milliseconds of work.
+const OWNERS_PER_PART: usize = 1024;
 
 /// The mesh, with the normal of each triangle as its piece has it.
 struct Source<'s> {
@@ -211,18 +257,41 @@ fn corners(mesh: &Mesh, polytope: &Polytope, piece: &Piece, corners: &mut Vec<u3
     }));
 }
 
-/// The neighbours of each mesh vertex, in flat arrays: starts and members.
+/// The neighbours of each mesh vertex, ascending, in flat arrays: starts and members.
 fn rings(mesh: &Mesh) -> (Vec<u32>, Vec<u32>) {
     let sides = || mesh.triangles().iter().flat_map(|t| (0..3).map(move |k| (t[k], t[(k + 1) % 3])));
-    let mut pairs: Vec<(u32, u32)> = sides().chain(sides().map(|(v, w)| (w, v))).collect();
-    pairs.sort_unstable();
-    pairs.dedup();
-    let mut starts = vec![0_u32; mesh.vertices().len() + 1];
-    for &(v, _) in &pairs {
-        starts[v as usize + 1] += 1;
+    // Each neighbour once for each side to it: the sides' two ends, counted into place.
+    let mut next = vec![0_u32; mesh.vertices().len() + 1];
+    for (v, w) in sides() {
+        next[v as usize + 1] += 1;
+        next[w as usize + 1] += 1;
     }
     for v in 0..mesh.vertices().len() {
-        starts[v + 1] += starts[v];
+        next[v + 1] += next[v];
     }
-    (starts, pairs.into_iter().map(|(_, w)| w).collect())
+    let mut ring = vec![0_u32; 6 * mesh.triangles().len()];
+    let mut begins = next.clone();
+    for (v, w) in sides() {
+        for (at, other) in [(v, w), (w, v)] {
+            ring[begins[at as usize] as usize] = other;
+            begins[at as usize] += 1;
+        }
+    }
+    let mut starts = Vec::with_capacity(next.len());
+    starts.push(0);
+    let mut kept = 0;
+    for ends in next.windows(2) {
+        let (from, to) = (ends[0] as usize, ends[1] as usize);
+        ring[from..to].sort_unstable();
+        for k in from..to {
+            if k == from || ring[k] != ring[k - 1] {
+                ring[kept] = ring[k];
+                kept += 1;
+            }
+        }
+        starts.push(kept as u32);
+    }
+    ring.truncate(kept);
+    ring.shrink_to_fit();
+    (starts, ring)
 }
