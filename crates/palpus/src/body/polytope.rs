@@ -38,10 +38,9 @@ pub struct Spoke {
     pub neighbour: u32,
     /// The edge to it.
     pub edge: u32,
-    /// The face to the left of the direction vertex → neighbour, seen from outside.
+    /// The face to the left of the direction vertex → neighbour, seen from outside; that to the right is the left one of the
+    /// ring's spoke before.
     pub left: u32,
-    /// The face to the right; it is the left face of the previous spoke of the ring.
-    pub right: u32,
 }
 
 /// An edge and its two faces.
@@ -300,10 +299,8 @@ impl Polytope {
             loop {
                 let f = face_of[k as usize];
                 let edge = loop_edges[k as usize];
-                let Edge { tail, head, left, right } = edges[edge as usize];
-                let neighbour = if tail == v { head } else { tail };
-                let other = if tail == v { right } else { left };
-                spokes.push(Spoke { neighbour, edge, left: f, right: other });
+                let Edge { tail, head, .. } = edges[edge as usize];
+                spokes.push(Spoke { neighbour: if tail == v { head } else { tail }, edge, left: f });
                 let (start, end) = (loop_starts[f as usize], loop_starts[f as usize + 1]);
                 let entering = if k == start { end - 1 } else { k - 1 };
                 let edge = loop_edges[entering as usize] as usize;
@@ -616,10 +613,10 @@ mod tests {
         for v in 0..polytope.vertices().len() as u32 {
             let ring = polytope.ring(v);
             for (k, spoke) in ring.iter().enumerate() {
-                assert_eq!(spoke.left, ring[(k + 1) % ring.len()].right);
+                let right = ring[(k + ring.len() - 1) % ring.len()].left;
                 let edge = polytope.edge(spoke.edge);
-                let forward = edge.tail == v && edge.left == spoke.left && edge.right == spoke.right;
-                let backward = edge.head == v && edge.right == spoke.left && edge.left == spoke.right;
+                let forward = edge.tail == v && edge.left == spoke.left && edge.right == right;
+                let backward = edge.head == v && edge.right == spoke.left && edge.left == right;
                 assert!(forward || backward, "vertex {v}, spoke {k}");
             }
         }

@@ -134,9 +134,10 @@ impl Polytope {
             }
             for (k, spoke) in ring.iter().enumerate() {
                 let Edge { tail, head, left, right } = self.edge(spoke.edge);
-                let outward = (tail, head, left, right) == (vertex, spoke.neighbour, spoke.left, spoke.right);
-                let inward = (head, tail, right, left) == (vertex, spoke.neighbour, spoke.left, spoke.right);
-                if !(outward || inward) || spoke.left != ring[(k + 1) % ring.len()].right {
+                let before = ring[if k == 0 { ring.len() } else { k } - 1].left;
+                let outward = (tail, head, left, right) == (vertex, spoke.neighbour, spoke.left, before);
+                let inward = (head, tail, right, left) == (vertex, spoke.neighbour, spoke.left, before);
+                if !(outward || inward) {
                     return Err(Malformed::Ring { vertex, spoke: k as u32 });
                 }
             }

@@ -421,7 +421,7 @@ impl Glance {
     #[inline]
     fn is_clear(&self, view: &View<'_>, v: u32, own: u32, [tail, head]: [DVec3; 2]) -> bool {
         let (planes, ring, bar) = (view.p.planes(), view.p.ring(v), self.bar);
-        let Some(spoke) = ring.first() else { return false };
+        let Some(last) = ring.last() else { return false };
         if bar < 0.0 {
             return false;
         }
@@ -431,7 +431,8 @@ impl Glance {
             let plane = &planes[face as usize];
             (plane.offset - plane.normal.dot(tail), plane.normal.dot(along))
         };
-        let (mut last_offset, mut last_drop) = sight(spoke.right);
+        let mut last_face = last.left;
+        let (mut last_offset, mut last_drop) = sight(last_face);
         for spoke in ring {
             let (offset, drop) = sight(spoke.left);
             if offset - drop.min(0.0) < bar {
@@ -440,12 +441,12 @@ impl Glance {
             // Between normals of different ends, the offset is least, if less than at both, where the ends change.
             if offset.min(last_offset) < bar && drop * last_drop < 0.0 && spoke.edge != own {
                 let (here, there) = (last_drop.abs(), drop.abs());
-                let between = view.p.plane(spoke.left).normal * here + view.p.plane(spoke.right).normal * there;
+                let between = view.p.plane(spoke.left).normal * here + view.p.plane(last_face).normal * there;
                 if below(offset * here + last_offset * there, between.length_squared(), bar) {
                     return false;
                 }
             }
-            (last_offset, last_drop) = (offset, drop);
+            (last_face, last_offset, last_drop) = (spoke.left, offset, drop);
         }
         true
     }

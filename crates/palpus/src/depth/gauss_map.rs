@@ -56,9 +56,10 @@ impl GaussMap {
         &self.arcs[..self.count]
     }
 
-    fn fill(&mut self, polytope: &Polytope, spokes: &[Spoke], place: impl Fn(DVec3) -> DVec3) {
+    /// `before` is the face to the right of the first spoke.
+    fn fill(&mut self, polytope: &Polytope, before: u32, spokes: &[Spoke], place: impl Fn(DVec3) -> DVec3) {
         let at = polytope.vertex(self.vertex);
-        let mut right = spokes.first().map_or(DVec3::ZERO, |spoke| place(polytope.plane(spoke.right).normal));
+        let mut right = place(polytope.plane(before).normal);
         self.count = spokes.len();
         for (arc, spoke) in self.arcs.iter_mut().zip(spokes) {
             let left = place(polytope.plane(spoke.left).normal);
@@ -113,10 +114,11 @@ impl GaussMaps {
         self.next = (k + 1) % PAGES;
         let ring = polytope.ring(v);
         let spokes = &ring[page * PAGE..ring.len().min((page + 1) * PAGE)];
+        let before = ring[if page == 0 { ring.len() } else { page * PAGE } - 1].left;
         let map = &mut self.maps[k];
         (map.query, map.vertex) = (self.query, v);
         map.page = page as u32;
-        map.fill(polytope, spokes, place);
+        map.fill(polytope, before, spokes, place);
         map
     }
 }

@@ -14,8 +14,8 @@ use super::super::facet::NONE;
 use super::super::piece::face_area;
 use super::super::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
 use super::{Admissible, Borrowed, OwnArc, OwnFace, Range, is_original};
-use crate::algebra::{Plane, Workers, map_in_order};
 use crate::algebra::tolerance::{COVERED_WHOLE, FOLDED, ON_FACE};
+use crate::algebra::{Plane, Workers, map_in_order};
 
 impl Admissible {
     /// The own normals of all pieces; `noise` is how far a vertex of a plane may be off it, metres.
