@@ -1,44 +1,44 @@
 //! The cost of a step against triangles at equal contacts, and against contacts at equal triangles.
 
+use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::Arc;
 
 use palpus::algebra::{NoClock, Pose};
-use palpus::body::{Body, BodySettings};
+use palpus::body::BodySettings;
 use palpus::force::PairQuery;
 use palpus_scenes::shape;
 
-use super::motion::{Motion, stretches};
+use super::motion::{Orbit, PERIOD, STRETCH};
 use super::timing::{self, Times};
 use super::{Bodies, Row};
 use crate::bench::random::Random;
 use crate::bodies;
 use crate::plots::{BLUE, Figure, GREEN, Panel, Series, VERMILION, write_svg};
 
-/// Of the sides from which the pen comes.
+/// Of the sides from which the ball comes.
 const SEED: u64 = 0x5ca1_e002;
 /// From a part drawn by hand to a CT scan.
 const TRIANGLES: [usize; 6] = [1_000, 3_000, 10_000, 30_000, 100_000, 906_000];
 /// The contacts that each size is brought to.
-const CONTACTS: f64 = 8.0;
+const CONTACTS: f64 = 4.0;
 /// The sweep over contacts is made at this size.
 const SIZE: usize = 100_000;
 /// Tolerances of that sweep, m.
-const TOLERANCES: [f64; 7] = [0.000_1, 0.000_2, 0.000_4, 0.000_8, 0.001_6, 0.003_2, 0.006_4];
-/// How far the pen goes in and out, m: within the bark of every size.
-const AMPLITUDE: f64 = 0.000_1;
+const TOLERANCES: [f64; 7] = [0.000_01, 0.000_02, 0.000_04, 0.000_08, 0.000_16, 0.000_32, 0.000_64];
 
 /// Step times for a growing number of triangles.
 pub(super) fn against_triangles(out: &Path, ticks: usize) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for triangles in TRIANGLES {
-        let (bodies, poses) = pen_on_scan(triangles, ticks)?;
-        let tolerance = tolerance_for(&bodies, &poses);
-        let times = timing::time(&bodies, &poses, tolerance)?;
-        rows.push(Row::new(format!("pen on {triangles}"), &bodies.a, &bodies.b, tolerance, times));
+        let bodies = ball_on_scan(triangles)?;
+        let touches = Touches::new(&bodies, ticks);
+        let tolerance = tolerance_for(&bodies, &touches);
+        let times = timing::time(&bodies, &touches.poses(tolerance), tolerance)?;
+        rows.push(Row::new(format!("ball on {triangles}"), &bodies.a, &bodies.b, tolerance, times));
     }
     let figure = figure(
-        format!("A pen on a scanned torus: the step against the torus's triangles, at {CONTACTS} contacts"),
+        format!("A ball on a scanned torus: the step against the torus's triangles, at {CONTACTS} contacts"),
         "triangles",
         &rows,
         &|row| row.triangles_b as f64,
@@ -49,14 +49,15 @@ pub(super) fn against_triangles(out: &Path, ticks: usize) -> anyhow::Result<Vec<
 
 /// Step times for a growing number of contacts.
 pub(super) fn against_contacts(out: &Path, ticks: usize) -> anyhow::Result<Vec<Row>> {
-    let (bodies, poses) = pen_on_scan(SIZE, ticks)?;
+    let bodies = ball_on_scan(SIZE)?;
+    let touches = Touches::new(&bodies, ticks);
     let mut rows = Vec::new();
     for tolerance in TOLERANCES {
-        let times = timing::time(&bodies, &poses, tolerance)?;
-        rows.push(Row::new(format!("pen, {:.1} mm", tolerance * 1e3), &bodies.a, &bodies.b, tolerance, times));
+        let times = timing::time(&bodies, &touches.poses(tolerance), tolerance)?;
+        rows.push(Row::new(format!("ball, {:.0} µm", tolerance * 1e6), &bodies.a, &bodies.b, tolerance, times));
     }
     let figure = figure(
-        format!("A pen on a scanned torus of {SIZE} triangles: the step against contacts"),
+        format!("A ball on a scanned torus of {SIZE} triangles: the step against contacts"),
         "contacts",
         &rows,
         &|row| row.times.contacts,
@@ -65,29 +66,62 @@ pub(super) fn against_contacts(out: &Path, ticks: usize) -> anyhow::Result<Vec<R
     Ok(rows)
 }
 
-fn pen_on_scan(triangles: usize, ticks: usize) -> anyhow::Result<(Bodies, Vec<Vec<Pose>>)> {
+/// A ball of 4 cm on the scanned torus.
+fn ball_on_scan(triangles: usize) -> anyhow::Result<Bodies> {
     let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
     let body = |name: &str, soup| anyhow::Ok(Arc::new(bodies::prepare_soup(name, &soup, &settings)?.body));
-    let bodies =
-        Bodies { a: body("the pen", shape::pen())?, b: body("the scanned torus", shape::scanned_torus(triangles))? };
-    let poses = stretches(&Motion::Orbit, &bodies.a, &bodies.b, AMPLITUDE, ticks, &mut Random(SEED));
-    Ok((bodies, poses))
+    Ok(Bodies {
+        a: body("the ball", shape::sphere(BALL_RADIUS, BALL_SUBDIVISIONS))?,
+        b: body("the scanned torus", shape::scanned_torus(triangles))?,
+    })
+}
+
+/// m.
+const BALL_RADIUS: f64 = 0.02;
+/// 5120 triangles.
+const BALL_SUBDIVISIONS: u32 = 4;
+
+/// Places where the ball touches, and what slides about them.
+struct Touches {
+    orbits: Vec<Orbit>,
+    ticks: usize,
+}
+
+impl Touches {
+    fn new(bodies: &Bodies, ticks: usize) -> Self {
+        let mut random = Random(SEED);
+        let mut pair = PairQuery::new(&bodies.a, &bodies.b, 1 << 14);
+        let orbits = (0..ticks.div_ceil(STRETCH))
+            .map(|_| Orbit::touching(&bodies.a, &bodies.b, &mut pair, GAP, &mut random))
+            .collect();
+        Self { orbits, ticks }
+    }
+
+    /// Stretches of the motion for a tolerance: the ball sinks in by a share of it.
+    fn poses(&self, tolerance: f64) -> Vec<Vec<Pose>> {
+        let slide = |orbit: &Orbit, count: usize| {
+            let pose = |k: usize| orbit.slide(TAU * k as f64 / PERIOD, SIDEWAYS, SINKS * tolerance);
+            (0..=count).map(pose).collect()
+        };
+        let count = |k: usize| (self.ticks - k * STRETCH).min(STRETCH);
+        self.orbits.iter().enumerate().map(|(k, orbit)| slide(orbit, count(k))).collect()
+    }
 }
 
 /// The tolerance at which a tick has [`CONTACTS`] contacts on the average.
-fn tolerance_for(bodies: &Bodies, poses: &[Vec<Pose>]) -> f64 {
+fn tolerance_for(bodies: &Bodies, touches: &Touches) -> f64 {
     let Bodies { a, b } = bodies;
     let mut pair = PairQuery::new(a, b, 1 << 14);
     let mut contacts = |tolerance: f64| {
         let (mut sum, mut count) = (0, 0);
-        for pose in poses.iter().flat_map(|stretch| stretch.iter().step_by(SAMPLE)) {
+        for pose in touches.poses(tolerance).iter().flat_map(|stretch| stretch.iter().step_by(SAMPLE)) {
             pair.run(a, b, pose, tolerance, &NoClock);
             sum += pair.contacts().len();
             count += 1;
         }
         f64::from(sum as u32) / f64::from(count)
     };
-    let (mut low, mut high) = (AMPLITUDE, largest_tolerance(b));
+    let (mut low, mut high) = (LEAST_TOLERANCE, LARGEST_TOLERANCE);
     for _ in 0..BISECTIONS {
         let middle = (low * high).sqrt();
         if contacts(middle) > CONTACTS { high = middle } else { low = middle }
@@ -95,14 +129,19 @@ fn tolerance_for(bodies: &Bodies, poses: &[Vec<Pose>]) -> f64 {
     (low * high).sqrt()
 }
 
+/// How far the ball slides to each side, m: at most 6 mm/s.
+const SIDEWAYS: f64 = 0.000_5;
+/// Of the tolerance: how deep it sinks in.
+const SINKS: f64 = 0.2;
+/// m: near enough to count as touching is a hundredth of it.
+const GAP: f64 = 0.000_01;
 /// Every so many ticks are asked when contacts are counted.
 const SAMPLE: usize = 50;
-/// To a thousandth of the tolerance.
+/// m: between a micrometre and a centimetre.
+const LEAST_TOLERANCE: f64 = 1e-6;
+const LARGEST_TOLERANCE: f64 = 1e-2;
+/// To less than a hundredth of the tolerance.
 const BISECTIONS: usize = 12;
-
-fn largest_tolerance(b: &Body) -> f64 {
-    0.2 * b.size()
-}
 
 fn figure(title: String, x_label: &'static str, rows: &[Row], x: &dyn Fn(&Row) -> f64) -> Figure {
     let curve = |label, color, y: fn(&Times) -> f64| Series {

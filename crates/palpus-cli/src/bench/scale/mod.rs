@@ -1,8 +1,8 @@
 //! `palpus bench scale`: what a step costs, and what it does not depend on.
 //!
-//! 1. *Against triangles*: a pen on a scanned torus of 1 k to 906 k triangles. The tolerance is chosen so that the same
+//! 1. *Against triangles*: a ball on a scanned torus of 1 k to 906 k triangles. The tolerance is chosen so that the same
 //!    number of contacts is felt at each size.
-//! 2. *Against contacts*: the pen on one size of it, the tolerance growing.
+//! 2. *Against contacts*: the ball on one size of it, the tolerance growing.
 //! 3. *Pairs*: scanned and constructed parts in contact, with the poses left beside the times, so that others can be asked
 //!    the same (`benches/peers/coal_scale.py`).
 //!

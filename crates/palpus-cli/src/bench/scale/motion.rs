@@ -33,9 +33,9 @@ pub(super) enum Motion {
 }
 
 /// Ticks in which a hand goes to and fro: two a second.
-const PERIOD: f64 = 500.0;
+pub(super) const PERIOD: f64 = 500.0;
 /// Ticks of a stretch, at the most.
-const STRETCH: usize = 2000;
+pub(super) const STRETCH: usize = 2000;
 
 /// Stretches of poses of a in b's frame, `ticks` in all besides the one that begins each stretch.
 ///
@@ -80,7 +80,7 @@ pub(super) fn stretches(
 }
 
 /// About a place where the bodies touch.
-struct Orbit {
+pub(super) struct Orbit {
     touch: Pose,
     /// Of the probe, in its frame.
     middle: DVec3,
@@ -98,20 +98,22 @@ const MOST_ADVANCES: usize = 200;
 const TOUCHING: f64 = 0.01;
 
 impl Orbit {
-    fn touching(a: &Body, b: &Body, pair: &mut PairQuery, amplitude: f64, random: &mut Random) -> Self {
+    /// A place to which the probe comes from a random side.
+    pub(super) fn touching(a: &Body, b: &Body, pair: &mut PairQuery, amplitude: f64, random: &mut Random) -> Self {
         loop {
             let turn = DQuat::from_scaled_axis(random.vector() * TAU / 2.0);
-            let outward = random.vector().normalize_or(DVec3::Z);
+            let approach = random.vector().normalize_or(DVec3::Z);
             let bounds = |body: &Body| (body.mesh().bounds().min + body.mesh().bounds().max) / 2.0;
             let (middle, goal) = (bounds(a), bounds(b));
-            let at = |way: f64| Pose::new(turn, goal - turn * middle + outward * way);
+            let at = |way: f64| Pose::new(turn, goal - turn * middle + approach * way);
             // Conservative advancement: the nearest distance can always be travelled.
             let mut way = a.size() + b.size();
-            let mut gap = f64::INFINITY;
+            let (mut gap, mut outward) = (f64::INFINITY, approach);
             for _ in 0..MOST_ADVANCES {
                 let pose = at(way);
                 let mut counters = pair.run(a, b, &pose, 0.0, &NoClock);
-                gap = pair.nearest(a, b, &pose, &mut counters).map_or(0.0, |contact| contact.separation);
+                let nearest = pair.nearest(a, b, &pose, &mut counters);
+                (gap, outward) = nearest.map_or((0.0, approach), |contact| (contact.separation, contact.normal));
                 if gap <= TOUCHING * amplitude || way < -b.size() {
                     break;
                 }
@@ -123,6 +125,13 @@ impl Orbit {
                 return Self { touch: at(way), middle, outward, sideways, spin: random.vector(), amplitude };
             }
         }
+    }
+
+    /// Slides by up to `sideways` to each side and sinks from touch to `depth`; phase 0 is touch.
+    pub(super) fn slide(&self, phase: f64, sideways: f64, depth: f64) -> Pose {
+        let (sin, cos) = phase.sin_cos();
+        let shift = self.sideways * (sideways * sin) - self.outward * (0.5 * depth * (1.0 - cos));
+        Pose { translation: self.touch.translation + shift, ..self.touch }
     }
 
     /// At phase 0 the bodies are an amplitude apart, at half a turn as much too deep.
