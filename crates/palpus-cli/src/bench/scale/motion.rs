@@ -12,7 +12,8 @@ use crate::bench::random::Random;
 /// How a probe moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Motion {
-    /// Approaches from a random side until it touches, then goes in and out and sideways about that place.
+    /// Approaches from a random side until it touches, then goes in and out between touching and an amplitude deep, and
+    /// sideways: along the approach it never backs off, so that the median tick is one of contact as the slowest are.
     Orbit,
     /// Turns to and fro about an axis of the environment's frame through `center`, advances with the turn as a screw does,
     /// and sways.
@@ -39,7 +40,7 @@ pub(super) const STRETCH: usize = 2000;
 
 /// Stretches of poses of a in b's frame, `ticks` in all besides the one that begins each stretch.
 ///
-/// `amplitude` (m) is how far an orbit goes to each side.
+/// `amplitude` (m) is how far an orbit goes in, and sideways to each side.
 pub(super) fn stretches(
     motion: &Motion,
     a: &Body,
@@ -134,12 +135,13 @@ impl Orbit {
         Pose { translation: self.touch.translation + shift, ..self.touch }
     }
 
-    /// At phase 0 the bodies are an amplitude apart, at half a turn as much too deep.
+    /// At phase 0 the bodies touch, at half a turn they are an amplitude deeper along the normal. The sideways way and the
+    /// turn may still part them on curved surfaces.
     fn pose(&self, phase: f64) -> Pose {
         let (sin, cos) = phase.sin_cos();
         let spin = DQuat::from_scaled_axis(self.spin * (ORBIT_TURN * sin));
         let middle = self.touch.point(self.middle);
-        let shift = self.outward * (self.amplitude * cos) + self.sideways * (self.amplitude * sin);
+        let shift = self.outward * (self.amplitude * (cos - 1.0) / 2.0) + self.sideways * (self.amplitude * sin);
         let rotation = spin * self.touch.rotation;
         Pose::new(rotation, middle + shift - rotation * self.middle)
     }
