@@ -2,6 +2,15 @@
 //!
 //! Each entry says its unit, why it has that size, and what breaks if it moves. "Relative" means: multiplied by a
 //! length of the thing at hand (stated) before use.
+//!
+//! Grouped by room, in the rooms' order; what several rooms use stands where it is used first.
+
+// algebra
+
+/// Sweeps of Jacobi rotations over a 3 × 3 symmetric matrix; it converges quadratically, five leave only rounding.
+pub const JACOBI_SWEEPS: usize = 8;
+
+// body: the mesh and what is asked of it
 
 /// Relative to the largest coordinate extent of the point set: two vertices closer than this are one.
 ///
@@ -9,10 +18,32 @@
 /// features of fine meshes; smaller leaves cracks along the seams of STL files.
 pub const WELD: f64 = 1e-9;
 
+/// Relative to the largest coordinate extent: the side of a cell of the welding grid.
+///
+/// Only speed depends on it. It is far larger than [`WELD`], so that a vertex's neighbourhood is nearly always one
+/// cell, and far smaller than the spacing of vertices, so that a cell nearly always holds one vertex.
+pub const WELD_CELL: f64 = 1e-5;
+
 /// Relative to the longest edge of the triangle: a triangle lower than this over its longest edge has no area.
 ///
 /// Its normal would be noise. Larger drops real slivers of CAD meshes and opens the surface.
 pub const ZERO_AREA: f64 = 1e-12;
+
+/// Rounds in which triangles of no area are exchanged with their neighbours.
+///
+/// One is enough unless such triangles lie in rows along one side. More only costs time; what is left after the last
+/// round is dropped and leaves a crack of no width.
+pub const CAP_ROUNDS: usize = 8;
+
+/// Model units: a coordinate larger than this is refused.
+///
+/// The exact predicates multiply three coordinates and products of those must not overflow; nothing real is this large.
+pub const LARGEST_COORDINATE: f64 = 1e50;
+
+/// Model units: a model whose largest extent is smaller than this is refused.
+///
+/// The exact predicates multiply three coordinates and the rounding terms of those must not underflow.
+pub const SMALLEST_EXTENT: f64 = 1e-50;
 
 /// Relative to the model's bounding diagonal: how far a vertex may lie over the plane of a face and still count as in it.
 ///
@@ -20,34 +51,60 @@ pub const ZERO_AREA: f64 = 1e-12;
 /// walk. Larger flattens real curvature; smaller leaves rotated boxes cut into triangles.
 pub const COPLANAR: f64 = 1e-9;
 
-/// Relative to the pair's size: bodies nearer than this touch, and are answered by the depth walk.
+/// Vertices of a component that must lie inside another for the component to count as nested in it.
 ///
-/// The direction between two points this near is noise. Larger would report a false contact at zero separation.
-pub const TOUCHING: f64 = 1e-12;
+/// One would do if components never crossed; a few more tell a crossing one from a cavity.
+pub const NESTING_SAMPLES: usize = 8;
 
-/// Relative to the pair's size: an improvement of the depth smaller than this ends the walk.
+/// Times the number of triangles: pairs of a mesh's own triangles that are tested for crossing, at most.
 ///
-/// Strict decrease is what makes the walk end; rounding of a support offset is a few ulps of the size.
-pub const WALK_DECREASE: f64 = 1e-15;
+/// A sound mesh has some ten to twenty pairs of overlapping boxes a triangle. Reached only by meshes that are wound
+/// around themselves all over; the answer then says that it is a lower bound.
+pub const SELF_PAIRS: usize = 500;
 
-/// Relative gap between GJK's upper and lower bound of the distance at which it has converged.
-pub const GJK_GAP: f64 = 1e-13;
-
-// Collision: marching and GJK.
-
-/// Relative to the largest coordinates of the pair in either frame: the rounding of a placed vertex that the tests of
-/// the march and of GJK must not chase.
+/// Relative to the cube of the bounding diagonal: a closed mesh or hull that holds less encloses nothing.
 ///
-/// Eight ulps: a placement is nine products and their sums. Larger leaves answers short of the closest points; smaller
-/// lets parallel edges and faces hand the march back and forth on noise.
-pub const MARCH_NOISE: f64 = 8.0 * f64::EPSILON;
+/// The volume of two coinciding sheets is rounding noise of either sign, and the centre of mass divides by it.
+pub const LEAST_VOLUME: f64 = 1e-12;
 
-/// Steps after which GJK gives up. It takes 5 to 20 on hulls of any size; needles at grazing distance take 40.
+/// Relative to the bounding diagonal: the thickness of the sheet that a flat mesh's mass is that of.
 ///
-/// Larger only costs time on data that doesn't converge; smaller returns points that are not closest.
-pub const GJK_STEPS: u32 = 128;
+/// Anything positive gives a body that can be moved; a thousandth is a sheet of paper of the model's size.
+pub const SHEET_THICKNESS: f64 = 1e-3;
 
-// Body: hulls.
+/// Triangles in a leaf of the triangle tree, at most. Only speed depends on it.
+pub const LEAF_TRIANGLES: usize = 4;
+
+/// Relative to the ray's parameter: how much later a ray may enter a box than leave it and still be let in.
+///
+/// The slabs' parameters are rounded to a few ulps. Zero would lose triangles that lie in a face of their box.
+pub const RAY_SLACK: f64 = 1e-14;
+
+/// Of an open surface: the winding number from which on a point is inside.
+///
+/// Half way between nowhere near (0) and enclosed (1).
+pub const INSIDE_WINDING: f64 = 0.5;
+
+/// Multiples of a box's radius from which on its triangles are seen as one dipole.
+///
+/// The error of one box falls with the square of it, errors of many boxes may add up: 3 keeps the winding number within
+/// about 0.01 on real models. Smaller is faster.
+pub const DIPOLE_REACH: f64 = 3.0;
+
+// body: how finely a file was written
+
+/// Significant decimal digits from which on a coordinate was computed, not read from a decimal file.
+///
+/// A double needs up to 17; the shortest form of a computed one rarely has fewer than 15. Files write 6 to 9.
+pub const COMPUTED_DIGITS: i32 = 15;
+
+/// Steps of the coordinates: how far a vertex of a plane or of a smooth surface may be off it by rounding (the noise).
+///
+/// Each of four points is off by up to 0.87 steps. Smaller leaves CAD models read from decimals cut into slivers
+/// (round peg: 4870 pieces at 1e-9 of its size, 1 at two steps); larger flattens what the file really says.
+pub const NOISE_PER_STEP: f64 = 2.0;
+
+// body: hulls and polytopes
 
 /// Model units: the largest coordinate that a hull accepts.
 ///
@@ -82,6 +139,249 @@ pub const HULL_MERGE_PASSES: u32 = 32;
 ///
 /// Some tens of ulps. Larger hides a wrong plane; smaller accuses rounding.
 pub const WELL_FORMED_ROUNDING: f64 = 1e-14;
+
+// body: facets and patches
+
+/// Cosine of the angle between two normals beyond which neighbours are not one face, even when all their vertices lie
+/// in one plane.
+///
+/// A needle's normal may be off by tens of degrees without harm; a surface folded back onto itself must not merge.
+pub const FOLDED: f64 = 0.5;
+
+/// Area over squared longest side: a triangle of a trial hull lower than this is a needle whose plane is not used.
+///
+/// The plane of a needle is noise and would cut the hull anywhere. Leaving it out makes the hull seem a little larger,
+/// so containment errs on the safe side. Larger refuses good patches; smaller lets noise hide a surface in a hull.
+pub const NEEDLE_NORMAL: f64 = 1e-10;
+
+/// Relative to the largest coordinate, times the squared longest side over the area: the rounding of a point's height over a
+/// triangle's plane. Nearer than this the exact determinant decides.
+///
+/// About twenty ulps. Larger only calls the determinant more often; smaller trusts wrong signs.
+pub const ORIENTATION_ROUNDING: f64 = 4e-15;
+
+/// Multiples of the surface's noise: a patch thinner than this is flat.
+///
+/// Two facets may each be off by the noise on either side. Well above [`ENTERED`], so that whatever is not flat has an inside
+/// that containment can test. Larger turns thin curved patches into plates.
+pub const FLAT_PATCH: f64 = 8.0;
+
+/// Multiples of the surface's noise: the surface enters a hull when it comes deeper into it than this.
+///
+/// Neighbours in the plane of a face may lie below it by rounding. Larger lets thin wedges of a hull stand out of the
+/// solid (over a notch, by less than twice this); smaller refuses patches for rounding (peg: 135 pieces at 1e-4, 41
+/// at 0.25, both at a noise of 1e-6).
+pub const ENTERED: f64 = 0.25;
+
+/// Planes of a trial hull, the newest first, against which whole boxes of the triangle tree are tested.
+///
+/// A new point's fan of faces has about six. Only speed depends on it.
+pub const FENCE_PLANES: usize = 12;
+
+/// Facets: connected parts of the surface with at least as many are tried whole; smaller ones grow as fast.
+pub const WHOLE_FACETS: usize = 64;
+
+/// Points from which on a patch has a hull with neighbours.
+///
+/// Looking at all of a small hull is quicker than finding the way in it. Only speed depends on it.
+pub const WIDE_PATCH: usize = 400;
+
+/// Planes of the largest new faces of a wide hull, against which boxes and triangles are tested first.
+///
+/// A new point's fan has about six; one that closes over an opening has hundreds, nearly in one plane. Only speed depends on it.
+pub const WIDE_FENCE: usize = 24;
+
+/// Planes by which a triangle is cut before it counts as entering a wide hull.
+///
+/// Each cut goes beyond the middle of what is left, so that it shrinks geometrically. Reached only by triangles that touch the hull
+/// at a point; refusing the patch then is safe.
+pub const WIDE_CUTS: usize = 100;
+
+/// Facets: patches up to this size are dissolved when their neighbours can take all of them.
+///
+/// The larger a patch, the rarer takers for all of it; larger sizes were not tried.
+pub const HANDED_OUT: usize = 8;
+
+/// Corners of facets: patches with more are not asked to take facets of a dissolved one.
+///
+/// Asking rebuilds a hull. Larger only costs time, since large patches grew early and have refused those facets before.
+pub const HEIR_CORNERS: usize = 300;
+
+/// Where the random numbers of the regrowth start. Another start changes counts by a piece or two in two hundred.
+pub const REGROWTH_SEED: u64 = 0x2002_0302;
+
+/// Facets tried by the regrowth, per facet of the model: small models converge (teaspoon within 120).
+pub const REGROWTH_PER_FACET: usize = 150;
+
+/// Facets tried by the regrowth, at most.
+///
+/// Some 5 to 10 microseconds each. Larger makes the preparation of models of more than 500 facets slower for fewer pieces.
+pub const REGROWTH_MOST: usize = 75_000;
+
+/// Facets: larger patches are not what a ruin starts from; they seldom go.
+pub const REGROWN_CENTRE: usize = 12;
+
+/// Facets: larger patches are not ruined, since growing one again costs the square of its size.
+pub const REGROWN_MEMBER: usize = 24;
+
+/// Patches ruined at once, at most. 4 to 16 came to the same counts on the cup and the spoon.
+pub const REGROWN_PATCHES: usize = 6;
+
+/// Added, times a random number in \[0, 1), to the cosine that ranks what joins next. 0.2 and 5 did the same.
+pub const REGROWTH_JITTER: f64 = 1.0;
+
+/// The share of the free facets that are not offered to the patches around. 0 makes every such trial alike.
+pub const REGROWTH_KEPT_BACK: f64 = 0.3;
+
+// body: pieces and the normals that they own
+
+/// Multiples of the surface's noise: a facet lies in a face of its piece when no farther than this from its plane.
+///
+/// The facet may be off its own plane by the noise, the face's merge by another, and the patch accepted both.
+pub const ON_FACE: f64 = 4.0;
+
+/// The share of a face's area that must be real for the face to be original.
+///
+/// A little less than one half, so that exactly half counts.
+pub const COVERED_HALF: f64 = 0.499_999;
+
+/// The share of a face's area that must be real for every point of the face to be.
+///
+/// Straight corners that a hull drops and rounding take less. Larger searches triangles for nothing; smaller takes a bridged gap
+/// for surface.
+pub const COVERED_WHOLE: f64 = 0.999;
+
+/// Radians: how far a contact normal may lie beyond the true normals of its features on the source mesh.
+///
+/// The direction between closest points is rounding over their distance, and where one piece's normals end its neighbour's begin:
+/// the slack lets both answer there rather than neither. Larger shows as contacts of one piece where the neighbour's surface
+/// is; smaller loses contacts at seams of bodies that nearly touch.
+pub const ADMISSIBLE_ANGLE: f64 = 1e-4;
+
+/// The most triangles of a partly real face that are searched for the one under a closest point; on a face with more, every point
+/// is believed to be real.
+///
+/// Bounds the tick. Such faces bridge a gap between facets of one plane and have a handful.
+pub const ADMISSIBLE_TRIANGLES: usize = 256;
+
+// body: thick pieces
+
+/// Relative: how much nearer than promised the surface may be along a way in.
+///
+/// What a piece's corner may be dishonest by where it lies on the medial axis. Larger lets pieces overlap more around the
+/// medial axis; smaller ends ways at the surface's roughness and makes every look for nearer surface dearer.
+pub const WAY_SLACK: f64 = 0.1;
+
+/// The least growth of the distance along a way in, per length, at a vertex: the sine of half the angle of a blade.
+///
+/// Larger leaves the pieces along blades thin; smaller follows the rounding of needles' normals.
+pub const WAY_BEGINS: f64 = 0.05;
+
+/// The least growth of the distance along a later step of a way in: below it the surfaces around lie opposite each other.
+pub const WAY_SLOPE: f64 = 0.3;
+
+/// Steps of a way in: to the medial axis and along it.
+///
+/// With one, corners of flat faces with rounded rims reach no deeper than the rounding (armadillo: 5 % of the pushes lost
+/// instead of 1 %); a third costs as much as the second and gains nothing that is seen.
+pub const WAY_STEPS: usize = 2;
+
+/// Looks for nearer surface in one step of a way; about 4 are needed. A step that has not ended by then is not taken.
+pub const WAY_LOOKS: u32 = 32;
+
+/// Relative to its length: by how much a step of a way is cut below the length at which nearer surface was found.
+///
+/// Larger ends ways short of the medial axis; smaller needs more looks (at 0 twice as many).
+pub const WAY_CUT: f64 = 0.06;
+
+/// Steps of the search for the point of a hull of normals that is nearest to the origin; a few normals take 1 to 10.
+pub const HULL_POINT_STEPS: u32 = 32;
+
+/// Squared length below which a step of that search gains nothing; the direction is only a guess at the best way in.
+pub const HULL_POINT_GAIN: f64 = 1e-9;
+
+/// Times the distance to the nearest surface: how far below its patch a corner of a piece may lie.
+///
+/// Above 1/(1 − [`WAY_SLACK`]), or a patch would refuse its own ways. Larger lets pieces cover more of one another's part
+/// of the solid, and report depths that a nearer surface denies.
+pub const THICK_HONEST: f64 = 1.2;
+
+/// Relative to its depth below the patch: an inner corner nearer than this to another is not needed.
+pub const THICK_MERGED: f64 = 0.1;
+
+/// Inner corners of a piece, at most. Depth and distance queries pay for each; few pieces have more than 8.
+pub const THICK_CORNERS: usize = 16;
+
+/// Multiples of the surface's noise: the surface enters a thick hull when it comes deeper into it than this.
+///
+/// More than [`ENTERED`], since a flat patch may cover a notch of its outline by about the noise, and the walls of that notch
+/// go down into whatever is below the patch. Larger lets walls of pieces stand out of the solid by as much; smaller leaves
+/// pieces thin for rounding (M16 nut: 16 % of the pushes lost at 0.25, 6 % at 2).
+pub const THICK_ENTERED: f64 = 2.0;
+
+/// Shares of their ways at which all inner corners are tried at once.
+pub const THICK_SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.35, 0.2];
+
+/// How often a single inner corner that lets surface into the hull is pulled half way back to the surface.
+pub const THICK_RETREATS: i32 = 3;
+
+/// Facets: patches with more get no inner corners.
+///
+/// The trial hull of so many points takes a tenth of a second, and is made several times. Larger makes smooth bodies with a
+/// few dents slow to prepare.
+pub const THICK_PATCH: usize = 4000;
+
+/// Relative to the depth that the ways from its patch's corners reach: a facet wider than this has a way of its own.
+///
+/// Smaller costs time on fine meshes, where it changes nothing.
+pub const WIDE_FACET: f64 = 0.5;
+
+// body: hierarchy
+
+/// Cosine of the angle within which a face of an inner hull and an original face of a piece can be the same face.
+///
+/// The register's coplanar distance decides; this keeps the two sides of a plate apart.
+pub const SAME_FACE: f64 = 0.5;
+
+/// Neither child of a node has fewer pieces than the node's over this.
+///
+/// Bounds the depth by the logarithm of the number of pieces to the base 8/7. Smaller forces worse cuts; larger allows deeper trees and stacks.
+pub const SPLIT_SHARE: usize = 8;
+
+/// Steps toward the farthest point when a small sphere is sought. The k-th is 1/(k + 4) of the way.
+///
+/// Enough for a radius within a few percent of the least; any number is safe, since the radius is measured.
+pub const SPHERE_STEPS: u32 = 24;
+
+// body: work in parts
+
+/// Pieces that one part of the work makes or looks at.
+///
+/// Some 10 microseconds each. Fewer cost more handing out; more leave hands idle at the end. Only speed depends on it.
+pub const PIECES_PER_PART: usize = 64;
+
+/// Pieces below which a part of the hierarchy is built by one hand.
+///
+/// Above it each node's hull is a part of its own. Only speed depends on it.
+pub const SUBTREE_PIECES: usize = 512;
+
+/// Vertices whose ways in are one part of the work. Only speed depends on it.
+pub const WAYS_PER_PART: usize = 256;
+
+// collision: marching and GJK
+
+/// Relative to the pair's size: bodies nearer than this touch, and are answered by the depth walk.
+///
+/// The direction between two points this near is noise. Larger would report a false contact at zero separation.
+pub const TOUCHING: f64 = 1e-12;
+
+/// Relative to the largest coordinates of the pair in either frame: the rounding of a placed vertex that the tests of
+/// the march and of GJK must not chase.
+///
+/// Eight ulps: a placement is nine products and their sums. Larger leaves answers short of the closest points; smaller
+/// lets parallel edges and faces hand the march back and forth on noise.
+pub const MARCH_NOISE: f64 = 8.0 * f64::EPSILON;
+
 /// States that the march may visit. A cold start on a hull of 5000 vertices needs about 200; a coherent one 1 to 5.
 ///
 /// Larger only delays the fallback on a failure that no repeated state betrays; smaller sends cold starts to it.
@@ -103,112 +403,71 @@ pub const MARCH_DOUBT: f64 = 1e-2;
 /// One solve leaves a residual of rounding over the angle squared. Larger wastes a few nanoseconds.
 pub const NEARLY_PARALLEL: f64 = 1e-2;
 
-// Body: the mesh and what is asked of it.
+/// Relative gap between GJK's upper and lower bound of the distance at which it has converged.
+pub const GJK_GAP: f64 = 1e-13;
 
-/// Relative to the largest coordinate extent: the side of a cell of the welding grid.
+/// Steps after which GJK gives up. It takes 5 to 20 on hulls of any size; needles at grazing distance take 40.
 ///
-/// Only speed depends on it. It is far larger than [`WELD`], so that a vertex's neighbourhood is nearly always one
-/// cell, and far smaller than the spacing of vertices, so that a cell nearly always holds one vertex.
-pub const WELD_CELL: f64 = 1e-5;
+/// Larger only costs time on data that doesn't converge; smaller returns points that are not closest.
+pub const GJK_STEPS: u32 = 128;
 
-/// Model units: a coordinate larger than this is refused.
+/// Steps of GJK in a row that may gain nothing in length.
 ///
-/// The exact predicates multiply three coordinates and products of those must not overflow; nothing real is this large.
-pub const LARGEST_COORDINATE: f64 = 1e50;
+/// Near contact the length is lost in rounding while the normal still turns; larger circles longer on parallel faces,
+/// smaller stops before the faces are found.
+pub const GJK_PLATEAU: u32 = 8;
 
-/// Model units: a model whose largest extent is smaller than this is refused.
+// collision: bounds
+
+/// Squared sine of the angle between two box axes below which their cross product is no axis to test.
 ///
-/// The exact predicates multiply three coordinates and the rounding terms of those must not underflow.
-pub const SMALLEST_EXTENT: f64 = 1e-50;
+/// The direction would be noise; the boxes' own faces then give nearly the same gap. Larger only loosens the bound.
+pub const PARALLEL_AXES: f64 = 1e-12;
 
-/// Rounds in which triangles of no area are exchanged with their neighbours.
+// collision: the sleeping front
+
+/// Relative to the bodies' size: the step in which the odometer counts motion.
 ///
-/// One is enough unless such triangles lie in rows along one side. More only costs time; what is left after the last
-/// round is dropped and leaves a crack of no width.
-pub const CAP_ROUNDS: usize = 8;
+/// About 1.5e-11. A tick adds at least one, so that a smaller one lets rounding of placed points (1e-16 of the coordinates) come near it, and wears out
+/// the 2⁶¹ steps of the sum (some 3e7 sizes of travel) sooner; a larger one only wakes pairs early.
+pub const ODOMETER_QUANTUM: f64 = 1.0 / (1u64 << 36) as f64;
 
-/// Vertices of a component that must lie inside another for the component to count as nested in it.
+/// Relative to the bodies' size and their distance: what each tick adds to the motion for the rounding of placed points.
 ///
-/// One would do if components never crossed; a few more tell a crossing one from a cavity.
-pub const NESTING_SAMPLES: usize = 8;
+/// Some fifty roundings. Smaller lets a pair oversleep by rounding when bodies are far from the origin; larger wakes pairs that rest.
+pub const ODOMETER_NOISE: f64 = 1e-14;
 
-/// Triangles in a leaf of the triangle tree, at most. Only speed depends on it.
-pub const LEAF_TRIANGLES: usize = 4;
-
-/// Relative to the ray's parameter: how much later a ray may enter a box than leave it and still be let in.
+/// Relative to the smaller body's half diagonal: motion in one tick after which the front begins anew.
 ///
-/// The slabs' parameters are rounded to a few ulps. Zero would lose triangles that lie in a face of their box.
-pub const RAY_SLACK: f64 = 1e-14;
+/// Beyond it nearly everything near is due, and searching from the roots looks at less. Twice this, over the whole diagonal, is
+/// [`JUMP`]; results do not depend on it.
+pub const FRONT_JUMP: f64 = 0.1;
 
-/// Of an open surface: the winding number from which on a point is inside.
+/// Ticks: a bound by spheres is enough when the pair may sleep longer than this by it.
 ///
-/// Half way between nowhere near (0) and enclosed (1).
-pub const INSIDE_WINDING: f64 = 0.5;
+/// A sphere test costs a tenth of a march and is looser. Speed alone depends on it.
+pub const SPHERE_NAP: f64 = 8.0;
 
-/// Multiples of a box's radius from which on its triangles are seen as one dipole.
+/// Ticks: a bound by boxes is enough when the pair may sleep longer than this by it. Speed alone depends on it.
+pub const BOX_NAP: f64 = 4.0;
+
+/// How much of the pace is remembered from tick to tick. Speed alone depends on it.
+pub const PACE_FADE: f64 = 0.8;
+
+/// Tolerances: halves that both have at least this clearance may be merged, when the whole has it too.
 ///
-/// The error of one box falls with the square of it, errors of many boxes may add up: 3 keeps the winding number within
-/// about 0.01 on real models. Smaller is faster.
-pub const DIPOLE_REACH: f64 = 3.0;
-// ---- force ----
+/// Smaller splits and merges the same pairs in turn; larger keeps a longer front.
+pub const MERGE_CLEARANCE: f64 = 1.0;
 
-/// Cells of the clustering grid along one axis; a cell's key has 21 bits for each, less two for neighbours on both sides.
+/// Of that clearance: the motion after which a merge that was refused is tried again at the soonest.
+pub const MERGE_RETRY: f64 = 0.25;
+
+// depth: the walk over the Minkowski difference
+
+/// Relative to the pair's size: an improvement of the depth smaller than this ends the walk.
 ///
-/// Contacts that spread over more than this many cells share the outermost ones: slower, never wrong.
-pub const CLUSTER_CELLS: f64 = 2_097_140.0;
-
-/// Steps of the search for a cone that holds all normals of a cluster.
-///
-/// The cone found is within about 1/steps of the smallest. Fewer cut a few clusters that a cone would just have held.
-pub const CAP_STEPS: u32 = 16;
-
-/// Relative to the sum of the weights: a weighted sum of normals shorter than this has no direction (eq. 3).
-///
-/// What is left of normals that cancel is rounding, or the difference of two large, nearly equal loads. Larger gives up
-/// directions that are meant; smaller lets noise point the force.
-pub const CANCELLED_NORMAL: f64 = 1e-6;
-
-/// Relative to the strain at which a sliding contact is held: a strain above it by no more than this is not being dragged.
-///
-/// The adhesion point is stored as a position, so a contact at rest reads its strain back with the rounding of that
-/// position. Smaller lets rounding keep a resting contact sliding; larger lets a slow slide stick.
-pub const FRICTION_HELD: f64 = 1e-9;
-
-/// Cosine of the largest angle between the normals of a lost contact and of a new one near it that takes over its strain.
-///
-/// Around a rounded edge neighbours differ by tens of degrees; opposite walls of a slot must not exchange strains.
-pub const FRICTION_HEIR: f64 = 0.5;
-
-/// How many tracked contacts may be looked at in one tick to find predecessors of new contacts.
-///
-/// Bounds the tick: past it, new contacts begin without strain. A tick of 300 contacts with 100 new ones needs 30 000.
-pub const FRICTION_LOOKS: usize = 65_536;
-
-/// Cosine of the largest angle between two normals that shading takes for one, on both sides of an edge.
-///
-/// The normals of a smooth vertex are computed once and copied to its corners, so they agree to rounding. Larger angles
-/// hide faint creases; smaller ones would find creases in rounding.
-pub const SHADING_SAME: f64 = 1.0 - 1e-9;
-
-/// Cosine of the largest angle between a face of a piece and a triangle of the mesh that lies in it.
-///
-/// Half a degree: merged faces are planar to far less, but the normals of needles are noisy. Larger takes neighbours of
-/// fine meshes for the face itself; smaller leaves needles without shading.
-pub const SHADING_IN_FACE: f64 = 0.999_96;
-
-/// The most triangles of a piece's faces that are searched for the one under a contact point.
-///
-/// Bounds the tick at a few microseconds a contact. Contacts on larger merged faces, which are flat anyway, keep their
-/// true normal.
-pub const SHADING_TRIANGLES: usize = 1024;
-
-// ---- render ----
-
-/// Relative: how much shorter than its limit a saturated force or torque is made.
-///
-/// A few roundings, so that "never beyond the limit" holds to the last bit. Larger gives force away.
-pub const SATURATION_ROUNDING: f64 = 1e-15;
-// ---- depth: the walk over the Minkowski difference ----
+/// Strict decrease is what makes the walk end; rounding of a support offset is a few ulps of the size.
+pub const WALK_DECREASE: f64 = 1e-15;
 
 /// Radians: how far a normal may lie outside a normal cone and still count as a corner of the overlap.
 ///
@@ -242,6 +501,12 @@ pub const FLUSH_WITNESS: f64 = 1e-7;
 /// Two bodies' merge distances, by which a vertex of a merged face lies lower than its plane, and some. Smaller repeats
 /// walks over rough faces for nothing; larger believes a walk that ended at a corner that is none.
 pub const OFFSET_SLACK: f64 = 4e-9;
+
+/// Relative to a polytope's radius: with a bulge of no more than this, the planes of its faces support it, and an offset that is
+/// taken from the features of a facet needs no vertices looked at.
+///
+/// Some dozen roundings of a coordinate. Larger adds to the error of depths; smaller measures again what is exact.
+pub const CRISP: f64 = 1e-14;
 
 /// Moves after which a walk is ended with what it has. A cold walk over 2000 vertices takes about 30.
 pub const WALK_STEPS: u32 = 500;
@@ -284,170 +549,14 @@ pub const TILTS: u32 = 7;
 /// Factor from one such tilt to the next.
 pub const TILT_SHRINK: f64 = 0.1;
 
-// collision: bounds and traversal
+// depth: admissible normals
 
-/// Squared sine of the angle between two box axes below which their cross product is no axis to test.
+/// Pairs of own arcs that one search for an admissible depth may look at.
 ///
-/// The direction would be noise; the boxes' own faces then give nearly the same gap. Larger only loosens the bound.
-pub const PARALLEL_AXES: f64 = 1e-12;
+/// Bounds the tick: a look is some 20 instructions. Pieces of a patch have some ten arcs each, most of them above the bar;
+/// only large patches of two bodies that overlap along virtual faces come near it, and keep what was found until then.
+pub const ADMISSIBLE_CROSSINGS: usize = 1 << 14;
 
-// body: hierarchy
-
-/// Cosine of the angle within which a face of an inner hull and an original face of a piece can be the same face.
-///
-/// The register's coplanar distance decides; this keeps the two sides of a plate apart.
-pub const SAME_FACE: f64 = 0.5;
-
-/// Neither child of a node has fewer pieces than the node's over this.
-///
-/// Bounds the depth by the logarithm of the number of pieces to the base 8/7. Smaller forces worse cuts; larger allows deeper trees and stacks.
-pub const SPLIT_SHARE: usize = 8;
-
-/// Steps toward the farthest point when a small sphere is sought. The k-th is 1/(k + 4) of the way.
-///
-/// Enough for a radius within a few percent of the least; any number is safe, since the radius is measured.
-pub const SPHERE_STEPS: u32 = 24;
-
-/// Sweeps of Jacobi rotations over a 3 × 3 symmetric matrix; it converges quadratically, five leave only rounding.
-pub const JACOBI_SWEEPS: usize = 8;
-// Body: facets, patches and pieces.
-
-/// Cosine of the angle between two normals beyond which neighbours are not one face, even when all their vertices lie
-/// in one plane.
-///
-/// A needle's normal may be off by tens of degrees without harm; a surface folded back onto itself must not merge.
-pub const FOLDED: f64 = 0.5;
-
-/// Area over squared longest side: a triangle of a trial hull lower than this is a needle whose plane is not used.
-///
-/// The plane of a needle is noise and would cut the hull anywhere. Leaving it out makes the hull seem a little larger,
-/// so containment errs on the safe side. Larger refuses good patches; smaller lets noise hide a surface in a hull.
-pub const NEEDLE_NORMAL: f64 = 1e-10;
-
-/// Relative to the largest coordinate, times the squared longest side over the area: the rounding of a point's height over a
-/// triangle's plane. Nearer than this the exact determinant decides.
-///
-/// About twenty ulps. Larger only calls the determinant more often; smaller trusts wrong signs.
-pub const ORIENTATION_ROUNDING: f64 = 4e-15;
-
-/// Significant decimal digits from which on a coordinate was computed, not read from a decimal file.
-///
-/// A double needs up to 17; the shortest form of a computed one rarely has fewer than 15. Files write 6 to 9.
-pub const COMPUTED_DIGITS: i32 = 15;
-
-/// Steps of the coordinates: how far a vertex of a plane or of a smooth surface may be off it by rounding (the noise).
-///
-/// Each of four points is off by up to 0.87 steps. Smaller leaves CAD models read from decimals cut into slivers
-/// (round peg: 4870 pieces at 1e-9 of its size, 1 at two steps); larger flattens what the file really says.
-pub const NOISE_PER_STEP: f64 = 2.0;
-
-/// Multiples of the surface's noise: a patch thinner than this is flat.
-///
-/// Two facets may each be off by the noise on either side. Well above [`ENTERED`], so that whatever is not flat has an inside
-/// that containment can test. Larger turns thin curved patches into plates.
-pub const FLAT_PATCH: f64 = 8.0;
-
-/// Multiples of the surface's noise: the surface enters a hull when it comes deeper into it than this.
-///
-/// Neighbours in the plane of a face may lie below it by rounding. Larger lets thin wedges of a hull stand out of the
-/// solid (over a notch, by less than twice this); smaller refuses patches for rounding (peg: 135 pieces at 1e-4, 41
-/// at 0.25, both at a noise of 1e-6).
-pub const ENTERED: f64 = 0.25;
-
-/// Multiples of the surface's noise: a facet lies in a face of its piece when no farther than this from its plane.
-///
-/// The facet may be off its own plane by the noise, the face's merge by another, and the patch accepted both.
-pub const ON_FACE: f64 = 4.0;
-
-/// The share of a face's area that must be real for the face to be original.
-///
-/// A little less than one half, so that exactly half counts.
-pub const COVERED_HALF: f64 = 0.499_999;
-
-/// Planes of a trial hull, the newest first, against which whole boxes of the triangle tree are tested.
-///
-/// A new point's fan of faces has about six. Only speed depends on it.
-pub const FENCE_PLANES: usize = 12;
-
-/// Facets: connected parts of the surface with at least as many are tried whole; smaller ones grow as fast.
-pub const WHOLE_FACETS: usize = 64;
-
-/// Facets: patches up to this size are dissolved when their neighbours can take all of them.
-///
-/// The larger a patch, the rarer takers for all of it; larger sizes were not tried.
-pub const HANDED_OUT: usize = 8;
-
-/// Corners of facets: patches with more are not asked to take facets of a dissolved one.
-///
-/// Asking rebuilds a hull. Larger only costs time, since large patches grew early and have refused those facets before.
-pub const HEIR_CORNERS: usize = 300;
-
-/// Where the random numbers of the regrowth start. Another start changes counts by a piece or two in two hundred.
-pub const REGROWTH_SEED: u64 = 0x2002_0302;
-
-/// Facets tried by the regrowth, per facet of the model: small models converge (teaspoon within 120).
-pub const REGROWTH_PER_FACET: usize = 150;
-
-/// Facets tried by the regrowth, at most.
-///
-/// Some 5 to 10 microseconds each. Larger makes the preparation of models of more than 500 facets slower for fewer pieces.
-pub const REGROWTH_MOST: usize = 75_000;
-
-/// Facets: larger patches are not what a ruin starts from; they seldom go.
-pub const REGROWN_CENTRE: usize = 12;
-
-/// Facets: larger patches are not ruined, since growing one again costs the square of its size.
-pub const REGROWN_MEMBER: usize = 24;
-
-/// Patches ruined at once, at most. 4 to 16 came to the same counts on the cup and the spoon.
-pub const REGROWN_PATCHES: usize = 6;
-
-/// Added, times a random number in \[0, 1), to the cosine that ranks what joins next. 0.2 and 5 did the same.
-pub const REGROWTH_JITTER: f64 = 1.0;
-
-/// The share of the free facets that are not offered to the patches around. 0 makes every such trial alike.
-pub const REGROWTH_KEPT_BACK: f64 = 0.3;
-
-/// Relative to the cube of the bounding diagonal: a closed mesh or hull that holds less encloses nothing.
-///
-/// The volume of two coinciding sheets is rounding noise of either sign, and the centre of mass divides by it.
-pub const LEAST_VOLUME: f64 = 1e-12;
-
-/// Relative to the bounding diagonal: the thickness of the sheet that a flat mesh's mass is that of.
-///
-/// Anything positive gives a body that can be moved; a thousandth is a sheet of paper of the model's size.
-pub const SHEET_THICKNESS: f64 = 1e-3;
-
-/// Times the number of triangles: pairs of a mesh's own triangles that are tested for crossing, at most.
-///
-/// A sound mesh has some ten to twenty pairs of overlapping boxes a triangle. Reached only by meshes that are wound
-/// around themselves all over; the answer then says that it is a lower bound.
-pub const SELF_PAIRS: usize = 500;
-/// Steps of GJK in a row that may gain nothing in length.
-///
-/// Near contact the length is lost in rounding while the normal still turns; larger circles longer on parallel faces,
-/// smaller stops before the faces are found.
-pub const GJK_PLATEAU: u32 = 8;
-
-// force: pair query
-
-/// Relative to the smaller body's size: motion between two queries beyond which the last depths are no start any more.
-///
-/// A hand at 1 m/s moves a 10 cm tool by 1 % of its size in a tick. Larger lets a walk start on the wrong side of a body
-/// after a jump and stay there; smaller pays for cold starts in fast motion.
-pub const JUMP: f64 = 0.05;
-
-/// Share of a repaired depth that the witness point must really lie below the surface for the depth to be believed.
-///
-/// Where the surface bends, the nearest point of it is a little nearer than along the contact's normal. Larger drops
-/// true contacts on curved parts; smaller believes depths that another surface denies.
-pub const BELIEVED_SHARE: f64 = 0.8;
-
-/// The same where two edges meet: the point that lies beyond an edge is nearer to the faces at it.
-///
-/// At right-angled edges by the root of one half. Larger drops true contacts of sharp edges; smaller believes depths that another
-/// surface denies.
-pub const BELIEVED_EDGE_SHARE: f64 = 0.65;
 // depth: the certificate
 
 /// Relative to the depth: what a proof may leave open. No direction is better than a proven one by more.
@@ -499,7 +608,8 @@ pub const KEPT_CORNERS: usize = 256;
 
 /// Triangles of a surface that is kept from tick to tick; a closed one has twice as many as corners, less four.
 pub const KEPT_TRIANGLES: usize = 512;
-// depth: blended witness
+
+// depth: the blended witness
 
 /// Vertex pairs that one pulled gap of the blended witness may ask for. From nothing it takes about 5, from the last one 1 to 3.
 ///
@@ -529,156 +639,26 @@ pub const BLEND_FLAT: f64 = 1e-12;
 /// and fro; larger shows as noise of the witness of bodies that hardly move.
 pub const BLEND_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-// body: work in parts
+// force: the pair query
 
-/// Pieces that one part of the work makes or looks at.
+/// Relative to the smaller body's size: motion between two queries beyond which the last depths are no start any more.
 ///
-/// Some 10 microseconds each. Fewer cost more handing out; more leave hands idle at the end. Only speed depends on it.
-pub const PIECES_PER_PART: usize = 64;
+/// A hand at 1 m/s moves a 10 cm tool by 1 % of its size in a tick. Larger lets a walk start on the wrong side of a body
+/// after a jump and stay there; smaller pays for cold starts in fast motion.
+pub const JUMP: f64 = 0.05;
 
-/// Pieces below which a part of the hierarchy is built by one hand.
+/// Share of a repaired depth that the witness point must really lie below the surface for the depth to be believed.
 ///
-/// Above it each node's hull is a part of its own. Only speed depends on it.
-pub const SUBTREE_PIECES: usize = 512;
-// collision: the sleeping front
+/// Where the surface bends, the nearest point of it is a little nearer than along the contact's normal. Larger drops
+/// true contacts on curved parts; smaller believes depths that another surface denies.
+pub const BELIEVED_SHARE: f64 = 0.8;
 
-/// Relative to the bodies' size: the step in which the odometer counts motion.
+/// The same where two edges meet: the point that lies beyond an edge is nearer to the faces at it.
 ///
-/// About 1.5e-11. A tick adds at least one, so that a smaller one lets rounding of placed points (1e-16 of the coordinates) come near it, and wears out
-/// the 2⁶¹ steps of the sum (some 3e7 sizes of travel) sooner; a larger one only wakes pairs early.
-pub const ODOMETER_QUANTUM: f64 = 1.0 / (1u64 << 36) as f64;
+/// At right-angled edges by the root of one half. Larger drops true contacts of sharp edges; smaller believes depths that another
+/// surface denies.
+pub const BELIEVED_EDGE_SHARE: f64 = 0.65;
 
-/// Relative to the bodies' size and their distance: what each tick adds to the motion for the rounding of placed points.
-///
-/// Some fifty roundings. Smaller lets a pair oversleep by rounding when bodies are far from the origin; larger wakes pairs that rest.
-pub const ODOMETER_NOISE: f64 = 1e-14;
-
-/// Relative to the smaller body's half diagonal: motion in one tick after which the front begins anew.
-///
-/// Beyond it nearly everything near is due, and searching from the roots looks at less. Twice this, over the whole diagonal, is
-/// [`JUMP`]; results do not depend on it.
-pub const FRONT_JUMP: f64 = 0.1;
-
-/// Ticks: a bound by spheres is enough when the pair may sleep longer than this by it.
-///
-/// A sphere test costs a tenth of a march and is looser. Speed alone depends on it.
-pub const SPHERE_NAP: f64 = 8.0;
-
-/// Ticks: a bound by boxes is enough when the pair may sleep longer than this by it. Speed alone depends on it.
-pub const BOX_NAP: f64 = 4.0;
-
-/// How much of the pace is remembered from tick to tick. Speed alone depends on it.
-pub const PACE_FADE: f64 = 0.8;
-
-/// Tolerances: halves that both have at least this clearance may be merged, when the whole has it too.
-///
-/// Smaller splits and merges the same pairs in turn; larger keeps a longer front.
-pub const MERGE_CLEARANCE: f64 = 1.0;
-
-/// Of that clearance: the motion after which a merge that was refused is tried again at the soonest.
-pub const MERGE_RETRY: f64 = 0.25;
-
-// body and depth: admissible normals
-
-/// Radians: how far a contact normal may lie beyond the true normals of its features on the source mesh.
-///
-/// The direction between closest points is rounding over their distance, and where one piece's normals end its neighbour's begin:
-/// the slack lets both answer there rather than neither. Larger shows as contacts of one piece where the neighbour's surface
-/// is; smaller loses contacts at seams of bodies that nearly touch.
-pub const ADMISSIBLE_ANGLE: f64 = 1e-4;
-
-/// The most triangles of a partly real face that are searched for the one under a closest point; on a face with more, every point
-/// is believed to be real.
-///
-/// Bounds the tick. Such faces bridge a gap between facets of one plane and have a handful.
-pub const ADMISSIBLE_TRIANGLES: usize = 256;
-
-/// The share of a face's area that must be real for every point of the face to be.
-///
-/// Straight corners that a hull drops and rounding take less. Larger searches triangles for nothing; smaller takes a bridged gap
-/// for surface.
-pub const COVERED_WHOLE: f64 = 0.999;
-
-/// Pairs of own arcs that one search for an admissible depth may look at.
-///
-/// Bounds the tick: a look is some 20 instructions. Pieces of a patch have some ten arcs each, most of them above the bar;
-/// only large patches of two bodies that overlap along virtual faces come near it, and keep what was found until then.
-pub const ADMISSIBLE_CROSSINGS: usize = 1 << 14;
-
-/// Relative to a polytope's radius: with a bulge of no more than this, the planes of its faces support it, and an offset that is
-/// taken from the features of a facet needs no vertices looked at.
-///
-/// Some dozen roundings of a coordinate. Larger adds to the error of depths; smaller measures again what is exact.
-pub const CRISP: f64 = 1e-14;
-
-// body: thick pieces
-
-/// Relative: how much nearer than promised the surface may be along a way in.
-///
-/// What a piece's corner may be dishonest by where it lies on the medial axis. Larger lets pieces overlap more around the
-/// medial axis; smaller ends ways at the surface's roughness and makes every look for nearer surface dearer.
-pub const WAY_SLACK: f64 = 0.1;
-
-/// The least growth of the distance along a way in, per length, at a vertex: the sine of half the angle of a blade.
-///
-/// Larger leaves the pieces along blades thin; smaller follows the rounding of needles' normals.
-pub const WAY_BEGINS: f64 = 0.05;
-
-/// The least growth of the distance along a later step of a way in: below it the surfaces around lie opposite each other.
-pub const WAY_SLOPE: f64 = 0.3;
-
-/// Steps of a way in: to the medial axis and along it.
-///
-/// With one, corners of flat faces with rounded rims reach no deeper than the rounding (armadillo: 5 % of the pushes lost
-/// instead of 1 %); a third costs as much as the second and gains nothing that is seen.
-pub const WAY_STEPS: usize = 2;
-
-/// Looks for nearer surface in one step of a way; about 4 are needed. A step that has not ended by then is not taken.
-pub const WAY_LOOKS: u32 = 32;
-
-/// Relative to its length: by how much a step of a way is cut below the length at which nearer surface was found.
-///
-/// Larger ends ways short of the medial axis; smaller needs more looks (at 0 twice as many).
-pub const WAY_CUT: f64 = 0.06;
-
-/// Vertices whose ways in are one part of the work. Only speed depends on it.
-pub const WAYS_PER_PART: usize = 256;
-
-/// Steps of the search for the point of a hull of normals that is nearest to the origin; a few normals take 1 to 10.
-pub const HULL_POINT_STEPS: u32 = 32;
-
-/// Squared length below which a step of that search gains nothing; the direction is only a guess at the best way in.
-pub const HULL_POINT_GAIN: f64 = 1e-9;
-
-/// Times the distance to the nearest surface: how far below its patch a corner of a piece may lie.
-///
-/// Above 1/(1 − [`WAY_SLACK`]), or a patch would refuse its own ways. Larger lets pieces cover more of one another's part
-/// of the solid, and report depths that a nearer surface denies.
-pub const THICK_HONEST: f64 = 1.2;
-
-/// Relative to its depth below the patch: an inner corner nearer than this to another is not needed.
-pub const THICK_MERGED: f64 = 0.1;
-
-/// Inner corners of a piece, at most. Depth and distance queries pay for each; few pieces have more than 8.
-pub const THICK_CORNERS: usize = 16;
-
-/// Multiples of the surface's noise: the surface enters a thick hull when it comes deeper into it than this.
-///
-/// More than [`ENTERED`], since a flat patch may cover a notch of its outline by about the noise, and the walls of that notch
-/// go down into whatever is below the patch. Larger lets walls of pieces stand out of the solid by as much; smaller leaves
-/// pieces thin for rounding (M16 nut: 16 % of the pushes lost at 0.25, 6 % at 2).
-pub const THICK_ENTERED: f64 = 2.0;
-
-/// Shares of their ways at which all inner corners are tried at once.
-pub const THICK_SHARES: [f64; 5] = [1.0, 0.75, 0.5, 0.35, 0.2];
-
-/// How often a single inner corner that lets surface into the hull is pulled half way back to the surface.
-pub const THICK_RETREATS: i32 = 3;
-
-/// Relative to the depth that the ways from its patch's corners reach: a facet wider than this has a way of its own.
-///
-/// Smaller costs time on fine meshes, where it changes nothing.
-pub const WIDE_FACET: f64 = 0.5;
 // force: the guard against tunnelling
 
 /// Tolerances: the longest way of any point in a sub-step.
@@ -702,24 +682,61 @@ pub const GUARD_HOLD: f64 = 20.0;
 /// Going off the side of a part turns it by a right angle. Nearer to −1 lets oblique passages through; nearer to 0 holds what slid off.
 pub const TURNED_OVER: f64 = -0.5;
 
-/// Points from which on a patch has a hull with neighbours.
-///
-/// Looking at all of a small hull is quicker than finding the way in it. Only speed depends on it.
-pub const WIDE_PATCH: usize = 400;
+// force: clusters, friction and shading
 
-/// Planes of the largest new faces of a wide hull, against which boxes and triangles are tested first.
+/// Cells of the clustering grid along one axis; a cell's key has 21 bits for each, less two for neighbours on both sides.
 ///
-/// A new point's fan has about six; one that closes over an opening has hundreds, nearly in one plane. Only speed depends on it.
-pub const WIDE_FENCE: usize = 24;
+/// Contacts that spread over more than this many cells share the outermost ones: slower, never wrong.
+pub const CLUSTER_CELLS: f64 = 2_097_140.0;
 
-/// Planes by which a triangle is cut before it counts as entering a wide hull.
+/// Steps of the search for a cone that holds all normals of a cluster.
 ///
-/// Each cut goes beyond the middle of what is left, so that it shrinks geometrically. Reached only by triangles that touch the hull
-/// at a point; refusing the patch then is safe.
-pub const WIDE_CUTS: usize = 100;
+/// The cone found is within about 1/steps of the smallest. Fewer cut a few clusters that a cone would just have held.
+pub const CAP_STEPS: u32 = 16;
 
-/// Facets: patches with more get no inner corners.
+/// Relative to the sum of the weights: a weighted sum of normals shorter than this has no direction (eq. 3).
 ///
-/// The trial hull of so many points takes a tenth of a second, and is made several times. Larger makes smooth bodies with a
-/// few dents slow to prepare.
-pub const THICK_PATCH: usize = 4000;
+/// What is left of normals that cancel is rounding, or the difference of two large, nearly equal loads. Larger gives up
+/// directions that are meant; smaller lets noise point the force.
+pub const CANCELLED_NORMAL: f64 = 1e-6;
+
+/// Relative to the strain at which a sliding contact is held: a strain above it by no more than this is not being dragged.
+///
+/// The adhesion point is stored as a position, so a contact at rest reads its strain back with the rounding of that
+/// position. Smaller lets rounding keep a resting contact sliding; larger lets a slow slide stick.
+pub const FRICTION_HELD: f64 = 1e-9;
+
+/// Cosine of the largest angle between the normals of a lost contact and of a new one near it that takes over its strain.
+///
+/// Around a rounded edge neighbours differ by tens of degrees; opposite walls of a slot must not exchange strains.
+pub const FRICTION_HEIR: f64 = 0.5;
+
+/// How many tracked contacts may be looked at in one tick to find predecessors of new contacts.
+///
+/// Bounds the tick: past it, new contacts begin without strain. A tick of 300 contacts with 100 new ones needs 30 000.
+pub const FRICTION_LOOKS: usize = 65_536;
+
+/// Cosine of the largest angle between two normals that shading takes for one, on both sides of an edge.
+///
+/// The normals of a smooth vertex are computed once and copied to its corners, so they agree to rounding. Larger angles
+/// hide faint creases; smaller ones would find creases in rounding.
+pub const SHADING_SAME: f64 = 1.0 - 1e-9;
+
+/// Cosine of the largest angle between a face of a piece and a triangle of the mesh that lies in it.
+///
+/// Half a degree: merged faces are planar to far less, but the normals of needles are noisy. Larger takes neighbours of
+/// fine meshes for the face itself; smaller leaves needles without shading.
+pub const SHADING_IN_FACE: f64 = 0.999_96;
+
+/// The most triangles of a piece's faces that are searched for the one under a contact point.
+///
+/// Bounds the tick at a few microseconds a contact. Contacts on larger merged faces, which are flat anyway, keep their
+/// true normal.
+pub const SHADING_TRIANGLES: usize = 1024;
+
+// render
+
+/// Relative: how much shorter than its limit a saturated force or torque is made.
+///
+/// A few roundings, so that "never beyond the limit" holds to the last bit. Larger gives force away.
+pub const SATURATION_ROUNDING: f64 = 1e-15;
