@@ -1,0 +1,37 @@
+//! The pairs of convex pieces that are near each other: palpus's own query, which all methods on pieces share.
+
+use palpus::algebra::Placement;
+use palpus::body::Body;
+use palpus::collision::{Front, LeafPair, LeafPairs, Side};
+
+/// Pairs that one step can hold, the deepest of more; as in `palpus::render::Settings::default`.
+const CAPACITY: usize = 4096;
+/// Node pairs that the query remembers; as in `palpus::force::PairQuery`.
+const NODE_PAIRS: usize = 1 << 15;
+
+/// The query for near pairs and its memory.
+#[derive(Clone, Debug)]
+pub(crate) struct Pairs {
+    front: Front,
+    found: LeafPairs,
+}
+
+impl Pairs {
+    pub(crate) fn new(a: &Body, b: &Body) -> Self {
+        Self { front: Front::new(side(a), side(b), NODE_PAIRS), found: LeafPairs::new(CAPACITY) }
+    }
+
+    /// All pairs that overlap or are nearer than `distance`, m.
+    pub(crate) fn within(&mut self, a: &Body, b: &Body, pose_ba: &Placement, distance: f64) -> &[LeafPair] {
+        self.front.within(side(a), side(b), pose_ba, distance, &mut self.found);
+        self.found.as_slice()
+    }
+
+    pub(crate) fn clear(&mut self) {
+        self.front.clear();
+    }
+}
+
+fn side(body: &Body) -> Side<'_> {
+    Side { hierarchy: body.hierarchy(), pieces: body.polytopes() }
+}
