@@ -23,6 +23,6 @@ pub use servo::{
     TickObserver, Timing,
 };
 pub use simulated::{
-    Apparatus, Encoder, HAND_PRESETS, HandImpedance, Intent, SimulatedDevice, SimulationError, SimulationSettings,
-    hand_preset,
+    Apparatus, Encoder, HAND_PRESETS, HandImpedance, Intent, Jitter, SimulatedDevice, SimulationError,
+    SimulationSettings, hand_preset,
 };

@@ -50,8 +50,8 @@ impl Apparatus {
 pub(super) struct Dynamics {
     linear: Channel,
     angular: Channel,
-    step: f64,
-    steps: usize,
+    /// s.
+    longest: f64,
 }
 
 /// Translation or rotation: the same equation of motion.
@@ -89,7 +89,7 @@ impl Channel {
 }
 
 impl Dynamics {
-    /// Device and hand together, advanced by `period` seconds at a time.
+    /// Device and hand together, advanced by about `period` seconds at a time.
     pub(super) fn new(apparatus: &Apparatus, hand: &HandImpedance, period: f64) -> Result<Self, SimulationError> {
         let linear = Channel {
             inertia: apparatus.mass + hand.mass,
@@ -109,25 +109,25 @@ impl Dynamics {
             return Err(SimulationError::Mechanics);
         }
         let longest = LONGEST_STEP.min(RESOLUTION / linear.rate().max(angular.rate()));
-        let steps = (period / longest).ceil().max(1.0);
-        if steps > MOST_STEPS {
+        if steps(period, longest) > MOST_STEPS {
             return Err(SimulationError::TooFast);
         }
-        Ok(Self { linear, angular, step: period / steps, steps: steps as usize })
+        Ok(Self { linear, angular, longest })
     }
 
-    /// Moves `pose` and `twist` on by one period from `time`, under a steady `wrench` about the grip.
+    /// Moves `pose` and `twist` on from `time` by `period`, under a steady `wrench` about the grip.
     pub(super) fn advance(
         &self,
         pose: &mut Pose,
         twist: &mut Twist,
         wrench: &Wrench,
-        time: f64,
+        (time, period): (f64, f64),
         intended: impl Fn(f64) -> Pose,
     ) {
-        let h = self.step;
+        let steps = steps(period, self.longest);
+        let h = period / steps;
         let mut goal = intended(time);
-        for k in 1..=self.steps {
+        for k in 1..=steps as usize {
             let next = intended(time + h * k as f64);
             let goal_velocity = (next.translation - goal.translation) / h;
             let goal_spin = rotation_between(goal.rotation, next.rotation) / h;
@@ -141,6 +141,11 @@ impl Dynamics {
             *pose = drift(pose, twist.linear, twist.angular, h / 2.0);
         }
     }
+}
+
+/// Even steps that a period is cut into.
+fn steps(period: f64, longest: f64) -> f64 {
+    (period / longest).ceil().max(1.0)
 }
 
 /// Where a steady velocity brings `pose` in `seconds`.

@@ -3,8 +3,9 @@
 //! intended pose → hand's spring–damper → inertia and friction of device and hand → encoders, once a tick → the loop → the
 //! written wrench, clipped to what the device can do, held for a tick and applied one tick late → device and hand.
 //!
-//! Simulated time is counted in reads: every [`HapticDevice::read`] after the first moves it on by one nominal period,
-//! whatever the clock on the wall says. So a run is the same, bit for bit, at full speed and in real time.
+//! Simulated time is counted in reads: every [`HapticDevice::read`] after the first moves it on by one period, the nominal
+//! one or as uneven as a servo's ([`Jitter`]), whatever the clock on the wall says. So a run is the same, bit for bit, at full
+//! speed and in real time.
 //!
 //! 1. The wrench written at tick k acts from tick k + `delay_ticks` on, for one period (zero-order hold).
 //! 2. Device and hand are one body of summed mass; rotation has one inertia about all axes, so no gyroscopic term.
@@ -14,6 +15,7 @@
 mod dynamics;
 mod encoder;
 mod hand;
+mod jitter;
 
 use std::borrow::Cow;
 
@@ -25,6 +27,8 @@ use dynamics::Dynamics;
 pub use dynamics::Apparatus;
 pub use encoder::Encoder;
 pub use hand::{HAND_PRESETS, HandImpedance, Intent, hand_preset};
+pub use jitter::Jitter;
+use jitter::Periods;
 
 /// More ticks of delay than any servo loop has.
 const DELAY_MAX: usize = 8;
@@ -44,6 +48,8 @@ pub struct SimulationSettings {
     pub encoder: Encoder,
     /// Ticks from a write to its effect, beyond the hold; at most 8.
     pub delay_ticks: usize,
+    /// How unevenly it is read; `None`: exactly at the rate.
+    pub jitter: Option<Jitter>,
 }
 
 impl Default for SimulationSettings {
@@ -63,6 +69,7 @@ impl Default for SimulationSettings {
             apparatus: Apparatus::LIGHT_ARM,
             encoder: Encoder::TYPICAL,
             delay_ticks: 1,
+            jitter: None,
         }
     }
 }
@@ -91,6 +98,9 @@ pub enum SimulationError {
     /// The intended pose at time 0 is not a pose.
     #[error("the intended pose at the start is not finite")]
     Start,
+    /// A number of the jitter is negative or not finite, or periods would be.
+    #[error("jitter: wander and scatter must be from 0 to a tenth, late ticks from 1 to 10 periods")]
+    Jitter,
 }
 
 /// A haptic device and the hand that holds it; see the module's outline.
@@ -100,7 +110,10 @@ pub struct SimulatedDevice<I> {
     intent: I,
     dynamics: Dynamics,
     period: f64,
+    uneven: Option<Periods>,
     tick: Option<u64>,
+    /// s: of the last read, when periods are uneven.
+    elapsed: f64,
     pose: Pose,
     twist: Twist,
     sensed: Pose,
@@ -124,6 +137,8 @@ impl<I: Intent> SimulatedDevice<I> {
         }
         let sensed = settings.encoder.sense(&pose);
         Ok(Self {
+            uneven: settings.jitter.map(|jitter| Periods::new(jitter, period)),
+            elapsed: 0.0,
             settings,
             intent,
             dynamics,
@@ -144,7 +159,10 @@ impl<I: Intent> SimulatedDevice<I> {
 
     /// Simulated seconds at the last read.
     pub fn time(&self) -> f64 {
-        self.tick.unwrap_or(0) as f64 * self.period
+        match self.uneven {
+            Some(_) => self.elapsed,
+            None => self.tick.unwrap_or(0) as f64 * self.period,
+        }
     }
 
     /// Where the grip truly is, before the encoders.
@@ -157,6 +175,11 @@ impl<I: Intent> SimulatedDevice<I> {
         self.twist
     }
 
+    /// The wrench that the device will push with until the next read: what was written as many ticks ago as it is late.
+    pub fn applied(&self) -> Wrench {
+        self.written[self.settings.delay_ticks]
+    }
+
     /// Where the hand intends the grip to be.
     pub fn intended_pose(&self) -> Pose {
         self.intent.pose(self.time())
@@ -165,13 +188,15 @@ impl<I: Intent> SimulatedDevice<I> {
     fn advance(&mut self) {
         let applied = self.written[self.settings.delay_ticks];
         let time = self.time();
+        let period = self.uneven.as_mut().map_or(self.period, Periods::next);
         let intent = &self.intent;
-        self.dynamics.advance(&mut self.pose, &mut self.twist, &applied, time, |t| intent.pose(t));
+        self.dynamics.advance(&mut self.pose, &mut self.twist, &applied, (time, period), |t| intent.pose(t));
+        self.elapsed += period;
         // What is not written anew is held.
         self.written.copy_within(0..DELAY_MAX, 1);
         let before = self.sensed;
         self.sensed = self.settings.encoder.sense(&self.pose);
-        self.sensed_twist = self.settings.encoder.estimate(&self.sensed_twist, &before, &self.sensed, self.period);
+        self.sensed_twist = self.settings.encoder.estimate(&self.sensed_twist, &before, &self.sensed, period);
     }
 }
 
@@ -204,7 +229,7 @@ impl<I: Intent> HapticDevice for SimulatedDevice<I> {
 }
 
 fn check(settings: &SimulationSettings) -> Result<(), SimulationError> {
-    let SimulationSettings { spec, rate_hz, encoder, delay_ticks, .. } = settings;
+    let SimulationSettings { spec, rate_hz, encoder, delay_ticks, jitter, .. } = settings;
     if !(*rate_hz > 0.0 && rate_hz.is_finite()) {
         return Err(SimulationError::Rate(*rate_hz));
     }
@@ -218,6 +243,18 @@ fn check(settings: &SimulationSettings) -> Result<(), SimulationError> {
     let filter = encoder.velocity_cutoff_hz.unwrap_or(1.0);
     if !(steps.iter().all(|q| *q >= 0.0 && q.is_finite()) && filter > 0.0) {
         return Err(SimulationError::Encoder);
+    }
+    let little = |v: f64| (0.0..=0.1).contains(&v);
+    let even_enough = |jitter: &Jitter| {
+        let [least, most] = jitter.late;
+        little(jitter.wander)
+            && jitter.scatter.iter().all(|v| little(*v))
+            && (0.0..=1.0).contains(&jitter.late_share)
+            && (1.0..=10.0).contains(&least)
+            && (least..=10.0).contains(&most)
+    };
+    if !jitter.iter().all(even_enough) {
+        return Err(SimulationError::Jitter);
     }
     Ok(())
 }

@@ -217,6 +217,24 @@ fn the_same_hand_moves_the_same_bit_for_bit() {
 }
 
 #[test]
+fn an_unevenly_read_device_is_where_the_time_says() {
+    // Nobody pushes, so that the motion is the closed form's whenever it is read.
+    let settings = SimulationSettings { jitter: Some(Jitter::logged(3)), ..ideal(HandImpedance::NONE) };
+    let mut device = SimulatedDevice::new(settings, still).unwrap();
+    device.push(Twist { angular: DVec3::ZERO, linear: DVec3::X * 0.1 });
+    let (mut last, mut uneven) = (0.0, false);
+    for tick in 0..500 {
+        let state = device.read().unwrap();
+        let decay = FRICTIONLESS.damping / FRICTIONLESS.mass;
+        let x = 0.1 / decay * (1.0 - (-decay * state.time).exp());
+        assert!((state.pose.translation.x - x).abs() < 1e-9, "{x} at {}", state.time);
+        uneven |= tick > 0 && (state.time - last - 1e-3).abs() > 1e-5;
+        last = state.time;
+    }
+    assert!(uneven);
+}
+
+#[test]
 fn settings_out_of_range_are_refused() {
     let refuse = |change: fn(&mut SimulationSettings)| {
         let mut settings = SimulationSettings::default();
@@ -229,6 +247,13 @@ fn settings_out_of_range_are_refused() {
     assert_eq!(refuse(|s| s.hand.stiffness = f64::NAN), Some(SimulationError::Mechanics));
     assert_eq!(refuse(|s| s.encoder.angle_quantum = f64::INFINITY), Some(SimulationError::Encoder));
     assert_eq!(refuse(|s| s.spec.force_max = f64::NAN), Some(SimulationError::Limits));
+    let refuse_jitter = |jitter| {
+        let settings = SimulationSettings { jitter: Some(jitter), ..SimulationSettings::default() };
+        SimulatedDevice::new(settings, still).err()
+    };
+    assert_eq!(refuse_jitter(Jitter::logged(1)), None);
+    assert_eq!(refuse_jitter(Jitter { wander: f64::NAN, ..Jitter::logged(1) }), Some(SimulationError::Jitter));
+    assert_eq!(refuse_jitter(Jitter { late: [0.5, 1.0], ..Jitter::logged(1) }), Some(SimulationError::Jitter));
     let massless = Apparatus { mass: 0.0, ..Apparatus::LIGHT_ARM };
     let settings = SimulationSettings { hand: HandImpedance::NONE, apparatus: massless, ..Default::default() };
     assert_eq!(SimulatedDevice::new(settings.clone(), still).err(), Some(SimulationError::Mechanics));
