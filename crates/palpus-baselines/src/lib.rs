@@ -4,6 +4,7 @@
 //! | method | after | what a contact is |
 //! |---|---|---|
 //! | [`Epa`] | Coal, FCL and most physics engines | one witness of each overlapping pair of convex pieces, from the expanding polytope algorithm |
+//! | [`Predicted`] | \[GME00\], reference \[16\] of \[K02\] | the last closest features of each pair, and how far the motion has taken them past each other |
 //!
 //! All of them render directly, as the paper does: relative pose in, wrench on the probe out. A [`Baseline`] remembers what its method
 //! remembers, and nothing else; it may allocate, and has no deadline. The same calls give the same answers to the last bit.
@@ -19,6 +20,7 @@
 mod epa;
 mod expand;
 mod pairs;
+mod predicted;
 #[cfg(test)]
 mod testing;
 
@@ -27,6 +29,7 @@ use palpus::algebra::{Pose, Twist, Wrench};
 
 pub use epa::Epa;
 pub use expand::{Penetration, penetration};
+pub use predicted::{Change, Predicted, PredictedSettings};
 
 /// What every method is told of the contact; the same words as in `palpus::render::Settings`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -54,7 +54,7 @@ fn down(soup: &PolygonSoup, turn: DQuat, make: Maker<'_>, mut judge: impl FnMut(
     let speed = -0.05;
     let twist = Twist { angular: DVec3::ZERO, linear: DVec3::Z * speed };
     for tick in 0..70 {
-        let height = 2e-3 + speed * 1e-3 * f64::from(tick);
+        let height = 1.97e-3 + speed * 1e-3 * f64::from(tick);
         let pose = Pose::new(turn, DVec3::new(0.02, -0.01, height - lowest.z));
         let felt = method.step(&pose, &twist, 1e-3);
         judge(height, lowest + pose.translation - pose.point(SETTINGS.grip_a), &felt);
