@@ -5,6 +5,7 @@
 //! |---|---|---|
 //! | [`Epa`] | Coal, FCL and most physics engines | one witness of each overlapping pair of convex pieces, from the expanding polytope algorithm |
 //! | [`Predicted`] | \[GME00\], reference \[16\] of \[K02\] | the last closest features of each pair, and how far the motion has taken them past each other |
+//! | [`Voxel`] | \[MPT99\], reference \[30\] of \[K02\] | each point of the probe's shell that lies in the environment's force field of voxels |
 //!
 //! All of them render directly, as the paper does: relative pose in, wrench on the probe out. A [`Baseline`] remembers what its method
 //! remembers, and nothing else; it may allocate, and has no deadline. The same calls give the same answers to the last bit.
@@ -23,6 +24,7 @@ mod pairs;
 mod predicted;
 #[cfg(test)]
 mod testing;
+mod voxel;
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
@@ -30,6 +32,7 @@ use palpus::algebra::{Pose, Twist, Wrench};
 pub use epa::Epa;
 pub use expand::{Penetration, penetration};
 pub use predicted::{Change, Predicted, PredictedSettings};
+pub use voxel::{Beyond, Voxel, VoxelSettings};
 
 /// What every method is told of the contact; the same words as in `palpus::render::Settings`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,6 +112,16 @@ pub enum BaselineError {
         value: f64,
         /// What it must be.
         rule: &'static str,
+    },
+    /// Voxels that take more memory than allowed.
+    #[error("voxels of {} mm take {megabytes:.0} MB, but only {allowed:.0} MB are allowed: take larger ones", voxel * 1e3)]
+    TooLarge {
+        /// Side of a voxel, m.
+        voxel: f64,
+        /// What they take.
+        megabytes: f64,
+        /// What is allowed.
+        allowed: f64,
     },
 }
 

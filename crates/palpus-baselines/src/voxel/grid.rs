@@ -1,0 +1,168 @@
+//! Cubes in rows: a block of voxels and the way from points to them.
+
+use glam::DVec3;
+use palpus::body::Aabb;
+
+use crate::BaselineError;
+
+/// A block of equal cubes, numbered along x, then y, then z.
+#[derive(Clone, Debug)]
+pub(super) struct Grid {
+    /// The block's least corner.
+    origin: DVec3,
+    /// Side of a cube, m.
+    pub(super) size: f64,
+    /// Voxels along each axis.
+    counts: [i32; 3],
+}
+
+impl Grid {
+    /// A grid of voxels of `size` around `bounds`, with `margin` layers more on each side; fails if `bytes` for each voxel come to more than `memory`.
+    ///
+    /// The least corner of `bounds` lies in the middle of a voxel: flat sides there belong to one layer of voxels and not to two.
+    pub(super) fn around(
+        bounds: &Aabb,
+        size: f64,
+        margin: i32,
+        bytes: usize,
+        memory: usize,
+    ) -> Result<Self, BaselineError> {
+        let origin = bounds.min - DVec3::splat(size * (f64::from(margin) + 0.5));
+        let counts = ((bounds.max - origin) / size).floor() + DVec3::splat(f64::from(margin) + 1.0);
+        let needed = counts.x * counts.y * counts.z * bytes as f64;
+        // Half of u32 keeps numbers of voxels apart from "none", and counts within i32.
+        if needed <= memory as f64 && needed < f64::from(u32::MAX / 2) * bytes as f64 {
+            Ok(Self { origin, size, counts: whole(counts) })
+        } else {
+            Err(BaselineError::TooLarge { voxel: size, megabytes: needed * 1e-6, allowed: memory as f64 * 1e-6 })
+        }
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.counts.iter().map(|&count| count as usize).product()
+    }
+
+    /// The voxel at a place along each axis, if there is one.
+    fn at(&self, [x, y, z]: [i32; 3]) -> Option<usize> {
+        let [row, column, layers] = self.counts;
+        let inside = (0..row).contains(&x) && (0..column).contains(&y) && (0..layers).contains(&z);
+        inside.then(|| (z as usize * column as usize + y as usize) * row as usize + x as usize)
+    }
+
+    fn place(&self, voxel: usize) -> [i32; 3] {
+        let (row, column) = (self.counts[0] as usize, self.counts[1] as usize);
+        [(voxel % row) as i32, (voxel / row % column) as i32, (voxel / row / column) as i32]
+    }
+
+    /// The voxel that holds a point.
+    pub(super) fn holding(&self, p: DVec3) -> Option<usize> {
+        self.at(whole((p - self.origin) / self.size))
+    }
+
+    pub(super) fn center(&self, voxel: usize) -> DVec3 {
+        self.origin + (DVec3::from_array(self.place(voxel).map(f64::from)) + DVec3::splat(0.5)) * self.size
+    }
+
+    /// The six voxels that share a side with this one, as far as there are any.
+    pub(super) fn beside(&self, voxel: usize) -> impl Iterator<Item = usize> + '_ {
+        let [x, y, z] = self.place(voxel);
+        let places = [[x - 1, y, z], [x + 1, y, z], [x, y - 1, z], [x, y + 1, z], [x, y, z - 1], [x, y, z + 1]];
+        places.into_iter().filter_map(|place| self.at(place))
+    }
+
+    /// The 26 voxels that share a corner with this one, as far as there are any.
+    pub(super) fn around_voxel(&self, voxel: usize) -> impl Iterator<Item = usize> + '_ {
+        let [x, y, z] = self.place(voxel);
+        let places = (0..27).filter(|&k| k != 13).map(move |k| [x + k % 3 - 1, y + k / 3 % 3 - 1, z + k / 9 - 1]);
+        places.filter_map(|place| self.at(place))
+    }
+
+    /// Calls `visit` with each voxel that a triangle meets.
+    pub(super) fn visit_met(&self, corners: &[DVec3; 3], mut visit: impl FnMut(usize)) {
+        let bounds = Aabb::around(*corners);
+        // A voxel more on each side: the triangle may lie on a side between two.
+        let low = whole((bounds.min - self.origin) / self.size).map(|k| k - 1);
+        let high = whole((bounds.max - self.origin) / self.size).map(|k| k + 1);
+        for z in low[2]..=high[2] {
+            for y in low[1]..=high[1] {
+                for x in low[0]..=high[0] {
+                    if let Some(voxel) = self.at([x, y, z])
+                        && meets(corners, self.center(voxel), self.size / 2.0)
+                    {
+                        visit(voxel);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// The whole numbers at or below; far ones saturate.
+fn whole(v: DVec3) -> [i32; 3] {
+    v.floor().to_array().map(|k| k as i32)
+}
+
+/// Does a triangle meet a cube? The separating axis test over 13 axes: Akenine-Möller, *Fast 3D Triangle–Box Overlap Testing*, 2001.
+fn meets(corners: &[DVec3; 3], center: DVec3, half: f64) -> bool {
+    let [p, q, r] = corners.map(|corner| corner - center);
+    let sides = [q - p, r - q, p - r];
+    let apart_along = |axis: DVec3| {
+        let [x, y, z] = [p, q, r].map(|corner| corner.dot(axis));
+        let reach = half * axis.abs().element_sum();
+        x.min(y).min(z) > reach || x.max(y).max(z) < -reach
+    };
+    !(DVec3::AXES.into_iter().any(apart_along)
+        || apart_along(sides[0].cross(sides[1]))
+        || sides.iter().any(|side| DVec3::AXES.into_iter().any(|axis| apart_along(axis.cross(*side)))))
+}
+
+#[cfg(test)]
+mod tests {
+    use palpus::algebra::closest_on_triangle;
+
+    use super::*;
+    use crate::testing::Random;
+
+    const SEED: u64 = 0x6A1D;
+
+    #[test]
+    fn triangles_meet_the_voxels_that_hold_a_point_of_theirs() {
+        let mut random = Random(SEED);
+        let bounds = Aabb { min: DVec3::splat(-1.0), max: DVec3::splat(1.0) };
+        let grid = Grid::around(&bounds, 0.25, 1, 1, 1 << 20).expect("a small grid");
+        for round in 0..60 {
+            let corners = [(); 3].map(|()| random.in_cube());
+            let mut met = vec![false; grid.len()];
+            grid.visit_met(&corners, |voxel| met[voxel] = true);
+            let [p, q, r] = corners;
+            // Points of the triangle lie in voxels that are met.
+            for _ in 0..200 {
+                let [u, v] = [random.in_cube(), random.in_cube()].map(|w| w.x.abs());
+                let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+                let inside = p + (q - p) * u + (r - p) * v;
+                assert!(met[grid.holding(inside).expect("a point of the grid")], "seed {SEED:#x}, round {round}");
+            }
+            // And a voxel whose centre is farther away than its corners is not met, one within its inner sphere is.
+            for (voxel, &met) in met.iter().enumerate() {
+                let center = grid.center(voxel);
+                let distance = closest_on_triangle(center, p, q, r).distance(center);
+                assert!(!met || distance <= 0.125 * 3f64.sqrt() + 1e-12, "seed {SEED:#x}, round {round}");
+                assert!(met || distance >= 0.125 - 1e-12, "seed {SEED:#x}, round {round}");
+            }
+        }
+    }
+
+    #[test]
+    fn voxels_and_their_centres_belong_together() {
+        let bounds = Aabb { min: DVec3::new(-1.0, 0.0, 2.0), max: DVec3::new(1.0, 0.5, 2.1) };
+        let grid = Grid::around(&bounds, 0.1, 2, 5, 1 << 20).expect("a small grid");
+        assert!((0..grid.len()).all(|voxel| grid.holding(grid.center(voxel)) == Some(voxel)));
+        assert!((0..grid.len()).all(|voxel| grid.around_voxel(voxel).all(|other| {
+            let steps = (grid.center(other) - grid.center(voxel)).abs() / 0.1;
+            other != voxel && steps.max_element() < 1.5
+        })));
+        let corners = [bounds.min, bounds.max];
+        assert!(corners.into_iter().all(|p| grid.around_voxel(grid.holding(p).expect("inside")).count() == 26));
+        assert_eq!(grid.holding(DVec3::splat(1e300)), None);
+    }
+}
