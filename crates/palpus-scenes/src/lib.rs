@@ -3,14 +3,16 @@
 //! * [`shape`] — meshes as code, in metres: closed, outward, manifold, free of self-intersection, the same on every call.
 //! * [`HandPath`] — scripted hands: pure functions from time to the pose that a hand intends.
 //! * [`sweep`] — how deep a body can be felt, and how truly.
-//! * [`scenes`], [`scene`] — a probe, an environment, how they touch and how the hand moves, by name.
+//! * [`truth`] — what contacts there truly are, where that can be said in closed form.
+//! * [`scenes`], [`trials`], [`scene`] — a probe, an environment, how they touch and how the hand moves, by name.
 
 mod catalogue;
 mod path;
 mod scene;
 pub mod shape;
 pub mod sweep;
+pub mod truth;
 
-pub use catalogue::{SceneEntry, scene, scenes};
+pub use catalogue::{SceneEntry, scene, scenes, trials};
 pub use path::{HandPath, Key, Tremor};
 pub use scene::{ContactSettings, Friction, Scene};

@@ -3,8 +3,10 @@
 mod block;
 mod gut;
 mod pen_sphere;
+pub(crate) use pen_sphere::RADIUS as SPHERE_RADIUS;
 mod spoon_cup;
 mod torus_torus;
+pub(crate) mod trial;
 
 use std::f64::consts::PI;
 
@@ -74,14 +76,39 @@ const SCENES: [SceneEntry; 7] = [
     },
 ];
 
+const TRIALS: [SceneEntry; 5] = [
+    SceneEntry { name: "box-tilt", summary: "a box is rocked through flat on a table", parts: trial::box_tilt },
+    SceneEntry {
+        name: "box-edge",
+        summary: "a box slides flat over the end of a table and back",
+        parts: trial::box_edge,
+    },
+    SceneEntry { name: "box-rest", summary: "a box is laid on a table and lies", parts: trial::box_rest },
+    SceneEntry {
+        name: "rails",
+        summary: "a knife slides over two ridges that draw together: two contacts become one",
+        parts: trial::rails,
+    },
+    SceneEntry {
+        name: "nut-bolt",
+        summary: "a nut is wound onto its bolt, pushed and pulled in the thread's play",
+        parts: trial::nut_bolt,
+    },
+];
+
+/// Scenes that are made to be measured, beside the [`scenes`] that are made to be felt; none of them built yet.
+pub fn trials() -> &'static [SceneEntry] {
+    &TRIALS
+}
+
 /// Every built-in scene, none of them built yet.
 pub fn scenes() -> &'static [SceneEntry] {
     &SCENES
 }
 
-/// Builds the scene of that name.
+/// Builds the scene or trial of that name.
 pub fn scene(name: &str) -> Option<Scene> {
-    scenes().iter().find(|entry| entry.name == name).map(SceneEntry::build)
+    scenes().iter().chain(trials()).find(|entry| entry.name == name).map(SceneEntry::build)
 }
 
 /// What most scenes start from: hard and smooth to the hand at 1 kHz, on bodies of a few centimetres.

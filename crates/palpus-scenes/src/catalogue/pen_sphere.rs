@@ -7,7 +7,7 @@ use super::{Parts, USUAL};
 use crate::shape::{PEN_TIP, pen, sphere};
 use crate::{HandPath, Key};
 
-const RADIUS: f64 = 0.040;
+pub(crate) const RADIUS: f64 = 0.040;
 /// Fine enough that the contact normal turns in small steps: 20 480 triangles.
 const FINENESS: u32 = 5;
 /// The arc runs from this angle on one side of the top to the same on the other, rad.

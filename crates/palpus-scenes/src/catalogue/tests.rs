@@ -94,8 +94,16 @@ fn the_ball_slides_in_the_groove() {
 }
 
 #[test]
+fn the_trials_touch() {
+    assert_touches("box-tilt", 60, 0.0004..0.0025, 2);
+    assert_touches("box-edge", 50, 0.0004..0.0006, 2);
+    assert_touches("box-rest", 40, 0.0004..0.0006, 2);
+    assert_touches("nut-bolt", 50, 0.0001..0.0006, 2);
+}
+
+#[test]
 fn no_hand_moves_faster_or_more_suddenly_than_a_hand() {
-    for entry in scenes() {
+    for entry in scenes().iter().chain(trials()) {
         let scene = entry.build();
         assert_eq!(scene.start, scene.path.pose(0.0));
         let mut previous = scene.path.twist(0.0);
@@ -112,8 +120,8 @@ fn no_hand_moves_faster_or_more_suddenly_than_a_hand() {
 
 #[test]
 fn names_are_unique_and_found() {
-    for entry in scenes() {
-        assert_eq!(scenes().iter().filter(|other| other.name == entry.name).count(), 1);
+    for entry in scenes().iter().chain(trials()) {
+        assert_eq!(scenes().iter().chain(trials()).filter(|other| other.name == entry.name).count(), 1);
         assert!(scene(entry.name).is_some_and(|scene| scene.summary == entry.summary));
     }
     assert!(scene("no such scene").is_none());

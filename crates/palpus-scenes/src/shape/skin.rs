@@ -23,6 +23,11 @@ impl Skin {
         self.vertices.len() as u32 - 1
     }
 
+    /// Where a vertex stands.
+    pub(super) fn at(&self, vertex: u32) -> DVec3 {
+        self.vertices[vertex as usize]
+    }
+
     pub(super) fn ring(&mut self, points: impl IntoIterator<Item = DVec3>) -> Vec<u32> {
         points.into_iter().map(|p| self.vertex(p)).collect()
     }

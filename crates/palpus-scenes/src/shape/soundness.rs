@@ -15,7 +15,7 @@ struct Case {
     genus: i64,
 }
 
-const CASES: [Case; 13] = [
+const CASES: [Case; 17] = [
     Case { name: "torus", build: torus, triangles: 2000, genus: 1 },
     Case { name: "cup", build: cup, triangles: 500, genus: 1 },
     Case { name: "spoon", build: spoon, triangles: 336, genus: 0 },
@@ -29,6 +29,10 @@ const CASES: [Case; 13] = [
     Case { name: "hole block", build: || hole_block(DEFAULT_CLEARANCE), triangles: 144, genus: 1 },
     Case { name: "scanned torus", build: || scanned_torus(2000), triangles: 2006, genus: 1 },
     Case { name: "v-groove", build: v_groove, triangles: 24, genus: 0 },
+    Case { name: "rails", build: rails, triangles: 36, genus: 0 },
+    Case { name: "knife", build: knife, triangles: 8, genus: 0 },
+    Case { name: "bolt", build: bolt, triangles: 1300, genus: 0 },
+    Case { name: "nut", build: nut, triangles: 824, genus: 1 },
 ];
 
 fn triangle(soup: &PolygonSoup, f: usize) -> [DVec3; 3] {
