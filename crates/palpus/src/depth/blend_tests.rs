@@ -2,10 +2,10 @@
 
 use std::f64::consts::TAU;
 
-use glam::{DQuat, DVec3};
+use glam::{DQuat, DVec2, DVec3};
 
 use super::*;
-use crate::algebra::tolerance::BLEND_PARTED;
+use crate::algebra::tolerance::{BLEND_PARTED, FRICTION_LEVER};
 use crate::algebra::{Placement, Pose};
 use crate::body::{FeaturePair, Polytope, Provenance, convex_hull};
 use crate::collision::{Proximity, initial_features, march};
@@ -55,6 +55,7 @@ struct Felt {
     features: FeaturePair,
     walked: Option<Seed>,
     rounds: u32,
+    extent: f64,
 }
 
 fn felt(a: &Polytope, b: &Polytope, place: &Placement, last: Option<&Felt>, scratch: &mut WalkScratch) -> Felt {
@@ -82,7 +83,16 @@ fn felt(a: &Polytope, b: &Polytope, place: &Placement, last: Option<&Felt>, scra
     let exact = (touch.point_a + touch.point_b) * 0.5;
     let midpoint = exact + blend.shift;
     let features = marched.features;
-    Felt { exact, midpoint, normal: touch.normal, separation, features, walked, rounds: blend.rounds }
+    Felt {
+        exact,
+        midpoint,
+        normal: touch.normal,
+        separation,
+        features,
+        walked,
+        rounds: blend.rounds,
+        extent: blend.extent,
+    }
 }
 
 /// The largest figures along a path.
@@ -132,6 +142,11 @@ impl Figures {
         let way = |felt: &Felt| felt.normal * (least - felt.separation).max(0.0);
         let parted = way(here).distance(way(there));
         let jumps = depth > 0.0 && turn > 0.1;
+        // Each of the six widths is made of two gaps with a pull and twice that without.
+        let pull = (0.5 * ANGLE).tan();
+        let most = 3f64.sqrt() * (2.14 + pull) / pull * (motion + parted) + 1e-9;
+        let (before, now) = (there.extent, here.extent);
+        assert!((now - before).abs() <= most, "extent from {before} to {now}, {most} at most");
         Self {
             ratio: if jumps { 0.0 } else { step / motion },
             exact_ratio: here.exact.distance(there.exact) / motion,
@@ -351,6 +366,38 @@ fn flush_polygons_touch_in_the_middle_of_their_overlap_whatever_the_frame() {
         "outside {outside:.4}, spread with the frame {spread:.4}, from the centroid {from_centroid:.4}, of radius 1"
     );
     assert!(outside < 0.02 && spread < 0.15, "seed {SEED:#x}");
+}
+
+#[test]
+fn the_extent_of_flat_contact_tells_its_mean_lever() {
+    // A sheet over a floor, whose frame is turned anyhow: the mean distance from its middle, by the extent.
+    let mut random = Random(SEED ^ 5);
+    let oval = |squeeze: f64| (0..24).map(move |k| (DVec2::from_angle(TAU * f64::from(k) / 24.0), squeeze));
+    for round in 0..60 {
+        let squeeze = 1.0 / (1.0 + f64::from(round % 10));
+        let round_sheet = round % 2 == 0;
+        let corners: Vec<DVec3> = if round_sheet {
+            oval(squeeze).map(|(p, s)| DVec3::new(p.x, s * p.y, 0.0)).collect()
+        } else {
+            [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)].map(|(x, y)| DVec3::new(x, squeeze * y, 0.0)).into()
+        };
+        let sheet = Polytope::from_polygon(corners, DVec3::Z, Provenance::Original).unwrap();
+        let turn = random.turn();
+        let floor = cuboid(DVec3::new(3.0, 3.0, 0.5));
+        let moved: Vec<DVec3> = floor.vertices().iter().map(|v| turn * *v).collect();
+        let there = (Pose::new(turn, DVec3::ZERO) * Pose::from_translation(DVec3::Z * 0.5)).placement();
+        let felt = felt(&sheet, &solid(&moved), &there, None, &mut WalkScratch::new());
+        let (mut lever, mut count) = (0.0, 0.0);
+        for k in 0..10_000 {
+            let p = DVec2::new(f64::from(k % 100), f64::from(k / 100)) * 0.02 - DVec2::splat(0.99);
+            if !round_sheet || p.length() <= 1.0 {
+                lever += DVec2::new(p.x, squeeze * p.y).length();
+                count += 1.0;
+            }
+        }
+        let ratio = FRICTION_LEVER * felt.extent / (lever / count);
+        assert!((ratio - 1.0).abs() < 0.13, "seed {SEED:#x}, round {round}: {ratio}");
+    }
 }
 
 const SEED: u64 = 0xB1E4D;

@@ -13,11 +13,19 @@
 //!    contact sticks again as soon as it is no longer dragged.
 //! 4. *Force* on a: −k_t z.
 //!
+//! **Twist.** A flat contact is one contact, however large, but its parts lie apart and hold against twisting about the
+//! normal as well. With the lever R = [`FRICTION_LEVER`] · extent, at which all of the load would resist a twist as the evenly
+//! loaded patch does, a twist by φ since the adhesion began is a strain R φ beside z: ‖(z, R φ)‖ is what sticks or slides, the
+//! torque on a is −k_t R² φ along the normal. So friction and torque lie within the ellipsoid |F|² + (τ/R)² ≤ (μ F_n)², which
+//! stands for the patch's true limit surface (Goyal, Ruina, Papadopoulos 1991; the ellipsoid is Howe and Cutkosky's, 1996).
+//! Both slide together: a block that is pushed along turns easily. φ is a function of two stored attitudes, like z of points.
+//!
 //! Strain is a function of two stored points, not a sum of velocities: while it sticks, a contact that returns to its
 //! place returns to its force, after any number of ticks.
 //!
 //! **Clusters.** The normal force belongs to a cluster, whose members share it in proportion to their engagement:
-//! s_i = w_i / Σ w. Each member's load and tangential stiffness are the cluster's times s_i, so its z_max is the cluster's
+//! s_i = w_i / Σ w. With smooth clustering every contact is a cluster, to which the crowd leaves a share of its normal force,
+//! and the same share of its tangential stiffness. Each member's load and tangential stiffness are the cluster's times s_i, so its z_max is the cluster's
 //! own, μ F_n / k_t, and the friction of the members together is at most μ F_n of the cluster, in its tangent plane, for any
 //! number of members. That many members also give a cluster a resistance to spinning about its normal, as far as they lie
 //! apart.
@@ -26,11 +34,11 @@
 //! both points move to the present contact, strain kept, once the contact has wandered farther than the reach from x
 //! (the probe has rolled).
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 use super::{Cluster, Contact};
 use crate::algebra::Pose;
-use crate::algebra::tolerance::{FRICTION_HEIR, FRICTION_HELD, FRICTION_LOOKS};
+use crate::algebra::tolerance::{FRICTION_HEIR, FRICTION_HELD, FRICTION_LEVER, FRICTION_LOOKS};
 
 /// How surfaces hold each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,6 +62,8 @@ pub struct Adhesion {
     pub holding_a: DVec3,
     /// w: the point of b at which it holds, in b's frame.
     pub held_b: DVec3,
+    /// a's attitude in b's frame at which it holds without twist.
+    pub untwisted: DQuat,
     /// Midpoint of the contact when last seen, in b's frame.
     pub midpoint: DVec3,
     /// Normal of its cluster when last seen, in b's frame.
@@ -81,6 +91,21 @@ pub struct Grasp<'a> {
     pub pose_ba: Pose,
 }
 
+/// How one member of a cluster is held: a spring across its normal and one about it, both on a, at the contact's midpoint.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Grip {
+    /// N: −stiffness · z.
+    pub force: DVec3,
+    /// N·m: −stiffness · lever² · φ along the normal.
+    pub torque: DVec3,
+    /// N/m: what is felt of k_t here.
+    pub stiffness: f64,
+    /// m: R.
+    pub lever: f64,
+    /// It is being dragged: neither spring gets longer.
+    pub sliding: bool,
+}
+
 /// What happened to the adhesions in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrictionCounters {
@@ -100,7 +125,7 @@ pub struct FrictionTracker {
     capacity: usize,
     previous: Vec<Adhesion>,
     current: Vec<Adhesion>,
-    forces: Vec<DVec3>,
+    grips: Vec<Grip>,
 }
 
 impl FrictionTracker {
@@ -110,14 +135,14 @@ impl FrictionTracker {
             capacity,
             previous: Vec::with_capacity(capacity),
             current: Vec::with_capacity(capacity),
-            forces: Vec::with_capacity(capacity),
+            grips: Vec::with_capacity(capacity),
         }
     }
 
     /// Forgets every adhesion: the next tick begins without strain.
     pub fn clear(&mut self) {
         self.previous.clear();
-        self.forces.clear();
+        self.grips.clear();
     }
 
     /// Adhesions after the last tick, sorted by pieces.
@@ -125,26 +150,33 @@ impl FrictionTracker {
         &self.previous
     }
 
-    /// Friction forces of the last tick on a, N, in b's frame, parallel to the members; each acts at its contact's midpoint.
-    pub fn forces(&self) -> &[DVec3] {
-        &self.forces
+    /// Friction of the last tick on a, in b's frame, parallel to the members.
+    pub fn grips(&self) -> &[Grip] {
+        &self.grips
     }
 
-    /// One tick; the answer is in [`Self::forces`]. There are at most as many members as the capacity.
+    /// One tick; the answer is in [`Self::grips`]. There are at most as many members as the capacity.
     pub fn update(&mut self, grasp: &Grasp<'_>, settings: &FrictionSettings) -> FrictionCounters {
         debug_assert!(grasp.members.len() <= self.capacity);
         let mut counters = FrictionCounters::default();
         let mut looks = FRICTION_LOOKS;
         self.current.clear();
-        self.forces.clear();
+        self.grips.clear();
         for (cluster, &normal_force) in grasp.clusters.iter().zip(grasp.normal_forces) {
+            // What smooth clustering leaves of the cluster; 1 with linkage.
+            let crowded = cluster.engagement / (grasp.tolerance - cluster.separation);
+            let load = Load {
+                normal: cluster.normal,
+                force: normal_force,
+                stiffness: crowded * settings.tangential_stiffness,
+            };
             for &i in &grasp.members[cluster.members()] {
                 let contact = &grasp.contacts[i as usize];
                 let mut adhesion = self.find(contact, cluster.normal, grasp, &mut looks, &mut counters);
-                let strain = carry(&mut adhesion, contact.midpoint(), cluster.normal, grasp);
-                let strain = stick_or_slide(&mut adhesion, strain, normal_force, grasp, settings);
+                let mut strain = carry(&mut adhesion, contact, cluster.normal, grasp);
+                stick_or_slide(&mut adhesion, &mut strain, &load, grasp, settings);
                 let share = (grasp.tolerance - contact.separation) / cluster.weight;
-                self.forces.push(-settings.tangential_stiffness * share * strain);
+                self.grips.push(strain.grip(share, &load, adhesion.sliding));
                 counters.sliding += u32::from(adhesion.sliding);
                 self.current.push(adhesion);
             }
@@ -183,6 +215,7 @@ impl FrictionTracker {
             piece_b: contact.piece_b,
             holding_a: grasp.pose_ba.inverse().point(midpoint),
             held_b: midpoint,
+            untwisted: grasp.pose_ba.rotation,
             midpoint,
             normal,
             sliding: false,
@@ -200,6 +233,7 @@ impl FrictionTracker {
         }
         if let Some(old) = heir_of {
             fresh.held_b -= grasp.pose_ba.point(old.holding_a) - old.held_b;
+            fresh.untwisted = old.untwisted;
             fresh.sliding = old.sliding;
             counters.inherited += 1;
         } else {
@@ -209,46 +243,97 @@ impl FrictionTracker {
     }
 }
 
-/// Step 2: the strain of `adhesion` now, tangential to `normal`.
-fn carry(adhesion: &mut Adhesion, midpoint: DVec3, normal: DVec3, grasp: &Grasp<'_>) -> DVec3 {
+/// What a cluster's friction rests on.
+#[derive(Clone, Copy, Debug)]
+struct Load {
+    normal: DVec3,
+    /// N.
+    force: f64,
+    /// N/m, of all members together.
+    stiffness: f64,
+}
+
+/// How far a contact is from where it would not be held.
+#[derive(Clone, Copy, Debug)]
+struct Strain {
+    /// z, m.
+    along: DVec3,
+    /// φ, rad about the normal.
+    twist: f64,
+    /// R, m.
+    lever: f64,
+}
+
+impl Strain {
+    fn length(&self) -> f64 {
+        self.along.length().hypot(self.lever * self.twist)
+    }
+
+    fn scaled(&self, factor: f64) -> Self {
+        Self { along: self.along * factor, twist: self.twist * factor, ..*self }
+    }
+
+    /// Step 4.
+    fn grip(&self, share: f64, load: &Load, sliding: bool) -> Grip {
+        let Self { along, twist, lever } = *self;
+        let stiffness = load.stiffness * share;
+        let torque = load.normal * (-stiffness * lever * lever * twist);
+        Grip { force: -stiffness * along, torque, stiffness, lever, sliding }
+    }
+}
+
+/// Step 2: the strain of `adhesion` now.
+fn carry(adhesion: &mut Adhesion, contact: &Contact, normal: DVec3, grasp: &Grasp<'_>) -> Strain {
+    let midpoint = contact.midpoint();
     let x = grasp.pose_ba.point(adhesion.holding_a);
-    let strain = (x - adhesion.held_b).reject_from_normalized(normal);
+    let strain = Strain {
+        along: (x - adhesion.held_b).reject_from_normalized(normal),
+        twist: twist(grasp.pose_ba.rotation * adhesion.untwisted.conjugate(), normal),
+        lever: FRICTION_LEVER * contact.extent,
+    };
     adhesion.midpoint = midpoint;
     adhesion.normal = normal;
     if x.distance_squared(midpoint) > grasp.reach * grasp.reach {
-        hold_here(adhesion, strain, grasp);
+        hold_here(adhesion, &strain, grasp);
     } else {
-        adhesion.held_b = x - strain;
+        adhesion.held_b = x - strain.along;
     }
     strain
 }
 
-/// Step 3: the strain that is held.
+/// The angle about `axis` (unit) of a rotation, between −π and π: of all turns about the axis, it is the nearest to it.
+fn twist(rotation: DQuat, axis: DVec3) -> f64 {
+    let upright = if rotation.w < 0.0 { -rotation } else { rotation };
+    2.0 * upright.xyz().dot(axis).atan2(upright.w)
+}
+
+/// Step 3: shortens `strain` to what is held.
 fn stick_or_slide(
     adhesion: &mut Adhesion,
-    strain: DVec3,
-    normal_force: f64,
+    strain: &mut Strain,
+    load: &Load,
     grasp: &Grasp<'_>,
     settings: &FrictionSettings,
-) -> DVec3 {
-    let strain_at = |coefficient: f64| coefficient * normal_force / settings.tangential_stiffness;
+) {
+    // A cluster without stiffness has no load either, and its strain no force.
+    let strain_at =
+        |coefficient: f64| if load.stiffness > 0.0 { coefficient * load.force / load.stiffness } else { 0.0 };
     let (most_static, most_dynamic) = (strain_at(settings.static_coefficient), strain_at(settings.dynamic_coefficient));
     let length = strain.length();
     let threshold = if adhesion.sliding { most_dynamic * (1.0 + FRICTION_HELD) } else { most_static };
     adhesion.sliding = length > threshold;
     let most = if adhesion.sliding { most_dynamic } else { most_static };
-    if length <= most {
-        return strain;
+    if length > most {
+        *strain = strain.scaled(most / length);
+        hold_here(adhesion, strain, grasp);
     }
-    let held = strain * (most / length);
-    hold_here(adhesion, held, grasp);
-    held
 }
 
 /// Moves both points of `adhesion` to the present contact, at the given strain.
-fn hold_here(adhesion: &mut Adhesion, strain: DVec3, grasp: &Grasp<'_>) {
+fn hold_here(adhesion: &mut Adhesion, strain: &Strain, grasp: &Grasp<'_>) {
     adhesion.holding_a = grasp.pose_ba.inverse().point(adhesion.midpoint);
-    adhesion.held_b = adhesion.midpoint - strain;
+    adhesion.held_b = adhesion.midpoint - strain.along;
+    adhesion.untwisted = DQuat::from_axis_angle(adhesion.normal, -strain.twist) * grasp.pose_ba.rotation;
 }
 
 #[cfg(test)]
@@ -277,7 +362,7 @@ mod tests {
             pose_ba,
         };
         tracker.update(&grasp, &SETTINGS);
-        tracker.forces().iter().sum()
+        tracker.grips().iter().map(|grip| grip.force).sum()
     }
 
     /// The lowest point of a block that stands at `x` on the plane z = 0.
@@ -402,6 +487,84 @@ mod tests {
         tracker.update(&grasp, &SETTINGS);
         assert!(tracker.adhesions().is_empty());
         assert_eq!(tick(&mut tracker, &[next], pose, NORMAL_FORCE), DVec3::ZERO);
+    }
+
+    /// A flat contact of the given extent that has been turned by `angle` about the normal and moved by `along`.
+    fn turn(tracker: &mut FrictionTracker, extent: f64, angle: f64, along: DVec3) -> (DVec3, f64) {
+        let flat = Contact { extent, ..contact((3, 8), along, DVec3::Z, 0.0) };
+        let force = tick(tracker, &[flat], Pose::new(DQuat::from_rotation_z(angle), along), NORMAL_FORCE);
+        (force, tracker.grips().iter().map(|grip| grip.torque.z).sum())
+    }
+
+    #[test]
+    fn a_flat_contact_resists_twisting_up_to_its_load_at_its_lever() {
+        let extent = 0.1;
+        let lever = FRICTION_LEVER * extent;
+        let most = NORMAL_FORCE * lever;
+        let mut tracker = FrictionTracker::new(8);
+        assert_eq!(turn(&mut tracker, extent, 0.0, DVec3::ZERO), (DVec3::ZERO, 0.0));
+        // Elastic up to the static limit, at z_max / R.
+        let limit = SETTINGS.static_coefficient * NORMAL_FORCE / SETTINGS.tangential_stiffness / lever;
+        let (_, torque) = turn(&mut tracker, extent, 0.9 * limit, DVec3::ZERO);
+        assert!((torque + 0.9 * SETTINGS.static_coefficient * most).abs() < 1e-12);
+        // Beyond, dragged around at the dynamic one, any number of turns.
+        for k in 1..200 {
+            let (_, torque) = turn(&mut tracker, extent, limit * (1.0 + f64::from(k)), DVec3::ZERO);
+            assert!((torque + SETTINGS.dynamic_coefficient * most).abs() < 1e-12, "{k}");
+            assert!(tracker.adhesions()[0].sliding);
+        }
+        // At rest it is held where it stopped; and a point resists nothing.
+        let (_, held) = turn(&mut tracker, extent, limit * 200.0, DVec3::ZERO);
+        assert!((held + SETTINGS.dynamic_coefficient * most).abs() < 1e-12 && !tracker.adhesions()[0].sliding);
+        assert_eq!(turn(&mut tracker, 0.0, limit * 150.0, DVec3::ZERO).1, 0.0);
+    }
+
+    #[test]
+    fn what_is_pushed_along_turns_easily() {
+        // Force and torque lie on the ellipsoid, in the direction of the motion.
+        let (extent, slide) = (0.1, DVec3::X * 5e-5);
+        let lever = FRICTION_LEVER * extent;
+        for turn_of_slide in [0.1, 1.0, 3.0] {
+            let mut tracker = FrictionTracker::new(8);
+            let angle = turn_of_slide * slide.x / lever;
+            let mut last = (DVec3::ZERO, 0.0);
+            for k in 0..300 {
+                last = turn(&mut tracker, extent, angle * f64::from(k), slide * f64::from(k));
+            }
+            let (force, torque) = last;
+            let most = SETTINGS.dynamic_coefficient * NORMAL_FORCE;
+            assert!((force.length().hypot(torque / lever) - most).abs() < 1e-9);
+            assert!((torque / lever / force.x - turn_of_slide).abs() < 1e-2, "{force} {torque}");
+        }
+    }
+
+    #[test]
+    fn a_crowded_contact_holds_as_stiffly_as_its_share() {
+        // Smooth clustering: the same strain is the most for any share, so that k contacts at one place hold as one.
+        let shift = DVec3::X * 4e-4;
+        let held = |share: f64| {
+            let mut tracker = FrictionTracker::new(8);
+            let mut force = DVec3::ZERO;
+            for x in [DVec3::ZERO, shift] {
+                let (contact, pose_ba) = block(x);
+                let mut cluster = represent(&[contact], &[0], &[contact.normal], 0, T);
+                cluster.engagement *= share;
+                let grasp = Grasp {
+                    contacts: &[contact],
+                    members: &[0],
+                    clusters: &[cluster],
+                    normal_forces: &[share * NORMAL_FORCE],
+                    tolerance: T,
+                    reach: 4e-3,
+                    pose_ba,
+                };
+                tracker.update(&grasp, &SETTINGS);
+                force = tracker.grips()[0].force;
+            }
+            force
+        };
+        assert!((held(0.25) - 0.25 * held(1.0)).length() < 1e-12 && held(1.0).x < -0.39);
+        assert_eq!(held(0.0), DVec3::ZERO);
     }
 
     #[test]

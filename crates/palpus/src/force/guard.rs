@@ -192,6 +192,7 @@ impl Side {
             point_b: midpoint - normal * (0.5 * separation),
             normal,
             separation,
+            extent: 0.0,
         })
     }
 }

@@ -48,6 +48,7 @@ struct Carried {
     point_b: DVec3,
     normal: DVec3,
     turns_with_a: bool,
+    extent: f64,
     /// Vertices near the supports.
     hub: [u32; 2],
 }
@@ -86,6 +87,7 @@ impl HeldContacts {
                 point_b: contact.point_b,
                 normal: if turns_with_a { pose_ba.inverse_vector(contact.normal) } else { contact.normal },
                 turns_with_a,
+                extent: contact.extent,
                 hub: [vertex_of(piece_a, contact.features.a), vertex_of(piece_b, contact.features.b)],
             }
         });
@@ -128,6 +130,7 @@ impl HeldContacts {
             point_b: midpoint - normal * (0.5 * separation),
             normal,
             separation,
+            extent: carried.extent,
         })
     }
 }

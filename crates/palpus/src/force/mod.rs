@@ -21,7 +21,7 @@ pub(crate) mod testing;
 pub use cluster::{Linkage, LinkageCounters, LinkageSettings};
 pub use contact::Contact;
 pub use crowding::{Crowded, Crowding};
-pub use friction::{Adhesion, FrictionCounters, FrictionSettings, FrictionTracker, Grasp};
+pub use friction::{Adhesion, FrictionCounters, FrictionSettings, FrictionTracker, Grasp, Grip};
 pub use pair_query::{PairQuery, Proof, QueryCounters};
 pub use penalty::{Centers, NetWrench, PenaltySettings, normal_force};
 pub use representative::{Cluster, represent};

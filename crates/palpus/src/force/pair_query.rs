@@ -543,6 +543,7 @@ impl PairQuery {
             point_b: real.point_b,
             normal: real.normal,
             separation: -real.depth,
+            extent: 0.0,
         };
         match real {
             AdmissibleDepth { moved: false, .. } => Found::Admissible(contact),
@@ -637,6 +638,7 @@ fn at_closest(leaf: &LeafPair, closest: &Closest) -> Contact {
         point_b: closest.point_b,
         normal: closest.normal,
         separation: closest.distance,
+        extent: 0.0,
     }
 }
 
@@ -649,11 +651,12 @@ fn blend_witness(
     angle: f64,
     counters: &mut QueryCounters,
 ) {
-    let Contact { piece_a, piece_b, features, point_a, point_b, normal, separation } = *contact;
+    let Contact { piece_a, piece_b, features, point_a, point_b, normal, separation, .. } = *contact;
     let (piece_a, piece_b) = (&a.polytopes()[piece_a as usize], &b.polytopes()[piece_b as usize]);
     let blend = blend(piece_a, piece_b, place, &Touch { features, point_a, point_b, normal }, angle);
     counters.blended += u32::from(blend.rounds > 0);
     counters.blend_stops += u32::from(!blend.converged);
+    contact.extent = blend.extent;
     let midpoint = contact.midpoint() + blend.shift;
     contact.point_a = midpoint + normal * (0.5 * separation);
     contact.point_b = midpoint - normal * (0.5 * separation);

@@ -4,7 +4,7 @@
 //! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents itself, by the share of its
 //!    engagement that the crowd around it leaves to it.
 //! 3. *Push*: the normal force of each cluster, at its midpoint.
-//! 4. *Rub*: the friction of each member, at the member's midpoint.
+//! 4. *Rub*: the friction of each member, at the member's midpoint, and its resistance to twisting.
 //!
 //! Everything is in b's frame. Sums run in the canonical order of the clusters and of their members.
 
@@ -13,7 +13,8 @@ use glam::DVec3;
 use super::{Clustering, Scratch, Settings};
 use crate::algebra::{Pose, Twist};
 use crate::force::{
-    Centers, Cluster, Contact, Crowded, FrictionCounters, Grasp, LinkageCounters, NetWrench, normal_force, represent,
+    Centers, Cluster, Contact, Crowded, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, normal_force,
+    represent,
 };
 
 /// Where the bodies are and how the probe moves, in b's frame.
@@ -40,6 +41,8 @@ pub struct Forces {
     pub normal_forces: Vec<f64>,
     /// N, on a, of each member, at its contact's midpoint; empty without friction.
     pub friction: Vec<DVec3>,
+    /// The same as springs, with the torques by which flat contacts resist twisting; parallel to `friction`.
+    pub grips: Vec<Grip>,
     /// On both bodies.
     pub net: NetWrench,
     /// What happened to the contacts.
@@ -59,6 +62,7 @@ impl Forces {
             directions: Vec::with_capacity(capacity),
             normal_forces: Vec::with_capacity(capacity),
             friction: Vec::with_capacity(capacity),
+            grips: Vec::with_capacity(capacity),
             net: NetWrench::default(),
             linkage: LinkageCounters::default(),
             adhesion: FrictionCounters::default(),
@@ -73,6 +77,7 @@ impl Forces {
         self.directions.clear();
         self.normal_forces.clear();
         self.friction.clear();
+        self.grips.clear();
         self.net = NetWrench::default();
         self.linkage = LinkageCounters::default();
         self.adhesion = FrictionCounters::default();
@@ -145,8 +150,10 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
         pose_ba: motion.pose_ba,
     };
     forces.adhesion = scratch.friction.update(&grasp, friction);
-    forces.friction.extend_from_slice(scratch.friction.forces());
-    for (&i, &force_a) in forces.members.iter().zip(&forces.friction) {
-        forces.net.add(force_a, contacts[i as usize].midpoint(), &motion.centers);
+    forces.grips.extend_from_slice(scratch.friction.grips());
+    forces.friction.extend(forces.grips.iter().map(|grip| grip.force));
+    for (&i, grip) in forces.members.iter().zip(&forces.grips) {
+        forces.net.add(grip.force, contacts[i as usize].midpoint(), &motion.centers);
+        forces.net.add_torque(grip.torque);
     }
 }
