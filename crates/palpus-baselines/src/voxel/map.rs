@@ -63,7 +63,7 @@ impl Voxmap {
 }
 
 /// Layers that a force field may be moved outward: more is a number mistaken.
-pub(super) const MOST_LAYERS: u32 = 16;
+pub(super) const MOST_LAYERS: u32 = 64;
 
 /// Every voxel that the surface meets, in the order of their numbers.
 pub(super) fn surface_voxels(body: &Body, grid: &Grid) -> Vec<usize> {

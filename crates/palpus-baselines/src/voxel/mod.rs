@@ -16,13 +16,14 @@
 //!
 //! What had to be chosen, since the full text was not at hand:
 //!
-//! * K is a tenth of the settings' k: a contact of ten points or more then is as stiff as one contact of the other methods.
-//! * The offset is 0 layers by default, so that objects touch where they do with the other methods (within a voxel); with 1, two faces stay a voxel apart.
+//! * K is a tenth of the settings' k: a contact of ten points or more then is as stiff as one contact of the other methods, and a tip of one point is softer.
+//!   With [`VoxelSettings::full`] 1 instead of ten the points' forces are averaged, and a tip is as stiff as a face.
+//! * The offset makes the contact tolerance t, within half a voxel: objects then push each other from the same separation on as with the other methods. This model has
+//!   no other tolerance.
 //! * Points that have got behind the field feel the plane of the nearest voxel of the field, to unlimited depth ([`Beyond::Nearest`]): kinder than a field of one layer, through which a hand
 //!   with nothing but direct forces falls ([`Beyond::Nothing`], which is as near to the abstract's "short-range" as we can tell).
 //! * Braking is off by default: it takes the energy of a simulated mass, of which direct rendering has none.
 //! * Voxels are a dense block, not a tree with 512 children a node: the answers are the same, the memory is capped ([`VoxelSettings::memory`]).
-//! * The contact tolerance t plays no part: this model has none.
 //! * Interior is what the mesh's winding number says of each part of the rest that hangs together; it only decides what is behind the field.
 
 mod grid;
@@ -36,8 +37,6 @@ use palpus::body::Body;
 use self::map::{Kind, MOST_LAYERS, ShellPoint, Voxmap, point_shell};
 use crate::{Baseline, BaselineError, Felt, Settings, positive};
 
-/// Points in contact beyond which the sum of their forces grows no more \[MPT99\].
-const FULL: f64 = 10.0;
 /// Voxels along the environment's longest side, unless it is said otherwise.
 const ALONG: f64 = 100.0;
 /// m: the largest voxel unless it is said otherwise; the usual contact tolerance.
@@ -50,8 +49,10 @@ pub struct VoxelSettings {
     pub contact: Settings,
     /// Side of a voxel, m; `None`: a hundredth of the environment's longest side, at most 1 mm.
     pub voxel: Option<f64>,
-    /// Layers of voxels from the surface out to the force field, 0 to 16.
-    pub offset: u32,
+    /// Layers of voxels from the surface out to the force field, 0 to 64; `None`: as many as make the contact tolerance, rounded.
+    pub offset: Option<u32>,
+    /// Points in contact beyond which the sum of their forces grows no more: 10 \[MPT99\]. Each has this share of the stiffness.
+    pub full: u32,
     /// What points behind the force field feel.
     pub beyond: Beyond,
     /// Of each point that approaches in the layer outside the field, N·s/m; 0 for none.
@@ -71,8 +72,15 @@ pub enum Beyond {
 
 impl Default for VoxelSettings {
     fn default() -> Self {
-        let (offset, braking, memory) = (0, 0.0, 512 << 20);
-        Self { contact: Settings::default(), voxel: None, offset, beyond: Beyond::Nearest, braking, memory }
+        Self {
+            contact: Settings::default(),
+            voxel: None,
+            offset: None,
+            full: 10,
+            beyond: Beyond::Nearest,
+            braking: 0.0,
+            memory: 512 << 20,
+        }
     }
 }
 
@@ -94,11 +102,13 @@ impl Voxel {
         if settings.braking != 0.0 {
             positive("braking", settings.braking)?;
         }
-        if settings.offset > MOST_LAYERS {
-            let value = f64::from(settings.offset);
-            return Err(BaselineError::Setting { field: "offset", value, rule: "0 to 16" });
+        positive("full", f64::from(settings.full))?;
+        // More layers than fit a number saturate, and are refused.
+        let offset = settings.offset.unwrap_or((settings.contact.tolerance / size).round() as u32);
+        if offset > MOST_LAYERS {
+            return Err(BaselineError::Setting { field: "offset", value: f64::from(offset), rule: "0 to 64" });
         }
-        let map = Voxmap::new(&b, size, settings.offset, settings.memory)?;
+        let map = Voxmap::new(&b, size, offset, settings.memory)?;
         Ok(Self { shell: point_shell(&a, size, settings.memory)?, map, settings })
     }
 
@@ -119,7 +129,8 @@ impl Baseline for Voxel {
         }
         let place = pose_ba.placement();
         let grip = place.point(self.settings.contact.grip_a);
-        let stiffness = self.settings.contact.stiffness / FULL;
+        let full = f64::from(self.settings.full);
+        let stiffness = self.settings.contact.stiffness / full;
         let mut felt = Felt::NOTHING;
         let mut brake = Wrench::ZERO;
         for point in &self.shell {
@@ -143,7 +154,7 @@ impl Baseline for Voxel {
                 felt.push(inward * (stiffness * depth), at, -depth, grip);
             }
         }
-        let share = (FULL / felt.contacts as f64).min(1.0);
+        let share = (full / felt.contacts as f64).min(1.0);
         felt.wrench = Wrench { torque: felt.wrench.torque * share, force: felt.wrench.force * share } + brake;
         felt
     }
@@ -162,7 +173,12 @@ mod tests {
     const VOXEL: f64 = 1e-3;
 
     fn with(a: Arc<Body>, b: Arc<Body>, change: impl Fn(&mut VoxelSettings)) -> Voxel {
-        let mut settings = VoxelSettings { contact: testing::SETTINGS, voxel: Some(VOXEL), ..VoxelSettings::default() };
+        let mut settings = VoxelSettings {
+            contact: testing::SETTINGS,
+            voxel: Some(VOXEL),
+            offset: Some(0),
+            ..VoxelSettings::default()
+        };
         change(&mut settings);
         Voxel::new(a, b, settings).expect("good settings")
     }
@@ -246,7 +262,7 @@ mod tests {
         let speed = 0.1;
         let twist = Twist { angular: DVec3::ZERO, linear: DVec3::Z * -speed };
         let mut method = with(testing::ball(), slab(), |settings| {
-            settings.offset = 2;
+            settings.offset = Some(2);
             settings.braking = 0.5;
         });
         let mut at = |height: f64, twist: &Twist| method.step(&over(0.012 + height), twist, 1e-3);
@@ -267,10 +283,10 @@ mod tests {
             change(&mut settings);
             Voxel::new(testing::ball(), slab(), settings).err()
         };
-        let error = fails(&|settings| settings.voxel = Some(1e-5)).expect("too fine");
+        let error = fails(&|settings| (settings.voxel, settings.offset) = (Some(1e-5), Some(0))).expect("too fine");
         assert!(matches!(error, BaselineError::TooLarge { .. }), "{error}");
         assert!(error.to_string().contains("MB"), "{error}");
-        let error = fails(&|settings| settings.offset = 17);
+        let error = fails(&|settings| settings.offset = Some(65));
         assert!(matches!(error, Some(BaselineError::Setting { field: "offset", .. })), "{error:?}");
         let error = fails(&|settings| settings.voxel = Some(f64::NAN));
         assert!(matches!(error, Some(BaselineError::Setting { field: "voxel", .. })), "{error:?}");
