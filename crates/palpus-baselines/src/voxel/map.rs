@@ -1,6 +1,6 @@
 //! The environment as voxels: free space, interior, surface, and layers around it.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 
 use glam::DVec3;
 use palpus::body::Body;
@@ -66,7 +66,7 @@ impl Voxmap {
 pub(super) const MOST_LAYERS: u32 = 64;
 
 /// Every voxel that the surface meets, in the order of their numbers.
-pub(super) fn surface_voxels(body: &Body, grid: &Grid) -> Vec<usize> {
+fn surface_voxels(body: &Body, grid: &Grid) -> Vec<usize> {
     let mut met = vec![false; grid.len()];
     for t in 0..body.mesh().triangles().len() as u32 {
         grid.visit_met(&body.mesh().triangle_points(t), |voxel| met[voxel] = true);
@@ -130,16 +130,28 @@ fn nearest_of_field(grid: &Grid, kinds: &[Kind], field: &[usize]) -> Vec<u32> {
     nearest
 }
 
-/// The centres of the voxels that a body's surface meets, with its normals there: the body's *point shell*, in its frame.
+/// The centres of the voxels that a body's surface meets, with the mean of its triangles' normals there: the body's *point shell*, in its frame.
 pub(super) fn point_shell(body: &Body, size: f64, memory: usize) -> Result<Vec<ShellPoint>, BaselineError> {
     let grid = Grid::around(&body.mesh().bounds(), size, 1, 1, memory)?;
-    let point = |voxel: usize| {
+    let mut outward: BTreeMap<usize, DVec3> = BTreeMap::new();
+    for t in 0..body.mesh().triangles().len() as u32 {
+        let normal = body.mesh().triangle_normal(t);
+        grid.visit_met(&body.mesh().triangle_points(t), |voxel| *outward.entry(voxel).or_default() += normal);
+    }
+    let point = |(voxel, sum): (usize, DVec3)| {
         let center = grid.center(voxel);
-        let nearest = body.tree().nearest(center)?;
-        Some(ShellPoint { center, inward: -body.mesh().triangle_normal(nearest.triangle) })
+        let normal = if sum.length() > CANCELLED {
+            sum.normalize()
+        } else {
+            body.mesh().triangle_normal(body.tree().nearest(center)?.triangle)
+        };
+        Some(ShellPoint { center, inward: -normal })
     };
-    Ok(surface_voxels(body, &grid).into_iter().filter_map(point).collect())
+    Ok(outward.into_iter().filter_map(point).collect())
 }
+
+/// A sum of unit normals as short as this says nothing: opposite sides of a sheet in one voxel. The nearest triangle's then.
+const CANCELLED: f64 = 1e-6;
 
 /// A sample of the probe's surface.
 #[derive(Clone, Copy, Debug)]

@@ -2,7 +2,7 @@
 //!
 //! 1. *Voxmap*: the environment by scan conversion, each voxel one of free space, interior, surface, proximity (two bits in \[MPT99\]).
 //!    Surface voxels are those that a triangle meets.
-//! 2. *Point shell*: the centres of the surface voxels of the probe, at the same voxel size, each with the inward normal of the surface there.
+//! 2. *Point shell*: the centres of the surface voxels of the probe, at the same voxel size, each with the mean inward normal of the surface there.
 //! 3. *Tangent-plane force*: a point in a voxel of the force field; through the voxel's centre the plane across the *point's* normal; d is how far the point lies below it; the force is
 //!    K d along the normal. Below means towards the environment, so that force sets in and vanishes without knowing its surface.
 //! 4. *Virtual stiffness*: all forces and torques are added up; of more than ten points in contact the sum is divided by a tenth of
