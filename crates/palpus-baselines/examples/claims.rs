@@ -8,6 +8,7 @@
 //! * springs: the largest force step beside what one spring of the scene's stiffness would make of that millisecond's motion;
 //! * turn: the largest turn of the force direction in a millisecond in which it is at least a tenth of its mean, degrees;
 //! * truth: root mean square error of the force against the scene's truth, where there is one, over the true force's;
+//! * fitted: the same after the felt force was scaled as fits best: what is wrong besides the stiffness;
 //! * lost: share of the steps with a true (otherwise: palpus's) contact inside in which nothing pushes;
 //! * at: when the largest force step was.
 //!
@@ -107,6 +108,9 @@ struct Figures {
     turns: Vec<(f64, f64)>,
     error: f64,
     truth: f64,
+    /// Sums of the felt force's square and of its product with the true one.
+    felt: f64,
+    both: f64,
     inside: u32,
     lost: u32,
 }
@@ -121,10 +125,11 @@ impl Figures {
         let [force_999, torque_999] =
             [&mut self.force_steps, &mut self.torque_steps].map(|steps| quantile(steps, 0.999));
         let [force_max, torque_max] = [&self.force_steps, &self.torque_steps].map(|steps| most(steps));
-        let error =
-            if self.truth > 0.0 { format!("{:.1} %", 100.0 * (self.error / self.truth).sqrt()) } else { "—".into() };
+        let percent = |share: f64| if self.truth > 0.0 { format!("{:.1} %", 100.0 * share) } else { "—".into() };
+        let error = percent((self.error / self.truth).sqrt());
+        let fitted = percent((1.0 - self.both * self.both / (self.felt * self.truth)).max(0.0).sqrt());
         println!(
-            "| {name} | {:.2} | {:.1} | {:.1} | {:.1} % | {:.1} | {:.0} | {:.0} | {:.1} | {:.1} | {error} | {:.1} % | {:.3} |",
+            "| {name} | {:.2} | {:.1} | {:.1} | {:.1} % | {:.1} | {:.0} | {:.0} | {:.1} | {:.1} | {error} | {fitted} | {:.1} % | {:.3} |",
             mean(&self.forces),
             1e3 * mean(&self.torques),
             1e3 * force_max,
@@ -198,6 +203,8 @@ fn measure(scene: &Scene) -> Result<(), Box<dyn std::error::Error>> {
             if let Some(force) = force {
                 of.error += (wrench.force - force).length_squared();
                 of.truth += force.length_squared();
+                of.felt += wrench.force.length_squared();
+                of.both += wrench.force.dot(force);
             }
             of.inside += u32::from(inside);
             of.lost += u32::from(inside && wrench.force == DVec3::ZERO);
@@ -220,9 +227,9 @@ fn measure(scene: &Scene) -> Result<(), Box<dyn std::error::Error>> {
     }
     println!("\n### {}\n", scene.name);
     println!(
-        "| method | force N | torque mN·m | step mN | of mean | 99.9 % | torque step µN·m | 99.9 % | springs | turn ° | truth | lost | at s |"
+        "| method | force N | torque mN·m | step mN | of mean | 99.9 % | torque step µN·m | 99.9 % | springs | turn ° | truth | fitted | lost | at s |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|---|---|---|---|---|");
     for (of, (method, note)) in figures.into_iter().zip(&methods) {
         of.print(format!("{} {note}", method.name()).trim());
     }
