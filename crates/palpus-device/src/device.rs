@@ -1,6 +1,8 @@
 //! The seam to a haptic device, and what is known of devices that do not say it themselves.
 
 use std::borrow::Cow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
@@ -25,6 +27,42 @@ pub trait HapticDevice {
     /// # Errors
     /// When the device did not take it; the loop then ends as a fault.
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError>;
+
+    /// A handle by which another thread takes the force away when the loop does not answer any more; `None` when the device has no
+    /// such way. It stays the same as long as the device is there.
+    fn brake(&self) -> Option<Arc<dyn Brake>> {
+        None
+    }
+}
+
+/// Takes the force from a device, from any thread and at any time, without waiting.
+pub trait Brake: Send + Sync {
+    /// From now on the device gives no force but damping, whatever it was or will be told.
+    fn apply(&self);
+
+    /// What the device is told counts again. Called from the servo thread only.
+    fn release(&self);
+
+    /// True between the two.
+    fn is_applied(&self) -> bool;
+}
+
+/// A brake for a device that looks at a flag whenever it is about to push.
+#[derive(Debug, Default)]
+pub struct BrakeFlag(AtomicBool);
+
+impl Brake for BrakeFlag {
+    fn apply(&self) {
+        self.0.store(true, Ordering::Release);
+    }
+
+    fn release(&self) {
+        self.0.store(false, Ordering::Release);
+    }
+
+    fn is_applied(&self) -> bool {
+        self.0.load(Ordering::Acquire)
+    }
 }
 
 impl<D: HapticDevice + ?Sized> HapticDevice for Box<D> {
@@ -39,6 +77,10 @@ impl<D: HapticDevice + ?Sized> HapticDevice for Box<D> {
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
         (**self).write(wrench)
     }
+
+    fn brake(&self) -> Option<Arc<dyn Brake>> {
+        (**self).brake()
+    }
 }
 
 /// What a device senses at an instant.
@@ -50,7 +92,8 @@ pub struct DeviceState {
     pub twist: Twist,
     /// Bit k is set while button k is pressed.
     pub buttons: u32,
-    /// Seconds since the device was opened.
+    /// Seconds since the device was opened at which this state was sampled: a state that is handed out again keeps its
+    /// time, so that one can see that there is no newer one.
     pub time: f64,
 }
 
@@ -95,16 +138,32 @@ pub struct DeviceSpec {
     pub force_max: f64,
     /// Largest torque, N·m; 0 when it has none.
     pub torque_max: f64,
+    /// Force that its motors bear for ever, N, when the maker states it.
+    pub force_continuous: Option<f64>,
+    /// Torque that its motors bear for ever, N·m, when the maker states it.
+    pub torque_continuous: Option<f64>,
     /// Axes with motors.
     pub actuated: Axes,
     /// Axes with sensors.
     pub sensed: Axes,
+    /// Buttons that the loop sees, 0 when none or not known: with buttons, forces are asked for by pressing one.
+    pub buttons: u8,
     /// Sides of the box that the grip can reach, m, when the maker states it.
     pub workspace: Option<DVec3>,
 }
 
+/// N, as the makers' data sheets state them.
+const CONTINUOUS_FORCES: [(&str, f64); 6] = [
+    ("Phantom Premium 1.5/6DOF", 1.4),
+    ("Phantom Premium 3.0/6DOF", 3.0),
+    ("Touch", 0.88),
+    ("Touch X", 1.75),
+    ("omega.6", 12.0),
+    ("omega.7", 12.0),
+];
+
 /// Conservative limits for devices that do not report their own: force and torque as seen in shipped drivers,
-/// workspace as stated by the makers.
+/// continuous force and workspace as stated by the makers. Buttons are left to the back ends, which see them.
 pub fn known_devices() -> [DeviceSpec; 10] {
     let gripper = |rotation| Axes { translation: 3, rotation, gripper: 1 };
     let spec =
@@ -112,8 +171,11 @@ pub fn known_devices() -> [DeviceSpec; 10] {
             name: Cow::Borrowed(name),
             force_max,
             torque_max,
+            force_continuous: CONTINUOUS_FORCES.into_iter().find(|known| known.0 == name).map(|known| known.1),
+            torque_continuous: None,
             actuated,
             sensed,
+            buttons: 0,
             workspace: workspace_mm.map(|mm| DVec3::from_array(mm) * 1e-3),
         };
     [

@@ -4,23 +4,38 @@
 //!   hand) and [`ReplayDevice`] (a recorded hand) stand behind it as peers of hardware.
 //! * [`Servo`] — the loop: read, step, write, once a tick, in real time or as fast as it goes; whatever ends it, the
 //!   last wrench written is zero.
+//! * [`SafetyChain`] — what stands between a computed wrench and the hand, in every tick; with the [`Gate`] before the step and the
+//!   [`Watch`] beside the loop. [`FaultyDevice`] is how all that is tried.
+//! * [`claim`] — what an operating system has for a loop that must not be late: priority, locked memory, a core of its own.
+//! * [`latest`] — whatever is slower than the loop (a window, a live line) sees the newest value.
 //! * [`record`] — rows leave the servo thread through a bounded queue; a full queue drops and counts, it never waits.
 //!
 //! The loop is generic over what computes the wrench, so nothing here knows geometry.
 
 mod device;
+mod faulty;
+mod latest;
+mod realtime;
 mod recorder;
 mod replay;
 mod rotation;
+mod safety;
 mod servo;
 mod simulated;
 
-pub use device::{Axes, DeviceError, DeviceSpec, DeviceState, HapticDevice, known_devices};
+pub use device::{Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, known_devices};
+pub use faulty::{Fault, FaultyDevice, Script};
+pub use latest::{Newest, Publisher, latest};
+pub use realtime::{Claimed, RealTimeClaims, RealTimeOptions, claim};
 pub use recorder::{Recorder, Recording, RecordingSummary, record};
 pub use replay::ReplayDevice;
+pub use safety::{
+    Admitted, AfterFault, AfterPanic, Cut, Cuts, Engagement, Gate, LimitLine, Passivity, Phase, SafetyChain,
+    SafetyCounters, SafetyLimits, SafetyOptions, Shaped, Watch,
+};
 pub use servo::{
-    Energy, Faults, Percentiles, RunEnd, RunStatistics, Servo, ServoError, ServoOptions, ServoTick, StepOutcome,
-    TickObserver, Timing,
+    Energy, LATE, LoopTime, Percentiles, RunEnd, RunStatistics, Servo, ServoError, ServoOptions, ServoTick,
+    StepOutcome, TickObserver, Timing, VirtualTime, WallTime,
 };
 pub use simulated::{
     Apparatus, Encoder, HAND_PRESETS, HandImpedance, Intent, Jitter, SimulatedDevice, SimulationError,

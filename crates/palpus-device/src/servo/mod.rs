@@ -3,35 +3,42 @@
 //! Once a tick, at 1 kHz unless told otherwise:
 //!
 //! 1. wait for the tick's deadline (real time) or don't (simulated time);
-//! 2. read the device's state; one that is not finite is counted, answered with zero, and otherwise left out;
-//! 3. run the step, which answers a wrench; a panic in it becomes a zero wrench and the named end of the run;
-//! 4. a wrench that is not finite becomes zero and is counted;
-//! 5. write the wrench to the device;
-//! 6. account: times, energy, largest values; let the observer see the tick.
+//! 2. read the device's state and let the gate look at it; one that is none is replaced by the last one that was, at rest;
+//! 3. run the step, which answers a wrench; a panic in it is caught;
+//! 4. the safety chain ([`crate::SafetyChain`]) makes of it what the device may get;
+//! 5. write that to the device, and tell the watchdog;
+//! 6. account: times, energy, largest values, cuts; let the observer see the tick.
 //!
 //! Deadlines are absolute, so lateness does not add up; a loop that is late by whole periods skips them, keeps its
 //! phase and counts them, rather than firing a burst of ticks. Whatever ends the loop — its duration, the stop flag, the
-//! device, a panic in the step, the observer or the device — the last wrench written is zero. The loop does not
-//! allocate.
+//! device, a panic in the step, the observer or the device — the last wrench written is zero. After a panic in the step, or a
+//! fault after which it is to stop, it first damps the grip for a moment. The loop does not allocate once the first tick
+//! has begun.
 //!
 //! The step is always given the nominal period: what a run computes then depends on what it was fed, not on the
-//! scheduler, and can be replayed bit for bit.
+//! scheduler, and can be replayed bit for bit. What the chain makes of it can be, too, from the recorded states, the step's
+//! wrenches and the cuts of each tick.
 
+mod line;
 mod pace;
 mod statistics;
+mod time;
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use palpus::algebra::Wrench;
 
-use crate::device::{DeviceError, DeviceState, HapticDevice};
-use pace::Pace;
+use crate::device::{DeviceState, HapticDevice};
+use crate::safety::{Cuts, Passivity, Phase, SafetyOptions, Shaped};
+use line::Line;
+use pace::{Pace, Start};
 use statistics::Tally;
 
-pub use statistics::{Energy, Faults, Percentiles, RunEnd, RunStatistics};
+pub use statistics::{Energy, LATE, Percentiles, RunEnd, RunStatistics};
+pub use time::{LoopTime, VirtualTime, WallTime};
 
 /// Whose time a run keeps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -54,12 +61,17 @@ pub struct ServoOptions {
     pub duration: Option<f64>,
     /// In real time: how long before a deadline to stop sleeping and spin.
     pub spin: Duration,
+    /// Of the safety chain.
+    pub safety: SafetyOptions,
 }
+
+/// A sleeping thread is woken within this time on an idle machine.
+const SPIN: Duration = Duration::from_micros(200);
 
 impl Default for ServoOptions {
     /// 1 kHz, real time, without end, spinning for the last 200 µs.
     fn default() -> Self {
-        Self { rate_hz: 1000.0, timing: Timing::RealTime, duration: None, spin: Duration::from_micros(200) }
+        Self { rate_hz: 1000.0, timing: Timing::RealTime, duration: None, spin: SPIN, safety: SafetyOptions::default() }
     }
 }
 
@@ -72,6 +84,9 @@ pub enum ServoError {
     /// Negative or not a number.
     #[error("the duration must be positive, and is {0} s")]
     Duration(f64),
+    /// A threshold is negative or not a number.
+    #[error("every safety threshold must be a number from 0 up")]
+    Safety,
 }
 
 /// What a step answers.
@@ -99,14 +114,18 @@ pub struct ServoTick {
     pub index: u64,
     /// Index times the nominal period, s.
     pub time: f64,
-    /// What was read.
+    /// What the step was given: as read, or the last state that was one, at rest.
     pub state: DeviceState,
+    /// What the step answered; zero if it panicked.
+    pub computed: Wrench,
     /// What was written.
     pub wrench: Wrench,
+    /// What the safety chain cut.
+    pub cuts: Cuts,
+    /// Where the engagement stands.
+    pub phase: Phase,
     /// The step said that it cut the wrench.
     pub saturated: bool,
-    /// The step's wrench was not finite and zero was written instead.
-    pub replaced: bool,
     /// Wall time of the step, s.
     pub step_s: f64,
     /// How long after its deadline the tick began, s; 0 in simulated time.
@@ -133,9 +152,9 @@ impl<T> TickObserver<T> for () {
 }
 
 /// The loop and all the memory it needs.
-#[derive(Debug)]
 pub struct Servo {
     options: ServoOptions,
+    passivity: Option<Box<dyn Passivity>>,
     tally: Tally,
 }
 
@@ -151,107 +170,115 @@ impl Servo {
         if let Some(duration) = options.duration.filter(|duration| !(*duration >= 0.0 && duration.is_finite())) {
             return Err(ServoError::Duration(duration));
         }
-        Ok(Self { options, tally: Tally::new() })
+        if options.safety.limits.is_some_and(|limits| !limits.is_valid()) {
+            return Err(ServoError::Safety);
+        }
+        Ok(Self { options, passivity: None, tally: Tally::new() })
+    }
+
+    /// With this third stage in the safety chain.
+    #[must_use]
+    pub fn with_passivity(mut self, stage: Box<dyn Passivity>) -> Self {
+        self.passivity = Some(stage);
+        self
     }
 
     /// Runs on the calling thread until the duration is over, `stop` is set, the device ends or something fails; the last
     /// wrench written to `device` is zero.
-    pub fn run<D, T, S, O>(&mut self, device: &mut D, mut step: S, observer: &mut O, stop: &AtomicBool) -> RunStatistics
+    pub fn run<D, T, S, O>(&mut self, device: &mut D, step: S, observer: &mut O, stop: &AtomicBool) -> RunStatistics
     where
         D: HapticDevice + ?Sized,
         S: FnMut(&DeviceState, f64) -> StepOutcome<T>,
         O: TickObserver<T> + ?Sized,
     {
-        let ServoOptions { rate_hz, timing, duration, spin } = self.options;
+        self.run_in(&WallTime::new(), device, step, observer, stop)
+    }
+
+    /// The same by another clock.
+    pub fn run_in<D, T, S, O>(
+        &mut self,
+        time: &dyn LoopTime,
+        device: &mut D,
+        mut step: S,
+        observer: &mut O,
+        stop: &AtomicBool,
+    ) -> RunStatistics
+    where
+        D: HapticDevice + ?Sized,
+        S: FnMut(&DeviceState, f64) -> StepOutcome<T>,
+        O: TickObserver<T> + ?Sized,
+    {
+        let ServoOptions { rate_hz, timing, duration, spin, .. } = self.options;
         let period = 1.0 / rate_hz;
-        let ticks = duration.map_or(u64::MAX, |seconds| (seconds * rate_hz).round() as u64);
-        let mut device = ZeroAtEnd { device, written: false };
+        let turns = duration.map_or(u64::MAX, |seconds| (seconds * rate_hz).round() as u64);
+        let mut line = Line::new(&self.options, device, self.passivity.take(), time);
         self.tally.restart();
-        let mut pace = Pace::start(timing, period, spin);
-        let mut index = 0;
+        let mut pace = Pace::start(timing, period, spin, time);
+        let (mut turn, mut index) = (0, 0);
         let mut end = loop {
-            if index >= ticks {
+            if turn >= turns {
                 break RunEnd::Duration;
             }
             if stop.load(Ordering::Relaxed) {
                 break RunEnd::Stopped;
             }
-            let start = pace.wait();
+            turn += 1;
+            let start = pace.wait(time);
             self.tally.start_of_tick(&start);
-            let state = match device.device.read() {
-                Ok(state) => state,
-                Err(DeviceError::Ended) => break RunEnd::DeviceEnded,
+            let admitted = match line.read(&start) {
+                Ok(admitted) => admitted,
+                Err(error) => break RunEnd::of(error),
+            };
+            let Some(state) = admitted.state else {
+                // There has been no state yet, and so there has been no wrench.
+                self.tally.without_state(admitted.cuts);
+                match line.hold_still() {
+                    Ok(()) => continue,
+                    Err(error) => break RunEnd::DeviceFailed(error),
+                }
+            };
+            let before = time.now();
+            let outcome = catch_unwind(AssertUnwindSafe(|| step(&state, period)));
+            let step_s = time.now().saturating_sub(before).as_secs_f64();
+            let panicked = outcome.is_err();
+            let computed = outcome.as_ref().map_or(Wrench::ZERO, |outcome| outcome.wrench);
+            let Shaped { wrench, cuts, phase } = match line.answer(&state, &computed, admitted.cuts, panicked) {
+                Ok(shaped) => shaped,
                 Err(error) => break RunEnd::DeviceFailed(error),
             };
-            if !is_finite(&state) {
-                // Nothing can be computed from it, and what was written last must not go on pushing.
-                if let Err(error) = device.device.write(&Wrench::ZERO) {
-                    break RunEnd::DeviceFailed(error);
-                }
-                self.tally.invalid_state();
-                index += 1;
-                continue;
-            }
-            let before = Instant::now();
-            let outcome = catch_unwind(AssertUnwindSafe(|| step(&state, period)));
-            let elapsed = before.elapsed();
-            let StepOutcome { wrench, saturated, detail } = match outcome {
-                Ok(outcome) => outcome,
-                Err(panic) => break RunEnd::Panicked(message(panic.as_ref())),
-            };
-            let replaced = !wrench.is_finite();
-            let wrench = if replaced { Wrench::ZERO } else { wrench };
-            if let Err(error) = device.device.write(&wrench) {
-                break RunEnd::DeviceFailed(error);
-            }
             let tick = ServoTick {
                 index,
                 time: index as f64 * period,
                 state,
+                computed,
                 wrench,
-                saturated,
-                replaced,
-                step_s: elapsed.as_secs_f64(),
+                cuts,
+                phase,
+                saturated: outcome.as_ref().is_ok_and(|outcome| outcome.saturated),
+                step_s,
                 lateness_s: start.lateness.as_secs_f64(),
-                overrun: start.skipped > 0 || pace.is_overrun(),
+                overrun: start.skipped > 0 || pace.is_overrun(time),
             };
             self.tally.end_of_tick(&tick);
-            observer.observe(&tick, &detail);
             index += 1;
+            match outcome {
+                Ok(outcome) => observer.observe(&tick, &outcome.detail),
+                Err(panic) => self.tally.panicked(message(panic.as_ref())),
+            }
+            if phase == Phase::Stopped {
+                line.coast(&mut pace, stop);
+                break if panicked { RunEnd::Panicked(self.tally.last_panic()) } else { RunEnd::Faulted(cuts) };
+            }
         };
-        if let Err(error) = device.finish()
-            && !matches!(end, RunEnd::DeviceFailed(_) | RunEnd::Panicked(_))
+        let (passivity, finished) = line.finish(matches!(end, RunEnd::DeviceFailed(_)));
+        self.passivity = passivity;
+        if let Err(error) = finished
+            && !matches!(end, RunEnd::DeviceFailed(_) | RunEnd::Panicked(_) | RunEnd::Faulted(_))
         {
             end = RunEnd::DeviceFailed(error);
         }
-        self.tally.finish(end, timing, period, pace.elapsed())
+        self.tally.finish(end, timing, period, pace.elapsed(time))
     }
-}
-
-/// Writes zero to the device at the end of the run, and also when something unwinds through the loop.
-struct ZeroAtEnd<'a, D: HapticDevice + ?Sized> {
-    device: &'a mut D,
-    written: bool,
-}
-
-impl<D: HapticDevice + ?Sized> ZeroAtEnd<'_, D> {
-    fn finish(&mut self) -> Result<(), DeviceError> {
-        self.written = true;
-        self.device.write(&Wrench::ZERO)
-    }
-}
-
-impl<D: HapticDevice + ?Sized> Drop for ZeroAtEnd<'_, D> {
-    fn drop(&mut self) {
-        if !self.written {
-            // There is no one left to tell: the panic that brought us here is on its way.
-            let _ = self.device.write(&Wrench::ZERO);
-        }
-    }
-}
-
-fn is_finite(state: &DeviceState) -> bool {
-    state.pose.is_valid() && state.twist.linear.is_finite() && state.twist.angular.is_finite()
 }
 
 fn message(panic: &(dyn Any + Send)) -> String {

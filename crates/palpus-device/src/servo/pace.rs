@@ -1,8 +1,9 @@
 //! Waiting for the next tick.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use super::Timing;
+use super::time::LoopTime;
 
 /// How a tick began.
 #[derive(Clone, Copy, Debug)]
@@ -18,50 +19,45 @@ pub(super) struct Start {
 #[derive(Debug)]
 pub(super) struct Pace {
     timing: Timing,
-    begin: Instant,
+    begin: Duration,
     period: Duration,
     spin: Duration,
     /// Of the tick that is waited for next.
-    deadline: Instant,
-    last: Option<Instant>,
+    deadline: Duration,
+    last: Option<Duration>,
 }
 
 impl Pace {
-    pub(super) fn start(timing: Timing, period: f64, spin: Duration) -> Self {
-        let begin = Instant::now();
+    pub(super) fn start(timing: Timing, period: f64, spin: Duration, time: &dyn LoopTime) -> Self {
+        let begin = time.now();
         Self { timing, begin, period: Duration::from_secs_f64(period), spin, deadline: begin, last: None }
     }
 
-    /// Returns when the next tick is due: sleeps until shortly before its deadline, then spins.
-    pub(super) fn wait(&mut self) -> Start {
+    /// Returns when the next tick is due.
+    pub(super) fn wait(&mut self, time: &dyn LoopTime) -> Start {
         if self.timing == Timing::Simulated {
             return Start { lateness: Duration::ZERO, period: None, skipped: 0 };
         }
-        let ahead = self.deadline.saturating_duration_since(Instant::now());
-        if ahead > self.spin {
-            std::thread::sleep(ahead - self.spin);
-        }
-        let mut now = Instant::now();
-        while now < self.deadline {
-            std::hint::spin_loop();
-            now = Instant::now();
-        }
-        let lateness = now - self.deadline;
+        // A deadline is never more than a period ahead, unless the clock ran backwards: the force must not be held for so long.
+        self.deadline = self.deadline.min(time.now() + self.period);
+        time.wait_until(self.deadline, self.spin);
+        let now = time.now();
+        let lateness = now.saturating_sub(self.deadline);
         // Whole periods that are already over are skipped, keeping the phase.
         let skipped = (lateness.as_nanos() / self.period.as_nanos()) as u64;
-        let behind = Duration::from_nanos(self.period.as_nanos() as u64 * (skipped + 1));
+        let behind = Duration::from_nanos((self.period.as_nanos() as u64).saturating_mul(skipped + 1));
         self.deadline += behind;
-        let period = self.last.map(|last| now - last);
+        let period = self.last.map(|last| now.saturating_sub(last));
         self.last = Some(now);
         Start { lateness, period, skipped }
     }
 
     /// True when the next tick's deadline has passed already.
-    pub(super) fn is_overrun(&self) -> bool {
-        self.timing == Timing::RealTime && Instant::now() > self.deadline
+    pub(super) fn is_overrun(&self, time: &dyn LoopTime) -> bool {
+        self.timing == Timing::RealTime && time.now() > self.deadline
     }
 
-    pub(super) fn elapsed(&self) -> Duration {
-        self.begin.elapsed()
+    pub(super) fn elapsed(&self, time: &dyn LoopTime) -> Duration {
+        time.now().saturating_sub(self.begin)
     }
 }

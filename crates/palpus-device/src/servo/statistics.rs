@@ -9,6 +9,7 @@ use super::pace::Start;
 use super::{ServoTick, Timing};
 use crate::device::DeviceError;
 use crate::rotation::rotation_between;
+use crate::safety::{Cut, Cuts, SafetyCounters};
 
 /// Durations from 1 ns to 10 s are told apart to three digits; a longer one counts as 10 s.
 const LONGEST_NS: u64 = 10_000_000_000;
@@ -41,26 +42,6 @@ pub struct Energy {
     pub highest: f64,
 }
 
-/// What went wrong, counted.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Faults {
-    /// Wrenches that were not finite and were replaced by zero.
-    pub non_finite: u64,
-    /// States with a number that is not finite or a rotation that is none: the step was not run and zero was written.
-    pub invalid_states: u64,
-    /// Steps that panicked (0 or 1: the first one ends the run).
-    pub panics: u64,
-    /// Reads or writes that the device failed (0 or 1).
-    pub device: u64,
-}
-
-impl Faults {
-    /// All of them.
-    pub fn total(&self) -> u64 {
-        self.non_finite + self.invalid_states + self.panics + self.device
-    }
-}
-
 /// Why a run ended.
 #[derive(Clone, Debug, PartialEq)]
 pub enum RunEnd {
@@ -74,12 +55,21 @@ pub enum RunEnd {
     DeviceFailed(DeviceError),
     /// The step panicked, with this message.
     Panicked(String),
+    /// A fault of these kinds, after which the loop was to stop.
+    Faulted(Cuts),
+}
+
+impl RunEnd {
+    /// When the device did not give a state.
+    pub(super) fn of(error: DeviceError) -> Self {
+        if error == DeviceError::Ended { Self::DeviceEnded } else { Self::DeviceFailed(error) }
+    }
 }
 
 /// The summary of a run, as far as the loop can know it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunStatistics {
-    /// Ticks whose wrench was written.
+    /// Turns of the loop whose wrench was written.
     pub ticks: u64,
     /// Seconds of the run's own time: the wall's in real time, ticks times the period in simulated time.
     pub duration_s: f64,
@@ -89,6 +79,8 @@ pub struct RunStatistics {
     pub rate_hz: f64,
     /// Ticks that wrote their wrench more than a period after they were due, because they began late or took long.
     pub overruns: u64,
+    /// Ticks that began more than [`LATE`] after they were due.
+    pub late_ticks: u64,
     /// Whole periods that went by without a tick.
     pub skipped: u64,
     /// The step alone.
@@ -109,11 +101,16 @@ pub struct RunStatistics {
     pub torque_step_max: f64,
     /// Ticks whose step said that it cut the wrench.
     pub saturated_ticks: u64,
-    /// What went wrong.
-    pub faults: Faults,
+    /// What the safety chain cut.
+    pub safety: SafetyCounters,
+    /// What the last panic in a step said.
+    pub panic: Option<String>,
     /// Why it ended.
     pub end: RunEnd,
 }
+
+/// A tick that begins later than this is counted as late.
+pub const LATE: Duration = Duration::from_micros(500);
 
 /// The account of a run under way.
 #[derive(Debug)]
@@ -122,15 +119,17 @@ pub(super) struct Tally {
     period: Histogram<u64>,
     lateness: Histogram<u64>,
     counts: Counts,
+    panic: Option<String>,
 }
 
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     ticks: u64,
     overruns: u64,
+    late: u64,
     skipped: u64,
     saturated: u64,
-    faults: Faults,
+    safety: SafetyCounters,
     energy: Energy,
     force_max: f64,
     torque_max: f64,
@@ -140,36 +139,20 @@ struct Counts {
     pose: Option<Pose>,
 }
 
-impl Counts {
-    const NONE: Self = Self {
-        ticks: 0,
-        overruns: 0,
-        skipped: 0,
-        saturated: 0,
-        faults: Faults { non_finite: 0, invalid_states: 0, panics: 0, device: 0 },
-        energy: Energy { translation: 0.0, rotation: 0.0, highest: 0.0 },
-        force_max: 0.0,
-        torque_max: 0.0,
-        force_step_max: 0.0,
-        torque_step_max: 0.0,
-        last: Wrench::ZERO,
-        pose: None,
-    };
-}
-
 impl Tally {
     pub(super) fn new() -> Self {
         // The bounds are constants within the histogram's range.
         let histogram =
             || Histogram::new_with_max(LONGEST_NS, DIGITS).expect("10 s at three digits is a valid histogram");
-        Self { step: histogram(), period: histogram(), lateness: histogram(), counts: Counts::NONE }
+        Self { step: histogram(), period: histogram(), lateness: histogram(), counts: Counts::default(), panic: None }
     }
 
     pub(super) fn restart(&mut self) {
         self.step.reset();
         self.period.reset();
         self.lateness.reset();
-        self.counts = Counts::NONE;
+        self.counts = Counts::default();
+        self.panic = None;
     }
 
     pub(super) fn start_of_tick(&mut self, start: &Start) {
@@ -178,17 +161,22 @@ impl Tally {
             self.period.saturating_record(period.as_nanos() as u64);
         }
         self.counts.skipped += start.skipped;
+        self.counts.late += u64::from(start.lateness > LATE);
     }
 
-    /// A tick without a step.
-    pub(super) fn invalid_state(&mut self) {
-        let counts = &mut self.counts;
-        counts.ticks += 1;
-        counts.faults.invalid_states += 1;
-        counts.force_step_max = counts.force_step_max.max(counts.last.force.length());
-        counts.torque_step_max = counts.torque_step_max.max(counts.last.torque.length());
-        counts.last = Wrench::ZERO;
-        counts.pose = None;
+    /// A tick without a step, since there has been no state yet.
+    pub(super) fn without_state(&mut self, cuts: Cuts) {
+        self.counts.ticks += 1;
+        self.counts.safety.add(cuts);
+    }
+
+    /// The step panicked and said this.
+    pub(super) fn panicked(&mut self, message: String) {
+        self.panic = Some(message);
+    }
+
+    pub(super) fn last_panic(&self) -> String {
+        self.panic.clone().unwrap_or_default()
     }
 
     pub(super) fn end_of_tick(&mut self, tick: &ServoTick) {
@@ -197,7 +185,7 @@ impl Tally {
         counts.ticks += 1;
         counts.overruns += u64::from(tick.overrun);
         counts.saturated += u64::from(tick.saturated);
-        counts.faults.non_finite += u64::from(tick.replaced);
+        counts.safety.add(tick.cuts);
         // The last wrench was held while the grip moved from the last pose to this one.
         if let Some(last) = counts.pose {
             let moved = tick.state.pose.translation - last.translation;
@@ -215,9 +203,10 @@ impl Tally {
     }
 
     pub(super) fn finish(&mut self, end: RunEnd, timing: Timing, period: f64, wall: Duration) -> RunStatistics {
-        let Counts { ticks, overruns, skipped, saturated, mut faults, energy, .. } = self.counts;
-        faults.panics += u64::from(matches!(end, RunEnd::Panicked(_)));
-        faults.device += u64::from(matches!(end, RunEnd::DeviceFailed(_)));
+        let Counts { ticks, overruns, late, skipped, saturated, mut safety, energy, .. } = self.counts;
+        let mut cuts = Cuts::NONE;
+        cuts.note(Cut::Device, matches!(end, RunEnd::DeviceFailed(_)));
+        safety.add(cuts);
         let wall_s = wall.as_secs_f64();
         let real = timing == Timing::RealTime;
         RunStatistics {
@@ -226,6 +215,7 @@ impl Tally {
             wall_s,
             rate_hz: if wall_s > 0.0 { ticks as f64 / wall_s } else { 0.0 },
             overruns,
+            late_ticks: late,
             skipped,
             step_us: percentiles(&self.step),
             period_us: real.then(|| percentiles(&self.period)),
@@ -236,7 +226,8 @@ impl Tally {
             force_step_max: self.counts.force_step_max,
             torque_step_max: self.counts.torque_step_max,
             saturated_ticks: saturated,
-            faults,
+            safety,
+            panic: self.panic.take(),
             end,
         }
     }

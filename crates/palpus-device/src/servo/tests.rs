@@ -1,8 +1,11 @@
 use super::*;
+use crate::device::{Brake, BrakeFlag, DeviceError};
+use crate::safety::{AfterFault, AfterPanic, Cut, SafetyLimits};
 use crate::{DeviceSpec, HandImpedance, ReplayDevice, SimulatedDevice, SimulationSettings, known_devices};
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist};
 use std::cell::RefCell;
+use std::sync::Arc;
 
 /// A device that stays where it is and remembers what it was told.
 struct Scribe {
@@ -11,12 +14,14 @@ struct Scribe {
     reads: usize,
     read: fn(usize) -> Result<DeviceState, DeviceError>,
     write: fn(&Wrench) -> Result<(), DeviceError>,
+    brake: Arc<BrakeFlag>,
 }
 
 impl Scribe {
     fn new() -> Self {
         let [spec, ..] = known_devices();
-        Self { spec, written: Vec::new(), reads: 0, read: |tick| Ok(state_at(tick)), write: |_| Ok(()) }
+        let brake = Arc::default();
+        Self { spec, written: Vec::new(), reads: 0, read: |tick| Ok(state_at(tick)), write: |_| Ok(()), brake }
     }
 }
 
@@ -34,6 +39,10 @@ impl HapticDevice for Scribe {
         self.written.push(*wrench);
         (self.write)(wrench)
     }
+
+    fn brake(&self) -> Option<Arc<dyn Brake>> {
+        Some(self.brake.clone())
+    }
 }
 
 fn state_at(tick: usize) -> DeviceState {
@@ -50,8 +59,27 @@ fn pull(newtons: f64) -> Wrench {
     Wrench { force: DVec3::X * newtons, torque: DVec3::ZERO }
 }
 
+/// A chain that lets every wrench through that is one, at once: what is tested here is the loop.
+fn open() -> SafetyOptions {
+    let [spec, ..] = known_devices();
+    let limits = SafetyLimits {
+        force_peak: f64::INFINITY,
+        force_continuous: f64::INFINITY,
+        force_slew: f64::INFINITY,
+        engage_force: f64::INFINITY,
+        ramp: 0.0,
+        hold: 0.0,
+        stall: f64::INFINITY,
+        damping: 0.0,
+        ..SafetyLimits::of(&spec, 1000.0)
+    };
+    SafetyOptions { limits: Some(limits), ..Default::default() }
+}
+
 fn fast(duration: f64) -> Servo {
-    Servo::new(ServoOptions { timing: Timing::Simulated, duration: Some(duration), ..Default::default() }).unwrap()
+    let options =
+        ServoOptions { timing: Timing::Simulated, duration: Some(duration), safety: open(), ..Default::default() };
+    Servo::new(options).unwrap()
 }
 
 fn go_on() -> AtomicBool {
@@ -62,7 +90,7 @@ fn go_on() -> AtomicBool {
 fn a_run_lasts_its_ticks_and_ends_with_zero() {
     let mut device = Scribe::new();
     let run = fast(0.05).run(&mut device, |_, dt| StepOutcome::of(pull(1000.0 * dt)), &mut (), &go_on());
-    assert_eq!((run.ticks, run.end, run.faults.total()), (50, RunEnd::Duration, 0));
+    assert_eq!((run.ticks, run.end, run.safety.faults()), (50, RunEnd::Duration, 0));
     assert!((run.duration_s - 0.05).abs() < 1e-12 && run.period_us.is_none());
     assert_eq!(device.written.len(), 51);
     assert!(device.written[..50].iter().all(|wrench| *wrench == pull(1.0)));
@@ -96,9 +124,10 @@ fn a_panic_in_the_step_ends_the_run_with_zero() {
     };
     let run = fast(1.0).run(&mut device, step, &mut (), &go_on());
     assert_eq!(run.end, RunEnd::Panicked("the tenth tick is not to be had".into()));
-    assert_eq!((run.ticks, run.faults.panics), (10, 1));
-    assert_eq!(device.written.last(), Some(&Wrench::ZERO));
-    assert_eq!(device.written.len(), 11);
+    assert_eq!((run.ticks, run.safety.ticks(Cut::Panic), run.safety.faults()), (11, 1, 1));
+    // Ten ticks, the one that panicked, a tenth of a second in which it would damp, and the last word.
+    assert_eq!(device.written.len(), 10 + 1 + 100 + 1);
+    assert!(device.written[10..].iter().all(|wrench| *wrench == Wrench::ZERO));
 }
 
 #[test]
@@ -121,7 +150,7 @@ fn a_wrench_that_is_not_finite_becomes_zero_and_is_counted() {
         StepOutcome::of(if bad { pull(f64::NAN) } else { pull(1.0) })
     };
     let run = fast(0.01).run(&mut device, step, &mut (), &go_on());
-    assert_eq!((run.ticks, run.faults.non_finite, run.end), (10, 5, RunEnd::Duration));
+    assert_eq!((run.ticks, run.safety.ticks(Cut::NonFiniteWrench), run.end), (10, 5, RunEnd::Duration));
     assert!(device.written.iter().skip(1).step_by(2).all(|wrench| *wrench == Wrench::ZERO));
     assert_eq!(run.force_max, 1.0);
 }
@@ -141,7 +170,7 @@ fn a_state_that_is_not_finite_is_not_stepped_on() {
         StepOutcome::of(pull(1.0))
     };
     let run = fast(0.01).run(&mut device, step, &mut (), &go_on());
-    assert_eq!((run.ticks, run.faults.invalid_states, run.end), (10, 1, RunEnd::Duration));
+    assert_eq!((run.ticks, run.safety.ticks(Cut::NonFiniteState), run.end), (10, 1, RunEnd::Duration));
     assert_eq!(device.written[4], Wrench::ZERO);
     assert!(run.energy.translation.is_finite());
 }
@@ -152,7 +181,7 @@ fn a_device_that_fails_is_a_fault_and_a_recording_that_ends_is_not() {
     lost.read = |tick| if tick < 5 { Ok(state_at(tick)) } else { Err(DeviceError::Lost("unplugged".into())) };
     let run = fast(1.0).run(&mut lost, |_, _| StepOutcome::of(pull(1.0)), &mut (), &go_on());
     assert_eq!(run.end, RunEnd::DeviceFailed(DeviceError::Lost("unplugged".into())));
-    assert_eq!((run.ticks, run.faults.device), (5, 1));
+    assert_eq!((run.ticks, run.safety.ticks(Cut::Device)), (5, 1));
     assert_eq!(lost.written.last(), Some(&Wrench::ZERO));
 
     let mut refusing = Scribe::new();
@@ -165,7 +194,7 @@ fn a_device_that_fails_is_a_fault_and_a_recording_that_ends_is_not() {
 
     let mut recorded = ReplayDevice::new(Scribe::new().spec, (0..7).map(state_at).collect());
     let run = fast(1.0).run(&mut recorded, |_, _| StepOutcome::of(pull(1.0)), &mut (), &go_on());
-    assert_eq!((run.ticks, run.end, run.faults.total()), (7, RunEnd::DeviceEnded, 0));
+    assert_eq!((run.ticks, run.end, run.safety.faults()), (7, RunEnd::DeviceEnded, 0));
 }
 
 #[test]
@@ -244,9 +273,132 @@ fn a_run_and_its_replay_are_the_same_bit_for_bit_and_so_is_a_run_in_real_time() 
     assert!(replayed == first && replay.end == RunEnd::DeviceEnded);
     assert_eq!((replay.energy, replay.force_max), (run.energy, run.force_max));
 
-    let options = ServoOptions { rate_hz: 1000.0, duration: Some(0.05), ..Default::default() };
+    let options = ServoOptions { duration: Some(0.05), safety: open(), ..Default::default() };
     let (real, _) = trace(&mut Servo::new(options).unwrap(), &mut hand());
     assert!(real == first[..50]);
+}
+
+/// In virtual time, with the thresholds of the device.
+fn guarded(duration: f64, safety: SafetyOptions) -> Servo {
+    Servo::new(ServoOptions { duration: Some(duration), safety, ..Default::default() }).unwrap()
+}
+
+#[test]
+fn a_loop_that_stalls_loses_its_force_to_the_watchdog_and_gets_it_back_by_engaging() {
+    let mut device = Scribe::new();
+    let (time, brake) = (VirtualTime::default(), Arc::clone(&device.brake));
+    let mut tick = 0;
+    let step = |_: &DeviceState, _| {
+        tick += 1;
+        if tick == 400 {
+            let stall = SafetyLimits::of(&known_devices()[0], 1000.0).stall;
+            time.pass(Duration::from_secs_f64(0.9 * stall));
+            assert!(!brake.is_applied());
+            time.pass(Duration::from_secs_f64(0.1 * stall + 2e-3));
+            assert!(brake.is_applied(), "while the loop is still in its step");
+            time.pass(Duration::from_millis(300));
+        }
+        // Once more than is small, so that it is not engaged at once.
+        StepOutcome::of(pull(if (400..800).contains(&tick) { 4.0 } else { 0.5 }))
+    };
+    let mut phases = Vec::new();
+    let mut observer = |tick: &ServoTick, _: &()| {
+        phases.push(tick.phase);
+        assert_eq!(brake.is_applied(), (399..799).contains(&tick.index), "tick {}", tick.index);
+    };
+    let run = guarded(1.2, SafetyOptions::default()).run_in(&time, &mut device, step, &mut observer, &go_on());
+    assert_eq!((run.safety.faults(), run.safety.ticks(Cut::Watchdog), run.safety.ticks(Cut::LateLoop)), (1, 1, 1));
+    assert_eq!(run.end, RunEnd::Duration);
+    phases.dedup();
+    use Phase::{Engaged, Faulted, Ramping, Waiting};
+    assert_eq!(phases, [Ramping, Engaged, Faulted, Waiting, Ramping, Engaged]);
+    // The grip is at 1 mm a tick and its twist says at rest: nothing to damp.
+    assert!(device.written[399..799].iter().all(|wrench| *wrench == Wrench::ZERO));
+}
+
+#[test]
+fn a_clock_that_jumps_neither_hangs_the_loop_nor_holds_a_force() {
+    for nanos in [-3_600_000_000_000i64, 3_600_000_000_000, -2_000_000, 2_000_000] {
+        let mut device = Scribe::new();
+        let time = VirtualTime::default();
+        time.pass(Duration::from_secs(7200));
+        let mut tick = 0;
+        let step = |_: &DeviceState, _| {
+            tick += 1;
+            if tick == 300 {
+                time.leap(nanos);
+            }
+            StepOutcome::of(pull(0.5))
+        };
+        let run = guarded(0.5, SafetyOptions::default()).run_in(&time, &mut device, step, &mut (), &go_on());
+        assert_eq!((run.ticks, run.end), (500, RunEnd::Duration), "{nanos}");
+        let late = u64::from(nanos > 1_000_000_000);
+        assert_eq!(run.safety.ticks(Cut::LateLoop), late, "{nanos}");
+        assert_eq!(device.written.len(), 501);
+    }
+}
+
+#[test]
+fn a_panic_may_be_a_fault_like_any_other() {
+    let mut device = Scribe::new();
+    let mut tick = 0;
+    let step = |_: &DeviceState, _| {
+        tick += 1;
+        assert!(tick != 300, "once");
+        StepOutcome::of(pull(0.5))
+    };
+    let safety = SafetyOptions { after_panic: AfterPanic::AsFault, ..Default::default() };
+    let mut servo = guarded(1.0, safety);
+    let run = servo.run_in(&VirtualTime::default(), &mut device, step, &mut (), &go_on());
+    assert_eq!((run.ticks, run.end, run.panic.as_deref()), (1000, RunEnd::Duration, Some("once")));
+    assert_eq!((run.safety.faults(), run.safety.ticks(Cut::Panic)), (1, 1));
+    assert_eq!(device.written[298], pull(0.5));
+    assert!(device.written[299..549].iter().all(|wrench| *wrench == Wrench::ZERO));
+    assert_eq!(device.written[999], pull(0.5));
+}
+
+#[test]
+fn a_run_may_end_at_its_first_fault() {
+    let mut device = Scribe::new();
+    device.read = |tick| {
+        let mut state = state_at(tick);
+        state.pose.translation.y = if tick < 300 { 0.0 } else { 0.1 };
+        state.twist.linear = DVec3::Z * 0.2;
+        Ok(state)
+    };
+    let safety = SafetyOptions { after_fault: AfterFault::Stop, ..Default::default() };
+    let step = |_: &DeviceState, _| StepOutcome::of(pull(0.5));
+    let run = guarded(1.0, safety).run_in(&VirtualTime::default(), &mut device, step, &mut (), &go_on());
+    assert!(matches!(run.end, RunEnd::Faulted(cuts) if cuts.has(Cut::PoseJump)), "{:?}", run.end);
+    assert_eq!((run.ticks, device.written.len()), (301, 300 + 1 + 100 + 1));
+    // After the jump, whose velocity may be no velocity, the grip is damped; then nothing is left.
+    assert_eq!(device.written[300], Wrench::ZERO);
+    let damped = &device.written[301..401];
+    assert!(damped.iter().all(|wrench| wrench.force.z < -0.1 && wrench.force.length() <= 0.85));
+    assert_eq!(device.written[401], Wrench::ZERO);
+}
+
+#[test]
+fn a_device_that_fails_gets_its_brake() {
+    let mut device = Scribe::new();
+    device.read = |tick| if tick < 5 { Ok(state_at(tick)) } else { Err(DeviceError::Lost("unplugged".into())) };
+    fast(1.0).run(&mut device, |_, _| StepOutcome::of(pull(1.0)), &mut (), &go_on());
+    assert!(device.brake.is_applied());
+}
+
+#[test]
+fn every_rate_of_a_servo_is_kept() {
+    for rate_hz in [500.0, 1000.0, 4000.0, 10_000.0] {
+        let options = ServoOptions { rate_hz, duration: Some(0.2), ..Default::default() };
+        let mut device = Scribe::new();
+        let step = |_: &DeviceState, _| StepOutcome::of(pull(0.1));
+        let time = VirtualTime::default();
+        let run = Servo::new(options).unwrap().run_in(&time, &mut device, step, &mut (), &go_on());
+        assert_eq!(run.ticks, (0.2 * rate_hz) as u64);
+        let period = run.period_us.unwrap();
+        assert!((period.p50 * rate_hz * 1e-6 - 1.0).abs() < 2e-3 && (period.max * rate_hz * 1e-6 - 1.0).abs() < 2e-3);
+        assert_eq!((run.overruns, run.late_ticks, run.skipped), (0, 0, 0));
+    }
 }
 
 #[test]
@@ -256,4 +408,7 @@ fn options_out_of_range_are_refused() {
     assert!(matches!(refuse(ServoOptions { rate_hz: f64::NAN, ..Default::default() }), Some(ServoError::Rate(_))));
     let negative = ServoOptions { duration: Some(-1.0), ..Default::default() };
     assert_eq!(refuse(negative), Some(ServoError::Duration(-1.0)));
+    let limits = SafetyLimits { ramp: f64::NAN, ..open().limits.unwrap() };
+    let safety = SafetyOptions { limits: Some(limits), ..Default::default() };
+    assert_eq!(refuse(ServoOptions { safety, ..Default::default() }), Some(ServoError::Safety));
 }

@@ -9,7 +9,8 @@
 //!
 //! 1. The wrench written at tick k acts from tick k + `delay_ticks` on, for one period (zero-order hold).
 //! 2. Device and hand are one body of summed mass; rotation has one inertia about all axes, so no gyroscopic term.
-//! 3. The grip's pose is rounded to the encoders' steps; velocity is differenced from that and low-pass filtered, as in
+//! 3. While its brake is applied it damps its motion and nothing else, whatever is written.
+//! 4. The grip's pose is rounded to the encoders' steps; velocity is differenced from that and low-pass filtered, as in
 //!    a device's driver.
 
 mod dynamics;
@@ -18,10 +19,12 @@ mod hand;
 mod jitter;
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use palpus::algebra::{Pose, Twist, Wrench};
 
-use crate::device::{Axes, DeviceError, DeviceSpec, DeviceState, HapticDevice};
+use crate::device::{Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice};
+use crate::safety::SafetyLimits;
 use dynamics::Dynamics;
 
 pub use dynamics::Apparatus;
@@ -53,15 +56,18 @@ pub struct SimulationSettings {
 }
 
 impl Default for SimulationSettings {
-    /// A light arm with the limits of the paper's device (8.5 N, 0.188 N·m), in an ordinary hand, at 1 kHz, one tick late.
+    /// A light arm with the limits of the paper's device (8.5 N, for ever 1.4 N; 0.188 N·m), in an ordinary hand, at 1 kHz, one tick late.
     fn default() -> Self {
         Self {
             spec: DeviceSpec {
                 name: Cow::Borrowed("simulated"),
                 force_max: 8.5,
                 torque_max: 0.188,
+                force_continuous: Some(1.4),
+                torque_continuous: Some(0.188),
                 actuated: Axes::FULL,
                 sensed: Axes::FULL,
+                buttons: 0,
                 workspace: None,
             },
             rate_hz: 1000.0,
@@ -120,6 +126,17 @@ pub struct SimulatedDevice<I> {
     sensed_twist: Twist,
     /// The newest written wrench first.
     written: [Wrench; DELAY_MAX + 1],
+    brake: OwnBrake,
+}
+
+/// A brake that is not shared with a copy of the device.
+#[derive(Debug, Default)]
+struct OwnBrake(Arc<BrakeFlag>);
+
+impl Clone for OwnBrake {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
 }
 
 impl<I: Intent> SimulatedDevice<I> {
@@ -149,6 +166,7 @@ impl<I: Intent> SimulatedDevice<I> {
             sensed,
             sensed_twist: Twist::default(),
             written: [Wrench::ZERO; DELAY_MAX + 1],
+            brake: OwnBrake::default(),
         })
     }
 
@@ -186,6 +204,9 @@ impl<I: Intent> SimulatedDevice<I> {
     }
 
     fn advance(&mut self) {
+        if self.brake.0.is_applied() {
+            self.written = [self.braking(); DELAY_MAX + 1];
+        }
         let applied = self.written[self.settings.delay_ticks];
         let time = self.time();
         let period = self.uneven.as_mut().map_or(self.period, Periods::next);
@@ -197,6 +218,15 @@ impl<I: Intent> SimulatedDevice<I> {
         let before = self.sensed;
         self.sensed = self.settings.encoder.sense(&self.pose);
         self.sensed_twist = self.settings.encoder.estimate(&self.sensed_twist, &before, &self.sensed, period);
+    }
+
+    /// What the device does by itself while its brake is applied: it damps as it would at a fault.
+    fn braking(&self) -> Wrench {
+        let limits = SafetyLimits::of(&self.settings.spec, self.settings.rate_hz);
+        Wrench {
+            torque: (self.twist.angular * -limits.angular_damping).clamp_length_max(limits.rest_torque),
+            force: (self.twist.linear * -limits.damping).clamp_length_max(limits.rest_force),
+        }
     }
 }
 
@@ -225,6 +255,10 @@ impl<I: Intent> HapticDevice for SimulatedDevice<I> {
             force: wrench.force.clamp_length_max(self.settings.spec.force_max),
         };
         Ok(())
+    }
+
+    fn brake(&self) -> Option<Arc<dyn Brake>> {
+        Some(self.brake.0.clone())
     }
 }
 

@@ -268,3 +268,26 @@ fn presets_are_found_by_name() {
     assert_eq!(hand_preset("firm"), Some(HandImpedance::FIRM));
     assert_eq!(hand_preset("iron"), None);
 }
+
+#[test]
+fn a_braked_device_damps_whatever_it_is_told() {
+    let settings = SimulationSettings { hand: HandImpedance::NONE, apparatus: FRICTIONLESS, ..Default::default() };
+    let mut device = SimulatedDevice::new(settings, still).unwrap();
+    device.push(Twist { angular: DVec3::new(0.0, 2.0, 0.0), linear: DVec3::new(0.1, 0.0, 0.1) });
+    let brake = device.brake().unwrap();
+    let pushed = Wrench { force: DVec3::X * 5.0, torque: DVec3::Y * 0.1 };
+    brake.apply();
+    let mut before = energy(&device);
+    for _ in 0..600 {
+        device.read().unwrap();
+        device.write(&pushed).unwrap();
+        let now = energy(&device);
+        assert!(now <= before, "the brake takes energy only");
+        before = now;
+    }
+    assert!(before < 1e-9, "{before} J are left");
+    assert!(!device.clone().brake().unwrap().is_applied(), "a copy has a brake of its own");
+    brake.release();
+    run(&mut device, 10, pushed);
+    assert!(device.true_twist().linear.x > 0.1);
+}

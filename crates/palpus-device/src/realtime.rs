@@ -1,0 +1,273 @@
+//! What an operating system has for a loop that must not be late.
+//!
+//! 1. **Priority**: the loop's thread runs before every ordinary one (`SCHED_FIFO`).
+//! 2. **Memory** that is locked: no page of the program is ever waited for.
+//! 3. **A core**: the thread stays on one, an isolated one if there is any. Only with priority: on a core that it had to share, a
+//!    pinned thread would wait where a free one moves on.
+//!
+//! Each is asked for by itself; what is not granted is said with its reason and the one line that mends it, and the loop runs
+//! without. Known on Linux; elsewhere nothing is claimed.
+
+use std::fmt;
+
+/// What to claim. The default is everything.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RealTimeOptions {
+    /// `SCHED_FIFO` priority, 1 to 98 (the watchdog has one more); `None` leaves the thread as it is.
+    pub priority: Option<u8>,
+    /// Lock the process's memory.
+    pub lock_memory: bool,
+    /// Keep the thread on one core.
+    pub pin: bool,
+}
+
+impl Default for RealTimeOptions {
+    /// Priority 80, above the kernel's threaded interrupts at 50; locked; pinned.
+    fn default() -> Self {
+        Self { priority: Some(80), lock_memory: true, pin: true }
+    }
+}
+
+/// What became of one claim.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Claimed {
+    /// Granted, in words.
+    Granted(String),
+    /// Not granted.
+    Refused {
+        /// The reason.
+        why: String,
+        /// What to do about it, in one line.
+        mend: String,
+    },
+    /// It was not asked for, or means nothing here.
+    NotAsked,
+}
+
+impl fmt::Display for Claimed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Granted(what) => write!(f, "{what}"),
+            Self::Refused { why, mend } => write!(f, "no: {why}; {mend}"),
+            Self::NotAsked => write!(f, "not asked for"),
+        }
+    }
+}
+
+/// What became of all claims.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RealTimeClaims {
+    /// See [`RealTimeOptions::priority`].
+    pub priority: Claimed,
+    /// See [`RealTimeOptions::lock_memory`].
+    pub memory: Claimed,
+    /// See [`RealTimeOptions::pin`].
+    pub core: Claimed,
+}
+
+impl RealTimeClaims {
+    /// One line each, with a name.
+    pub fn lines(&self) -> [(&'static str, &Claimed); 3] {
+        [("priority", &self.priority), ("locked memory", &self.memory), ("own core", &self.core)]
+    }
+}
+
+/// Claims what `options` say for the calling thread, and the memory for the whole process. Allocates: call it before the loop.
+pub fn claim(options: &RealTimeOptions) -> RealTimeClaims {
+    let priority = options.priority.map_or(Claimed::NotAsked, system::claim_priority);
+    let memory = if options.lock_memory { system::lock_memory() } else { Claimed::NotAsked };
+    let has_priority = matches!(priority, Claimed::Granted(_));
+    let core = match options.pin {
+        true if has_priority => system::pin(),
+        true => Claimed::Refused {
+            why: "without priority a pinned thread waits for whoever has its core".to_owned(),
+            mend: "get the priority first".to_owned(),
+        },
+        false => Claimed::NotAsked,
+    };
+    RealTimeClaims { priority, memory, core }
+}
+
+/// Lets the calling thread, started by one that has claimed a priority and a core, run before that thread and anywhere.
+pub(crate) fn outrank() {
+    system::outrank();
+}
+
+#[cfg(target_os = "linux")]
+mod system {
+    use rustix::mm::{MlockAllFlags, mlockall};
+    use rustix::process::{Resource, getpid, getrlimit};
+    use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+    use thread_priority::{
+        Error, RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy,
+        set_thread_priority_and_policy, thread_native_id, thread_schedule_policy_param,
+    };
+
+    use super::Claimed;
+
+    const FIFO: ThreadSchedulePolicy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+
+    pub(super) fn claim_priority(priority: u8) -> Claimed {
+        match set_priority(priority) {
+            Ok(()) => Claimed::Granted(format!("SCHED_FIFO {priority}")),
+            Err(why) => Claimed::Refused {
+                why,
+                mend: format!(
+                    "add `{} - rtprio {priority}` to /etc/security/limits.d/palpus.conf and log in again",
+                    user()
+                ),
+            },
+        }
+    }
+
+    fn set_priority(priority: u8) -> Result<(), String> {
+        let value = ThreadPriorityValue::try_from(priority)?;
+        set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(value), FIFO).map_err(
+            |error| match error {
+                Error::OS(code) => std::io::Error::from_raw_os_error(code).to_string(),
+                other => other.to_string(),
+            },
+        )
+    }
+
+    pub(super) fn lock_memory() -> Claimed {
+        let mend = || format!("add `{} - memlock unlimited` to /etc/security/limits.d/palpus.conf and log in again", user());
+        // Where there is a limit, locking what is yet to come would make later allocations fail instead of wait. Those who may lock
+        // without limit, whatever it says, are found by trying what is beyond it.
+        let limited = getrlimit(Resource::Memlock).current.is_some();
+        let flags = if limited && !is_privileged() {
+            MlockAllFlags::CURRENT
+        } else {
+            MlockAllFlags::CURRENT | MlockAllFlags::FUTURE
+        };
+        match mlockall(flags) {
+            Ok(()) if flags.contains(MlockAllFlags::FUTURE) => Claimed::Granted("all of it".to_owned()),
+            Ok(()) => Claimed::Granted("what there is now, not what is allocated later".to_owned()),
+            Err(error) => Claimed::Refused { why: error.to_string(), mend: mend() },
+        }
+    }
+
+    /// True for those whom the limit does not bind.
+    fn is_privileged() -> bool {
+        rustix::process::geteuid().is_root()
+    }
+
+    pub(super) fn pin() -> Claimed {
+        let refused = |error: rustix::io::Errno| Claimed::Refused {
+            why: error.to_string(),
+            mend: "let the process use more cores (taskset, cpuset)".to_owned(),
+        };
+        let allowed = match sched_getaffinity(None) {
+            Ok(allowed) => allowed,
+            Err(error) => return refused(error),
+        };
+        if allowed.count() < 2 {
+            return Claimed::Refused {
+                why: "there is one core only".to_owned(),
+                mend: "let the process use more cores (taskset, cpuset)".to_owned(),
+            };
+        }
+        let isolated = isolated();
+        let of_allowed = |core: &usize| allowed.is_set(*core);
+        // The last one otherwise: interrupts and whatever is started first gather on the first.
+        let core = isolated.iter().copied().find(of_allowed).or_else(|| (0..CpuSet::MAX_CPU).rev().find(of_allowed));
+        let Some(core) = core else { return Claimed::NotAsked };
+        let mut one = CpuSet::new();
+        one.set(core);
+        match sched_setaffinity(None, &one) {
+            Ok(()) if isolated.contains(&core) => Claimed::Granted(format!("core {core}, isolated")),
+            Ok(()) => Claimed::Granted(format!("core {core}")),
+            Err(error) => refused(error),
+        }
+    }
+
+    /// Cores that the kernel keeps free of ordinary work.
+    fn isolated() -> Vec<usize> {
+        let list = std::fs::read_to_string("/sys/devices/system/cpu/isolated").unwrap_or_default();
+        super::cores(&list)
+    }
+
+    pub(super) fn outrank() {
+        // What is not granted here was not granted to the loop either, or is no loss.
+        if let Ok((policy, parameters)) = thread_schedule_policy_param(thread_native_id())
+            && policy == FIFO
+        {
+            let above = u8::try_from(parameters.sched_priority + 1).unwrap_or(u8::MAX).min(99);
+            let _ = set_priority(above);
+            if let Ok(all) = sched_getaffinity(Some(getpid())) {
+                let _ = sched_setaffinity(None, &all);
+            }
+        }
+    }
+
+    fn user() -> String {
+        std::env::var("USER").ok().filter(|name| !name.is_empty()).unwrap_or_else(|| "YOUR_NAME".to_owned())
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+mod system {
+    use super::Claimed;
+
+    fn not_here() -> Claimed {
+        Claimed::Refused {
+            why: format!("palpus does not know how to ask for it on {}", std::env::consts::OS),
+            mend: "run the loop on Linux where it matters".to_owned(),
+        }
+    }
+
+    pub(super) fn claim_priority(_: u8) -> Claimed {
+        not_here()
+    }
+
+    pub(super) fn lock_memory() -> Claimed {
+        not_here()
+    }
+
+    pub(super) fn pin() -> Claimed {
+        not_here()
+    }
+
+    pub(super) fn outrank() {}
+}
+
+/// Cores out of a kernel's list such as `2,4-7`.
+#[cfg(any(target_os = "linux", test))]
+fn cores(list: &str) -> Vec<usize> {
+    let mut cores = Vec::new();
+    for part in list.trim().split(',').filter(|part| !part.is_empty()) {
+        let (first, last) = part.split_once('-').unwrap_or((part, part));
+        if let (Ok(first), Ok(last)) = (first.parse::<usize>(), last.parse::<usize>())
+            && last < 1 << 16
+        {
+            cores.extend(first..=last);
+        }
+    }
+    cores
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_list_of_cores_is_read() {
+        assert_eq!(cores("2,4-7\n"), [2, 4, 5, 6, 7]);
+        assert_eq!(cores("\n"), [0usize; 0]);
+        assert_eq!(cores("x,3-1,9"), [9]);
+    }
+
+    #[test]
+    fn every_claim_is_answered_in_one_line_and_the_thread_runs_on() {
+        // Not the memory: it is the whole process's, and other tests run in it.
+        let options = RealTimeOptions { lock_memory: false, ..RealTimeOptions::default() };
+        let claims = std::thread::spawn(move || claim(&options)).join().unwrap();
+        assert_eq!(claims.memory, Claimed::NotAsked);
+        for (name, claimed) in claims.lines() {
+            let text = claimed.to_string();
+            assert!(!text.is_empty() && !text.contains('\n'), "{name}: {text}");
+        }
+        let nothing = RealTimeOptions { priority: None, lock_memory: false, pin: false };
+        assert!(claim(&nothing).lines().iter().all(|(_, claimed)| **claimed == Claimed::NotAsked));
+    }
+}

@@ -1,0 +1,326 @@
+//! The safety chain: what stands between a computed wrench and a hand, whatever the device and whatever computed it.
+//!
+//! In this order, in every tick, and not to be switched off:
+//!
+//! | stage | when it bites | what the device gets |
+//! |---|---|---|
+//! | 1 non-finite | a number in the state or the wrench is none | nothing; a fault |
+//! | 2 gate | the pose jumps, the grip is too fast, the state is frozen or its clock leaps | nothing; a fault |
+//! | 3 passivity | see [`Passivity`]; the chain has this stage when it was given one | less |
+//! | 4 slew | the wrench changes by more than N/s, N·m/s | as much of the change as may be |
+//! | 5 saturation | it is beyond the device's peak | the same direction, shorter |
+//! | 6 heat | it was beyond the continuous rating for too long (I²t) | the same direction, shorter |
+//! | 7 engagement | nobody asked for forces, or the ramp is not over | nothing, or a share |
+//! | 8 watchdog | the loop is late or dead | nothing; a fault |
+//!
+//! A fault takes the wrench away in the tick in which it is seen. What remains is damping of the grip, at most a tenth of the peak,
+//! and not even that when the velocity is among what cannot be believed; the force comes back only through the
+//! engagement ([`Phase`]). The change of the commanded wrench keeps to the slew limit from tick to tick, with the one exception of
+//! that fall.
+//!
+//! A wrench that no stage has a reason to touch comes out as it came in, to the bit.
+//!
+//! **Whose answer depends on what.** Stage 2 and 8 need the device and the clock ([`Gate`], [`Watch`]) and *tell* the chain what
+//! they found ([`Cuts::TOLD`]). Everything else ([`SafetyChain::shape`]) is a pure function of what it was given since it was made:
+//! a recording of states, cuts and wrenches can be computed again bit for bit.
+//!
+//! The thresholds are in [`SafetyLimits`], each a formula over what the device says of itself. Nothing here allocates after
+//! construction, waits, or panics.
+
+mod cuts;
+mod engagement;
+mod gate;
+mod heat;
+mod limits;
+mod passivity;
+mod watchdog;
+
+use glam::DVec3;
+use palpus::algebra::Wrench;
+use palpus::render::{Limits, Saturation, saturate};
+
+use crate::device::{DeviceSpec, DeviceState};
+use engagement::{Event, Machine};
+use heat::Heat;
+
+pub use cuts::{Cut, Cuts, SafetyCounters};
+pub use engagement::{AfterFault, Engagement, Phase};
+pub use gate::{Admitted, Gate};
+pub use limits::{LimitLine, SafetyLimits};
+pub use passivity::Passivity;
+pub use watchdog::Watch;
+pub(crate) use watchdog::watch_until_over;
+
+/// A step's length may be this much beyond the slew limit, relatively: rounding, not motion.
+const SLEW_ROUNDING: f64 = 1e-9;
+
+/// How the chain is to behave where there is a choice.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SafetyOptions {
+    /// How forces are asked for; `None`: by any button if the device has buttons, else automatically.
+    pub engagement: Option<Engagement>,
+    /// The thresholds; `None`: those of the device, [`SafetyLimits::of`].
+    pub limits: Option<SafetyLimits>,
+    /// After a fault that the loop survives.
+    pub after_fault: AfterFault,
+    /// After a panic in the step, whose memory may then be in disorder.
+    pub after_panic: AfterPanic,
+}
+
+/// What happens after a panic in the step.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum AfterPanic {
+    /// The run ends, after a moment of damping.
+    #[default]
+    Stop,
+    /// A fault like any other.
+    AsFault,
+}
+
+impl SafetyOptions {
+    /// How forces are asked for on a device of this `spec`.
+    pub fn engagement(&self, spec: &DeviceSpec) -> Engagement {
+        self.engagement.unwrap_or(match spec.buttons {
+            0 => Engagement::Automatic,
+            count => Engagement::Button(u32::MAX >> (32 - count.min(32))),
+        })
+    }
+
+    /// The thresholds for a device of this `spec` in a loop of `rate_hz`.
+    pub fn limits(&self, spec: &DeviceSpec, rate_hz: f64) -> SafetyLimits {
+        self.limits.unwrap_or_else(|| SafetyLimits::of(spec, rate_hz))
+    }
+}
+
+/// What the chain lets through.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shaped {
+    /// For the device.
+    pub wrench: Wrench,
+    /// What was cut on the way, and what the chain was told.
+    pub cuts: Cuts,
+    /// Where the engagement stands.
+    pub phase: Phase,
+}
+
+/// Stages 3 to 7, and what follows from all of them; see the module's description.
+pub struct SafetyChain {
+    limits: SafetyLimits,
+    saturation: Saturation,
+    after_fault: AfterFault,
+    after_panic: AfterPanic,
+    period: f64,
+    machine: Machine,
+    heat_force: Heat,
+    heat_torque: Heat,
+    passivity: Option<Box<dyn Passivity>>,
+    /// What stages 3 to 6 made of the last wrench: where the slew limit counts from.
+    shaped: Wrench,
+    commanded: Wrench,
+}
+
+impl SafetyChain {
+    /// A chain for wrenches that are held for `period` seconds each.
+    pub fn new(limits: &SafetyLimits, engagement: Engagement, options: &SafetyOptions, period: f64) -> Self {
+        // A torque that the device cannot give is not missed every tick.
+        let saturation = if limits.torque_peak > 0.0 { Saturation::Separate } else { Saturation::UnderActuated };
+        Self {
+            limits: *limits,
+            saturation,
+            after_fault: options.after_fault,
+            after_panic: options.after_panic,
+            period,
+            machine: Machine::new(engagement, limits.ramp, limits.hold),
+            heat_force: Heat::new(limits.force_peak, limits.force_continuous, limits.heating_time),
+            heat_torque: Heat::new(limits.torque_peak, limits.torque_continuous, limits.heating_time),
+            passivity: None,
+            shaped: Wrench::ZERO,
+            commanded: Wrench::ZERO,
+        }
+    }
+
+    /// With a third stage.
+    #[must_use]
+    pub fn with_passivity(mut self, stage: Option<Box<dyn Passivity>>) -> Self {
+        self.passivity = stage;
+        self
+    }
+
+    /// Gives the third stage back.
+    pub fn into_passivity(self) -> Option<Box<dyn Passivity>> {
+        self.passivity
+    }
+
+    /// The thresholds.
+    pub fn limits(&self) -> &SafetyLimits {
+        &self.limits
+    }
+
+    /// Where the engagement stands.
+    pub fn phase(&self) -> Phase {
+        self.machine.phase()
+    }
+
+    /// Share of the allowed heat that force and torque have used, the larger of the two.
+    pub fn heat(&self) -> f64 {
+        self.heat_force.used().max(self.heat_torque.used())
+    }
+
+    /// What the device is to get in place of `computed`, when the grip is in `state` and the gate, the clock and the step
+    /// have `told` of faults.
+    pub fn shape(&mut self, state: &DeviceState, computed: &Wrench, told: Cuts) -> Shaped {
+        let mut cuts = told;
+        // 1. Non-finite.
+        cuts.note(Cut::NonFiniteWrench, !computed.is_finite());
+        let mut wrench = if computed.is_finite() { *computed } else { Wrench::ZERO };
+        // 2 and 8. A fault, whoever found it.
+        let was = self.machine.phase();
+        self.machine.advance(&Event {
+            buttons: state.buttons,
+            small: self.is_small(&wrench),
+            fault: self.fault(cuts),
+            dt: self.period,
+        });
+        let phase = self.machine.phase();
+        if phase.is_on() {
+            wrench = self.passive(&wrench, state, &mut cuts);
+            wrench = self.slewed(&wrench, &mut cuts);
+            wrench = self.saturated(&wrench, &mut cuts);
+            wrench = self.cooled(&wrench, &mut cuts);
+            self.shaped = wrench;
+            wrench = self.engaged(&wrench, &mut cuts);
+        } else {
+            cuts.note(Cut::Engagement, !phase.is_faulted() && wrench != Wrench::ZERO);
+            self.rest(&wrench);
+            wrench = if phase.is_faulted() { self.damping(state, cuts) } else { Wrench::ZERO };
+        }
+        // A fault falls at once; all else, the end of a fault and of the engagement among it, keeps to the slew limit.
+        if !phase.is_faulted() || was == phase && !cuts.is_fault() {
+            let (within, cut) = self.towards(&self.commanded, &wrench);
+            cuts.note(Cut::Slew, cut && phase.is_on());
+            wrench = within;
+        }
+        self.commanded = wrench;
+        self.heat_force.spend(wrench.force.length(), self.period);
+        self.heat_torque.spend(wrench.torque.length(), self.period);
+        if let Some(stage) = self.passivity.as_mut().filter(|_| phase.is_on()) {
+            stage.commanded(&wrench);
+        }
+        Shaped { wrench, cuts, phase }
+    }
+
+    fn fault(&self, cuts: Cuts) -> Option<AfterFault> {
+        if !cuts.is_fault() {
+            return None;
+        }
+        let panicked = cuts.has(Cut::Panic) && self.after_panic == AfterPanic::Stop;
+        Some(if panicked { AfterFault::Stop } else { self.after_fault })
+    }
+
+    fn is_small(&self, wrench: &Wrench) -> bool {
+        let torque_felt = self.limits.torque_peak > 0.0;
+        wrench.force.length() <= self.limits.engage_force
+            && (!torque_felt || wrench.torque.length() <= self.limits.engage_torque)
+    }
+
+    /// Stage 3.
+    fn passive(&mut self, wrench: &Wrench, state: &DeviceState, cuts: &mut Cuts) -> Wrench {
+        let Some(stage) = &mut self.passivity else { return *wrench };
+        let limited = stage.limit(wrench, state, self.period);
+        cuts.note(Cut::Passivity, limited != *wrench);
+        cuts.note(Cut::NonFiniteWrench, !limited.is_finite());
+        if limited.is_finite() { limited } else { Wrench::ZERO }
+    }
+
+    /// Stage 4. What is on its way to a wrench beyond the peak, and has come as far as the next stage lets it, is not cut here.
+    fn slewed(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
+        let (within, cut) = self.towards(&self.shaped, wrench);
+        if !cut {
+            return *wrench;
+        }
+        let (reached, meant) = (self.within_peak(&within), self.within_peak(wrench));
+        let is_near = |a: DVec3, b: DVec3, size: f64| a.distance(b) <= SLEW_ROUNDING * size;
+        let arrived = is_near(reached.force, meant.force, self.limits.force_peak)
+            && is_near(reached.torque, meant.torque, self.limits.torque_peak);
+        cuts.note(Cut::Slew, !arrived);
+        within
+    }
+
+    /// Stage 5.
+    fn saturated(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
+        let peak = Limits { force: self.limits.force_peak, torque: self.limits.torque_peak };
+        let answer = saturate(*wrench, &peak, self.saturation);
+        cuts.note(Cut::Saturation, answer.force_cut || answer.torque_cut);
+        answer.wrench
+    }
+
+    /// Stage 6.
+    fn cooled(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
+        let caps = Limits { force: self.heat_force.cap(), torque: self.heat_torque.cap() };
+        let answer = saturate(*wrench, &caps, Saturation::Separate);
+        cuts.note(Cut::Heat, answer.force_cut || answer.torque_cut);
+        answer.wrench
+    }
+
+    /// Stage 7.
+    fn engaged(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
+        if self.machine.phase() == Phase::Engaged {
+            return *wrench;
+        }
+        cuts.note(Cut::Engagement, *wrench != Wrench::ZERO);
+        let gain = self.machine.gain();
+        Wrench { torque: wrench.torque * gain, force: wrench.force * gain }
+    }
+
+    /// Not engaged: the stages follow what is computed, so that they begin from there.
+    fn rest(&mut self, wrench: &Wrench) {
+        self.shaped = self.within_peak(wrench);
+        if let Some(stage) = &mut self.passivity {
+            stage.reset();
+        }
+    }
+
+    /// What is left when a fault has taken the wrench away.
+    fn damping(&self, state: &DeviceState, cuts: Cuts) -> Wrench {
+        if !cuts.and(Cuts::BLIND).is_none() {
+            return Wrench::ZERO;
+        }
+        let SafetyLimits { damping, angular_damping, rest_force, rest_torque, .. } = self.limits;
+        let against = Wrench { torque: state.twist.angular * -angular_damping, force: state.twist.linear * -damping };
+        saturate(against, &Limits { force: rest_force, torque: rest_torque }, Saturation::Separate).wrench
+    }
+
+    fn within_peak(&self, wrench: &Wrench) -> Wrench {
+        let peak = Limits { force: self.limits.force_peak, torque: self.limits.torque_peak };
+        saturate(*wrench, &peak, self.saturation).wrench
+    }
+
+    /// As far `from` one wrench to the other as the slew limit allows in a tick; and whether that is not all the way.
+    fn towards(&self, from: &Wrench, to: &Wrench) -> (Wrench, bool) {
+        let (force, force_cut) = step_towards(from.force, to.force, self.limits.force_slew * self.period);
+        let (torque, torque_cut) = step_towards(from.torque, to.torque, self.limits.torque_slew * self.period);
+        (Wrench { torque, force }, force_cut || torque_cut)
+    }
+}
+
+/// `to`, or the point `most` away from `from` on the way there; and whether it was that.
+fn step_towards(from: DVec3, to: DVec3, most: f64) -> (DVec3, bool) {
+    let way = to - from;
+    // Scaled first: the square of a finite number need not be finite, nor the difference of two.
+    let largest = way.abs().max_element();
+    if largest <= 0.0 {
+        return (to, false);
+    }
+    if !largest.is_finite() {
+        return (from, true);
+    }
+    let scaled = way / largest;
+    let length = scaled.length();
+    if length * largest <= most * (1.0 + SLEW_ROUNDING) {
+        return (to, false);
+    }
+    (from + scaled * (most / length), true)
+}
+
+#[cfg(test)]
+mod tests;

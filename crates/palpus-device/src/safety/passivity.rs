@@ -1,0 +1,20 @@
+//! The place of the passivity observer and controller in the chain: the third stage, after the gate and before the slew
+//! limit, where the wrench is still what the engine computed and the motion is believed.
+
+use palpus::algebra::Wrench;
+
+use crate::device::DeviceState;
+
+/// A stage that takes away energy that a passive environment could not have given.
+pub trait Passivity: Send {
+    /// `computed`, or what may be commanded in its place, for the next `dt` seconds of a grip in `state`. Must answer finite
+    /// numbers, and `computed` itself, to the bit, when there is nothing to take away: anything else is counted as
+    /// [`super::Cut::Passivity`].
+    fn limit(&mut self, computed: &Wrench, state: &DeviceState, dt: f64) -> Wrench;
+
+    /// What was really commanded in this tick after all later stages, for the account of the energy.
+    fn commanded(&mut self, wrench: &Wrench);
+
+    /// Nothing is engaged: the account begins anew.
+    fn reset(&mut self);
+}

@@ -1,0 +1,77 @@
+//! The watchdog: takes the force from the device when the loop does not answer any more.
+//!
+//! The loop *beats* whenever it has written a wrench. [`Watch::check`] is called by a thread that has nothing else to do; when the
+//! last beat is longer ago than a wrench may be held, it applies the device's [`Brake`]. The loop, should it live, finds the brake
+//! applied, counts a fault and releases it only when it is engaged again.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use crate::device::Brake;
+
+/// Checks in the time that a wrench may be held.
+const CHECKS: u32 = 4;
+
+/// What the loop and the watchdog share.
+pub struct Watch {
+    brake: Arc<dyn Brake>,
+    /// ns for which a wrench may be held.
+    stall: u64,
+    /// ns of the loop's time at the last beat.
+    beat: AtomicU64,
+    over: AtomicBool,
+}
+
+impl Watch {
+    /// A watch over a loop that beats at `now` and from then on at least every `stall`.
+    pub fn new(brake: Arc<dyn Brake>, stall: Duration, now: Duration) -> Self {
+        Self { brake, stall: nanos(stall), beat: AtomicU64::new(nanos(now)), over: AtomicBool::new(false) }
+    }
+
+    /// A wrench was written at `now`.
+    pub fn beat(&self, now: Duration) {
+        self.beat.store(nanos(now), Ordering::Release);
+    }
+
+    /// Applies the brake if the last beat was too long before `now`.
+    pub fn check(&self, now: Duration) {
+        let held = nanos(now).saturating_sub(self.beat.load(Ordering::Acquire));
+        if held > self.stall && !self.is_over() {
+            self.brake.apply();
+        }
+    }
+
+    /// There are no more beats to come, and none is missed.
+    pub fn end(&self) {
+        self.over.store(true, Ordering::Release);
+    }
+
+    /// True after the end.
+    pub fn is_over(&self) -> bool {
+        self.over.load(Ordering::Acquire)
+    }
+
+    /// The brake that it would apply.
+    pub fn brake(&self) -> &dyn Brake {
+        &*self.brake
+    }
+
+    /// How often to check.
+    fn interval(&self) -> Duration {
+        Duration::from_nanos(self.stall) / CHECKS
+    }
+}
+
+/// The watchdog's thread: checks against the wall's time since `origin` until the watch is over.
+pub(crate) fn watch_until_over(watch: &Watch, origin: Instant) {
+    crate::realtime::outrank();
+    while !watch.is_over() {
+        std::thread::park_timeout(watch.interval());
+        watch.check(origin.elapsed());
+    }
+}
+
+fn nanos(duration: Duration) -> u64 {
+    u64::try_from(duration.as_nanos()).unwrap_or(u64::MAX)
+}

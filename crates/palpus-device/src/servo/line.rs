@@ -1,0 +1,194 @@
+//! The line from the device and back to it: gate, chain, brake and watchdog of one run.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use palpus::algebra::Wrench;
+
+use super::time::LoopTime;
+use super::{Pace, ServoOptions, Start, Timing};
+use crate::device::{Brake, DeviceError, DeviceState, HapticDevice};
+use crate::safety::{Admitted, Cut, Cuts, Gate, Passivity, SafetyChain, Shaped, Watch};
+
+/// Damping after a panic or a last fault, s, before the run ends with zero.
+const COAST: f64 = 0.1;
+
+/// Everything that stands between the step and the device.
+pub(super) struct Line<'a, D: HapticDevice + ?Sized> {
+    end: ZeroAtEnd<'a, D>,
+    gate: Gate,
+    chain: SafetyChain,
+    time: &'a dyn LoopTime,
+    real: bool,
+    period: f64,
+    /// For which a wrench may be held.
+    stall: Duration,
+    written: Duration,
+    /// The brake has been seen applied.
+    braked: bool,
+}
+
+impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
+    pub(super) fn new(
+        options: &ServoOptions,
+        device: &'a mut D,
+        passivity: Option<Box<dyn Passivity>>,
+        time: &'a dyn LoopTime,
+    ) -> Self {
+        let ServoOptions { rate_hz, timing, safety, .. } = options;
+        let period = 1.0 / rate_hz;
+        // What the device says of itself counts once, at the start.
+        let limits = safety.limits(device.spec(), *rate_hz);
+        let engagement = safety.engagement(device.spec());
+        let real = *timing == Timing::RealTime;
+        let stall = Duration::try_from_secs_f64(limits.stall).unwrap_or(Duration::MAX);
+        let brake = device.brake();
+        let written = time.now();
+        let guard = brake.clone().filter(|_| real).map(|brake| Guard::new(brake, stall, time));
+        let braked = brake.as_ref().is_some_and(|brake| brake.is_applied());
+        Self {
+            end: ZeroAtEnd { device, brake, guard, over: false },
+            gate: Gate::new(&limits),
+            chain: SafetyChain::new(&limits, engagement, safety, period).with_passivity(passivity),
+            time,
+            real,
+            period,
+            stall,
+            written,
+            braked,
+        }
+    }
+
+    /// The device's state, as far as it is believed.
+    pub(super) fn read(&mut self, start: &Start) -> Result<Admitted, DeviceError> {
+        let state = self.end.device.read()?;
+        let elapsed = start.period.map_or(self.period, |period| period.as_secs_f64().max(self.period));
+        Ok(self.gate.admit(&state, elapsed))
+    }
+
+    /// Nothing is known of the device: no force.
+    pub(super) fn hold_still(&mut self) -> Result<(), DeviceError> {
+        self.write(&Wrench::ZERO)
+    }
+
+    /// What the chain makes of a `computed` wrench, written to the device.
+    pub(super) fn answer(
+        &mut self,
+        state: &DeviceState,
+        computed: &Wrench,
+        found: Cuts,
+        panicked: bool,
+    ) -> Result<Shaped, DeviceError> {
+        let mut told = found;
+        told.note(Cut::Panic, panicked);
+        told.note(Cut::LateLoop, self.real && self.time.now().saturating_sub(self.written) > self.stall);
+        told.note(Cut::Watchdog, self.is_newly_braked());
+        let shaped = self.chain.shape(state, computed, told);
+        if self.braked && shaped.phase.is_on() {
+            // Engaged again, with a wrench that was small.
+            self.braked = false;
+            if let Some(brake) = &self.end.brake {
+                brake.release();
+            }
+        }
+        self.write(&shaped.wrench)?;
+        Ok(shaped)
+    }
+
+    /// Damps the grip for a moment, whatever the device says of it.
+    pub(super) fn coast(&mut self, pace: &mut Pace, stop: &AtomicBool) {
+        let ticks = (COAST / self.period).ceil() as u64;
+        for _ in 0..ticks {
+            let start = pace.wait(self.time);
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            let Ok(Admitted { state: Some(state), cuts }) = self.read(&start) else { return };
+            if self.answer(&state, &Wrench::ZERO, cuts, false).is_err() {
+                return;
+            }
+        }
+    }
+
+    /// The last wrench, which is zero; a device that has failed also gets its brake.
+    pub(super) fn finish(mut self, failed: bool) -> (Option<Box<dyn Passivity>>, Result<(), DeviceError>) {
+        let finished = self.end.finish(failed);
+        (self.chain.into_passivity(), finished)
+    }
+
+    fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
+        self.end.device.write(wrench)?;
+        if self.real {
+            self.written = self.time.now();
+            if let Some(guard) = &self.end.guard {
+                guard.watch.beat(self.written);
+            }
+        }
+        Ok(())
+    }
+
+    fn is_newly_braked(&mut self) -> bool {
+        let applied = !self.braked && self.end.brake.as_ref().is_some_and(|brake| brake.is_applied());
+        self.braked |= applied;
+        applied
+    }
+}
+
+/// The watchdog of a run; ends with it.
+struct Guard {
+    watch: Arc<Watch>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Guard {
+    fn new(brake: Arc<dyn Brake>, stall: Duration, time: &dyn LoopTime) -> Self {
+        let watch = Arc::new(Watch::new(brake, stall, time.now()));
+        let thread = time.guard(Arc::clone(&watch));
+        Self { watch, thread }
+    }
+}
+
+impl Drop for Guard {
+    fn drop(&mut self) {
+        self.watch.end();
+        if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
+            // It does not panic, and if it did there would be nothing to do about it.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Writes zero to the device at the end of the run, and also when something unwinds through the loop.
+struct ZeroAtEnd<'a, D: HapticDevice + ?Sized> {
+    device: &'a mut D,
+    brake: Option<Arc<dyn Brake>>,
+    guard: Option<Guard>,
+    over: bool,
+}
+
+impl<D: HapticDevice + ?Sized> ZeroAtEnd<'_, D> {
+    fn finish(&mut self, failed: bool) -> Result<(), DeviceError> {
+        self.over = true;
+        self.guard = None;
+        let written = self.device.write(&Wrench::ZERO);
+        if let Some(brake) = self.brake.as_ref().filter(|_| failed || written.is_err()) {
+            brake.apply();
+        }
+        written
+    }
+}
+
+impl<D: HapticDevice + ?Sized> Drop for ZeroAtEnd<'_, D> {
+    fn drop(&mut self) {
+        if !self.over {
+            if let Some(brake) = &self.brake {
+                brake.apply();
+            }
+            // There is no one left to tell: the panic that brought us here is on its way.
+            let _ = self.device.write(&Wrench::ZERO);
+        }
+    }
+}

@@ -1,0 +1,118 @@
+//! Whose clock the loop goes by.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use crate::safety::{Watch, watch_until_over};
+
+/// A clock that the loop waits by.
+pub trait LoopTime {
+    /// Since some beginning. Meant never to run backwards; the loop survives it when it does.
+    fn now(&self) -> Duration;
+
+    /// Returns not before `deadline`: sleeps until `spin` before it, then spins.
+    fn wait_until(&self, deadline: Duration, spin: Duration);
+
+    /// Has `watch` checked by this clock until it is over, by a thread that is answered or by other means.
+    fn guard(&self, watch: Arc<Watch>) -> Option<JoinHandle<()>>;
+}
+
+/// The clock on the wall: monotonic, and what the system's own hands do to the date does not reach it.
+#[derive(Clone, Copy, Debug)]
+pub struct WallTime {
+    origin: Instant,
+}
+
+impl WallTime {
+    /// Begins now.
+    pub fn new() -> Self {
+        Self { origin: Instant::now() }
+    }
+}
+
+impl Default for WallTime {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl LoopTime for WallTime {
+    fn now(&self) -> Duration {
+        self.origin.elapsed()
+    }
+
+    fn wait_until(&self, deadline: Duration, spin: Duration) {
+        let ahead = deadline.saturating_sub(self.now());
+        if ahead > spin {
+            std::thread::sleep(ahead - spin);
+        }
+        while self.now() < deadline {
+            std::hint::spin_loop();
+        }
+    }
+
+    fn guard(&self, watch: Arc<Watch>) -> Option<JoinHandle<()>> {
+        let origin = self.origin;
+        let thread = std::thread::Builder::new().name("watchdog".to_owned());
+        // Without a thread to spare the loop still notices by itself that it was late.
+        thread.spawn(move || watch_until_over(&watch, origin)).ok()
+    }
+}
+
+/// A clock for tests of real time that take none: it stands still until someone waits or [`VirtualTime::pass`] is called.
+#[derive(Clone, Debug, Default)]
+pub struct VirtualTime(Arc<Virtual>);
+
+#[derive(Default)]
+struct Virtual {
+    now: AtomicU64,
+    watch: Mutex<Option<Arc<Watch>>>,
+}
+
+impl std::fmt::Debug for Virtual {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Virtual").field("now", &self.now).finish_non_exhaustive()
+    }
+}
+
+/// The watchdog of virtual time looks this often.
+const VIRTUAL_CHECK: Duration = Duration::from_millis(1);
+
+impl VirtualTime {
+    /// Time goes by, and the watchdog looks at it as it does.
+    pub fn pass(&self, duration: Duration) {
+        let mut left = duration;
+        while left > Duration::ZERO {
+            let part = left.min(VIRTUAL_CHECK);
+            self.leap(part.as_nanos() as i64);
+            let watch = self.0.watch.lock().unwrap_or_else(PoisonError::into_inner);
+            if let Some(watch) = watch.as_ref() {
+                watch.check(self.now());
+            }
+            left -= part;
+        }
+    }
+
+    /// The clock jumps by so many ns, forwards or backwards, and nobody has looked.
+    pub fn leap(&self, nanos: i64) {
+        let now = self.0.now.load(Ordering::Relaxed);
+        self.0.now.store(now.saturating_add_signed(nanos), Ordering::Relaxed);
+    }
+}
+
+impl LoopTime for VirtualTime {
+    fn now(&self) -> Duration {
+        Duration::from_nanos(self.0.now.load(Ordering::Relaxed))
+    }
+
+    fn wait_until(&self, deadline: Duration, _: Duration) {
+        self.pass(deadline.saturating_sub(self.now()));
+    }
+
+    fn guard(&self, watch: Arc<Watch>) -> Option<JoinHandle<()>> {
+        *self.0.watch.lock().unwrap_or_else(PoisonError::into_inner) = Some(watch);
+        None
+    }
+}
