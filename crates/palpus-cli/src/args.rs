@@ -91,6 +91,12 @@ pub(crate) struct RunArguments {
     /// Lets the scene file name meshes outside its own folder.
     #[arg(long)]
     pub(crate) allow_outside: bool,
+    /// Prints the safety chain's thresholds for the device, with their reasons, and ends.
+    #[arg(long)]
+    pub(crate) limits: bool,
+    /// Asks the system for neither real-time priority nor locked memory nor a core of its own.
+    #[arg(long)]
+    pub(crate) no_realtime: bool,
     /// Prints the summary as one JSON document and nothing else.
     #[arg(long)]
     pub(crate) json: bool,

@@ -14,6 +14,7 @@ mod prepare;
 mod query;
 mod replay;
 mod run;
+mod safety;
 mod stage;
 mod summary;
 mod sweeps;

@@ -5,13 +5,14 @@ use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
 use std::time::Duration;
 
 use anyhow::{Context, anyhow, bail};
 use palpus_device::{
-    DeviceState, HapticDevice, Recorder, ReplayDevice, RunEnd, RunStatistics, Servo, ServoOptions, ServoTick,
-    SimulatedDevice, SimulationSettings, Timing, hand_preset, record,
+    DeviceState, HapticDevice, Newest, RealTimeClaims, RealTimeOptions, Recorder, ReplayDevice, RunEnd, RunStatistics,
+    Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, Timing, claim, hand_preset, latest, record,
 };
 use palpus_io::scene::FilePolicy;
 use palpus_io::{RecordRow, RecordingHeader, RecordingWriter, read_recording};
@@ -20,7 +21,7 @@ use crate::args::RunArguments;
 use crate::engine::{Detail, Engine, within_device};
 use crate::stage::{self, Stage};
 use crate::summary::{self, Gatherer, Summary};
-use crate::{output, plots};
+use crate::{output, plots, safety};
 
 /// Rows that may wait for the writer: half a second at the highest rate.
 const QUEUED_ROWS: usize = 1 << 15;
@@ -35,22 +36,30 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     let rate_hz = arguments.rate.or(stage.rate_hz).unwrap_or(DEFAULT_RATE_HZ);
     let mut device = device(arguments, &stage, rate_hz)?;
     let settings = within_device(&stage.settings, device.spec());
-    let engine = Engine::new(&stage, settings)?;
-    let header = header(&stage, settings, arguments, rate_hz);
-    if !arguments.json {
-        announce(arguments, &stage, device.as_ref(), rate_hz);
-    }
     let options = ServoOptions {
         rate_hz,
         timing: if arguments.fast { Timing::Simulated } else { Timing::RealTime },
         duration: Some(arguments.duration),
         ..ServoOptions::default()
     };
+    let limits = options.safety.limits(device.spec(), rate_hz);
+    if arguments.limits {
+        safety::print(device.spec(), &limits, arguments.json)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let engine = Engine::new(&stage, settings)?;
+    let mut header = header(&stage, settings, arguments, rate_hz);
+    let engagement = options.safety.engagement(device.spec());
+    safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
+    if !arguments.json {
+        announce(arguments, &stage, device.as_ref(), rate_hz);
+    }
     let servo = Servo::new(options)?;
     let recording = (!arguments.no_record).then(|| Recording::start(&arguments.record, &header)).transpose()?;
     let (rows, writing) = recording.map_or((None, None), |r| (Some(r.rows), Some(r.writing)));
-    let (statistics, gatherer) = turn(servo, engine, device.as_mut(), rows, arguments.json)?;
-    let summary = gatherer.finish(&statistics);
+    let claims = (!arguments.fast && !arguments.no_realtime).then(RealTimeOptions::default);
+    let (statistics, gatherer, claims) = turn(servo, engine, device.as_mut(), rows, claims, arguments.json)?;
+    let summary = gatherer.finish(&statistics, &limits, claims.as_ref());
     if let Some(writing) = writing {
         let written = writing.finish();
         if let Some(error) = written.error {
@@ -61,7 +70,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
         }
     }
     report(arguments, &summary)?;
-    let failed = matches!(statistics.end, RunEnd::DeviceFailed(_) | RunEnd::Panicked(_));
+    let failed = matches!(statistics.end, RunEnd::DeviceFailed(_) | RunEnd::Panicked(_) | RunEnd::Faulted(_));
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
@@ -155,13 +164,13 @@ impl Recording {
 /// Rows between two flushes of the recording.
 const FLUSH_EVERY: u64 = 256;
 
-/// The newest values of a run, for the live line.
-#[derive(Default)]
+/// What the live line shows.
+#[derive(Clone, Copy, Default)]
 struct Live {
-    ticks: AtomicU64,
-    query_ns: AtomicU64,
-    contacts: AtomicU64,
-    force: AtomicU64,
+    ticks: u64,
+    query_ns: u64,
+    contacts: u32,
+    force: f64,
 }
 
 /// Runs the loop on a thread of its own while this one shows how it goes.
@@ -170,36 +179,48 @@ fn turn(
     mut engine: Engine,
     device: &mut (dyn HapticDevice + Send),
     mut rows: Option<Recorder<RecordRow>>,
+    claims: Option<RealTimeOptions>,
     quiet: bool,
-) -> anyhow::Result<(RunStatistics, Gatherer)> {
+) -> anyhow::Result<(RunStatistics, Gatherer, Option<RealTimeClaims>)> {
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
     // When there is a handler already, Ctrl-C simply ends the process; that is no reason not to run.
     let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
-    let live = Live::default();
+    let (mut live, newest) = latest(Live::default());
+    let (granted, claimed) = mpsc::channel();
     let over = AtomicBool::new(false);
     let mut gatherer = Gatherer::new()?;
     std::thread::scope(|scope| {
-        let (live, over, stop) = (&live, &over, &stop);
+        let (over, stop) = (&over, &stop);
         let loop_thread = std::thread::Builder::new().name("servo".to_owned()).spawn_scoped(scope, move || {
             let mut observe = |tick: &ServoTick, detail: &Detail| {
                 gatherer.add(tick, detail);
                 if let Some(rows) = &mut rows {
                     rows.push(row(tick, detail));
                 }
-                live.ticks.store(tick.index + 1, Ordering::Relaxed);
-                live.query_ns.store(detail.tick.times.query + detail.tick.times.depth, Ordering::Relaxed);
-                live.contacts.store(u64::from(detail.tick.contacts), Ordering::Relaxed);
-                live.force.store(tick.wrench.force.length().to_bits(), Ordering::Relaxed);
+                live.publish(Live {
+                    ticks: tick.index + 1,
+                    query_ns: detail.tick.times.query + detail.tick.times.depth,
+                    contacts: detail.tick.contacts,
+                    force: tick.wrench.force.length(),
+                });
             };
+            // The other end is there until this thread is joined.
+            let _ = granted.send(claims.as_ref().map(claim));
             let statistics = servo.run(device, |state, dt| engine.step(state, dt), &mut observe, stop);
             over.store(true, Ordering::Relaxed);
             (statistics, gatherer)
         })?;
+        let claims = claimed.recv().ok().flatten();
         if !quiet {
-            watch(live, over);
+            if let Some(claims) = &claims {
+                safety::tell_claims(claims);
+            }
+            watch(newest, over);
         }
-        loop_thread.join().map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))
+        let (statistics, gatherer) =
+            loop_thread.join().map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))?;
+        Ok((statistics, gatherer, claims))
     })
 }
 
@@ -222,7 +243,7 @@ fn row(tick: &ServoTick, detail: &Detail) -> RecordRow {
         force_us: micros(engine.times.force),
         total_us: micros(engine.times.total),
         saturated: tick.saturated,
-        faults: u32::from(tick.replaced),
+        faults: tick.cuts.bits(),
     }
 }
 
@@ -230,22 +251,22 @@ fn row(tick: &ServoTick, detail: &Detail) -> RecordRow {
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
 
 /// Shows the newest values until the run is over: a line drawn over on a terminal, nothing elsewhere.
-fn watch(live: &Live, over: &AtomicBool) {
+fn watch(mut newest: Newest<Live>, over: &AtomicBool) {
     let shown = output::watched();
     let mut last = 0;
     while !over.load(Ordering::Relaxed) {
         std::thread::sleep(LIVE_PERIOD);
-        let ticks = live.ticks.load(Ordering::Relaxed);
+        let live = newest.get();
         if shown {
             output::live(&format!(
                 "{:6.0} Hz   query {:7.1} µs   {:3} contacts   {:5.2} N",
-                (ticks - last) as f64 / LIVE_PERIOD.as_secs_f64(),
-                live.query_ns.load(Ordering::Relaxed) as f64 / 1e3,
-                live.contacts.load(Ordering::Relaxed),
-                f64::from_bits(live.force.load(Ordering::Relaxed)),
+                (live.ticks - last) as f64 / LIVE_PERIOD.as_secs_f64(),
+                live.query_ns as f64 / 1e3,
+                live.contacts,
+                live.force,
             ));
         }
-        last = ticks;
+        last = live.ticks;
     }
     if shown {
         output::live_end();

@@ -1,11 +1,12 @@
 //! The summary of a run.
 
 use hdrhistogram::Histogram;
-use palpus_device::{RunEnd, RunStatistics, ServoTick};
+use palpus_device::{Percentiles, RealTimeClaims, RunEnd, RunStatistics, SafetyLimits, ServoTick};
 use serde::Serialize;
 
 use crate::engine::Detail;
 use crate::output;
+use crate::safety::SafetyReport;
 
 /// Percentiles of a time, µs.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -30,6 +31,12 @@ pub(crate) struct Summary {
     pub(crate) duration_s: f64,
     rate_hz: f64,
     overruns: u64,
+    /// Ticks that began more than half a millisecond after they were due.
+    late_ticks: u64,
+    /// In real time: from tick to tick.
+    period_us: Option<Micros>,
+    /// In real time: from a tick's deadline to its beginning.
+    lateness_us: Option<Micros>,
     step_us: Micros,
     query_us: Micros,
     force_us: Micros,
@@ -44,6 +51,7 @@ pub(crate) struct Summary {
     faults: u64,
     energy_generated_j: f64,
     allocations: u64,
+    safety: SafetyReport,
     trouble: Trouble,
     end: String,
 }
@@ -119,16 +127,23 @@ impl Gatherer {
         trouble.bad_states += u64::from(counters.bad_state);
     }
 
-    /// The summary of the run whose loop says `statistics`.
-    pub(crate) fn finish(self, statistics: &RunStatistics) -> Summary {
+    /// The summary of the run whose loop says `statistics`, within `limits`, with what the system granted it.
+    pub(crate) fn finish(
+        self,
+        statistics: &RunStatistics,
+        limits: &SafetyLimits,
+        claims: Option<&RealTimeClaims>,
+    ) -> Summary {
         let mean = |sum: u64| if self.ticks > 0 { sum as f64 / self.ticks as f64 } else { 0.0 };
-        let step = &statistics.step_us;
         Summary {
             ticks: statistics.ticks,
             duration_s: statistics.duration_s,
             rate_hz: statistics.rate_hz,
             overruns: statistics.overruns,
-            step_us: Micros { p50: step.p50, p99: step.p99, p999: step.p999, max: step.max },
+            late_ticks: statistics.late_ticks,
+            period_us: statistics.period_us.as_ref().map(of_loop),
+            lateness_us: statistics.lateness_us.as_ref().map(of_loop),
+            step_us: of_loop(&statistics.step_us),
             query_us: micros(&self.query_ns),
             force_us: micros(&self.force_ns),
             contacts: Count { mean: mean(self.contacts.0), max: self.contacts.1 },
@@ -139,9 +154,10 @@ impl Gatherer {
             force_step_max_n: statistics.force_step_max,
             torque_step_max_nm: statistics.torque_step_max,
             saturated_ticks: statistics.saturated_ticks,
-            faults: statistics.faults.total(),
+            faults: statistics.safety.faults(),
             energy_generated_j: statistics.energy.highest.max(0.0),
             allocations: self.allocations,
+            safety: SafetyReport::new(&statistics.safety, limits, claims),
             trouble: self.trouble,
             end: end(&statistics.end),
         }
@@ -153,6 +169,10 @@ fn micros(histogram: &Histogram<u64>) -> Micros {
     Micros { p50: at(0.5), p99: at(0.99), p999: at(0.999), max: histogram.max() as f64 / 1e3 }
 }
 
+fn of_loop(times: &Percentiles) -> Micros {
+    Micros { p50: times.p50, p99: times.p99, p999: times.p999, max: times.max }
+}
+
 fn end(end: &RunEnd) -> String {
     match end {
         RunEnd::Duration => "the time was up".to_owned(),
@@ -160,6 +180,10 @@ fn end(end: &RunEnd) -> String {
         RunEnd::DeviceEnded => "the recording ended".to_owned(),
         RunEnd::DeviceFailed(error) => format!("the device failed: {error}"),
         RunEnd::Panicked(message) => format!("a step failed inside: {message}"),
+        RunEnd::Faulted(cuts) => {
+            let names: Vec<String> = cuts.iter().map(|cut| cut.name().replace('_', " ")).collect();
+            format!("a fault: {}", names.join(", "))
+        }
     }
 }
 
@@ -207,6 +231,7 @@ pub(crate) fn print(summary: &Summary) {
                 summary.energy_generated_j * 1e3
             ),
         ),
+        ("cut for safety", summary.safety.cuts()),
     ];
     for (name, text) in rows {
         output::line(format!("{name:>14}  {text}"));

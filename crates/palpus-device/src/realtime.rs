@@ -131,7 +131,8 @@ mod system {
     }
 
     pub(super) fn lock_memory() -> Claimed {
-        let mend = || format!("add `{} - memlock unlimited` to /etc/security/limits.d/palpus.conf and log in again", user());
+        let mend =
+            || format!("add `{} - memlock unlimited` to /etc/security/limits.d/palpus.conf and log in again", user());
         // Where there is a limit, locking what is yet to come would make later allocations fail instead of wait. Those who may lock
         // without limit, whatever it says, are found by trying what is beyond it.
         let limited = getrlimit(Resource::Memlock).current.is_some();

@@ -6,7 +6,8 @@ use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 use palpus_device::{
-    DeviceState, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, StepOutcome, Timing, latest, record,
+    DeviceState, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, StepOutcome, Timing, latest,
+    record,
 };
 
 #[global_allocator]

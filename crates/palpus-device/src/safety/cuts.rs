@@ -112,9 +112,8 @@ impl Cuts {
     /// takes them from the recording and computes all others again.
     pub const TOLD: Self = Self(Self::FAULTS.0 & !Cut::NonFiniteWrench.bit());
     /// Those that make the state's velocity a number not to be relied on.
-    pub(super) const BLIND: Self = Self(
-        Cut::NonFiniteState.bit() | Cut::PoseJump.bit() | Cut::FrozenState.bit() | Cut::DeviceClock.bit(),
-    );
+    pub(super) const BLIND: Self =
+        Self(Cut::NonFiniteState.bit() | Cut::PoseJump.bit() | Cut::FrozenState.bit() | Cut::DeviceClock.bit());
 
     /// As recorded; bits without a meaning are dropped.
     pub fn from_bits(bits: u32) -> Self {

@@ -60,8 +60,9 @@ impl Gate {
             self.watch_motion(&last, read, elapsed);
             let passed = read.time - last.time;
             cuts.note(Cut::DeviceClock, passed < 0.0 || passed > since + limits.stale);
-            self.age = if passed > 0.0 || passed < 0.0 { 0.0 } else { since };
-            let frozen = self.age > limits.stale || self.travel > limits.frozen_travel || self.turn > limits.frozen_turn;
+            self.age = if passed.abs() > 0.0 { 0.0 } else { since };
+            let frozen =
+                self.age > limits.stale || self.travel > limits.frozen_travel || self.turn > limits.frozen_turn;
             cuts.note(Cut::FrozenState, frozen);
         } else {
             self.age = 0.0;

@@ -28,7 +28,7 @@ impl Heat {
     /// The most there may be now; infinite while the budget does not bind.
     pub(super) fn cap(&self) -> f64 {
         let allowed = self.continuous * self.continuous;
-        if !(self.heat > FREE_SHARE * allowed) {
+        if self.heat <= FREE_SHARE * allowed {
             return f64::INFINITY;
         }
         let left = ((allowed - self.heat) / ((1.0 - FREE_SHARE) * allowed)).clamp(0.0, 1.0);

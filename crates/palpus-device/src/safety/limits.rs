@@ -141,10 +141,10 @@ impl SafetyLimits {
         let torque_peak = if driven { believed(spec.torque_max, known_torque) } else { 0.0 };
         let continuous =
             |stated: Option<f64>, peak: f64| stated.map_or(CONTINUOUS_SHARE * peak, |stated| believed(stated, peak));
-        let speed = spec.workspace.filter(|sides| sides.is_finite() && sides.min_element() > 0.0).map_or(
-            HAND_SPEED,
-            |sides| HAND_SPEED.min(sides.length() / CROSSING_TIME),
-        );
+        let speed = spec
+            .workspace
+            .filter(|sides| sides.is_finite() && sides.min_element() > 0.0)
+            .map_or(HAND_SPEED, |sides| HAND_SPEED.min(sides.length() / CROSSING_TIME));
         let stall = (2.0 * LIGHT_MASS * STALL_TRAVEL / force_peak).sqrt();
         Self {
             force_peak,
@@ -203,6 +203,35 @@ impl SafetyLimits {
         ]
     }
 
+    /// Again from values by name, such as [`SafetyLimits::explained`] gives; `None` if one is missing.
+    pub fn from_values(value: impl Fn(&str) -> Option<f64>) -> Option<Self> {
+        Some(Self {
+            force_peak: value("force_peak")?,
+            torque_peak: value("torque_peak")?,
+            force_continuous: value("force_continuous")?,
+            torque_continuous: value("torque_continuous")?,
+            heating_time: value("heating_time")?,
+            force_slew: value("force_slew")?,
+            torque_slew: value("torque_slew")?,
+            speed: value("speed")?,
+            turn: value("turn")?,
+            jump: value("jump")?,
+            jump_angle: value("jump_angle")?,
+            stale: value("stale")?,
+            frozen_travel: value("frozen_travel")?,
+            frozen_turn: value("frozen_turn")?,
+            stall: value("stall")?,
+            engage_force: value("engage_force")?,
+            engage_torque: value("engage_torque")?,
+            ramp: value("ramp")?,
+            hold: value("hold")?,
+            damping: value("damping")?,
+            angular_damping: value("angular_damping")?,
+            rest_force: value("rest_force")?,
+            rest_torque: value("rest_torque")?,
+        })
+    }
+
     /// True when every threshold is a number from 0 up. Infinite ones switch a stage off, which is for tests.
     pub fn is_valid(&self) -> bool {
         self.explained().iter().all(|line| line.value >= 0.0)
@@ -243,6 +272,9 @@ mod tests {
             for rate in [500.0, 1000.0, 10_000.0] {
                 let limits = SafetyLimits::of(&spec, rate);
                 assert!(limits.is_valid(), "{}", spec.name);
+                let lines = limits.explained();
+                let value = |name: &str| lines.iter().find(|line| line.name == name).map(|line| line.value);
+                assert_eq!(SafetyLimits::from_values(value), Some(limits));
                 assert!(limits.force_continuous <= limits.force_peak && limits.rest_force <= limits.force_peak);
                 assert!((0.01..=0.05).contains(&limits.stall) && limits.stall * rate >= 5.0, "{}", spec.name);
                 assert!(limits.speed > 1.0 && limits.force_slew / rate < limits.force_peak * 1.001);

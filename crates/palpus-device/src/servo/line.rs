@@ -119,12 +119,15 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     }
 
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
+        if !self.real {
+            return self.end.device.write(wrench);
+        }
+        // A write that takes its time is time for which a wrench is held.
+        let begun = self.time.now();
         self.end.device.write(wrench)?;
-        if self.real {
-            self.written = self.time.now();
-            if let Some(guard) = &self.end.guard {
-                guard.watch.beat(self.written);
-            }
+        self.written = begun;
+        if let Some(guard) = &self.end.guard {
+            guard.watch.beat(begun);
         }
         Ok(())
     }

@@ -102,7 +102,7 @@ pub struct RecordRow {
     pub total_us: f64,
     /// True when the wrench was cut to the device's limits.
     pub saturated: bool,
-    /// Faults that the safety chain found, one bit each.
+    /// What the safety chain cut, one bit each, in the order of the chain.
     pub faults: u32,
 }
 

@@ -1,0 +1,125 @@
+//! The safety chain as it is printed, recorded and made again for a replay.
+
+use palpus_device::{
+    AfterFault, AfterPanic, Claimed, DeviceSpec, Engagement, LimitLine, RealTimeClaims, SafetyChain, SafetyCounters,
+    SafetyLimits, SafetyOptions,
+};
+use serde::Serialize;
+use toml::{Table, Value};
+
+use crate::output;
+
+/// Under this name the chain stands in a recording's header.
+const SECTION: &str = "safety";
+
+/// What a summary says of safety.
+#[derive(Debug, Default, Serialize)]
+pub(crate) struct SafetyReport {
+    /// Ticks by what was cut in them.
+    cuts: serde_json::Map<String, serde_json::Value>,
+    /// Thresholds by name, in SI units.
+    limits: serde_json::Map<String, serde_json::Value>,
+    /// What the operating system granted.
+    real_time: Option<serde_json::Map<String, serde_json::Value>>,
+}
+
+impl SafetyReport {
+    pub(crate) fn new(counters: &SafetyCounters, limits: &SafetyLimits, claims: Option<&RealTimeClaims>) -> Self {
+        let text = |claims: &RealTimeClaims| {
+            claims.lines().iter().map(|(name, claimed)| ((*name).to_owned(), claimed.to_string().into())).collect()
+        };
+        Self {
+            cuts: counters.iter().map(|(cut, ticks)| (cut.name().to_owned(), ticks.into())).collect(),
+            limits: limits.explained().iter().map(|line| (line.name.to_owned(), line.value.into())).collect(),
+            real_time: claims.map(text),
+        }
+    }
+
+    /// In words: what was cut, by name.
+    pub(crate) fn cuts(&self) -> String {
+        if self.cuts.is_empty() {
+            return "nothing".to_owned();
+        }
+        let each = self.cuts.iter().map(|(name, ticks)| format!("{} {ticks}", name.replace('_', " ")));
+        format!("{} (ticks)", each.collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// Prints the thresholds for a device, one a line.
+pub(crate) fn print(spec: &DeviceSpec, limits: &SafetyLimits, json: bool) -> anyhow::Result<()> {
+    if json {
+        let values: serde_json::Map<_, serde_json::Value> =
+            limits.explained().iter().map(|line| (line.name.to_owned(), line.value.into())).collect();
+        return output::json(&values);
+    }
+    output::line(format!("safety thresholds for the device `{}`", spec.name));
+    for LimitLine { name, value, unit, why } in limits.explained() {
+        output::line(format!("{name:>18}  {value:10.4} {unit:10}  {why}"));
+    }
+    Ok(())
+}
+
+/// Says what the operating system did not grant, a line each, with what mends it.
+pub(crate) fn tell_claims(claims: &RealTimeClaims) {
+    let granted: Vec<String> = claims
+        .lines()
+        .iter()
+        .filter_map(|(name, claimed)| match claimed {
+            Claimed::Granted(what) => Some(format!("{name}: {what}")),
+            _ => None,
+        })
+        .collect();
+    if !granted.is_empty() {
+        output::note(format!("real time: {}", granted.join("; ")));
+    }
+    for (name, claimed) in claims.lines() {
+        if let Claimed::Refused { why, mend } = claimed {
+            output::note(format!("note: no {name} ({why}); {mend}"));
+        }
+    }
+}
+
+/// For a recording's header: all that decides what the chain does.
+pub(crate) fn recorded(limits: &SafetyLimits, engagement: Engagement, options: &SafetyOptions, into: &mut Table) {
+    let mut table = Table::new();
+    let (how, buttons) = match engagement {
+        Engagement::Automatic => ("automatic", None),
+        Engagement::Button(mask) => ("button", Some(mask)),
+        Engagement::DeadMan(mask) => ("dead-man", Some(mask)),
+    };
+    table.insert("engagement".into(), how.into());
+    if let Some(mask) = buttons {
+        table.insert("buttons".into(), i64::from(mask).into());
+    }
+    table.insert("stop_after_fault".into(), (options.after_fault == AfterFault::Stop).into());
+    table.insert("stop_after_panic".into(), (options.after_panic == AfterPanic::Stop).into());
+    for line in limits.explained() {
+        table.insert(line.name.into(), line.value.into());
+    }
+    into.insert(SECTION.into(), Value::Table(table));
+}
+
+/// The chain of a recording; `None` for one that was made without.
+pub(crate) fn of_recording(more: &Table, period: f64) -> anyhow::Result<Option<SafetyChain>> {
+    let Some(table) = more.get(SECTION).and_then(Value::as_table) else { return Ok(None) };
+    let problem = || anyhow::anyhow!("the recording's header does not say enough of its safety chain");
+    let limits = SafetyLimits::from_values(|name| table.get(name).and_then(Value::as_float)).ok_or_else(problem)?;
+    let mask = || table.get("buttons").and_then(Value::as_integer).and_then(|mask| u32::try_from(mask).ok());
+    let engagement = match table.get("engagement").and_then(Value::as_str) {
+        Some("automatic") => Engagement::Automatic,
+        Some("button") => Engagement::Button(mask().ok_or_else(problem)?),
+        Some("dead-man") => Engagement::DeadMan(mask().ok_or_else(problem)?),
+        _ => return Err(problem()),
+    };
+    let is_set = |name: &str| table.get(name).and_then(Value::as_bool).ok_or_else(problem);
+    let options = SafetyOptions {
+        engagement: Some(engagement),
+        limits: Some(limits),
+        after_fault: if is_set("stop_after_fault")? { AfterFault::Stop } else { AfterFault::Reengage },
+        after_panic: if is_set("stop_after_panic")? { AfterPanic::Stop } else { AfterPanic::AsFault },
+    };
+    if !limits.is_valid() {
+        return Err(problem());
+    }
+    Ok(Some(SafetyChain::new(&limits, engagement, &options, period)))
+}
