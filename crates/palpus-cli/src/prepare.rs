@@ -87,7 +87,7 @@ fn write_pieces(body: &Body, path: &Path) -> anyhow::Result<()> {
 fn soup_of(piece: &Polytope) -> PolygonSoup {
     let mut soup = PolygonSoup { vertices: piece.vertices().to_vec(), ..PolygonSoup::new() };
     for face in (0..piece.face_count() as u32).filter(|&face| !piece.is_rim(face)) {
-        soup.push_face(piece.face_vertices(face));
+        soup.push_face(&piece.face_vertices(face).to_vec());
     }
     soup
 }

@@ -38,7 +38,7 @@ fn measure(polytope: &Polytope) -> (f64, f64) {
     let (mut volume, mut area) = (0.0, 0.0);
     let faces = if polytope.is_flat() { 1 } else { polytope.face_count() };
     for f in 0..faces as u32 {
-        let corners: Vec<DVec3> = polytope.face_vertices(f).iter().map(|&v| polytope.vertex(v) - origin).collect();
+        let corners: Vec<DVec3> = polytope.face_vertices(f).iter().map(|v| polytope.vertex(v) - origin).collect();
         for side in corners[1..].windows(2) {
             volume += corners[0].dot(side[0].cross(side[1])) / 6.0;
             area += (side[0] - corners[0]).cross(side[1] - corners[0]).length() / 2.0;

@@ -130,7 +130,7 @@ fn write_polytope(out: &mut Writer, polytope: &Polytope, table: &Table) {
     for f in 0..polytope.face_count() as u32 {
         let corners = polytope.face_vertices(f);
         out.whole((corners.len() as u64) << 1 | original(f));
-        corners.iter().for_each(|&v| out.whole(u64::from(v)));
+        corners.iter().for_each(|v| out.whole(u64::from(v)));
         let Plane { normal, offset } = polytope.plane(f);
         out.vector(normal);
         out.real(offset);

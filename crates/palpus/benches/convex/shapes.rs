@@ -89,9 +89,5 @@ fn solid(points: Vec<DVec3>) -> Polytope {
 
 /// The faces as fans of triangles.
 pub(crate) fn triangles(polytope: &Polytope) -> Vec<[u32; 3]> {
-    let fan = |f: u32| {
-        let corners = polytope.face_vertices(f);
-        corners[1..].windows(2).map(|pair| [corners[0], pair[0], pair[1]])
-    };
-    (0..polytope.face_count() as u32).flat_map(fan).collect()
+    (0..polytope.face_count() as u32).flat_map(|f| polytope.face_vertices(f).fan()).collect()
 }

@@ -164,7 +164,7 @@ impl Body {
         let (polytope, _) = hull.into_polytope().ok_or(BodyError::NotConvexBody(None))?;
         let mut soup = PolygonSoup { vertices: polytope.vertices().to_vec(), ..PolygonSoup::new() };
         for f in (0..polytope.face_count() as u32).filter(|&f| !polytope.is_rim(f)) {
-            soup.push_face(polytope.face_vertices(f));
+            soup.push_face(&polytope.face_vertices(f).to_vec());
         }
         Self::from_soup(&soup, &BodySettings::default(), &mut |_| ())
     }

@@ -114,7 +114,7 @@ pub(crate) fn covariance(points: &[DVec3]) -> DMat3 {
 
 /// The normal of the largest face and the direction of its longest side.
 fn flush_axes(polytope: &Polytope) -> Option<DMat3> {
-    let corner = |f: u32, k: usize| polytope.vertex(polytope.face_vertices(f)[k]);
+    let corner = |f: u32, k: usize| polytope.vertex(polytope.face_vertices(f).at(k));
     let area = |f: u32| {
         let area: DVec3 = (2..polytope.face_vertices(f).len())
             .map(|k| (corner(f, k - 1) - corner(f, 0)).cross(corner(f, k) - corner(f, 0)))

@@ -476,16 +476,16 @@ fn tag(polytope: Polytope, inputs: &[u32], left: &Polytope, right: &Polytope, co
                 && polytope
                     .face_vertices(face)
                     .iter()
-                    .all(|&v| child.plane(cover).height(polytope.vertex(v)).abs() <= coplanar)
+                    .all(|v| child.plane(cover).height(polytope.vertex(v)).abs() <= coplanar)
         };
         first.is_some_and(|first| child.ring(first).iter().any(|spoke| covers(spoke.left)))
     };
     let original: Vec<bool> = (0..polytope.face_count() as u32)
         .map(|face| {
             let corners = polytope.face_vertices(face);
-            let all = |of: &dyn Fn(u32) -> Option<u32>| corners.iter().all(|&v| of(v).is_some());
-            all(&in_left) && covered(left, in_left(corners[0]), face)
-                || all(&in_right) && covered(right, in_right(corners[0]), face)
+            let all = |of: &dyn Fn(u32) -> Option<u32>| corners.iter().all(|v| of(v).is_some());
+            all(&in_left) && covered(left, in_left(corners.at(0)), face)
+                || all(&in_right) && covered(right, in_right(corners.at(0)), face)
         })
         .collect();
     polytope.with_provenance(|_, face| match original[face as usize] {

@@ -74,10 +74,7 @@ impl MassProperties {
             return moments.properties(MassSource::Mesh);
         }
         if let Ok(Hull::Solid { polytope, .. }) = convex_hull(mesh.vertices(), tolerance::COPLANAR * size) {
-            let fan = |f: u32| {
-                let corners = polytope.face_vertices(f);
-                corners.windows(2).skip(1).map(|pair| [corners[0], pair[0], pair[1]].map(|v| polytope.vertex(v)))
-            };
+            let fan = |f: u32| polytope.face_vertices(f).fan().map(|corners| corners.map(|v| polytope.vertex(v)));
             let faces: Vec<[DVec3; 3]> = (0..polytope.face_count() as u32).flat_map(fan).collect();
             if let Some(moments) = solid(&faces) {
                 return moments.properties(MassSource::Hull);

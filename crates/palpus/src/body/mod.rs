@@ -46,7 +46,9 @@ pub use hull::{Hull, HullError, convex_hull, convex_polygon};
 pub use mass::{MassProperties, MassSource, PrincipalInertia};
 pub use mesh::{Cleaning, Mesh, MeshError};
 pub use piece::Piece;
-pub use polytope::{Edge, Polytope, PolytopeError, Provenance, Spoke};
+pub use polytope::{
+    Edge, Loop, LoopIter, Polytope, PolytopeError, PolytopeRestorer, Provenance, Ring, RingIter, Spoke,
+};
 pub use shading_normals::ShadingNormals;
 pub use soup::PolygonSoup;
 pub use triangle_pair::TrianglePair;

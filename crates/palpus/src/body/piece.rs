@@ -191,8 +191,8 @@ fn lay_facets(
 fn clip_to_face(polygon: &mut Vec<DVec3>, polytope: &Polytope, face: u32) {
     let corners = polytope.face_vertices(face);
     let normal = polytope.plane(face).normal;
-    for (k, &tail) in corners.iter().enumerate() {
-        let (tail, head) = (polytope.vertex(tail), polytope.vertex(corners[(k + 1) % corners.len()]));
+    for (k, tail) in corners.iter().enumerate() {
+        let (tail, head) = (polytope.vertex(tail), polytope.vertex(corners.at((k + 1) % corners.len())));
         let outward = (head - tail).cross(normal);
         let side = Plane { normal: outward, offset: outward.dot(tail) };
         if polygon.iter().all(|p| side.height(*p) <= 0.0) {
@@ -219,7 +219,7 @@ fn polygon_area(polygon: &[DVec3], normal: DVec3) -> f64 {
 
 /// Area of face `f`, square metres.
 pub(super) fn face_area(polytope: &Polytope, f: u32) -> f64 {
-    let corners: Vec<DVec3> = polytope.face_vertices(f).iter().map(|&v| polytope.vertex(v)).collect();
+    let corners: Vec<DVec3> = polytope.face_vertices(f).iter().map(|v| polytope.vertex(v)).collect();
     polygon_area(&corners, polytope.plane(f).normal)
 }
 

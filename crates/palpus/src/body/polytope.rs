@@ -8,12 +8,16 @@
 //! * face → loop of vertices and loop of edges, counter-clockwise seen from outside.
 //!
 //! A body has hundreds of thousands of small polytopes, so that what each costs beside its numbers counts: lists are of
-//! exactly their length, and all that are of indices lie in one.
+//! exactly their length, and all that are of indices lie in one, of sixteen bits each where they fit (`numbers`).
+//! How a polytope is made, and made again of what was kept of it, is in `build`.
 //!
 //! A flat piece is a *plate*: its front and back polygon, and along each side a *rim*: a face of no width whose
 //! normal points outward in the plate's plane and whose loop has two vertices. With rims, a plate's surface is a
 //! sphere like any other polytope's (V − E + F = n − 2n + (n + 2) = 2), its Gauss arcs are a quarter circle long
 //! instead of an ambiguous half, and no walk needs a special case: a rim's plane is a true supporting plane.
+
+mod build;
+mod numbers;
 
 use std::ops::Range;
 
@@ -21,6 +25,10 @@ use glam::DVec3;
 
 use super::directory::{Directory, Known};
 use crate::algebra::Plane;
+use numbers::{Numbers, SPOKE};
+
+pub use build::PolytopeRestorer;
+pub use numbers::{Loop, LoopIter, Ring, RingIter};
 
 /// Where a face of a piece comes from \[K02 §3.4\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -74,10 +82,8 @@ pub enum PolytopeError {
 #[derive(Clone, Debug)]
 pub struct Polytope {
     vertices: Box<[DVec3]>,
-    spokes: Box<[Spoke]>,
-    edges: Box<[Edge]>,
     planes: Box<[Plane]>,
-    indices: Indices,
+    lists: Lists,
     centroid: DVec3,
     radius: f64,
     bulge: f64,
@@ -85,253 +91,79 @@ pub struct Polytope {
     flat: bool,
 }
 
-/// Where rings and loops begin, the loops' vertices and edges, and which faces are original, in one list.
+/// All indices in one list: where the loops' vertices begin in it (one more than faces), where the rings' spokes do (one more
+/// than vertices), loop vertices, loop edges, spokes, edges, and a bit for each face that is original.
 #[derive(Clone, Debug)]
-struct Indices {
-    /// Where loops begin among loop vertices and edges (one more than faces), where rings begin among spokes (one more than
-    /// vertices), loop vertices, loop edges, and a bit for each face.
-    all: Box<[u32]>,
+struct Lists {
+    all: Numbers,
+    /// Where the rings' beginnings, the edges and the bits begin.
     ring_starts: u32,
-    loop_vertices: u32,
-    loop_edges: u32,
+    edges: u32,
     originals: u32,
+    /// Corners of all loops: a loop's edges stand so much farther on than its vertices.
+    corners: u32,
 }
 
-impl Indices {
-    fn new(
-        loop_starts: &[u32],
-        ring_starts: &[u32],
-        loop_vertices: &[u32],
-        loop_edges: &[u32],
-        provenance: &[Provenance],
-    ) -> Self {
-        let words = provenance.len().div_ceil(FACES_A_WORD);
-        let count = loop_starts.len() + ring_starts.len() + loop_vertices.len() + loop_edges.len() + words;
-        let mut all = Vec::with_capacity(count);
-        let mut begin = |list: &[u32]| {
-            let first = all.len() as u32;
-            all.extend_from_slice(list);
-            first
-        };
-        begin(loop_starts);
-        let (ring_starts, loop_vertices, loop_edges) = (begin(ring_starts), begin(loop_vertices), begin(loop_edges));
-        let originals = all.len() as u32;
-        all.extend(provenance.chunks(FACES_A_WORD).map(|faces| {
-            faces.iter().rev().fold(0, |word, &face| word << 1 | u32::from(face == Provenance::Original))
-        }));
-        Self { all: all.into_boxed_slice(), ring_starts, loop_vertices, loop_edges, originals }
-    }
-
-    /// Where the ring of vertex `v` is among the spokes.
+impl Lists {
+    /// Where the spokes of vertex `v` are.
     #[inline]
     fn ring(&self, v: u32) -> Range<usize> {
-        let k = (self.ring_starts + v) as usize;
-        self.all[k] as usize..self.all[k + 1] as usize
+        let [from, to] = self.all.some((self.ring_starts + v) as usize);
+        from as usize..to as usize
     }
 
-    /// Where the loop of face `f` is among loop vertices and edges.
+    /// Where the vertices of face `f` are.
     #[inline]
     fn face(&self, f: u32) -> Range<usize> {
-        self.all[f as usize] as usize..self.all[f as usize + 1] as usize
+        let [from, to] = self.all.some(f as usize);
+        from as usize..to as usize
     }
 
-    /// Of a list that begins at `first`, what is at `range`.
+    /// The neighbours of vertex `v`; `all` is the list itself.
     #[inline]
-    fn part(&self, first: u32, range: Range<usize>) -> &[u32] {
-        &self.all[first as usize + range.start..first as usize + range.end]
+    fn neighbours<N: Copy + Into<u32>>(&self, all: &[N], v: u32) -> impl Iterator<Item = u32> {
+        let k = (self.ring_starts + v) as usize;
+        let (from, to): (u32, u32) = (all[k].into(), all[k + 1].into());
+        all[from as usize..to as usize].chunks_exact(SPOKE).map(|spoke| spoke[0].into())
+    }
+
+    #[inline]
+    fn edge_count(&self) -> u32 {
+        (self.originals - self.edges) / 4
+    }
+
+    #[inline]
+    fn edge(&self, e: u32) -> Edge {
+        debug_assert!(e < self.edge_count());
+        let [tail, head, left, right] = self.all.some((self.edges + 4 * e) as usize);
+        Edge { tail, head, left, right }
     }
 
     #[inline]
     fn is_original(&self, f: u32) -> bool {
-        self.all[self.originals as usize + f as usize / FACES_A_WORD] >> (f as usize % FACES_A_WORD) & 1 == 1
+        self.all.at((self.originals + f / FACES_A_WORD) as usize) >> (f % FACES_A_WORD) & 1 == 1
     }
 
     fn set_original(&mut self, f: u32, original: bool) {
-        let word = &mut self.all[self.originals as usize + f as usize / FACES_A_WORD];
-        let bit = 1 << (f as usize % FACES_A_WORD);
-        *word = if original { *word | bit } else { *word & !bit };
+        let word = (self.originals + f / FACES_A_WORD) as usize;
+        let bit = 1 << (f % FACES_A_WORD);
+        let bits = self.all.at(word);
+        self.all.set(word, if original { bits | bit } else { bits & !bit });
     }
 }
 
-/// Bits of an index.
-const FACES_A_WORD: usize = 32;
+/// Bits of the shorter kind of index.
+const FACES_A_WORD: u32 = 16;
 
 impl Polytope {
-    /// A solid polytope from its merged planar faces.
-    ///
-    /// `loops[f]` lists face `f`'s vertices counter-clockwise seen from outside; `planes` and `provenance` are
-    /// parallel to it. Convexity is the caller's promise (the hull's); topology is checked here.
-    pub fn from_faces(
-        vertices: Vec<DVec3>,
-        loops: &[Vec<u32>],
-        planes: Vec<Plane>,
-        provenance: Vec<Provenance>,
-    ) -> Result<Self, PolytopeError> {
-        let (loop_starts, loop_vertices) = flattened(loops);
-        Self::from_loops(vertices, loop_starts, loop_vertices, planes, provenance)
-    }
-
-    /// As [`Self::from_faces`], with the loops in one list: that of face `f` is
-    /// `loop_vertices[loop_starts[f] .. loop_starts[f + 1]]`.
-    pub fn from_loops(
-        vertices: Vec<DVec3>,
-        loop_starts: Vec<u32>,
-        loop_vertices: Vec<u32>,
-        planes: Vec<Plane>,
-        provenance: Vec<Provenance>,
-    ) -> Result<Self, PolytopeError> {
-        let faces = planes.len();
-        let whole = loop_starts.first() == Some(&0) && loop_starts.last() == Some(&(loop_vertices.len() as u32));
-        if !whole || loop_starts.len() != faces + 1 || provenance.len() != faces {
-            return Err(PolytopeError::BadFace(faces as u32));
-        }
-        let mut edges: Vec<Edge> = Vec::with_capacity(loop_vertices.len() / 2);
-        let mut loop_edges = Vec::with_capacity(loop_vertices.len());
-        let mut open = OpenEdges::new(vertices.len());
-        for f in 0..faces {
-            let face = loop_vertices.get(loop_starts[f] as usize..loop_starts[f + 1] as usize).unwrap_or_default();
-            let f = f as u32;
-            if face.len() < 3 || face.iter().any(|&v| v as usize >= vertices.len()) {
-                return Err(PolytopeError::BadFace(f));
-            }
-            for (k, &tail) in face.iter().enumerate() {
-                let head = face[(k + 1) % face.len()];
-                if let Some(e) = open.close(&edges, head, tail) {
-                    edges[e as usize].right = f;
-                    loop_edges.push(e);
-                } else if open.open(&edges, tail, head) {
-                    loop_edges.push(edges.len() as u32);
-                    edges.push(Edge { tail, head, left: f, right: f });
-                } else {
-                    return Err(PolytopeError::OpenEdge(tail, head));
-                }
-            }
-        }
-        if let Some(e) = open.first() {
-            let Edge { tail, head, .. } = edges[e as usize];
-            return Err(PolytopeError::OpenEdge(tail, head));
-        }
-        Self::assemble(vertices, (loop_starts, loop_vertices), loop_edges, edges, planes, provenance, false)
-    }
-
-    /// A plate from a convex polygon, counter-clockwise seen from the side that `normal` (unit) points to.
-    ///
-    /// Face 0 is the front (of the given provenance), face 1 the back (virtual), faces 2 … n + 1 the rims along the
-    /// sides (virtual); rim 2 + k lies along the side from vertex k to vertex k + 1.
-    pub fn from_polygon(vertices: Vec<DVec3>, normal: DVec3, front: Provenance) -> Result<Self, PolytopeError> {
-        let n = vertices.len() as u32;
-        if n < 3 {
-            return Err(PolytopeError::BadFace(0));
-        }
-        let offset = vertices.iter().map(|v| normal.dot(*v)).sum::<f64>() / f64::from(n);
-        let mut planes = vec![Plane { normal, offset }, Plane { normal: -normal, offset: -offset }];
-        let mut loops = vec![(0..n).collect::<Vec<_>>(), (0..n).rev().collect()];
-        let mut edges = Vec::with_capacity(2 * n as usize);
-        for k in 0..n {
-            let (tail, head) = (k, (k + 1) % n);
-            let side = vertices[head as usize] - vertices[tail as usize];
-            let outward = side.cross(normal).normalize_or_zero();
-            planes.push(Plane { normal: outward, offset: outward.dot(vertices[tail as usize]) });
-            loops.push(vec![head, tail]);
-            edges.push(Edge { tail, head, left: 0, right: 2 + k });
-        }
-        for k in 0..n {
-            edges.push(Edge { tail: k, head: (k + 1) % n, left: 2 + k, right: 1 });
-        }
-        let mut loop_edges: Vec<u32> = (0..n).collect();
-        // The back's loop is n−1, n−2, …, 0: its side k runs from n−1−k to n−2−k, the twin of side n−2−k.
-        loop_edges.extend((0..n).map(|k| n + (2 * n - 2 - k) % n));
-        // A rim's loop is head → tail (the front's edge, reversed) and tail → head (the back's edge).
-        for k in 0..n {
-            loop_edges.extend([k, n + k]);
-        }
-        let mut provenance = vec![Provenance::Virtual; 2 + n as usize];
-        provenance[0] = front;
-        Self::assemble(vertices, flattened(&loops), loop_edges, edges, planes, provenance, true)
-    }
-
     /// The same polytope with each face tagged by `of`, which is given the polytope and the face. Rims, which have no
     /// width, stay virtual and are not asked about.
     pub fn with_provenance(mut self, of: impl Fn(&Self, u32) -> Provenance) -> Self {
         for f in 0..self.planes.len() as u32 {
             let provenance = if self.is_rim(f) { Provenance::Virtual } else { of(&self, f) };
-            self.indices.set_original(f, provenance == Provenance::Original);
+            self.lists.set_original(f, provenance == Provenance::Original);
         }
         self
-    }
-
-    fn assemble(
-        vertices: Vec<DVec3>,
-        (loop_starts, loop_vertices): (Vec<u32>, Vec<u32>),
-        loop_edges: Vec<u32>,
-        edges: Vec<Edge>,
-        planes: Vec<Plane>,
-        provenance: Vec<Provenance>,
-        flat: bool,
-    ) -> Result<Self, PolytopeError> {
-        // For each edge, where it stands in its left and in its right face's loop.
-        let mut places = vec![[u32::MAX; 2]; edges.len()];
-        let mut face_of = Vec::with_capacity(loop_vertices.len());
-        for f in 0..planes.len() {
-            for k in loop_starts[f]..loop_starts[f + 1] {
-                face_of.push(f as u32);
-                let e = loop_edges[k as usize] as usize;
-                let side = usize::from(edges[e].left as usize != f || edges[e].tail != loop_vertices[k as usize]);
-                places[e][side] = k;
-            }
-        }
-        let mut first_corner = vec![u32::MAX; vertices.len()];
-        let mut corners = vec![0usize; vertices.len()];
-        for (k, &v) in loop_vertices.iter().enumerate() {
-            first_corner[v as usize] = first_corner[v as usize].min(k as u32);
-            corners[v as usize] += 1;
-        }
-        let mut ring_starts = Vec::with_capacity(vertices.len() + 1);
-        ring_starts.push(0);
-        let mut spokes = Vec::with_capacity(loop_vertices.len());
-        for v in 0..vertices.len() as u32 {
-            let begin = spokes.len();
-            let mut k = first_corner[v as usize];
-            if k == u32::MAX {
-                return Err(PolytopeError::OpenRing(v));
-            }
-            // Counter-clockwise: from the edge that leaves v in face f, across f, to the edge that enters v.
-            loop {
-                let f = face_of[k as usize];
-                let edge = loop_edges[k as usize];
-                let Edge { tail, head, .. } = edges[edge as usize];
-                spokes.push(Spoke { neighbour: if tail == v { head } else { tail }, edge, left: f });
-                let (start, end) = (loop_starts[f as usize], loop_starts[f as usize + 1]);
-                let entering = if k == start { end - 1 } else { k - 1 };
-                let edge = loop_edges[entering as usize] as usize;
-                let across = usize::from(places[edge][0] == entering);
-                k = places[edge][across];
-                if k == first_corner[v as usize] || spokes.len() - begin > corners[v as usize] || k == u32::MAX {
-                    break;
-                }
-            }
-            if k != first_corner[v as usize] || spokes.len() - begin != corners[v as usize] {
-                return Err(PolytopeError::OpenRing(v));
-            }
-            ring_starts.push(spokes.len() as u32);
-        }
-        let centroid = vertices.iter().copied().sum::<DVec3>() / vertices.len() as f64;
-        let radius = vertices.iter().map(|v| v.distance_squared(centroid)).fold(0.0, f64::max).sqrt();
-        let mut polytope = Self {
-            vertices: vertices.into_boxed_slice(),
-            spokes: spokes.into_boxed_slice(),
-            edges: edges.into_boxed_slice(),
-            planes: planes.into_boxed_slice(),
-            indices: Indices::new(&loop_starts, &ring_starts, &loop_vertices, &loop_edges, &provenance),
-            centroid,
-            radius,
-            bulge: 0.0,
-            directory: Directory::Scan(Box::default()),
-            flat,
-        };
-        polytope.bulge = polytope.measured_bulge();
-        polytope.directory = Directory::new(&polytope.vertices, |from, direction| polytope.climb(from, direction).0);
-        Ok(polytope)
     }
 
     /// Vertex positions in the body's frame.
@@ -348,14 +180,20 @@ impl Polytope {
 
     /// All edges.
     #[inline]
-    pub fn edges(&self) -> &[Edge] {
-        &self.edges
+    pub fn edges(&self) -> impl ExactSizeIterator<Item = Edge> {
+        (0..self.lists.edge_count()).map(|e| self.lists.edge(e))
+    }
+
+    /// Number of edges.
+    #[inline]
+    pub fn edge_count(&self) -> usize {
+        self.lists.edge_count() as usize
     }
 
     /// Edge `e`.
     #[inline]
     pub fn edge(&self, e: u32) -> Edge {
-        self.edges[e as usize]
+        self.lists.edge(e)
     }
 
     /// Outward planes of the faces.
@@ -378,8 +216,8 @@ impl Polytope {
 
     /// The spokes of vertex `v`, counter-clockwise seen from outside.
     #[inline]
-    pub fn ring(&self, v: u32) -> &[Spoke] {
-        &self.spokes[self.indices.ring(v)]
+    pub fn ring(&self, v: u32) -> Ring<'_> {
+        Ring(self.lists.all.part(self.lists.ring(v)))
     }
 
     /// How far any vertex stands off the plane of a face around it, or an end of its edges outside of that plane: the most by
@@ -389,34 +227,24 @@ impl Polytope {
         self.bulge
     }
 
-    fn measured_bulge(&self) -> f64 {
-        let mut bulge = 0.0_f64;
-        for v in 0..self.vertices.len() as u32 {
-            for face in self.ring(v).iter().map(|spoke| self.plane(spoke.left)) {
-                bulge = bulge.max(face.height(self.vertex(v)).abs());
-                let beside = self.ring(v).iter().map(|spoke| face.height(self.vertex(spoke.neighbour)));
-                bulge = beside.fold(bulge, f64::max);
-            }
-        }
-        bulge
-    }
-
     /// The vertices of face `f`, counter-clockwise seen from outside.
     #[inline]
-    pub fn face_vertices(&self, f: u32) -> &[u32] {
-        self.indices.part(self.indices.loop_vertices, self.indices.face(f))
+    pub fn face_vertices(&self, f: u32) -> Loop<'_> {
+        Loop(self.lists.all.part(self.lists.face(f)))
     }
 
     /// The edges of face `f`; edge k runs from vertex k of the loop to the next.
     #[inline]
-    pub fn face_edges(&self, f: u32) -> &[u32] {
-        self.indices.part(self.indices.loop_edges, self.indices.face(f))
+    pub fn face_edges(&self, f: u32) -> Loop<'_> {
+        let Range { start, end } = self.lists.face(f);
+        let ahead = self.lists.corners as usize;
+        Loop(self.lists.all.part(start + ahead..end + ahead))
     }
 
     /// True for a face of no width along the side of a plate.
     #[inline]
     pub fn is_rim(&self, f: u32) -> bool {
-        self.indices.face(f).len() == 2
+        self.lists.face(f).len() == 2
     }
 
     /// True for a plate (no volume).
@@ -428,14 +256,14 @@ impl Polytope {
     /// Where face `f` comes from.
     #[inline]
     pub fn face_provenance(&self, f: u32) -> Provenance {
-        if self.indices.is_original(f) { Provenance::Original } else { Provenance::Virtual }
+        if self.lists.is_original(f) { Provenance::Original } else { Provenance::Virtual }
     }
 
     /// Where edge `e` comes from: original when at least one of its faces is.
     #[inline]
     pub fn edge_provenance(&self, e: u32) -> Provenance {
-        let Edge { left, right, .. } = self.edges[e as usize];
-        let original = self.indices.is_original(left) || self.indices.is_original(right);
+        let Edge { left, right, .. } = self.edge(e);
+        let original = self.lists.is_original(left) || self.lists.is_original(right);
         if original { Provenance::Original } else { Provenance::Virtual }
     }
 
@@ -473,15 +301,24 @@ impl Polytope {
     /// [`Self::support`] does; from any other, more.
     #[inline]
     pub fn climb(&self, from: u32, direction: DVec3) -> (u32, f64) {
+        match &self.lists.all {
+            Numbers::Narrow(all) => self.climb_among(all, from, direction),
+            Numbers::Wide(all) => self.climb_among(all, from, direction),
+        }
+    }
+
+    /// A climb over one kind of list.
+    #[inline]
+    fn climb_among<N: Copy + Into<u32>>(&self, all: &[N], from: u32, direction: DVec3) -> (u32, f64) {
         let mut best = from;
         let mut height = direction.dot(self.vertex(best));
         loop {
             let here = best;
-            for spoke in self.ring(here) {
-                let h = direction.dot(self.vertex(spoke.neighbour));
+            for neighbour in self.lists.neighbours(all, here) {
+                let h = direction.dot(self.vertex(neighbour));
                 if h > height {
                     height = h;
-                    best = spoke.neighbour;
+                    best = neighbour;
                 }
             }
             if best == here {
@@ -493,16 +330,24 @@ impl Polytope {
     /// The same, and the height of the highest of the neighbours there.
     #[inline]
     pub fn climb_apart(&self, from: u32, direction: DVec3) -> (u32, f64, f64) {
+        match &self.lists.all {
+            Numbers::Narrow(all) => self.climb_apart_among(all, from, direction),
+            Numbers::Wide(all) => self.climb_apart_among(all, from, direction),
+        }
+    }
+
+    #[inline]
+    fn climb_apart_among<N: Copy + Into<u32>>(&self, all: &[N], from: u32, direction: DVec3) -> (u32, f64, f64) {
         let mut best = from;
         let mut height = direction.dot(self.vertex(best));
         loop {
             let here = best;
             let mut next = f64::NEG_INFINITY;
-            for spoke in self.ring(here) {
-                let h = direction.dot(self.vertex(spoke.neighbour));
+            for neighbour in self.lists.neighbours(all, here) {
+                let h = direction.dot(self.vertex(neighbour));
                 if h > height {
                     height = h;
-                    best = spoke.neighbour;
+                    best = neighbour;
                 } else {
                     next = next.max(h);
                 }
@@ -511,72 +356,6 @@ impl Polytope {
                 return (best, height, next);
             }
         }
-    }
-}
-
-/// Loops in one list, and where each begins.
-fn flattened(loops: &[Vec<u32>]) -> (Vec<u32>, Vec<u32>) {
-    let mut starts = Vec::with_capacity(loops.len() + 1);
-    let mut vertices = Vec::with_capacity(loops.iter().map(Vec::len).sum());
-    starts.push(0);
-    for face in loops {
-        vertices.extend_from_slice(face);
-        starts.push(vertices.len() as u32);
-    }
-    (starts, vertices)
-}
-
-/// The edges that have one face so far, in a chain for each tail vertex.
-struct OpenEdges {
-    first: Vec<u32>,
-    /// For each edge, the next of its chain.
-    next: Vec<u32>,
-}
-
-impl OpenEdges {
-    const END: u32 = u32::MAX;
-
-    fn new(vertices: usize) -> Self {
-        Self { first: vec![Self::END; vertices], next: Vec::new() }
-    }
-
-    /// Takes the open edge `tail → head` out, if there is one.
-    fn close(&mut self, edges: &[Edge], tail: u32, head: u32) -> Option<u32> {
-        let (mut before, mut e) = (Self::END, self.first[tail as usize]);
-        while e != Self::END {
-            let after = self.next[e as usize];
-            if edges[e as usize].head == head {
-                if before == Self::END {
-                    self.first[tail as usize] = after;
-                } else {
-                    self.next[before as usize] = after;
-                }
-                return Some(e);
-            }
-            (before, e) = (e, after);
-        }
-        None
-    }
-
-    /// Opens the edge that is about to be pushed; false when it is open already.
-    fn open(&mut self, edges: &[Edge], tail: u32, head: u32) -> bool {
-        let mut e = self.first[tail as usize];
-        while e != Self::END {
-            if edges[e as usize].head == head {
-                return false;
-            }
-            e = self.next[e as usize];
-        }
-        self.next.push(self.first[tail as usize]);
-        self.first[tail as usize] = edges.len() as u32;
-        true
-    }
-
-    /// The open edge of least index.
-    fn first(&self) -> Option<u32> {
-        let edge = |e: u32| (e != Self::END).then_some(e);
-        let chain = |&first: &u32| std::iter::successors(edge(first), |&e| edge(self.next[e as usize]));
-        self.first.iter().flat_map(chain).min()
     }
 }
 
@@ -613,7 +392,7 @@ mod tests {
         for v in 0..polytope.vertices().len() as u32 {
             let ring = polytope.ring(v);
             for (k, spoke) in ring.iter().enumerate() {
-                let right = ring[(k + ring.len() - 1) % ring.len()].left;
+                let right = ring.at((k + ring.len() - 1) % ring.len()).left;
                 let edge = polytope.edge(spoke.edge);
                 let forward = edge.tail == v && edge.left == spoke.left && edge.right == right;
                 let backward = edge.head == v && edge.right == spoke.left && edge.left == right;

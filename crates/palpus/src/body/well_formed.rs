@@ -92,7 +92,7 @@ impl Polytope {
 
     fn check_loops(&self) -> Result<(), Malformed> {
         let mut seen = vec![u32::MAX; self.vertices().len()];
-        let mut sides = vec![[false; 2]; self.edges().len()];
+        let mut sides = vec![[false; 2]; self.edge_count()];
         for f in 0..self.face_count() as u32 {
             let (corners, edges) = (self.face_vertices(f), self.face_edges(f));
             if corners.len() < 2 || edges.len() != corners.len() {
@@ -101,11 +101,12 @@ impl Polytope {
             if self.is_rim(f) && (!self.is_flat() || self.face_provenance(f) != Provenance::Virtual) {
                 return Err(Malformed::Rim(f));
             }
-            for (k, (&v, &e)) in corners.iter().zip(edges).enumerate() {
-                let next = corners[(k + 1) % corners.len()];
-                let Some(&Edge { tail, head, left, right }) = self.edges().get(e as usize) else {
+            for (k, (v, e)) in corners.iter().zip(edges).enumerate() {
+                let next = corners.at((k + 1) % corners.len());
+                if e as usize >= sides.len() {
                     return Err(Malformed::Loop(f));
-                };
+                }
+                let Edge { tail, head, left, right } = self.edge(e);
                 let side = match (v, next, f) {
                     along if along == (tail, head, left) => 0,
                     along if along == (head, tail, right) => 1,
@@ -134,7 +135,7 @@ impl Polytope {
             }
             for (k, spoke) in ring.iter().enumerate() {
                 let Edge { tail, head, left, right } = self.edge(spoke.edge);
-                let before = ring[if k == 0 { ring.len() } else { k } - 1].left;
+                let before = ring.at(if k == 0 { ring.len() } else { k } - 1).left;
                 let outward = (tail, head, left, right) == (vertex, spoke.neighbour, spoke.left, before);
                 let inward = (head, tail, right, left) == (vertex, spoke.neighbour, spoke.left, before);
                 if !(outward || inward) {
@@ -158,7 +159,7 @@ impl Polytope {
                 return Err(Malformed::NotUnit { face, length });
             }
             let corners = self.face_vertices(face);
-            for &vertex in corners {
+            for vertex in corners {
                 let height = plane.height(self.vertex(vertex));
                 if height.abs() > coplanar + rounding {
                     return Err(Malformed::NotPlanar { face, vertex, height });
@@ -170,10 +171,10 @@ impl Polytope {
                     }
                 }
             }
-            let first = self.vertex(corners[0]);
-            let area = corners[1..]
-                .windows(2)
-                .map(|side| (self.vertex(side[0]) - first).cross(self.vertex(side[1]) - first).dot(plane.normal));
+            let area = corners.fan().map(|corners| {
+                let [first, second, third] = corners.map(|v| self.vertex(v));
+                (second - first).cross(third - first).dot(plane.normal)
+            });
             // Of a face no wider than the rounding, the sign is noise.
             if area.sum::<f64>() < -rounding * self.radius() {
                 return Err(Malformed::Reversed(face));

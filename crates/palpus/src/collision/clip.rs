@@ -78,8 +78,8 @@ pub(super) fn over_face(
     let (mut low, mut low_side) = (0.0, None);
     let (mut high, mut high_side) = (1.0, None);
     let mut missed = polytope.is_rim(f);
-    let mut from = polytope.vertex(corners[corners.len() - 1]);
-    for (k, &corner) in corners.iter().enumerate() {
+    let mut from = polytope.vertex(corners.last());
+    for (k, corner) in corners.iter().enumerate() {
         if missed {
             break;
         }
@@ -125,7 +125,7 @@ fn nearest_side(polytope: &Polytope, f: u32, tail: DVec3, head: DVec3, hint: Opt
         return side;
     }
     let mut best = (f64::INFINITY, 0);
-    for (k, &e) in polytope.face_edges(f).iter().enumerate() {
+    for (k, e) in polytope.face_edges(f).iter().enumerate() {
         let Edge { tail: from, head: to, .. } = polytope.edge(e);
         let pair = closest_segment_segment(tail, head, polytope.vertex(from), polytope.vertex(to));
         let distance = pair.first.distance_squared(pair.second);

@@ -91,7 +91,7 @@ pub(super) fn some_vertex(polytope: &Polytope, f: Feature) -> u32 {
     match f {
         Feature::Vertex(v) => v,
         Feature::Edge(e) => polytope.edge(e).tail,
-        Feature::Face(f) => polytope.face_vertices(f)[0],
+        Feature::Face(f) => polytope.face_vertices(f).at(0),
     }
 }
 
@@ -365,10 +365,10 @@ fn carrier(polytope: &Polytope, vertices: impl Iterator<Item = u32>, outward: DV
         return Feature::Edge(spoke.edge);
     }
     // Faces merged within rounding may be missed by one corner: then the face that holds most of them answers.
-    let mut best = (0, f64::NEG_INFINITY, ring[0].left);
+    let mut best = (0, f64::NEG_INFINITY, ring.at(0).left);
     for spoke in ring {
         let face = polytope.face_vertices(spoke.left);
-        let held = others.iter().filter(|v| face.contains(v)).count();
+        let held = others.iter().filter(|&&v| face.contains(v)).count();
         let facing = polytope.plane(spoke.left).normal.dot(outward);
         if (held, facing) > (best.0, best.1) {
             best = (held, facing, spoke.left);

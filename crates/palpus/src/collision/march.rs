@@ -274,7 +274,7 @@ impl Field<'_> {
             (Edge(e), Edge(g)) => edge_edge(&self.onto_b(), &self.onto_a(), e, g),
             (Edge(e), Face(f)) => edge_face(&self.onto_b(), e, f, None),
             (Face(f), Edge(g)) => edge_face(&self.onto_a(), g, f, None).mirrored(self.pose_ba),
-            (Face(f), Face(g)) => Step::Move(Vertex(self.a.face_vertices(f)[0]), Face(g)),
+            (Face(f), Face(g)) => Step::Move(Vertex(self.a.face_vertices(f).at(0)), Face(g)),
         }
     }
 
@@ -381,7 +381,7 @@ fn for_each_edge(polytope: &Polytope, feature: Feature, mut visit: impl FnMut(DV
 fn within(polytope: &Polytope, feature: Feature) -> Feature {
     let exists = match feature {
         Vertex(v) => (v as usize) < polytope.vertices().len(),
-        Edge(e) => (e as usize) < polytope.edges().len(),
+        Edge(e) => (e as usize) < polytope.edge_count(),
         Face(f) => (f as usize) < polytope.face_count(),
     };
     if exists { feature } else { Vertex(0) }

@@ -269,13 +269,13 @@ pub(crate) fn exhaustive_distance(a: &Polytope, b: &Polytope, pose_ba: &Placemen
     let mut best = f64::INFINITY;
     let corners = |face: &[u32], of: &[DVec3]| face.iter().map(|&v| of[v as usize]).collect::<Vec<_>>();
     for f in 0..a.face_count() as u32 {
-        let corners = corners(a.face_vertices(f), &va);
+        let corners = corners(&a.face_vertices(f).to_vec(), &va);
         for p in vb {
             best = best.min(polygon_distance(*p, &corners));
         }
     }
     for f in 0..b.face_count() as u32 {
-        let corners = corners(b.face_vertices(f), vb);
+        let corners = corners(&b.face_vertices(f).to_vec(), vb);
         for p in &va {
             best = best.min(polygon_distance(*p, &corners));
         }
@@ -303,7 +303,7 @@ fn distance_from_feature(p: DVec3, polytope: &Polytope, f: Feature) -> f64 {
             let normal = polytope.plane(f).normal;
             let corners = polytope.face_vertices(f);
             let beyond = (0..corners.len()).map(|k| {
-                let (u, v) = (polytope.vertex(corners[k]), polytope.vertex(corners[(k + 1) % corners.len()]));
+                let (u, v) = (polytope.vertex(corners.at(k)), polytope.vertex(corners.at((k + 1) % corners.len())));
                 (v - u).cross(normal).normalize().dot(p - u)
             });
             polytope.plane(f).height(p).abs().max(beyond.fold(0.0, f64::max))

@@ -133,7 +133,7 @@ fn outward_of_edge(polytope: &Polytope, e: u32) -> DVec3 {
 pub(super) fn vertex_face(view: &View<'_>, v: u32, f: u32) -> Step {
     let on_p = view.p_in_q.point(view.p.vertex(v));
     if let Some(side) = beyond_face(view.q, f, on_p) {
-        return Step::Move(Vertex(v), Edge(view.q.face_edges(f)[side]));
+        return Step::Move(Vertex(v), Edge(view.q.face_edges(f).at(side)));
     }
     let plane = view.q.plane(f);
     let height = plane.height(on_p);
@@ -265,6 +265,6 @@ pub(super) fn edge_face(view: &View<'_>, e: u32, f: u32, hint: Option<DVec3>) ->
         OverFace::Crosses => Step::Overlap(Edge(e), Face(f), view.q.plane(f).normal),
         OverFace::Tail => Step::Move(Vertex(edge.tail), Face(f)),
         OverFace::Head => Step::Move(Vertex(edge.head), Face(f)),
-        OverFace::Side(side) => Step::Move(Edge(e), Edge(view.q.face_edges(f)[side])),
+        OverFace::Side(side) => Step::Move(Edge(e), Edge(view.q.face_edges(f).at(side))),
     }
 }

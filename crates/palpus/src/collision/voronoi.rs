@@ -77,14 +77,14 @@ pub(super) fn beyond_edge(polytope: &Polytope, e: u32, toward: DVec3, noise: f64
 pub(super) fn beyond_face(polytope: &Polytope, f: u32, x: DVec3) -> Option<usize> {
     let corners = polytope.face_vertices(f);
     let normal = polytope.plane(f).normal;
-    if let [tail, head] = *corners {
-        let (tail, head) = (polytope.vertex(tail), polytope.vertex(head));
+    if corners.len() == 2 {
+        let (tail, head) = (polytope.vertex(corners.at(0)), polytope.vertex(corners.at(1)));
         return Some(usize::from((head - tail).cross(normal).dot(x - tail) <= 0.0));
     }
     let mut best = None;
     let (mut best_out_squared, mut best_length_squared) = (0.0, 1.0);
-    let mut tail = polytope.vertex(corners[corners.len() - 1]);
-    for (k, &corner) in corners.iter().enumerate() {
+    let mut tail = polytope.vertex(corners.last());
+    for (k, corner) in corners.iter().enumerate() {
         let head = polytope.vertex(corner);
         let d = head - tail;
         let out = d.cross(normal).dot(x - tail);
@@ -134,7 +134,7 @@ fn climb_faces(polytope: &Polytope, from: u32, value: impl Fn(u32) -> f64) -> (u
     let (mut best, mut greatest) = (from, value(from));
     loop {
         let here = best;
-        for &e in polytope.face_edges(here) {
+        for e in polytope.face_edges(here) {
             let Edge { left, right, .. } = polytope.edge(e);
             let across = if left == here { right } else { left };
             let v = value(across);

@@ -459,7 +459,7 @@ fn middle(polytope: &Polytope, feature: Feature) -> DVec3 {
         }
         Feature::Face(f) => {
             let corners = polytope.face_vertices(f);
-            corners.iter().map(|&v| polytope.vertex(v)).sum::<DVec3>() / corners.len() as f64
+            corners.iter().map(|v| polytope.vertex(v)).sum::<DVec3>() / corners.len() as f64
         }
     }
 }

@@ -16,7 +16,7 @@ use glam::DVec3;
 use super::cso::Cso;
 use super::overlay::Corner;
 use super::{Antipodal, HubPair};
-use crate::body::{Feature, Polytope};
+use crate::body::{Feature, Loop, Polytope};
 
 impl Antipodal {
     /// The pair of features that has these three corners of a facet of the CSO. None if flush features or rounding are in the way.
@@ -40,14 +40,14 @@ fn spanned(polytope: &Polytope, [u, v, w]: [u32; 3]) -> Option<Feature> {
     if w == u || w == v {
         return ring.find(|spoke| spoke.neighbour == v).map(|spoke| Feature::Edge(spoke.edge));
     }
-    let holds = |face: &[u32]| face.contains(&v) && face.contains(&w);
+    let holds = |face: Loop<'_>| face.contains(v) && face.contains(w);
     ring.find(|spoke| holds(polytope.face_vertices(spoke.left))).map(|spoke| Feature::Face(spoke.left))
 }
 
 /// The vertices of a feature that lies in a supporting plane.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Flush<'p> {
-    face: &'p [u32],
+    face: Option<Loop<'p>>,
     own: [u32; 2],
     pub(super) count: usize,
 }
@@ -55,14 +55,14 @@ pub(super) struct Flush<'p> {
 impl<'p> Flush<'p> {
     fn new(polytope: &'p Polytope, feature: Feature) -> Self {
         match feature {
-            Feature::Vertex(v) => Self { face: &[], own: [v, v], count: 1 },
+            Feature::Vertex(v) => Self { face: None, own: [v, v], count: 1 },
             Feature::Edge(e) => {
                 let edge = polytope.edge(e);
-                Self { face: &[], own: [edge.tail, edge.head], count: 2 }
+                Self { face: None, own: [edge.tail, edge.head], count: 2 }
             }
             Feature::Face(f) => {
                 let face = polytope.face_vertices(f);
-                Self { face, own: [0; 2], count: face.len() }
+                Self { face: Some(face), own: [0; 2], count: face.len() }
             }
         }
     }
@@ -71,7 +71,7 @@ impl<'p> Flush<'p> {
     #[inline]
     pub(super) fn corner(&self, k: usize) -> u32 {
         let k = k % self.count;
-        if self.face.is_empty() { self.own[k] } else { self.face[k] }
+        self.face.map_or_else(|| self.own[k], |face| face.at(k))
     }
 
     /// The corner that lies farthest along `direction`, in the polytope's frame.

@@ -261,9 +261,8 @@ fn is_sharp(polytope: &Polytope, edge: &Edge, outward: DVec3, slope: f64) -> boo
 fn is_within(polytope: &Polytope, f: u32, point: DVec3, margin: f64) -> bool {
     let normal = polytope.plane(f).normal;
     let corners = polytope.face_vertices(f);
-    let Some(&last) = corners.last() else { return false };
-    let mut from = polytope.vertex(last);
-    corners.iter().all(|&v| {
+    let mut from = polytope.vertex(corners.last());
+    corners.iter().all(|v| {
         let to = polytope.vertex(v);
         let inward = normal.cross(to - from);
         let height = inward.dot(point - from);
@@ -280,6 +279,6 @@ fn some_vertex(polytope: &Polytope, feature: Feature) -> u32 {
     match feature {
         Feature::Vertex(v) => v,
         Feature::Edge(e) => polytope.edge(e).tail,
-        Feature::Face(f) => polytope.face_vertices(f)[0],
+        Feature::Face(f) => polytope.face_vertices(f).at(0),
     }
 }

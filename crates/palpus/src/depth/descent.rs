@@ -217,7 +217,7 @@ impl Downhill<'_, '_> {
             Antipodal::FaceVertex { a: f, b: w } if w < vertices_b && (f as usize) < a.face_count() => {
                 Some(self.on_face(&self.on_a(), f, w))
             }
-            Antipodal::EdgeEdge { a: e, b: g } if (e as usize) < a.edges().len() && (g as usize) < b.edges().len() => {
+            Antipodal::EdgeEdge { a: e, b: g } if (e as usize) < a.edge_count() && (g as usize) < b.edge_count() => {
                 self.on_edges(e, g)
             }
             _ => None,
@@ -228,7 +228,7 @@ impl Downhill<'_, '_> {
     fn on_face(&self, view: &View<'_>, f: u32, w: u32) -> Here {
         let normal = view.p.plane(f).normal;
         let (w, height, next) = view.q.climb_apart(w, view.facing(normal));
-        let v = view.p.face_vertices(f)[0];
+        let v = view.p.face_vertices(f).at(0);
         let offset = normal.dot(view.vertex(v, w));
         let normal = if view.p_is_a { view.facing(normal) } else { normal };
         // No edge is longer than twice the radius; and twice that, for rounding.
@@ -300,18 +300,18 @@ impl Downhill<'_, '_> {
         };
         let mut spokes: Option<Spokes> = None;
         for k in sides {
-            let edge = view.p.edge(edges[k]);
+            let edge = view.p.edge(edges.at(k));
             let across = if edge.left == f { edge.right } else { edge.left };
             let end = view.p.plane(across).normal;
             // The offset is concave along the arc: if its far end is no lower, no part of it is.
-            if end.dot(view.p.vertex(corners[k]) - origin) >= lowest.bar {
+            if end.dot(view.p.vertex(corners.at(k)) - origin) >= lowest.bar {
                 continue;
             }
             let spokes = match &mut spokes {
                 Some(spokes) => spokes,
                 none => none.insert(Spokes::of(view, w, normal, None)?),
             };
-            spokes.turn(view, edges[k], across, corners[k], lowest);
+            spokes.turn(view, edges.at(k), across, corners.at(k), lowest);
         }
         Ok(())
     }
@@ -382,7 +382,7 @@ impl Glance {
         let first = if few { 0 } else { farthest_side(view.p, f, origin) };
         let hubs = if few { corners.len() } else { 2 };
         for k in first..first + hubs {
-            let v = corners[if k < corners.len() { k } else { k - corners.len() }];
+            let v = corners.at(if k < corners.len() { k } else { k - corners.len() });
             if !self.is_above(view, v, f, origin) {
                 self.doubt.push(view.hub(v, w));
             }
@@ -421,7 +421,6 @@ impl Glance {
     #[inline]
     fn is_clear(&self, view: &View<'_>, v: u32, own: u32, [tail, head]: [DVec3; 2]) -> bool {
         let (planes, ring, bar) = (view.p.planes(), view.p.ring(v), self.bar);
-        let Some(last) = ring.last() else { return false };
         if bar < 0.0 {
             return false;
         }
@@ -431,7 +430,7 @@ impl Glance {
             let plane = &planes[face as usize];
             (plane.offset - plane.normal.dot(tail), plane.normal.dot(along))
         };
-        let mut last_face = last.left;
+        let mut last_face = ring.last().left;
         let (mut last_offset, mut last_drop) = sight(last_face);
         for spoke in ring {
             let (offset, drop) = sight(spoke.left);
@@ -522,7 +521,7 @@ impl Spokes {
 /// The edge itself; of a plate, which has two along each side, that of the front.
 #[inline]
 fn side_of(polytope: &Polytope, edge: u32) -> u32 {
-    if polytope.is_flat() { edge % (polytope.edges().len() as u32 / 2) } else { edge }
+    if polytope.is_flat() { edge % (polytope.edge_count() as u32 / 2) } else { edge }
 }
 
 /// The edge itself; of a plate, that of the two along its side which supports `direction`.
@@ -532,7 +531,7 @@ fn edge_toward(polytope: &Polytope, edge: u32, direction: DVec3) -> u32 {
         return edge;
     }
     let front = polytope.plane(0).normal.dot(direction) >= 0.0;
-    side_of(polytope, edge) + if front { 0 } else { polytope.edges().len() as u32 / 2 }
+    side_of(polytope, edge) + if front { 0 } else { polytope.edge_count() as u32 / 2 }
 }
 
 /// The unit normal of two edges from their cross product. None if they are parallel.
@@ -551,9 +550,9 @@ fn edge_normal(along_a: DVec3, along_b: DVec3, across: DVec3) -> Option<DVec3> {
 fn farthest_side(polytope: &Polytope, f: u32, point: DVec3) -> usize {
     let (corners, normal) = (polytope.face_vertices(f), polytope.plane(f).normal);
     let mut farthest = (f64::NEG_INFINITY, 0);
-    for (k, &corner) in corners.iter().enumerate() {
+    for (k, corner) in corners.iter().enumerate() {
         let from = polytope.vertex(corner);
-        let side = polytope.vertex(corners[(k + 1) % corners.len()]) - from;
+        let side = polytope.vertex(corners.at((k + 1) % corners.len())) - from;
         let outward = side.cross(normal);
         let beyond = outward.dot(point - from) / outward.length();
         if beyond > farthest.0 {

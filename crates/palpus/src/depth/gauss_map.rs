@@ -13,7 +13,7 @@ use glam::DVec3;
 
 use super::cso::Cso;
 use crate::algebra::tolerance::CONE_SLACK;
-use crate::body::{Polytope, Spoke};
+use crate::body::{Polytope, Ring};
 
 /// Arcs of one page. Vertices of meshes have about 6 edges; a fan of more takes several pages.
 pub(super) const PAGE: usize = 32;
@@ -57,7 +57,7 @@ impl GaussMap {
     }
 
     /// `before` is the face to the right of the first spoke.
-    fn fill(&mut self, polytope: &Polytope, before: u32, spokes: &[Spoke], place: impl Fn(DVec3) -> DVec3) {
+    fn fill(&mut self, polytope: &Polytope, before: u32, spokes: Ring<'_>, place: impl Fn(DVec3) -> DVec3) {
         let at = polytope.vertex(self.vertex);
         let mut right = place(polytope.plane(before).normal);
         self.count = spokes.len();
@@ -113,8 +113,8 @@ impl GaussMaps {
         let k = self.next;
         self.next = (k + 1) % PAGES;
         let ring = polytope.ring(v);
-        let spokes = &ring[page * PAGE..ring.len().min((page + 1) * PAGE)];
-        let before = ring[if page == 0 { ring.len() } else { page * PAGE } - 1].left;
+        let spokes = ring.part(page * PAGE..ring.len().min((page + 1) * PAGE));
+        let before = ring.at(if page == 0 { ring.len() } else { page * PAGE } - 1).left;
         let map = &mut self.maps[k];
         (map.query, map.vertex) = (self.query, v);
         map.page = page as u32;

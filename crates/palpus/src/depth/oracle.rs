@@ -39,16 +39,16 @@ struct Wedge {
 }
 
 fn wedges(polytope: &Polytope, place: impl Fn(DVec3) -> DVec3) -> Vec<Wedge> {
-    let wedge = |edge: &crate::body::Edge| {
+    let wedge = |edge: crate::body::Edge| {
         let tail = place(polytope.vertex(edge.tail));
         let beside = [edge.left, edge.right].map(|face| {
-            let further = polytope.face_vertices(face).iter().find(|&&v| v != edge.tail && v != edge.head);
+            let further = polytope.face_vertices(face).iter().find(|&v| v != edge.tail && v != edge.head);
             // A rim has no further vertex; its other edge is this one.
-            further.map_or(DVec3::ZERO, |&v| place(polytope.vertex(v)) - tail)
+            further.map_or(DVec3::ZERO, |v| place(polytope.vertex(v)) - tail)
         });
         Wedge { tail, along: place(polytope.vertex(edge.head)) - tail, beside }
     };
-    polytope.edges().iter().map(wedge).collect()
+    polytope.edges().map(wedge).collect()
 }
 
 impl Oracle<'_> {

@@ -97,7 +97,7 @@ fn tetra(height: f64) -> Polytope {
 
 pub(super) fn scaled(polytope: &Polytope, factor: f64) -> Polytope {
     if polytope.is_flat() {
-        let points = polytope.face_vertices(0).iter().map(|&v| polytope.vertex(v) * factor).collect();
+        let points = polytope.face_vertices(0).iter().map(|v| polytope.vertex(v) * factor).collect();
         Polytope::from_polygon(points, polytope.plane(0).normal, Provenance::Original).unwrap()
     } else {
         solid(&polytope.vertices().iter().map(|&v| v * factor).collect::<Vec<_>>())

@@ -71,9 +71,9 @@ fn on_feature(piece: &Polytope, feature: Feature, point: DVec3) -> DVec3 {
             tail.lerp(head, closest_on_segment(point, tail, head))
         }
         Feature::Face(f) => {
-            let corners = piece.face_vertices(f);
-            let fan = corners.windows(2).skip(1).map(|pair| {
-                closest_on_triangle(point, piece.vertex(corners[0]), piece.vertex(pair[0]), piece.vertex(pair[1]))
+            let fan = piece.face_vertices(f).fan().map(|corners| {
+                let [a, b, c] = corners.map(|v| piece.vertex(v));
+                closest_on_triangle(point, a, b, c)
             });
             let nearer = |x: &DVec3, y: &DVec3| x.distance_squared(point).total_cmp(&y.distance_squared(point));
             fan.min_by(nearer).unwrap_or(point)

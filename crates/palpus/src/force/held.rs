@@ -140,6 +140,6 @@ pub(super) fn vertex_of(polytope: &Polytope, feature: Feature) -> u32 {
     match feature {
         Feature::Vertex(vertex) => vertex,
         Feature::Edge(edge) => polytope.edge(edge).tail,
-        Feature::Face(face) => polytope.face_vertices(face)[0],
+        Feature::Face(face) => polytope.face_vertices(face).at(0),
     }
 }

@@ -114,7 +114,7 @@ mod tests {
         for (piece, polytope) in body.polytopes().iter().enumerate() {
             let at = |feature, point| smooth.at(&body, piece as u32, feature, point);
             for face in 0..polytope.face_count() as u32 {
-                let middle = polytope.face_vertices(face).iter().map(|&v| polytope.vertex(v)).sum::<DVec3>()
+                let middle = polytope.face_vertices(face).iter().map(|v| polytope.vertex(v)).sum::<DVec3>()
                     / polytope.face_vertices(face).len() as f64;
                 match at(Feature::Face(face), middle) {
                     Some(there) => {
@@ -125,7 +125,7 @@ mod tests {
                     None => assert_eq!(polytope.face_provenance(face), Provenance::Virtual),
                 }
             }
-            for e in 0..polytope.edges().len() as u32 {
+            for e in 0..polytope.edge_count() as u32 {
                 let edge = polytope.edge(e);
                 let (tail, head) = (polytope.vertex(edge.tail), polytope.vertex(edge.head));
                 let upright = (tail.z - head.z).abs() > 1.0 && tail.truncate().distance(head.truncate()) < 1e-9;

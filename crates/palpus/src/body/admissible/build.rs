@@ -147,7 +147,7 @@ fn own_arcs(
 ) {
     let own = |face: u32| faces.binary_search_by_key(&face, |own| own.face).ok().map(|k| faces[k]);
     let sides = Sides::of(source, polytope, piece, faces);
-    for (e, edge) in polytope.edges().iter().enumerate() {
+    for (e, edge) in polytope.edges().enumerate() {
         let e = e as u32;
         let both = [own(edge.left), own(edge.right)];
         let (turned, mine) = match both {
@@ -183,7 +183,7 @@ impl Sides {
     fn of(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces: &[OwnFace]) -> Self {
         let mut sides = Vec::new();
         for own in faces {
-            let virtual_beside = polytope.face_edges(own.face).iter().any(|&e| {
+            let virtual_beside = polytope.face_edges(own.face).iter().any(|e| {
                 let edge = polytope.edge(e);
                 let other = if edge.left == own.face { edge.right } else { edge.left };
                 faces.binary_search_by_key(&other, |own| own.face).is_err()

@@ -61,7 +61,7 @@ fn nothing_faces_into_the_notch_from_its_inner_edge() {
     let diagonal = DVec3::new(1.0, 1.0, 0.0).normalize();
     let mut inner_edges = 0;
     for (k, polytope) in body.polytopes().iter().enumerate() {
-        for (e, edge) in polytope.edges().iter().enumerate() {
+        for (e, edge) in polytope.edges().enumerate() {
             let (tail, head) = (polytope.vertex(edge.tail), polytope.vertex(edge.head));
             if inner(tail) && inner(head) {
                 inner_edges += 1;

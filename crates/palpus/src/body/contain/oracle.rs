@@ -57,8 +57,8 @@ pub(in crate::body) fn assert_no_crossing(body: &Body, slack: f64) {
         let shrunk = |v: u32| centroid + (polytope.vertex(v) - centroid) * (1.0 - shrink);
         for f in 0..polytope.face_count() as u32 {
             let corners = polytope.face_vertices(f);
-            for pair in corners.windows(2).skip(1) {
-                let face = [shrunk(corners[0]), shrunk(pair[0]), shrunk(pair[1])];
+            for corners in corners.fan() {
+                let face = corners.map(&shrunk);
                 let crossed = body.tree().visit_overlapping(&Aabb::around(face), |_, triangle| {
                     let crossing = TrianglePair::new(face, *triangle) == TrianglePair::Crossing;
                     if crossing { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

@@ -50,7 +50,7 @@ fn volume(polytope: &Polytope) -> f64 {
     let mut sum = 0.0;
     for f in 0..polytope.face_count() as u32 {
         let corners = polytope.face_vertices(f);
-        let at = |k: usize| polytope.vertex(corners[k]) - o;
+        let at = |k: usize| polytope.vertex(corners.at(k)) - o;
         for k in 2..corners.len() {
             sum += at(0).dot(at(k - 1).cross(at(k)));
         }

@@ -72,7 +72,7 @@ fn corners_inside_are_virtual_and_patches_stay_whole() {
     for (k, (polytope, piece)) in body.polytopes().iter().zip(body.pieces()).enumerate() {
         assert!(!polytope.is_flat(), "piece {k}");
         for f in 0..polytope.face_count() as u32 {
-            let corners = polytope.face_vertices(f).iter().map(|&v| polytope.vertex(v));
+            let corners = polytope.face_vertices(f).iter().map(|v| polytope.vertex(v));
             let on_surface = corners.into_iter().all(|p| body.tree().nearest_within(p, 1e-9).is_some());
             let original = polytope.face_provenance(f) == Provenance::Original;
             assert!(!original || !piece.face_triangles(f).is_empty() && on_surface, "piece {k}, face {f}");

@@ -1,0 +1,435 @@
+//! How polytopes are made: of their faces, as plates, and again of what was kept of them.
+//!
+//! 1. Number the edges as the loops meet them first; each is met once in either direction.
+//! 2. Pair each corner of a loop with that at which its edge is met again.
+//! 3. Around each vertex, go from the edge that leaves it in a face across that face to the edge that enters it: the ring.
+//! 4. Write all of it into one list, and see what follows from the coordinates.
+
+use glam::DVec3;
+
+use super::super::directory::Directory;
+use super::numbers::{Numbers, SPOKE};
+use super::{Edge, FACES_A_WORD, Lists, Polytope, PolytopeError, Provenance};
+use crate::algebra::Plane;
+
+impl Polytope {
+    /// A solid polytope from its merged planar faces.
+    ///
+    /// `loops[f]` lists face `f`'s vertices counter-clockwise seen from outside; `planes` and `provenance` are
+    /// parallel to it. Convexity is the caller's promise (the hull's); topology is checked here.
+    pub fn from_faces(
+        vertices: Vec<DVec3>,
+        loops: &[Vec<u32>],
+        planes: Vec<Plane>,
+        provenance: Vec<Provenance>,
+    ) -> Result<Self, PolytopeError> {
+        let (loop_starts, loop_vertices) = flattened(loops);
+        Self::from_loops(vertices, loop_starts, loop_vertices, planes, provenance)
+    }
+
+    /// As [`Self::from_faces`], with the loops in one list: that of face `f` is
+    /// `loop_vertices[loop_starts[f] .. loop_starts[f + 1]]`.
+    pub fn from_loops(
+        vertices: Vec<DVec3>,
+        loop_starts: Vec<u32>,
+        loop_vertices: Vec<u32>,
+        planes: Vec<Plane>,
+        provenance: Vec<Provenance>,
+    ) -> Result<Self, PolytopeError> {
+        let faces = planes.len();
+        let whole = loop_starts.first() == Some(&0) && loop_starts.last() == Some(&(loop_vertices.len() as u32));
+        if !whole || loop_starts.len() != faces + 1 || provenance.len() != faces {
+            return Err(PolytopeError::BadFace(faces as u32));
+        }
+        let mut edges: Vec<Edge> = Vec::with_capacity(loop_vertices.len() / 2);
+        let mut loop_edges = Vec::with_capacity(loop_vertices.len());
+        let mut open = OpenEdges::new(vertices.len());
+        for f in 0..faces {
+            let face = loop_vertices.get(loop_starts[f] as usize..loop_starts[f + 1] as usize).unwrap_or_default();
+            let f = f as u32;
+            if face.len() < 3 || face.iter().any(|&v| v as usize >= vertices.len()) {
+                return Err(PolytopeError::BadFace(f));
+            }
+            for (k, &tail) in face.iter().enumerate() {
+                let head = face[(k + 1) % face.len()];
+                if let Some(e) = open.close(&edges, head, tail) {
+                    edges[e as usize].right = f;
+                    loop_edges.push(e);
+                } else if open.open(&edges, tail, head) {
+                    loop_edges.push(edges.len() as u32);
+                    edges.push(Edge { tail, head, left: f, right: f });
+                } else {
+                    return Err(PolytopeError::OpenEdge(tail, head));
+                }
+            }
+        }
+        if let Some(e) = open.first() {
+            let Edge { tail, head, .. } = edges[e as usize];
+            return Err(PolytopeError::OpenEdge(tail, head));
+        }
+        let skin = Skin { loop_starts, loop_vertices, loop_edges, edges };
+        let original = |f: usize| provenance[f] == Provenance::Original;
+        let mut polytope = skin.assembled(&mut Room::default(), vertices, planes, original, false)?;
+        polytope.bulge = polytope.measured_bulge();
+        Ok(polytope)
+    }
+
+    /// A plate from a convex polygon, counter-clockwise seen from the side that `normal` (unit) points to.
+    ///
+    /// Face 0 is the front (of the given provenance), face 1 the back (virtual), faces 2 … n + 1 the rims along the
+    /// sides (virtual); rim 2 + k lies along the side from vertex k to vertex k + 1.
+    pub fn from_polygon(vertices: Vec<DVec3>, normal: DVec3, front: Provenance) -> Result<Self, PolytopeError> {
+        let n = vertices.len() as u32;
+        if n < 3 {
+            return Err(PolytopeError::BadFace(0));
+        }
+        let offset = vertices.iter().map(|v| normal.dot(*v)).sum::<f64>() / f64::from(n);
+        let mut planes = vec![Plane { normal, offset }, Plane { normal: -normal, offset: -offset }];
+        let mut loops = vec![(0..n).collect::<Vec<_>>(), (0..n).rev().collect()];
+        let mut edges = Vec::with_capacity(2 * n as usize);
+        for k in 0..n {
+            let (tail, head) = (k, (k + 1) % n);
+            let side = vertices[head as usize] - vertices[tail as usize];
+            let outward = side.cross(normal).normalize_or_zero();
+            planes.push(Plane { normal: outward, offset: outward.dot(vertices[tail as usize]) });
+            loops.push(vec![head, tail]);
+            edges.push(Edge { tail, head, left: 0, right: 2 + k });
+        }
+        for k in 0..n {
+            edges.push(Edge { tail: k, head: (k + 1) % n, left: 2 + k, right: 1 });
+        }
+        let mut loop_edges: Vec<u32> = (0..n).collect();
+        // The back's loop is n−1, n−2, …, 0: its side k runs from n−1−k to n−2−k, the twin of side n−2−k.
+        loop_edges.extend((0..n).map(|k| n + (2 * n - 2 - k) % n));
+        // A rim's loop is head → tail (the front's edge, reversed) and tail → head (the back's edge).
+        for k in 0..n {
+            loop_edges.extend([k, n + k]);
+        }
+        let (loop_starts, loop_vertices) = flattened(&loops);
+        let skin = Skin { loop_starts, loop_vertices, loop_edges, edges };
+        let original = |f: usize| f == 0 && front == Provenance::Original;
+        let mut polytope = skin.assembled(&mut Room::default(), vertices, planes, original, true)?;
+        polytope.bulge = polytope.measured_bulge();
+        Ok(polytope)
+    }
+
+    /// How far any vertex stands off the planes around it: see [`Self::bulge`].
+    fn measured_bulge(&self) -> f64 {
+        let mut bulge = 0.0_f64;
+        for v in 0..self.vertices.len() as u32 {
+            for face in self.ring(v).iter().map(|spoke| self.plane(spoke.left)) {
+                bulge = bulge.max(face.height(self.vertex(v)).abs());
+                let beside = self.ring(v).iter().map(|spoke| face.height(self.vertex(spoke.neighbour)));
+                bulge = beside.fold(bulge, f64::max);
+            }
+        }
+        bulge
+    }
+}
+
+/// Makes solid polytopes again of what was kept of them; the room that this takes is used again for the next.
+#[derive(Debug, Default)]
+pub struct PolytopeRestorer {
+    skin: Skin,
+    room: Room,
+    originals: Vec<bool>,
+    /// For each vertex, the last face that it was met in.
+    met: Vec<u32>,
+}
+
+impl PolytopeRestorer {
+    /// Begins with the first face of a polytope that has so many vertices.
+    pub fn begin(&mut self, vertices: usize) {
+        let Skin { loop_starts, loop_vertices, loop_edges, edges } = &mut self.skin;
+        for list in [&mut *loop_starts, loop_vertices, loop_edges] {
+            list.clear();
+        }
+        loop_starts.push(0);
+        edges.clear();
+        self.originals.clear();
+        self.met.clear();
+        self.met.resize(vertices, u32::MAX);
+    }
+
+    /// Appends a corner to the face under way: its vertex, and whether its edge was met before, and then which it is.
+    #[inline]
+    pub fn corner(&mut self, vertex: u32, edge: Option<u32>) {
+        let fresh = self.skin.edges.len() as u32;
+        self.skin.loop_vertices.push(vertex);
+        self.skin.loop_edges.push(edge.unwrap_or(fresh));
+        if edge.is_none() {
+            // Its head and right face follow.
+            self.skin.edges.push(Edge {
+                tail: vertex,
+                head: u32::MAX,
+                left: self.originals.len() as u32,
+                right: u32::MAX,
+            });
+        }
+    }
+
+    /// Ends a face; `None` when it is none, or its edges are not those that were met before.
+    pub fn end_face(&mut self, original: bool) -> Option<()> {
+        let face = self.originals.len() as u32;
+        let begin = *self.skin.loop_starts.last()? as usize;
+        let (corners, loop_edges) = (&self.skin.loop_vertices[begin..], &self.skin.loop_edges[begin..]);
+        if corners.len() < 3 {
+            return None;
+        }
+        for (k, (&tail, &e)) in corners.iter().zip(loop_edges).enumerate() {
+            let head = corners[if k + 1 == corners.len() { 0 } else { k + 1 }];
+            if std::mem::replace(self.met.get_mut(tail as usize)?, face) == face {
+                return None;
+            }
+            let edge = self.skin.edges.get_mut(e as usize)?;
+            if edge.left == face && edge.head == u32::MAX {
+                edge.head = head;
+            } else if (edge.tail, edge.head, edge.right) == (head, tail, u32::MAX) && edge.left != face {
+                edge.right = face;
+            } else {
+                return None;
+            }
+        }
+        self.skin.loop_starts.push(self.skin.loop_vertices.len() as u32);
+        self.originals.push(original);
+        Some(())
+    }
+
+    /// The polytope of the faces since [`Self::begin`], with their planes and its [`Polytope::bulge`], which are believed if they are
+    /// finite; `None` when the faces make no closed surface.
+    pub fn finish(&mut self, vertices: Vec<DVec3>, planes: Vec<Plane>, bulge: f64) -> Option<Polytope> {
+        let Self { skin, room, originals, .. } = self;
+        let euler = vertices.len() + planes.len() == skin.edges.len() + 2;
+        let closed = skin.edges.iter().all(|edge| edge.right != u32::MAX);
+        let finite =
+            bulge.is_finite() && planes.iter().all(|plane| plane.normal.is_finite() && plane.offset.is_finite());
+        if !(euler && closed && finite && vertices.len() == self.met.len() && planes.len() == originals.len()) {
+            return None;
+        }
+        let mut polytope = skin.assembled(room, vertices, planes, |f| originals[f], false).ok()?;
+        polytope.bulge = bulge;
+        // A vertex of two corners would make a fold; one that is not finite shows in the sphere around all.
+        let whole = (0..polytope.vertices.len() as u32).all(|v| polytope.ring(v).len() >= 3);
+        (whole && polytope.centroid.is_finite() && polytope.radius.is_finite()).then_some(polytope)
+    }
+}
+
+/// A closed surface: loops of vertices and of edges, and the edges.
+#[derive(Debug, Default)]
+struct Skin {
+    loop_starts: Vec<u32>,
+    loop_vertices: Vec<u32>,
+    /// Each edge stands here twice.
+    loop_edges: Vec<u32>,
+    edges: Vec<Edge>,
+}
+
+/// What assembling needs on the way.
+#[derive(Debug, Default)]
+struct Room {
+    /// For each edge, the corner at which it was met first; later any.
+    met: Vec<u32>,
+    /// For each corner, that at which its edge runs the other way.
+    twins: Vec<u32>,
+    /// For each corner, its face.
+    faces: Vec<u32>,
+    /// For each corner, the next around its vertex.
+    onward: Vec<u32>,
+    /// For each vertex, its first corner.
+    first: Vec<u32>,
+    all: Vec<u32>,
+}
+
+impl Skin {
+    /// The polytope with this surface; its bulge is still to be told.
+    fn assembled(
+        &self,
+        room: &mut Room,
+        vertices: Vec<DVec3>,
+        planes: Vec<Plane>,
+        is_original: impl Fn(usize) -> bool,
+        flat: bool,
+    ) -> Result<Polytope, PolytopeError> {
+        self.pair_corners(room, vertices.len());
+        let lists = self.lists(room, vertices.len(), planes.len(), is_original)?;
+        let centroid = vertices.iter().copied().sum::<DVec3>() / vertices.len() as f64;
+        let radius = vertices.iter().map(|v| v.distance_squared(centroid)).fold(0.0, f64::max).sqrt();
+        let mut polytope = Polytope {
+            vertices: vertices.into_boxed_slice(),
+            planes: planes.into_boxed_slice(),
+            lists,
+            centroid,
+            radius,
+            bulge: 0.0,
+            directory: Directory::Scan(Box::default()),
+            flat,
+        };
+        polytope.directory = Directory::new(&polytope.vertices, |from, direction| polytope.climb(from, direction).0);
+        Ok(polytope)
+    }
+
+    /// Where the way around each vertex begins, and how it goes on.
+    fn pair_corners(&self, room: &mut Room, vertices: usize) {
+        const NONE: u32 = u32::MAX;
+        let corners = self.loop_vertices.len();
+        let Room { met, twins, faces, onward, first, .. } = room;
+        for (list, length) in [(&mut *met, self.edges.len()), (&mut *twins, corners), (&mut *first, vertices)] {
+            list.clear();
+            list.resize(length, NONE);
+        }
+        for (k, &e) in self.loop_edges.iter().enumerate() {
+            let before = std::mem::replace(&mut met[e as usize], k as u32);
+            if before != NONE {
+                twins[before as usize] = k as u32;
+                twins[k] = before;
+            }
+        }
+        faces.clear();
+        onward.clear();
+        for (f, ends) in self.loop_starts.windows(2).enumerate() {
+            let (begin, end) = (ends[0] as usize, ends[1] as usize);
+            // Counter-clockwise: from the edge that leaves the vertex in the face, across it, to the edge that enters the vertex.
+            onward.push(twins[end - 1]);
+            onward.extend_from_slice(&twins[begin..end - 1]);
+            faces.resize(end, f as u32);
+        }
+        for (k, &v) in self.loop_vertices.iter().enumerate().rev() {
+            first[v as usize] = k as u32;
+        }
+    }
+
+    /// All lists of indices as one.
+    fn lists(
+        &self,
+        room: &mut Room,
+        vertices: usize,
+        faces: usize,
+        is_original: impl Fn(usize) -> bool,
+    ) -> Result<Lists, PolytopeError> {
+        let corners = self.loop_vertices.len();
+        let Room { twins, faces: face_of, onward, first, all, .. } = room;
+        all.clear();
+        let ring_starts = self.loop_starts.len();
+        let loops = ring_starts + vertices + 1;
+        all.extend(self.loop_starts.iter().map(|start| loops as u32 + start));
+        all.resize(loops, 0);
+        all.extend_from_slice(&self.loop_vertices);
+        all.extend_from_slice(&self.loop_edges);
+        let spokes = all.len();
+        all[ring_starts] = spokes as u32;
+        for (v, &begin) in first.iter().enumerate() {
+            let mut k = begin as usize;
+            if k >= corners {
+                return Err(PolytopeError::OpenRing(v as u32));
+            }
+            // Ends where it began, since no two corners go on to the same one.
+            loop {
+                let neighbour = self.loop_vertices[twins[k] as usize];
+                all.extend([neighbour, self.loop_edges[k], face_of[k]]);
+                k = onward[k] as usize;
+                if k == begin as usize || all.len() > spokes + SPOKE * corners {
+                    break;
+                }
+            }
+            all[ring_starts + v + 1] = all.len() as u32;
+        }
+        if all.len() != spokes + SPOKE * corners {
+            return Err(PolytopeError::OpenRing(self.torn_vertex(&all[ring_starts..=ring_starts + vertices])));
+        }
+        let edges = all.len();
+        all.extend(self.edges.iter().flat_map(|&Edge { tail, head, left, right }| [tail, head, left, right]));
+        let originals = all.len();
+        let word = |word: usize| {
+            let bit = |k: usize| {
+                let f = word * FACES_A_WORD as usize + k;
+                u32::from(f < faces && is_original(f)) << k
+            };
+            (0..FACES_A_WORD as usize).fold(0, |bits, k| bits | bit(k))
+        };
+        all.extend((0..faces.div_ceil(FACES_A_WORD as usize)).map(word));
+        Ok(Lists {
+            all: Numbers::new(all),
+            ring_starts: ring_starts as u32,
+            edges: edges as u32,
+            originals: originals as u32,
+            corners: corners as u32,
+        })
+    }
+
+    /// The first vertex whose corners are not all in its ring.
+    fn torn_vertex(&self, ring_starts: &[u32]) -> u32 {
+        let mut corners = vec![0; ring_starts.len() - 1];
+        self.loop_vertices.iter().for_each(|&v| corners[v as usize] += 1);
+        let torn = ring_starts
+            .windows(2)
+            .zip(&corners)
+            .position(|(ends, &corners)| ends[1] - ends[0] != corners * SPOKE as u32);
+        torn.unwrap_or(0) as u32
+    }
+}
+
+/// Loops in one list, and where each begins.
+fn flattened(loops: &[Vec<u32>]) -> (Vec<u32>, Vec<u32>) {
+    let mut starts = Vec::with_capacity(loops.len() + 1);
+    let mut vertices = Vec::with_capacity(loops.iter().map(Vec::len).sum());
+    starts.push(0);
+    for face in loops {
+        vertices.extend_from_slice(face);
+        starts.push(vertices.len() as u32);
+    }
+    (starts, vertices)
+}
+
+/// The edges that have one face so far, in a chain for each tail vertex.
+struct OpenEdges {
+    first: Vec<u32>,
+    /// For each edge, the next of its chain.
+    next: Vec<u32>,
+}
+
+impl OpenEdges {
+    const END: u32 = u32::MAX;
+
+    fn new(vertices: usize) -> Self {
+        Self { first: vec![Self::END; vertices], next: Vec::new() }
+    }
+
+    /// Takes the open edge `tail → head` out, if there is one.
+    fn close(&mut self, edges: &[Edge], tail: u32, head: u32) -> Option<u32> {
+        let (mut before, mut e) = (Self::END, self.first[tail as usize]);
+        while e != Self::END {
+            let after = self.next[e as usize];
+            if edges[e as usize].head == head {
+                if before == Self::END {
+                    self.first[tail as usize] = after;
+                } else {
+                    self.next[before as usize] = after;
+                }
+                return Some(e);
+            }
+            (before, e) = (e, after);
+        }
+        None
+    }
+
+    /// Opens the edge that is about to be pushed; false when it is open already.
+    fn open(&mut self, edges: &[Edge], tail: u32, head: u32) -> bool {
+        let mut e = self.first[tail as usize];
+        while e != Self::END {
+            if edges[e as usize].head == head {
+                return false;
+            }
+            e = self.next[e as usize];
+        }
+        self.next.push(self.first[tail as usize]);
+        self.first[tail as usize] = edges.len() as u32;
+        true
+    }
+
+    /// The open edge of least index.
+    fn first(&self) -> Option<u32> {
+        let edge = |e: u32| (e != Self::END).then_some(e);
+        let chain = |&first: &u32| std::iter::successors(edge(first), |&e| edge(self.next[e as usize]));
+        self.first.iter().flat_map(chain).min()
+    }
+}
