@@ -190,6 +190,24 @@ pub(crate) enum BenchCommand {
         #[arg(long, value_name = "DIR", default_value = "palpus-out/depth")]
         out: PathBuf,
     },
+    /// Measures what contact feels like: steps of force and torque, truth, energy, stability; every method on every scene in every hand.
+    #[command(
+        after_help = "Examples:\n  palpus bench feel --out feel\n  palpus bench feel --scene v-groove --method smooth --quick\n\nWrites feel.md, feel.html (with plots), feel.csv and feel.json. The same numbers come out of every run."
+    )]
+    Feel {
+        /// Where the files go.
+        #[arg(long, value_name = "DIR", default_value = "palpus-out/feel")]
+        out: PathBuf,
+        /// Only this scene.
+        #[arg(long, value_name = "NAME")]
+        scene: Option<String>,
+        /// Only this method.
+        #[arg(long, value_name = "NAME")]
+        method: Option<String>,
+        /// Parts of the scripts, one hand, a coarse search: half a minute.
+        #[arg(long)]
+        quick: bool,
+    },
     /// Times the engine step against the number of triangles and of contacts, and on real pairs; plots, CSV, JSON and text.
     #[command(
         after_help = "Example:\n  palpus bench scale --models models --out scale\n\nbenches/peers/coal_scale.py runs this and sets Coal's tolerance query on the same poses beside it."

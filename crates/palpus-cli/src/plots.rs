@@ -80,13 +80,18 @@ pub(crate) fn bands(samples: impl Iterator<Item = (f64, bool)>) -> Vec<Range<f64
 
 /// Writes the figure to `path`.
 pub(crate) fn write_svg(figure: &Figure, path: &Path) -> anyhow::Result<()> {
+    std::fs::write(path, svg(figure)?).with_context(|| format!("{} could not be written", path.display()))
+}
+
+/// The figure as text.
+pub(crate) fn svg(figure: &Figure) -> anyhow::Result<String> {
     let height = TITLE_HEIGHT + PANEL_HEIGHT * figure.panels.len() as u32;
     let mut text = String::new();
     {
         let root = SVGBackend::with_string(&mut text, (WIDTH, height)).into_drawing_area();
         draw(figure, &root).map_err(|error| anyhow!("the figure could not be drawn: {error}"))?;
     }
-    std::fs::write(path, text).with_context(|| format!("{} could not be written", path.display()))
+    Ok(text)
 }
 
 type Answer = Result<(), Box<dyn std::error::Error>>;

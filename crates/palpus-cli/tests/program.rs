@@ -62,6 +62,7 @@ fn every_command_explains_itself_with_an_example() {
         &["bench", "figures", "--help"],
         &["bench", "step", "--help"],
         &["bench", "depth", "--help"],
+        &["bench", "feel", "--help"],
         &["completions", "--help"],
     ] {
         let output = palpus(&folder.0, command);
@@ -281,4 +282,32 @@ fn a_body_is_prepared_once_and_again_when_what_was_kept_is_damaged() {
     // Another spelling of the same shape is another content.
     folder.file("cube.obj", &CUBE.replace("v -1 -1 -1", "v -1 -1 -1.5"));
     assert!(!is_cached(&prepare(&[])));
+}
+
+#[test]
+fn the_feel_of_a_scene_is_measured_the_same_twice() {
+    let folder = Folder::new("feel");
+    let measure = |out: &str| {
+        let arguments = ["bench", "feel", "--scene", "box-rest", "--method", "smooth", "--quick", "--out", out];
+        let output = palpus(&folder.0, &arguments);
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        ["feel.csv", "feel.json", "feel.md", "feel.html"]
+            .map(|name| fs::read_to_string(folder.0.join(out).join(name)).expect("every file is there"))
+    };
+    let first = measure("one");
+    assert!(first == measure("two"), "the numbers differ from run to run");
+    let document: Value = serde_json::from_str(&first[1]).expect("JSON");
+    let rows = document["rows"].as_array().expect("rows");
+    let value = |hand: &str, measure: &str| {
+        let is_it = |row: &&Value| row["hand"] == hand && row["measure"] == measure;
+        rows.iter().find(is_it).and_then(|row| row["value"].as_f64()).unwrap_or_else(|| panic!("no {measure}"))
+    };
+    // A box that lies flat is felt as it is: upward, and as hard as it is deep.
+    assert!(value("", "direction error max") < 1e-3);
+    assert!(value("", "size error max") < 1e-6);
+    assert!((value("", "felt stiffness") - 800.0).abs() < 1e-3);
+    assert!(value("normal", "deepest in the loop") < 2e-3);
+    assert!(first[3].contains("<svg") && first[2].contains("| smooth |"));
+    let wrong = palpus(&folder.0, &["bench", "feel", "--scene", "box-rset", "--out", "no"]);
+    assert!(!wrong.status.success() && text(&wrong.stderr).contains("box-rest"));
 }

@@ -2,6 +2,7 @@
 //! it could depend on.
 
 mod depth;
+mod feel;
 mod figures;
 mod random;
 mod scale;
@@ -19,6 +20,9 @@ pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {
     match command {
         BenchCommand::Figures { out, models } => figures::figures(out, models.as_deref()),
         BenchCommand::Depth { out } => depth::depth(out),
+        BenchCommand::Feel { out, scene, method, quick } => {
+            feel::feel(&feel::Wanted { out, scene: scene.as_deref(), method: method.as_deref(), quick: *quick })
+        }
         BenchCommand::Scale { out, models, ticks, only } => {
             scale::scale(out, models.as_deref(), *ticks, only.as_deref())
         }

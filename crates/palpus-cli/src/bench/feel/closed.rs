@@ -1,0 +1,103 @@
+//! The closed loop: a simulated hand holds a simulated device, which feels what the method says one tick late, at the pace of a
+//! logged servo.
+
+use glam::DVec3;
+use palpus::algebra::{Pose, Wrench};
+use palpus::render::{Limits, ProbeState};
+use palpus_device::{DeviceSpec, HandImpedance, HapticDevice, Jitter, SimulatedDevice, SimulationSettings};
+
+use super::ground::{Ground, TICK};
+use super::method::Method;
+
+/// Seed of the servo's pace.
+pub(super) const PACE_SEED: u64 = 0xfee1_0001;
+
+/// Hands by name.
+pub(super) const HANDS: [(&str, HandImpedance); 4] = [
+    ("none", HandImpedance::NONE),
+    ("relaxed", HandImpedance::RELAXED),
+    ("normal", HandImpedance::NORMAL),
+    ("firm", HandImpedance::FIRM),
+];
+
+/// One tick of a closed loop.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LoopTick {
+    /// s.
+    pub(super) time: f64,
+    /// Where the probe truly is.
+    pub(super) pose: Pose,
+    /// What the method said in this tick.
+    pub(super) felt: Wrench,
+    /// Net work that forces and torques of the method have done on the hand until now, J.
+    pub(super) work: [f64; 2],
+}
+
+/// What moves the device beside the method.
+pub(super) struct Drive<'a> {
+    pub(super) hand: HandImpedance,
+    /// Where the hand wants the probe, by the time in seconds.
+    pub(super) intent: &'a dyn Fn(f64) -> Pose,
+    /// N: a steady force beside the hand's, as a weight.
+    pub(super) load: DVec3,
+}
+
+/// The limits of the simulated device.
+pub(super) fn limits() -> Limits {
+    let spec = SimulationSettings::default().spec;
+    Limits { force: spec.force_max, torque: spec.torque_max }
+}
+
+/// Runs `method` in the hand for `seconds`. It ends early when a number is not finite.
+pub(super) fn run(
+    ground: &Ground,
+    method: &mut dyn Method,
+    drive: &Drive<'_>,
+    seconds: f64,
+) -> anyhow::Result<Vec<LoopTick>> {
+    let default = SimulationSettings::default();
+    // The load is no part of what the device can push with.
+    let spec = DeviceSpec { force_max: f64::INFINITY, ..default.spec.clone() };
+    let jitter = Some(Jitter::logged(PACE_SEED));
+    let settings = SimulationSettings { hand: drive.hand, spec, jitter, ..default };
+    let mut device = SimulatedDevice::new(settings, |time: f64| (drive.intent)(time))?;
+    let count = (seconds / TICK) as usize;
+    let mut ticks = Vec::with_capacity(count);
+    let mut work = [0.0; 2];
+    let (mut last_time, mut last_pose, mut acting) = (0.0, device.true_pose(), Wrench::ZERO);
+    let grip = ground.settings.grip_a;
+    for k in 0..count {
+        let state = device.read()?;
+        let pose = device.true_pose();
+        let moved = pose.point(grip) - last_pose.point(grip);
+        work[0] += acting.force.dot(moved);
+        work[1] += acting.torque.dot(turned(&last_pose, &pose));
+        let dt = if k == 0 { TICK } else { state.time - last_time };
+        (last_time, last_pose) = (state.time, pose);
+        let felt = within_limits(&method.step(&ProbeState { pose_ba: state.pose, twist: state.twist }, dt).wrench);
+        if !(felt.is_finite() && pose.is_valid()) {
+            break;
+        }
+        device.write(&Wrench { force: felt.force + drive.load, ..felt })?;
+        let applied = device.applied();
+        acting = Wrench { force: applied.force - drive.load, ..applied };
+        if k == 0 {
+            // Nothing was written before.
+            acting = Wrench::ZERO;
+        }
+        ticks.push(LoopTick { time: state.time, pose, felt, work });
+    }
+    Ok(ticks)
+}
+
+/// What the device can push with, of methods that do not look at it themselves.
+fn within_limits(felt: &Wrench) -> Wrench {
+    let Limits { force, torque } = limits();
+    Wrench { torque: felt.torque.clamp_length_max(torque), force: felt.force.clamp_length_max(force) }
+}
+
+/// The rotation vector from one pose to the next, for small turns.
+fn turned(from: &Pose, to: &Pose) -> DVec3 {
+    let turn = to.rotation * from.rotation.conjugate();
+    turn.xyz() * (2.0 * turn.w.signum())
+}

@@ -1,0 +1,195 @@
+//! A scene made ready to be measured: bodies, script, judge, and where the probe is held at rest.
+
+use std::sync::{Arc, OnceLock};
+
+use anyhow::anyhow;
+use glam::DVec3;
+use palpus::algebra::{NoClock, Pose};
+use palpus::body::Body;
+use palpus::force::{Contact, PairQuery};
+use palpus::render::{ProbeState, Settings};
+use palpus_baselines::{BaselineError, Voxel};
+use palpus_io::scene::FilePolicy;
+use palpus_scenes::HandPath;
+use palpus_scenes::truth::Truth;
+
+use crate::stage;
+
+/// The scenes of the suite.
+pub(super) const SCENES: [&str; 11] = [
+    "pen-sphere",
+    "v-groove",
+    "box-tilt",
+    "box-edge",
+    "box-rest",
+    "rails",
+    "spoon-cup",
+    "torus-torus",
+    "peg-hole",
+    "nut-bolt",
+    "intestine",
+];
+
+/// s.
+pub(super) const TICK: f64 = 1e-3;
+
+/// A scene and what is common to all methods on it.
+pub(super) struct Ground {
+    pub(super) name: &'static str,
+    pub(super) probe: Arc<Body>,
+    pub(super) environment: Arc<Body>,
+    pub(super) settings: Settings,
+    pub(super) path: HandPath,
+    pub(super) truth: Option<Truth>,
+    /// From the grip to the farthest point of the probe, m.
+    pub(super) reach: f64,
+    /// s: when on the path the script begins.
+    pub(super) begin: f64,
+    /// The probe at every millisecond from then on.
+    pub(super) script: Vec<ProbeState>,
+    /// How deep the bodies truly overlap at every [`JUDGED`]th of them, m; negative when apart, by no more than the tolerance.
+    pub(super) depths: Vec<f64>,
+    /// How a hand that presses leans at each of these, as parts of a full press in the environment's frame.
+    pub(super) presses: Vec<DVec3>,
+    pub(super) rest: Option<Rest>,
+    /// Costly to make, and the same for every stiffness.
+    pub(super) voxels: OnceLock<Result<Voxel, BaselineError>>,
+}
+
+/// Ticks from one judgement to the next.
+pub(super) const JUDGED: usize = 5;
+/// Where on its path a shortened script begins: what is left out is parted so.
+const LATER: f64 = 0.7;
+
+/// Where a probe is pressed against the environment and held.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rest {
+    /// In contact.
+    pub(super) pose: Pose,
+    /// Unit, in the environment's frame: where the hand presses.
+    pub(super) press: DVec3,
+    /// It stays where it is when nobody holds it and only its weight presses.
+    pub(super) stable: bool,
+}
+
+impl Ground {
+    /// Prepares the scene called `name`; `seconds` of its path at the most.
+    pub(super) fn new(name: &'static str, seconds: f64) -> anyhow::Result<Self> {
+        let stage = stage::prepare(name, FilePolicy::Inside)?;
+        let scene = palpus_scenes::scene(name).ok_or_else(|| anyhow!("there is no scene called {name}"))?;
+        let path = stage.path;
+        let seconds = path.duration().min(seconds);
+        let begin = LATER * (path.duration() - seconds);
+        let script: Vec<ProbeState> = (0..=(seconds / TICK).round() as usize)
+            .map(|k| {
+                let time = begin + k as f64 * TICK;
+                ProbeState { pose_ba: path.pose(time), twist: path.twist(time) }
+            })
+            .collect();
+        let grip = stage.settings.grip_a;
+        let reach = stage.probe.mesh().vertices().iter().map(|v| v.distance(grip)).fold(0.0, f64::max);
+        let mut judge = Judge::new(&stage.probe, &stage.environment, stage.settings.contact_tolerance);
+        let judged: Vec<(Pose, Option<Contact>)> =
+            script.iter().step_by(JUDGED).map(|probe| (probe.pose_ba, judge.deepest(&probe.pose_ba))).collect();
+        let presses = presses(name, &judged);
+        let nothing = -stage.settings.contact_tolerance;
+        let depths = judged.iter().map(|(_, contact)| contact.map_or(nothing, |contact| -contact.separation)).collect();
+        Ok(Self {
+            name,
+            truth: Truth::of(&scene),
+            reach,
+            rest: rest(name, &path, &judged),
+            begin,
+            voxels: OnceLock::new(),
+            script,
+            depths,
+            presses,
+            probe: stage.probe,
+            environment: stage.environment,
+            settings: stage.settings,
+            path,
+        })
+    }
+
+    /// How a pressing hand leans `seconds` after the script's begin.
+    pub(super) fn press(&self, seconds: f64) -> DVec3 {
+        let place = (seconds / (JUDGED as f64 * TICK)).max(0.0);
+        let at = |k: usize| self.presses.get(k).or(self.presses.last()).copied().unwrap_or_default();
+        let k = place as usize;
+        at(k).lerp(at(k + 1), place - place.floor())
+    }
+
+    /// Who says how deep the bodies truly overlap.
+    pub(super) fn judge(&self) -> Judge {
+        Judge::new(&self.probe, &self.environment, self.settings.contact_tolerance)
+    }
+}
+
+/// Where the scene's probe is held: at the middle of what its script does, or where that presses deepest.
+fn rest(name: &str, path: &HandPath, judged: &[(Pose, Option<Contact>)]) -> Option<Rest> {
+    let down = |time: f64, stable| Some(Rest { pose: path.pose(time), press: -DVec3::Z, stable });
+    match name {
+        "pen-sphere" => down(path.duration() / 2.0, false),
+        "v-groove" => down(1.2, true),
+        "box-rest" => down(1.6, true),
+        "box-tilt" | "box-edge" | "rails" => None,
+        _ => {
+            let (pose, contact) = judged
+                .iter()
+                .filter_map(|(pose, contact)| contact.map(|contact| (pose, contact)))
+                .min_by(|a, b| a.1.separation.total_cmp(&b.1.separation))?;
+            Some(Rest { pose: *pose, press: -contact.normal, stable: false })
+        }
+    }
+}
+
+/// Scenes whose hand does not press beyond its script: parts are put together with as little force as it takes.
+const UNPRESSED: [&str; 2] = ["peg-hole", "nut-bolt"];
+/// Over how many judgements a press comes and goes, to either side: a tenth of a second.
+const PRESS_BLUR: usize = 20;
+
+/// Where a hand presses while its script overlaps: against the deepest contact's normal, with ease.
+fn presses(name: &str, judged: &[(Pose, Option<Contact>)]) -> Vec<DVec3> {
+    let against = |(_, contact): &(Pose, Option<Contact>)| match contact {
+        Some(contact) if contact.separation < 0.0 && !UNPRESSED.contains(&name) => -contact.normal,
+        _ => DVec3::ZERO,
+    };
+    let mut presses: Vec<DVec3> = judged.iter().map(against).collect();
+    // Twice, so that it comes on as smoothly as a hand's.
+    for _ in 0..2 {
+        presses = (0..presses.len())
+            .map(|k| {
+                let around = &presses[k.saturating_sub(PRESS_BLUR)..(k + PRESS_BLUR + 1).min(presses.len())];
+                around.iter().sum::<DVec3>() / around.len() as f64
+            })
+            .collect();
+    }
+    presses
+}
+
+/// Says how deep two bodies overlap at a pose, whoever brought them there: the engine's own query, asked without any memory of what was
+/// before, so that it is the same for all methods.
+pub(super) struct Judge {
+    a: Arc<Body>,
+    b: Arc<Body>,
+    tolerance: f64,
+    query: PairQuery,
+}
+
+impl Judge {
+    fn new(a: &Arc<Body>, b: &Arc<Body>, tolerance: f64) -> Self {
+        Self { query: PairQuery::new(a, b, 4096), a: a.clone(), b: b.clone(), tolerance }
+    }
+
+    /// The deepest contact.
+    pub(super) fn deepest(&mut self, pose_ba: &Pose) -> Option<Contact> {
+        self.query.clear();
+        self.query.run(&self.a, &self.b, pose_ba, self.tolerance, &NoClock);
+        self.query.contacts().iter().min_by(|a, b| a.separation.total_cmp(&b.separation)).copied()
+    }
+
+    /// How deep, m; negative when apart.
+    pub(super) fn depth(&mut self, pose_ba: &Pose) -> f64 {
+        self.deepest(pose_ba).map_or(-self.tolerance, |contact| -contact.separation)
+    }
+}

@@ -1,0 +1,184 @@
+//! The probe held in contact: does it lie still?
+//!
+//! 1. The hand wants the probe as far inside as presses with one newton; without a hand a weight presses with as much.
+//! 2. The *limit cycle* is what is left of the force above 10 Hz after it had time to settle, as root of the mean square. It is nothing to speak of
+//!    below a hundredth of the mean force.
+//! 3. The *greatest stable stiffness* is searched from 100 N/m upward, doubling until the probe does not lie still, then halving the gap.
+
+use glam::DVec3;
+use palpus::algebra::{Pose, Wrench};
+use palpus_device::HandImpedance;
+
+use super::closed::{Drive, LoopTick, limits, run};
+use super::ground::{Ground, Rest, TICK};
+use super::method::{Entry, Tuning};
+
+/// N.
+pub(super) const PRESS: f64 = 1.0;
+/// How far off the environment's surface the probe is let go, m.
+const DROP: f64 = 0.3e-3;
+/// Seconds of approach.
+const APPROACH: f64 = 0.4;
+/// Seconds until the force is looked at, with a hand and without.
+const SETTLE: [f64; 2] = [1.2, 4.0];
+/// Seconds that it is looked at.
+const WATCHED: f64 = 1.0;
+/// The part of the mean force above which the probe does not lie still.
+pub(super) const STILL: f64 = 0.01;
+/// The part of the press that must be felt on average, or contact was lost.
+const KEPT: f64 = 0.3;
+/// N/m: where the search begins and what it does not go beyond.
+const SOFTEST: f64 = 100.0;
+pub(super) const HARDEST: f64 = 51_200.0;
+
+/// What a held probe feels like.
+pub(super) struct Held {
+    pub(super) ticks: Vec<LoopTick>,
+    /// N.
+    pub(super) mean_force: f64,
+    /// N.
+    pub(super) force_cycle: f64,
+    /// N·m.
+    pub(super) torque_cycle: f64,
+}
+
+impl Held {
+    /// The limit cycle in parts of the mean force.
+    pub(super) fn share(&self) -> f64 {
+        if self.mean_force > 0.0 { self.force_cycle / self.mean_force } else { f64::INFINITY }
+    }
+
+    fn state(&self) -> State {
+        if self.mean_force > KEPT * PRESS && self.share() <= STILL {
+            State::Still
+        } else if self.mean_force <= KEPT * PRESS && self.force_cycle <= STILL * PRESS {
+            State::Lost
+        } else {
+            State::Moving
+        }
+    }
+}
+
+/// How a held probe does.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum State {
+    Still,
+    Moving,
+    /// It has gone through what it was pressed against, and feels little or nothing.
+    Lost,
+}
+
+/// Holds the probe where the scene says, by `hand`.
+pub(super) fn hold(
+    ground: &Ground,
+    entry: &Entry,
+    rest: &Rest,
+    hand: &HandImpedance,
+    tuning: &Tuning,
+) -> anyhow::Result<Held> {
+    let tuning = Tuning { limits: limits(), ..*tuning };
+    let mut method = entry.build(ground, &tuning)?;
+    let depth = ground.judge().depth(&rest.pose);
+    let moved = |by: f64| Pose { translation: rest.pose.translation + rest.press * by, ..rest.pose };
+    let start = -(depth + DROP);
+    let is_held = hand.stiffness > 0.0;
+    let end = if is_held { PRESS / hand.stiffness - depth } else { start };
+    let intent = |time: f64| {
+        let s = (time / APPROACH).clamp(0.0, 1.0);
+        moved(start + (end - start) * (s * s * s * (10.0 - s * (15.0 - 6.0 * s))))
+    };
+    let load = if is_held { DVec3::ZERO } else { rest.press * PRESS };
+    let settle = SETTLE[usize::from(!is_held)];
+    let drive = Drive { hand: *hand, intent: &intent, load };
+    let ticks = run(ground, method.as_mut(), &drive, settle + WATCHED)?;
+    let watched = ticks.iter().filter(|tick| tick.time >= settle).map(|tick| tick.felt);
+    let watched: Vec<Wrench> = watched.collect();
+    if watched.len() < (0.8 * WATCHED / TICK) as usize {
+        let nothing = f64::INFINITY;
+        return Ok(Held { ticks, mean_force: 0.0, force_cycle: nothing, torque_cycle: nothing });
+    }
+    let sum = watched.iter().map(|felt| felt.force).sum::<DVec3>();
+    Ok(Held {
+        ticks,
+        mean_force: sum.length() / watched.len() as f64,
+        force_cycle: cycle(&watched, |felt| felt.force),
+        torque_cycle: cycle(&watched, |felt| felt.torque),
+    })
+}
+
+/// Half the width of the mean that is taken off, in ticks: a tenth of a second in all, so that 10 Hz and more are left whole.
+const HALF_WINDOW: usize = 50;
+
+/// Root of the mean square of what is above 10 Hz.
+fn cycle(felt: &[Wrench], of: impl Fn(&Wrench) -> DVec3) -> f64 {
+    let values: Vec<DVec3> = felt.iter().map(of).collect();
+    let width = (2 * HALF_WINDOW + 1) as f64;
+    let squares: Vec<f64> = values
+        .windows(2 * HALF_WINDOW + 1)
+        .map(|window| (window[HALF_WINDOW] - window.iter().sum::<DVec3>() / width).length_squared())
+        .collect();
+    super::row::mean(&squares).sqrt()
+}
+
+/// The greatest stiffness at which the probe lies still, N/m; 0 if it does not even at the softest. `halvings` of the gap that doubling leaves.
+pub(super) fn greatest_stiffness(
+    ground: &Ground,
+    entry: &Entry,
+    rest: &Rest,
+    hand: &HandImpedance,
+    damping: f64,
+    halvings: usize,
+) -> anyhow::Result<f64> {
+    let state = |stiffness: f64| -> anyhow::Result<State> {
+        let tuning = Tuning { stiffness, damping, ..Tuning::of(ground) };
+        Ok(hold(ground, entry, rest, hand, &tuning)?.state())
+    };
+    let (mut still, mut moving) = (0.0, SOFTEST);
+    loop {
+        match state(moving)? {
+            State::Still => still = moving,
+            State::Moving => break,
+            // Too soft to be held by what it rests on, which says nothing of stability.
+            State::Lost => {}
+        }
+        if moving >= HARDEST {
+            return Ok(still);
+        }
+        moving *= 2.0;
+    }
+    if still == 0.0 {
+        return Ok(0.0);
+    }
+    for _ in 0..halvings {
+        let middle = (still * moving).sqrt();
+        if state(middle)? == State::Still {
+            still = middle;
+        } else {
+            moving = middle;
+        }
+    }
+    Ok(still)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_cycle_is_what_is_above_ten_hertz() {
+        let wave = |hertz: f64| -> Vec<Wrench> {
+            (0..1000)
+                .map(|k| {
+                    let phase = std::f64::consts::TAU * hertz * f64::from(k) * 1e-3;
+                    Wrench { force: DVec3::X * (2.0 + phase.sin()), torque: DVec3::ZERO }
+                })
+                .collect()
+        };
+        let of = |hertz: f64| cycle(&wave(hertz), |felt| felt.force);
+        for hertz in [10.0, 37.0, 180.0] {
+            assert!((of(hertz) - 0.5f64.sqrt()).abs() < 0.06, "{hertz} Hz: {}", of(hertz));
+        }
+        assert!(of(1.0) < 0.02);
+        assert_eq!(cycle(&wave(10.0), |felt| felt.torque), 0.0);
+    }
+}

@@ -1,0 +1,177 @@
+//! The methods that are measured, behind one seam: the probe's state in, what the hand would feel out.
+
+use std::sync::Arc;
+
+use palpus::algebra::{NoClock, Wrench};
+use palpus::render::{Clustering, Limits, ProbeState, Renderer, Settings};
+use palpus_baselines::{Baseline, Epa, Felt, Predicted, PredictedSettings, Voxel, VoxelSettings};
+
+use super::ground::Ground;
+
+/// What a step feels like.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct FeltTick {
+    /// On the probe, about its grip, in the environment's frame.
+    pub(super) wrench: Wrench,
+    /// Of the deepest contact as the method sees it, m; infinite without contacts.
+    pub(super) separation: f64,
+}
+
+/// A way to feel contact, with what it remembers.
+pub(super) trait Method {
+    /// One step.
+    fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick;
+}
+
+/// What a method is told beside the scene.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Tuning {
+    /// N/m.
+    pub(super) stiffness: f64,
+    /// Of contacts, N·s/m.
+    pub(super) damping: f64,
+    /// Friction as the scene has it, or none.
+    pub(super) friction: bool,
+    /// The most that may be felt.
+    pub(super) limits: Limits,
+}
+
+impl Tuning {
+    /// The scene's own, without a device's limits.
+    pub(super) fn of(ground: &Ground) -> Self {
+        Self {
+            stiffness: ground.settings.stiffness,
+            damping: ground.settings.damping,
+            friction: true,
+            limits: Limits { force: f64::INFINITY, torque: f64::INFINITY },
+        }
+    }
+}
+
+/// A method by name.
+#[derive(Clone, Copy)]
+pub(super) struct Entry {
+    pub(super) name: &'static str,
+    pub(super) summary: &'static str,
+    /// It pushes from the contact tolerance on, and not only from touch on.
+    pub(super) has_skin: bool,
+    /// It has dampers in its contacts.
+    pub(super) has_damping: bool,
+    build: fn(&Ground, &Tuning) -> anyhow::Result<Box<dyn Method>>,
+}
+
+impl Entry {
+    /// The method on the scene.
+    pub(super) fn build(&self, ground: &Ground, tuning: &Tuning) -> anyhow::Result<Box<dyn Method>> {
+        (self.build)(ground, tuning)
+    }
+}
+
+/// All methods, in the order of the tables.
+pub(super) const METHODS: [Entry; 5] = [
+    Entry {
+        name: "paper",
+        summary: "exact linkage, direct rendering: the paper's",
+        has_skin: true,
+        has_damping: true,
+        build: |ground, tuning| rendered(ground, tuning, |s| Settings { clustering: Clustering::Linkage, ..s }),
+    },
+    Entry {
+        name: "smooth",
+        summary: "smooth clustering, direct rendering",
+        has_skin: true,
+        has_damping: true,
+        build: |ground, tuning| rendered(ground, tuning, |s| Settings { clustering: Clustering::Smooth, ..s }),
+    },
+    Entry {
+        name: "predicted",
+        summary: "depth predicted along the motion from the last closest features (the paper's [16])",
+        has_skin: true,
+        has_damping: false,
+        build: |ground, tuning| {
+            let (a, b) = ground.bodies();
+            let cluster_radius = ground.settings.cluster_radius;
+            let settings = PredictedSettings { contact: contact(ground, tuning), cluster_radius, ..Default::default() };
+            Ok(Box::new(Other { method: Predicted::new(a, b, settings)?, factor: 1.0 }))
+        },
+    },
+    Entry {
+        name: "voxel",
+        summary: "a point shell in a map of voxels (the paper's [30])",
+        has_skin: false,
+        has_damping: false,
+        build: |ground, tuning| {
+            let factor = tuning.stiffness / ground.settings.stiffness;
+            Ok(Box::new(Other { method: ground.voxels()?, factor }))
+        },
+    },
+    Entry {
+        name: "epa",
+        summary: "one contact of the expanding polytope algorithm a pair of pieces, as with Coal",
+        has_skin: true,
+        has_damping: false,
+        build: |ground, tuning| {
+            let (a, b) = ground.bodies();
+            Ok(Box::new(Other { method: Epa::new(a, b, contact(ground, tuning))?, factor: 1.0 }))
+        },
+    },
+];
+
+fn contact(ground: &Ground, tuning: &Tuning) -> palpus_baselines::Settings {
+    let Settings { contact_tolerance: tolerance, grip_a, .. } = ground.settings;
+    palpus_baselines::Settings { tolerance, stiffness: tuning.stiffness, grip_a }
+}
+
+fn rendered(ground: &Ground, tuning: &Tuning, change: fn(Settings) -> Settings) -> anyhow::Result<Box<dyn Method>> {
+    let (a, b) = ground.bodies();
+    let base = ground.settings;
+    let friction = base.friction.filter(|_| tuning.friction).map(|mut friction| {
+        // As stiff sideways as into the surface, whatever the stiffness.
+        friction.tangential_stiffness *= tuning.stiffness / base.stiffness;
+        friction
+    });
+    let Tuning { stiffness, damping, limits, .. } = *tuning;
+    let settings = change(Settings { stiffness, damping, friction, limits, ..base });
+    Ok(Box::new(Rendered(Renderer::new(a, b, settings)?)))
+}
+
+/// palpus itself.
+struct Rendered(Renderer);
+
+impl Method for Rendered {
+    fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick {
+        let tick = self.0.step(probe, dt, &NoClock);
+        FeltTick { wrench: tick.commanded, separation: tick.separation() }
+    }
+}
+
+/// Another's method.
+struct Other<B> {
+    method: B,
+    /// What its wrench is multiplied by: another stiffness than it was made for, where it is costly to make and linear in that.
+    factor: f64,
+}
+
+impl<B: Baseline> Method for Other<B> {
+    fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick {
+        let Felt { wrench, deepest, .. } = self.method.step(&probe.pose_ba, &probe.twist, dt);
+        let wrench = Wrench { torque: wrench.torque * self.factor, force: wrench.force * self.factor };
+        FeltTick { wrench, separation: deepest }
+    }
+}
+
+impl Ground {
+    fn bodies(&self) -> (Arc<palpus::body::Body>, Arc<palpus::body::Body>) {
+        (self.probe.clone(), self.environment.clone())
+    }
+
+    /// The voxels of the environment, made once.
+    fn voxels(&self) -> anyhow::Result<Voxel> {
+        let made = self.voxels.get_or_init(|| {
+            let (a, b) = self.bodies();
+            let settings = VoxelSettings { contact: contact(self, &Tuning::of(self)), ..Default::default() };
+            Voxel::new(a, b, settings)
+        });
+        Ok(made.clone()?)
+    }
+}

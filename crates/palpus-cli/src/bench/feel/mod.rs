@@ -1,0 +1,186 @@
+//! `palpus bench feel`: what contact feels like, in figures: every method on every scene, in every hand.
+//!
+//! 1. *Open loop* (`open`): all methods feel the same poses. Steps, directions, truth, pop-through.
+//! 2. *Closed loop* (`scripted`): a simulated hand follows the scene's script. Energy, depth, insertion.
+//! 3. *Held* (`held`): the probe rests in contact. Limit cycles, the greatest stable stiffness, and that over damping and hands (Z-width).
+//!
+//! Nothing here reads a clock: the same seed gives the same numbers. Scenes and methods are shared out among threads, a pair at a time.
+
+mod closed;
+mod figure;
+mod ground;
+mod held;
+mod method;
+mod open;
+mod report;
+mod row;
+mod scripted;
+
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Mutex;
+
+use anyhow::{Context, bail};
+use palpus::algebra::Workers;
+
+use self::closed::HANDS;
+use self::ground::{Ground, SCENES};
+use self::method::{Entry, METHODS, Tuning};
+use self::row::{Row, Rows};
+use crate::output;
+use crate::threads::Threads;
+
+/// What was typed.
+pub(super) struct Wanted<'a> {
+    pub(super) out: &'a Path,
+    pub(super) scene: Option<&'a str>,
+    pub(super) method: Option<&'a str>,
+    pub(super) quick: bool,
+}
+
+/// What one method did on one scene.
+struct Outcome {
+    rows: Vec<Row>,
+    curve: open::Curve,
+    held: Vec<closed::LoopTick>,
+}
+
+pub(super) fn feel(wanted: &Wanted<'_>) -> anyhow::Result<ExitCode> {
+    fs::create_dir_all(wanted.out).with_context(|| format!("{} could not be created", wanted.out.display()))?;
+    let scenes = chosen("--scene", wanted.scene, &SCENES)?;
+    let methods = chosen("--method", wanted.method, &METHODS.map(|entry| entry.name))?;
+    let effort = if wanted.quick { Effort::QUICK } else { Effort::FULL };
+    let grounds: Vec<Ground> =
+        scenes.iter().map(|name| Ground::new(name, effort.seconds)).collect::<anyhow::Result<_>>()?;
+    let entries: Vec<Entry> = METHODS.into_iter().filter(|entry| methods.contains(&entry.name)).collect();
+    let outcomes = measure_all(&grounds, &entries, &effort)?;
+    let count = entries.len();
+    let of_scene = |k: usize| &outcomes[k * count..(k + 1) * count];
+    let mut figures = Vec::new();
+    for (k, ground) in grounds.iter().enumerate() {
+        let curves: Vec<_> = entries.iter().map(|entry| entry.name).zip(of_scene(k)).collect();
+        figures.push((ground.name, figure::of_scene(ground, &curves)?));
+    }
+    let rows: Vec<Row> = outcomes.into_iter().flat_map(|outcome| outcome.rows).collect();
+    report::write(wanted.out, &grounds, &entries, &rows, &figures, wanted.quick)?;
+    output::line(format!("written to {}: feel.md, feel.html, feel.csv and feel.json", wanted.out.display()));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The names that are meant: all, or the one.
+fn chosen(option: &str, only: Option<&str>, all: &[&'static str]) -> anyhow::Result<Vec<&'static str>> {
+    let Some(only) = only else { return Ok(all.to_vec()) };
+    match all.iter().find(|name| **name == only) {
+        Some(name) => Ok(vec![name]),
+        None => bail!("{option} {only} names nothing; there is {}", all.join(", ")),
+    }
+}
+
+/// How much is done.
+struct Effort {
+    /// Of each script, s.
+    seconds: f64,
+    hands: &'static [&'static str],
+    /// Scenes on which the greatest stable stiffness is searched, and how finely.
+    searched: &'static [&'static str],
+    halvings: usize,
+    /// Contact dampings of the Z-width map, N·s/m; none: no map.
+    dampings: &'static [(f64, &'static str)],
+}
+
+impl Effort {
+    const FULL: Self = Self {
+        seconds: f64::INFINITY,
+        hands: &["none", "relaxed", "normal", "firm"],
+        searched: &["pen-sphere", "v-groove", "box-rest", "spoon-cup", "torus-torus", "peg-hole"],
+        halvings: 3,
+        dampings: &Z_WIDTH,
+    };
+    const QUICK: Self = Self {
+        seconds: 2.5,
+        hands: &["none", "normal"],
+        searched: &["pen-sphere", "v-groove", "box-rest"],
+        halvings: 0,
+        dampings: &[],
+    };
+}
+
+/// Contact dampings of the Z-width map, and what its measures are called.
+const Z_WIDTH: [(f64, &str); 5] = [
+    (0.0, "Z-width at 0 N·s/m"),
+    (0.5, "Z-width at 0.5 N·s/m"),
+    (1.0, "Z-width at 1 N·s/m"),
+    (2.0, "Z-width at 2 N·s/m"),
+    (4.0, "Z-width at 4 N·s/m"),
+];
+
+/// The scene of the Z-width map: flat contact, which also lies still when nobody holds it.
+const Z_WIDTH_SCENE: &str = "box-rest";
+
+fn measure_all(grounds: &[Ground], entries: &[Entry], effort: &Effort) -> anyhow::Result<Vec<Outcome>> {
+    let count = grounds.len() * entries.len();
+    let slots: Vec<Mutex<Option<anyhow::Result<Outcome>>>> = (0..count).map(|_| Mutex::new(None)).collect();
+    // The last scenes are the largest, and begin first.
+    let work = |k: usize| {
+        let k = count - 1 - k;
+        let (ground, entry) = (&grounds[k / entries.len()], &entries[k % entries.len()]);
+        let outcome = measure(ground, entry, effort)
+            .with_context(|| format!("{} on {} could not be measured", entry.name, ground.name));
+        if let Ok(mut slot) = slots[k].lock() {
+            *slot = Some(outcome);
+        }
+    };
+    let watched = output::watched();
+    Threads::all().each(count, &work, &mut |done| {
+        if watched {
+            output::live(&format!("measured {done} of {count}"));
+        }
+    });
+    if watched {
+        output::live_end();
+    }
+    let taken = |slot: Mutex<Option<_>>| slot.into_inner().ok().flatten();
+    slots.into_iter().map(|slot| taken(slot).context("a measuring thread failed").and_then(|outcome| outcome)).collect()
+}
+
+fn measure(ground: &Ground, entry: &Entry, effort: &Effort) -> anyhow::Result<Outcome> {
+    let mut rows = Rows::new(ground.name, entry.name);
+    let curve = open::measure(ground, entry, &mut rows)?;
+    scripted::measure(ground, entry, effort.hands, &mut rows)?;
+    let held = at_rest(ground, entry, effort, &mut rows)?;
+    Ok(Outcome { rows: rows.rows, curve, held })
+}
+
+/// The stiffness that issue and users ask for, N/m.
+const STIFF: f64 = 5000.0;
+
+fn at_rest(ground: &Ground, entry: &Entry, effort: &Effort, rows: &mut Rows) -> anyhow::Result<Vec<closed::LoopTick>> {
+    let mut shown = Vec::new();
+    let Some(rest) = &ground.rest else { return Ok(shown) };
+    for (name, hand) in HANDS.iter().filter(|(name, _)| effort.hands.contains(name)) {
+        if *name == "none" && !rest.stable {
+            continue;
+        }
+        let own = held::hold(ground, entry, rest, hand, &Tuning::of(ground))?;
+        rows.add(name, "limit cycle", "%", own.share() * 100.0);
+        rows.add(name, "limit cycle torque", "N·m", own.torque_cycle);
+        rows.add(name, "mean force at rest", "N", own.mean_force);
+        let stiff = held::hold(ground, entry, rest, hand, &Tuning { stiffness: STIFF, ..Tuning::of(ground) })?;
+        rows.add(name, "limit cycle at 5 kN/m", "%", stiff.share() * 100.0);
+        if effort.searched.contains(&ground.name) {
+            let greatest = held::greatest_stiffness(ground, entry, rest, hand, 0.0, effort.halvings)?;
+            rows.add(name, "greatest stable stiffness", "N/m", greatest);
+        }
+        if ground.name == Z_WIDTH_SCENE && entry.has_damping {
+            for &(damping, measure) in effort.dampings {
+                let greatest = held::greatest_stiffness(ground, entry, rest, hand, damping, effort.halvings)?;
+                rows.add(name, measure, "N/m", greatest);
+            }
+        }
+        if *name == "normal" {
+            shown = own.ticks;
+        }
+    }
+    Ok(shown)
+}

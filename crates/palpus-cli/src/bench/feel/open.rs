@@ -1,0 +1,169 @@
+//! The open loop: every method feels the same poses, a thousand times a second, and nothing answers.
+//!
+//! * *Steps*: how much force and torque change from one millisecond to the next, and by which angle the force turns.
+//! * *Step over motion*: the force step over stiffness times the farthest way that a point of the probe went in that millisecond. A contact
+//!   that is felt as it is steps by 1, a sum of contacts by their number; a jump by any number.
+//! * *Truth*, where there is one: the angle to the true force; its size, once the one factor that fits best is allowed for; how far the
+//!   line of action passes from the true one.
+//! * *Pop-through*: episodes in which the bodies overlap by more than a tenth of a millimetre, and less than a tenth of the force (or of
+//!   torque over reach) that belongs to it is felt.
+
+use glam::DVec3;
+use palpus::algebra::Wrench;
+use palpus::render::ProbeState;
+
+use super::ground::{Ground, JUDGED, TICK};
+use super::method::{Entry, Tuning};
+use super::row::{Rows, largest, quantile};
+
+/// Forces of less than this part of the largest have no direction worth naming.
+const FAINT: f64 = 0.05;
+/// Steps of less than this part of the largest force are not set against the motion: both would be rounding.
+const SMALL_STEP: f64 = 0.002;
+/// m: probes that move less than this in a millisecond are taken to move this far.
+const LEAST_MOTION: f64 = 1e-6;
+/// m: overlaps beyond this must be felt.
+const MUST_BE_FELT: f64 = 1e-4;
+/// The part of k times depth that must be felt.
+const FELT_PART: f64 = 0.1;
+
+/// What was felt, tick by tick.
+pub(super) struct Curve {
+    /// s.
+    pub(super) times: Vec<f64>,
+    pub(super) wrenches: Vec<Wrench>,
+}
+
+/// Feels the scene's script.
+pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow::Result<Curve> {
+    // What is true is known without friction.
+    let tuning = Tuning { friction: ground.truth.is_none(), ..Tuning::of(ground) };
+    let mut method = entry.build(ground, &tuning)?;
+    let mut wrenches = Vec::with_capacity(ground.script.len());
+    let mut deepest = 0.0f64;
+    for probe in &ground.script {
+        let felt = method.step(probe, TICK);
+        deepest = deepest.max(-felt.separation);
+        wrenches.push(felt.wrench);
+    }
+    let add = &mut |measure, unit, value| rows.add("", measure, unit, value);
+    add("deepest seen", "m", deepest);
+    steps(ground, &wrenches, add);
+    add("pop-throughs", "", pop_throughs(ground, &wrenches) as f64);
+    if ground.truth.is_some() {
+        against_truth(ground, entry, &wrenches, add);
+    }
+    let times = (0..wrenches.len()).map(|k| k as f64 * TICK).collect();
+    Ok(Curve { times, wrenches })
+}
+
+type Add<'a> = &'a mut dyn FnMut(&'static str, &'static str, f64);
+
+fn steps(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
+    let peak = largest(&wrenches.iter().map(|w| w.force.length()).collect::<Vec<_>>());
+    let peak_torque = largest(&wrenches.iter().map(|w| w.torque.length()).collect::<Vec<_>>());
+    let touching: Vec<f64> = wrenches.iter().map(|w| w.force.length()).filter(|force| *force > FAINT * peak).collect();
+    let typical = quantile(&touching, 0.5);
+    let (mut force, mut torque, mut turn) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut over_motion, mut torque_over_motion) = (0.0f64, 0.0f64);
+    for (pair, probes) in wrenches.windows(2).zip(ground.script.windows(2)) {
+        let step = pair[1].force.distance(pair[0].force);
+        let torque_step = pair[1].torque.distance(pair[0].torque);
+        let motion = motion(&probes[0], &probes[1], ground.reach).max(LEAST_MOTION) * ground.settings.stiffness;
+        force.push(step);
+        torque.push(torque_step);
+        if step > SMALL_STEP * peak {
+            over_motion = over_motion.max(step / motion);
+        }
+        if torque_step > SMALL_STEP * peak_torque {
+            torque_over_motion = torque_over_motion.max(torque_step / (motion * ground.reach));
+        }
+        if pair.iter().all(|w| w.force.length() > FAINT * peak) {
+            turn.push(angle_between(pair[0].force, pair[1].force));
+        }
+    }
+    add("peak force", "N", peak);
+    add("median force", "N", typical);
+    add("force step p99", "N/ms", quantile(&force, 0.99));
+    add("force step max", "N/ms", largest(&force));
+    add("torque step p99", "N·m/ms", quantile(&torque, 0.99));
+    add("torque step max", "N·m/ms", largest(&torque));
+    add("turn p99", "°/ms", quantile(&turn, 0.99));
+    add("turn max", "°/ms", largest(&turn));
+    add("force step over motion", "", over_motion);
+    add("torque step over motion", "", torque_over_motion);
+}
+
+/// Degrees; exact for small angles, where a cosine is not.
+fn angle_between(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b)).to_degrees()
+}
+
+/// How far a point of the probe goes at the most, m.
+fn motion(from: &ProbeState, to: &ProbeState, reach: f64) -> f64 {
+    let turned = to.pose_ba.rotation.angle_between(from.pose_ba.rotation);
+    to.pose_ba.translation.distance(from.pose_ba.translation) + reach * turned
+}
+
+fn pop_throughs(ground: &Ground, wrenches: &[Wrench]) -> usize {
+    let (mut episodes, mut inside) = (0, false);
+    for (depth, wrench) in ground.depths.iter().zip(wrenches.iter().step_by(JUDGED)) {
+        let missing = is_missing(ground, *depth, wrench, ground.settings.stiffness);
+        episodes += usize::from(missing && !inside);
+        inside = missing;
+    }
+    episodes
+}
+
+/// True if an overlap by `depth` is not felt as anything like a contact of that stiffness.
+pub(super) fn is_missing(ground: &Ground, depth: f64, wrench: &Wrench, stiffness: f64) -> bool {
+    let felt = wrench.force.length() + wrench.torque.length() / ground.reach;
+    depth > MUST_BE_FELT && felt < FELT_PART * stiffness * depth
+}
+
+fn against_truth(ground: &Ground, entry: &Entry, wrenches: &[Wrench], add: Add<'_>) {
+    let Some(truth) = &ground.truth else { return };
+    let skin = if entry.has_skin { ground.settings.contact_tolerance } else { 0.0 };
+    // The true force on a contact of unit stiffness, and the true torque about the grip where there is one.
+    let true_of = |probe: &ProbeState| {
+        let grip = probe.pose_ba.point(ground.settings.grip_a);
+        let mut force = DVec3::ZERO;
+        let mut torque = Some(DVec3::ZERO);
+        for contact in truth.contacts(&probe.pose_ba) {
+            let push = contact.normal * (skin - contact.separation).max(0.0);
+            force += push;
+            torque = torque.zip(contact.point).map(|(sum, point)| sum + (point - grip).cross(push));
+        }
+        (force, torque)
+    };
+    let pairs: Vec<_> = ground.script.iter().map(true_of).zip(wrenches).collect();
+    let peak = largest(&pairs.iter().map(|((force, _), _)| force.length()).collect::<Vec<_>>());
+    if peak == 0.0 {
+        return;
+    }
+    // The factor of least squares.
+    let product: f64 = pairs.iter().map(|((force, _), felt)| force.length() * felt.force.length()).sum();
+    let square: f64 = pairs.iter().map(|((force, _), _)| force.length_squared()).sum();
+    let gain = product / square;
+    let (mut angle, mut size, mut lever) = (Vec::new(), Vec::new(), Vec::new());
+    for ((force, torque), felt) in &pairs {
+        if force.length() < FAINT * peak {
+            continue;
+        }
+        let none = felt.force.length() == 0.0;
+        angle.push(if none { 180.0 } else { angle_between(felt.force, *force) });
+        size.push((felt.force.length() / (gain * force.length()) - 1.0).abs() * 100.0);
+        if let Some(torque) = torque {
+            lever.push(felt.torque.distance(*torque * gain) / (gain * force.length()));
+        }
+    }
+    add("felt stiffness", "N/m", gain);
+    add("direction error p99", "°", quantile(&angle, 0.99));
+    add("direction error max", "°", largest(&angle));
+    add("size error p99", "%", quantile(&size, 0.99));
+    add("size error max", "%", largest(&size));
+    if !lever.is_empty() {
+        add("line of action error p99", "m", quantile(&lever, 0.99));
+        add("line of action error max", "m", largest(&lever));
+    }
+}

@@ -1,0 +1,64 @@
+//! One number of the answer, and numbers of many.
+
+use serde::Serialize;
+
+/// A measured number.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Row {
+    pub(super) scene: &'static str,
+    pub(super) method: &'static str,
+    /// Empty where no hand takes part.
+    pub(super) hand: &'static str,
+    pub(super) measure: &'static str,
+    pub(super) unit: &'static str,
+    pub(super) value: f64,
+}
+
+/// The rows of one run.
+pub(super) struct Rows {
+    scene: &'static str,
+    method: &'static str,
+    pub(super) rows: Vec<Row>,
+}
+
+impl Rows {
+    pub(super) fn new(scene: &'static str, method: &'static str) -> Self {
+        Self { scene, method, rows: Vec::new() }
+    }
+
+    pub(super) fn add(&mut self, hand: &'static str, measure: &'static str, unit: &'static str, value: f64) {
+        let Self { scene, method, .. } = *self;
+        self.rows.push(Row { scene, method, hand, measure, unit, value });
+    }
+}
+
+/// The least value that `share` of all are not above; 0 of none.
+pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f64::total_cmp);
+    let place = (share * sorted.len() as f64).ceil() as usize;
+    sorted.get(place.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(0.0)
+}
+
+/// The largest value; 0 of none.
+pub(super) fn largest(values: &[f64]) -> f64 {
+    values.iter().copied().fold(0.0, f64::max)
+}
+
+/// The mean; 0 of none.
+pub(super) fn mean(values: &[f64]) -> f64 {
+    if values.is_empty() { 0.0 } else { values.iter().sum::<f64>() / values.len() as f64 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_are_values_that_were_there() {
+        let values: Vec<f64> = (1..=100).rev().map(f64::from).collect();
+        assert_eq!((quantile(&values, 0.99), quantile(&values, 1.0), quantile(&values, 0.0)), (99.0, 100.0, 1.0));
+        assert_eq!((quantile(&[], 0.5), largest(&[]), mean(&[])), (0.0, 0.0, 0.0));
+        assert_eq!((largest(&values), mean(&values)), (100.0, 50.5));
+    }
+}
