@@ -58,8 +58,10 @@ pub(super) struct Ground {
 
 /// Ticks from one judgement to the next.
 pub(super) const JUDGED: usize = 5;
-/// Where on its path a shortened script begins: what is left out is parted so.
+/// Where on its path a shortened script begins: what is left out is parted so, or sooner.
 const LATER: f64 = 0.7;
+/// s: steps of the search for a free pose to begin at.
+const SEARCH: f64 = 0.02;
 
 /// Where a probe is pressed against the environment and held.
 #[derive(Clone, Copy, Debug)]
@@ -79,7 +81,8 @@ impl Ground {
         let scene = palpus_scenes::scene(name).ok_or_else(|| anyhow!("there is no scene called {name}"))?;
         let path = stage.path;
         let seconds = path.duration().min(seconds);
-        let begin = LATER * (path.duration() - seconds);
+        let mut judge = Judge::new(&stage.probe, &stage.environment, stage.settings.contact_tolerance);
+        let begin = begin(&path, &mut judge, LATER * (path.duration() - seconds));
         let script: Vec<ProbeState> = (0..=(seconds / TICK).round() as usize)
             .map(|k| {
                 let time = begin + k as f64 * TICK;
@@ -88,7 +91,6 @@ impl Ground {
             .collect();
         let grip = stage.settings.grip_a;
         let reach = stage.probe.mesh().vertices().iter().map(|v| v.distance(grip)).fold(0.0, f64::max);
-        let mut judge = Judge::new(&stage.probe, &stage.environment, stage.settings.contact_tolerance);
         let judged: Vec<(Pose, Option<Contact>)> =
             script.iter().step_by(JUDGED).map(|probe| (probe.pose_ba, judge.deepest(&probe.pose_ba))).collect();
         let presses = presses(name, &judged);
@@ -143,6 +145,13 @@ fn rest(name: &str, path: &HandPath, judged: &[(Pose, Option<Contact>)]) -> Opti
     }
 }
 
+/// The last time until `latest` at which nothing touches, so that no energy is there from the start.
+fn begin(path: &HandPath, judge: &mut Judge, latest: f64) -> f64 {
+    let steps = (latest / SEARCH) as usize;
+    let times = (0..=steps).rev().map(|k| k as f64 * SEARCH);
+    times.into_iter().find(|time| judge.deepest(&path.pose(*time)).is_none()).unwrap_or(0.0)
+}
+
 /// Scenes whose hand does not press beyond its script: parts are put together with as little force as it takes.
 const UNPRESSED: [&str; 2] = ["peg-hole", "nut-bolt"];
 /// Over how many judgements a press comes and goes, to either side: a tenth of a second.
@@ -160,7 +169,8 @@ fn presses(name: &str, judged: &[(Pose, Option<Contact>)]) -> Vec<DVec3> {
         presses = (0..presses.len())
             .map(|k| {
                 let around = &presses[k.saturating_sub(PRESS_BLUR)..(k + PRESS_BLUR + 1).min(presses.len())];
-                around.iter().sum::<DVec3>() / around.len() as f64
+                // Before and after the script nobody presses.
+                around.iter().sum::<DVec3>() / (2 * PRESS_BLUR + 1) as f64
             })
             .collect();
     }
