@@ -18,7 +18,6 @@ mod latest;
 mod realtime;
 mod recorder;
 mod replay;
-mod rotation;
 mod safety;
 mod servo;
 mod simulated;

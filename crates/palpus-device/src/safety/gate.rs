@@ -13,7 +13,7 @@ use palpus::algebra::Pose;
 
 use super::{Cut, Cuts, SafetyLimits};
 use crate::device::DeviceState;
-use crate::rotation::rotation_between;
+use palpus::algebra::rotation_between;
 
 /// What the gate remembers of the device.
 #[derive(Clone, Debug)]

@@ -3,12 +3,11 @@
 use std::time::Duration;
 
 use hdrhistogram::Histogram;
-use palpus::algebra::{Pose, Wrench};
+use palpus::algebra::{Pose, Wrench, rotation_between};
 
 use super::pace::Start;
 use super::{ServoTick, Timing};
 use crate::device::DeviceError;
-use crate::rotation::rotation_between;
 use crate::safety::{Cut, Cuts, SafetyCounters};
 
 /// Durations from 1 ns to 10 s are told apart to three digits; a longer one counts as 10 s.

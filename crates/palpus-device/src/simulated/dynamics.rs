@@ -12,7 +12,7 @@ use palpus::algebra::{Pose, Twist, Wrench};
 
 use super::SimulationError;
 use super::hand::HandImpedance;
-use crate::rotation::rotation_between;
+use palpus::algebra::rotation_between;
 
 /// Longest step, s: between ticks device and hand are integrated at 10 kHz at least.
 const LONGEST_STEP: f64 = 1e-4;

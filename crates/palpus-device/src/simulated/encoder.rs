@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist};
 
-use crate::rotation::{rotation_between, rotation_vector};
+use palpus::algebra::{rotation_between, rotation_vector};
 
 /// Resolution of the encoders and the filter of the velocities derived from them.
 #[derive(Clone, Copy, Debug, PartialEq)]

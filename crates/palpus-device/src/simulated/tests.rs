@@ -91,7 +91,7 @@ fn a_steady_wrench_deflects_a_hand_by_its_compliance() {
     for (name, hand) in HAND_PRESETS.into_iter().filter(|(name, _)| *name != "none") {
         let mut device = SimulatedDevice::new(ideal(hand), still).unwrap();
         let state = run(&mut device, 6000, wrench);
-        let turn = crate::rotation::rotation_vector(state.pose.rotation);
+        let turn = palpus::algebra::rotation_vector(state.pose.rotation);
         assert!(state.pose.translation.distance(wrench.force / hand.stiffness) < 1e-9, "{name}");
         assert!(turn.distance(wrench.torque / hand.angular_stiffness) < 1e-8, "{name}");
     }
@@ -143,7 +143,7 @@ fn the_encoders_round_to_their_steps() {
         assert!((steps - steps.round()).abs().max_element() < 1e-9);
         let off = (state.pose.translation - device.true_pose().translation).abs().max_element();
         assert!(off <= 0.5 * encoder.position_quantum * (1.0 + 1e-9));
-        let turn = crate::rotation::rotation_between(state.pose.rotation, device.true_pose().rotation);
+        let turn = palpus::algebra::rotation_between(state.pose.rotation, device.true_pose().rotation);
         assert!(turn.length() < encoder.angle_quantum);
         // The filtered velocity follows the true one within its lag and a step of the encoder.
         assert!(state.twist.linear.distance(device.true_twist().linear) < 0.03);

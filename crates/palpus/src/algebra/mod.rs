@@ -1,10 +1,12 @@
-//! Rigid placements, spatial vectors, planes, closest points, a lent clock, lent hands, and the register of tolerances.
+//! Rigid placements, spatial vectors and matrices, planes, closest points, a lent clock, lent hands, and the register of tolerances.
 
 mod clock;
 mod closest;
 mod plane;
 mod pose;
+mod rotation;
 mod spatial;
+mod spatial_matrix;
 mod symmetric;
 pub mod tolerance;
 mod workers;
@@ -13,6 +15,8 @@ pub use clock::{Clock, Deadline, NoClock};
 pub use closest::{SegmentSegment, closest_on_segment, closest_on_triangle, closest_segment_segment};
 pub use plane::Plane;
 pub use pose::{Placement, Pose};
+pub use rotation::{rotation_between, rotation_vector};
 pub use spatial::{Twist, Wrench};
+pub use spatial_matrix::SpatialMatrix;
 pub use symmetric::eigen;
 pub use workers::{Alone, Workers, both, map_in_order};

@@ -746,3 +746,51 @@ pub const SHADING_TRIANGLES: usize = 1024;
 ///
 /// A few roundings, so that "never beyond the limit" holds to the last bit. Larger gives force away.
 pub const SATURATION_ROUNDING: f64 = 1e-15;
+
+// render: the virtual coupling
+
+/// m: the stretch of the coupling at which the device's largest force comes.
+///
+/// Longer is softer than need be; shorter asks more stiffness than most devices have.
+pub const COUPLING_STRETCH: f64 = 8e-3;
+
+/// rad: the turn of the coupling at which the device's largest torque comes.
+pub const COUPLING_TURN: f64 = 0.2;
+
+/// kg: what a device's grip weighs when it does not say.
+///
+/// The light arms on sale have 0.05 to 0.2 kg there. Larger allows couplings at which the lighter ones hum unheld.
+pub const APPARENT_MASS: f64 = 0.1;
+
+/// kg·m²: the inertia of a device's grip when it does not say.
+pub const APPARENT_INERTIA: f64 = 5e-5;
+
+/// Stiffness of a coupling times the square of the period over the apparent mass, at most.
+///
+/// A bare device (0.1 kg, 0.04 N of dry friction, one tick late, 0.03 mm steps) hums from three times this on with the
+/// damping that goes with it.
+pub const COUPLING_SAMPLED: f64 = 0.01;
+
+/// Periods: damping of a coupling over its stiffness.
+///
+/// The loop lags by about 3 periods; less than that is no damping at all. More makes noise of the velocity heard.
+pub const COUPLING_LEAD: f64 = 3.0;
+
+/// N·m/rad: aligns the tool where the device has no torque; stiff for a hand-held thing.
+pub const COUPLING_ALIGNMENT: f64 = 5.0;
+
+/// kg/m³: of the tool, when the scene does not say its mass.
+pub const TOOL_DENSITY: f64 = 1000.0;
+
+/// Relative to the contact tolerance: how far the tool sinks into it under the device's largest force.
+pub const TOOL_SINKS: f64 = 0.5;
+
+/// Times that a tool's step is solved at most, to find which contacts press and which slide.
+///
+/// Pressing settles in two or three; sliding halves its error in each. More only costs time.
+pub const COUPLING_ROUNDS: u32 = 12;
+
+/// Relative to the stiffness of sticking: a change of a sliding contact's secant that is worth another round.
+///
+/// A hundredth of the friction of one contact, gone in the next tick.
+pub const COUPLING_SETTLED: f64 = 0.01;

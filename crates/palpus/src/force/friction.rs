@@ -102,6 +102,8 @@ pub struct Grip {
     pub stiffness: f64,
     /// m: R.
     pub lever: f64,
+    /// The most that both springs together hold, for each newton of the cluster's normal force; a torque counts over the lever.
+    pub coefficient: f64,
     /// It is being dragged: neither spring gets longer.
     pub sliding: bool,
 }
@@ -176,7 +178,7 @@ impl FrictionTracker {
                 let mut strain = carry(&mut adhesion, contact, cluster.normal, grasp);
                 stick_or_slide(&mut adhesion, &mut strain, &load, grasp, settings);
                 let share = (grasp.tolerance - contact.separation) / cluster.weight;
-                self.grips.push(strain.grip(share, &load, adhesion.sliding));
+                self.grips.push(strain.grip(share, &load, settings, adhesion.sliding));
                 counters.sliding += u32::from(adhesion.sliding);
                 self.current.push(adhesion);
             }
@@ -274,11 +276,12 @@ impl Strain {
     }
 
     /// Step 4.
-    fn grip(&self, share: f64, load: &Load, sliding: bool) -> Grip {
+    fn grip(&self, share: f64, load: &Load, settings: &FrictionSettings, sliding: bool) -> Grip {
         let Self { along, twist, lever } = *self;
         let stiffness = load.stiffness * share;
+        let coefficient = share * if sliding { settings.dynamic_coefficient } else { settings.static_coefficient };
         let torque = load.normal * (-stiffness * lever * lever * twist);
-        Grip { force: -stiffness * along, torque, stiffness, lever, sliding }
+        Grip { force: -stiffness * along, torque, stiffness, lever, coefficient, sliding }
     }
 }
 

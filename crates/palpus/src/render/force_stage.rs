@@ -39,9 +39,9 @@ pub struct Forces {
     pub directions: Vec<DVec3>,
     /// N, of each cluster, along its normal on a; not negative.
     pub normal_forces: Vec<f64>,
-    /// N, on a, of each member, at its contact's midpoint; empty without friction.
-    pub friction: Vec<DVec3>,
-    /// The same as springs, with the torques by which flat contacts resist twisting; parallel to `friction`.
+    /// N/m, of each cluster: how fast its normal force grows with engagement.
+    pub stiffnesses: Vec<f64>,
+    /// How each member holds, at its contact's midpoint; empty without friction.
     pub grips: Vec<Grip>,
     /// On both bodies.
     pub net: NetWrench,
@@ -61,7 +61,7 @@ impl Forces {
             members: Vec::with_capacity(capacity),
             directions: Vec::with_capacity(capacity),
             normal_forces: Vec::with_capacity(capacity),
-            friction: Vec::with_capacity(capacity),
+            stiffnesses: Vec::with_capacity(capacity),
             grips: Vec::with_capacity(capacity),
             net: NetWrench::default(),
             linkage: LinkageCounters::default(),
@@ -76,7 +76,7 @@ impl Forces {
         self.members.clear();
         self.directions.clear();
         self.normal_forces.clear();
-        self.friction.clear();
+        self.stiffnesses.clear();
         self.grips.clear();
         self.net = NetWrench::default();
         self.linkage = LinkageCounters::default();
@@ -107,9 +107,9 @@ pub fn force(
         let range = scratch.linkage.range(k);
         let (members, directions) = (&forces.members[range.clone()], &forces.directions[range.clone()]);
         let mut cluster = represent(contacts, members, directions, range.start as u32, settings.contact_tolerance);
-        if settings.clustering == Clustering::Smooth {
-            cluster.engagement *= scratch.crowding.shares()[k];
-        }
+        let share = if settings.clustering == Clustering::Smooth { scratch.crowding.shares()[k] } else { 1.0 };
+        cluster.engagement *= share;
+        forces.stiffnesses.push(settings.stiffness * share);
         forces.cancelled_normals += u32::from(cluster.cancelled);
         push(&cluster, motion, settings, forces);
         forces.clusters.push(cluster);
@@ -151,7 +151,6 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
     };
     forces.adhesion = scratch.friction.update(&grasp, friction);
     forces.grips.extend_from_slice(scratch.friction.grips());
-    forces.friction.extend(forces.grips.iter().map(|grip| grip.force));
     for (&i, grip) in forces.members.iter().zip(&forces.grips) {
         forces.net.add(grip.force, contacts[i as usize].midpoint(), &motion.centers);
         forces.net.add_torque(grip.torque);

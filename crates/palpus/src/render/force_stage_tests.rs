@@ -78,8 +78,8 @@ fn permuting_contacts_changes_no_bit_of_the_wrench() {
         random.shuffle(&mut q);
         let shuffled = two_ticks(&p, &q, &motions, &settings);
         assert_eq!(answer.net, shuffled.net, "seed {SEED:#x}, round {round}");
-        assert_eq!(answer.friction, shuffled.friction);
-        assert!(answer.friction.iter().any(|f| *f != DVec3::ZERO));
+        assert_eq!(answer.grips, shuffled.grips);
+        assert!(answer.grips.iter().any(|grip| grip.force != DVec3::ZERO));
     }
 }
 
@@ -117,7 +117,7 @@ fn the_bodies_push_each_other_alike_and_friction_stays_in_the_cone() {
         assert!(torque.length() < 1e-10, "seed {SEED:#x}, round {round}");
         let mut sum = DVec3::ZERO;
         for (cluster, &load) in forces.clusters.iter().zip(&forces.normal_forces) {
-            let friction: DVec3 = forces.friction[cluster.members()].iter().sum();
+            let friction: DVec3 = forces.grips[cluster.members()].iter().map(|grip| grip.force).sum();
             assert!(load >= 0.0 && friction.length() <= 0.5 * load * (1.0 + 1e-12), "seed {SEED:#x}, round {round}");
             sum += load * cluster.normal + friction;
         }
@@ -144,7 +144,7 @@ fn more_contacts_of_one_surface_are_not_a_stiffer_one() {
 }
 
 #[test]
-fn a_slot_narrower_than_delta_holds_the_probe_from_both_sides() {
+fn a_slot_narrower_than_delta_grips_the_probe_from_both_sides() {
     let slot = |shift: f64| {
         let wall = |k: u32, side: f64| {
             contact(

@@ -1,5 +1,6 @@
 //! One tick: from the probe's state to the wrench in the hand \[K02 §4.3, §5\].
 
+mod coupling;
 mod force_stage;
 #[cfg(test)]
 mod force_stage_tests;
@@ -10,10 +11,13 @@ mod saturate;
 mod scratch;
 mod settings;
 mod tick;
+mod tool;
 
+pub use coupling::VirtualCoupling;
 pub use force_stage::{Forces, Motion, force};
 pub use renderer::Renderer;
 pub use saturate::{Limits, Saturated, Saturation, saturate};
 pub use scratch::Scratch;
 pub use settings::{Clustering, Settings, SettingsError};
 pub use tick::{Counters, ProbeState, StageTimes, Tick, TickSummary};
+pub use tool::{Tool, ToolCounters};

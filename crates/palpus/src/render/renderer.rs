@@ -3,7 +3,9 @@
 //! 1. *Query*: all contacts of the two bodies within the tolerance; and in the same pass
 //! 2. *depth*: how deep those that overlap do.
 //! 3. *Force*: clusters, penalty, shading, friction; the wrenches on both bodies.
-//! 4. *Couple*: what of it the device is to feel. Direct rendering, the paper's: the wrench itself, about the grip.
+//! 4. *Couple*: what of it the device is to feel. Direct rendering, the paper's: the wrench itself, about the grip. With a
+//!    virtual coupling, contacts were looked for where the *tool* is; it moves on under them and the coupling, and the device
+//!    feels the coupling.
 //! 5. *Saturate*: within the device's limits.
 //!
 //! With a time budget, the query ends in time, and what it did not reach is felt as it was (see [`Settings::time_budget`]).
@@ -15,7 +17,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{Forces, Motion, ProbeState, Scratch, Settings, SettingsError, Tick, force, saturate};
+use super::{Forces, Motion, ProbeState, Scratch, Settings, SettingsError, Tick, Tool, force, saturate};
 use crate::algebra::{Clock, Deadline, Pose, Twist, Wrench};
 use crate::body::Body;
 use crate::force::{Centers, Contact, PairQuery, ShadingSettings, SmoothBody, shade};
@@ -31,6 +33,8 @@ pub struct Renderer {
     /// Centre of mass of the environment.
     center_b: DVec3,
     shading: Option<Shading>,
+    /// The probe as a body of its own, with a coupling.
+    tool: Option<Tool>,
     query: PairQuery,
     scratch: Scratch,
     tick: Tick,
@@ -53,6 +57,7 @@ impl Renderer {
         settings.validate()?;
         Ok(Self {
             shading: settings.shading.map(|shading| Shading::new(&a, &b, &shading)),
+            tool: settings.coupling.map(|coupling| Tool::new(a.mass(), coupling, &settings)),
             query: query(&a, &b, &settings),
             after_query: 0,
             scratch: Scratch::new(settings.capacity),
@@ -77,7 +82,7 @@ impl Renderer {
                 let queried = clock.now_ns();
                 self.force(&motion);
                 let forced = clock.now_ns();
-                self.couple(&motion);
+                self.couple(&motion, dt);
                 let coupled = clock.now_ns();
                 self.saturate();
                 self.tick.times.force = forced - queried;
@@ -116,18 +121,31 @@ impl Renderer {
     pub fn clear(&mut self) {
         self.query.clear();
         self.scratch.clear();
+        if let Some(tool) = &mut self.tool {
+            tool.clear();
+        }
     }
 
-    /// What the probe's state means, if it means anything.
+    /// Where the probe, or the tool in its place, is looked for; `None` if its state means nothing.
     fn motion(&mut self, probe: &ProbeState) -> Option<Motion> {
-        let pose_ba = probe.pose_ba;
-        let at_rest = !(probe.twist.angular.is_finite() && probe.twist.linear.is_finite());
-        self.tick.counters.bad_state = u32::from(at_rest || !pose_ba.is_valid());
-        let twist = if at_rest { Twist::default() } else { probe.twist };
+        let unmoving = !(probe.twist.angular.is_finite() && probe.twist.linear.is_finite());
+        self.tick.counters.bad_state = u32::from(unmoving || !probe.pose_ba.is_valid());
+        if !probe.pose_ba.is_valid() {
+            return None;
+        }
+        if unmoving {
+            self.tick.probe.twist = Twist::default();
+        }
+        let (pose_ba, twist) = match &mut self.tool {
+            // What damps the tool is part of its own step.
+            Some(tool) => (tool.pose_ba(&self.tick.probe), Twist::default()),
+            None => (probe.pose_ba, self.tick.probe.twist),
+        };
+        self.tick.tool_ba = pose_ba;
         let centers = Centers { a: pose_ba.point(self.center_a), b: self.center_b };
         let grip = pose_ba.point(self.settings.grip_a);
         let at_center = Twist { angular: twist.angular, linear: twist.at(centers.a - grip) };
-        pose_ba.is_valid().then_some(Motion { pose_ba, centers, twist: at_center })
+        Some(Motion { pose_ba, centers, twist: at_center })
     }
 
     /// When the query has to end, for a step that began at `begin`.
@@ -163,9 +181,14 @@ impl Renderer {
     }
 
     /// Stage 4.
-    fn couple(&mut self, motion: &Motion) {
-        let grip = motion.pose_ba.point(self.settings.grip_a);
-        self.tick.computed = self.tick.forces.net.on_a.about(grip - motion.centers.a);
+    fn couple(&mut self, motion: &Motion, dt: f64) {
+        let Tick { probe, contacts, forces, counters, computed, .. } = &mut self.tick;
+        if let Some(tool) = &mut self.tool {
+            (*computed, counters.tool) = tool.step(probe, contacts, forces, self.settings.damping, dt);
+        } else {
+            let grip = motion.pose_ba.point(self.settings.grip_a);
+            *computed = forces.net.on_a.about(grip - motion.centers.a);
+        }
     }
 
     /// Stage 5.

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Limits, Saturation};
+use super::{Limits, Saturation, VirtualCoupling};
 use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSettings};
 
 /// Everything that can be chosen about rendering; checked once, by [`Settings::validate`].
@@ -27,6 +27,8 @@ pub struct Settings {
     pub shading: Option<ShadingSettings>,
     /// Stick–slip friction, if any.
     pub friction: Option<FrictionSettings>,
+    /// What ties the tool to the device; `None`: nothing, the probe is where the device is (direct rendering, the paper's).
+    pub coupling: Option<VirtualCoupling>,
     /// The most that the device may be asked for.
     pub limits: Limits,
     /// How the limits are kept.
@@ -54,6 +56,7 @@ impl Default for Settings {
             blend_angle: Some(5f64.to_radians()),
             shading: None,
             friction: None,
+            coupling: None,
             limits: Limits { force: 8.5, torque: 0.188 },
             saturation: Saturation::Separate,
             grip_a: DVec3::ZERO,
@@ -116,6 +119,9 @@ impl Settings {
             let gap = friction.static_coefficient - friction.dynamic_coefficient;
             check(gap >= 0.0, "friction.static_coefficient", friction.static_coefficient, rule)?;
             positive("friction.tangential_stiffness", friction.tangential_stiffness)?;
+        }
+        if let Some(coupling) = &self.coupling {
+            coupling.validate()?;
         }
         check(self.limits.force >= 0.0, "limits.force", self.limits.force, "0 or more (infinite for none)")?;
         check(self.limits.torque >= 0.0, "limits.torque", self.limits.torque, "0 or more (infinite for none)")?;

@@ -5,7 +5,7 @@
 //! Wrenches that the device is told are about the grip ([`super::Settings::grip_a`]), those in [`Forces::net`] about each
 //! body's centre of mass.
 
-use super::Forces;
+use super::{Forces, ToolCounters};
 use crate::algebra::{Pose, Twist, Wrench};
 use crate::force::{Contact, FrictionCounters, LinkageCounters, QueryCounters};
 
@@ -14,7 +14,7 @@ use crate::force::{Contact, FrictionCounters, LinkageCounters, QueryCounters};
 pub struct ProbeState {
     /// a placed in b's frame.
     pub pose_ba: Pose,
-    /// Its velocity; the linear part is that of the grip. Only damping reads it.
+    /// Its velocity; the linear part is that of the grip. Only dampers read it.
     pub twist: Twist,
 }
 
@@ -53,6 +53,8 @@ pub struct Counters {
     pub friction: FrictionCounters,
     /// Clusters whose normals cancelled, so that their deepest member's stood in.
     pub cancelled_normals: u32,
+    /// Rounds, releases and resets of the tool.
+    pub tool: ToolCounters,
     /// 1 if the force was cut to its limit.
     pub saturated_force: u32,
     /// 1 if the torque was cut to its limit.
@@ -70,9 +72,11 @@ pub struct Tick {
     pub index: u64,
     /// The step's length as given, s.
     pub dt: f64,
-    /// As given.
+    /// As given; a twist that was not finite stands here as rest.
     pub probe: ProbeState,
-    /// For the device: on the probe, about the grip, within the limits.
+    /// Where the contacts were looked for: a placed in b's frame. The tool's pose with a coupling, else the probe's.
+    pub tool_ba: Pose,
+    /// For the device: about the grip, within the limits.
     pub commanded: Wrench,
     /// The same before the limits.
     pub computed: Wrench,
@@ -98,6 +102,8 @@ pub struct TickSummary {
     pub dt: f64,
     /// See [`Tick::probe`].
     pub probe: ProbeState,
+    /// See [`Tick::tool_ba`].
+    pub tool_ba: Pose,
     /// See [`Tick::commanded`].
     pub commanded: Wrench,
     /// See [`Tick::computed`].
@@ -123,6 +129,7 @@ impl Tick {
             index: 0,
             dt: 0.0,
             probe: ProbeState::at(Pose::IDENTITY),
+            tool_ba: Pose::IDENTITY,
             commanded: Wrench::ZERO,
             computed: Wrench::ZERO,
             contacts: Vec::with_capacity(capacity),
@@ -149,6 +156,7 @@ impl Tick {
             index: self.index,
             dt: self.dt,
             probe: self.probe,
+            tool_ba: self.tool_ba,
             commanded: self.commanded,
             computed: self.computed,
             contacts: self.contacts.len() as u32,
@@ -165,6 +173,7 @@ impl Tick {
         self.index = index;
         self.dt = dt;
         self.probe = *probe;
+        self.tool_ba = probe.pose_ba;
         self.commanded = Wrench::ZERO;
         self.computed = Wrench::ZERO;
         self.contacts.clear();

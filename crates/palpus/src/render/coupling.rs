@@ -1,0 +1,85 @@
+//! The virtual coupling: what ties the tool to the device, and how strong it may be \[Colgate, Stanley, Brown 1995\].
+//!
+//! A device samples, holds and delays; what it renders is stable only up to a stiffness and a damping that its own mass and
+//! damping allow, and contacts are far stiffer than that. So the device holds a spring and damper, its other end
+//! holds the *tool* — the probe as a body of its own (`tool.rs`) — and the tool alone meets the contacts. What the hand feels
+//! has the coupling's stiffness at most, however many contacts there are.
+//!
+//! [`VirtualCoupling::tuned`] derives one from the device, in this order:
+//!
+//! 1. *Stiffness* so that the largest force comes at a stretch of 8 mm (the largest torque at 0.2 rad), but no more than
+//!    a hundredth of apparent mass over the square of the period. The damped and delayed loop of a bare device with
+//!    dry friction stays quiet up to three times that (simulated over stiffness and damping with hands from none to firm).
+//! 2. *Damping* of five periods times the stiffness. A held force, one tick of delay and a velocity filter of 100 Hz lag
+//!    by 3.1 periods together, which turns as much of the stiffness into negative damping.
+//! 3. *Mass* from the mesh at the density of water, made lighter as a whole until neither translation nor rotation rings
+//!    (damping ratio ½).
+//! 4. *Contact stiffness* so that the largest force comes at half the contact tolerance: the bodies then never overlap,
+//!    and distances decide, not depths.
+
+use super::{Limits, SettingsError};
+use crate::algebra::tolerance::{
+    APPARENT_INERTIA, APPARENT_MASS, COUPLING_ALIGNMENT, COUPLING_LEAD, COUPLING_SAMPLED, COUPLING_STRETCH,
+    COUPLING_TURN, TOOL_DENSITY, TOOL_SINKS,
+};
+use crate::body::MassProperties;
+
+/// A spring and damper for translation between the grip of the device and that of the tool, another for rotation, and the
+/// mass of the tool.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct VirtualCoupling {
+    /// N/m; positive.
+    pub stiffness: f64,
+    /// N·s/m; not negative.
+    pub damping: f64,
+    /// N·m/rad; positive.
+    pub angular_stiffness: f64,
+    /// N·m·s/rad; not negative.
+    pub angular_damping: f64,
+    /// Of the tool, kg. Its inertia is that of the probe's mesh with this mass. 0: the tool has none and is where all
+    /// forces balance.
+    pub mass: f64,
+}
+
+impl VirtualCoupling {
+    /// For a device of these limits whose loop turns every `period` seconds, and a probe of this shape.
+    pub fn tuned(limits: &Limits, period: f64, probe: &MassProperties) -> Self {
+        let per_square = COUPLING_SAMPLED / (period * period);
+        let stiffness = (limits.force / COUPLING_STRETCH).min(per_square * APPARENT_MASS);
+        // A force limit of nothing leaves nothing to feel; the tool still has to follow.
+        let stiffness = if stiffness > 0.0 { stiffness } else { per_square * APPARENT_MASS };
+        let angular_stiffness = if limits.torque > 0.0 {
+            (limits.torque / COUPLING_TURN).min(per_square * APPARENT_INERTIA)
+        } else {
+            // Not felt, so nothing limits it.
+            COUPLING_ALIGNMENT
+        };
+        let (damping, angular_damping) =
+            (COUPLING_LEAD * period * stiffness, COUPLING_LEAD * period * angular_stiffness);
+        let full = TOOL_DENSITY * probe.volume;
+        let largest_moment = TOOL_DENSITY * crate::algebra::eigen(probe.inertia).0.z;
+        // d² = k m is a damping ratio of one half.
+        let lighter = (damping * damping / stiffness / full)
+            .min(angular_damping * angular_damping / angular_stiffness / largest_moment)
+            .min(1.0);
+        Self { stiffness, damping, angular_stiffness, angular_damping, mass: full * lighter }
+    }
+
+    /// N/m: the contact stiffness that goes with a coupling, for contacts of this tolerance (m); `None` without a force limit.
+    pub fn contact_stiffness(limits: &Limits, contact_tolerance: f64) -> Option<f64> {
+        let stiffness = limits.force / (TOOL_SINKS * contact_tolerance);
+        (stiffness.is_finite() && stiffness > 0.0).then_some(stiffness)
+    }
+
+    pub(super) fn validate(&self) -> Result<(), SettingsError> {
+        let check = |field, value: f64, holds: bool, rule| {
+            if holds && value.is_finite() { Ok(()) } else { Err(SettingsError { field, value, rule }) }
+        };
+        let (positive, not_negative) = ("finite and greater than 0", "finite and not negative");
+        check("coupling.stiffness", self.stiffness, self.stiffness > 0.0, positive)?;
+        check("coupling.damping", self.damping, self.damping >= 0.0, not_negative)?;
+        check("coupling.angular_stiffness", self.angular_stiffness, self.angular_stiffness > 0.0, positive)?;
+        check("coupling.angular_damping", self.angular_damping, self.angular_damping >= 0.0, not_negative)?;
+        check("coupling.mass", self.mass, self.mass >= 0.0, not_negative)
+    }
+}

@@ -1,0 +1,320 @@
+//! The tool: the probe as a rigid body between device and contacts, moved implicitly \[Colgate 1995; Otaduy and Lin 2006,
+//! "OL06"\].
+//!
+//! Once a tick, after the contacts at the tool's present pose are known, one step of backward Euler over h seconds with one
+//! Newton iteration. Every force is linearised in the velocity V′ that the tool has at the end of the step:
+//!
+//! 1. *Inertia*: M (V′ − V) / h.
+//! 2. *Coupling*: k (e − h v′) + b (v_d − v′) at the grip, the same for rotation, with e from the tool's grip to the device's.
+//! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal. One that would pull has let go and is left out; which
+//!    ones press is found by solving again, a bounded number of times.
+//! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, with c the contact's k_t while it
+//!    sticks, and so small that both together are μ F_n when it slides. The same rounds find c.
+//! 5. *Solve* the 6 × 6 system, move the tool. The coupling's force in V′, reversed, is what the device feels.
+//!
+//! All matrices that are added are positive semi-definite, the coupling's is definite: the step has a solution at any stiffness,
+//! mass 0 included, and no gain of it grows. The spring's force levels off at the device's limits, so that a hand that presses
+//! harder than the device can answer does not press the tool into the wall.
+//!
+//! Deviations from OL06: the derivatives of normals and lever arms are left out (they can make the matrix indefinite, and
+//! are small over a tick), and so is the gyroscopic torque (at the speeds of a hand, less than a device's friction).
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::{Forces, Limits, ProbeState, Settings, VirtualCoupling};
+use crate::algebra::tolerance::{COUPLING_ROUNDS, COUPLING_SETTLED};
+use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench, rotation_between};
+use crate::body::MassProperties;
+use crate::force::Contact;
+
+/// What happened in one step of the tool.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ToolCounters {
+    /// Times that the system was solved.
+    pub rounds: u32,
+    /// Clusters that let go within the step.
+    pub released: u32,
+    /// 1 if the last round still changed something.
+    pub unsettled: u32,
+    /// 1 if the system had no finite solution; the tool was put to where the device is.
+    pub reset: u32,
+}
+
+/// The probe as a body of its own, and the memory for its step.
+#[derive(Clone, Debug)]
+pub struct Tool {
+    coupling: VirtualCoupling,
+    limits: Limits,
+    /// In a's frame: where it is held.
+    grip_a: DVec3,
+    /// In a's frame: the centre of mass.
+    center_a: DVec3,
+    /// kg·m² about the centre of mass, along a's axes.
+    inertia_a: DMat3,
+    /// a placed in b's frame; `None` before the first step.
+    pose_ba: Option<Pose>,
+    /// Its linear part is that of the centre of mass.
+    twist: Twist,
+    pushes: Vec<Push>,
+    rubs: Vec<Rub>,
+}
+
+/// A cluster's normal force, linearised.
+#[derive(Clone, Copy, Debug)]
+struct Push {
+    /// From the centre of mass, m.
+    offset: DVec3,
+    normal: DVec3,
+    /// N, now.
+    force: f64,
+    /// N/m.
+    stiffness: f64,
+    /// N, at the end of the step: 0 if it lets go.
+    predicted: f64,
+}
+
+/// A member's friction, linearised.
+#[derive(Clone, Copy, Debug)]
+struct Rub {
+    offset: DVec3,
+    normal: DVec3,
+    /// z, m.
+    strain: DVec3,
+    /// φ, rad.
+    twist: f64,
+    /// R, m.
+    lever: f64,
+    /// N/m while it sticks.
+    stiffness: f64,
+    /// N/m: of the line from no strain to the force at the end of the step.
+    secant: f64,
+    coefficient: f64,
+    /// Which push carries it.
+    cluster: u32,
+}
+
+/// Step 2, ready to be added.
+#[derive(Clone, Copy, Debug)]
+struct Bond {
+    /// From the centre of mass to the grip, m.
+    offset: DVec3,
+    /// From the tool's grip to the device's, m.
+    stretch: DVec3,
+    /// From the tool's orientation to the device's, rad.
+    turn: DVec3,
+    /// Of the device's grip.
+    device: Twist,
+    stiffness: f64,
+    angular_stiffness: f64,
+    damping: f64,
+    angular_damping: f64,
+}
+
+impl Tool {
+    /// A tool that will begin where the device is first seen; memory for `settings.capacity` contacts.
+    pub fn new(probe: &MassProperties, coupling: VirtualCoupling, settings: &Settings) -> Self {
+        Self {
+            coupling,
+            limits: settings.limits,
+            grip_a: settings.grip_a,
+            center_a: probe.center_of_mass,
+            inertia_a: probe.inertia * (coupling.mass / probe.volume),
+            pose_ba: None,
+            twist: Twist::default(),
+            pushes: Vec::with_capacity(settings.capacity),
+            rubs: Vec::with_capacity(settings.capacity),
+        }
+    }
+
+    /// Where it is; where the device is, before the first step and after [`Self::clear`].
+    pub fn pose_ba(&mut self, device: &ProbeState) -> Pose {
+        if let Some(pose) = self.pose_ba {
+            return pose;
+        }
+        let to_center = device.pose_ba.vector(self.center_a - self.grip_a);
+        self.twist = Twist { linear: device.twist.at(to_center), ..device.twist };
+        self.pose_ba = Some(device.pose_ba);
+        device.pose_ba
+    }
+
+    /// Its velocity; the linear part is that of the centre of mass.
+    pub fn twist(&self) -> &Twist {
+        &self.twist
+    }
+
+    /// Lets go of everything: the next step begins where the device is.
+    pub fn clear(&mut self) {
+        self.pose_ba = None;
+    }
+
+    /// One step of `h` seconds towards `device`, under the `forces` that `contacts` exert where the tool is now; `damping` is that
+    /// of the contacts, N·s/m.
+    ///
+    /// Answers the wrench on the device about its grip, in b's frame.
+    pub fn step(
+        &mut self,
+        device: &ProbeState,
+        contacts: &[Contact],
+        forces: &Forces,
+        damping: f64,
+        h: f64,
+    ) -> (Wrench, ToolCounters) {
+        let pose = self.pose_ba(device);
+        if !(h > 0.0 && h.is_finite()) {
+            return (Wrench::ZERO, ToolCounters::default());
+        }
+        self.gather(contacts, forces, pose.point(self.center_a));
+        let bond = self.bond(device, &pose);
+        let (system, load) = self.unhindered(&bond, &pose, h);
+        let mut counters = ToolCounters::default();
+        let Some(twist) = self.settle(&system, &load, damping, h, &mut counters) else {
+            self.clear();
+            counters.reset = 1;
+            return (Wrench::ZERO, counters);
+        };
+        let felt = -bond.wrench(&twist, h);
+        self.advance(&pose, twist, h);
+        (felt, counters)
+    }
+
+    /// Steps 3 and 4, as far as they do not depend on the solution.
+    fn gather(&mut self, contacts: &[Contact], forces: &Forces, center: DVec3) {
+        self.pushes.clear();
+        self.rubs.clear();
+        let strengths = forces.normal_forces.iter().zip(&forces.stiffnesses);
+        for (k, (cluster, (&force, &stiffness))) in forces.clusters.iter().zip(strengths).enumerate() {
+            let offset = cluster.midpoint - center;
+            self.pushes.push(Push { offset, normal: cluster.normal, force, stiffness, predicted: force });
+            let members = cluster.members();
+            let Some(grips) = forces.grips.get(members.clone()) else { continue };
+            for (&i, grip) in forces.members[members].iter().zip(grips).filter(|(_, grip)| grip.stiffness > 0.0) {
+                let twisting = grip.stiffness * grip.lever * grip.lever;
+                self.rubs.push(Rub {
+                    offset: contacts[i as usize].midpoint() - center,
+                    normal: cluster.normal,
+                    strain: -grip.force / grip.stiffness,
+                    twist: if twisting > 0.0 { -grip.torque.dot(cluster.normal) / twisting } else { 0.0 },
+                    lever: grip.lever,
+                    stiffness: grip.stiffness,
+                    secant: grip.stiffness,
+                    coefficient: grip.coefficient,
+                    cluster: k as u32,
+                });
+            }
+        }
+    }
+
+    fn bond(&self, device: &ProbeState, pose: &Pose) -> Bond {
+        let VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, .. } = self.coupling;
+        let stretch = device.pose_ba.point(self.grip_a) - pose.point(self.grip_a);
+        let turn = rotation_between(pose.rotation, device.pose_ba.rotation);
+        // A torque limit of 0 says that no torque is felt; the tool is to be aligned all the same.
+        let most_torque = if self.limits.torque > 0.0 { self.limits.torque } else { f64::INFINITY };
+        Bond {
+            offset: pose.vector(self.grip_a - self.center_a),
+            stretch,
+            turn,
+            device: device.twist,
+            stiffness: levelled(stiffness, stretch, self.limits.force),
+            angular_stiffness: levelled(angular_stiffness, turn, most_torque),
+            damping,
+            angular_damping,
+        }
+    }
+
+    /// Steps 1 and 2: the system without contacts, its right side times h.
+    fn unhindered(&self, bond: &Bond, pose: &Pose, h: f64) -> (SpatialMatrix, Wrench) {
+        let rotation = DMat3::from_quat(pose.rotation);
+        let mut system = SpatialMatrix::of_body(self.coupling.mass, rotation * self.inertia_a * rotation.transpose());
+        let momentum = system.times(&self.twist);
+        system.add_at(bond.offset, h * (h * bond.stiffness + bond.damping));
+        system.add_turning(h * (h * bond.angular_stiffness + bond.angular_damping));
+        let force = bond.stretch * bond.stiffness + bond.device.linear * bond.damping;
+        let torque = bond.turn * bond.angular_stiffness + bond.device.angular * bond.angular_damping;
+        let pull = Wrench::of_force_at(force * h, bond.offset);
+        (system, momentum + pull + Wrench { torque: torque * h, force: DVec3::ZERO })
+    }
+
+    /// Steps 3 to 5: the velocity at the end of the step.
+    fn settle(
+        &mut self,
+        unhindered: &SpatialMatrix,
+        load: &Wrench,
+        damping: f64,
+        h: f64,
+        counters: &mut ToolCounters,
+    ) -> Option<Twist> {
+        let mut twist = Twist::default();
+        for round in 1..=COUPLING_ROUNDS {
+            let (mut system, mut load) = (*unhindered, *load);
+            for push in self.pushes.iter().filter(|push| push.predicted > 0.0) {
+                system.add_along(push.normal, push.offset, h * (h * push.stiffness + damping));
+                load = load + Wrench::of_force_at(push.normal * (push.force * h), push.offset);
+            }
+            for rub in self.rubs.iter().filter(|rub| rub.secant > 0.0) {
+                system.add_at(rub.offset, h * h * rub.secant);
+                system.add_along(rub.normal, rub.offset, -h * h * rub.secant);
+                let twisting = rub.secant * rub.lever * rub.lever;
+                system.add_turning_about(rub.normal, h * h * twisting);
+                let held = Wrench::of_force_at(rub.strain * (-rub.secant * h), rub.offset);
+                load = load + held + Wrench { torque: rub.normal * (-twisting * rub.twist * h), force: DVec3::ZERO };
+            }
+            twist = system.solve(&load)?;
+            counters.rounds = round;
+            if !self.revise(&twist, damping, h) {
+                counters.released = self.pushes.iter().filter(|push| push.predicted <= 0.0).count() as u32;
+                return Some(twist);
+            }
+        }
+        counters.unsettled = 1;
+        counters.released = self.pushes.iter().filter(|push| push.predicted <= 0.0).count() as u32;
+        Some(twist)
+    }
+
+    /// What pushes and rubs are at the end of the step if the tool moves with `twist`; true if that is news.
+    fn revise(&mut self, twist: &Twist, damping: f64, h: f64) -> bool {
+        let mut news = false;
+        for push in &mut self.pushes {
+            let speed = push.normal.dot(twist.at(push.offset));
+            let predicted = (push.force - (h * push.stiffness + damping) * speed).max(0.0);
+            news |= (predicted > 0.0) != (push.predicted > 0.0);
+            push.predicted = predicted;
+        }
+        for rub in &mut self.rubs {
+            let strain = rub.strain + twist.at(rub.offset).reject_from_normalized(rub.normal) * h;
+            let most = rub.coefficient * self.pushes[rub.cluster as usize].predicted;
+            let turned = rub.twist + twist.angular.dot(rub.normal) * h;
+            let length = strain.length().hypot(rub.lever * turned);
+            let secant = if rub.stiffness * length > most { most / length } else { rub.stiffness };
+            news |= (secant - rub.secant).abs() > COUPLING_SETTLED * rub.stiffness;
+            rub.secant = secant;
+        }
+        news
+    }
+
+    /// Moves the tool from `pose` for `h` seconds.
+    fn advance(&mut self, pose: &Pose, twist: Twist, h: f64) {
+        let rotation = (DQuat::from_scaled_axis(twist.angular * h) * pose.rotation).normalize();
+        let center = pose.point(self.center_a) + twist.linear * h;
+        self.pose_ba = Some(Pose { rotation, translation: center - rotation * self.center_a });
+        self.twist = twist;
+    }
+}
+
+impl Bond {
+    /// On the tool at the end of a step of `h` seconds with `twist`, about the grip.
+    fn wrench(&self, twist: &Twist, h: f64) -> Wrench {
+        let grip = twist.at(self.offset);
+        Wrench {
+            torque: (self.turn - twist.angular * h) * self.angular_stiffness
+                + (self.device.angular - twist.angular) * self.angular_damping,
+            force: (self.stretch - grip * h) * self.stiffness + (self.device.linear - grip) * self.damping,
+        }
+    }
+}
+
+/// The stiffness with which a spring of `stiffness` stretched to `stretch` pulls with no more than `most`.
+fn levelled(stiffness: f64, stretch: DVec3, most: f64) -> f64 {
+    let length = stretch.length();
+    if stiffness * length > most { most / length } else { stiffness }
+}
