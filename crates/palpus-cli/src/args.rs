@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use palpus::render::Clustering;
+use palpus_io::scene::CouplingMode;
 
 /// 6-degree-of-freedom haptic rendering between triangle meshes.
 ///
@@ -70,6 +72,14 @@ pub(crate) struct RunArguments {
     /// The simulated hand: relaxed, normal, firm, tight or none [default: the scene's, or normal].
     #[arg(long, value_name = "PRESET")]
     pub(crate) hand: Option<String>,
+    /// How the hand meets the contacts: through a virtual coupling, or directly as in the paper [default: the scene's, or
+    /// coupled].
+    #[arg(long, value_enum, value_name = "MODE")]
+    pub(crate) rendering: Option<Rendering>,
+    /// How contacts near each other share their force: smoothly, or in linked clusters as in the paper [default: the
+    /// scene's, or linkage].
+    #[arg(long, value_enum, value_name = "METHOD")]
+    pub(crate) clustering: Option<ClusteringMethod>,
     /// Never opens a window (there is none yet: every run is headless).
     #[arg(long)]
     pub(crate) headless: bool,
@@ -100,6 +110,42 @@ pub(crate) struct RunArguments {
     /// Prints the summary as one JSON document and nothing else.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// How the hand meets the contacts.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Rendering {
+    /// Through a virtual coupling.
+    Coupled,
+    /// The probe is where the device is.
+    Direct,
+}
+
+impl From<Rendering> for CouplingMode {
+    fn from(rendering: Rendering) -> Self {
+        match rendering {
+            Rendering::Coupled => Self::Coupled,
+            Rendering::Direct => Self::Direct,
+        }
+    }
+}
+
+/// How contacts near each other share their force.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum ClusteringMethod {
+    /// Exact single linkage.
+    Linkage,
+    /// By density, without clusters.
+    Smooth,
+}
+
+impl From<ClusteringMethod> for Clustering {
+    fn from(method: ClusteringMethod) -> Self {
+        match method {
+            ClusteringMethod::Linkage => Self::Linkage,
+            ClusteringMethod::Smooth => Self::Smooth,
+        }
+    }
 }
 
 #[derive(Debug, Args)]

@@ -1,9 +1,9 @@
 //! The engine as the step of a servo loop: device state in, wrench for the device out.
 
 use palpus::algebra::{Pose, Twist};
-use palpus::render::{Limits, ProbeState, Renderer, Settings, TickSummary};
+use palpus::render::{ProbeState, Renderer, Settings, TickSummary};
 use palpus_alloc::allocations_of_this_thread;
-use palpus_device::{DeviceSpec, DeviceState, StepOutcome};
+use palpus_device::{DeviceState, StepOutcome};
 
 use crate::clock::WallClock;
 use crate::stage::Stage;
@@ -61,10 +61,4 @@ impl Engine {
             twist: Twist { angular: turn(twist.angular), linear: turn(twist.linear) },
         }
     }
-}
-
-/// The tighter of the scene's limits and the device's.
-pub(crate) fn within_device(settings: &Settings, spec: &DeviceSpec) -> Settings {
-    let Limits { force, torque } = settings.limits;
-    Settings { limits: Limits { force: force.min(spec.force_max), torque: torque.min(spec.torque_max) }, ..*settings }
 }

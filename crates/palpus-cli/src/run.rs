@@ -10,6 +10,7 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use anyhow::{Context, anyhow, bail};
+use palpus::render::{Clustering, Settings};
 use palpus_device::{
     DeviceState, HapticDevice, Newest, RealTimeClaims, RealTimeOptions, Recorder, ReplayDevice, RunEnd, RunStatistics,
     Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, Timing, claim, hand_preset, latest, record,
@@ -18,7 +19,7 @@ use palpus_io::scene::FilePolicy;
 use palpus_io::{RecordRow, RecordingHeader, RecordingWriter, read_recording};
 
 use crate::args::RunArguments;
-use crate::engine::{Detail, Engine, within_device};
+use crate::engine::{Detail, Engine};
 use crate::stage::{self, Stage};
 use crate::summary::{self, Gatherer, Summary};
 use crate::{output, plots, safety};
@@ -32,10 +33,16 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
-    let stage = stage::prepare(&arguments.scene, policy)?;
+    let mut stage = stage::prepare(&arguments.scene, policy)?;
+    if let Some(rendering) = arguments.rendering {
+        stage.coupling.mode = rendering.into();
+    }
+    if let Some(clustering) = arguments.clustering {
+        stage.settings.clustering = clustering.into();
+    }
     let rate_hz = arguments.rate.or(stage.rate_hz).unwrap_or(DEFAULT_RATE_HZ);
     let mut device = device(arguments, &stage, rate_hz)?;
-    let settings = within_device(&stage.settings, device.spec());
+    let settings = stage.settings_for(device.spec(), rate_hz);
     let options = ServoOptions {
         rate_hz,
         timing: if arguments.fast { Timing::Simulated } else { Timing::RealTime },
@@ -53,6 +60,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
     if !arguments.json {
         announce(arguments, &stage, device.as_ref(), rate_hz);
+        output::note(contacts_as_felt(&settings));
     }
     let servo = Servo::new(options)?;
     let recording = (!arguments.no_record).then(|| Recording::start(&arguments.record, &header)).transpose()?;
@@ -107,12 +115,7 @@ fn device(arguments: &RunArguments, stage: &Stage, rate_hz: f64) -> anyhow::Resu
     Ok(Box::new(SimulatedDevice::new(settings, move |time| path.pose(time))?))
 }
 
-fn header(
-    stage: &Stage,
-    settings: palpus::render::Settings,
-    arguments: &RunArguments,
-    rate_hz: f64,
-) -> RecordingHeader {
+fn header(stage: &Stage, settings: Settings, arguments: &RunArguments, rate_hz: f64) -> RecordingHeader {
     let mut scene = stage.recorded.clone();
     scene.render = settings;
     RecordingHeader {
@@ -134,6 +137,26 @@ fn announce(arguments: &RunArguments, stage: &Stage, device: &dyn HapticDevice, 
         device.spec().name,
         arguments.duration
     ));
+}
+
+/// How contacts come to the hand.
+fn contacts_as_felt(settings: &Settings) -> String {
+    let clustering = match settings.clustering {
+        Clustering::Linkage => "linkage clusters",
+        Clustering::Smooth => "smooth clustering",
+    };
+    let Some(coupling) = settings.coupling else {
+        return format!("direct rendering: contacts of {:.0} N/m, {clustering}", settings.stiffness);
+    };
+    format!(
+        "coupled: {:.0} N/m and {:.1} N·s/m, {:.2} N·m/rad and {:.2} mN·m·s/rad, tool of {:.1} g; contacts of {:.0} N/m, {clustering}",
+        coupling.stiffness,
+        coupling.damping,
+        coupling.angular_stiffness,
+        coupling.angular_damping * 1e3,
+        coupling.mass * 1e3,
+        settings.stiffness
+    )
 }
 
 /// A recording under way.

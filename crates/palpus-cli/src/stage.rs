@@ -7,13 +7,14 @@ use anyhow::bail;
 use palpus::algebra::{NoClock, Pose};
 use palpus::body::{Body, BodySettings};
 use palpus::force::{FrictionSettings, PairQuery, ShadingSettings};
-use palpus::render::Settings;
+use palpus::render::{Limits, Settings, VirtualCoupling};
+use palpus_device::DeviceSpec;
 use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
-use palpus_io::scene::{CouplingMode, FilePolicy, SceneFile, read_scene};
+use palpus_io::scene::{CouplingMode, FilePolicy, SceneCoupling, SceneFile, read_scene};
 use palpus_io::{ContentHash, read_poses};
 use palpus_scenes::{HandPath, Key, Scene, Tremor};
 
-use crate::{bodies, output};
+use crate::bodies;
 
 /// Everything that a run needs.
 pub(crate) struct Stage {
@@ -23,8 +24,10 @@ pub(crate) struct Stage {
     pub(crate) environment: Arc<Body>,
     /// Of b in the world, which is also the device's frame.
     pub(crate) environment_pose: Pose,
-    /// Of the engine.
+    /// Of the engine, for direct rendering without a device's limits; see [`Stage::settings_for`].
     pub(crate) settings: Settings,
+    /// What the scene says of the coupling.
+    pub(crate) coupling: SceneCoupling,
     /// What the simulated hand intends, in the world.
     pub(crate) path: HandPath,
     /// The hand that the scene asks for, if it does.
@@ -33,6 +36,36 @@ pub(crate) struct Stage {
     pub(crate) rate_hz: Option<f64>,
     /// What a recording says of the scene.
     pub(crate) recorded: RecordedScene,
+}
+
+impl Stage {
+    /// The engine's settings on this device, at this many ticks per second: within the tighter of both limits, and with the
+    /// coupling that the scene asks for; what it leaves open comes from the device.
+    pub(crate) fn settings_for(&self, spec: &DeviceSpec, rate_hz: f64) -> Settings {
+        let limits = Limits {
+            force: self.settings.limits.force.min(spec.force_max),
+            torque: self.settings.limits.torque.min(spec.torque_max),
+        };
+        let mut settings = Settings { limits, ..self.settings };
+        if self.coupling.mode == CouplingMode::Direct {
+            return settings;
+        }
+        let SceneCoupling { stiffness, damping, angular_stiffness, angular_damping, mass, .. } = self.coupling;
+        let tuned = VirtualCoupling::tuned(&limits, 1.0 / rate_hz, self.probe.mass());
+        settings.coupling = Some(VirtualCoupling {
+            stiffness: stiffness.unwrap_or(tuned.stiffness),
+            damping: damping.unwrap_or(tuned.damping),
+            angular_stiffness: angular_stiffness.unwrap_or(tuned.angular_stiffness),
+            angular_damping: angular_damping.unwrap_or(tuned.angular_damping),
+            mass: mass.unwrap_or(tuned.mass),
+        });
+        let of_device = VirtualCoupling::contact_stiffness(&limits, settings.contact_tolerance);
+        settings.stiffness = self.coupling.contact_stiffness.or(of_device).unwrap_or(settings.stiffness);
+        if let Some(friction) = &mut settings.friction {
+            friction.tangential_stiffness = self.coupling.friction_stiffness.unwrap_or(settings.stiffness);
+        }
+        settings
+    }
 }
 
 /// Force shading turns a direction by no more than this, so that it cannot push into the surface.
@@ -87,6 +120,7 @@ fn of_built_in(scene: &Scene) -> anyhow::Result<Stage> {
         environment: Arc::new(environment.body),
         environment_pose: Pose::IDENTITY,
         settings,
+        coupling: SceneCoupling::default(),
         path: scene.path.clone(),
         hand: None,
         rate_hz: None,
@@ -95,9 +129,6 @@ fn of_built_in(scene: &Scene) -> anyhow::Result<Stage> {
 }
 
 fn of_file(path: &Path, file: &SceneFile) -> anyhow::Result<Stage> {
-    if file.coupling.mode == CouplingMode::Coupled {
-        output::note("note: [coupling] mode = \"coupled\" is not built yet; the scene runs with direct rendering");
-    }
     let body_settings =
         BodySettings { scale: file.metres_per_unit, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
     let prepare = |mesh: &Path| -> anyhow::Result<(Arc<Body>, ContentHash)> {
@@ -130,6 +161,7 @@ fn of_file(path: &Path, file: &SceneFile) -> anyhow::Result<Stage> {
         environment,
         environment_pose: file.environment.pose,
         settings: file.render,
+        coupling: file.coupling,
         path: intended,
         hand: Some(hand),
         rate_hz: Some(file.rate_hz),

@@ -75,6 +75,10 @@ pub(crate) struct Trouble {
     dropped_contacts: u64,
     /// Ticks with a probe pose that was none.
     bad_states: u64,
+    /// Ticks in which the tool's step still changed which contacts press and slide when it ended.
+    tool_unsettled: u64,
+    /// Ticks in which the tool's step had no solution, and it was put to where the device is.
+    tool_resets: u64,
 }
 
 /// Gathers what the loop itself does not know, on the servo thread, in memory that is there from the start.
@@ -125,6 +129,8 @@ impl Gatherer {
         trouble.cancelled_normals += u64::from(counters.cancelled_normals);
         trouble.dropped_contacts += u64::from(counters.query.traversal.dropped);
         trouble.bad_states += u64::from(counters.bad_state);
+        trouble.tool_unsettled += u64::from(counters.tool.unsettled);
+        trouble.tool_resets += u64::from(counters.tool.reset);
     }
 
     /// The summary of the run whose loop says `statistics`, within `limits`, with what the system granted it.

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
 use palpus::body::PolygonSoup;
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Clustering, Limits, Saturation, Settings};
+use palpus::render::{Clustering, Limits, Saturation, Settings, VirtualCoupling};
 use palpus_io::record::{RecordedBody, RecordedScene, SceneSource, read_recording_from};
 use palpus_io::{ContentHash, RecordRow, RecordingHeader, RecordingWriter, TableError, read_recording};
 use proptest::prelude::*;
@@ -39,6 +39,13 @@ fn settings() -> Settings {
         grip_a: DVec3::new(-0.0, 0.5, 3e-9),
         capacity: 77,
         time_budget: Some(123_456),
+        coupling: Some(VirtualCoupling {
+            stiffness: 1000.0 / 3.0,
+            damping: 0.0,
+            angular_stiffness: 0.1,
+            angular_damping: 1e-9,
+            mass: 0.0,
+        }),
     }
 }
 

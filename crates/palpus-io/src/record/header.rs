@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Clustering, Limits, Saturation, Settings};
+use palpus::render::{Clustering, Limits, Saturation, Settings, VirtualCoupling};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use crate::mesh::ContentHash;
@@ -122,6 +122,19 @@ struct RenderText {
     shading: Option<ShadingText>,
     friction: Option<FrictionText>,
     limits: LimitsText,
+    /// Absent with direct rendering.
+    #[serde(default)]
+    coupling: Option<CouplingText>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CouplingText {
+    stiffness: f64,
+    damping: f64,
+    angular_stiffness: f64,
+    angular_damping: f64,
+    mass: f64,
 }
 
 #[derive(Default, Serialize, Deserialize)]
@@ -179,6 +192,7 @@ impl RenderText {
             grip_a,
             capacity,
             time_budget,
+            coupling,
             ..
         } = *settings;
         let text = Self {
@@ -209,6 +223,15 @@ impl RenderText {
                 },
             ),
             limits: LimitsText { force, torque },
+            coupling: coupling.map(
+                |VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, mass }| CouplingText {
+                    stiffness,
+                    damping,
+                    angular_stiffness,
+                    angular_damping,
+                    mass,
+                },
+            ),
         };
         Serialize::serialize(&text, serializer)
     }
@@ -249,6 +272,15 @@ impl RenderText {
             grip_a: DVec3::from_array(text.grip_a),
             capacity: usize::try_from(text.capacity).map_err(serde::de::Error::custom)?,
             time_budget: text.time_budget,
+            coupling: text.coupling.map(
+                |CouplingText { stiffness, damping, angular_stiffness, angular_damping, mass }| VirtualCoupling {
+                    stiffness,
+                    damping,
+                    angular_stiffness,
+                    angular_damping,
+                    mass,
+                },
+            ),
             ..Settings::default()
         };
         settings.validate().map_err(serde::de::Error::custom)?;

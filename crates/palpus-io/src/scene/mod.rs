@@ -110,8 +110,12 @@ pub struct SceneCoupling {
     pub angular_stiffness: Option<f64>,
     /// N·m·s/rad.
     pub angular_damping: Option<f64>,
-    /// Of the probe, kg.
+    /// Of the probe, kg; 0 for none.
     pub mass: Option<f64>,
+    /// Of contacts, N/m; also in [`SceneFile::render`], or what is usual there.
+    pub contact_stiffness: Option<f64>,
+    /// Of contacts that stick, N/m; also in [`SceneFile::render`].
+    pub friction_stiffness: Option<f64>,
 }
 
 /// How the probe follows the device.

@@ -69,8 +69,8 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     let (probe, grip) = read_probe(&top, unit, files)?;
     let environment = read_environment(&top, unit, files)?;
     let mut render = Settings { grip_a: grip, ..Settings::default() };
-    read_contact(&top, unit, &mut render)?;
-    let coupling = read_coupling(&top)?;
+    let mut coupling = read_coupling(&top)?;
+    read_contact(&top, unit, &mut render, &mut coupling)?;
     let rate_hz = read_device(&top, &mut render)?;
     let hand = read_hand(&top, unit, files)?;
     render.validate().map_err(|error| SceneError {
@@ -126,7 +126,12 @@ fn read_body(section: &Section<'_>, name: &str, unit: f64, files: Files<'_>) -> 
     Ok(SceneBody { mesh, pose: Pose::new(rotation, translation) })
 }
 
-fn read_contact(top: &Section<'_>, unit: f64, render: &mut Settings) -> Result<(), SceneError> {
+fn read_contact(
+    top: &Section<'_>,
+    unit: f64,
+    render: &mut Settings,
+    coupling: &mut SceneCoupling,
+) -> Result<(), SceneError> {
     let keys = [
         "tolerance",
         "cluster_radius",
@@ -160,6 +165,7 @@ fn read_contact(top: &Section<'_>, unit: f64, render: &mut Settings) -> Result<(
     }
     if let Some(stiffness) = contact.number("stiffness", "greater than 0 N/m", |x| x > 0.0)? {
         render.stiffness = stiffness;
+        coupling.contact_stiffness = Some(stiffness);
     }
     if let Some(damping) = contact.number("damping", "0 or greater N·s/m", |x| x >= 0.0)? {
         render.damping = damping;
@@ -167,7 +173,7 @@ fn read_contact(top: &Section<'_>, unit: f64, render: &mut Settings) -> Result<(
     if let Some(micros) = contact.number("time_budget", "from 1 to 1000000 µs", |x| (1.0..=1e6).contains(&x))? {
         render.time_budget = Some((micros * 1e3) as u64);
     }
-    render.friction = read_friction(&contact, render.stiffness)?;
+    (render.friction, coupling.friction_stiffness) = read_friction(&contact, render.stiffness)?;
     let crease = contact.number("crease_angle", "from 0 to 180 degrees", |x| (0.0..=180.0).contains(&x))?;
     let limit = contact.number("shading_limit", "from 0 to 89 degrees", |x| (0.0..=89.0).contains(&x))?;
     let shading = contact.boolean("shading")?;
@@ -183,10 +189,11 @@ fn read_contact(top: &Section<'_>, unit: f64, render: &mut Settings) -> Result<(
     Ok(())
 }
 
-fn read_friction(contact: &Section<'_>, stiffness: f64) -> Result<Option<FrictionSettings>, SceneError> {
+/// Friction, and its stiffness if the file says it.
+fn read_friction(contact: &Section<'_>, stiffness: f64) -> Result<(Option<FrictionSettings>, Option<f64>), SceneError> {
     let friction = contact.section("friction", &["static", "dynamic", "stiffness"])?;
     if !friction.exists() {
-        return Ok(None);
+        return Ok((None, None));
     }
     let rule = "from 0 to 10";
     let in_range = |x: f64| (0.0..=10.0).contains(&x);
@@ -202,8 +209,9 @@ fn read_friction(contact: &Section<'_>, stiffness: f64) -> Result<Option<Frictio
         );
         return Err(friction.error(problem));
     }
-    let tangential_stiffness = friction.number("stiffness", "greater than 0 N/m", |x| x > 0.0)?.unwrap_or(stiffness);
-    Ok(Some(FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness }))
+    let chosen = friction.number("stiffness", "greater than 0 N/m", |x| x > 0.0)?;
+    let tangential_stiffness = chosen.unwrap_or(stiffness);
+    Ok((Some(FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness }), chosen))
 }
 
 fn read_coupling(top: &Section<'_>) -> Result<SceneCoupling, SceneError> {
@@ -218,7 +226,9 @@ fn read_coupling(top: &Section<'_>) -> Result<SceneCoupling, SceneError> {
         damping: not_negative("damping", "N·s/m")?,
         angular_stiffness: positive("angular_stiffness", "N·m/rad")?,
         angular_damping: not_negative("angular_damping", "N·m·s/rad")?,
-        mass: positive("mass", "kg")?,
+        mass: not_negative("mass", "kg")?,
+        contact_stiffness: None,
+        friction_stiffness: None,
     })
 }
 

@@ -767,13 +767,13 @@ pub const APPARENT_INERTIA: f64 = 5e-5;
 
 /// Stiffness of a coupling times the square of the period over the apparent mass, at most.
 ///
-/// A bare device (0.1 kg, 0.04 N of dry friction, one tick late, 0.03 mm steps) hums from three times this on with the
-/// damping that goes with it.
+/// A bare device (0.1 kg, 0.04 N of dry friction, one tick late, 0.03 mm steps) hums from two to three times this on, with
+/// the damping that goes with it.
 pub const COUPLING_SAMPLED: f64 = 0.01;
 
 /// Periods: damping of a coupling over its stiffness.
 ///
-/// The loop lags by about 3 periods; less than that is no damping at all. More makes noise of the velocity heard.
+/// The loop lags by one and a half; less than that is no damping at all. More makes the noise of the velocity felt.
 pub const COUPLING_LEAD: f64 = 3.0;
 
 /// N·m/rad: aligns the tool where the device has no torque; stiff for a hand-held thing.

@@ -9,9 +9,9 @@
 //!
 //! 1. *Stiffness* so that the largest force comes at a stretch of 8 mm (the largest torque at 0.2 rad), but no more than
 //!    a hundredth of apparent mass over the square of the period. The damped and delayed loop of a bare device with
-//!    dry friction stays quiet up to three times that (simulated over stiffness and damping with hands from none to firm).
-//! 2. *Damping* of five periods times the stiffness. A held force, one tick of delay and a velocity filter of 100 Hz lag
-//!    by 3.1 periods together, which turns as much of the stiffness into negative damping.
+//!    dry friction stays quiet up to twice that (simulated over stiffness and damping with hands from none to firm).
+//! 2. *Damping* of three periods times the stiffness. A held force and one tick of delay lag by one and a half, which turns
+//!    that much of the stiffness into negative damping; the rest is margin, for the lag of the velocity's filter.
 //! 3. *Mass* from the mesh at the density of water, made lighter as a whole until neither translation nor rotation rings
 //!    (damping ratio ½).
 //! 4. *Contact stiffness* so that the largest force comes at half the contact tolerance: the bodies then never overlap,
