@@ -86,6 +86,7 @@ fn methods(a: &Arc<Body>, b: &Arc<Body>, scene: &Scene) -> Result<Vec<Row>, Box<
         (Box::new(Epa::new(a.clone(), b.clone(), contact)?), ""),
         last(predicted, "")?,
         last(virtual_too, "virtual too")?,
+        last(PredictedSettings { drawn_back: true, ..predicted }, "drawn back")?,
         last(PredictedSettings { most_change, ..predicted }, "50 mN/ms")?,
         point(voxel, "")?,
         point(shallow, "one layer")?,

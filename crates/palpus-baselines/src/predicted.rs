@@ -21,6 +21,9 @@
 //! * Pairs are watched from four tolerances on, so that the features are known when contact begins.
 //! * Pieces have virtual features where the surface was cut. As in palpus, closest points on those are no contact, and no prediction is made from them, unless
 //!   [`PredictedSettings::virtual_features`] says so.
+//! * While a pair overlaps its features stay those that it had when it was last apart, however far it slides meanwhile. With
+//!   [`PredictedSettings::drawn_back`] they are sought anew in each step, at the pose where the probe is drawn back along the last
+//!   direction until the pair is apart: kinder than what \[K02\] describes, so that its claims can be held against both readings.
 //! * Clusters have the radius that palpus's have. Interpolation is off unless asked for: it delays every force, and hides what the first steps do.
 
 use std::collections::BTreeMap;
@@ -46,6 +49,8 @@ pub struct PredictedSettings {
     pub cluster_radius: f64,
     /// Closest points on the cuts between pieces count like any other.
     pub virtual_features: bool,
+    /// The features of overlapping pairs are sought anew where the probe is drawn back.
+    pub drawn_back: bool,
     /// The most that the wrench changes in a step; `None`: as it comes.
     pub most_change: Option<Change>,
 }
@@ -61,7 +66,13 @@ pub struct Change {
 
 impl Default for PredictedSettings {
     fn default() -> Self {
-        Self { contact: Settings::default(), cluster_radius: 4e-3, virtual_features: false, most_change: None }
+        Self {
+            contact: Settings::default(),
+            cluster_radius: 4e-3,
+            virtual_features: false,
+            drawn_back: false,
+            most_change: None,
+        }
     }
 }
 
@@ -136,6 +147,9 @@ impl Predicted {
             let found = match pair.proximity {
                 Proximity::Disjoint(closest) => Some(LastClosest::new(&self.a, &self.b, pair, place, &closest)),
                 Proximity::Overlapping(_) => match self.last.get(&pieces) {
+                    Some(last) if self.settings.drawn_back => {
+                        draw_back(&self.a, &self.b, pair, place, last, tolerance).or(Some(*last))
+                    }
                     Some(last) => Some(*last),
                     None => look_back(&self.a, &self.b, pair, before),
                 },
@@ -225,6 +239,20 @@ impl LastClosest {
     }
 }
 
+/// The closest points of an overlapping pair at the pose at which the prediction has them a tolerance apart, if they are apart there.
+fn draw_back(
+    a: &Body,
+    b: &Body,
+    pair: &LeafPair,
+    place: &Placement,
+    last: &LastClosest,
+    tolerance: f64,
+) -> Option<LastClosest> {
+    let Push { normal, separation, .. } = last.at(place);
+    let drawn = Placement { translation: place.translation + normal * (tolerance - separation), ..*place };
+    look_back(a, b, pair, &drawn)
+}
+
 /// The closest points of a pair at an earlier pose, if it was apart there.
 fn look_back(a: &Body, b: &Body, pair: &LeafPair, before: &Placement) -> Option<LastClosest> {
     let (piece_a, piece_b) = (&a.polytopes()[pair.piece_a as usize], &b.polytopes()[pair.piece_b as usize]);
@@ -298,6 +326,19 @@ mod tests {
         let after = roll(20f64.to_radians(), -0.5e-3).deepest;
         assert!((before + 0.5e-3).abs() < 1e-4, "{before}");
         assert!(after > 0.0, "the corner that touched first is out of the table: {after}");
+    }
+
+    #[test]
+    fn drawn_back_the_prediction_follows_the_ball() {
+        let settings = PredictedSettings { contact: testing::SETTINGS, drawn_back: true, ..Default::default() };
+        let mut method = Predicted::new(testing::ball(), testing::table(), settings).expect("good settings");
+        for degree in 0..=40 {
+            let turn = DQuat::from_rotation_y(f64::from(degree).to_radians());
+            let pose = Pose::new(turn, DVec3::Z * (0.012 + if degree == 0 { 0.5e-3 } else { -0.5e-3 }));
+            let felt = method.step(&pose, &Twist::default(), 1e-3);
+            let lowest = testing::lowest_of_ball(turn) + pose.translation.z;
+            assert!((felt.deepest - lowest).abs() < 1e-12, "{} against {lowest} at {degree}°", felt.deepest);
+        }
     }
 
     #[test]

@@ -40,6 +40,11 @@ pub(crate) fn ball() -> Arc<Body> {
     body(&shape::sphere(RADIUS, 2))
 }
 
+/// Height of the ball's lowest corner over its middle, m, when turned.
+pub(crate) fn lowest_of_ball(turn: DQuat) -> f64 {
+    shape::sphere(RADIUS, 2).vertices.iter().map(|&p| (turn * p).z).fold(f64::INFINITY, f64::min)
+}
+
 pub(crate) fn table() -> Arc<Body> {
     body(&shape::table())
 }

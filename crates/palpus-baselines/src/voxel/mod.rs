@@ -84,11 +84,11 @@ impl Default for VoxelSettings {
     }
 }
 
-/// See the module's outline.
+/// See the module's outline. Clones share the shell and the map.
 #[derive(Clone, Debug)]
 pub struct Voxel {
-    shell: Vec<ShellPoint>,
-    map: Voxmap,
+    shell: Arc<[ShellPoint]>,
+    map: Arc<Voxmap>,
     settings: VoxelSettings,
 }
 
@@ -109,7 +109,8 @@ impl Voxel {
             return Err(BaselineError::Setting { field: "offset", value: f64::from(offset), rule: "0 to 64" });
         }
         let map = Voxmap::new(&b, size, offset, settings.memory)?;
-        Ok(Self { shell: point_shell(&a, size, settings.memory)?, map, settings })
+        let shell = point_shell(&a, size, settings.memory)?;
+        Ok(Self { shell: shell.into(), map: Arc::new(map), settings })
     }
 
     /// How many points the probe's shell has.
@@ -133,7 +134,7 @@ impl Baseline for Voxel {
         let stiffness = self.settings.contact.stiffness / full;
         let mut felt = Felt::NOTHING;
         let mut brake = Wrench::ZERO;
-        for point in &self.shell {
+        for point in self.shell.iter() {
             let at = place.point(point.center);
             let (kind, center) = self.map.at(at);
             match kind {

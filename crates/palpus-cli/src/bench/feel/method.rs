@@ -98,7 +98,7 @@ pub(super) const METHODS: [Entry; 5] = [
     Entry {
         name: "voxel",
         summary: "a point shell in a map of voxels (the paper's [30])",
-        has_skin: false,
+        has_skin: true,
         has_damping: false,
         build: |ground, tuning| {
             let factor = tuning.stiffness / ground.settings.stiffness;
