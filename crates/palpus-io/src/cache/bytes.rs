@@ -18,14 +18,6 @@ impl Writer {
         given
     }
 
-    /// As [`Self::flush`], with the number of bytes in front.
-    pub(super) fn flush_with_length(&mut self, sink: &mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
-        let mut length = Self::default();
-        length.count(self.bytes.len());
-        length.flush(sink)?;
-        self.flush(sink)
-    }
-
     /// A whole number: seven bits a byte, the lowest first; a set high bit says that more follow.
     pub(super) fn whole(&mut self, mut number: u64) {
         while number >= 0x80 {

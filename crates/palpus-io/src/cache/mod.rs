@@ -2,10 +2,13 @@
 //!
 //! * A body's name is the hash of the mesh's content, the settings, the engine's sources and this format: what was
 //!   prepared from anything else has another name and is never asked for.
-//! * A file holds its own name and the hash of all that follows, so that a file that was cut, changed or renamed is
-//!   known as such. It is written beside its place and then moved there: nobody meets a half-written one.
+//! * A file holds its own name and hashes of all that follows, so that a file that was cut, changed or renamed is
+//!   known as such: batches, and behind them an index with each batch's length and hash. Batches are read, checked and made
+//!   polytopes of by all hands at once, and the whole is never in memory. A file is written beside its place and then
+//!   moved there: nobody meets a half-written one.
 //! * What a file says is believed only as far as it is checked: counts against the bytes that are left, indices against
-//!   counts, polytopes against their own topology ([`Body::restore`]). Any bytes give a body or a [`CacheMiss`].
+//!   counts, polytopes as they are put together (`PolytopeRestorer`), all together by [`Body::restore`]. Any bytes
+//!   give a body or a [`CacheMiss`].
 //! * The folder holds at most [`LARGEST_FOLDER`] bytes of bodies; those not used for longest go first.
 
 mod bytes;
@@ -14,6 +17,7 @@ mod parts;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Read, Seek, Write};
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::SystemTime;
 
 use etcetera::BaseStrategy;
@@ -23,10 +27,12 @@ use palpus::body::{Body, BodySettings, Ground, PolygonSoup};
 use crate::ContentHash;
 
 /// Raised when the layout of a file changes.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 const MAGIC: &[u8; 8] = b"palpus b";
-/// Magic, name, length of what follows and its hash.
+/// Magic, name, length of the index and its hash.
 const HEADER_BYTES: usize = 8 + 32 + 8 + 32;
+/// What the index says of a batch: its length and its hash.
+const ENTRY_BYTES: usize = 8 + 32;
 /// The largest file that is read or written.
 const LARGEST_FILE: u64 = 1 << 32;
 /// The most that all files together take.
@@ -120,9 +126,12 @@ impl BodyCache {
         };
         let kept = Kept::open(&path, key).map_err(missed)?.map_err(|what| damaged(what.to_owned()))?;
         let ground = || Ground::new(soup, settings).map_err(|error| damaged(error.to_string()));
+        let with_batch = |k: usize, read: &mut dyn FnMut(&[u8])| {
+            kept.with_batch(k, read).map_err(missed)?.map_err(|what| damaged(what.to_owned()))
+        };
         let parts = || {
-            let payload = kept.payload().map_err(missed)?.map_err(|what| damaged(what.to_owned()))?;
-            parts::decode(&payload, workers).ok_or_else(|| damaged("its contents make no body".to_owned()))
+            let parts = parts::decode(kept.batches.len(), &with_batch, workers)?;
+            parts.ok_or_else(|| damaged("its contents make no body".to_owned()))
         };
         let (parts, ground) = both(workers, parts, ground);
         let body = Body::restore(ground?, parts?, workers).map_err(|error| damaged(error.to_string()))?;
@@ -172,36 +181,46 @@ impl BodyCache {
     }
 }
 
-/// Writes the file; its header last, when length and hash are known.
+/// Writes the file: room for the header, the batches, the index of the batches; the header last, when the index is known.
 fn write(path: &Path, key: &BodyKey, body: &Body) -> io::Result<()> {
     let mut file = BufWriter::new(File::create(path)?);
     file.write_all(&[0; HEADER_BYTES])?;
-    let (mut length, mut hasher) = (0, blake3::Hasher::new());
-    parts::encode(body, &mut |bytes| {
-        length += bytes.len() as u64;
+    let (mut length, mut index) = (0, Vec::new());
+    parts::encode(body, &mut |batch| {
+        length += (batch.len() + ENTRY_BYTES) as u64;
         if length > LARGEST_FILE {
             return Err(io::Error::other("the body is too large to be kept"));
         }
-        hasher.update(bytes);
-        file.write_all(bytes)
+        index.extend((batch.len() as u64).to_le_bytes());
+        index.extend(blake3::hash(batch).as_bytes());
+        file.write_all(batch)
     })?;
+    file.write_all(&index)?;
     file.rewind()?;
     file.write_all(MAGIC)?;
     file.write_all(&key.0.0)?;
-    file.write_all(&length.to_le_bytes())?;
-    file.write_all(hasher.finalize().as_bytes())?;
+    file.write_all(&(index.len() as u64).to_le_bytes())?;
+    file.write_all(blake3::hash(&index).as_bytes())?;
     file.flush()
 }
 
-/// A file whose header is right.
+/// A file whose header and index are right.
 struct Kept {
-    file: File,
-    length: u64,
+    file: Mutex<File>,
+    batches: Vec<Entry>,
+    /// Room for batches, to be used again: a new one for each would cost more than reading it.
+    spare: Mutex<Vec<Vec<u8>>>,
+}
+
+/// A batch, by the index.
+struct Entry {
+    begin: u64,
+    length: usize,
     hash: [u8; 32],
 }
 
 impl Kept {
-    /// The file, or what is wrong with its header.
+    /// The file, or what is wrong with its header or index.
     fn open(path: &Path, key: &BodyKey) -> io::Result<Result<Self, &'static str>> {
         let mut file = File::open(path)?;
         let size = file.metadata()?.len();
@@ -213,24 +232,64 @@ impl Kept {
         let (magic, rest) = header.split_at(8);
         let (name, rest) = rest.split_at(32);
         let (length, expected) = rest.split_at(8);
-        let length = length.iter().rev().fold(0, |length, &byte| length << 8 | u64::from(byte));
         if magic != MAGIC || name != key.0.0 {
             return Ok(Err("it is not what its name says"));
         }
-        if length > LARGEST_FILE || size != HEADER_BYTES as u64 + length {
+        let length = little_endian(length);
+        if size > LARGEST_FILE || length > size - HEADER_BYTES as u64 {
             return Ok(Err("it is cut short"));
         }
-        let mut hash = [0; 32];
-        hash.copy_from_slice(expected);
-        Ok(Ok(Self { file, length, hash }))
+        let mut index = Vec::with_capacity(length as usize);
+        file.seek(io::SeekFrom::Start(size - length))?;
+        (&file).take(length).read_to_end(&mut index)?;
+        if blake3::hash(&index) != *expected {
+            return Ok(Err("its hash is wrong"));
+        }
+        let mut begin = HEADER_BYTES as u64;
+        let mut batches = Vec::with_capacity(index.len() / ENTRY_BYTES);
+        for entry in index.as_chunks::<ENTRY_BYTES>().0 {
+            let (length, expected) = entry.split_at(8);
+            let length = little_endian(length);
+            if length > size - begin {
+                return Ok(Err("it is cut short"));
+            }
+            let mut hash = [0; 32];
+            hash.copy_from_slice(expected);
+            batches.push(Entry { begin, length: length as usize, hash });
+            begin += length;
+        }
+        if begin + length != size {
+            return Ok(Err("it is cut short"));
+        }
+        Ok(Ok(Self { file: Mutex::new(file), batches, spare: Mutex::default() }))
     }
 
-    /// What follows the header, or what is wrong with it; to be asked for once.
-    fn payload(&self) -> io::Result<Result<Vec<u8>, &'static str>> {
-        let mut payload = Vec::with_capacity(self.length as usize);
-        (&self.file).take(self.length).read_to_end(&mut payload)?;
-        Ok(if *blake3::hash(&payload).as_bytes() == self.hash { Ok(payload) } else { Err("its hash is wrong") })
+    /// Gives the bytes of batch `k` to `read`, or says what is wrong with them.
+    fn with_batch(&self, k: usize, read: &mut dyn FnMut(&[u8])) -> io::Result<Result<(), &'static str>> {
+        let Entry { begin, length, hash } = self.batches[k];
+        let mut bytes = held(&self.spare).pop().unwrap_or_default();
+        bytes.clear();
+        {
+            let mut file = held(&self.file);
+            file.seek(io::SeekFrom::Start(begin))?;
+            (&mut *file).take(length as u64).read_to_end(&mut bytes)?;
+        }
+        let right = *blake3::hash(&bytes).as_bytes() == hash;
+        if right {
+            read(&bytes);
+        }
+        held(&self.spare).push(bytes);
+        Ok(if right { Ok(()) } else { Err("its hash is wrong") })
     }
+}
+
+fn little_endian(bytes: &[u8]) -> u64 {
+    bytes.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte))
+}
+
+/// What a lock guards; one whose holder has panicked guards nothing that could be half done here.
+fn held<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
+    lock.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 #[cfg(test)]

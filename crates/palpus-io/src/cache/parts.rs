@@ -1,24 +1,35 @@
-//! The parts of a body as bytes: what follows from the rest (rings, edges, rims) is left out and made again.
+//! The parts of a body as bytes: what follows from the rest (rings, edges' ends, rims) is left out and made again.
 //!
-//! 1. The table of all vertices; polytopes name its entries.
-//! 2. Batches of pieces, then of inner hulls; each batch says how long it is, so that all hands can read at once.
-//! 3. The nodes of the tree.
+//! 1. The head: the table of all vertices, whose entries polytopes name, and how many pieces and inner hulls there are.
+//! 2. Batches of pieces, of inner hulls, of nodes of the tree; all hands can read at once, each a batch.
+//!
+//! Of a solid polytope stand its vertices, then face by face the corners: the vertex, and whether the edge from there was met in
+//! a face before, and then which it is (edges are numbered as they are met); then the planes and the bulge.
 
 use std::collections::HashMap;
 use std::io;
 
 use glam::{DMat3, DVec3};
 use palpus::algebra::{Plane, Workers, map_in_order};
-use palpus::body::{Body, BodyParts, Hierarchy, NodeKind, OrientedBox, Piece, Polytope, Provenance, Sphere};
+use palpus::body::{
+    Body, BodyParts, Hierarchy, Node, NodeKind, OrientedBox, Piece, Polytope, PolytopeRestorer, Provenance, Sphere,
+};
 
 use super::bytes::{Reader, Writer};
 
 /// Polytopes of one batch.
 const BATCH: usize = 256;
+/// Nodes of one batch.
+const NODE_BATCH: usize = 2048;
 /// Bytes of a node's bounds.
 const BOUNDS_BYTES: usize = 8 * (4 + 15);
+const POINT_BYTES: usize = 3 * 8;
+const PLANE_BYTES: usize = 4 * 8;
 
-/// Gives the parts of a body to `sink`, a little at a time, to be read by [`decode`].
+/// A node as the tree takes it.
+type KeptNode = (NodeKind, Sphere, OrientedBox);
+
+/// Gives the parts of a body to `sink`, batch by batch, to be read by [`decode`].
 pub(super) fn encode(body: &Body, sink: &mut dyn FnMut(&[u8]) -> io::Result<()>) -> io::Result<()> {
     let (polytopes, pieces) = (body.polytopes(), body.pieces());
     let hulls = body.hierarchy().hulls();
@@ -27,38 +38,119 @@ pub(super) fn encode(body: &Body, sink: &mut dyn FnMut(&[u8]) -> io::Result<()>)
     out.count(table.points.len());
     table.points.iter().for_each(|&point| out.vector(point));
     out.count(pieces.len());
+    out.count(hulls.len());
     out.flush(sink)?;
     for (polytopes, pieces) in polytopes.chunks(BATCH).zip(pieces.chunks(BATCH)) {
         for (polytope, piece) in polytopes.iter().zip(pieces) {
             write_polytope(&mut out, polytope, &table);
             write_piece(&mut out, piece, polytope.face_count());
         }
-        out.flush_with_length(sink)?;
+        out.flush(sink)?;
     }
-    out.count(hulls.len());
-    out.flush(sink)?;
     for hulls in hulls.chunks(BATCH) {
         hulls.iter().for_each(|hull| write_polytope(&mut out, hull, &table));
-        out.flush_with_length(sink)?;
+        out.flush(sink)?;
     }
-    write_nodes(&mut out, body.hierarchy());
-    out.flush(sink)
+    for nodes in body.hierarchy().nodes().chunks(NODE_BATCH) {
+        nodes.iter().for_each(|node| write_node(&mut out, node));
+        out.flush(sink)?;
+    }
+    Ok(())
+}
+
+/// What one batch holds.
+enum Batch {
+    Pieces(Vec<Polytope>, Vec<Piece>),
+    Hulls(Vec<Polytope>),
+    Nodes(Vec<KeptNode>),
 }
 
 /// The parts that [`encode`] wrote; `None` for any other bytes.
-pub(super) fn decode(bytes: &[u8], workers: &dyn Workers) -> Option<BodyParts> {
-    let mut from = Reader { rest: bytes };
-    let table: Vec<DVec3> = (0..from.count(24)?).map(|_| from.vector()).collect::<Option<_>>()?;
-    let piece = |from: &mut Reader<'_>| {
-        let polytope = read_polytope(from, &table)?;
-        let piece = read_piece(from, polytope.face_count())?;
-        Some((polytope, piece))
+///
+/// `with_batch` gives the bytes of a batch to be read, and answers what was made of them, or why there are none.
+pub(super) fn decode<E: Send + Sync>(
+    batches: usize,
+    with_batch: &(dyn Fn(usize, &mut dyn FnMut(&[u8])) -> Result<(), E> + Sync),
+    workers: &dyn Workers,
+) -> Result<Option<BodyParts>, E> {
+    let mut head = None;
+    if batches > 0 {
+        with_batch(0, &mut |bytes| head = read_head(bytes))?;
+    }
+    let Some((table, pieces, hulls)) = head else { return Ok(None) };
+    let nodes = pieces + hulls;
+    let of_kinds = [pieces.div_ceil(BATCH), hulls.div_ceil(BATCH), nodes.div_ceil(NODE_BATCH)];
+    if batches != 1 + of_kinds.iter().sum::<usize>() {
+        return Ok(None);
+    }
+    let read = |k: usize| -> Result<Option<Batch>, E> {
+        let mut batch = None;
+        with_batch(1 + k, &mut |bytes| {
+            let mut from = Reader { rest: bytes };
+            let made = if k < of_kinds[0] {
+                read_pieces(&mut from, &table, BATCH.min(pieces - k * BATCH))
+            } else if k < of_kinds[0] + of_kinds[1] {
+                read_hulls(&mut from, &table, BATCH.min(hulls - (k - of_kinds[0]) * BATCH))
+            } else {
+                let first = (k - of_kinds[0] - of_kinds[1]) * NODE_BATCH;
+                read_nodes(&mut from, NODE_BATCH.min(nodes - first))
+            };
+            batch = made.filter(|_| from.rest.is_empty());
+        })?;
+        Ok(batch)
     };
-    let pieces: Vec<(Polytope, Piece)> = read_batches(&mut from, workers, piece)?;
-    let hulls = read_batches(&mut from, workers, |from| read_polytope(from, &table))?;
-    let hierarchy = read_nodes(&mut from, hulls, pieces.len())?;
-    let (polytopes, pieces) = pieces.into_iter().unzip();
-    from.rest.is_empty().then_some(BodyParts { polytopes, pieces, hierarchy })
+    let all =
+        map_in_order(workers, batches - 1, 1, read, &mut |_| ()).into_iter().collect::<Result<Option<Vec<_>>, E>>()?;
+    Ok(all.and_then(|all| joined(all, pieces, hulls)))
+}
+
+fn joined(batches: Vec<Batch>, piece_count: usize, hull_count: usize) -> Option<BodyParts> {
+    let (mut polytopes, mut pieces) = (Vec::with_capacity(piece_count), Vec::with_capacity(piece_count));
+    let mut hulls = Vec::with_capacity(hull_count);
+    let mut nodes = Vec::new();
+    for batch in batches {
+        match batch {
+            Batch::Pieces(some_polytopes, some_pieces) => {
+                polytopes.extend(some_polytopes);
+                pieces.extend(some_pieces);
+            }
+            Batch::Hulls(some) => hulls.extend(some),
+            Batch::Nodes(some) => nodes.push(some),
+        }
+    }
+    let hierarchy = Hierarchy::from_parts(nodes.into_iter().flatten(), hulls, piece_count)?;
+    Some(BodyParts { polytopes, pieces, hierarchy })
+}
+
+/// The table, and how many pieces and hulls there are.
+fn read_head(bytes: &[u8]) -> Option<(Vec<DVec3>, usize, usize)> {
+    let mut from = Reader { rest: bytes };
+    let count = from.count(POINT_BYTES)?;
+    let (points, _) = from.take(count * POINT_BYTES)?.as_chunks::<POINT_BYTES>();
+    let table = points.iter().map(|bytes| Reader { rest: bytes }.vector()).collect::<Option<_>>()?;
+    let (pieces, hulls) = (from.index()? as usize, from.index()? as usize);
+    from.rest.is_empty().then_some((table, pieces, hulls))
+}
+
+fn read_pieces(from: &mut Reader<'_>, table: &[DVec3], count: usize) -> Option<Batch> {
+    let (mut polytopes, mut pieces) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    let (mut restorer, mut lists) = (PolytopeRestorer::default(), PieceLists::default());
+    for _ in 0..count {
+        let polytope = read_polytope(from, table, &mut restorer)?;
+        pieces.push(lists.read(from, polytope.face_count())?);
+        polytopes.push(polytope);
+    }
+    Some(Batch::Pieces(polytopes, pieces))
+}
+
+fn read_hulls(from: &mut Reader<'_>, table: &[DVec3], count: usize) -> Option<Batch> {
+    let mut restorer = PolytopeRestorer::default();
+    let hulls = (0..count).map(|_| read_polytope(from, table, &mut restorer));
+    let mut answer = Vec::with_capacity(count);
+    for hull in hulls {
+        answer.push(hull?);
+    }
+    Some(Batch::Hulls(answer))
 }
 
 /// Each vertex once.
@@ -89,31 +181,7 @@ impl Table {
     }
 }
 
-/// Reads a count and the batches of so many things.
-fn read_batches<T: Send + Sync>(
-    from: &mut Reader<'_>,
-    workers: &dyn Workers,
-    read: impl Fn(&mut Reader<'_>) -> Option<T> + Sync,
-) -> Option<Vec<T>> {
-    let count = from.count(1)?;
-    let mut batches = Vec::new();
-    for _ in 0..count.div_ceil(BATCH) {
-        let length = from.count(1)?;
-        batches.push(Reader { rest: from.take(length)? });
-    }
-    let of_batch = |k: usize| -> Option<Vec<T>> {
-        let mut from = batches[k];
-        let things = (0..BATCH.min(count - k * BATCH)).map(|_| read(&mut from)).collect::<Option<Vec<T>>>()?;
-        from.rest.is_empty().then_some(things)
-    };
-    let mut all = Vec::with_capacity(count);
-    for things in map_in_order(workers, batches.len(), 1, of_batch, &mut |_| ()) {
-        all.extend(things?);
-    }
-    Some(all)
-}
-
-/// The vertices, then of a plate the front's normal and which of front and back are original, of a solid each face.
+/// The vertices, then of a plate the front's normal and which of front and back are original, of a solid its faces.
 fn write_polytope(out: &mut Writer, polytope: &Polytope, table: &Table) {
     out.count(polytope.vertices().len());
     for &vertex in polytope.vertices() {
@@ -127,97 +195,133 @@ fn write_polytope(out: &mut Writer, polytope: &Polytope, table: &Table) {
         return;
     }
     out.count(polytope.face_count());
+    let mut met = 0;
     for f in 0..polytope.face_count() as u32 {
         let corners = polytope.face_vertices(f);
         out.whole((corners.len() as u64) << 1 | original(f));
-        corners.iter().for_each(|v| out.whole(u64::from(v)));
-        let Plane { normal, offset } = polytope.plane(f);
-        out.vector(normal);
-        out.real(offset);
+        for (v, e) in corners.iter().zip(polytope.face_edges(f)) {
+            let again = e < met;
+            out.whole(u64::from(v) << 1 | u64::from(again));
+            if again {
+                out.whole(u64::from(e));
+            } else {
+                met += 1;
+            }
+        }
     }
+    for plane in polytope.planes() {
+        out.vector(plane.normal);
+        out.real(plane.offset);
+    }
+    out.real(polytope.bulge());
 }
 
-fn read_polytope(from: &mut Reader<'_>, table: &[DVec3]) -> Option<Polytope> {
+fn read_polytope(from: &mut Reader<'_>, table: &[DVec3], restorer: &mut PolytopeRestorer) -> Option<Polytope> {
     let count = from.count(1)?;
-    let vertices = (0..count).map(|_| table.get(from.index()? as usize).copied()).collect::<Option<Vec<DVec3>>>()?;
-    let provenance = |original: bool| if original { Provenance::Original } else { Provenance::Virtual };
-    // A face takes its number of corners, three of them, and its plane.
-    let faces = from.count(4 + 32)?;
-    if faces == 0 {
-        let normal = from.vector()?;
-        let original = from.whole()?;
-        let plate = Polytope::from_polygon(vertices, normal, Provenance::Virtual).ok()?;
-        return Some(plate.with_provenance(|_, f| provenance(original >> f & 1 == 1)));
+    let mut vertices = Vec::with_capacity(count);
+    for _ in 0..count {
+        vertices.push(*table.get(from.index()? as usize)?);
     }
-    let mut loop_starts = Vec::with_capacity(faces + 1);
-    loop_starts.push(0);
-    // A closed surface has at most three times as many edges as vertices, and two corners an edge.
-    let mut loop_vertices = Vec::with_capacity(6 * count);
-    let mut planes = Vec::with_capacity(faces);
-    let mut provenances = Vec::with_capacity(faces);
+    // A face takes its number of corners, three of them, and its plane.
+    let faces = from.count(4 + PLANE_BYTES)?;
+    if faces == 0 {
+        return read_plate(from, vertices);
+    }
+    restorer.begin(count);
     for _ in 0..faces {
         let head = from.whole()?;
         for _ in 0..head >> 1 {
-            loop_vertices.push(from.index()?);
+            let corner = from.index()?;
+            let edge = if corner & 1 == 1 { Some(from.index()?) } else { None };
+            restorer.corner(corner >> 1, edge);
         }
-        loop_starts.push(u32::try_from(loop_vertices.len()).ok()?);
-        planes.push(Plane { normal: from.vector()?, offset: from.real()? });
-        provenances.push(provenance(head & 1 == 1));
+        restorer.end_face(head & 1 == 1)?;
     }
-    loop_vertices.shrink_to_fit();
-    Polytope::from_loops(vertices, loop_starts, loop_vertices, planes, provenances).ok()
+    let (bytes, _) = from.take(faces * PLANE_BYTES)?.as_chunks::<PLANE_BYTES>();
+    let mut planes = Vec::with_capacity(faces);
+    for bytes in bytes {
+        let mut from = Reader { rest: bytes };
+        planes.push(Plane { normal: from.vector()?, offset: from.real()? });
+    }
+    restorer.finish(vertices, planes, from.real()?)
 }
 
-/// The triangles, and of each face how many lie in it and which (by their places among the triangles).
+fn read_plate(from: &mut Reader<'_>, vertices: Vec<DVec3>) -> Option<Polytope> {
+    let normal = from.vector()?;
+    let original = from.whole()?;
+    let provenance = |original: bool| if original { Provenance::Original } else { Provenance::Virtual };
+    let plate = Polytope::from_polygon(vertices, normal, Provenance::Virtual).ok()?;
+    let plate = plate.with_provenance(|_, f| provenance(original >> f & 1 == 1));
+    plate.check_topology().is_ok().then_some(plate)
+}
+
+/// The triangles (each as how far it is beyond the one before), and of each face how many lie in it and which (by their places
+/// among the triangles).
 fn write_piece(out: &mut Writer, piece: &Piece, face_count: usize) {
     let triangles = piece.triangles();
     out.count(triangles.len());
-    triangles.iter().for_each(|&t| out.whole(u64::from(t)));
+    let mut last = 0;
+    for &t in triangles {
+        // Triangles are sorted.
+        out.whole(u64::from(t - last));
+        last = t;
+    }
     for f in 0..face_count as u32 {
         let inside = piece.face_triangles(f);
         out.count(inside.len());
         for t in inside {
-            // Triangles are sorted, and those of the faces are among them.
+            // Those of the faces are among them.
             out.count(triangles.partition_point(|other| other < t));
         }
     }
 }
 
-fn read_piece(from: &mut Reader<'_>, face_count: usize) -> Option<Piece> {
-    let count = from.count(1)?;
-    let triangles = (0..count).map(|_| from.index()).collect::<Option<Vec<u32>>>()?;
-    let mut face_starts = Vec::with_capacity(face_count + 1);
-    face_starts.push(0);
-    let mut face_triangles = Vec::with_capacity(count);
-    for _ in 0..face_count {
-        for _ in 0..from.count(1)? {
-            face_triangles.push(*triangles.get(from.index()? as usize)?);
+/// The lists of a piece, to be filled again for the next.
+#[derive(Default)]
+struct PieceLists {
+    triangles: Vec<u32>,
+    face_starts: Vec<u32>,
+    face_triangles: Vec<u32>,
+}
+
+impl PieceLists {
+    fn read(&mut self, from: &mut Reader<'_>, face_count: usize) -> Option<Piece> {
+        let Self { triangles, face_starts, face_triangles } = self;
+        for list in [&mut *triangles, &mut *face_starts, &mut *face_triangles] {
+            list.clear();
         }
-        face_starts.push(u32::try_from(face_triangles.len()).ok()?);
+        let mut last = 0_u32;
+        for _ in 0..from.count(1)? {
+            last = last.checked_add(from.index()?)?;
+            triangles.push(last);
+        }
+        face_starts.push(0);
+        for _ in 0..face_count {
+            for _ in 0..from.count(1)? {
+                face_triangles.push(*triangles.get(from.index()? as usize)?);
+            }
+            face_starts.push(u32::try_from(face_triangles.len()).ok()?);
+        }
+        Some(Piece::from_parts(triangles, face_starts, face_triangles))
     }
-    Some(Piece::from_parts(&triangles, &face_starts, &face_triangles))
 }
 
 /// A leaf is twice its piece; an inner node is one more than twice its left child, then its right child.
-fn write_nodes(out: &mut Writer, hierarchy: &Hierarchy) {
-    out.count(hierarchy.nodes().len());
-    for node in hierarchy.nodes() {
-        match node.kind {
-            NodeKind::Leaf { piece } => out.whole(u64::from(piece) << 1),
-            NodeKind::Inner { left, right } => {
-                out.whole(u64::from(left) << 1 | 1);
-                out.whole(u64::from(right));
-            }
+fn write_node(out: &mut Writer, node: &Node) {
+    match node.kind {
+        NodeKind::Leaf { piece } => out.whole(u64::from(piece) << 1),
+        NodeKind::Inner { left, right } => {
+            out.whole(u64::from(left) << 1 | 1);
+            out.whole(u64::from(right));
         }
-        out.vector(node.sphere.center);
-        out.real(node.sphere.radius);
-        let OrientedBox { center, axes, half } = node.oriented_box;
-        [center, axes.x_axis, axes.y_axis, axes.z_axis, half].into_iter().for_each(|v| out.vector(v));
     }
+    out.vector(node.sphere.center);
+    out.real(node.sphere.radius);
+    let OrientedBox { center, axes, half } = node.oriented_box;
+    [center, axes.x_axis, axes.y_axis, axes.z_axis, half].into_iter().for_each(|v| out.vector(v));
 }
 
-fn read_nodes(from: &mut Reader<'_>, hulls: Vec<Polytope>, pieces: usize) -> Option<Hierarchy> {
-    let count = from.count(1 + BOUNDS_BYTES)?;
+fn read_nodes(from: &mut Reader<'_>, count: usize) -> Option<Batch> {
     let mut nodes = Vec::with_capacity(count);
     for _ in 0..count {
         let head = from.whole()?;
@@ -226,6 +330,7 @@ fn read_nodes(from: &mut Reader<'_>, hulls: Vec<Polytope>, pieces: usize) -> Opt
             0 => NodeKind::Leaf { piece: first },
             _ => NodeKind::Inner { left: first, right: from.index()? },
         };
+        let mut from = Reader { rest: from.take(BOUNDS_BYTES)? };
         let sphere = Sphere { center: from.vector()?, radius: from.real()? };
         let center = from.vector()?;
         let axes = DMat3::from_cols(from.vector()?, from.vector()?, from.vector()?);
@@ -236,5 +341,5 @@ fn read_nodes(from: &mut Reader<'_>, hulls: Vec<Polytope>, pieces: usize) -> Opt
         }
         nodes.push((kind, sphere, OrientedBox { center, axes, half }));
     }
-    Hierarchy::from_parts(nodes, hulls, pieces)
+    Some(Batch::Nodes(nodes))
 }

@@ -112,17 +112,18 @@ impl Hierarchy {
     /// A tree from its nodes, children before parents, and the hulls of its inner nodes in the nodes' order; `None` unless
     /// it is one tree with each of so many `pieces` in one leaf. That its volumes hold what is below is the caller's promise.
     pub fn from_parts(
-        nodes: Vec<(NodeKind, Sphere, OrientedBox)>,
+        nodes: impl IntoIterator<Item = (NodeKind, Sphere, OrientedBox)>,
         hulls: Vec<Polytope>,
         pieces: usize,
     ) -> Option<Self> {
         let mut free_pieces = vec![true; pieces];
-        let mut depths: Vec<usize> = Vec::with_capacity(nodes.len());
+        let count = (2 * pieces).checked_sub(1)?;
+        let mut depths: Vec<usize> = Vec::with_capacity(count);
         // Nodes that have no parent yet.
-        let mut free_nodes = vec![true; nodes.len()];
-        let mut answer = Vec::with_capacity(nodes.len());
+        let mut free_nodes = vec![true; count];
+        let mut answer = Vec::with_capacity(count);
         let mut inner = 0;
-        for (k, (kind, sphere, oriented_box)) in nodes.into_iter().enumerate() {
+        for (k, (kind, sphere, oriented_box)) in nodes.into_iter().take(count + 1).enumerate() {
             let (depth, hull) = match kind {
                 NodeKind::Leaf { piece } => {
                     std::mem::take(free_pieces.get_mut(piece as usize)?).then_some((1, u32::MAX))?
@@ -142,7 +143,7 @@ impl Hierarchy {
         }
         let one_root = free_nodes.iter().rposition(|&free| free) == free_nodes.iter().position(|&free| free);
         let depth = *depths.last()?;
-        let sound = one_root && inner as usize == hulls.len() && !free_pieces.contains(&true);
+        let sound = one_root && answer.len() == count && inner as usize == hulls.len() && !free_pieces.contains(&true);
         sound.then_some(Self { nodes: answer, hulls, depth })
     }
 
