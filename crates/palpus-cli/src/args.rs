@@ -101,6 +101,9 @@ pub(crate) struct RunArguments {
     /// Lets the scene file name meshes outside its own folder.
     #[arg(long)]
     pub(crate) allow_outside: bool,
+    /// Makes something go wrong, to see what the safety chain makes of it: a name and when, such as `pose-jump@1.5`.
+    #[arg(long, value_name = "NAME@S")]
+    pub(crate) fault: Vec<String>,
     /// Prints the safety chain's thresholds for the device, with their reasons, and ends.
     #[arg(long)]
     pub(crate) limits: bool,

@@ -7,6 +7,7 @@ mod bench;
 mod bodies;
 mod clock;
 mod engine;
+mod faults;
 mod inspect;
 mod output;
 mod plots;

@@ -57,8 +57,8 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
         let state =
             DeviceState { pose: row.pose, twist: row.twist, buttons: row.buttons, time: row.time_ns as f64 * 1e-9 };
         let outcome = engine.step(&state, row.dt);
-        // What only the device and the clock could tell is as recorded; all else the chain finds again.
-        let told = Cuts::from_bits(row.faults).and(Cuts::TOLD);
+        // Faults, which the device, the clock and the step's own trouble decide, are as recorded; all else the chain finds again.
+        let told = Cuts::from_bits(row.faults).and(Cuts::FAULTS);
         let wrench = match &mut chain {
             Some(chain) => chain.shape(&state, &outcome.wrench, told).wrench,
             None => outcome.wrench,
@@ -91,7 +91,7 @@ fn check_gaps(recording: &Recording) -> anyhow::Result<()> {
     for (k, row) in recording.rows.iter().enumerate() {
         if row.tick != k as u64 {
             bail!(
-                "tick {k} is missing from the recording (the disk was too slow, or it was cut); it can't be replayed"
+                "tick {k} is missing from the recording (the disk was too slow, it was cut, or the step panicked); it can't be replayed"
             );
         }
     }

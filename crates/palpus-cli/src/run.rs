@@ -12,8 +12,9 @@ use std::time::Duration;
 use anyhow::{Context, anyhow, bail};
 use palpus::render::{Clustering, Settings};
 use palpus_device::{
-    DeviceState, HapticDevice, Newest, RealTimeClaims, RealTimeOptions, Recorder, ReplayDevice, RunEnd, RunStatistics,
-    Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, Timing, claim, hand_preset, latest, record,
+    DeviceState, Engagement, FaultyDevice, HapticDevice, Newest, Phase, RealTimeClaims, RealTimeOptions, Recorder,
+    ReplayDevice, RunEnd, RunStatistics, Script, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings,
+    Timing, claim, hand_preset, latest, record,
 };
 use palpus_io::scene::FilePolicy;
 use palpus_io::{RecordRow, RecordingHeader, RecordingWriter, read_recording};
@@ -22,7 +23,7 @@ use crate::args::RunArguments;
 use crate::engine::{Detail, Engine};
 use crate::stage::{self, Stage};
 use crate::summary::{self, Gatherer, Summary};
-use crate::{output, plots, safety};
+use crate::{faults, output, plots, safety};
 
 /// Rows that may wait for the writer: half a second at the highest rate.
 const QUEUED_ROWS: usize = 1 << 15;
@@ -41,7 +42,8 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
         stage.settings.clustering = clustering.into();
     }
     let rate_hz = arguments.rate.or(stage.rate_hz).unwrap_or(DEFAULT_RATE_HZ);
-    let mut device = device(arguments, &stage, rate_hz)?;
+    let script = faults::script(&arguments.fault, rate_hz)?;
+    let mut device = FaultyDevice::new(device(arguments, &stage, rate_hz)?, &script);
     let settings = stage.settings_for(device.spec(), rate_hz);
     let options = ServoOptions {
         rate_hz,
@@ -59,14 +61,17 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     let engagement = options.safety.engagement(device.spec());
     safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
     if !arguments.json {
-        announce(arguments, &stage, device.as_ref(), rate_hz);
+        announce(arguments, &stage, &device, rate_hz);
+        if engagement != Engagement::Automatic {
+            output::note("forces come when you press a button of the device");
+        }
         output::note(contacts_as_felt(&settings));
     }
     let servo = Servo::new(options)?;
     let recording = (!arguments.no_record).then(|| Recording::start(&arguments.record, &header)).transpose()?;
     let (rows, writing) = recording.map_or((None, None), |r| (Some(r.rows), Some(r.writing)));
     let claims = (!arguments.fast && !arguments.no_realtime).then(RealTimeOptions::default);
-    let (statistics, gatherer, claims) = turn(servo, engine, device.as_mut(), rows, claims, arguments.json)?;
+    let (statistics, gatherer, claims) = turn(servo, engine, &mut device, &script, rows, claims, arguments.json)?;
     let summary = gatherer.finish(&statistics, &limits, claims.as_ref());
     if let Some(writing) = writing {
         let written = writing.finish();
@@ -194,6 +199,7 @@ struct Live {
     query_ns: u64,
     contacts: u32,
     force: f64,
+    phase: Phase,
 }
 
 /// Runs the loop on a thread of its own while this one shows how it goes.
@@ -201,6 +207,7 @@ fn turn(
     mut servo: Servo,
     mut engine: Engine,
     device: &mut (dyn HapticDevice + Send),
+    script: &Script,
     mut rows: Option<Recorder<RecordRow>>,
     claims: Option<RealTimeOptions>,
     quiet: bool,
@@ -226,11 +233,13 @@ fn turn(
                     query_ns: detail.tick.times.query + detail.tick.times.depth,
                     contacts: detail.tick.contacts,
                     force: tick.wrench.force.length(),
+                    phase: tick.phase,
                 });
             };
             // The other end is there until this thread is joined.
             let _ = granted.send(claims.as_ref().map(claim));
-            let statistics = servo.run(device, |state, dt| engine.step(state, dt), &mut observe, stop);
+            let step = script.step(|state: &DeviceState, dt| engine.step(state, dt));
+            let statistics = servo.run(device, step, &mut observe, stop);
             over.store(true, Ordering::Relaxed);
             (statistics, gatherer)
         })?;
@@ -282,17 +291,30 @@ fn watch(mut newest: Newest<Live>, over: &AtomicBool) {
         let live = newest.get();
         if shown {
             output::live(&format!(
-                "{:6.0} Hz   query {:7.1} µs   {:3} contacts   {:5.2} N",
+                "{:6.0} Hz   query {:7.1} µs   {:3} contacts   {:5.2} N   {}",
                 (live.ticks - last) as f64 / LIVE_PERIOD.as_secs_f64(),
                 live.query_ns as f64 / 1e3,
                 live.contacts,
                 live.force,
+                said(live.phase),
             ));
         }
         last = live.ticks;
     }
     if shown {
         output::live_end();
+    }
+}
+
+/// Why there is no force, or not the whole.
+fn said(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Engaged => "",
+        Phase::Idle => "press a button to feel it",
+        Phase::Waiting => "out of contact first",
+        Phase::Ramping => "engaging",
+        Phase::Faulted => "a fault: no force",
+        Phase::Stopped => "stopped by a fault",
     }
 }
 

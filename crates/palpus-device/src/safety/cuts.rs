@@ -108,9 +108,6 @@ impl Cuts {
             | Cut::Panic.bit()
             | Cut::Device.bit(),
     );
-    /// Faults that the chain is told, since they are found where the clock and the device are. A replay, which has neither,
-    /// takes them from the recording and computes all others again.
-    pub const TOLD: Self = Self(Self::FAULTS.0 & !Cut::NonFiniteWrench.bit());
     /// Those that make the state's velocity a number not to be relied on.
     pub(super) const BLIND: Self =
         Self(Cut::NonFiniteState.bit() | Cut::PoseJump.bit() | Cut::FrozenState.bit() | Cut::DeviceClock.bit());

@@ -1,0 +1,50 @@
+//! Faults that a user asks for, to see what the safety chain makes of them.
+
+use std::time::Duration;
+
+use anyhow::{Context, bail};
+use glam::DVec3;
+use palpus_device::{Fault, Script};
+
+/// Names and what they mean.
+const FAULTS: [(&str, Fault); 14] = [
+    ("non-finite-pose", Fault::NonFinitePose),
+    ("non-finite-wrench", Fault::NonFiniteWrench),
+    ("pose-jump", Fault::PoseJump(DVec3::new(0.0, 0.0, 0.05))),
+    ("turn-jump", Fault::TurnJump(DVec3::new(0.5, 0.0, 0.0))),
+    ("speed", Fault::Speed(5.0)),
+    ("frozen", Fault::Frozen(100)),
+    ("clock-back", Fault::DeviceClock(-1.0)),
+    ("clock-ahead", Fault::DeviceClock(1.0)),
+    ("large-wrench", Fault::Wrench(1e3, 10.0)),
+    ("large-torque", Fault::Wrench(0.1, 10.0)),
+    ("late-read", Fault::LateRead(LATE)),
+    ("late-step", Fault::LateStep(LATE)),
+    ("dropped", Fault::Dropped),
+    ("panic", Fault::Panic),
+];
+
+/// Later than any device's watchdog waits.
+const LATE: Duration = Duration::from_millis(100);
+
+/// Out of words such as `pose-jump@1.5`: what happens, and after how many seconds.
+pub(crate) fn script(words: &[String], rate_hz: f64) -> anyhow::Result<Script> {
+    let faults: Vec<(u64, Fault)> = words.iter().map(|word| fault(word, rate_hz)).collect::<Result<_, _>>()?;
+    Ok(Script::new(&faults, None))
+}
+
+fn fault(word: &str, rate_hz: f64) -> anyhow::Result<(u64, Fault)> {
+    let (name, seconds) = word
+        .split_once('@')
+        .with_context(|| format!("a fault is written as NAME@SECONDS, such as pose-jump@1.5, and not `{word}`"))?;
+    let Some((_, fault)) = FAULTS.iter().find(|(known, _)| *known == name) else {
+        let names: Vec<&str> = FAULTS.iter().map(|(known, _)| *known).collect();
+        bail!("there is no fault `{name}`; faults are {}", names.join(", "));
+    };
+    let seconds: f64 = seconds
+        .parse()
+        .ok()
+        .filter(|seconds| *seconds >= 0.0)
+        .with_context(|| format!("`{seconds}` in `{word}` is no number of seconds"))?;
+    Ok(((seconds * rate_hz).round() as u64, *fault))
+}
