@@ -4,7 +4,7 @@
 //! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents itself, by the share of its
 //!    engagement that the crowd around it leaves to it.
 //! 3. *Push*: the normal force of each cluster, at its midpoint.
-//! 4. *Rub*: the friction of each member, at the member's midpoint, and its resistance to twisting.
+//! 4. *Rub*: the friction of each member, where it holds, and its resistance to twisting.
 //!
 //! Everything is in b's frame. Sums run in the canonical order of the clusters and of their members.
 
@@ -41,7 +41,7 @@ pub struct Forces {
     pub normal_forces: Vec<f64>,
     /// N/m, of each cluster: how fast its normal force grows with engagement.
     pub stiffnesses: Vec<f64>,
-    /// How each member holds, at its contact's midpoint; empty without friction.
+    /// How each member holds, and where; empty without friction.
     pub grips: Vec<Grip>,
     /// On both bodies.
     pub net: NetWrench,
@@ -151,8 +151,8 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
     };
     forces.adhesion = scratch.friction.update(&grasp, friction);
     forces.grips.extend_from_slice(scratch.friction.grips());
-    for (&i, grip) in forces.members.iter().zip(&forces.grips) {
-        forces.net.add(grip.force, contacts[i as usize].midpoint(), &motion.centers);
+    for grip in &forces.grips {
+        forces.net.add(grip.force, grip.point, &motion.centers);
         forces.net.add_torque(grip.torque);
     }
 }

@@ -182,9 +182,9 @@ impl Renderer {
 
     /// Stage 4.
     fn couple(&mut self, motion: &Motion, dt: f64) {
-        let Tick { probe, contacts, forces, counters, computed, .. } = &mut self.tick;
+        let Tick { probe, forces, counters, computed, .. } = &mut self.tick;
         if let Some(tool) = &mut self.tool {
-            (*computed, counters.tool) = tool.step(probe, contacts, forces, self.settings.damping, dt);
+            (*computed, counters.tool) = tool.step(probe, forces, self.settings.damping, dt);
         } else {
             let grip = motion.pose_ba.point(self.settings.grip_a);
             *computed = forces.net.on_a.about(grip - motion.centers.a);

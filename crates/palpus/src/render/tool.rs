@@ -25,7 +25,6 @@ use super::{Forces, Limits, ProbeState, Settings, VirtualCoupling};
 use crate::algebra::tolerance::{COUPLING_ROUNDS, COUPLING_SETTLED};
 use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench, rotation_between};
 use crate::body::MassProperties;
-use crate::force::Contact;
 
 /// What happened in one step of the tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -147,23 +146,16 @@ impl Tool {
         self.pose_ba = None;
     }
 
-    /// One step of `h` seconds towards `device`, under the `forces` that `contacts` exert where the tool is now; `damping` is that
-    /// of the contacts, N·s/m.
+    /// One step of `h` seconds towards `device`, under the `forces` that contacts exert where the tool is now; `damping` is theirs,
+    /// N·s/m.
     ///
     /// Answers the wrench on the device about its grip, in b's frame.
-    pub fn step(
-        &mut self,
-        device: &ProbeState,
-        contacts: &[Contact],
-        forces: &Forces,
-        damping: f64,
-        h: f64,
-    ) -> (Wrench, ToolCounters) {
+    pub fn step(&mut self, device: &ProbeState, forces: &Forces, damping: f64, h: f64) -> (Wrench, ToolCounters) {
         let pose = self.pose_ba(device);
         if !(h > 0.0 && h.is_finite()) {
             return (Wrench::ZERO, ToolCounters::default());
         }
-        self.gather(contacts, forces, pose.point(self.center_a));
+        self.gather(forces, pose.point(self.center_a));
         let bond = self.bond(device, &pose);
         let (system, load) = self.unhindered(&bond, &pose, h);
         let mut counters = ToolCounters::default();
@@ -178,19 +170,18 @@ impl Tool {
     }
 
     /// Steps 3 and 4, as far as they do not depend on the solution.
-    fn gather(&mut self, contacts: &[Contact], forces: &Forces, center: DVec3) {
+    fn gather(&mut self, forces: &Forces, center: DVec3) {
         self.pushes.clear();
         self.rubs.clear();
         let strengths = forces.normal_forces.iter().zip(&forces.stiffnesses);
         for (k, (cluster, (&force, &stiffness))) in forces.clusters.iter().zip(strengths).enumerate() {
             let offset = cluster.midpoint - center;
             self.pushes.push(Push { offset, normal: cluster.normal, force, stiffness, predicted: force });
-            let members = cluster.members();
-            let Some(grips) = forces.grips.get(members.clone()) else { continue };
-            for (&i, grip) in forces.members[members].iter().zip(grips).filter(|(_, grip)| grip.stiffness > 0.0) {
+            let Some(grips) = forces.grips.get(cluster.members()) else { continue };
+            for grip in grips.iter().filter(|grip| grip.stiffness > 0.0) {
                 let twisting = grip.stiffness * grip.lever * grip.lever;
                 self.rubs.push(Rub {
-                    offset: contacts[i as usize].midpoint() - center,
+                    offset: grip.point - center,
                     normal: cluster.normal,
                     strain: -grip.force / grip.stiffness,
                     twist: if twisting > 0.0 { -grip.torque.dot(cluster.normal) / twisting } else { 0.0 },
