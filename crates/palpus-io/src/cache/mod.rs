@@ -130,7 +130,7 @@ impl BodyCache {
             kept.with_batch(k, read).map_err(missed)?.map_err(|what| damaged(what.to_owned()))
         };
         let parts = || {
-            let parts = parts::decode(kept.batches.len(), &with_batch, workers)?;
+            let parts = parts::decode(kept.batches.len(), with_batch, workers)?;
             parts.ok_or_else(|| damaged("its contents make no body".to_owned()))
         };
         let (parts, ground) = both(workers, parts, ground);

@@ -70,7 +70,7 @@ enum Batch {
 /// `with_batch` gives the bytes of a batch to be read, and answers what was made of them, or why there are none.
 pub(super) fn decode<E: Send + Sync>(
     batches: usize,
-    with_batch: &(dyn Fn(usize, &mut dyn FnMut(&[u8])) -> Result<(), E> + Sync),
+    with_batch: impl Fn(usize, &mut dyn FnMut(&[u8])) -> Result<(), E> + Sync,
     workers: &dyn Workers,
 ) -> Result<Option<BodyParts>, E> {
     let mut head = None;

@@ -141,7 +141,7 @@ fn bytes_with_a_right_hash_and_wrong_contents_give_an_error_and_no_panic() {
             read(&batches[k]);
             Ok(())
         };
-        if let Ok(Some(parts)) = parts::decode(batches.len(), &with_batch, &Alone)
+        if let Ok(Some(parts)) = parts::decode(batches.len(), with_batch, &Alone)
             && let Ok(body) = Body::restore(ground.clone(), parts, &Alone)
         {
             let sound = body.polytopes().iter().all(|polytope| polytope.check_topology().is_ok());

@@ -32,6 +32,12 @@ pub(super) struct Four {
     z: [f64; 4],
 }
 
+impl Four {
+    fn of(points: &[DVec3; 4]) -> Self {
+        Self { x: points.map(|p| p.x), y: points.map(|p| p.y), z: points.map(|p| p.z) }
+    }
+}
+
 /// What a directory knows about a direction.
 pub(super) enum Known {
     /// The farthest vertex.
@@ -44,13 +50,13 @@ impl Directory {
     /// That of `vertices`; `climb` takes a vertex and a direction to the farthest vertex.
     pub(super) fn new(vertices: &[DVec3], climb: impl Fn(u32, DVec3) -> u32) -> Self {
         if vertices.len() <= SCAN_BELOW {
-            let at = |k: usize| vertices[if k < vertices.len() { k } else { 0 }];
-            let four = |first: usize| Four {
-                x: std::array::from_fn(|k| at(first + k).x),
-                y: std::array::from_fn(|k| at(first + k).y),
-                z: std::array::from_fn(|k| at(first + k).z),
-            };
-            return Self::Scan((0..vertices.len()).step_by(4).map(four).collect());
+            let (whole, rest) = vertices.as_chunks();
+            let mut fours = Vec::with_capacity(vertices.len().div_ceil(4));
+            fours.extend(whole.iter().map(Four::of));
+            if !rest.is_empty() {
+                fours.push(Four::of(&std::array::from_fn(|k| rest.get(k).copied().unwrap_or(vertices[0]))));
+            }
+            return Self::Scan(fours.into_boxed_slice());
         }
         let side = (vertices.len() as f64).sqrt().ceil() as usize;
         let mut starts = Vec::with_capacity(side * side);

@@ -27,7 +27,7 @@ impl Admissible {
         noise: f64,
         workers: &dyn Workers,
     ) -> Self {
-        let source = Source::new(mesh, half_edges, polytopes, pieces, noise);
+        let source = Source::new(mesh, half_edges, polytopes, pieces, noise, workers);
         let batch = |k: usize| {
             let some = k * OWNERS_PER_PART..pieces.len().min((k + 1) * OWNERS_PER_PART);
             Self::of_some(&source, &polytopes[some.clone()], &pieces[some])
@@ -91,37 +91,58 @@ impl Admissible {
 
 /// Pieces whose own normals are read at once: some milliseconds of work.
 const OWNERS_PER_PART: usize = 1024;
+/// Triangles whose normals are computed at once: a millisecond of work.
+const NORMALS_PER_PART: usize = 16384;
 
 /// The mesh, with the normal of each triangle as its piece has it.
 struct Source<'s> {
     mesh: &'s Mesh,
     half_edges: &'s HalfEdges,
+    /// The triangles' own normals.
+    true_normals: Vec<DVec3>,
     normals: Vec<DVec3>,
     noise: f64,
 }
 
 impl<'s> Source<'s> {
-    fn new(mesh: &'s Mesh, half_edges: &'s HalfEdges, polytopes: &[Polytope], pieces: &[Piece], noise: f64) -> Self {
-        let normals = (0..mesh.triangles().len() as u32).map(|t| mesh.triangle_normal(t)).collect();
-        let mut source = Self { mesh, half_edges, normals, noise };
+    fn new(
+        mesh: &'s Mesh,
+        half_edges: &'s HalfEdges,
+        polytopes: &[Polytope],
+        pieces: &[Piece],
+        noise: f64,
+        workers: &dyn Workers,
+    ) -> Self {
+        let normal = |t: usize| mesh.triangle_normal(t as u32);
+        let true_normals = map_in_order(workers, mesh.triangles().len(), NORMALS_PER_PART, normal, &mut |_| ());
+        let mut source = Self { mesh, half_edges, true_normals, normals: Vec::new(), noise };
+        let mut normals = source.true_normals.clone();
         // Neighbours must agree on where an arc ends: at the normal of the face in which the triangle lies.
-        for (polytope, piece) in polytopes.iter().zip(pieces) {
-            for face in 0..polytope.face_count() as u32 {
-                let plane = polytope.plane(face);
-                for &t in piece.face_triangles(face) {
-                    if source.lies_in(t, plane) {
-                        source.normals[t as usize] = plane.normal;
-                    }
+        let within = |part: usize| {
+            let some = part * OWNERS_PER_PART..pieces.len().min((part + 1) * OWNERS_PER_PART);
+            let mut within = Vec::new();
+            for (k, polytope) in some.clone().zip(&polytopes[some]) {
+                for face in 0..polytope.face_count() as u32 {
+                    let plane = polytope.plane(face);
+                    let lying = pieces[k].face_triangles(face).iter().filter(|&&t| source.lies_in(t, plane));
+                    within.extend(lying.map(|&t| (t, k as u32, face)));
                 }
             }
+            within
+        };
+        for part in map_in_order(workers, pieces.len().div_ceil(OWNERS_PER_PART), 1, within, &mut |_| ()) {
+            for (t, piece, face) in part {
+                normals[t as usize] = polytopes[piece as usize].plane(face).normal;
+            }
         }
+        source.normals = normals;
         source
     }
 
     /// True for a triangle in the plane of a face, false for one that only has a side there.
     fn lies_in(&self, t: u32, plane: Plane) -> bool {
         let flat = self.mesh.triangle_points(t).iter().all(|p| plane.height(*p).abs() <= ON_FACE * self.noise);
-        flat && plane.normal.dot(self.mesh.triangle_normal(t)) > FOLDED
+        flat && plane.normal.dot(self.true_normals[t as usize]) > FOLDED
     }
 }
 
