@@ -288,7 +288,7 @@ fn watch(mut newest: Newest<Live>, over: &AtomicBool) {
     let mut last = 0;
     while !over.load(Ordering::Relaxed) {
         std::thread::sleep(LIVE_PERIOD);
-        let live = newest.get();
+        let live = *newest.get();
         if shown {
             output::live(&format!(
                 "{:6.0} Hz   query {:7.1} µs   {:3} contacts   {:5.2} N   {}",

@@ -24,7 +24,7 @@ mod simulated;
 
 pub use device::{Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, known_devices};
 pub use faulty::{Fault, FaultyDevice, Script};
-pub use latest::{Newest, Publisher, latest};
+pub use latest::{Newest, Publisher, latest, latest_of};
 pub use realtime::{Claimed, RealTimeClaims, RealTimeOptions, claim};
 pub use recorder::{Recorder, Recording, RecordingSummary, record};
 pub use replay::ReplayDevice;

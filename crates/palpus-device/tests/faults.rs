@@ -275,7 +275,12 @@ fn judge(sequence: &Sequence, ticks: &[ServoTick]) {
 }
 
 /// Every fault that happened is named. When two meet, one may hide the other, so only those that are alone are looked for.
-fn judge_names(sequence: &Sequence, statistics: &RunStatistics, reads: u64) {
+fn judge_names(sequence: &Sequence, ticks: &[ServoTick], statistics: &RunStatistics) {
+    let reads = statistics.ticks;
+    // Nothing is held too long when nothing is held.
+    let is_held = |tick: u64| ticks.iter().any(|seen| seen.index == tick && seen.wrench != Wrench::ZERO);
+    // Ticks are counted from the first state that was one.
+    let counts_reads = sequence.faults.first().is_none_or(|(tick, _)| *tick > 0);
     let lasting = |fault: &Fault| match fault {
         Fault::Frozen(ticks) | Fault::Stuck(ticks) => u64::from(*ticks),
         _ => 0,
@@ -287,6 +292,11 @@ fn judge_names(sequence: &Sequence, statistics: &RunStatistics, reads: u64) {
             });
         // The first read has nothing to be compared with, and the last ones' end is not seen.
         let seen = *tick > 0 && tick + lasting(fault) + 1 < reads;
+        let seen = match fault {
+            Fault::LateRead(_) | Fault::LateStep(_) => seen && counts_reads && is_held(tick - 1),
+            Fault::LateWrite(_) => seen && counts_reads && is_held(*tick),
+            _ => seen,
+        };
         if let Some(cut) = fault.shown_as().filter(|_| alone && seen) {
             assert!(
                 statistics.safety.ticks(cut) > 0,
@@ -302,7 +312,7 @@ fn try_sequence(seed: u64) -> RunStatistics {
     let sequence = Sequence::new(seed);
     let (ticks, written, statistics, braked) = sequence.run();
     judge(&sequence, &ticks);
-    judge_names(&sequence, &statistics, statistics.ticks);
+    judge_names(&sequence, &ticks, &statistics);
     for wrench in &written {
         let limits = &sequence.limits;
         assert!(within(wrench, limits.force_peak, limits.torque_peak), "sequence {seed:#x}: {wrench:?} was written");

@@ -1,6 +1,7 @@
 //! The watchdog: takes the force from the device when the loop does not answer any more.
 //!
-//! The loop *beats* whenever it has written a wrench. [`Watch::check`] is called by a thread that has nothing else to do; when the
+//! The loop *beats* whenever it has written a wrench, and *rests* when that was none: nothing can be held too long then.
+//! [`Watch::check`] is called by a thread that has nothing else to do; when the
 //! last beat is longer ago than a wrench may be held, it applies the device's [`Brake`]. The loop, should it live, finds the brake
 //! applied, counts a fault and releases it only when it is engaged again.
 
@@ -13,25 +14,33 @@ use crate::device::Brake;
 /// Checks in the time that a wrench may be held.
 const CHECKS: u32 = 4;
 
+/// The beat of a loop that rests: later than any.
+const RESTING: u64 = u64::MAX;
+
 /// What the loop and the watchdog share.
 pub struct Watch {
     brake: Arc<dyn Brake>,
     /// ns for which a wrench may be held.
     stall: u64,
-    /// ns of the loop's time at the last beat.
+    /// ns of the loop's time at the last beat, or [`RESTING`].
     beat: AtomicU64,
     over: AtomicBool,
 }
 
 impl Watch {
-    /// A watch over a loop that beats at `now` and from then on at least every `stall`.
-    pub fn new(brake: Arc<dyn Brake>, stall: Duration, now: Duration) -> Self {
-        Self { brake, stall: nanos(stall), beat: AtomicU64::new(nanos(now)), over: AtomicBool::new(false) }
+    /// A watch over a loop that rests so far, and beats at least every `stall` while it does not.
+    pub fn new(brake: Arc<dyn Brake>, stall: Duration) -> Self {
+        Self { brake, stall: nanos(stall), beat: AtomicU64::new(RESTING), over: AtomicBool::new(false) }
     }
 
     /// A wrench was written at `now`.
     pub fn beat(&self, now: Duration) {
         self.beat.store(nanos(now), Ordering::Release);
+    }
+
+    /// Zero was written: it may be held for ever.
+    pub fn rest(&self) {
+        self.beat.store(RESTING, Ordering::Release);
     }
 
     /// Applies the brake if the last beat was too long before `now`.

@@ -25,7 +25,8 @@ pub(super) struct Line<'a, D: HapticDevice + ?Sized> {
     period: f64,
     /// For which a wrench may be held.
     stall: Duration,
-    written: Duration,
+    /// When the wrench was written that the device holds; `None` when it is zero.
+    held: Option<Duration>,
     /// The brake has been seen applied.
     braked: bool,
 }
@@ -45,7 +46,6 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         let real = *timing == Timing::RealTime;
         let stall = Duration::try_from_secs_f64(limits.stall).unwrap_or(Duration::MAX);
         let brake = device.brake();
-        let written = time.now();
         let guard = brake.clone().filter(|_| real).map(|brake| Guard::new(brake, stall, time));
         let braked = brake.as_ref().is_some_and(|brake| brake.is_applied());
         Self {
@@ -56,7 +56,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
             real,
             period,
             stall,
-            written,
+            held: None,
             braked,
         }
     }
@@ -83,7 +83,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     ) -> Result<Shaped, DeviceError> {
         let mut told = found;
         told.note(Cut::Panic, panicked);
-        told.note(Cut::LateLoop, self.real && self.time.now().saturating_sub(self.written) > self.stall);
+        told.note(Cut::LateLoop, self.held.is_some_and(|since| self.time.now().saturating_sub(since) > self.stall));
         told.note(Cut::Watchdog, self.is_newly_braked());
         let shaped = self.chain.shape(state, computed, told);
         if self.braked && shaped.phase.is_on() {
@@ -125,9 +125,12 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         // A write that takes its time is time for which a wrench is held.
         let begun = self.time.now();
         self.end.device.write(wrench)?;
-        self.written = begun;
+        self.held = (*wrench != Wrench::ZERO).then_some(begun);
         if let Some(guard) = &self.end.guard {
-            guard.watch.beat(begun);
+            match self.held {
+                Some(since) => guard.watch.beat(since),
+                None => guard.watch.rest(),
+            }
         }
         Ok(())
     }
@@ -147,7 +150,7 @@ struct Guard {
 
 impl Guard {
     fn new(brake: Arc<dyn Brake>, stall: Duration, time: &dyn LoopTime) -> Self {
-        let watch = Arc::new(Watch::new(brake, stall, time.now()));
+        let watch = Arc::new(Watch::new(brake, stall));
         let thread = time.guard(Arc::clone(&watch));
         Self { watch, thread }
     }

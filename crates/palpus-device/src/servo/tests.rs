@@ -241,6 +241,36 @@ fn a_step_that_takes_several_periods_is_an_overrun_and_skips_them() {
     assert!(run.skipped >= 2);
 }
 
+/// After a fault, with nobody holding it, the device comes to rest by the chain's damping.
+#[test]
+fn damping_after_a_fault_only_takes_energy() {
+    for (speed, spin) in [(0.1, 1.0), (0.5, 5.0), (2.0, 20.0)] {
+        let settings = SimulationSettings { hand: HandImpedance::NONE, ..Default::default() };
+        let mut device = SimulatedDevice::new(settings, |_: f64| Pose::IDENTITY).unwrap();
+        device.push(Twist { angular: DVec3::Z * spin, linear: DVec3::X * speed });
+        let hold = SafetyLimits { hold: 10.0, ..SafetyLimits::of(device.spec(), 1000.0) };
+        let safety = SafetyOptions { limits: Some(hold), ..Default::default() };
+        let mut tick = 0;
+        let step = |_: &DeviceState, _| {
+            tick += 1;
+            StepOutcome::of(pull(if tick == 3 { f64::NAN } else { 0.0 }))
+        };
+        let mut last = f64::INFINITY;
+        let mut observer = |tick: &ServoTick, _: &()| {
+            // Each tenth of a second is slower than the one before it, until the encoders see no motion.
+            if tick.index % 100 == 99 {
+                let now = tick.state.twist.linear.length() + 0.1 * tick.state.twist.angular.length();
+                assert!(now < last.max(1e-3), "{now} after {last} at {speed} m/s");
+                last = now;
+            }
+        };
+        let run = guarded(1.5, safety).run_in(&VirtualTime::default(), &mut device, step, &mut observer, &go_on());
+        assert_eq!(run.safety.faults(), 1);
+        assert!(run.energy.highest <= 0.0, "{:?}", run.energy);
+        assert!(device.true_twist().linear.length() < 1e-3 && device.true_twist().angular.length() < 0.05);
+    }
+}
+
 /// A wall at x = 0, felt by a simulated hand that means to go into it.
 fn wall(state: &DeviceState, _: f64) -> StepOutcome {
     let depth = (-state.pose.translation.x).max(0.0);
@@ -314,6 +344,39 @@ fn a_loop_that_stalls_loses_its_force_to_the_watchdog_and_gets_it_back_by_engagi
     assert_eq!(phases, [Ramping, Engaged, Faulted, Waiting, Ramping, Engaged]);
     // The grip is at 1 mm a tick and its twist says at rest: nothing to damp.
     assert!(device.written[399..799].iter().all(|wrench| *wrench == Wrench::ZERO));
+}
+
+#[test]
+fn the_watchdog_has_a_thread_of_its_own() {
+    let mut device = Scribe::new();
+    let brake = Arc::clone(&device.brake);
+    let mut tick = 0;
+    let step = |_: &DeviceState, _| {
+        tick += 1;
+        let begun = std::time::Instant::now();
+        // A step that does not come back before the brake is applied; a minute is for ever.
+        while tick == 20 && !brake.is_applied() && begun.elapsed() < Duration::from_secs(60) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        StepOutcome::of(pull(0.5))
+    };
+    let limits = SafetyLimits { ramp: 0.01, ..SafetyLimits::of(&known_devices()[0], 1000.0) };
+    let safety = SafetyOptions { limits: Some(limits), ..Default::default() };
+    let run = guarded(0.05, safety).run(&mut device, step, &mut (), &go_on());
+    assert!(run.safety.ticks(Cut::Watchdog) >= 1 && run.safety.ticks(Cut::LateLoop) >= 1, "{:?}", run.safety);
+}
+
+#[test]
+fn a_loop_that_holds_nothing_may_be_late() {
+    let mut device = Scribe::new();
+    let time = VirtualTime::default();
+    let step = |_: &DeviceState, _| {
+        time.pass(Duration::from_millis(200));
+        StepOutcome::of(Wrench::ZERO)
+    };
+    let run = guarded(0.05, SafetyOptions::default()).run_in(&time, &mut device, step, &mut (), &go_on());
+    assert_eq!((run.safety.faults(), run.overruns), (0, 50));
+    assert!(!device.brake.is_applied());
 }
 
 #[test]
