@@ -22,7 +22,8 @@ use palpus::algebra::{NoClock, Twist, Wrench};
 use palpus::body::{Body, BodySettings};
 use palpus::render::{Clustering, Limits, ProbeState, Renderer};
 use palpus_baselines::{
-    Baseline, Beyond, Change, Epa, Felt, Predicted, PredictedSettings, Settings, Voxel, VoxelSettings,
+    Baseline, Beyond, Change, Coupled, CouplingSettings, Epa, Felt, Predicted, PredictedSettings, Settings, Voxel,
+    VoxelSettings,
 };
 use palpus_scenes::truth::Truth;
 use palpus_scenes::{Scene, scene};
@@ -80,6 +81,8 @@ fn methods(a: &Arc<Body>, b: &Arc<Body>, scene: &Scene) -> Result<Vec<Row>, Box<
     let last = |settings, note| -> Result<Row, Box<dyn std::error::Error>> {
         Ok((Box::new(Predicted::new(a.clone(), b.clone(), settings)?), note))
     };
+    let within = Voxel::new(a.clone(), b.clone(), voxel)?;
+    let coupled = Coupled::new(within, a, contact.grip_a, CouplingSettings::default())?;
     Ok(vec![
         engine(Clustering::Smooth, "smooth")?,
         engine(Clustering::Linkage, "linkage")?,
@@ -92,6 +95,7 @@ fn methods(a: &Arc<Body>, b: &Arc<Body>, scene: &Scene) -> Result<Vec<Row>, Box<
         point(shallow, "one layer")?,
         point(fine, "0.5 mm")?,
         point(VoxelSettings { full: 1, ..voxel }, "averaged")?,
+        (Box::new(coupled), "coupled"),
     ])
 }
 

@@ -7,7 +7,7 @@
 //! | [`Predicted`] | \[GME00\], reference \[16\] of \[K02\] | the last closest features of each pair, and how far the motion has taken them past each other |
 //! | [`Voxel`] | \[MPT99\], reference \[30\] of \[K02\] | each point of the probe's shell that lies in the environment's force field of voxels |
 //!
-//! All of them render directly, as the paper does: relative pose in, wrench on the probe out. A [`Baseline`] remembers what its method
+//! All of them render directly, as the paper does: relative pose in, wrench on the probe out. [`Coupled`] puts \[MPT99\]'s virtual coupling around any of them. A [`Baseline`] remembers what its method
 //! remembers, and nothing else; it may allocate, and has no deadline. The same calls give the same answers to the last bit.
 //!
 //! Sources. \[GME00\]: Gregory, Mascarenhas, Ehmann, Lin, Manocha, *Six Degree-of-Freedom Haptic Display of Polygonal Models*, IEEE
@@ -18,6 +18,7 @@
 //!
 //! Numbers that decide something stand as named constants where they are used: the register in `palpus::algebra::tolerance` is the engine's.
 
+mod coupled;
 mod epa;
 mod expand;
 mod pairs;
@@ -29,6 +30,7 @@ mod voxel;
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
 
+pub use coupled::{Coupled, CouplingSettings};
 pub use epa::Epa;
 pub use expand::{Penetration, penetration};
 pub use predicted::{Change, Predicted, PredictedSettings};

@@ -12,7 +12,7 @@
 //! 6. *Pre-contact braking* (\[K02 §4\]: "braking forces \[30\], which have a viscous nature"): in the layer outside the field, against the point's velocity of
 //!    approach.
 //! 7. *Virtual coupling* ("force discontinuities arising from the use of a simple penalty force model are mitigated by a dynamic simulation based
-//!    on virtual coupling", abstract) is no part of the force model and left to whoever calls: all methods here are direct, and so are compared.
+//!    on virtual coupling", abstract) is no part of the force model: [`Coupled`](crate::Coupled) has it. Without, this method is direct as the others are.
 //!
 //! What had to be chosen, since the full text was not at hand:
 //!
