@@ -80,6 +80,9 @@ pub(crate) struct RunArguments {
     /// scene's, or linkage].
     #[arg(long, value_enum, value_name = "METHOD")]
     pub(crate) clustering: Option<ClusteringMethod>,
+    /// Takes back every bit of energy that the hand was given by the loop, instead of from half a millimetre at peak force on.
+    #[arg(long)]
+    pub(crate) passive: bool,
     /// Never opens a window (there is none yet: every run is headless).
     #[arg(long)]
     pub(crate) headless: bool,

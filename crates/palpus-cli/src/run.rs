@@ -45,13 +45,17 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     let script = faults::script(&arguments.fault, rate_hz)?;
     let mut device = FaultyDevice::new(device(arguments, &stage, rate_hz)?, &script);
     let settings = stage.settings_for(device.spec(), rate_hz);
-    let options = ServoOptions {
+    let mut options = ServoOptions {
         rate_hz,
         timing: if arguments.fast { Timing::Simulated } else { Timing::RealTime },
         duration: Some(arguments.duration),
         ..ServoOptions::default()
     };
-    let limits = options.safety.limits(device.spec(), rate_hz);
+    let mut limits = options.safety.limits(device.spec(), rate_hz);
+    if arguments.passive {
+        limits.allowance = 0.0;
+    }
+    options.safety.limits = Some(limits);
     if arguments.limits {
         safety::print(device.spec(), &limits, arguments.json)?;
         return Ok(ExitCode::SUCCESS);

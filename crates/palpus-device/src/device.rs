@@ -150,6 +150,8 @@ pub struct DeviceSpec {
     pub buttons: u8,
     /// Sides of the box that the grip can reach, m, when the maker states it.
     pub workspace: Option<DVec3>,
+    /// From a write until it acts, beyond being held for a tick, s; 0 when not known.
+    pub delay: f64,
 }
 
 /// N, as the makers' data sheets state them.
@@ -177,6 +179,7 @@ pub fn known_devices() -> [DeviceSpec; 10] {
             sensed,
             buttons: 0,
             workspace: workspace_mm.map(|mm| DVec3::from_array(mm) * 1e-3),
+            delay: 0.0,
         };
     [
         spec("Phantom Premium 1.5/6DOF", 8.5, 0.188, Axes::FULL, Axes::FULL, Some([381.0, 267.0, 191.0])),

@@ -12,6 +12,7 @@
 //!
 //! The loop is generic over what computes the wrench, so nothing here knows geometry.
 
+mod acting;
 mod device;
 mod faulty;
 mod latest;
@@ -29,8 +30,8 @@ pub use realtime::{Claimed, RealTimeClaims, RealTimeOptions, claim};
 pub use recorder::{Recorder, Recording, RecordingSummary, record};
 pub use replay::ReplayDevice;
 pub use safety::{
-    Admitted, AfterFault, AfterPanic, Cut, Cuts, Engagement, Gate, LimitLine, Passivity, Phase, SafetyChain,
-    SafetyCounters, SafetyLimits, SafetyOptions, Shaped, Watch,
+    Admitted, AfterFault, AfterPanic, Cut, Cuts, EnergyAccount, Engagement, Gate, LimitLine, Passivity, Phase,
+    SafetyChain, SafetyCounters, SafetyLimits, SafetyOptions, Shaped, Watch,
 };
 pub use servo::{
     Energy, LATE, LoopTime, Percentiles, RunEnd, RunStatistics, Servo, ServoError, ServoOptions, ServoTick,

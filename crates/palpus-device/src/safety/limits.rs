@@ -3,6 +3,7 @@
 //! Every threshold is a formula over the [`DeviceSpec`] and the loop's period. [`SafetyLimits::explained`] lists values,
 //! formulas and reasons, for people.
 
+use crate::acting::DELAY_MAX;
 use crate::device::{DeviceSpec, known_devices};
 
 /// N: more than any of the desktop devices gives; the largest arms sold for a hand are near it. A device that states more
@@ -61,6 +62,9 @@ const REST_DAMPING: f64 = 0.25;
 const REST_ANGULAR_DAMPING: f64 = 5e-3;
 /// Of the peak: the most that damping at rest may push with.
 const REST_SHARE: f64 = 0.1;
+/// m: peak force over it is the energy that a port may give. What a slow oscillation of a millimetre at an eighth of the peak
+/// turns over; steps of encoders (0.03 mm) stay far below it.
+const ALLOWED_TRAVEL: f64 = 0.5e-3;
 
 /// The thresholds of the chain. Every one is public, to be read and to be set tighter.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -111,6 +115,10 @@ pub struct SafetyLimits {
     pub rest_force: f64,
     /// N·m.
     pub rest_torque: f64,
+    /// From a write until it acts, beyond being held for a tick, s.
+    pub delay: f64,
+    /// What translation, and what rotation, may have given to the hand before it is damped, J.
+    pub allowance: f64,
 }
 
 /// One threshold for people.
@@ -170,11 +178,13 @@ impl SafetyLimits {
             angular_damping: REST_ANGULAR_DAMPING * torque_peak,
             rest_force: REST_SHARE * force_peak,
             rest_torque: REST_SHARE * torque_peak,
+            delay: believed(spec.delay, DELAY_MAX as f64 * period),
+            allowance: ALLOWED_TRAVEL * force_peak,
         }
     }
 
     /// Every threshold with its value, formula and reason.
-    pub fn explained(&self) -> [LimitLine; 23] {
+    pub fn explained(&self) -> [LimitLine; 25] {
         let line = |name, value, unit, why| LimitLine { name, value, unit, why };
         [
             line("force_peak", self.force_peak, "N", "as the device states; at most what is known of it, or 40 N"),
@@ -200,6 +210,13 @@ impl SafetyLimits {
             line("angular_damping", self.angular_damping, "N·m·s/rad", "0.005 s/rad of the peak"),
             line("rest_force", self.rest_force, "N", "0.1 of the peak: the most of that damping"),
             line("rest_torque", self.rest_torque, "N·m", "0.1 of the peak"),
+            line("delay", self.delay, "s", "from a write until it acts, as the device states; at most 8 periods"),
+            line(
+                "allowance",
+                self.allowance,
+                "J",
+                "peak over 0.5 mm: given to the hand before passivity takes it back",
+            ),
         ]
     }
 
@@ -229,6 +246,8 @@ impl SafetyLimits {
             angular_damping: value("angular_damping")?,
             rest_force: value("rest_force")?,
             rest_torque: value("rest_torque")?,
+            delay: value("delay")?,
+            allowance: value("allowance")?,
         })
     }
 

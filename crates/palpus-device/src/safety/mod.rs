@@ -6,7 +6,7 @@
 //! |---|---|---|
 //! | 1 non-finite | a number in the state or the wrench is none | nothing; a fault |
 //! | 2 gate | the pose jumps, the grip is too fast, the state is frozen or its clock leaps | nothing; a fault |
-//! | 3 passivity | see [`Passivity`]; the chain has this stage when it was given one | less |
+//! | 3 passivity | a port has given more energy than it took ([`EnergyAccount`]) | less along the motion, or damping |
 //! | 4 slew | the wrench changes by more than N/s, N·m/s | as much of the change as may be |
 //! | 5 saturation | it is beyond the device's peak | the same direction, shorter |
 //! | 6 heat | it was beyond the continuous rating for too long (I²t) | the same direction, shorter |
@@ -28,6 +28,7 @@
 //! construction, waits, or panics.
 
 mod cuts;
+mod energy;
 mod engagement;
 mod gate;
 mod heat;
@@ -44,6 +45,7 @@ use engagement::{Event, Machine};
 use heat::Heat;
 
 pub use cuts::{Cut, Cuts, SafetyCounters};
+pub use energy::EnergyAccount;
 pub use engagement::{AfterFault, Engagement, Phase};
 pub use gate::{Admitted, Gate};
 pub use limits::{LimitLine, SafetyLimits};
@@ -133,13 +135,13 @@ impl SafetyChain {
             machine: Machine::new(engagement, limits.ramp, limits.hold),
             heat_force: Heat::new(limits.force_peak, limits.force_continuous, limits.heating_time),
             heat_torque: Heat::new(limits.torque_peak, limits.torque_continuous, limits.heating_time),
-            passivity: None,
+            passivity: Some(Box::new(EnergyAccount::new(limits, period))),
             shaped: Wrench::ZERO,
             commanded: Wrench::ZERO,
         }
     }
 
-    /// With a third stage.
+    /// With another third stage, or none.
     #[must_use]
     pub fn with_passivity(mut self, stage: Option<Box<dyn Passivity>>) -> Self {
         self.passivity = stage;

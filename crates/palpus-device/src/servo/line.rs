@@ -46,12 +46,14 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         let real = *timing == Timing::RealTime;
         let stall = Duration::try_from_secs_f64(limits.stall).unwrap_or(Duration::MAX);
         let brake = device.brake();
+        let chain = SafetyChain::new(&limits, engagement, safety, period);
+        let chain = if passivity.is_some() { chain.with_passivity(passivity) } else { chain };
         let guard = brake.clone().filter(|_| real).map(|brake| Guard::new(brake, stall, time));
         let braked = brake.as_ref().is_some_and(|brake| brake.is_applied());
         Self {
             end: ZeroAtEnd { device, brake, guard, over: false },
             gate: Gate::new(&limits),
-            chain: SafetyChain::new(&limits, engagement, safety, period).with_passivity(passivity),
+            chain,
             time,
             real,
             period,

@@ -176,7 +176,7 @@ impl Servo {
         Ok(Self { options, passivity: None, tally: Tally::new() })
     }
 
-    /// With this third stage in the safety chain.
+    /// With this in place of the usual third stage of the safety chain.
     #[must_use]
     pub fn with_passivity(mut self, stage: Box<dyn Passivity>) -> Self {
         self.passivity = Some(stage);
@@ -211,8 +211,8 @@ impl Servo {
         let ServoOptions { rate_hz, timing, duration, spin, .. } = self.options;
         let period = 1.0 / rate_hz;
         let turns = duration.map_or(u64::MAX, |seconds| (seconds * rate_hz).round() as u64);
+        self.tally.restart(device.spec().delay, period);
         let mut line = Line::new(&self.options, device, self.passivity.take(), time);
-        self.tally.restart();
         let mut pace = Pace::start(timing, period, spin, time);
         let (mut turn, mut index) = (0, 0);
         let mut end = loop {

@@ -7,6 +7,7 @@ use palpus::algebra::{Pose, Wrench, rotation_between};
 
 use super::pace::Start;
 use super::{ServoTick, Timing};
+use crate::acting::Acting;
 use crate::device::DeviceError;
 use crate::safety::{Cut, Cuts, SafetyCounters};
 
@@ -29,7 +30,7 @@ pub struct Percentiles {
     pub mean: f64,
 }
 
-/// Net work that the written wrenches have done on the grip, J; each wrench over the sensed motion to the next tick.
+/// Net work that the written wrenches have done on the grip, J, over the sensed motion while each was acting.
 /// Positive: the loop has put energy into the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energy {
@@ -118,6 +119,7 @@ pub(super) struct Tally {
     period: Histogram<u64>,
     lateness: Histogram<u64>,
     counts: Counts,
+    acting: Acting,
     panic: Option<String>,
 }
 
@@ -143,10 +145,19 @@ impl Tally {
         // The bounds are constants within the histogram's range.
         let histogram =
             || Histogram::new_with_max(LONGEST_NS, DIGITS).expect("10 s at three digits is a valid histogram");
-        Self { step: histogram(), period: histogram(), lateness: histogram(), counts: Counts::default(), panic: None }
+        Self {
+            step: histogram(),
+            period: histogram(),
+            lateness: histogram(),
+            counts: Counts::default(),
+            acting: Acting::new(0.0, 1.0),
+            panic: None,
+        }
     }
 
-    pub(super) fn restart(&mut self) {
+    /// A run begins on a device whose wrenches act `delay` seconds late.
+    pub(super) fn restart(&mut self, delay: f64, period: f64) {
+        self.acting = Acting::new(delay, period);
         self.step.reset();
         self.period.reset();
         self.lateness.reset();
@@ -185,15 +196,17 @@ impl Tally {
         counts.overruns += u64::from(tick.overrun);
         counts.saturated += u64::from(tick.saturated);
         counts.safety.add(tick.cuts);
-        // The last wrench was held while the grip moved from the last pose to this one.
+        // One wrench was acting while the grip moved from the last pose to this one.
         if let Some(last) = counts.pose {
+            let acted = self.acting.wrench();
             let moved = tick.state.pose.translation - last.translation;
             let turned = rotation_between(last.rotation, tick.state.pose.rotation);
-            counts.energy.translation += counts.last.force.dot(moved);
-            counts.energy.rotation += counts.last.torque.dot(turned);
+            counts.energy.translation += acted.force.dot(moved);
+            counts.energy.rotation += acted.torque.dot(turned);
             counts.energy.highest = counts.energy.highest.max(counts.energy.translation + counts.energy.rotation);
         }
         counts.pose = Some(tick.state.pose);
+        self.acting.write(&tick.wrench);
         counts.force_max = counts.force_max.max(tick.wrench.force.length());
         counts.torque_max = counts.torque_max.max(tick.wrench.torque.length());
         counts.force_step_max = counts.force_step_max.max(tick.wrench.force.distance(counts.last.force));

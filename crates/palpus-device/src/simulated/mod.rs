@@ -23,6 +23,7 @@ use std::sync::Arc;
 
 use palpus::algebra::{Pose, Twist, Wrench};
 
+use crate::acting::DELAY_MAX;
 use crate::device::{Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice};
 use crate::safety::SafetyLimits;
 use dynamics::Dynamics;
@@ -32,9 +33,6 @@ pub use encoder::Encoder;
 pub use hand::{HAND_PRESETS, HandImpedance, Intent, hand_preset};
 pub use jitter::Jitter;
 use jitter::Periods;
-
-/// More ticks of delay than any servo loop has.
-const DELAY_MAX: usize = 8;
 
 /// What a simulated device is made of.
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +67,7 @@ impl Default for SimulationSettings {
                 sensed: Axes::FULL,
                 buttons: 0,
                 workspace: None,
+                delay: 1e-3,
             },
             rate_hz: 1000.0,
             hand: HandImpedance::NORMAL,
@@ -153,6 +152,8 @@ impl<I: Intent> SimulatedDevice<I> {
             return Err(SimulationError::Start);
         }
         let sensed = settings.encoder.sense(&pose);
+        let mut settings = settings;
+        settings.spec.delay = settings.delay_ticks as f64 * period;
         Ok(Self {
             uneven: settings.jitter.map(|jitter| Periods::new(jitter, period)),
             elapsed: 0.0,

@@ -1,0 +1,240 @@
+//! Passivity by account: a port that has given more energy than it took is damped until it has paid \[Hannaford and Ryu 2002,
+//! "HR02"\].
+//!
+//! Translation and rotation are two ports. In every tick, for each:
+//!
+//! 1. *Observe*: the wrench that acted since the last state, times the motion from that state to this. Positive when the hand was
+//!    given energy. What acts now was written a while ago: the device says how long ([`SafetyLimits::delay`]).
+//! 2. *Keep the account*. A credit is bounded by what an elastic thing at peak could give back: a long slide, which pays all
+//!    the time, must not hide a later hum.
+//! 3. *Control*: beyond the allowance, take back as much as the motion allows in the coming tick, by a force against the
+//!    velocity. It is at most the part of the wrench that pushes along, plus a damper that the device bears; and near rest, where
+//!    the direction of a velocity is noise, it fades out.
+//!
+//! What is taken back acts later and is observed then like everything else, so nothing is booked twice.
+//!
+//! Deviations from HR02: the applied wrench and its delay in place of the commanded one; both bounds in step 3; the
+//! allowance, since sensed positions come in steps, each of which is worth its length times the force.
+
+use glam::DVec3;
+use palpus::algebra::{Pose, Wrench, rotation_between};
+
+use super::{Passivity, SafetyLimits};
+use crate::acting::Acting;
+use crate::device::DeviceState;
+
+/// m/s: below this, directions of velocities fade into noise: a tenth of an encoder's step of 0.03 mm a millisecond.
+const SLOW: f64 = 3e-3;
+/// rad/s, likewise of 2.5e-4 rad.
+const SLOW_TURN: f64 = 0.025;
+/// Times the damping at rest: the most that is added to what the wrench itself pushes. Less than half of what hums.
+const MOST_DAMPING: f64 = 3.0;
+/// m: peak force over this travel, halved, is what a spring at peak can give back.
+const CREDIT_TRAVEL: f64 = 16e-3;
+/// rad, likewise.
+const CREDIT_TURN: f64 = 0.4;
+
+/// Observer and controller of both ports.
+#[derive(Clone, Debug)]
+pub struct EnergyAccount {
+    acting: Acting,
+    pose: Option<Pose>,
+    translation: Port,
+    rotation: Port,
+}
+
+/// One port's account.
+#[derive(Clone, Copy, Debug)]
+struct Port {
+    /// J given and not yet taken back; negative: taken.
+    given: f64,
+    /// J.
+    allowance: f64,
+    /// J, not negative: how far below zero `given` can be.
+    credit: f64,
+    /// N·s/m or N·m·s/rad.
+    damping: f64,
+    /// m/s or rad/s.
+    slow: f64,
+}
+
+impl EnergyAccount {
+    /// Nothing given, nothing taken; for wrenches that are held for `period` seconds each.
+    pub fn new(limits: &SafetyLimits, period: f64) -> Self {
+        let port = |peak: f64, travel: f64, damping: f64, slow: f64| Port {
+            given: 0.0,
+            allowance: limits.allowance,
+            credit: 0.5 * peak * travel,
+            damping: MOST_DAMPING * damping,
+            slow,
+        };
+        Self {
+            acting: Acting::new(limits.delay, period),
+            pose: None,
+            translation: port(limits.force_peak, CREDIT_TRAVEL, limits.damping, SLOW),
+            rotation: port(limits.torque_peak, CREDIT_TURN, limits.angular_damping, SLOW_TURN),
+        }
+    }
+
+    /// J that forces and torques have given beyond what they took, each no less than minus its credit.
+    pub fn given(&self) -> [f64; 2] {
+        [self.translation.given, self.rotation.given]
+    }
+}
+
+impl Port {
+    /// Step 2.
+    fn book(&mut self, load: DVec3, motion: DVec3) {
+        self.given = (self.given + load.dot(motion)).max(-self.credit);
+    }
+
+    /// Step 3: what stands in for `load` over the next `dt` seconds at this `rate` of motion.
+    fn control(&self, load: DVec3, rate: DVec3, dt: f64) -> DVec3 {
+        let (excess, speed) = (self.given - self.allowance, rate.length());
+        // Covers what is no number, too.
+        if !(excess > 0.0 && speed > 0.0 && speed.is_finite() && dt > 0.0) {
+            return load;
+        }
+        let along = rate / speed;
+        let needed = excess / (speed * dt);
+        let most = load.dot(along).max(0.0) + self.damping * speed;
+        let fade = (speed / self.slow).min(1.0);
+        load - along * (needed.min(most) * fade)
+    }
+}
+
+impl Passivity for EnergyAccount {
+    fn limit(&mut self, computed: &Wrench, state: &DeviceState, dt: f64) -> Wrench {
+        if let Some(last) = self.pose.replace(state.pose) {
+            let Wrench { force, torque } = self.acting.wrench();
+            self.translation.book(force, state.pose.translation - last.translation);
+            self.rotation.book(torque, rotation_between(last.rotation, state.pose.rotation));
+        }
+        Wrench {
+            torque: self.rotation.control(computed.torque, state.twist.angular, dt),
+            force: self.translation.control(computed.force, state.twist.linear, dt),
+        }
+    }
+
+    fn commanded(&mut self, wrench: &Wrench) {
+        self.acting.write(wrench);
+    }
+
+    fn reset(&mut self) {
+        self.acting.forget();
+        self.pose = None;
+        self.translation.given = 0.0;
+        self.rotation.given = 0.0;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::simulated::{Encoder, HandImpedance, SimulatedDevice, SimulationSettings};
+    use crate::{HapticDevice, SafetyLimits};
+
+    const PERIOD: f64 = 1e-3;
+
+    /// A wall of `stiffness` below x = 0 felt for two seconds by a device that a relaxed hand holds against it; answers the energy that
+    /// the hand was truly given at most, J, and whether any wrench was changed.
+    fn wall(stiffness: f64, mut stage: Option<EnergyAccount>) -> (f64, bool) {
+        let settings = SimulationSettings { hand: HandImpedance::RELAXED, ..SimulationSettings::default() };
+        let mut device = SimulatedDevice::new(settings, |time: f64| {
+            Pose::from_translation(DVec3::X * (3e-3 - (0.02 * time).min(8e-3)))
+        })
+        .expect("usual settings");
+        let (mut given, mut most, mut changed) = (0.0, 0.0_f64, false);
+        let mut last: Option<(Pose, Wrench)> = None;
+        for _ in 0..2000 {
+            let state = device.read().expect("it is simulated");
+            if let Some((pose, acted)) = last {
+                given += acted.force.dot(device.true_pose().translation - pose.translation);
+                most = most.max(given);
+            }
+            let x = state.pose.translation.x;
+            let computed = Wrench { torque: DVec3::ZERO, force: DVec3::X * (-stiffness * x).clamp(0.0, 8.5) };
+            let wrench = stage.as_mut().map_or(computed, |stage| stage.limit(&computed, &state, PERIOD));
+            changed |= wrench != computed;
+            device.write(&wrench).expect("it is finite");
+            if let Some(stage) = &mut stage {
+                stage.commanded(&wrench);
+            }
+            last = Some((device.true_pose(), device.applied()));
+        }
+        (most, changed)
+    }
+
+    fn account() -> EnergyAccount {
+        EnergyAccount::new(&SafetyLimits::of(&device_spec(), 1.0 / PERIOD), PERIOD)
+    }
+
+    fn device_spec() -> crate::DeviceSpec {
+        let spec = SimulationSettings::default().spec;
+        crate::DeviceSpec { delay: PERIOD, ..spec }
+    }
+
+    #[test]
+    fn a_wall_that_is_quiet_is_left_alone_to_the_bit() {
+        let (given, changed) = wall(300.0, Some(account()));
+        assert!(!changed && given < 1e-3, "{given}");
+    }
+
+    #[test]
+    fn a_wall_that_hums_is_made_to_pay() {
+        let allowance = SafetyLimits::of(&device_spec(), 1.0 / PERIOD).allowance;
+        let (without, _) = wall(32_000.0, None);
+        let (with, changed) = wall(32_000.0, Some(account()));
+        assert!(without > 6.0 * allowance, "{without}");
+        assert!(changed && with < 1.5 * allowance, "{with} of {without}");
+    }
+
+    #[test]
+    fn the_books_are_those_of_the_device() {
+        // With exact sensors and steady load, what was observed is what was done.
+        let settings = SimulationSettings { encoder: Encoder::EXACT, ..SimulationSettings::default() };
+        let mut device = SimulatedDevice::new(settings, |time: f64| Pose::from_translation(DVec3::X * (0.05 * time)))
+            .expect("usual");
+        let mut stage = account();
+        let mut work = 0.0;
+        let mut last: Option<(Pose, Wrench)> = None;
+        for k in 0..500 {
+            let state = device.read().expect("it is simulated");
+            if let Some((pose, acted)) = last {
+                work += acted.force.dot(device.true_pose().translation - pose.translation);
+            }
+            let computed = Wrench { torque: DVec3::ZERO, force: DVec3::X * (0.03 * (0.02 * f64::from(k)).sin()) };
+            let wrench = stage.limit(&computed, &state, PERIOD);
+            assert_eq!(wrench, computed);
+            device.write(&wrench).expect("it is finite");
+            stage.commanded(&wrench);
+            last = Some((device.true_pose(), device.applied()));
+            assert!((stage.given()[0] - work).abs() < 1e-12, "tick {k}: {} and {work}", stage.given()[0]);
+        }
+    }
+
+    #[test]
+    fn near_rest_and_on_nonsense_nothing_is_added() {
+        let mut stage = account();
+        let state = |x: f64, speed: f64| crate::DeviceState {
+            pose: Pose::from_translation(DVec3::X * x),
+            twist: palpus::algebra::Twist { angular: DVec3::ZERO, linear: DVec3::X * speed },
+            buttons: 0,
+            time: 0.0,
+        };
+        let push = Wrench { torque: DVec3::ZERO, force: DVec3::X };
+        // Pushed a metre along by one newton: a joule given.
+        for x in [0.0, 0.0, 0.0, 1.0] {
+            stage.limit(&push, &state(x, 0.0), PERIOD);
+            stage.commanded(&push);
+        }
+        assert!(stage.given()[0] > 0.9);
+        assert_eq!(stage.limit(&push, &state(1.0, 0.0), PERIOD), push);
+        let slow = stage.limit(&push, &state(1.0, 1e-6), PERIOD);
+        assert!((slow.force - push.force).length() < 1e-3);
+        assert_eq!(stage.limit(&push, &state(1.0, f64::NAN), PERIOD), push);
+        assert_eq!(stage.limit(&push, &state(1.0, 0.1), 0.0), push);
+        let fast = stage.limit(&push, &state(1.0, 0.1), PERIOD);
+        assert!(fast.force.x < 0.0 && fast.force.x > -1.0, "{fast:?}");
+    }
+}
