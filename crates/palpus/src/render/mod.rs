@@ -12,6 +12,8 @@ mod scratch;
 mod settings;
 mod tick;
 mod tool;
+#[cfg(test)]
+mod tool_tests;
 
 pub use coupling::VirtualCoupling;
 pub use force_stage::{Forces, Motion, force};
