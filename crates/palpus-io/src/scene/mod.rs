@@ -20,7 +20,7 @@
 //! cluster_radius = 4.0      # else 4 mm
 //! clustering = "linkage"    # the paper's, or "smooth": forces that never jump when contacts meet
 //! split_angle = 130         # degrees, or false for no cut; of linkage
-//! stiffness = 800           # N/m
+//! stiffness = 800           # N/m; left out, coupled: the device's largest force at half the tolerance; direct: 800
 //! damping = 0               # N·s/m
 //! friction = { static = 0.4, dynamic = 0.3, stiffness = 800 }   # else none; stiffness (N/m) is the contact's if left out
 //! shading = true            # else false
@@ -30,11 +30,11 @@
 //!
 //! [coupling]
 //! mode = "coupled"          # or "direct"
-//! stiffness = 800           # N/m; these five are the program's to choose when left out
+//! stiffness = 800           # N/m; these five follow from the device when left out
 //! damping = 2               # N·s/m
 //! angular_stiffness = 2     # N·m/rad
 //! angular_damping = 0.005   # N·m·s/rad
-//! mass = 0.1                # kg, of the probe
+//! mass = 0.1                # kg, of the probe; 0: it has none
 //!
 //! [device]
 //! force_limit = 8.5         # N
