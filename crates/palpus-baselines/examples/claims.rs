@@ -12,6 +12,7 @@
 //! * lost: share of the steps with a true (otherwise: palpus's) contact inside in which nothing pushes;
 //! * at: when the largest force step was.
 //!
+//! Those called coupled are felt through a virtual coupling of 1000 N/m and 0.5 N·m/rad to a tool of 50 g, all others directly.
 //! The hand of the script is slowed down four times and sampled each millisecond; there is no friction and no shading.
 #![allow(clippy::print_stdout, reason = "an example that prints a table")]
 
@@ -20,7 +21,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use palpus::algebra::{NoClock, Twist, Wrench};
 use palpus::body::{Body, BodySettings};
-use palpus::render::{Clustering, Limits, ProbeState, Renderer};
+use palpus::render::{Clustering, Limits, ProbeState, Renderer, VirtualCoupling};
 use palpus_baselines::{
     Baseline, Beyond, Change, Coupled, CouplingSettings, Epa, Felt, Predicted, PredictedSettings, Settings, Voxel,
     VoxelSettings,
@@ -57,16 +58,17 @@ type Row = (Box<dyn Baseline>, &'static str);
 fn methods(a: &Arc<Body>, b: &Arc<Body>, scene: &Scene) -> Result<Vec<Row>, Box<dyn std::error::Error>> {
     let (tolerance, stiffness) = (scene.contact.tolerance, scene.contact.stiffness);
     let contact = Settings { tolerance, stiffness, grip_a: DVec3::ZERO };
-    let engine = |clustering, name| -> Result<Row, Box<dyn std::error::Error>> {
+    let engine = |clustering, coupling, name, note| -> Result<Row, Box<dyn std::error::Error>> {
         let settings = palpus::render::Settings {
             contact_tolerance: tolerance,
             cluster_radius: scene.contact.cluster_radius,
             clustering,
+            coupling,
             stiffness,
             limits: Limits { force: f64::INFINITY, torque: f64::INFINITY },
             ..palpus::render::Settings::default()
         };
-        Ok((Box::new(Engine(Renderer::new(a.clone(), b.clone(), settings)?, name)), ""))
+        Ok((Box::new(Engine(Renderer::new(a.clone(), b.clone(), settings)?, name)), note))
     };
     let predicted =
         PredictedSettings { contact, cluster_radius: scene.contact.cluster_radius, ..PredictedSettings::default() };
@@ -81,11 +83,14 @@ fn methods(a: &Arc<Body>, b: &Arc<Body>, scene: &Scene) -> Result<Vec<Row>, Box<
     let last = |settings, note| -> Result<Row, Box<dyn std::error::Error>> {
         Ok((Box::new(Predicted::new(a.clone(), b.clone(), settings)?), note))
     };
+    let coupling = CouplingSettings::default();
+    let same = virtual_coupling(&coupling, a);
     let within = Voxel::new(a.clone(), b.clone(), voxel)?;
-    let coupled = Coupled::new(within, a, contact.grip_a, CouplingSettings::default())?;
+    let coupled = Coupled::new(within, a, contact.grip_a, coupling)?;
     Ok(vec![
-        engine(Clustering::Smooth, "smooth")?,
-        engine(Clustering::Linkage, "linkage")?,
+        engine(Clustering::Smooth, None, "smooth", "")?,
+        engine(Clustering::Linkage, None, "linkage", "")?,
+        engine(Clustering::Smooth, Some(same), "smooth", "coupled")?,
         (Box::new(Epa::new(a.clone(), b.clone(), contact)?), ""),
         last(predicted, "")?,
         last(virtual_too, "virtual too")?,
@@ -97,6 +102,21 @@ fn methods(a: &Arc<Body>, b: &Arc<Body>, scene: &Scene) -> Result<Vec<Row>, Box<
         point(VoxelSettings { full: 1, ..voxel }, "averaged")?,
         (Box::new(coupled), "coupled"),
     ])
+}
+
+/// The baselines' coupling in palpus's words, critically damped alike.
+fn virtual_coupling(settings: &CouplingSettings, a: &Body) -> VirtualCoupling {
+    let CouplingSettings { mass, stiffness, angular_stiffness, damping_ratio } = *settings;
+    // Of the probe's mesh with that mass.
+    let inertia = a.mass().inertia * (mass / a.mass().volume);
+    let moment = (inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z) / 3.0;
+    VirtualCoupling {
+        stiffness,
+        damping: 2.0 * damping_ratio * (stiffness * mass).sqrt(),
+        angular_stiffness,
+        angular_damping: 2.0 * damping_ratio * (angular_stiffness * moment).sqrt(),
+        mass,
+    }
 }
 
 /// What one method felt along the path.
