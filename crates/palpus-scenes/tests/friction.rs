@@ -25,12 +25,14 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 fn settings(clustering: Clustering) -> Settings {
     Settings {
         clustering,
+        // It stands within the tolerance over the ground: sunk in, it would be caught by the sides of rails.
+        stiffness: 1600.0,
         // A free body swings on its contact's spring; a hand or a coupling would damp it.
         damping: 3.0,
         friction: Some(FrictionSettings {
             static_coefficient: STATIC,
             dynamic_coefficient: DYNAMIC,
-            tangential_stiffness: 800.0,
+            tangential_stiffness: 1600.0,
         }),
         ..Settings::default()
     }
@@ -78,7 +80,7 @@ fn sled() -> PolygonSoup {
     extruded(&outline.map(|(x, z)| DVec2::new(f64::from(x), f64::from(z)) * 1e-3), SIZE.y)
 }
 
-/// A table with ribs along the slope, 2 mm wide and 3 mm apart: a crowd of contacts.
+/// A table with ribs along the slope, 2 mm wide and 6 mm apart: a crowd of contacts, and none at the block's long sides.
 fn rails() -> PolygonSoup {
     let mut soup = ribs();
     for v in &mut soup.vertices {
@@ -87,17 +89,16 @@ fn rails() -> PolygonSoup {
     soup
 }
 
-/// The same across the slope: the contacts come and go as a block slides.
+/// The same across the slope: a block that slides bumps into the next rib, within the tolerance around it.
 fn ribs() -> PolygonSoup {
     let mut outline = vec![DVec2::new(0.15, -0.02), DVec2::new(0.15, 0.0)];
-    for k in (-50..50).rev() {
-        let x = 0.003 * f64::from(k);
+    for k in (-24..=25).rev() {
+        let x = 0.006 * f64::from(k) - 0.005;
         outline.extend(
-            [(2.0, 0.0), (2.0, -2.0), (0.0, -2.0), (0.0, 0.0)].map(|(u, z)| DVec2::new(x + u * 1e-3, z * 1e-3)),
+            [(4.0, 0.0), (4.0, -2.0), (0.0, -2.0), (0.0, 0.0)].map(|(u, z)| DVec2::new(x + u * 1e-3, z * 1e-3)),
         );
     }
-    outline.drain(outline.len() - 2..);
-    outline.extend([DVec2::new(-0.15, -0.02)]);
+    outline.extend([(-0.15, 0.0), (-0.15, -0.02)].map(|(x, z)| DVec2::new(x, z)));
     outline.reverse();
     extruded(&outline, 0.3)
 }
@@ -130,7 +131,7 @@ fn trials() -> Vec<Trial> {
     pairs.into_iter().flat_map(|pair| ways.map(|way| trial(pair, way))).collect()
 }
 
-/// Those where all normals are upright: ribs across the slope catch the block's edge.
+/// Those where all normals are upright.
 fn level_trials() -> impl Iterator<Item = Trial> {
     trials().into_iter().filter(|trial| !trial.name.contains("ribs"))
 }
@@ -189,7 +190,7 @@ fn what_slides_goes_on_above_the_dynamic_angle_and_stops_below_it() {
 #[test]
 #[allow(clippy::print_stderr, reason = "figures for the record")]
 fn it_slides_as_fast_as_coulomb_says() {
-    for trial in trials() {
+    for trial in level_trials() {
         let name = &trial.name;
         for degrees in [22.0, 30.0, 38.0] {
             let angle = f64::to_radians(degrees);
@@ -207,13 +208,7 @@ fn it_slides_as_fast_as_coulomb_says() {
             let gained = (falling.twist.linear.x - before) / 0.2;
             let expected = GRAVITY * (angle.sin() - DYNAMIC * angle.cos());
             eprintln!("{name}: at {degrees}° {gained:.4} m/s² of {expected:.4}");
-            // Ribs meet the block's edge; and in a crowd, linkage's clusters merge and part, on which the block bounces.
-            let tolerance = match trial.clustering {
-                _ if !name.contains(" on ") => 0.01,
-                Clustering::Smooth => 0.04,
-                Clustering::Linkage => 0.15,
-            };
-            assert!((gained / expected - 1.0).abs() < tolerance, "{name}, {degrees}°: {gained} m/s² of {expected}");
+            assert!((gained / expected - 1.0).abs() < 0.01, "{name}, {degrees}°: {gained} m/s² of {expected}");
         }
     }
 }
@@ -227,7 +222,8 @@ fn mean_lever(place: impl Fn(f64, f64) -> DVec2) -> f64 {
 #[test]
 #[allow(clippy::print_stderr, reason = "figures for the record")]
 fn a_spinning_block_stops_when_coulomb_says() {
-    for trial in level_trials() {
+    // Turned, a block's corners are caught between rails.
+    for trial in level_trials().filter(|trial| !trial.name.contains(" on ")) {
         let name = &trial.name;
         let half = SIZE / 2.0;
         // Evenly loaded, a patch resists with μ F times the mean distance of its points from the axis.

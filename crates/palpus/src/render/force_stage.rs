@@ -2,7 +2,7 @@
 //!
 //! 1. *Cluster* the contacts, by their midpoints and (shaded) directions.
 //! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents itself, by the share of its
-//!    engagement that the crowd around it leaves to it.
+//!    engagement that the crowd of those that push the same way leaves to it.
 //! 3. *Push*: the normal force of each cluster, at its midpoint.
 //! 4. *Rub*: the friction of each member, where it holds, and its resistance to twisting.
 //!
@@ -13,8 +13,8 @@ use glam::DVec3;
 use super::{Clustering, Scratch, Settings};
 use crate::algebra::{Pose, Twist};
 use crate::force::{
-    Centers, Cluster, Contact, Crowded, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, normal_force,
-    represent,
+    Centers, Cluster, Contact, Crowded, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, PenaltySettings,
+    normal_force, represent,
 };
 
 /// Where the bodies are and how the probe moves, in b's frame.
@@ -111,7 +111,7 @@ pub fn force(
         cluster.engagement *= share;
         forces.stiffnesses.push(settings.stiffness * share);
         forces.cancelled_normals += u32::from(cluster.cancelled);
-        push(&cluster, motion, settings, forces);
+        push(&cluster, motion, share, settings, forces);
         forces.clusters.push(cluster);
     }
     rub(contacts, motion, settings, scratch, forces);
@@ -122,17 +122,18 @@ fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch) {
     let Scratch { linkage, crowd, crowding, .. } = scratch;
     crowd.clear();
     crowd.extend(linkage.members().iter().zip(linkage.directions()).map(|(&i, &direction)| {
-        let contact = &contacts[i as usize];
-        let engagement = settings.contact_tolerance - contact.separation;
-        Crowded { midpoint: contact.midpoint(), direction, engagement }
+        let engagement = settings.contact_tolerance - contacts[i as usize].separation;
+        Crowded { direction, engagement }
     }));
-    crowding.run(crowd, settings.cluster_radius);
+    crowding.run(crowd);
 }
 
 /// Step 3.
-fn push(cluster: &Cluster, motion: &Motion, settings: &Settings, forces: &mut Forces) {
+fn push(cluster: &Cluster, motion: &Motion, share: f64, settings: &Settings, forces: &mut Forces) {
     let velocity = motion.twist.at(cluster.midpoint - motion.centers.a);
-    let size = normal_force(cluster, velocity.dot(cluster.normal), &settings.penalty());
+    let PenaltySettings { stiffness, damping } = settings.penalty();
+    let penalty = PenaltySettings { stiffness, damping: damping * share };
+    let size = normal_force(cluster, velocity.dot(cluster.normal), &penalty);
     forces.normal_forces.push(size);
     forces.net.add(size * cluster.normal, cluster.midpoint, &motion.centers); // Eq. 6
 }

@@ -73,7 +73,8 @@ pub enum Clustering {
     /// meet or part.
     #[default]
     Linkage,
-    /// Every contact with the share of its force that the crowd around it leaves to it: continuous ([`crate::force::Crowding`]).
+    /// Every contact with the share of its force that the crowd of those that push the same way leaves to it, however far apart
+    /// they are: continuous, and as stiff for any mesh of a surface ([`crate::force::Crowding`]).
     Smooth,
 }
 
