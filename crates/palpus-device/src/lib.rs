@@ -15,6 +15,7 @@
 mod acting;
 mod device;
 mod faulty;
+mod found;
 mod latest;
 mod realtime;
 mod recorder;
@@ -25,6 +26,7 @@ mod simulated;
 
 pub use device::{Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, known_devices};
 pub use faulty::{Fault, FaultyDevice, Script};
+pub use found::{Finding, FindingState, known_device, look};
 pub use latest::{Newest, Publisher, latest, latest_of};
 pub use realtime::{Claimed, RealTimeClaims, RealTimeOptions, claim};
 pub use recorder::{Recorder, Recording, RecordingSummary, record};

@@ -1,0 +1,100 @@
+//! What was found of devices on this machine, and what it would take to find the rest.
+//!
+//! Every back end answers for itself with a function `look() -> Vec<Finding>`: one finding for each device that it sees, or one
+//! that says what it looked for, where, why that is not there, and the one line that mends it. To look never moves a device
+//! nor gives it a force, and never takes longer than a second.
+
+use crate::device::{DeviceSpec, known_devices};
+use crate::simulated::SimulationSettings;
+
+/// What a back end has to say of one device.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Finding {
+    /// The back end's name, as people know it.
+    pub backend: &'static str,
+    /// The device's name, or what devices this back end is for.
+    pub name: String,
+    /// There or not.
+    pub state: FindingState,
+}
+
+/// Whether a device is there.
+#[derive(Clone, Debug, PartialEq)]
+pub enum FindingState {
+    /// It can be used.
+    Found {
+        /// What to type behind `--device`.
+        device: String,
+        /// What it can do.
+        spec: DeviceSpec,
+        /// At which it likes to be driven, Hz.
+        rate_hz: f64,
+        /// Whatever else is worth knowing; may be empty.
+        note: String,
+    },
+    /// It cannot.
+    Missing {
+        /// What was looked for, and where.
+        looked_for: String,
+        /// What is not there: a library, a service, a permission, a device.
+        why: String,
+        /// One line that mends it: a command, or what to install from where.
+        mend: String,
+    },
+}
+
+impl Finding {
+    /// A device that can be used.
+    pub fn found(
+        backend: &'static str,
+        device: impl Into<String>,
+        spec: DeviceSpec,
+        rate_hz: f64,
+        note: impl Into<String>,
+    ) -> Self {
+        let name = spec.name.to_string();
+        Self { backend, name, state: FindingState::Found { device: device.into(), spec, rate_hz, note: note.into() } }
+    }
+
+    /// Devices that cannot be used, and why.
+    pub fn missing(
+        backend: &'static str,
+        name: impl Into<String>,
+        looked_for: impl Into<String>,
+        why: impl Into<String>,
+        mend: impl Into<String>,
+    ) -> Self {
+        let state = FindingState::Missing { looked_for: looked_for.into(), why: why.into(), mend: mend.into() };
+        Self { backend, name: name.into(), state }
+    }
+
+    /// True when it can be used.
+    pub fn is_found(&self) -> bool {
+        matches!(self.state, FindingState::Found { .. })
+    }
+}
+
+/// What the back ends of this crate see.
+pub fn look() -> Vec<Finding> {
+    vec![simulated()]
+}
+
+/// What is known of the device of this name, as a start for a spec that the device itself completes.
+pub fn known_device(name: &str) -> Option<DeviceSpec> {
+    known_devices().into_iter().find(|known| known.name == name)
+}
+
+fn simulated() -> Finding {
+    let settings = SimulationSettings::default();
+    Finding::found("simulated", "sim", settings.spec, settings.rate_hz, "a device in a simulated hand; always there")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn there_is_always_a_device() {
+        assert!(look().iter().any(Finding::is_found));
+    }
+}
