@@ -6,7 +6,7 @@ use std::sync::Arc;
 use palpus::algebra::Clock;
 use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Clustering, ProbeState, Renderer, Settings};
+use palpus::render::{Clustering, ProbeState, Renderer, Settings, VirtualCoupling};
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 use palpus_scenes::scenes;
 
@@ -51,7 +51,14 @@ fn no_step_of_any_scene_obtains_memory() {
             ..Settings::default()
         };
         let hurried = Settings { clustering: Clustering::Smooth, time_budget: Some(20_000), ..paper };
-        for (way, settings) in [("whole", paper), ("hurried", hurried)] {
+        let coupling = Some(VirtualCoupling::tuned(&paper.limits, 1e-3, a.mass()));
+        let ways = [
+            ("whole", paper),
+            ("hurried", hurried),
+            ("coupled", Settings { coupling, ..paper }),
+            ("coupled and hurried", Settings { coupling, ..hurried }),
+        ];
+        for (way, settings) in ways {
             let mut renderer = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
             let clock = Counting::default();
             let mut touching = 0;
