@@ -107,6 +107,9 @@ pub(crate) struct RunArguments {
     /// Makes something go wrong, to see what the safety chain makes of it: a name and when, such as `pose-jump@1.5`.
     #[arg(long, value_name = "NAME@S")]
     pub(crate) fault: Vec<String>,
+    /// Ends the run at its first fault instead of engaging again.
+    #[arg(long)]
+    pub(crate) stop_on_fault: bool,
     /// Prints the safety chain's thresholds for the device, with their reasons, and ends.
     #[arg(long)]
     pub(crate) limits: bool,

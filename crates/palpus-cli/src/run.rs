@@ -12,9 +12,9 @@ use std::time::Duration;
 use anyhow::{Context, anyhow, bail};
 use palpus::render::{Clustering, Settings};
 use palpus_device::{
-    DeviceState, Engagement, FaultyDevice, HapticDevice, Newest, Phase, RealTimeClaims, RealTimeOptions, Recorder,
-    ReplayDevice, RunEnd, RunStatistics, Script, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings,
-    Timing, claim, hand_preset, latest, record,
+    AfterFault, DeviceState, Engagement, FaultyDevice, HapticDevice, Newest, Phase, RealTimeClaims, RealTimeOptions,
+    Recorder, ReplayDevice, RunEnd, RunStatistics, SafetyOptions, Script, Servo, ServoOptions, ServoTick,
+    SimulatedDevice, SimulationSettings, Timing, claim, hand_preset, latest, record,
 };
 use palpus_io::scene::FilePolicy;
 use palpus_io::{RecordRow, RecordingHeader, RecordingWriter, read_recording};
@@ -49,6 +49,10 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
         rate_hz,
         timing: if arguments.fast { Timing::Simulated } else { Timing::RealTime },
         duration: Some(arguments.duration),
+        safety: SafetyOptions {
+            after_fault: if arguments.stop_on_fault { AfterFault::Stop } else { AfterFault::Reengage },
+            ..SafetyOptions::default()
+        },
         ..ServoOptions::default()
     };
     let mut limits = options.safety.limits(device.spec(), rate_hz);

@@ -193,6 +193,17 @@ fn end(end: &RunEnd) -> String {
     }
 }
 
+/// How well the clock was kept.
+fn pace(summary: &Summary) -> String {
+    let Some(lateness) = &summary.lateness_us else { return "in simulated time".to_owned() };
+    let Micros { p50, p99, max, .. } = lateness;
+    let share = 100.0 * summary.late_ticks as f64 / summary.ticks.max(1) as f64;
+    format!(
+        "late by p50 {p50:.1}  p99 {p99:.1}  max {max:.1} µs; {} ticks ({share:.2} %) by over half a millisecond",
+        summary.late_ticks
+    )
+}
+
 /// Prints the summary in words.
 pub(crate) fn print(summary: &Summary) {
     let micros = |m: &Micros| format!("p50 {:.1}  p99 {:.1}  p99.9 {:.1}  max {:.1} µs", m.p50, m.p99, m.p999, m.max);
@@ -200,10 +211,11 @@ pub(crate) fn print(summary: &Summary) {
         (
             "ran",
             format!(
-                "{:.2} s, {} ticks at {:.0} Hz, {} late; {}",
+                "{:.2} s, {} ticks at {:.0} Hz, {} overruns; {}",
                 summary.duration_s, summary.ticks, summary.rate_hz, summary.overruns, summary.end
             ),
         ),
+        ("pace", pace(summary)),
         ("step", micros(&summary.step_us)),
         ("contact query", micros(&summary.query_us)),
         ("force", micros(&summary.force_us)),

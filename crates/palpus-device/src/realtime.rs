@@ -131,20 +131,25 @@ mod system {
     }
 
     pub(super) fn lock_memory() -> Claimed {
-        let mend =
-            || format!("add `{} - memlock unlimited` to /etc/security/limits.d/palpus.conf and log in again", user());
-        // Where there is a limit, locking what is yet to come would make later allocations fail instead of wait. Those who may lock
-        // without limit, whatever it says, are found by trying what is beyond it.
-        let limited = getrlimit(Resource::Memlock).current.is_some();
-        let flags = if limited && !is_privileged() {
-            MlockAllFlags::CURRENT
-        } else {
-            MlockAllFlags::CURRENT | MlockAllFlags::FUTURE
+        // Where there is a limit, locking what is yet to come would make later allocations fail instead of wait.
+        let limit = getrlimit(Resource::Memlock).current.filter(|_| !is_privileged());
+        let flags = match limit {
+            Some(_) => MlockAllFlags::CURRENT,
+            None => MlockAllFlags::CURRENT | MlockAllFlags::FUTURE,
         };
         match mlockall(flags) {
             Ok(()) if flags.contains(MlockAllFlags::FUTURE) => Claimed::Granted("all of it".to_owned()),
             Ok(()) => Claimed::Granted("what there is now, not what is allocated later".to_owned()),
-            Err(error) => Claimed::Refused { why: error.to_string(), mend: mend() },
+            Err(error) => Claimed::Refused {
+                why: match limit {
+                    Some(bytes) => format!("the limit is {} kB, less than the program has", bytes / 1024),
+                    None => error.to_string(),
+                },
+                mend: format!(
+                    "add `{} - memlock unlimited` to /etc/security/limits.d/palpus.conf and log in again",
+                    user()
+                ),
+            },
         }
     }
 
@@ -170,9 +175,9 @@ mod system {
         }
         let isolated = isolated();
         let of_allowed = |core: &usize| allowed.is_set(*core);
-        // The last one otherwise: interrupts and whatever is started first gather on the first.
-        let core = isolated.iter().copied().find(of_allowed).or_else(|| (0..CpuSet::MAX_CPU).rev().find(of_allowed));
-        let Some(core) = core else { return Claimed::NotAsked };
+        // Otherwise one of the fastest, and of those the last: interrupts and whatever is started first gather on the first.
+        let fastest = || (0..CpuSet::MAX_CPU).filter(of_allowed).max_by_key(|core| (top_frequency(*core), *core));
+        let Some(core) = isolated.iter().copied().find(of_allowed).or_else(fastest) else { return Claimed::NotAsked };
         let mut one = CpuSet::new();
         one.set(core);
         match sched_setaffinity(None, &one) {
@@ -186,6 +191,12 @@ mod system {
     fn isolated() -> Vec<usize> {
         let list = std::fs::read_to_string("/sys/devices/system/cpu/isolated").unwrap_or_default();
         super::cores(&list)
+    }
+
+    /// kHz; 0 where the kernel does not say. Cores of different kinds differ in it.
+    fn top_frequency(core: usize) -> u64 {
+        let path = format!("/sys/devices/system/cpu/cpu{core}/cpufreq/cpuinfo_max_freq");
+        std::fs::read_to_string(path).ok().and_then(|text| text.trim().parse().ok()).unwrap_or(0)
     }
 
     pub(super) fn outrank() {

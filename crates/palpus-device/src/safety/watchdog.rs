@@ -61,11 +61,6 @@ impl Watch {
         self.over.load(Ordering::Acquire)
     }
 
-    /// The brake that it would apply.
-    pub fn brake(&self) -> &dyn Brake {
-        &*self.brake
-    }
-
     /// How often to check.
     fn interval(&self) -> Duration {
         Duration::from_nanos(self.stall) / CHECKS
