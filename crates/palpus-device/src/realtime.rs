@@ -95,6 +95,7 @@ pub(crate) fn outrank() {
 
 #[cfg(target_os = "linux")]
 mod system {
+    use rustix::io::Errno;
     use rustix::mm::{MlockAllFlags, mlockall};
     use rustix::process::{Resource, getpid, getrlimit};
     use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
@@ -108,15 +109,23 @@ mod system {
     const FIFO: ThreadSchedulePolicy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
 
     pub(super) fn claim_priority(priority: u8) -> Claimed {
-        match set_priority(priority) {
-            Ok(()) => Claimed::Granted(format!("SCHED_FIFO {priority}")),
-            Err(why) => Claimed::Refused {
-                why,
-                mend: format!(
-                    "add `{} - rtprio {priority}` to /etc/security/limits.d/palpus.conf and log in again",
-                    user()
-                ),
-            },
+        // Who may not have that one may have a lower one; the one above it is the watchdog's.
+        let allowed = getrlimit(Resource::Rtprio).current.and_then(|most| u8::try_from(most).ok()).unwrap_or(0);
+        let lower = allowed.saturating_sub(1).min(priority);
+        let refused = match set_priority(priority) {
+            Ok(()) => return Claimed::Granted(format!("SCHED_FIFO {priority}")),
+            Err(_) if lower > 0 && set_priority(lower).is_ok() => {
+                return Claimed::Granted(format!("SCHED_FIFO {lower}, the highest that this user may have"));
+            }
+            Err(refused) => refused,
+        };
+        Claimed::Refused {
+            why: refused,
+            mend: format!(
+                "add `{} - rtprio {}` to /etc/security/limits.d/palpus.conf and log in again",
+                user(),
+                priority + 1
+            ),
         }
     }
 
@@ -124,6 +133,7 @@ mod system {
         let value = ThreadPriorityValue::try_from(priority)?;
         set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(value), FIFO).map_err(
             |error| match error {
+                Error::OS(code) if code == Errno::PERM.raw_os_error() => "this user may not have it".to_owned(),
                 Error::OS(code) => std::io::Error::from_raw_os_error(code).to_string(),
                 other => other.to_string(),
             },
@@ -159,7 +169,7 @@ mod system {
     }
 
     pub(super) fn pin() -> Claimed {
-        let refused = |error: rustix::io::Errno| Claimed::Refused {
+        let refused = |error: Errno| Claimed::Refused {
             why: error.to_string(),
             mend: "let the process use more cores (taskset, cpuset)".to_owned(),
         };

@@ -133,8 +133,8 @@ impl SafetyChain {
             after_panic: options.after_panic,
             period,
             machine: Machine::new(engagement, limits.ramp, limits.hold),
-            heat_force: Heat::new(limits.force_peak, limits.force_continuous, limits.heating_time),
-            heat_torque: Heat::new(limits.torque_peak, limits.torque_continuous, limits.heating_time),
+            heat_force: Heat::new(limits.force_peak, limits.force_continuous, limits.heating_time, period),
+            heat_torque: Heat::new(limits.torque_peak, limits.torque_continuous, limits.heating_time, period),
             passivity: Some(Box::new(EnergyAccount::new(limits, period))),
             shaped: Wrench::ZERO,
             commanded: Wrench::ZERO,
@@ -203,8 +203,8 @@ impl SafetyChain {
             wrench = within;
         }
         self.commanded = wrench;
-        self.heat_force.spend(wrench.force.length(), self.period);
-        self.heat_torque.spend(wrench.torque.length(), self.period);
+        self.heat_force.spend(wrench.force.length());
+        self.heat_torque.spend(wrench.torque.length());
         if let Some(stage) = self.passivity.as_mut().filter(|_| phase.is_on()) {
             stage.commanded(&wrench);
         }
