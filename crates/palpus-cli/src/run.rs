@@ -70,6 +70,11 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
     if !arguments.json {
         announce(arguments, &stage, &device, rate_hz);
+        if device.brake().is_none() && !arguments.device.starts_with("replay:") {
+            output::note(
+                "note: this device has no brake; should the loop stall, it holds its force until the loop goes on",
+            );
+        }
         if engagement != Engagement::Automatic {
             output::note("forces come when you press a button of the device");
         }

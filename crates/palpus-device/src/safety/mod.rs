@@ -61,7 +61,8 @@ const SLEW_ROUNDING: f64 = 1e-9;
 pub struct SafetyOptions {
     /// How forces are asked for; `None`: by any button if the device has buttons, else automatically.
     pub engagement: Option<Engagement>,
-    /// The thresholds; `None`: those of the device, [`SafetyLimits::of`].
+    /// The thresholds; `None`: those of the device, [`SafetyLimits::of`]. Others are taken as they are: they are meant to be
+    /// tighter, and are not held to it.
     pub limits: Option<SafetyLimits>,
     /// After a fault that the loop survives.
     pub after_fault: AfterFault,

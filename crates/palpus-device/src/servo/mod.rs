@@ -25,6 +25,7 @@ mod statistics;
 mod time;
 
 use std::any::Any;
+use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -210,74 +211,115 @@ impl Servo {
     {
         let ServoOptions { rate_hz, timing, duration, spin, .. } = self.options;
         let period = 1.0 / rate_hz;
-        let turns = duration.map_or(u64::MAX, |seconds| (seconds * rate_hz).round() as u64);
+        let most = duration.map_or(u64::MAX, |seconds| (seconds * rate_hz).round() as u64);
         self.tally.restart(device.spec().delay, period);
-        let mut line = Line::new(&self.options, device, self.passivity.take(), time);
-        let mut pace = Pace::start(timing, period, spin, time);
-        let (mut turn, mut index) = (0, 0);
+        let given = self.passivity.is_some();
+        let line = Line::new(&self.options, device, self.passivity.take(), time);
+        let pace = Pace::start(timing, period, spin, time);
+        let mut turns = Turns { line, pace, time, period, index: 0, tally: &mut self.tally };
+        let mut count = 0;
         let mut end = loop {
-            if turn >= turns {
+            if count >= most {
                 break RunEnd::Duration;
             }
             if stop.load(Ordering::Relaxed) {
                 break RunEnd::Stopped;
             }
-            turn += 1;
-            let start = pace.wait(time);
-            self.tally.start_of_tick(&start);
-            let admitted = match line.read(&start) {
-                Ok(admitted) => admitted,
-                Err(error) => break RunEnd::of(error),
-            };
-            let Some(state) = admitted.state else {
-                // There has been no state yet, and so there has been no wrench.
-                self.tally.without_state(admitted.cuts);
-                match line.hold_still() {
-                    Ok(()) => continue,
-                    Err(error) => break RunEnd::DeviceFailed(error),
-                }
-            };
-            let before = time.now();
-            let outcome = catch_unwind(AssertUnwindSafe(|| step(&state, period)));
-            let step_s = time.now().saturating_sub(before).as_secs_f64();
-            let panicked = outcome.is_err();
-            let computed = outcome.as_ref().map_or(Wrench::ZERO, |outcome| outcome.wrench);
-            let Shaped { wrench, cuts, phase } = match line.answer(&state, &computed, admitted.cuts, panicked) {
-                Ok(shaped) => shaped,
-                Err(error) => break RunEnd::DeviceFailed(error),
-            };
-            let tick = ServoTick {
-                index,
-                time: index as f64 * period,
-                state,
-                computed,
-                wrench,
-                cuts,
-                phase,
-                saturated: outcome.as_ref().is_ok_and(|outcome| outcome.saturated),
-                step_s,
-                lateness_s: start.lateness.as_secs_f64(),
-                overrun: start.skipped > 0 || pace.is_overrun(time),
-            };
-            self.tally.end_of_tick(&tick);
-            index += 1;
-            match outcome {
-                Ok(outcome) => observer.observe(&tick, &outcome.detail),
-                Err(panic) => self.tally.panicked(message(panic.as_ref())),
-            }
-            if phase == Phase::Stopped {
-                line.coast(&mut pace, stop);
-                break if panicked { RunEnd::Panicked(self.tally.last_panic()) } else { RunEnd::Faulted(cuts) };
+            count += 1;
+            if let ControlFlow::Break(end) = turns.turn(&mut step, observer) {
+                break end;
             }
         };
+        let Turns { mut line, mut pace, tally, .. } = turns;
+        if matches!(end, RunEnd::Panicked(_) | RunEnd::Faulted(_)) {
+            line.coast(&mut pace, stop);
+        }
         let (passivity, finished) = line.finish(matches!(end, RunEnd::DeviceFailed(_)));
-        self.passivity = passivity;
+        // The usual stage is made anew for each run's device.
+        self.passivity = passivity.filter(|_| given);
+        // What came first is the reason.
         if let Err(error) = finished
-            && !matches!(end, RunEnd::DeviceFailed(_) | RunEnd::Panicked(_) | RunEnd::Faulted(_))
+            && matches!(end, RunEnd::Duration | RunEnd::Stopped | RunEnd::DeviceEnded)
         {
             end = RunEnd::DeviceFailed(error);
         }
-        self.tally.finish(end, timing, period, pace.elapsed(time))
+        tally.finish(end, timing, period, pace.elapsed(time))
+    }
+}
+
+/// A run under way.
+struct Turns<'a, D: HapticDevice + ?Sized> {
+    line: Line<'a, D>,
+    pace: Pace,
+    time: &'a dyn LoopTime,
+    period: f64,
+    /// Of the next tick.
+    index: u64,
+    tally: &'a mut Tally,
+}
+
+impl<D: HapticDevice + ?Sized> Turns<'_, D> {
+    /// One turn of the loop; breaks with the reason for which it was the last.
+    fn turn<T, S, O>(&mut self, step: &mut S, observer: &mut O) -> ControlFlow<RunEnd>
+    where
+        S: FnMut(&DeviceState, f64) -> StepOutcome<T>,
+        O: TickObserver<T> + ?Sized,
+    {
+        let start = self.pace.wait(self.time);
+        self.tally.start_of_tick(&start);
+        let admitted = match self.line.read(&start) {
+            Ok(admitted) => admitted,
+            Err(error) => return ControlFlow::Break(RunEnd::of(error)),
+        };
+        let Some(state) = admitted.state else {
+            // There has been no state yet, and so there has been no wrench.
+            self.tally.without_state(admitted.cuts);
+            return match self.line.hold_still() {
+                Ok(()) => ControlFlow::Continue(()),
+                Err(error) => ControlFlow::Break(RunEnd::DeviceFailed(error)),
+            };
+        };
+        let (outcome, step_s) = self.caught(step, &state);
+        let panicked = outcome.is_err();
+        let computed = outcome.as_ref().map_or(Wrench::ZERO, |outcome| outcome.wrench);
+        let Shaped { wrench, cuts, phase } = match self.line.answer(&state, &computed, admitted.cuts, panicked) {
+            Ok(shaped) => shaped,
+            Err(error) => return ControlFlow::Break(RunEnd::DeviceFailed(error)),
+        };
+        let tick = ServoTick {
+            index: self.index,
+            time: self.index as f64 * self.period,
+            state,
+            computed,
+            wrench,
+            cuts,
+            phase,
+            saturated: outcome.as_ref().is_ok_and(|outcome| outcome.saturated),
+            step_s,
+            lateness_s: start.lateness.as_secs_f64(),
+            overrun: start.skipped > 0 || self.pace.is_overrun(self.time),
+        };
+        self.tally.end_of_tick(&tick);
+        self.index += 1;
+        match outcome {
+            Ok(outcome) => observer.observe(&tick, &outcome.detail),
+            Err(panic) => self.tally.panicked(message(panic.as_ref())),
+        }
+        match phase {
+            Phase::Stopped if panicked => ControlFlow::Break(RunEnd::Panicked(self.tally.last_panic())),
+            Phase::Stopped => ControlFlow::Break(RunEnd::Faulted(cuts)),
+            _ => ControlFlow::Continue(()),
+        }
+    }
+
+    /// What the step answers or with what it panics, and how long it took, s.
+    fn caught<T, S>(&self, step: &mut S, state: &DeviceState) -> (std::thread::Result<StepOutcome<T>>, f64)
+    where
+        S: FnMut(&DeviceState, f64) -> StepOutcome<T>,
+    {
+        let before = self.time.now();
+        let outcome = catch_unwind(AssertUnwindSafe(|| step(state, self.period)));
+        (outcome, self.time.now().saturating_sub(before).as_secs_f64())
     }
 }
 

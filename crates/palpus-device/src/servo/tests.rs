@@ -367,6 +367,24 @@ fn the_watchdog_has_a_thread_of_its_own() {
 }
 
 #[test]
+fn without_a_brake_the_loop_itself_sees_that_it_stalled() {
+    let states = (0..1000).map(state_at).collect();
+    let mut device = ReplayDevice::new(Scribe::new().spec, states);
+    let time = VirtualTime::default();
+    let mut tick = 0;
+    let step = |_: &DeviceState, _| {
+        tick += 1;
+        time.pass(Duration::from_millis(if tick == 400 { 100 } else { 0 }));
+        StepOutcome::of(pull(0.5))
+    };
+    let mut at_stall = None;
+    let mut observer = |tick: &ServoTick, _: &()| at_stall = at_stall.or((tick.index == 399).then_some(tick.wrench));
+    let run = guarded(1.0, SafetyOptions::default()).run_in(&time, &mut device, step, &mut observer, &go_on());
+    assert_eq!((run.safety.ticks(Cut::LateLoop), run.safety.ticks(Cut::Watchdog), run.skipped), (1, 0, 99));
+    assert_eq!(at_stall, Some(Wrench::ZERO));
+}
+
+#[test]
 fn a_loop_that_holds_nothing_may_be_late() {
     let mut device = Scribe::new();
     let time = VirtualTime::default();
