@@ -60,6 +60,8 @@ pub(super) struct Ground {
 pub(super) const JUDGED: usize = 5;
 /// Where on its path a shortened script begins: what is left out is parted so, or sooner.
 const LATER: f64 = 0.7;
+/// s.
+const LEAN_IN: f64 = 0.3;
 /// s: steps of the search for a free pose to begin at.
 const SEARCH: f64 = 0.02;
 
@@ -118,7 +120,9 @@ impl Ground {
         let place = (seconds / (JUDGED as f64 * TICK)).max(0.0);
         let at = |k: usize| self.presses.get(k).or(self.presses.last()).copied().unwrap_or_default();
         let k = place as usize;
-        at(k).lerp(at(k + 1), place - place.floor())
+        // A hand that starts in the middle of a path has to lean in first.
+        let s = (seconds / LEAN_IN).clamp(0.0, 1.0);
+        at(k).lerp(at(k + 1), place - place.floor()) * (s * s * (3.0 - 2.0 * s))
     }
 
     /// Who says how deep the bodies truly overlap.
