@@ -27,6 +27,8 @@ pub(super) struct LoopTick {
     pub(super) time: f64,
     /// Where the probe truly is.
     pub(super) pose: Pose,
+    /// Where the method shows it.
+    pub(super) shown: Pose,
     /// What the method said in this tick.
     pub(super) felt: Wrench,
     /// Net work that forces and torques of the method have done on the hand until now, J.
@@ -74,7 +76,8 @@ pub(super) fn run(
         work[1] += acting.torque.dot(turned(&last_pose, &pose));
         let dt = if k == 0 { TICK } else { state.time - last_time };
         (last_time, last_pose) = (state.time, pose);
-        let felt = within_limits(&method.step(&ProbeState { pose_ba: state.pose, twist: state.twist }, dt).wrench);
+        let step = method.step(&ProbeState { pose_ba: state.pose, twist: state.twist }, dt);
+        let felt = within_limits(&step.wrench);
         if !(felt.is_finite() && pose.is_valid()) {
             break;
         }
@@ -85,7 +88,7 @@ pub(super) fn run(
             // Nothing was written before.
             acting = Wrench::ZERO;
         }
-        ticks.push(LoopTick { time: state.time, pose, felt, work });
+        ticks.push(LoopTick { time: state.time, pose, shown: step.shown, felt, work });
     }
     Ok(ticks)
 }

@@ -9,7 +9,8 @@ use palpus::body::Body;
 use palpus::force::{Contact, PairQuery};
 use palpus::render::{ProbeState, Settings};
 use palpus_baselines::{BaselineError, Voxel};
-use palpus_io::scene::FilePolicy;
+use palpus_device::SimulationSettings;
+use palpus_io::scene::{CouplingMode, FilePolicy};
 use palpus_scenes::HandPath;
 use palpus_scenes::truth::Truth;
 
@@ -38,7 +39,10 @@ pub(super) struct Ground {
     pub(super) name: &'static str,
     pub(super) probe: Arc<Body>,
     pub(super) environment: Arc<Body>,
+    /// For direct rendering, as the scene has it.
     pub(super) settings: Settings,
+    /// For coupled rendering, tuned to the simulated device.
+    pub(super) coupled: Settings,
     pub(super) path: HandPath,
     pub(super) truth: Option<Truth>,
     /// From the grip to the farthest point of the probe, m.
@@ -79,7 +83,9 @@ pub(super) struct Rest {
 impl Ground {
     /// Prepares the scene called `name`; `seconds` of its path at the most.
     pub(super) fn new(name: &'static str, seconds: f64) -> anyhow::Result<Self> {
-        let stage = stage::prepare(name, FilePolicy::Inside)?;
+        let mut stage = stage::prepare(name, FilePolicy::Inside)?;
+        stage.coupling.mode = CouplingMode::Coupled;
+        let coupled = stage.settings_for(&SimulationSettings::default().spec, 1.0 / TICK);
         let scene = palpus_scenes::scene(name).ok_or_else(|| anyhow!("there is no scene called {name}"))?;
         let path = stage.path;
         let seconds = path.duration().min(seconds);
@@ -104,6 +110,7 @@ impl Ground {
             reach,
             rest: rest(name, &path, &judged),
             begin,
+            coupled,
             voxels: OnceLock::new(),
             script,
             depths,

@@ -43,16 +43,16 @@ pub(super) struct Held {
 }
 
 impl Held {
-    /// The limit cycle in parts of the mean force.
+    /// The limit cycle in parts of the mean force; no number where contact was lost.
     pub(super) fn share(&self) -> f64 {
-        if self.mean_force > 0.0 { self.force_cycle / self.mean_force } else { f64::INFINITY }
+        if self.state() == State::Lost { f64::NAN } else { self.force_cycle / self.mean_force }
     }
 
     fn state(&self) -> State {
-        if self.mean_force > KEPT * PRESS && self.share() <= STILL {
-            State::Still
-        } else if self.mean_force <= KEPT * PRESS && self.force_cycle <= STILL * PRESS {
+        if self.mean_force <= KEPT * PRESS && self.force_cycle <= STILL * PRESS {
             State::Lost
+        } else if self.mean_force > KEPT * PRESS && self.force_cycle <= STILL * self.mean_force {
+            State::Still
         } else {
             State::Moving
         }
@@ -130,7 +130,7 @@ pub(super) fn greatest_stiffness(
     halvings: usize,
 ) -> anyhow::Result<f64> {
     let state = |stiffness: f64| -> anyhow::Result<State> {
-        let tuning = Tuning { stiffness, damping, ..Tuning::of(ground) };
+        let tuning = Tuning { stiffness: Some(stiffness), damping, ..Tuning::of(ground) };
         Ok(hold(ground, entry, rest, hand, &tuning)?.state())
     };
     let (mut still, mut moving) = (0.0, SOFTEST);

@@ -2,9 +2,12 @@
 
 use std::sync::Arc;
 
-use palpus::algebra::{NoClock, Wrench};
+use palpus::algebra::{NoClock, Pose, Twist, Wrench};
+use palpus::body::Body;
 use palpus::render::{Clustering, Limits, ProbeState, Renderer, Settings};
-use palpus_baselines::{Baseline, Epa, Felt, Predicted, PredictedSettings, Voxel, VoxelSettings};
+use palpus_baselines::{
+    Baseline, Coupled, CouplingSettings, Epa, Felt, Predicted, PredictedSettings, Voxel, VoxelSettings,
+};
 
 use super::ground::Ground;
 
@@ -15,6 +18,8 @@ pub(super) struct FeltTick {
     pub(super) wrench: Wrench,
     /// Of the deepest contact as the method sees it, m; infinite without contacts.
     pub(super) separation: f64,
+    /// Where the method has the probe, and shows it.
+    pub(super) shown: Pose,
 }
 
 /// A way to feel contact, with what it remembers.
@@ -26,8 +31,8 @@ pub(super) trait Method {
 /// What a method is told beside the scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tuning {
-    /// N/m.
-    pub(super) stiffness: f64,
+    /// Of contacts, N/m; `None`: the scene's, or what the device allows.
+    pub(super) stiffness: Option<f64>,
     /// Of contacts, N·s/m.
     pub(super) damping: f64,
     /// Friction as the scene has it, or none.
@@ -40,7 +45,7 @@ impl Tuning {
     /// The scene's own, without a device's limits.
     pub(super) fn of(ground: &Ground) -> Self {
         Self {
-            stiffness: ground.settings.stiffness,
+            stiffness: None,
             damping: ground.settings.damping,
             friction: true,
             limits: Limits { force: f64::INFINITY, torque: f64::INFINITY },
@@ -57,6 +62,8 @@ pub(super) struct Entry {
     pub(super) has_skin: bool,
     /// It has dampers in its contacts.
     pub(super) has_damping: bool,
+    /// A step takes so long that a quick run leaves the closed loop out.
+    pub(super) is_costly: bool,
     build: fn(&Ground, &Tuning) -> anyhow::Result<Box<dyn Method>>,
 }
 
@@ -68,31 +75,58 @@ impl Entry {
 }
 
 /// All methods, in the order of the tables.
-pub(super) const METHODS: [Entry; 5] = [
+pub(super) const METHODS: [Entry; 8] = [
     Entry {
         name: "paper",
         summary: "exact linkage, direct rendering: the paper's",
         has_skin: true,
         has_damping: true,
-        build: |ground, tuning| rendered(ground, tuning, |s| Settings { clustering: Clustering::Linkage, ..s }),
+        is_costly: false,
+        build: |ground, tuning| {
+            rendered(&ground.settings, ground, tuning, |s| Settings { clustering: Clustering::Linkage, ..s })
+        },
     },
     Entry {
         name: "smooth",
         summary: "smooth clustering, direct rendering",
         has_skin: true,
         has_damping: true,
-        build: |ground, tuning| rendered(ground, tuning, |s| Settings { clustering: Clustering::Smooth, ..s }),
+        is_costly: false,
+        build: |ground, tuning| {
+            rendered(&ground.settings, ground, tuning, |s| Settings { clustering: Clustering::Smooth, ..s })
+        },
+    },
+    Entry {
+        name: "coupled",
+        summary: "exact linkage behind the virtual coupling, tuned to the device",
+        has_skin: true,
+        has_damping: true,
+        is_costly: false,
+        build: |ground, tuning| {
+            rendered(&ground.coupled, ground, tuning, |s| Settings { clustering: Clustering::Linkage, ..s })
+        },
+    },
+    Entry {
+        name: "coupled-smooth",
+        summary: "smooth clustering behind the same",
+        has_skin: true,
+        has_damping: true,
+        is_costly: false,
+        build: |ground, tuning| {
+            rendered(&ground.coupled, ground, tuning, |s| Settings { clustering: Clustering::Smooth, ..s })
+        },
     },
     Entry {
         name: "predicted",
         summary: "depth predicted along the motion from the last closest features (the paper's [16])",
         has_skin: true,
         has_damping: false,
+        is_costly: false,
         build: |ground, tuning| {
             let (a, b) = ground.bodies();
             let cluster_radius = ground.settings.cluster_radius;
             let settings = PredictedSettings { contact: contact(ground, tuning), cluster_radius, ..Default::default() };
-            Ok(Box::new(Other { method: Predicted::new(a, b, settings)?, factor: 1.0 }))
+            Ok(Box::new(Other(Predicted::new(a, b, settings)?)))
         },
     },
     Entry {
@@ -100,9 +134,19 @@ pub(super) const METHODS: [Entry; 5] = [
         summary: "a point shell in a map of voxels (the paper's [30])",
         has_skin: true,
         has_damping: false,
+        is_costly: true,
+        build: |ground, tuning| Ok(Box::new(Other(Stiffer::new(ground, tuning)?))),
+    },
+    Entry {
+        name: "voxel-coupled",
+        summary: "the same behind an explicit virtual coupling, as its paper renders",
+        has_skin: true,
+        has_damping: false,
+        is_costly: true,
         build: |ground, tuning| {
-            let factor = tuning.stiffness / ground.settings.stiffness;
-            Ok(Box::new(Other { method: ground.voxels()?, factor }))
+            let within = Stiffer::new(ground, tuning)?;
+            let method = Coupled::new(within, &ground.probe, ground.settings.grip_a, CouplingSettings::default())?;
+            Ok(Box::new(Other(method)))
         },
     },
     Entry {
@@ -110,28 +154,34 @@ pub(super) const METHODS: [Entry; 5] = [
         summary: "one contact of the expanding polytope algorithm a pair of pieces, as with Coal",
         has_skin: true,
         has_damping: false,
+        is_costly: false,
         build: |ground, tuning| {
             let (a, b) = ground.bodies();
-            Ok(Box::new(Other { method: Epa::new(a, b, contact(ground, tuning))?, factor: 1.0 }))
+            Ok(Box::new(Other(Epa::new(a, b, contact(ground, tuning))?)))
         },
     },
 ];
 
 fn contact(ground: &Ground, tuning: &Tuning) -> palpus_baselines::Settings {
-    let Settings { contact_tolerance: tolerance, grip_a, .. } = ground.settings;
-    palpus_baselines::Settings { tolerance, stiffness: tuning.stiffness, grip_a }
+    let Settings { contact_tolerance: tolerance, grip_a, stiffness, .. } = ground.settings;
+    palpus_baselines::Settings { tolerance, stiffness: tuning.stiffness.unwrap_or(stiffness), grip_a }
 }
 
-fn rendered(ground: &Ground, tuning: &Tuning, change: fn(Settings) -> Settings) -> anyhow::Result<Box<dyn Method>> {
+fn rendered(
+    base: &Settings,
+    ground: &Ground,
+    tuning: &Tuning,
+    change: fn(Settings) -> Settings,
+) -> anyhow::Result<Box<dyn Method>> {
     let (a, b) = ground.bodies();
-    let base = ground.settings;
+    let stiffness = tuning.stiffness.unwrap_or(base.stiffness);
     let friction = base.friction.filter(|_| tuning.friction).map(|mut friction| {
         // As stiff sideways as into the surface, whatever the stiffness.
-        friction.tangential_stiffness *= tuning.stiffness / base.stiffness;
+        friction.tangential_stiffness *= stiffness / base.stiffness;
         friction
     });
-    let Tuning { stiffness, damping, limits, .. } = *tuning;
-    let settings = change(Settings { stiffness, damping, friction, limits, ..base });
+    let Tuning { damping, limits, .. } = *tuning;
+    let settings = change(Settings { stiffness, damping, friction, limits, ..*base });
     Ok(Box::new(Rendered(Renderer::new(a, b, settings)?)))
 }
 
@@ -141,27 +191,51 @@ struct Rendered(Renderer);
 impl Method for Rendered {
     fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick {
         let tick = self.0.step(probe, dt, &NoClock);
-        FeltTick { wrench: tick.commanded, separation: tick.separation() }
+        FeltTick { wrench: tick.commanded, separation: tick.separation(), shown: tick.tool_ba }
     }
 }
 
 /// Another's method.
-struct Other<B> {
-    method: B,
-    /// What its wrench is multiplied by: another stiffness than it was made for, where it is costly to make and linear in that.
-    factor: f64,
-}
+struct Other<B>(B);
 
 impl<B: Baseline> Method for Other<B> {
     fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick {
-        let Felt { wrench, deepest, .. } = self.method.step(&probe.pose_ba, &probe.twist, dt);
-        let wrench = Wrench { torque: wrench.torque * self.factor, force: wrench.force * self.factor };
-        FeltTick { wrench, separation: deepest }
+        let Felt { wrench, deepest, .. } = self.0.step(&probe.pose_ba, &probe.twist, dt);
+        FeltTick { wrench, separation: deepest, shown: probe.pose_ba }
+    }
+}
+
+/// Voxels of another stiffness than they were made for: costly to make, and linear in that.
+struct Stiffer {
+    voxels: Voxel,
+    factor: f64,
+}
+
+impl Stiffer {
+    fn new(ground: &Ground, tuning: &Tuning) -> anyhow::Result<Self> {
+        let made_for = ground.settings.stiffness;
+        Ok(Self { voxels: ground.voxels()?, factor: tuning.stiffness.unwrap_or(made_for) / made_for })
+    }
+}
+
+impl Baseline for Stiffer {
+    fn name(&self) -> &'static str {
+        self.voxels.name()
+    }
+
+    fn step(&mut self, pose_ba: &Pose, twist: &Twist, dt: f64) -> Felt {
+        let felt = self.voxels.step(pose_ba, twist, dt);
+        let Wrench { torque, force } = felt.wrench;
+        Felt { wrench: Wrench { torque: torque * self.factor, force: force * self.factor }, ..felt }
+    }
+
+    fn clear(&mut self) {
+        self.voxels.clear();
     }
 }
 
 impl Ground {
-    fn bodies(&self) -> (Arc<palpus::body::Body>, Arc<palpus::body::Body>) {
+    fn bodies(&self) -> (Arc<Body>, Arc<Body>) {
         (self.probe.clone(), self.environment.clone())
     }
 

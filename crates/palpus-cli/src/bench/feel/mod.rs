@@ -85,6 +85,8 @@ struct Effort {
     /// Scenes on which the greatest stable stiffness is searched, and how finely.
     searched: &'static [&'static str],
     halvings: usize,
+    /// Methods whose steps take long take part in the closed loop.
+    costly: bool,
     /// Contact dampings of the Z-width map, N·s/m; none: no map.
     dampings: &'static [(f64, &'static str)],
 }
@@ -95,6 +97,7 @@ impl Effort {
         hands: &["none", "relaxed", "normal", "firm"],
         searched: &["pen-sphere", "v-groove", "box-rest", "spoon-cup", "torus-torus", "peg-hole"],
         halvings: 3,
+        costly: true,
         dampings: &Z_WIDTH,
     };
     const QUICK: Self = Self {
@@ -102,6 +105,7 @@ impl Effort {
         hands: &["none", "normal"],
         searched: &["pen-sphere", "v-groove", "box-rest"],
         halvings: 0,
+        costly: false,
         dampings: &[],
     };
 }
@@ -147,8 +151,12 @@ fn measure_all(grounds: &[Ground], entries: &[Entry], effort: &Effort) -> anyhow
 fn measure(ground: &Ground, entry: &Entry, effort: &Effort) -> anyhow::Result<Outcome> {
     let mut rows = Rows::new(ground.name, entry.name);
     let curve = open::measure(ground, entry, &mut rows)?;
-    scripted::measure(ground, entry, effort.hands, &mut rows)?;
-    let held = at_rest(ground, entry, effort, &mut rows)?;
+    let held = if effort.costly || !entry.is_costly {
+        scripted::measure(ground, entry, effort.hands, &mut rows)?;
+        at_rest(ground, entry, effort, &mut rows)?
+    } else {
+        Vec::new()
+    };
     Ok(Outcome { rows: rows.rows, curve, held })
 }
 
@@ -166,7 +174,7 @@ fn at_rest(ground: &Ground, entry: &Entry, effort: &Effort, rows: &mut Rows) -> 
         rows.add(name, "limit cycle", "%", own.share() * 100.0);
         rows.add(name, "limit cycle torque", "N·m", own.torque_cycle);
         rows.add(name, "mean force at rest", "N", own.mean_force);
-        let stiff = held::hold(ground, entry, rest, hand, &Tuning { stiffness: STIFF, ..Tuning::of(ground) })?;
+        let stiff = held::hold(ground, entry, rest, hand, &Tuning { stiffness: Some(STIFF), ..Tuning::of(ground) })?;
         rows.add(name, "limit cycle at 5 kN/m", "%", stiff.share() * 100.0);
         if effort.searched.contains(&ground.name) {
             let greatest = held::greatest_stiffness(ground, entry, rest, hand, 0.0, effort.halvings)?;

@@ -3,6 +3,7 @@
 //! * *Steps*: how much force and torque change from one millisecond to the next, and by which angle the force turns.
 //! * *Step over motion*: the force step over stiffness times the farthest way that a point of the probe went in that millisecond. A contact
 //!   that is felt as it is steps by 1, a sum of contacts by their number; a jump by any number.
+//! * *Step while merging*, on the rails: the largest while depth stays the same and two contacts become one, over the mean force.
 //! * *Truth*, where there is one: the angle to the true force; its size, once the one factor that fits best is allowed for; how far the
 //!   line of action passes from the true one.
 //! * *Pop-through*: episodes in which the bodies overlap by more than a tenth of a millimetre, and less than a tenth of the force (or of
@@ -14,7 +15,7 @@ use palpus::render::ProbeState;
 
 use super::ground::{Ground, JUDGED, TICK};
 use super::method::{Entry, Tuning};
-use super::row::{Rows, largest, quantile};
+use super::row::{Rows, largest, mean, quantile};
 
 /// Forces of less than this part of the largest have no direction worth naming.
 const FAINT: f64 = 0.05;
@@ -49,6 +50,9 @@ pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow
     let add = &mut |measure, unit, value| rows.add("", measure, unit, value);
     add("deepest seen", "m", deepest);
     steps(ground, &wrenches, add);
+    if ground.name == "rails" {
+        merging(ground, &wrenches, add);
+    }
     add("pop-throughs", "", pop_throughs(ground, &wrenches) as f64);
     if ground.truth.is_some() {
         against_truth(ground, entry, &wrenches, add);
@@ -92,6 +96,20 @@ fn steps(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     add("turn max", "°/ms", largest(&turn));
     add("force step over motion", "", over_motion);
     add("torque step over motion", "", torque_over_motion);
+}
+
+/// s: when the knife on the rails has settled at its depth, and when it leaves it.
+const MERGING: [f64; 2] = [0.9, 3.5];
+
+/// The largest step while the knife stays at its depth and nothing happens but that its two contacts draw together.
+fn merging(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
+    let [first, last] = MERGING.map(|time| (((time - ground.begin) / TICK).max(0.0) as usize).min(wrenches.len()));
+    let within = &wrenches[first..last.max(first)];
+    let forces: Vec<f64> = within.iter().map(|w| w.force.length()).collect();
+    let steps: Vec<f64> = within.windows(2).map(|pair| pair[1].force.distance(pair[0].force)).collect();
+    if !steps.is_empty() {
+        add("step while merging", "%", 100.0 * largest(&steps) / mean(&forces));
+    }
 }
 
 /// Degrees; exact for small angles, where a cosine is not.
