@@ -5,7 +5,8 @@
 //! under its two points; its depth, and so its size, stay those of the true contact.
 //!
 //! 1. On each body, the smooth outward normal at the witness point, and how fast it turns there (`curvature`). A body
-//!    whose feature is a crease has none: a crease takes any direction in its cone, and the true contact decides which.
+//!    whose feature is a crease has none: it takes the other body's, as far as that is a direction between its faces
+//!    ([`super::SmoothBody::confine`]).
 //! 2. *Combine* b's normal with the opposite of a's. On spheres of radius r, the centres are apart by r_b n_b − r_a n_a:
 //!    so each side weighs as its radius, 1 / curvature. A flat side decides alone, two equally round ones have equal say.
 //!    Whatever the features, this moves continuously with the witness points as long as each surface is smooth there.

@@ -61,6 +61,31 @@ impl SmoothBody {
         }
     }
 
+    /// The unit `direction` as far as the crease allows on which a contact with the true outward `normal` rests, in the body's frame; for
+    /// features where [`Self::at`] answers nothing.
+    ///
+    /// A crease takes the directions between those of its faces. Where the true normal leaves them, the contact goes over to a face,
+    /// which has one direction: so the turn is at most the angle that is left to the nearest of its bounds.
+    pub fn confine(body: &Body, piece: u32, feature: Feature, normal: DVec3, direction: DVec3) -> DVec3 {
+        let polytope = &body.polytopes()[piece as usize];
+        match feature {
+            Feature::Face(_) => normal,
+            Feature::Edge(edge) => {
+                let edge = polytope.edge(edge);
+                let along = (polytope.vertex(edge.head) - polytope.vertex(edge.tail)).normalize_or_zero();
+                let faces = [edge.left, edge.right].map(|face| polytope.plane(face).normal);
+                let room = faces.map(|face| normal.angle_between(face));
+                turned(normal, direction - along * along.dot(direction), room[0].min(room[1]))
+            }
+            Feature::Vertex(vertex) => {
+                let from = polytope.vertex(vertex);
+                let falls = |neighbour: u32| -normal.dot((polytope.vertex(neighbour) - from).normalize_or_zero());
+                let least = polytope.ring(vertex).iter().map(|spoke| falls(spoke.neighbour)).fold(1.0, f64::min);
+                turned(normal, direction, least.max(0.0).asin())
+            }
+        }
+    }
+
     fn on_face(&self, first: First, face: u32) -> &[u32] {
         let at = (first.face + face) as usize;
         &self.triangles[self.starts[at] as usize..self.starts[at + 1] as usize]
@@ -84,6 +109,13 @@ impl SmoothBody {
         }
         self.pieces.push(first);
     }
+}
+
+/// `normal` (unit), turned towards `goal` by at most `most` (rad).
+fn turned(normal: DVec3, goal: DVec3, most: f64) -> DVec3 {
+    let across = goal.reject_from_normalized(normal);
+    let angle = across.length().atan2(goal.dot(normal)).min(most);
+    (normal * angle.cos() + across.normalize_or_zero() * angle.sin()).normalize_or(normal)
 }
 
 #[cfg(test)]

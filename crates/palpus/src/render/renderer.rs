@@ -223,6 +223,15 @@ impl Shading {
             side.normal = pose_ba.vector(side.normal);
         }
         let side_b = self.b.at(b, contact.piece_b, contact.features.b, contact.point_b);
-        shade(contact.normal, side_a, side_b, self.most_turn)
+        let mut direction = shade(contact.normal, side_a, side_b, self.most_turn);
+        if side_a.is_none() {
+            let local = |v: DVec3| pose_ba.inverse().vector(-v);
+            let (normal, goal) = (local(contact.normal), local(direction));
+            direction = -pose_ba.vector(SmoothBody::confine(a, contact.piece_a, contact.features.a, normal, goal));
+        }
+        if side_b.is_none() {
+            direction = SmoothBody::confine(b, contact.piece_b, contact.features.b, contact.normal, direction);
+        }
+        direction
     }
 }
