@@ -1,0 +1,74 @@
+//! One frame for all makers: x to the right of whoever holds the device, y away from them, z up.
+//!
+//! Axes are only renamed and negated, so that no digit is lost. A grip's own axes are renamed alike, so that a grip that its
+//! maker calls unturned is unturned here too.
+
+use glam::{DMat3, DQuat, DVec3};
+use palpus::algebra::Pose;
+
+/// How a maker's axes lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Axes {
+    /// x to whoever holds it, y to their right, z up.
+    ForceDimension,
+    /// x to the right, y up, z to whoever holds it.
+    OpenHaptics,
+}
+
+impl Axes {
+    /// A vector in the maker's frame, in ours.
+    pub(crate) fn ours(self, v: DVec3) -> DVec3 {
+        match self {
+            Self::ForceDimension => DVec3::new(v.y, -v.x, v.z),
+            Self::OpenHaptics => DVec3::new(v.x, -v.z, v.y),
+        }
+    }
+
+    /// A vector in our frame, in the maker's.
+    pub(crate) fn theirs(self, v: DVec3) -> DVec3 {
+        match self {
+            Self::ForceDimension => DVec3::new(-v.y, v.x, v.z),
+            Self::OpenHaptics => DVec3::new(v.x, v.z, -v.y),
+        }
+    }
+
+    /// A grip of the maker's in ours; `rotation` has the grip's axes as columns.
+    pub(crate) fn pose(self, rotation: DMat3, translation: DVec3) -> Pose {
+        // The vector of a rotation turns with the axes, its angle does not.
+        let q = DQuat::from_mat3(&rotation);
+        let axis = self.ours(DVec3::new(q.x, q.y, q.z));
+        Pose { rotation: DQuat::from_xyzw(axis.x, axis.y, axis.z, q.w).normalize(), translation: self.ours(translation) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_frames_stay_right_handed_and_lead_back() {
+        for axes in [Axes::ForceDimension, Axes::OpenHaptics] {
+            let [x, y, z] = [DVec3::X, DVec3::Y, DVec3::Z].map(|v| axes.ours(v));
+            assert_eq!(x.cross(y), z, "{axes:?}");
+            let v = DVec3::new(0.1, -2.0, 30.0);
+            assert_eq!(axes.theirs(axes.ours(v)), v, "{axes:?}");
+        }
+        // Up is up, and away is away.
+        assert_eq!(Axes::ForceDimension.ours(DVec3::Z), DVec3::Z);
+        assert_eq!(Axes::ForceDimension.ours(DVec3::X), -DVec3::Y);
+        assert_eq!(Axes::OpenHaptics.ours(DVec3::Y), DVec3::Z);
+        assert_eq!(Axes::OpenHaptics.ours(DVec3::Z), -DVec3::Y);
+    }
+
+    #[test]
+    fn a_turn_about_their_axis_is_the_turn_about_ours() {
+        for axes in [Axes::ForceDimension, Axes::OpenHaptics] {
+            let turn = DVec3::new(0.3, -0.5, 0.7);
+            let theirs = DMat3::from_quat(DQuat::from_scaled_axis(turn));
+            let pose = axes.pose(theirs, DVec3::X);
+            let v = DVec3::new(1.0, 2.0, 3.0);
+            let expected = axes.ours(theirs * axes.theirs(v));
+            assert!((pose.rotation * v).abs_diff_eq(expected, 1e-14), "{axes:?}");
+        }
+    }
+}

@@ -1,0 +1,210 @@
+//! The functions of Force Dimension's DHD that are called.
+//!
+//! C has no default arguments: the device's number, which the maker's header fills in as −1 (the one that
+//! was opened last) for C++, is given in every call; here it is the one that opening answered.
+
+use std::ffi::{c_char, c_int, c_uchar, c_uint};
+
+use super::{Loaded, words};
+use crate::error::DriverError;
+
+type Number = unsafe extern "C" fn() -> c_int;
+type OfDevice = unsafe extern "C" fn(c_char) -> c_int;
+type Three = unsafe extern "C" fn(*mut f64, *mut f64, *mut f64, c_char) -> c_int;
+type Frame = unsafe extern "C" fn(*mut f64, *mut f64, *mut f64, *mut [f64; 9], c_char) -> c_int;
+type SetAll = unsafe extern "C" fn(f64, f64, f64, f64, f64, f64, f64, c_char) -> c_int;
+type Configure = unsafe extern "C" fn(c_int, c_int, c_char) -> c_int;
+
+/// Whatever number of integers an SDK writes as the status (16 in older ones, 17 today), it is less.
+pub(crate) const STATUS_ROOM: usize = 32;
+
+/// An open DHD library. The functions stay valid as long as it is.
+pub(crate) struct Dhd {
+    device_count: Number,
+    open: Number,
+    close: OfDevice,
+    last_error: unsafe extern "C" fn() -> *const c_char,
+    system_name: unsafe extern "C" fn(c_char) -> *const c_char,
+    has_active_wrist: unsafe extern "C" fn(c_char) -> c_uchar,
+    has_wrist: Option<unsafe extern "C" fn(c_char) -> c_uchar>,
+    enable_force: unsafe extern "C" fn(c_uchar, c_char) -> c_int,
+    frame: Frame,
+    linear_velocity: Three,
+    angular_velocity: Option<Three>,
+    configure_linear: Option<Configure>,
+    configure_angular: Option<Configure>,
+    set_all: SetAll,
+    buttons: Option<unsafe extern "C" fn(c_char) -> c_uint>,
+    watchdog: Option<unsafe extern "C" fn(c_uchar, c_char) -> c_int>,
+    expert: Option<(Number, Number)>,
+    status: unsafe extern "C" fn(*mut c_int, c_char) -> c_int,
+    rate: Option<unsafe extern "C" fn(c_char) -> f64>,
+    simulator: Option<unsafe extern "C" fn(c_uchar)>,
+    _library: Loaded,
+}
+
+impl Dhd {
+    /// Looks up every function.
+    ///
+    /// # Errors
+    /// When one is missing without which there is no force, by its name.
+    pub(crate) fn of(library: Loaded, mend: &str) -> Result<Self, DriverError> {
+        // SAFETY: each type is that of the function in the maker's manual, and the library is kept beside the functions. A C++
+        // `bool` is read and written as a byte.
+        unsafe {
+            let expert = library.optional("dhdEnableExpertMode").zip(library.optional("dhdDisableExpertMode"));
+            Ok(Self {
+                device_count: library.function("dhdGetDeviceCount", mend)?,
+                open: library.function("dhdOpen", mend)?,
+                close: library.function("dhdClose", mend)?,
+                last_error: library.function("dhdErrorGetLastStr", mend)?,
+                system_name: library.function("dhdGetSystemName", mend)?,
+                has_active_wrist: library.function("dhdHasActiveWrist", mend)?,
+                has_wrist: library.optional("dhdHasWrist"),
+                enable_force: library.function("dhdEnableForce", mend)?,
+                frame: library.function("dhdGetPositionAndOrientationFrame", mend)?,
+                linear_velocity: library.function("dhdGetLinearVelocity", mend)?,
+                angular_velocity: library.optional("dhdGetAngularVelocityRad"),
+                configure_linear: library.optional("dhdConfigLinearVelocity"),
+                configure_angular: library.optional("dhdConfigAngularVelocity"),
+                set_all: library.function("dhdSetForceAndTorqueAndGripperForce", mend)?,
+                buttons: library.optional("dhdGetButtonMask"),
+                watchdog: library.optional("dhdSetWatchdog"),
+                expert,
+                status: library.function("dhdGetStatus", mend)?,
+                rate: library.optional("dhdGetComFreq"),
+                simulator: library.optional("dhdEnableSimulator"),
+                _library: library,
+            })
+        }
+    }
+
+    pub(crate) fn device_count(&self) -> i32 {
+        // SAFETY: no arguments.
+        unsafe { (self.device_count)() }
+    }
+
+    /// The first device's number, or negative.
+    pub(crate) fn open(&self) -> i32 {
+        // SAFETY: no arguments.
+        unsafe { (self.open)() }
+    }
+
+    pub(crate) fn close(&self, id: i8) -> i32 {
+        // SAFETY: a number that names no device is answered with −1.
+        unsafe { (self.close)(id as c_char) }
+    }
+
+    /// The library's words for what went wrong last on this thread.
+    pub(crate) fn last_error(&self) -> String {
+        // SAFETY: a text of the library's that lives as long as it does.
+        unsafe { words((self.last_error)()) }
+    }
+
+    pub(crate) fn system_name(&self, id: i8) -> String {
+        // SAFETY: as for the error's.
+        unsafe { words((self.system_name)(id as c_char)) }
+    }
+
+    pub(crate) fn has_active_wrist(&self, id: i8) -> bool {
+        // SAFETY: by value.
+        unsafe { (self.has_active_wrist)(id as c_char) != 0 }
+    }
+
+    /// Whether it senses the rotation, when the library can say.
+    pub(crate) fn has_wrist(&self, id: i8) -> Option<bool> {
+        // SAFETY: by value.
+        self.has_wrist.map(|has| unsafe { has(id as c_char) != 0 })
+    }
+
+    pub(crate) fn enable_force(&self, on: bool, id: i8) -> i32 {
+        // SAFETY: by value.
+        unsafe { (self.enable_force)(u8::from(on), id as c_char) }
+    }
+
+    /// Position, m, and the grip's axes as rows of three, row by row; and what was returned.
+    pub(crate) fn frame(&self, id: i8) -> (i32, [f64; 3], [f64; 9]) {
+        let ([mut x, mut y, mut z], mut rows) = ([0.0; 3], [0.0; 9]);
+        // SAFETY: three doubles and a `double[3][3]`, which is nine in a row.
+        let code = unsafe { (self.frame)(&mut x, &mut y, &mut z, &mut rows, id as c_char) };
+        (code, [x, y, z], rows)
+    }
+
+    /// m/s.
+    pub(crate) fn linear_velocity(&self, id: i8) -> (i32, [f64; 3]) {
+        three(self.linear_velocity, id)
+    }
+
+    /// rad/s; `None` when the library is too old to know.
+    pub(crate) fn angular_velocity(&self, id: i8) -> Option<(i32, [f64; 3])> {
+        self.angular_velocity.map(|function| three(function, id))
+    }
+
+    /// Velocities are estimated over so many ms.
+    pub(crate) fn velocity_window(&self, ms: i32, id: i8) {
+        /// Positions at both ends of a sliding window, as opposed to a growing one.
+        const SLIDING: c_int = 0;
+        for configure in [self.configure_linear, self.configure_angular].into_iter().flatten() {
+            // SAFETY: by value. What it answers does not matter: the default window then stays.
+            let _ = unsafe { configure(ms, SLIDING, id as c_char) };
+        }
+    }
+
+    /// N, N·m, and nothing for the gripper.
+    pub(crate) fn set_wrench(&self, force: [f64; 3], torque: [f64; 3], id: i8) -> i32 {
+        let ([fx, fy, fz], [tx, ty, tz]) = (force, torque);
+        // SAFETY: by value.
+        unsafe { (self.set_all)(fx, fy, fz, tx, ty, tz, 0.0, id as c_char) }
+    }
+
+    pub(crate) fn buttons(&self, id: i8) -> u32 {
+        // SAFETY: by value.
+        self.buttons.map_or(0, |function| unsafe { function(id as c_char) })
+    }
+
+    /// The device takes its forces away by itself when it has not been told any for so many times 125 µs. True when it will.
+    pub(crate) fn set_watchdog(&self, steps: u8, id: i8) -> bool {
+        let Some(set) = self.watchdog else { return false };
+        // SAFETY: by value.
+        let mut code = unsafe { set(steps, id as c_char) };
+        if code < 0
+            && let Some((enable, disable)) = self.expert
+        {
+            // SAFETY: by value; the mode guards nothing but functions such as this one.
+            code = unsafe {
+                enable();
+                let code = set(steps, id as c_char);
+                disable();
+                code
+            };
+        }
+        code >= 0
+    }
+
+    /// The status words; `None` when there are none.
+    pub(crate) fn status(&self, id: i8) -> Option<[i32; STATUS_ROOM]> {
+        let mut status = [0; STATUS_ROOM];
+        // SAFETY: room for more than any SDK writes.
+        let code = unsafe { (self.status)(status.as_mut_ptr(), id as c_char) };
+        (code >= 0).then_some(status)
+    }
+
+    /// At which the device talks with the computer, kHz.
+    pub(crate) fn rate(&self, id: i8) -> Option<f64> {
+        // SAFETY: by value.
+        self.rate.map(|function| unsafe { function(id as c_char) })
+    }
+
+    /// Devices that the library simulates are found, too. False when it cannot.
+    pub(crate) fn enable_simulator(&self) -> bool {
+        // SAFETY: by value.
+        self.simulator.map(|function| unsafe { function(1) }).is_some()
+    }
+}
+
+fn three(function: Three, id: i8) -> (i32, [f64; 3]) {
+    let [mut x, mut y, mut z] = [0.0; 3];
+    // SAFETY: three doubles.
+    let code = unsafe { function(&mut x, &mut y, &mut z, id as c_char) };
+    (code, [x, y, z])
+}

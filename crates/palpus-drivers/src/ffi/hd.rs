@@ -1,0 +1,236 @@
+//! The functions of 3D Systems' HDAPI that are called, and the thread of its that calls back.
+//!
+//! The library runs its own thread a thousand times a second. What it calls there is [`Servant::serve`], behind a function that
+//! catches every panic: to unwind into C would end the process with the force on.
+
+use std::ffi::{CString, c_char, c_int, c_uint, c_ulong, c_ushort, c_void};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
+
+use super::{Loaded, words};
+use crate::error::DriverError;
+
+type Nothing = unsafe extern "system" fn();
+type OfHandle = unsafe extern "system" fn(c_uint);
+type Callback = unsafe extern "system" fn(*mut c_void) -> c_uint;
+
+/// The answer of a callback that wants to be called again.
+const CONTINUE: c_uint = 1;
+/// And of one that does not.
+const DONE: c_uint = 0;
+/// The first to be called in a turn of the thread.
+const HIGHEST_PRIORITY: c_ushort = c_ushort::MAX;
+
+/// No device.
+const INVALID_HANDLE: u32 = 0xffff_ffff;
+/// However many numbers a parameter has (16 at most), it is less.
+const ROOM: usize = 32;
+
+/// What went wrong, as the library tells it.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct ErrorInfo {
+    /// 0: nothing.
+    pub(crate) code: c_uint,
+    /// Of the driver below.
+    pub(crate) internal: c_int,
+    /// Of the device.
+    pub(crate) handle: c_uint,
+}
+
+/// An open HDAPI library. The functions stay valid as long as it is.
+pub(crate) struct Hd {
+    init_device: unsafe extern "system" fn(*const c_char) -> c_uint,
+    disable_device: OfHandle,
+    make_current: OfHandle,
+    begin_frame: OfHandle,
+    end_frame: OfHandle,
+    enable: OfHandle,
+    disable: OfHandle,
+    get_doubles: unsafe extern "system" fn(c_uint, *mut f64),
+    get_integers: unsafe extern "system" fn(c_uint, *mut c_int),
+    get_string: unsafe extern "system" fn(c_uint) -> *const c_char,
+    set_doubles: unsafe extern "system" fn(c_uint, *const f64),
+    get_error: unsafe extern "system" fn() -> ErrorInfo,
+    start: Nothing,
+    stop: Nothing,
+    schedule: unsafe extern "system" fn(Callback, *mut c_void, c_ushort) -> c_ulong,
+    unschedule: unsafe extern "system" fn(c_ulong),
+    check_calibration: Option<unsafe extern "system" fn() -> c_uint>,
+    _library: Loaded,
+}
+
+impl Hd {
+    /// Looks up every function.
+    ///
+    /// # Errors
+    /// When one is missing, by its name.
+    pub(crate) fn of(library: Loaded, mend: &str) -> Result<Self, DriverError> {
+        // SAFETY: each type is that of the function in the maker's manual, and the library is kept beside the functions.
+        unsafe {
+            Ok(Self {
+                init_device: library.function("hdInitDevice", mend)?,
+                disable_device: library.function("hdDisableDevice", mend)?,
+                make_current: library.function("hdMakeCurrentDevice", mend)?,
+                begin_frame: library.function("hdBeginFrame", mend)?,
+                end_frame: library.function("hdEndFrame", mend)?,
+                enable: library.function("hdEnable", mend)?,
+                disable: library.function("hdDisable", mend)?,
+                get_doubles: library.function("hdGetDoublev", mend)?,
+                get_integers: library.function("hdGetIntegerv", mend)?,
+                get_string: library.function("hdGetString", mend)?,
+                set_doubles: library.function("hdSetDoublev", mend)?,
+                get_error: library.function("hdGetError", mend)?,
+                start: library.function("hdStartScheduler", mend)?,
+                stop: library.function("hdStopScheduler", mend)?,
+                schedule: library.function("hdScheduleAsynchronous", mend)?,
+                unschedule: library.function("hdUnschedule", mend)?,
+                check_calibration: library.optional("hdCheckCalibration"),
+                _library: library,
+            })
+        }
+    }
+
+    /// The device of this name, or the one that the library takes without a name; `None` when there is none.
+    pub(crate) fn init_device(&self, name: Option<&str>) -> Option<u32> {
+        let name = name.map(CString::new).transpose().ok()?;
+        let pointer = name.as_ref().map_or(std::ptr::null(), |name| name.as_ptr());
+        // SAFETY: null, or a text that lives through the call.
+        let handle = unsafe { (self.init_device)(pointer) };
+        (handle != INVALID_HANDLE).then_some(handle)
+    }
+
+    pub(crate) fn disable_device(&self, handle: u32) {
+        // SAFETY: by value.
+        unsafe { (self.disable_device)(handle) }
+    }
+
+    /// The device that all calls of this thread without a handle are for.
+    pub(crate) fn make_current(&self, handle: u32) {
+        // SAFETY: by value.
+        unsafe { (self.make_current)(handle) }
+    }
+
+    pub(crate) fn begin_frame(&self, handle: u32) {
+        // SAFETY: by value.
+        unsafe { (self.begin_frame)(handle) }
+    }
+
+    pub(crate) fn end_frame(&self, handle: u32) {
+        // SAFETY: by value.
+        unsafe { (self.end_frame)(handle) }
+    }
+
+    pub(crate) fn enable(&self, capability: u32) {
+        // SAFETY: by value.
+        unsafe { (self.enable)(capability) }
+    }
+
+    pub(crate) fn disable(&self, capability: u32) {
+        // SAFETY: by value.
+        unsafe { (self.disable)(capability) }
+    }
+
+    /// The first N numbers of a parameter; those that it does not have are NaN.
+    pub(crate) fn doubles<const N: usize>(&self, parameter: u32) -> [f64; N] {
+        let mut values = [f64::NAN; ROOM];
+        // SAFETY: room for more numbers than any parameter has.
+        unsafe { (self.get_doubles)(parameter, values.as_mut_ptr()) }
+        std::array::from_fn(|k| values.get(k).copied().unwrap_or(f64::NAN))
+    }
+
+    pub(crate) fn integer(&self, parameter: u32) -> i32 {
+        let mut values: [c_int; ROOM] = [0; ROOM];
+        // SAFETY: room for more numbers than any parameter has.
+        unsafe { (self.get_integers)(parameter, values.as_mut_ptr()) }
+        values[0]
+    }
+
+    pub(crate) fn string(&self, parameter: u32) -> String {
+        // SAFETY: null, or a text of the library's that lives as long as it does.
+        unsafe { words((self.get_string)(parameter)) }
+    }
+
+    /// Three numbers: every parameter that is set has as many.
+    pub(crate) fn set_three(&self, parameter: u32, values: [f64; 3]) {
+        // SAFETY: the array lives through the call.
+        unsafe { (self.set_doubles)(parameter, values.as_ptr()) }
+    }
+
+    /// The oldest error that was not taken yet.
+    pub(crate) fn error(&self) -> Option<ErrorInfo> {
+        // SAFETY: no arguments; the answer is by value.
+        let info = unsafe { (self.get_error)() };
+        (info.code != 0).then_some(info)
+    }
+
+    /// How the device's calibration stands; 0 when the library cannot say.
+    pub(crate) fn calibration(&self) -> u32 {
+        // SAFETY: no arguments.
+        self.check_calibration.map_or(0, |check| unsafe { check() })
+    }
+
+    pub(crate) fn start(&self) {
+        // SAFETY: no arguments.
+        unsafe { (self.start)() }
+    }
+
+    pub(crate) fn stop(&self) {
+        // SAFETY: no arguments.
+        unsafe { (self.stop)() }
+    }
+}
+
+/// Who is called by the library's thread.
+pub(crate) trait Servant: Send + 'static {
+    /// One turn. False: the last one.
+    fn serve(&mut self) -> bool;
+
+    /// A turn panicked: leaves no force behind. The last call there is.
+    fn panicked(&mut self);
+}
+
+/// A servant that the library's thread calls until it is dismissed.
+pub(crate) struct Scheduled<S: Servant> {
+    api: Arc<Hd>,
+    handle: c_ulong,
+    servant: *mut S,
+}
+
+// SAFETY: the pointer is not followed on this side before the library's thread is done with it.
+unsafe impl<S: Servant> Send for Scheduled<S> {}
+
+impl<S: Servant> Scheduled<S> {
+    /// From the scheduler's next turn on `servant` is called.
+    pub(crate) fn new(api: Arc<Hd>, servant: S) -> Self {
+        let servant = Box::into_raw(Box::new(servant));
+        // SAFETY: the function is of the type that the library calls, and the servant lives until `dismiss`, or for ever.
+        let handle = unsafe { (api.schedule)(turn::<S>, servant.cast(), HIGHEST_PRIORITY) };
+        Self { api, handle, servant }
+    }
+
+    /// The servant is called no more. `is_done` says that it has answered its last turn, or never had one because the scheduler
+    /// stands still. Without that its memory is left to it: better lost than taken from under a thread of others.
+    pub(crate) fn dismiss(self, is_done: bool) {
+        // SAFETY: the handle is what `schedule` returned.
+        unsafe { (self.api.unschedule)(self.handle) };
+        if is_done {
+            // SAFETY: from `Box::into_raw`, and nobody calls it any more.
+            drop(unsafe { Box::from_raw(self.servant) });
+        }
+    }
+}
+
+unsafe extern "system" fn turn<S: Servant>(data: *mut c_void) -> c_uint {
+    // SAFETY: the pointer of `Scheduled::new`, alive until after the turn that answers `DONE`; one thread calls at a time.
+    let servant = unsafe { &mut *data.cast::<S>() };
+    match catch_unwind(AssertUnwindSafe(|| servant.serve())) {
+        Ok(true) => CONTINUE,
+        Ok(false) => DONE,
+        Err(_) => {
+            // There is nobody to tell; the loop will see that no states come any more.
+            let _ = catch_unwind(AssertUnwindSafe(|| servant.panicked()));
+            DONE
+        }
+    }
+}

@@ -1,0 +1,379 @@
+//! Force Dimension's devices, and the Falcon, through `libdhd`.
+//!
+//! 1. Opened, a device gives no force: that is switched on (a sigma.7 gives none otherwise) with the first write, and so is the
+//!    device's own watchdog, which takes the force away [`WATCHDOG`] after the last write, whatever becomes of this program.
+//! 2. A read is the pose and the velocities, estimated by the library over [`VELOCITY_WINDOW_MS`] instead of its usual 20 ms; where
+//!    it knows none, they are estimated here. A sample that it hands out again (the time guard, code 1) keeps its time.
+//! 3. A write is a wrench in one call. Saturated motors (code 2) are counted; they are the normal case and no failure.
+//! 4. The brake switches the motors off, which short-circuits them: they damp. It never waits for a call that hangs; there the
+//!    device's watchdog takes its part.
+//! 5. Whatever ends it, the last wrench is zero and the force is off.
+//!
+//! The force switch on the device is not watched: what is computed while it is off is not felt.
+
+use std::borrow::Cow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::time::{Duration, Instant};
+
+use glam::{DMat3, DVec3};
+use palpus::algebra::{Pose, Twist, Wrench, rotation_between};
+use palpus_device::{
+    Axes as AxisCount, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, known_devices,
+};
+
+use crate::axes::Axes;
+use crate::error::DriverError;
+use crate::ffi::dhd::Dhd;
+use crate::library::{Known, Place};
+
+/// Of the device itself: longer than the loop's own watchdog waits at 12 N, so that it is the second to bite.
+const WATCHDOG: Duration = Duration::from_millis(20);
+/// In the device's steps of 125 µs.
+const WATCHDOG_STEPS: u8 = 160;
+/// Its lag is half of it; shorter ones let the steps of the encoders through.
+const VELOCITY_WINDOW_MS: i32 = 4;
+/// Hz: of the velocities that are estimated here.
+const VELOCITY_CUTOFF_HZ: f64 = 50.0;
+/// N: of a device that is not in the list, the least that any of the maker's has.
+const UNKNOWN_FORCE: f64 = 8.0;
+/// N·m: likewise, when its wrist has motors.
+const UNKNOWN_TORQUE: f64 = 0.2;
+/// Hz: what the library likes to be driven at when it does not say.
+const USUAL_RATE_HZ: f64 = 1000.0;
+
+/// The library returned the last sample again, or did not send: it was asked too soon.
+const TIME_GUARD: i32 = 1;
+/// At least one motor gives less than was asked for.
+const SATURATED: i32 = 2;
+
+/// Words of the status that are looked at, by their place in it.
+mod status {
+    pub(super) const POWER: usize = 0;
+    pub(super) const CONNECTED: usize = 1;
+    pub(super) const RESET: usize = 3;
+    pub(super) const ERROR: usize = 9;
+}
+
+pub(crate) const LIBRARY: Known = Known {
+    names: if cfg!(windows) {
+        &["dhd64.dll", "drd64.dll"]
+    } else if cfg!(target_os = "macos") {
+        &["libdhd.dylib", "libdrd.dylib"]
+    } else {
+        &["libdhd.so", "libdhd.so.3", "libdrd.so", "libdrd.so.3"]
+    },
+    kit: ("FORCEDIM_SDK", &["lib", "lib/release/*"]),
+    mend: MEND,
+};
+
+const MEND: &str =
+    "install the Force Dimension SDK (forcedimension.com/software/sdk) and set FORCEDIM_SDK to its folder, or name the file: force-dimension:LIBRARY";
+
+/// What to open.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ForceDimensionOptions {
+    /// Where the library is.
+    pub library: Place,
+    /// Take a device that the library simulates if there is no other.
+    pub simulator: bool,
+}
+
+/// An open device of Force Dimension's.
+pub struct ForceDimension {
+    shared: Arc<Shared>,
+    spec: DeviceSpec,
+    rate_hz: f64,
+    has_watchdog: bool,
+    saturated: u64,
+    opened: Instant,
+    written: Option<Instant>,
+    last: Option<DeviceState>,
+}
+
+impl ForceDimension {
+    /// Opens the first device that is free. It gives no force before the first write.
+    ///
+    /// # Errors
+    /// When there is no library, or no device that could give a force, with what mends it.
+    pub fn open(options: &ForceDimensionOptions) -> Result<Self, DriverError> {
+        let api = Dhd::of(LIBRARY.open(&options.library)?, "install a newer Force Dimension SDK (3.14 or later)")?;
+        if options.simulator && !api.enable_simulator() {
+            return Err(no_device("this library has no simulator", "use the library of a newer SDK"));
+        }
+        let count = api.device_count();
+        if count <= 0 && !options.simulator {
+            return Err(no_device(
+                "the library sees no device",
+                "plug it in and switch it on; on Linux copy the SDK's udev rule to /etc/udev/rules.d so that you may use it without being root",
+            ));
+        }
+        let Some(id) = i8::try_from(api.open()).ok().filter(|id| *id >= 0) else {
+            let why = format!("the device could not be opened ({})", said(&api));
+            return Err(no_device(why, "close other programs that use it, and see that you may use the USB device"));
+        };
+        let shared = Arc::new(Shared {
+            api,
+            id,
+            line: Mutex::new(State::Silent),
+            brake: BrakeFlag::default(),
+            late_brake: AtomicBool::new(false),
+        });
+        // From here on the device is closed by `Drop`.
+        let mut device = Self {
+            spec: spec(&shared.api, id),
+            rate_hz: shared.api.rate(id).map(|khz| khz * 1e3).filter(|hz| *hz >= 100.0).unwrap_or(USUAL_RATE_HZ),
+            shared,
+            has_watchdog: false,
+            saturated: 0,
+            opened: Instant::now(),
+            written: None,
+            last: None,
+        };
+        check_status(&device.shared.api, id)?;
+        device.shared.api.velocity_window(VELOCITY_WINDOW_MS, id);
+        device.has_watchdog = device.shared.api.set_watchdog(WATCHDOG_STEPS, id);
+        Ok(device)
+    }
+
+    /// At which the device talks with the computer, Hz.
+    pub fn rate_hz(&self) -> f64 {
+        self.rate_hz
+    }
+
+    /// The device takes its force away by itself when this program has died.
+    pub fn has_watchdog(&self) -> bool {
+        self.has_watchdog
+    }
+
+    /// Writes that met saturated motors.
+    pub fn saturated(&self) -> u64 {
+        self.saturated
+    }
+
+    fn lost(&self) -> DeviceError {
+        DeviceError::Lost(Cow::Owned(format!("{}; check its cable, power and emergency switch", said(&self.shared.api))))
+    }
+
+    /// The library's velocity where it knows one, else out of two poses.
+    fn twist(&self, pose: &Pose, time: f64) -> Twist {
+        let Shared { api, id, .. } = &*self.shared;
+        let known = |(code, v): (i32, [f64; 3])| {
+            let v = Axes::ForceDimension.ours(DVec3::from_array(v));
+            (code >= 0 && v.is_finite()).then_some(v)
+        };
+        let linear = known(api.linear_velocity(*id));
+        let angular = api.angular_velocity(*id).and_then(known);
+        let estimated = |before: &DeviceState| {
+            let dt = time - before.time;
+            let share = 1.0 - (-std::f64::consts::TAU * VELOCITY_CUTOFF_HZ * dt).exp();
+            let towards = |old: DVec3, way: DVec3| if dt > 0.0 { old + (way / dt - old) * share } else { old };
+            Twist {
+                angular: towards(before.twist.angular, rotation_between(before.pose.rotation, pose.rotation)),
+                linear: towards(before.twist.linear, pose.translation - before.pose.translation),
+            }
+        };
+        match (angular, linear) {
+            (Some(angular), Some(linear)) => Twist { angular, linear },
+            (angular, linear) => {
+                let own = self.last.as_ref().map(estimated).unwrap_or_default();
+                Twist { angular: angular.unwrap_or(own.angular), linear: linear.unwrap_or(own.linear) }
+            }
+        }
+    }
+}
+
+impl HapticDevice for ForceDimension {
+    fn spec(&self) -> &DeviceSpec {
+        &self.spec
+    }
+
+    fn read(&mut self) -> Result<DeviceState, DeviceError> {
+        let shared = Arc::clone(&self.shared);
+        let _line = shared.line();
+        let (code, position, rows) = shared.api.frame(shared.id);
+        if code < 0 {
+            return Err(self.lost());
+        }
+        let now = self.opened.elapsed().as_secs_f64();
+        let time = self.last.filter(|_| code == TIME_GUARD).map_or(now, |last| last.time);
+        let rotation = DMat3::from_cols_array(&rows).transpose();
+        let pose = Axes::ForceDimension.pose(rotation, DVec3::from_array(position));
+        let twist = self.twist(&pose, time);
+        let state = DeviceState { pose, twist, buttons: shared.api.buttons(shared.id), time };
+        shared.brake_late();
+        self.last = Some(state);
+        Ok(state)
+    }
+
+    fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
+        if !wrench.is_finite() {
+            return Err(DeviceError::Refused(Cow::Borrowed("it is not finite")));
+        }
+        let shared = Arc::clone(&self.shared);
+        let mut line = shared.line();
+        let now = Instant::now();
+        let slept = self.written.is_none_or(|last| now - last > WATCHDOG);
+        self.written = Some(now);
+        if !shared.brake.is_applied() && (slept || *line == State::Silent) {
+            // Also after the device's watchdog may have switched it off.
+            if shared.api.enable_force(true, shared.id) < 0 {
+                let why = format!("its force could not be switched on ({})", said(&shared.api));
+                return Err(DeviceError::Refused(Cow::Owned(why)));
+            }
+            *line = State::Driven;
+        }
+        let wrench = if shared.brake.is_applied() { Wrench::ZERO } else { *wrench };
+        let torque = if self.spec.torque_max > 0.0 { wrench.torque } else { DVec3::ZERO };
+        let [force, torque] = [wrench.force, torque].map(|v| Axes::ForceDimension.theirs(v).to_array());
+        let code = shared.api.set_wrench(force, torque, shared.id);
+        shared.brake_late();
+        match code {
+            SATURATED => self.saturated += 1,
+            code if code < 0 => return Err(DeviceError::Refused(Cow::Owned(said(&shared.api)))),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn brake(&self) -> Option<Arc<dyn Brake>> {
+        Some(self.shared.clone())
+    }
+}
+
+impl Drop for ForceDimension {
+    fn drop(&mut self) {
+        let Shared { api, id, .. } = &*self.shared;
+        let mut line = self.shared.line();
+        // What these answer changes nothing any more.
+        if *line == State::Driven {
+            let _ = api.set_wrench([0.0; 3], [0.0; 3], *id);
+            let _ = api.enable_force(false, *id);
+        }
+        let _ = api.close(*id);
+        *line = State::Closed;
+    }
+}
+
+/// What the loop's thread and the watchdog's share.
+struct Shared {
+    api: Dhd,
+    id: i8,
+    /// Held during every call for the device.
+    line: Mutex<State>,
+    brake: BrakeFlag,
+    /// The brake was applied during a call, and could not do more than say so.
+    late_brake: AtomicBool,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum State {
+    /// Open, and never was its force on.
+    Silent,
+    Driven,
+    Closed,
+}
+
+impl Shared {
+    fn line(&self) -> MutexGuard<'_, State> {
+        self.line.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What a brake could not do during a call; called at its end, by whoever holds the line.
+    fn brake_late(&self) {
+        if self.late_brake.swap(false, Ordering::AcqRel) {
+            // Should it fail, the device's own watchdog is next.
+            let _ = self.api.enable_force(false, self.id);
+        }
+    }
+}
+
+impl Brake for Shared {
+    fn apply(&self) {
+        self.brake.apply();
+        let line = match self.line.try_lock() {
+            Ok(line) => line,
+            Err(TryLockError::Poisoned(line)) => line.into_inner(),
+            Err(TryLockError::WouldBlock) => {
+                self.late_brake.store(true, Ordering::Release);
+                return;
+            }
+        };
+        if *line == State::Driven {
+            // Should it fail, the device's own watchdog is next.
+            let _ = self.api.enable_force(false, self.id);
+        }
+    }
+
+    fn release(&self) {
+        let line = self.line();
+        self.late_brake.store(false, Ordering::Release);
+        self.brake.release();
+        if *line == State::Driven {
+            // Should it fail, there is no force, and the next write says why.
+            let _ = self.api.enable_force(true, self.id);
+        }
+    }
+
+    fn is_applied(&self) -> bool {
+        self.brake.is_applied()
+    }
+}
+
+/// What is known of the device by its name; the library says no limits.
+fn spec(api: &Dhd, id: i8) -> DeviceSpec {
+    let name = api.system_name(id);
+    let wanted = name.to_lowercase();
+    let known = known_devices().into_iter().find(|known| wanted.contains(&known.name.to_lowercase()));
+    let active = api.has_active_wrist(id);
+    let mut spec = known.unwrap_or_else(|| {
+        let rotation = |has: bool| AxisCount { translation: 3, rotation: if has { 3 } else { 0 }, gripper: 0 };
+        let sensed = rotation(api.has_wrist(id).unwrap_or(active));
+        let name = if name.is_empty() { "Force Dimension device".to_owned() } else { name };
+        DeviceSpec {
+            name: Cow::Owned(name),
+            force_max: UNKNOWN_FORCE,
+            torque_max: UNKNOWN_TORQUE,
+            force_continuous: None,
+            torque_continuous: None,
+            actuated: rotation(active),
+            sensed,
+            buttons: 0,
+            workspace: None,
+            delay: 0.0,
+        }
+    });
+    if !active {
+        spec.torque_max = 0.0;
+        spec.actuated.rotation = 0;
+    }
+    spec
+}
+
+/// Refuses a device whose force would stay off, with what to do about it.
+fn check_status(api: &Dhd, id: i8) -> Result<(), DriverError> {
+    // A library that does not even say that the device is connected does not fill the status in.
+    let Some(words) = api.status(id).filter(|words| words[status::CONNECTED] != 0) else { return Ok(()) };
+    if words[status::POWER] == 0 {
+        return Err(no_device("the device has no power", "switch it on and release its emergency switch"));
+    }
+    if words[status::RESET] != 0 {
+        let mend = "push its calibration button, or run the maker's HapticInit or HapticDesk";
+        return Err(no_device("the device does not know where it is", mend));
+    }
+    if words[status::ERROR] != 0 {
+        let why = format!("the device reports an error ({})", said(api));
+        return Err(no_device(why, "switch it off and on again; the maker's HapticDesk says more"));
+    }
+    Ok(())
+}
+
+fn no_device(why: impl Into<String>, mend: &str) -> DriverError {
+    DriverError::NoDevice { why: why.into(), mend: mend.to_owned() }
+}
+
+/// The library's last error in words, whatever it left out.
+fn said(api: &Dhd) -> String {
+    let words = api.last_error();
+    if words.is_empty() { "the library does not say why".to_owned() } else { words }
+}

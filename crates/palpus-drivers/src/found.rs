@@ -1,0 +1,1 @@
+//! What the makers' libraries see.

@@ -1,0 +1,156 @@
+//! Where a maker's library may be.
+//!
+//! 1. Where the user says, and nowhere else.
+//! 2. Else by its usual names, as the system's loader finds them (`LD_LIBRARY_PATH`, `/etc/ld.so.conf`, `PATH`).
+//! 3. Else in the folders in which the makers' own guides put it; also under a name with a version behind it, since an unpacked
+//!    kit comes without the plain names.
+
+use std::path::{Path, PathBuf};
+
+use crate::error::DriverError;
+use crate::ffi::{self, Loaded};
+
+/// Where to look for a library.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Place {
+    /// In the usual places.
+    #[default]
+    Usual,
+    /// This file: also a vendor's simulator, or a stand-in.
+    File(PathBuf),
+}
+
+/// What is known of a library.
+pub(crate) struct Known {
+    /// File names, the best first.
+    pub(crate) names: &'static [&'static str],
+    /// A variable that leads to the unpacked kit, and folders with libraries below it.
+    pub(crate) kit: (&'static str, &'static [&'static str]),
+    /// What to do when it is nowhere.
+    pub(crate) mend: &'static str,
+}
+
+/// Where libraries are put by hand.
+#[cfg(unix)]
+const FOLDERS: [&str; 5] =
+    ["/usr/local/lib", "/usr/lib", "/usr/lib64", "/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu"];
+#[cfg(not(unix))]
+const FOLDERS: [&str; 0] = [];
+
+impl Known {
+    /// Opens it.
+    ///
+    /// # Errors
+    /// When it is nowhere, or is somewhere and cannot be loaded.
+    pub(crate) fn open(&self, place: &Place) -> Result<Loaded, DriverError> {
+        match place {
+            Place::File(path) => self.open_file(path),
+            Place::Usual => self.open_usual(),
+        }
+    }
+
+    fn open_file(&self, path: &Path) -> Result<Loaded, DriverError> {
+        if !path.exists() {
+            let looked_for = path.display().to_string();
+            return Err(DriverError::LibraryMissing { looked_for, mend: "give the path of the file itself".to_owned() });
+        }
+        // A bare name would be looked for by the loader, and not here.
+        let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+        ffi::load(&absolute).map_err(|why| self.broken(path, why))
+    }
+
+    fn open_usual(&self) -> Result<Loaded, DriverError> {
+        for name in self.names {
+            if let Ok(loaded) = ffi::load(Path::new(name)) {
+                return Ok(loaded);
+            }
+        }
+        let mut broken = None;
+        for path in self.files() {
+            match ffi::load(&path) {
+                Ok(loaded) => return Ok(loaded),
+                Err(why) => broken = broken.or(Some(self.broken(&path, why))),
+            }
+        }
+        Err(broken.unwrap_or_else(|| DriverError::LibraryMissing {
+            looked_for: self.looked_for(),
+            mend: self.mend.to_owned(),
+        }))
+    }
+
+    fn broken(&self, path: &Path, why: String) -> DriverError {
+        let mend = "check with `ldd` that it is made for this processor and that all it needs is installed".to_owned();
+        DriverError::LibraryBroken { path: path.to_owned(), why, mend }
+    }
+
+    /// In words: which names, where.
+    pub(crate) fn looked_for(&self) -> String {
+        let (variable, _) = self.kit;
+        let kit = match std::env::var(variable) {
+            Ok(folder) if !folder.is_empty() => format!("below {folder} ({variable})"),
+            _ => format!("below ${variable}, which is not set"),
+        };
+        let folders = if FOLDERS.is_empty() { String::new() } else { format!(", in {}", FOLDERS[..3].join(", ")) };
+        format!("{} on the loader's path{folders}, and {kit}", self.names.join(", "))
+    }
+
+    /// All files in the usual folders that are called like it, the plain names first.
+    fn files(&self) -> Vec<PathBuf> {
+        let (variable, below) = self.kit;
+        let kit = std::env::var_os(variable).filter(|folder| !folder.is_empty()).map(PathBuf::from);
+        let of_kit = kit.iter().flat_map(|kit| below.iter().flat_map(|below| folders_like(&kit.join(below))));
+        let folders: Vec<PathBuf> = of_kit.chain(FOLDERS.iter().map(PathBuf::from)).collect();
+        folders.iter().flat_map(|folder| files_like(folder, self.names)).collect()
+    }
+}
+
+/// The folder itself, or where its last part is `*`, all folders in its parent.
+fn folders_like(folder: &Path) -> Vec<PathBuf> {
+    if folder.file_name().is_none_or(|name| name != "*") {
+        return vec![folder.to_owned()];
+    }
+    let Some(Ok(entries)) = folder.parent().map(std::fs::read_dir) else { return Vec::new() };
+    let mut folders: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).filter(|path| path.is_dir()).collect();
+    folders.sort();
+    folders
+}
+
+/// Files in `folder` called like one of `names`, or like one with a version behind it.
+fn files_like(folder: &Path, names: &[&str]) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let mut found: Vec<(usize, PathBuf)> = Vec::new();
+    for entry in entries.flatten() {
+        let file = entry.file_name();
+        let Some(file) = file.to_str() else { continue };
+        let rank = names.iter().position(|name| {
+            file.strip_prefix(name).is_some_and(|rest| rest.chars().all(|c| c == '.' || c.is_ascii_digit()))
+        });
+        if let Some(rank) = rank {
+            found.push((rank, entry.path()));
+        }
+    }
+    found.sort();
+    found.into_iter().map(|(_, path)| path).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_with_a_version_are_found_and_others_are_not() {
+        let folder = std::env::temp_dir().join(format!("palpus-drivers-names-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        for name in ["libdhd.so.3.17.6", "libdhd.so", "libdhd.a", "libdhd.so.txt", "libhd.so", "libdrd.so.3"] {
+            std::fs::write(folder.join(name), "").unwrap();
+        }
+        let names = |found: Vec<PathBuf>| -> Vec<String> {
+            found.iter().filter_map(|path| Some(path.file_name()?.to_str()?.to_owned())).collect()
+        };
+        let found = names(files_like(&folder, &["libdhd.so", "libdrd.so"]));
+        let everywhere = names(folders_like(&folder.join("*")));
+        std::fs::remove_dir_all(&folder).unwrap();
+        assert_eq!(found, ["libdhd.so", "libdhd.so.3.17.6", "libdrd.so.3"]);
+        assert!(everywhere.is_empty());
+    }
+}

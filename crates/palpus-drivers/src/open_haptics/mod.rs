@@ -1,0 +1,332 @@
+//! 3D Systems' Touch, Touch X and Phantom, through OpenHaptics' HDAPI.
+//!
+//! HDAPI owns the device's thread and its 1000 Hz. That thread ([`servant`]) puts the newest state into one slot and takes the newest
+//! wrench from another; neither side ever waits. So a wrench acts up to a millisecond after it was written, and states are as
+//! regular as HDAPI's thread.
+//!
+//! 1. Opened by name: without one, which some drivers refuse, then by the two names that installers give.
+//! 2. Limits are the smaller of what the device says and what is known of its model. It states forces in N, torques in mN·m,
+//!    lengths in mm.
+//! 3. A wrench that is older than a few milliseconds is not held: the thread gives zero, and comes back over some turns.
+//! 4. The brake is a flag that the thread looks at in every turn; it then damps by itself.
+//! 5. Errors of force (too much, too fast, warm motors) are counted, and end the run only when they do not stop; all others end it.
+//!    Whatever ends it, the thread's last wrench is zero.
+//!
+//! HDAPI has one scheduler for a process: one device at a time.
+
+mod errors;
+mod servant;
+
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use palpus::algebra::Wrench;
+use palpus_device::{
+    Axes, Brake, DeviceError, DeviceSpec, DeviceState, HapticDevice, Newest, Publisher, SafetyLimits, known_devices,
+    latest,
+};
+
+use crate::error::DriverError;
+use crate::ffi::hd::{Hd, Scheduled};
+use crate::library::{Known, Place};
+use servant::{Command, Sample, Shared, Touch};
+
+/// Numbers of HDAPI's parameters and capabilities.
+mod number {
+    pub(super) const BUTTONS: u32 = 0x2000;
+    pub(super) const VELOCITY: u32 = 0x2051;
+    pub(super) const TRANSFORM: u32 = 0x2052;
+    pub(super) const MODEL: u32 = 0x2501;
+    pub(super) const USABLE_WORKSPACE: u32 = 0x2551;
+    pub(super) const OUTPUT_DOF: u32 = 0x2554;
+    pub(super) const MAX_FORCE: u32 = 0x2603;
+    pub(super) const CONTINUOUS_FORCE: u32 = 0x2604;
+    pub(super) const MAX_TORQUE: u32 = 0x2622;
+    pub(super) const CONTINUOUS_TORQUE: u32 = 0x2623;
+    pub(super) const FORCE: u32 = 0x2700;
+    pub(super) const TORQUE: u32 = 0x2701;
+    pub(super) const FORCE_OUTPUT: u32 = 0x4000;
+    pub(super) const NEEDS_MANUAL_CALIBRATION: u32 = 0x5002;
+}
+
+/// Hz: HDAPI's.
+pub(crate) const RATE_HZ: f64 = 1000.0;
+/// m in a mm, and N·m in a mN·m.
+const MILLI: f64 = 1e-3;
+/// Handed to `hdInitDevice` one after the other.
+const NAMES: [Option<&str>; 3] = [None, Some("Default Device"), Some("Default PHANToM")];
+/// In which the scheduler's first turn comes.
+const FIRST_TURN: Duration = Duration::from_secs(2);
+/// In which it takes notice of the end.
+const LAST_TURN: Duration = Duration::from_millis(200);
+/// s without a turn: HDAPI's thread is gone.
+const SILENCE: f64 = 0.1;
+/// Turns with errors of force in a row, after which it is no accident.
+const FORCE_ERRORS_IN_A_ROW: u32 = 200;
+/// Errors taken from the library's list at a time: it may be refilled meanwhile.
+const ERRORS_AT_A_TIME: usize = 16;
+/// s from a write to its effect beyond the hold: half a turn of a thread that keeps its own time.
+const DELAY: f64 = 0.5e-3;
+/// On every stylus and handle of the maker's, but the encoder gimbals' which has one or none.
+const BUTTONS: u8 = 2;
+
+pub(crate) const LIBRARY: Known = Known {
+    names: if cfg!(windows) {
+        &["hd.dll"]
+    } else if cfg!(target_os = "macos") {
+        &["libHD.dylib", "HD.framework/HD"]
+    } else {
+        &["libHD.so", "libHD.so.3.4", "libHD.so.3.0"]
+    },
+    kit: ("OH_SDK_BASE", &["lib", "bin/x64", "lib/lin-x86_64", "usr/lib"]),
+    mend: "install OpenHaptics and the Touch device driver (support.3dsystems.com, \"Haptics\"), or name the file: openhaptics:LIBRARY",
+};
+
+/// HDAPI's scheduler is taken.
+static TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// How often a device refused part of a wrench.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ForceErrors {
+    /// Turns in which the motors were too warm for what was asked.
+    pub warm_motors: u64,
+    /// Turns in which a force, its change or the velocity was over the driver's own limits, which gives none then.
+    pub exceeded: u64,
+}
+
+/// An open device of 3D Systems'.
+pub struct OpenHaptics {
+    spec: DeviceSpec,
+    api: Arc<Hd>,
+    handle: u32,
+    shared: Arc<Shared>,
+    commands: Publisher<Command>,
+    samples: Newest<Sample>,
+    scheduled: Option<Scheduled<Touch>>,
+    /// Kept to be last: whoever waits for the scheduler gets it when all is over.
+    _taken: Taken,
+}
+
+impl OpenHaptics {
+    /// Opens the default device and starts HDAPI's thread. It gives no force before the first write.
+    ///
+    /// # Errors
+    /// When there is no library, no device that answers, or the scheduler is in use already; with what mends it.
+    pub fn open(library: &Place) -> Result<Self, DriverError> {
+        let api = Arc::new(Hd::of(LIBRARY.open(library)?, "install OpenHaptics 3.4 or later")?);
+        let taken = Taken::take()?;
+        let handle = init(&api)?;
+        api.make_current(handle);
+        let spec = spec(&api);
+        let calibration = api.calibration();
+        let shared = Arc::new(Shared::new(Instant::now()));
+        let (commands, newest_command) = latest(Command::NONE);
+        let (publisher, samples) = latest(Sample::default());
+        let limits = SafetyLimits::of(&spec, RATE_HZ);
+        let has_torque = spec.torque_max > 0.0;
+        let touch = Touch::new(Arc::clone(&api), handle, has_torque, limits, Arc::clone(&shared), newest_command, publisher);
+        // From here on `Drop` puts an end to everything.
+        let mut device = Self { spec, api, handle, shared, commands, samples, scheduled: None, _taken: taken };
+        if calibration == number::NEEDS_MANUAL_CALIBRATION {
+            let mend = "put the stylus into its inkwell, or run the maker's Touch Diagnostic";
+            return Err(no_device("the device does not know where it is", mend));
+        }
+        device.scheduled = Some(Scheduled::new(Arc::clone(&device.api), touch));
+        device.api.enable(number::FORCE_OUTPUT);
+        device.api.start();
+        device.wait_for_first_turn()?;
+        Ok(device)
+    }
+
+    /// What the device refused so far.
+    pub fn force_errors(&self) -> ForceErrors {
+        self.shared.force_errors()
+    }
+
+    fn wait_for_first_turn(&mut self) -> Result<(), DriverError> {
+        let begun = Instant::now();
+        loop {
+            if let Some(code) = self.shared.failure() {
+                let (why, mend) = errors::in_words(code);
+                return Err(no_device(why, mend));
+            }
+            if self.samples.take().is_some() {
+                return Ok(());
+            }
+            if begun.elapsed() > FIRST_TURN {
+                let (why, mend) = self.api.error().map_or(
+                    ("HDAPI's thread does not start".into(), "unplug the device, plug it in again, and try again"),
+                    |error| errors::in_words(error.code),
+                );
+                return Err(no_device(why, mend));
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
+
+impl HapticDevice for OpenHaptics {
+    fn spec(&self) -> &DeviceSpec {
+        &self.spec
+    }
+
+    fn read(&mut self) -> Result<DeviceState, DeviceError> {
+        if let Some(code) = self.shared.failure() {
+            let (why, mend) = errors::in_words(code);
+            return Err(DeviceError::Lost(Cow::Owned(format!("{why}; {mend}"))));
+        }
+        let state = self.samples.get().state;
+        if self.shared.now() - state.time > SILENCE {
+            return Err(DeviceError::Lost(Cow::Borrowed("HDAPI's thread does not call any more; start again")));
+        }
+        Ok(state)
+    }
+
+    fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
+        if !wrench.is_finite() {
+            return Err(DeviceError::Refused(Cow::Borrowed("it is not finite")));
+        }
+        if self.shared.force_errors_in_a_row() > FORCE_ERRORS_IN_A_ROW {
+            let (why, mend) = errors::in_words(self.shared.last_force_error());
+            return Err(DeviceError::Refused(Cow::Owned(format!("{why}; {mend}"))));
+        }
+        self.commands.publish(Command { wrench: *wrench, time: self.shared.now() });
+        Ok(())
+    }
+
+    fn brake(&self) -> Option<Arc<dyn Brake>> {
+        Some(self.shared.brake())
+    }
+}
+
+impl Drop for OpenHaptics {
+    fn drop(&mut self) {
+        if let Some(scheduled) = self.scheduled.take() {
+            let is_done = self.shared.end_and_wait(LAST_TURN);
+            self.api.stop();
+            scheduled.dismiss(is_done);
+            self.api.make_current(self.handle);
+            self.api.disable(number::FORCE_OUTPUT);
+        }
+        self.api.disable_device(self.handle);
+    }
+}
+
+/// The right to HDAPI's scheduler.
+struct Taken;
+
+impl Taken {
+    fn take() -> Result<Self, DriverError> {
+        if TAKEN.swap(true, Ordering::AcqRel) {
+            let mend = "close the other one first; of OpenHaptics' devices one can be used at a time";
+            return Err(no_device("this program uses an OpenHaptics device already", mend));
+        }
+        Ok(Self)
+    }
+}
+
+impl Drop for Taken {
+    fn drop(&mut self) {
+        TAKEN.store(false, Ordering::Release);
+    }
+}
+
+/// The device, by whichever name there is one.
+fn init(api: &Hd) -> Result<u32, DriverError> {
+    forget_errors(api);
+    let mut worst = None;
+    for name in NAMES {
+        let handle = api.init_device(name);
+        let error = api.error();
+        forget_errors(api);
+        match (handle, error) {
+            (Some(handle), None) => return Ok(handle),
+            (Some(handle), Some(error)) if errors::is_of_force(error.code) => {
+                // Warm motors at the start are no reason not to begin.
+                let _ = error.internal;
+                return Ok(handle);
+            }
+            (handle, error) => {
+                if let Some(handle) = handle {
+                    api.disable_device(handle);
+                    forget_errors(api);
+                }
+                worst = worst.or(error);
+            }
+        }
+    }
+    let (why, mend) = worst.map_or(
+        ("the library sees no device".into(), "plug it in, switch it on, and pair it with the maker's Touch Setup"),
+        |error| errors::in_words(error.code),
+    );
+    Err(no_device(why, mend))
+}
+
+fn forget_errors(api: &Hd) {
+    for _ in 0..ERRORS_AT_A_TIME {
+        if api.error().is_none() {
+            return;
+        }
+    }
+}
+
+/// What the device says of itself, as far as it fits what is known of its model.
+fn spec(api: &Hd) -> DeviceSpec {
+    let model = api.string(number::MODEL);
+    let six = api.integer(number::OUTPUT_DOF) >= 6;
+    let mut spec = known_model(&model, six);
+    let stated = |parameter: u32| Some(api.doubles::<1>(parameter)[0]).filter(|v| v.is_finite() && *v > 0.0);
+    let least = |known: f64, stated: Option<f64>| stated.map_or(known, |stated| known.min(stated));
+    spec.force_max = least(spec.force_max, stated(number::MAX_FORCE));
+    let continuous = stated(number::CONTINUOUS_FORCE).or(spec.force_continuous);
+    spec.force_continuous = continuous.map(|force| force.min(spec.force_max));
+    if six {
+        spec.torque_max = least(spec.torque_max, stated(number::MAX_TORQUE).map(|torque| torque * MILLI));
+        spec.torque_continuous =
+            stated(number::CONTINUOUS_TORQUE).map(|torque| (torque * MILLI).min(spec.torque_max));
+    }
+    let [x0, y0, z0, x1, y1, z1] = api.doubles::<6>(number::USABLE_WORKSPACE);
+    let sides = crate::axes::Axes::OpenHaptics.ours(DVec3::new(x1 - x0, y1 - y0, z1 - z0)).abs() * MILLI;
+    if sides.is_finite() && sides.min_element() > 0.0 {
+        spec.workspace = Some(sides);
+    }
+    // Some of these are not known to older drivers.
+    forget_errors(api);
+    spec
+}
+
+/// What is known of a model by the name that its driver gives it.
+fn known_model(model: &str, six: bool) -> DeviceSpec {
+    let lower = model.to_lowercase();
+    let has = |part: &str| lower.contains(part);
+    let name = if has("premium") && has("3.0") {
+        "Phantom Premium 3.0/6DOF"
+    } else if has("premium") {
+        "Phantom Premium 1.5/6DOF"
+    } else if has("touch x") || has("desktop") {
+        "Touch X"
+    } else {
+        "Touch"
+    };
+    // The list has all of these names.
+    let known = known_devices().into_iter().find(|known| known.name == name);
+    let mut spec = known.unwrap_or_else(|| known_devices()[0].clone());
+    if !six {
+        spec.torque_max = 0.0;
+        spec.actuated = Axes::TRANSLATION;
+    }
+    if !model.is_empty() && !has("touch") && !has("premium") {
+        // Under its own name, with the limits of the weakest.
+        spec.name = Cow::Owned(model.to_owned());
+    }
+    spec.buttons = BUTTONS;
+    spec.delay = DELAY;
+    spec
+}
+
+fn no_device(why: impl Into<String>, mend: &str) -> DriverError {
+    DriverError::NoDevice { why: why.into(), mend: mend.to_owned() }
+}

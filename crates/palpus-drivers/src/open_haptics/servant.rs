@@ -1,0 +1,262 @@
+//! What HDAPI's thread does in each of its turns.
+//!
+//! 1. Begin a frame; read transform, velocity and buttons; turn them into our units and axes.
+//! 2. Take the newest wrench. One that is too old counts as zero; with the brake applied, damping stands in.
+//! 3. Write it; end the frame.
+//! 4. Take the errors: those of force are counted, any other is a failure, after which the wrench is zero.
+//! 5. Publish the state.
+//!
+//! Asked to end, it writes zero, says so and is called no more. It never waits and never allocates.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use glam::{DMat3, DVec3};
+use palpus::algebra::{Pose, Twist, Wrench, rotation_between};
+use palpus_device::{Brake, BrakeFlag, DeviceState, Newest, Publisher, SafetyLimits};
+
+use super::{ERRORS_AT_A_TIME, ForceErrors, MILLI, errors, number};
+use crate::axes::Axes;
+use crate::ffi::hd::{Hd, Servant};
+
+/// s for which a wrench is held without a newer one: four late ticks of a loop at 1 kHz, in which the strongest force of a Touch
+/// moves a light hand by 0.2 mm.
+const STALE: f64 = 5e-3;
+/// Turns over which the wrench comes back after that.
+const RETURN_TURNS: f64 = 50.0;
+/// Hz: of the angular velocity, which is estimated here: HDAPI's is not documented well enough to be used.
+const TURN_CUTOFF_HZ: f64 = 50.0;
+/// s: a turn that comes sooner after the last one tells no velocity.
+const SHORTEST_TURN: f64 = 0.1e-3;
+
+/// A wrench and when it was written, s.
+#[derive(Clone, Copy)]
+pub(super) struct Command {
+    pub(super) wrench: Wrench,
+    pub(super) time: f64,
+}
+
+impl Command {
+    /// Nothing was written yet.
+    pub(super) const NONE: Self = Self { wrench: Wrench::ZERO, time: f64::NEG_INFINITY };
+}
+
+/// A state for the loop.
+#[derive(Clone, Copy)]
+pub(super) struct Sample {
+    pub(super) state: DeviceState,
+}
+
+impl Default for Sample {
+    fn default() -> Self {
+        Self { state: DeviceState { pose: Pose::IDENTITY, twist: Twist::default(), buttons: 0, time: 0.0 } }
+    }
+}
+
+/// Flags and counts that both threads see.
+pub(super) struct Shared {
+    origin: Instant,
+    brake: Arc<BrakeFlag>,
+    ending: AtomicBool,
+    ended: AtomicBool,
+    /// 0, or the code of the error that ended it.
+    failure: AtomicU32,
+    warm_motors: AtomicU64,
+    exceeded: AtomicU64,
+    in_a_row: AtomicU32,
+    last_force_error: AtomicU32,
+}
+
+impl Shared {
+    pub(super) fn new(origin: Instant) -> Self {
+        Self {
+            origin,
+            brake: Arc::default(),
+            ending: AtomicBool::new(false),
+            ended: AtomicBool::new(false),
+            failure: AtomicU32::new(0),
+            warm_motors: AtomicU64::new(0),
+            exceeded: AtomicU64::new(0),
+            in_a_row: AtomicU32::new(0),
+            last_force_error: AtomicU32::new(0),
+        }
+    }
+
+    /// s since the device was opened.
+    pub(super) fn now(&self) -> f64 {
+        self.origin.elapsed().as_secs_f64()
+    }
+
+    pub(super) fn brake(&self) -> Arc<dyn Brake> {
+        self.brake.clone()
+    }
+
+    /// The error that ended it.
+    pub(super) fn failure(&self) -> Option<u32> {
+        Some(self.failure.load(Ordering::Acquire)).filter(|code| *code != 0)
+    }
+
+    pub(super) fn force_errors(&self) -> ForceErrors {
+        ForceErrors {
+            warm_motors: self.warm_motors.load(Ordering::Relaxed),
+            exceeded: self.exceeded.load(Ordering::Relaxed),
+        }
+    }
+
+    pub(super) fn force_errors_in_a_row(&self) -> u32 {
+        self.in_a_row.load(Ordering::Relaxed)
+    }
+
+    pub(super) fn last_force_error(&self) -> u32 {
+        self.last_force_error.load(Ordering::Relaxed)
+    }
+
+    /// Asks for the last turn, and says whether it came in time.
+    pub(super) fn end_and_wait(&self, most: Duration) -> bool {
+        self.ending.store(true, Ordering::Release);
+        let begun = Instant::now();
+        while !self.ended.load(Ordering::Acquire) {
+            if begun.elapsed() > most {
+                return false;
+            }
+            std::thread::sleep(Duration::from_micros(500));
+        }
+        true
+    }
+
+    fn take_error(&self, code: u32) {
+        if !errors::is_of_force(code) {
+            // The first one is the cause of the others.
+            let _ = self.failure.compare_exchange(0, code, Ordering::AcqRel, Ordering::Relaxed);
+            return;
+        }
+        let counter = if code == errors::WARM_MOTORS { &self.warm_motors } else { &self.exceeded };
+        counter.fetch_add(1, Ordering::Relaxed);
+        self.last_force_error.store(code, Ordering::Relaxed);
+    }
+}
+
+/// The device's thread's end of it.
+pub(super) struct Touch {
+    api: Arc<Hd>,
+    handle: u32,
+    has_torque: bool,
+    limits: SafetyLimits,
+    shared: Arc<Shared>,
+    commands: Newest<Command>,
+    samples: Publisher<Sample>,
+    last: Option<DeviceState>,
+    /// Of the wrench that is given: less than the whole while it comes back.
+    share: f64,
+}
+
+impl Touch {
+    pub(super) fn new(
+        api: Arc<Hd>,
+        handle: u32,
+        has_torque: bool,
+        limits: SafetyLimits,
+        shared: Arc<Shared>,
+        commands: Newest<Command>,
+        samples: Publisher<Sample>,
+    ) -> Self {
+        Self { api, handle, has_torque, limits, shared, commands, samples, last: None, share: 1.0 }
+    }
+
+    fn sense(&self) -> DeviceState {
+        let time = self.shared.now();
+        let m: [f64; 16] = self.api.doubles(number::TRANSFORM);
+        let velocity = DVec3::from_array(self.api.doubles(number::VELOCITY)) * MILLI;
+        let buttons = self.api.integer(number::BUTTONS) as u32;
+        // Columns of four, the last one the position in mm.
+        let rotation = DMat3::from_cols_array(&[m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]]);
+        let pose = Axes::OpenHaptics.pose(rotation, DVec3::new(m[12], m[13], m[14]) * MILLI);
+        let twist = Twist { angular: self.turn(&pose, time), linear: Axes::OpenHaptics.ours(velocity) };
+        DeviceState { pose, twist, buttons, time }
+    }
+
+    /// rad/s, out of two poses.
+    fn turn(&self, pose: &Pose, time: f64) -> DVec3 {
+        let Some(last) = self.last.filter(|last| last.pose.is_valid()) else { return DVec3::ZERO };
+        let dt = time - last.time;
+        if dt < SHORTEST_TURN {
+            return last.twist.angular;
+        }
+        let share = 1.0 - (-std::f64::consts::TAU * TURN_CUTOFF_HZ * dt).exp();
+        let raw = rotation_between(last.pose.rotation, pose.rotation) / dt;
+        last.twist.angular + (raw - last.twist.angular) * share
+    }
+
+    /// What is given in this turn.
+    fn wrench(&mut self, state: &DeviceState) -> Wrench {
+        let Command { wrench, time } = *self.commands.get();
+        if self.shared.failure().is_some() {
+            return Wrench::ZERO;
+        }
+        if self.shared.brake.is_applied() {
+            // As the wrench before it is forgotten, so is how much of it was given.
+            self.share = 1.0;
+            return self.damping(&state.twist);
+        }
+        // Also when it is not a number.
+        let is_fresh = state.time - time <= STALE;
+        self.share = if is_fresh { (self.share + 1.0 / RETURN_TURNS).min(1.0) } else { 0.0 };
+        Wrench {
+            torque: (wrench.torque * self.share).clamp_length_max(self.limits.torque_peak),
+            force: (wrench.force * self.share).clamp_length_max(self.limits.force_peak),
+        }
+    }
+
+    fn damping(&self, twist: &Twist) -> Wrench {
+        let wrench = Wrench {
+            torque: (twist.angular * -self.limits.angular_damping).clamp_length_max(self.limits.rest_torque),
+            force: (twist.linear * -self.limits.damping).clamp_length_max(self.limits.rest_force),
+        };
+        if wrench.is_finite() { wrench } else { Wrench::ZERO }
+    }
+
+    fn give(&self, wrench: &Wrench) {
+        self.api.set_three(number::FORCE, Axes::OpenHaptics.theirs(wrench.force).to_array());
+        if self.has_torque {
+            self.api.set_three(number::TORQUE, (Axes::OpenHaptics.theirs(wrench.torque) / MILLI).to_array());
+        }
+    }
+
+    fn take_errors(&self) {
+        let mut any = false;
+        for _ in 0..ERRORS_AT_A_TIME {
+            let Some(error) = self.api.error() else { break };
+            any |= errors::is_of_force(error.code);
+            self.shared.take_error(error.code);
+        }
+        let row = if any { self.shared.in_a_row.load(Ordering::Relaxed).saturating_add(1) } else { 0 };
+        self.shared.in_a_row.store(row, Ordering::Relaxed);
+    }
+}
+
+impl Servant for Touch {
+    fn serve(&mut self) -> bool {
+        let is_last = self.shared.ending.load(Ordering::Acquire);
+        self.api.begin_frame(self.handle);
+        let state = self.sense();
+        let wrench = if is_last { Wrench::ZERO } else { self.wrench(&state) };
+        self.give(&wrench);
+        self.api.end_frame(self.handle);
+        self.take_errors();
+        self.last = Some(state);
+        self.samples.publish(Sample { state });
+        if is_last {
+            self.shared.ended.store(true, Ordering::Release);
+        }
+        !is_last
+    }
+
+    fn panicked(&mut self) {
+        // The frame may be open still; a second begin is an error that nobody looks at any more.
+        self.api.begin_frame(self.handle);
+        self.give(&Wrench::ZERO);
+        self.api.end_frame(self.handle);
+        self.shared.ended.store(true, Ordering::Release);
+    }
+}
