@@ -37,7 +37,10 @@ impl Axes {
         // The vector of a rotation turns with the axes, its angle does not.
         let q = DQuat::from_mat3(&rotation);
         let axis = self.ours(DVec3::new(q.x, q.y, q.z));
-        Pose { rotation: DQuat::from_xyzw(axis.x, axis.y, axis.z, q.w).normalize(), translation: self.ours(translation) }
+        Pose {
+            rotation: DQuat::from_xyzw(axis.x, axis.y, axis.z, q.w).normalize(),
+            translation: self.ours(translation),
+        }
     }
 }
 

@@ -67,8 +67,7 @@ pub(crate) const LIBRARY: Known = Known {
     mend: MEND,
 };
 
-const MEND: &str =
-    "install the Force Dimension SDK (forcedimension.com/software/sdk) and set FORCEDIM_SDK to its folder, or name the file: force-dimension:LIBRARY";
+const MEND: &str = "install the Force Dimension SDK (forcedimension.com/software/sdk) and set FORCEDIM_SDK to its folder, or name the file: force-dimension:LIBRARY";
 
 /// What to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -152,7 +151,10 @@ impl ForceDimension {
     }
 
     fn lost(&self) -> DeviceError {
-        DeviceError::Lost(Cow::Owned(format!("{}; check its cable, power and emergency switch", said(&self.shared.api))))
+        DeviceError::Lost(Cow::Owned(format!(
+            "{}; check its cable, power and emergency switch",
+            said(&self.shared.api)
+        )))
     }
 
     /// The library's velocity where it knows one, else out of two poses.

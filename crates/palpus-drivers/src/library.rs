@@ -52,7 +52,10 @@ impl Known {
     fn open_file(&self, path: &Path) -> Result<Loaded, DriverError> {
         if !path.exists() {
             let looked_for = path.display().to_string();
-            return Err(DriverError::LibraryMissing { looked_for, mend: "give the path of the file itself".to_owned() });
+            return Err(DriverError::LibraryMissing {
+                looked_for,
+                mend: "give the path of the file itself".to_owned(),
+            });
         }
         // A bare name would be looked for by the loader, and not here.
         let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());

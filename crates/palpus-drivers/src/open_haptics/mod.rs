@@ -85,6 +85,8 @@ pub(crate) const LIBRARY: Known = Known {
     mend: "install OpenHaptics and the Touch device driver (support.3dsystems.com, \"Haptics\"), or name the file: openhaptics:LIBRARY",
 };
 
+const TOO_OLD: &str = "install OpenHaptics 3.4 or later";
+
 /// HDAPI's scheduler is taken.
 static TAKEN: AtomicBool = AtomicBool::new(false);
 
@@ -116,7 +118,7 @@ impl OpenHaptics {
     /// # Errors
     /// When there is no library, no device that answers, or the scheduler is in use already; with what mends it.
     pub fn open(library: &Place) -> Result<Self, DriverError> {
-        let api = Arc::new(Hd::of(LIBRARY.open(library)?, "install OpenHaptics 3.4 or later")?);
+        let api = Arc::new(Hd::of(LIBRARY.open(library)?, TOO_OLD)?);
         let taken = Taken::take()?;
         let handle = init(&api)?;
         api.make_current(handle);
@@ -127,7 +129,8 @@ impl OpenHaptics {
         let (publisher, samples) = latest(Sample::default());
         let limits = SafetyLimits::of(&spec, RATE_HZ);
         let has_torque = spec.torque_max > 0.0;
-        let touch = Touch::new(Arc::clone(&api), handle, has_torque, limits, Arc::clone(&shared), newest_command, publisher);
+        let touch =
+            Touch::new(Arc::clone(&api), handle, has_torque, limits, Arc::clone(&shared), newest_command, publisher);
         // From here on `Drop` puts an end to everything.
         let mut device = Self { spec, api, handle, shared, commands, samples, scheduled: None, _taken: taken };
         if calibration == number::NEEDS_MANUAL_CALIBRATION {
@@ -139,6 +142,20 @@ impl OpenHaptics {
         device.api.start();
         device.wait_for_first_turn()?;
         Ok(device)
+    }
+
+    /// What there is, without its thread and so without a force.
+    ///
+    /// # Errors
+    /// As [`OpenHaptics::open`].
+    pub fn look(library: &Place) -> Result<DeviceSpec, DriverError> {
+        let api = Hd::of(LIBRARY.open(library)?, TOO_OLD)?;
+        let _taken = Taken::take()?;
+        let handle = init(&api)?;
+        api.make_current(handle);
+        let spec = spec(&api);
+        api.disable_device(handle);
+        Ok(spec)
     }
 
     /// What the device refused so far.
@@ -285,8 +302,7 @@ fn spec(api: &Hd) -> DeviceSpec {
     spec.force_continuous = continuous.map(|force| force.min(spec.force_max));
     if six {
         spec.torque_max = least(spec.torque_max, stated(number::MAX_TORQUE).map(|torque| torque * MILLI));
-        spec.torque_continuous =
-            stated(number::CONTINUOUS_TORQUE).map(|torque| (torque * MILLI).min(spec.torque_max));
+        spec.torque_continuous = stated(number::CONTINUOUS_TORQUE).map(|torque| (torque * MILLI).min(spec.torque_max));
     }
     let [x0, y0, z0, x1, y1, z1] = api.doubles::<6>(number::USABLE_WORKSPACE);
     let sides = crate::axes::Axes::OpenHaptics.ours(DVec3::new(x1 - x0, y1 - y0, z1 - z0)).abs() * MILLI;

@@ -1,0 +1,262 @@
+//! Force Dimension's back end against a stand-in for its library.
+
+mod stand_in;
+
+use std::time::Duration;
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::Wrench;
+use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
+use palpus_device::{DeviceError, HapticDevice};
+use palpus_drivers::{DriverError, ForceDimension, ForceDimensionOptions, Place};
+use stand_in::{StandIn, build, keys::*};
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+/// What the stand-in's `dhdOpen` answers.
+const ID: f64 = 3.0;
+
+fn ready() -> StandIn {
+    let stand_in = StandIn::dhd();
+    stand_in.set(DEVICES, 1.0).set(POWERED, 1.0).set(OUT_OF_RESET, 1.0).set(X, 0.01);
+    stand_in
+}
+
+fn open(stand_in: &StandIn) -> Result<ForceDimension, DriverError> {
+    ForceDimension::open(&ForceDimensionOptions { library: Place::File(stand_in.path()), simulator: false })
+}
+
+fn push(force: DVec3) -> Wrench {
+    Wrench { torque: DVec3::new(0.01, 0.02, 0.03), force }
+}
+
+#[test]
+fn a_device_is_read_and_pushed_in_our_axes() {
+    let stand_in = ready();
+    stand_in.set(ACTIVE_WRIST, 1.0).set(BUTTONS, 5.0);
+    let mut device = open(&stand_in).unwrap();
+    assert_eq!(device.spec().name, "sigma.7");
+    assert_eq!((device.spec().force_max, device.spec().torque_max), (12.0, 0.2));
+    assert_eq!((stand_in.get(WINDOW), stand_in.get(WATCHDOG)), (4.0, 160.0));
+    assert!(device.has_watchdog());
+    assert_eq!(device.rate_hz(), 4000.0);
+    // No force before the first write.
+    let state = device.read().unwrap();
+    assert_eq!(stand_in.get(ENABLED), 0.0);
+    assert_eq!(state.pose.translation, DVec3::new(0.02, -0.01, 0.03));
+    assert!(state.pose.rotation.angle_between(DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2)) < 1e-7);
+    assert_eq!((state.twist.linear, state.twist.angular), (DVec3::new(0.2, -0.1, 0.3), DVec3::new(2.0, -1.0, 3.0)));
+    assert_eq!(state.buttons, 5);
+    device.write(&push(DVec3::new(1.0, 2.0, 3.0))).unwrap();
+    assert_eq!(stand_in.get(ENABLED), 1.0);
+    assert_eq!(stand_in.three(FORCE), [-2.0, 1.0, 3.0]);
+    assert_eq!(stand_in.three(TORQUE), [-0.02, 0.01, 0.03]);
+    assert_eq!((stand_in.get(LAST_ID), stand_in.get(GRIPPER)), (ID, 0.0));
+    drop(device);
+    assert_eq!(stand_in.three(FORCE), [0.0; 3]);
+    assert_eq!((stand_in.get(ENABLED), stand_in.get(CLOSED)), (0.0, 1.0));
+}
+
+#[test]
+fn a_wrist_without_motors_gets_no_torque() {
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    assert_eq!(device.spec().name, "omega.6");
+    assert_eq!((device.spec().torque_max, device.spec().actuated.rotation, device.spec().sensed.rotation), (0.0, 0, 3));
+    device.write(&push(DVec3::X)).unwrap();
+    assert_eq!(stand_in.three(TORQUE), [0.0; 3]);
+}
+
+#[test]
+fn saturated_motors_are_counted_and_a_time_guard_is_the_same_sample() {
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    stand_in.set(WRITE_CODE, 2.0);
+    for _ in 0..3 {
+        device.write(&push(DVec3::X)).unwrap();
+    }
+    assert_eq!(device.saturated(), 3);
+    stand_in.set(WRITE_CODE, 1.0);
+    device.write(&push(DVec3::X)).unwrap();
+    assert_eq!(device.saturated(), 3);
+    let first = device.read().unwrap();
+    stand_in.set(READ_CODE, 1.0);
+    assert_eq!(device.read().unwrap().time, first.time);
+    stand_in.set(READ_CODE, 0.0);
+    assert!(device.read().unwrap().time > first.time);
+}
+
+#[test]
+fn errors_come_in_the_librarys_words() {
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    device.read().unwrap();
+    stand_in.set(READ_CODE, -1.0);
+    let Err(DeviceError::Lost(why)) = device.read() else { panic!("the device is gone") };
+    assert!(why.contains("told to fail") && why.contains("cable"), "{why}");
+    stand_in.set(WRITE_CODE, -1.0);
+    let Err(DeviceError::Refused(why)) = device.write(&push(DVec3::X)) else { panic!("the device refuses") };
+    assert!(why.contains("told to fail"), "{why}");
+    drop(device);
+    assert_eq!((stand_in.three(FORCE), stand_in.get(ENABLED)), ([0.0; 3], 0.0));
+}
+
+#[test]
+fn what_is_not_finite_never_reaches_the_library() {
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    assert!(matches!(device.write(&push(DVec3::NAN)), Err(DeviceError::Refused(_))));
+    assert_eq!(stand_in.get(WRITES), 0.0);
+}
+
+#[test]
+fn a_device_that_could_not_push_is_refused_with_a_mend() {
+    type Prepare = fn(&StandIn);
+    let cases: [(&str, Prepare); 4] = [
+        ("sees no device", |s| _ = s.set(DEVICES, 0.0)),
+        ("could not be opened", |s| _ = s.set(OPEN_CODE, -1.0)),
+        ("no power", |s| _ = s.set(POWERED, 0.0)),
+        ("does not know where it is", |s| _ = s.set(OUT_OF_RESET, 0.0)),
+    ];
+    for (words, prepare) in cases {
+        let stand_in = ready();
+        prepare(&stand_in);
+        let error = open(&stand_in).map(drop).unwrap_err();
+        assert!(matches!(error, DriverError::NoDevice { .. }) && error.why().contains(words), "{error}");
+        assert!(!error.mend().is_empty() && !error.why().contains(error.mend()));
+        assert_eq!((stand_in.get(WRITES), stand_in.get(ENABLED)), (0.0, 0.0), "{words}");
+    }
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    stand_in.set(ENABLE_CODE, -1.0);
+    assert!(matches!(device.write(&push(DVec3::X)), Err(DeviceError::Refused(_))));
+}
+
+#[test]
+fn a_watchdog_for_experts_only_is_set_all_the_same() {
+    let stand_in = ready();
+    stand_in.set(EXPERT_ONLY, 1.0);
+    assert!(open(&stand_in).unwrap().has_watchdog());
+    assert_eq!((stand_in.get(WATCHDOG), stand_in.get(EXPERT)), (160.0, 0.0));
+}
+
+#[test]
+fn velocities_that_the_library_does_not_know_are_estimated() {
+    let stand_in = ready();
+    stand_in.set(NO_VELOCITY, 1.0);
+    let mut device = open(&stand_in).unwrap();
+    let mut state = device.read().unwrap();
+    assert_eq!(state.twist.linear, DVec3::ZERO);
+    let begun = state.time;
+    // Along the maker's x, which is against our y, at about 0.2 m/s.
+    let mut fastest = DVec3::ZERO;
+    for _ in 0..60 {
+        std::thread::sleep(Duration::from_millis(1));
+        stand_in.set(X, 0.01 + 0.2 * (state.time - begun));
+        state = device.read().unwrap();
+        fastest = fastest.min(state.twist.linear);
+    }
+    assert!(fastest.y < -0.02 && fastest.x.abs() < 1e-9, "{fastest}");
+}
+
+#[test]
+fn the_brake_takes_the_force_away_and_gives_it_back() {
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    device.write(&push(DVec3::X)).unwrap();
+    let brake = device.brake().unwrap();
+    std::thread::scope(|scope| scope.spawn(|| brake.apply()).join().unwrap());
+    assert!(brake.is_applied());
+    assert_eq!(stand_in.get(ENABLED), 0.0);
+    device.write(&push(DVec3::X)).unwrap();
+    assert_eq!((stand_in.three(FORCE), stand_in.get(ENABLED)), ([0.0; 3], 0.0));
+    brake.release();
+    device.write(&push(DVec3::X)).unwrap();
+    assert_eq!((stand_in.three(FORCE), stand_in.get(ENABLED)), ([0.0, 1.0, 0.0], 1.0));
+    // After the device is closed the brake touches nothing.
+    drop(device);
+    brake.release();
+    assert_eq!(stand_in.get(ENABLED), 0.0);
+}
+
+#[test]
+fn the_brake_does_not_wait_for_a_call_that_hangs() {
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    device.write(&push(DVec3::X)).unwrap();
+    let brake = device.brake().unwrap();
+    stand_in.set(HANG_READ_MS, 300.0);
+    std::thread::scope(|scope| {
+        let reads = stand_in.get(READS);
+        let reading = scope.spawn(|| device.read().map(drop));
+        assert!(stand_in.comes_to(|s| s.get(READS) > reads));
+        brake.apply();
+        // Came back while the read hangs, and is made good as soon as that ends.
+        assert_eq!(stand_in.get(ENABLED), 1.0);
+        reading.join().unwrap().unwrap();
+    });
+    assert_eq!(stand_in.get(ENABLED), 0.0);
+}
+
+#[test]
+fn a_pause_switches_the_force_on_again() {
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    device.write(&push(DVec3::X)).unwrap();
+    // The device's own watchdog.
+    stand_in.set(ENABLED, 0.0);
+    std::thread::sleep(Duration::from_millis(25));
+    device.write(&push(DVec3::X)).unwrap();
+    assert_eq!(stand_in.get(ENABLED), 1.0);
+}
+
+#[test]
+fn a_panic_leaves_no_force() {
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    let panicked = std::panic::catch_unwind(std::panic::AssertUnwindSafe(move || {
+        device.write(&push(DVec3::X)).unwrap();
+        panic!("as a test");
+    }));
+    assert!(panicked.is_err());
+    assert_eq!((stand_in.get(LARGEST), stand_in.three(FORCE), stand_in.get(ENABLED)), (1.0, [0.0; 3], 0.0));
+}
+
+#[test]
+fn a_tick_does_not_allocate() {
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    device.read().unwrap();
+    device.write(&push(DVec3::X)).unwrap();
+    let before = allocations_of_this_thread();
+    for _ in 0..100 {
+        let _ = std::hint::black_box(device.read());
+        let _ = std::hint::black_box(device.write(&Wrench::ZERO));
+    }
+    assert_eq!(allocations_of_this_thread() - before, 0);
+}
+
+#[test]
+fn a_simulator_is_asked_for() {
+    let stand_in = ready();
+    stand_in.set(DEVICES, 0.0);
+    let options = ForceDimensionOptions { library: Place::File(stand_in.path()), simulator: true };
+    assert!(ForceDimension::open(&options).is_ok());
+    assert_eq!(stand_in.get(SIMULATOR), 1.0);
+}
+
+#[test]
+fn a_library_that_is_not_there_or_none_is_an_answer() {
+    let of = |path: &str| {
+        ForceDimension::open(&ForceDimensionOptions { library: Place::File(path.into()), simulator: false })
+    };
+    let missing = of("no/such/library.so").map(drop).unwrap_err();
+    assert!(matches!(&missing, DriverError::LibraryMissing { looked_for, .. } if looked_for == "no/such/library.so"));
+    let broken = of(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")).map(drop).unwrap_err();
+    assert!(matches!(broken, DriverError::LibraryBroken { .. }), "{broken}");
+    let other = build("nothing", &[]);
+    let error = of(other.to_str().unwrap()).map(drop).unwrap_err();
+    assert!(matches!(error, DriverError::SymbolMissing { symbol: "dhdOpen", .. }), "{error}");
+    assert!(error.to_string().contains("`dhdOpen`") && error.to_string().contains("install"), "{error}");
+}

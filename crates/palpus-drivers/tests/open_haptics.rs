@@ -1,0 +1,273 @@
+//! OpenHaptics' back end against a stand-in for its library, which has a thread of its own as HDAPI does.
+
+mod stand_in;
+
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::Wrench;
+use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
+use palpus_device::{DeviceError, HapticDevice};
+use palpus_drivers::{DriverError, OpenHaptics, Place};
+use stand_in::{StandIn, build, keys::*};
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+/// What the stand-in's `hdInitDevice` answers.
+const HANDLE: f64 = 7.0;
+
+/// One at a time: there is one scheduler in a process.
+fn alone() -> MutexGuard<'static, ()> {
+    static ONE: Mutex<()> = Mutex::new(());
+    ONE.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn ready() -> StandIn {
+    let stand_in = StandIn::hd();
+    stand_in.set(DEVICES, 1.0).set(OUT_OF_RESET, 1.0).set(X, 10.0).set(STATED_FORCE, 3.0).set(DOF, 3.0);
+    stand_in
+}
+
+fn open(stand_in: &StandIn) -> Result<OpenHaptics, DriverError> {
+    OpenHaptics::open(&Place::File(stand_in.path()))
+}
+
+fn push(force: DVec3) -> Wrench {
+    Wrench { torque: DVec3::new(0.01, 0.02, 0.03), force }
+}
+
+/// Writes `wrench` until the library has it, or is not going to have it.
+fn hold(device: &mut OpenHaptics, stand_in: &StandIn, wrench: Wrench, until: impl Fn(&StandIn) -> bool) -> bool {
+    for _ in 0..2000 {
+        device.write(&wrench).unwrap();
+        if until(stand_in) {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    false
+}
+
+#[test]
+fn a_touch_is_read_and_pushed_in_our_units_and_axes() {
+    let _alone = alone();
+    let stand_in = ready();
+    stand_in.set(BUTTONS, 2.0);
+    let mut device = open(&stand_in).unwrap();
+    let spec = device.spec();
+    assert_eq!((spec.name.as_ref(), spec.force_max, spec.torque_max, spec.buttons), ("Touch", 3.0, 0.0, 2));
+    assert_eq!(spec.force_continuous, Some(0.5));
+    assert!(spec.workspace.unwrap().abs_diff_eq(DVec3::new(0.16, 0.07, 0.12), 1e-12));
+    let state = device.read().unwrap();
+    assert!(state.pose.translation.abs_diff_eq(DVec3::new(0.01, -0.03, 0.02), 1e-12), "{state:?}");
+    // About the maker's y, which is up.
+    assert!(state.pose.rotation.angle_between(DQuat::from_rotation_z(std::f64::consts::FRAC_PI_2)) < 1e-7);
+    assert!(state.twist.linear.abs_diff_eq(DVec3::new(0.1, -0.3, 0.2), 1e-12));
+    assert_eq!(state.buttons, 2);
+    assert_eq!((stand_in.get(ENABLED), stand_in.get(LARGEST)), (1.0, 0.0));
+    let held = |s: &StandIn| s.three(FORCE) == [0.5, 1.0, -0.25];
+    assert!(hold(&mut device, &stand_in, push(DVec3::new(0.5, 0.25, 1.0)), held));
+    // It has no torque, and so none was written.
+    assert_eq!(stand_in.three(TORQUE), [0.0; 3]);
+    assert_eq!(stand_in.get(OUT_OF_FRAME), 0.0);
+    drop(device);
+    assert_eq!((stand_in.three(FORCE), stand_in.get(ENABLED)), ([0.0; 3], 0.0));
+    assert_eq!((stand_in.get(RUNNING), stand_in.get(CLOSED), stand_in.get(LAST_ID)), (0.0, 1.0, HANDLE));
+    assert_eq!((stand_in.get(UNSCHEDULED), stand_in.get(NONZERO_AFTER_CLOSE)), (1.0, 0.0));
+}
+
+#[test]
+fn six_axes_get_their_torque_in_millinewton_metres() {
+    let _alone = alone();
+    let stand_in = ready();
+    stand_in.set(DOF, 6.0).set(STATED_FORCE, 30.0);
+    let mut device = open(&stand_in).unwrap();
+    let spec = device.spec();
+    // It states more than is known of it.
+    assert_eq!((spec.name.as_ref(), spec.force_max), ("Phantom Premium 1.5/6DOF", 8.5));
+    assert!((spec.torque_max - 0.188).abs() < 1e-12);
+    let held = |s: &StandIn| {
+        let [x, y, z] = s.three(TORQUE);
+        DVec3::new(x, y, z).abs_diff_eq(DVec3::new(10.0, 30.0, -20.0), 1e-9)
+    };
+    assert!(hold(&mut device, &stand_in, push(DVec3::X), held));
+}
+
+#[test]
+fn a_wrench_that_nobody_renews_ends_within_milliseconds_and_comes_back_gently() {
+    let _alone = alone();
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    let wrench = push(DVec3::X * 2.0);
+    assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) == 2.0));
+    // The loop stalls.
+    assert!(stand_in.comes_to(|s| s.get(FORCE) == 0.0));
+    let turns = stand_in.get(TURNS);
+    assert!(stand_in.comes_to(|s| s.get(TURNS) > turns + 10.0));
+    assert_eq!(stand_in.three(FORCE), [0.0; 3]);
+    // And goes on.
+    device.write(&wrench).unwrap();
+    assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) > 0.0));
+    assert!(stand_in.get(FORCE) < 1.0, "{}", stand_in.get(FORCE));
+    assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) == 2.0));
+}
+
+#[test]
+fn never_more_than_the_device_has_reaches_the_library() {
+    let _alone = alone();
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    assert!(hold(&mut device, &stand_in, push(DVec3::X * 100.0), |s| s.get(FORCE) > 2.9));
+    assert!((stand_in.get(LARGEST) - 3.0).abs() < 1e-12);
+    assert!(matches!(device.write(&push(DVec3::NAN)), Err(DeviceError::Refused(_))));
+}
+
+#[test]
+fn the_brake_damps_and_nothing_else() {
+    let _alone = alone();
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    let wrench = push(DVec3::X * 2.0);
+    assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) == 2.0));
+    let brake = device.brake().unwrap();
+    brake.apply();
+    // The stand-in moves by (0.1, 0.2, 0.3) m/s in its axes, and so it is damped.
+    assert!(hold(&mut device, &stand_in, wrench, |s| s.three(FORCE).iter().all(|f| *f < 0.0)));
+    let [x, y, z] = stand_in.three(FORCE);
+    assert!(DVec3::new(x, y, z).length() <= 0.3 + 1e-12);
+    brake.release();
+    assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) == 2.0));
+}
+
+#[test]
+fn a_driver_that_refuses_no_name_is_asked_by_name() {
+    let _alone = alone();
+    let stand_in = ready();
+    stand_in.set(FAIL_NULL_NAME, 1.0);
+    assert!(open(&stand_in).is_ok());
+    assert_eq!(stand_in.get(NAME_TRIES), 3.0);
+}
+
+#[test]
+fn a_device_that_could_not_push_is_refused_with_a_mend() {
+    let _alone = alone();
+    type Prepare = fn(&StandIn);
+    let cases: [(&str, Prepare); 4] = [
+        ("found no device", |s| _ = s.set(DEVICES, 0.0)),
+        ("licence (HDAPI error 0x0600)", |s| _ = s.set(INIT_ERROR, f64::from(0x0600))),
+        ("does not know where it is", |s| _ = s.set(OUT_OF_RESET, 0.0)),
+        ("thread does not start", |s| _ = s.set(SCHEDULER_DEAD, 1.0)),
+    ];
+    for (words, prepare) in cases {
+        let stand_in = ready();
+        prepare(&stand_in);
+        let error = open(&stand_in).map(drop).unwrap_err();
+        assert!(error.why().contains(words) && !error.mend().is_empty(), "{error}");
+        assert_eq!((stand_in.get(LARGEST), stand_in.get(ENABLED), stand_in.get(RUNNING)), (0.0, 0.0, 0.0), "{words}");
+    }
+}
+
+#[test]
+fn one_device_at_a_time() {
+    let _alone = alone();
+    let stand_in = ready();
+    let device = open(&stand_in).unwrap();
+    let error = open(&stand_in).map(drop).unwrap_err();
+    assert!(error.to_string().contains("already"), "{error}");
+    drop(device);
+    assert!(open(&stand_in).is_ok());
+}
+
+#[test]
+fn a_lost_connection_ends_the_run_and_the_force() {
+    let _alone = alone();
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    let wrench = push(DVec3::X * 2.0);
+    assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) == 2.0));
+    stand_in.set(FRAME_ERROR, f64::from(0x0302));
+    assert!(hold(&mut device, &stand_in, wrench, |s| s.three(FORCE) == [0.0; 3]));
+    let Err(DeviceError::Lost(why)) = device.read() else { panic!("the device is gone") };
+    assert!(why.contains("0x0302") && why.contains("cable"), "{why}");
+}
+
+#[test]
+fn errors_of_force_are_counted_and_end_the_run_when_they_stay() {
+    let _alone = alone();
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    stand_in.set(FRAME_ERROR, f64::from(0x0200));
+    let counted = |device: &OpenHaptics| device.force_errors().warm_motors;
+    assert!(stand_in.comes_to(|_| counted(&device) > 3));
+    assert!(device.read().is_ok() && device.write(&Wrench::ZERO).is_ok());
+    stand_in.set(FRAME_ERROR, f64::from(0x0203));
+    assert!(stand_in.comes_to(|_| counted(&device) + device.force_errors().exceeded > 260));
+    let Err(DeviceError::Refused(why)) = device.write(&push(DVec3::X)) else { panic!("it is no accident") };
+    assert!(why.contains("0x0203"), "{why}");
+}
+
+#[test]
+fn a_dead_scheduler_is_noticed_and_the_end_does_not_hang() {
+    let _alone = alone();
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    device.read().unwrap();
+    stand_in.set(SCHEDULER_DEAD, 1.0);
+    std::thread::sleep(Duration::from_millis(150));
+    let Err(DeviceError::Lost(why)) = device.read() else { panic!("nobody calls back") };
+    assert!(why.contains("HDAPI's thread"), "{why}");
+    drop(device);
+    assert_eq!(stand_in.get(CLOSED), 1.0);
+}
+
+#[test]
+fn a_panic_leaves_no_force() {
+    let _alone = alone();
+    let stand_in = ready();
+    let device = open(&stand_in).unwrap();
+    let panicked = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+        let mut device = device;
+        assert!(hold(&mut device, &stand_in, push(DVec3::X), |s| s.get(FORCE) == 1.0));
+        device = panic_with(device);
+        drop(device);
+    }));
+    assert!(panicked.is_err());
+    assert_eq!((stand_in.three(FORCE), stand_in.get(ENABLED), stand_in.get(RUNNING)), ([0.0; 3], 0.0, 0.0));
+}
+
+fn panic_with(device: OpenHaptics) -> OpenHaptics {
+    assert!(device.spec().force_max < 0.0, "as a test");
+    device
+}
+
+#[test]
+fn a_tick_does_not_allocate() {
+    let _alone = alone();
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    let before = allocations_of_this_thread();
+    for _ in 0..100 {
+        let _ = std::hint::black_box(device.read());
+        let _ = std::hint::black_box(device.write(&push(DVec3::X)));
+    }
+    assert_eq!(allocations_of_this_thread() - before, 0);
+}
+
+#[test]
+fn to_look_starts_no_thread_and_gives_no_force() {
+    let _alone = alone();
+    let stand_in = ready();
+    let spec = OpenHaptics::look(&Place::File(stand_in.path())).unwrap();
+    assert_eq!(spec.name, "Touch");
+    assert_eq!((stand_in.get(WRITES), stand_in.get(ENABLED), stand_in.get(CLOSED)), (0.0, 0.0, 1.0));
+}
+
+#[test]
+fn a_library_that_is_none_is_named_with_what_it_lacks() {
+    let _alone = alone();
+    let other = build("nothing", &[]);
+    let error = OpenHaptics::open(&Place::File(other)).map(drop).unwrap_err();
+    assert!(matches!(error, DriverError::SymbolMissing { symbol: "hdInitDevice", .. }), "{error}");
+}

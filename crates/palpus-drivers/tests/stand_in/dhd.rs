@@ -1,0 +1,170 @@
+// A stand-in for Force Dimension's libdhd: exports the same names, moves a number instead of a motor.
+
+#![allow(non_snake_case)]
+
+use std::ffi::{c_char, c_int, c_uchar, c_uint};
+
+include!("slots.rs");
+
+fn of(id: c_char) {
+    set(LAST_ID, f64::from(id));
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdGetDeviceCount() -> c_int {
+    get(DEVICES) as c_int
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdOpen() -> c_int {
+    if get(OPEN_CODE) < 0.0 { -1 } else { 3 }
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdClose(id: c_char) -> c_int {
+    of(id);
+    count(CLOSED);
+    0
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdErrorGetLastStr() -> *const c_char {
+    c"the stand-in was told to fail".as_ptr()
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdGetSystemName(_: c_char) -> *const c_char {
+    if get(ACTIVE_WRIST) > 0.0 { c"sigma.7 right".as_ptr() } else { c"omega.6".as_ptr() }
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdHasActiveWrist(_: c_char) -> bool {
+    get(ACTIVE_WRIST) > 0.0
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdEnableForce(on: c_uchar, id: c_char) -> c_int {
+    of(id);
+    if get(ENABLE_CODE) < 0.0 {
+        return -1;
+    }
+    set(ENABLED, f64::from(on));
+    0
+}
+
+/// # Safety
+/// The pointers are good.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn dhdGetPositionAndOrientationFrame(
+    x: *mut f64,
+    y: *mut f64,
+    z: *mut f64,
+    frame: *mut [[f64; 3]; 3],
+    id: c_char,
+) -> c_int {
+    of(id);
+    count(READS);
+    let hang = get(HANG_READ_MS);
+    if hang > 0.0 {
+        std::thread::sleep(std::time::Duration::from_secs_f64(hang * 1e-3));
+    }
+    unsafe {
+        (*x, *y, *z) = (get(X), 0.02, 0.03);
+        // A quarter turn about the maker's z.
+        *frame = [[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]];
+    }
+    get(READ_CODE) as c_int
+}
+
+/// # Safety
+/// The pointers are good.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn dhdGetLinearVelocity(x: *mut f64, y: *mut f64, z: *mut f64, _: c_char) -> c_int {
+    unsafe { (*x, *y, *z) = (0.1, 0.2, 0.3) };
+    if get(NO_VELOCITY) > 0.0 { -1 } else { 0 }
+}
+
+/// # Safety
+/// The pointers are good.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn dhdGetAngularVelocityRad(x: *mut f64, y: *mut f64, z: *mut f64, _: c_char) -> c_int {
+    unsafe { (*x, *y, *z) = (1.0, 2.0, 3.0) };
+    if get(NO_VELOCITY) > 0.0 { -1 } else { 0 }
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdConfigLinearVelocity(ms: c_int, _: c_int, _: c_char) -> c_int {
+    set(WINDOW, f64::from(ms));
+    0
+}
+
+#[unsafe(no_mangle)]
+#[allow(clippy::too_many_arguments)]
+pub extern "C" fn dhdSetForceAndTorqueAndGripperForce(
+    fx: f64,
+    fy: f64,
+    fz: f64,
+    tx: f64,
+    ty: f64,
+    tz: f64,
+    fg: f64,
+    id: c_char,
+) -> c_int {
+    of(id);
+    count(WRITES);
+    for (k, value) in [fx, fy, fz, tx, ty, tz].into_iter().enumerate() {
+        set(FORCE + k, value);
+        set(LARGEST, get(LARGEST).max(value.abs()));
+    }
+    set(GRIPPER, fg);
+    get(WRITE_CODE) as c_int
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdGetButtonMask(_: c_char) -> c_uint {
+    get(BUTTONS) as c_uint
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdEnableExpertMode() -> c_int {
+    set(EXPERT, 1.0);
+    0
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdDisableExpertMode() -> c_int {
+    set(EXPERT, 0.0);
+    0
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdSetWatchdog(steps: c_uchar, _: c_char) -> c_int {
+    if get(EXPERT_ONLY) > 0.0 && get(EXPERT) < 1.0 {
+        return -1;
+    }
+    set(WATCHDOG, f64::from(steps));
+    0
+}
+
+/// # Safety
+/// There is room for 17.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn dhdGetStatus(status: *mut c_int, _: c_char) -> c_int {
+    // Power, connected, started, reset, …
+    let words = [get(POWERED) as c_int, 1, 1, i32::from(get(OUT_OF_RESET) < 1.0), 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0];
+    for (k, word) in words.into_iter().enumerate() {
+        unsafe { *status.add(k) = word };
+    }
+    0
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdGetComFreq(_: c_char) -> f64 {
+    4.0
+}
+
+#[cfg(not(no_simulator))]
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdEnableSimulator(on: bool) {
+    set(SIMULATOR, f64::from(u8::from(on)));
+}

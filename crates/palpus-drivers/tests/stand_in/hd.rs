@@ -1,0 +1,213 @@
+// A stand-in for OpenHaptics' libHD: exports the same names, and has a thread that calls back a thousand times a second.
+
+#![allow(non_snake_case)]
+
+use std::collections::VecDeque;
+use std::ffi::{CStr, c_char, c_int, c_uint, c_ulong, c_ushort, c_void};
+use std::sync::Mutex;
+use std::sync::atomic::AtomicBool;
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+include!("slots.rs");
+
+#[repr(C)]
+pub struct ErrorInfo {
+    code: c_uint,
+    internal: c_int,
+    handle: c_uint,
+}
+
+type Callback = extern "C" fn(*mut c_void) -> c_uint;
+
+struct Job(Callback, *mut c_void);
+// The data is the callback's own business.
+unsafe impl Send for Job {}
+
+static ERRORS: Mutex<VecDeque<c_uint>> = Mutex::new(VecDeque::new());
+static JOB: Mutex<Option<Job>> = Mutex::new(None);
+static THREAD: Mutex<Option<JoinHandle<()>>> = Mutex::new(None);
+static STOP: AtomicBool = AtomicBool::new(false);
+static IN_FRAME: AtomicBool = AtomicBool::new(false);
+
+fn fail(code: c_uint) {
+    ERRORS.lock().unwrap().push_back(code);
+}
+
+/// # Safety
+/// Null or a text.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hdInitDevice(name: *const c_char) -> c_uint {
+    count(NAME_TRIES);
+    let error = get(INIT_ERROR) as c_uint;
+    if error != 0 {
+        fail(error);
+        return 0xffff_ffff;
+    }
+    let named = !name.is_null() && unsafe { CStr::from_ptr(name) } == c"Default PHANToM";
+    if get(DEVICES) < 1.0 || (get(FAIL_NULL_NAME) > 0.0 && !named) {
+        fail(0x0300);
+        return 0xffff_ffff;
+    }
+    7
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdDisableDevice(handle: c_uint) {
+    set(LAST_ID, f64::from(handle));
+    count(CLOSED);
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdMakeCurrentDevice(handle: c_uint) {
+    set(LAST_ID, f64::from(handle));
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdBeginFrame(_: c_uint) {
+    IN_FRAME.store(true, Ordering::SeqCst);
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdEndFrame(_: c_uint) {
+    IN_FRAME.store(false, Ordering::SeqCst);
+    let error = get(FRAME_ERROR) as c_uint;
+    if error != 0 {
+        fail(error);
+    }
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdEnable(capability: c_uint) {
+    if capability == 0x4000 {
+        set(ENABLED, 1.0);
+    }
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdDisable(capability: c_uint) {
+    if capability == 0x4000 {
+        set(ENABLED, 0.0);
+    }
+}
+
+/// # Safety
+/// There is room.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hdGetDoublev(parameter: c_uint, values: *mut f64) {
+    let write = |numbers: &[f64]| {
+        for (k, number) in numbers.iter().enumerate() {
+            unsafe { *values.add(k) = *number };
+        }
+    };
+    match parameter {
+        0x2050 | 0x2051 => write(&[100.0, 200.0, 300.0]),
+        0x2052 => {
+            if !IN_FRAME.load(Ordering::SeqCst) {
+                count(OUT_OF_FRAME);
+            }
+            // A quarter turn about the maker's y, column by column.
+            write(&[0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, get(X), 20.0, 30.0, 1.0]);
+        }
+        0x2603 => write(&[get(STATED_FORCE)]),
+        0x2604 => write(&[0.5]),
+        0x2622 => write(&[188.0]),
+        0x2623 => write(&[48.0]),
+        0x2551 => write(&[-80.0, -60.0, -35.0, 80.0, 60.0, 35.0]),
+        _ => fail(0x0100),
+    }
+}
+
+/// # Safety
+/// There is room.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hdGetIntegerv(parameter: c_uint, values: *mut c_int) {
+    unsafe {
+        *values = match parameter {
+            0x2000 => get(BUTTONS) as c_int,
+            0x2554 => get(DOF) as c_int,
+            _ => 0,
+        }
+    }
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdGetString(_: c_uint) -> *const c_char {
+    if get(DOF) >= 6.0 { c"PHANTOM Premium 6DOF 1.5".as_ptr() } else { c"Touch".as_ptr() }
+}
+
+/// # Safety
+/// Three numbers.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn hdSetDoublev(parameter: c_uint, values: *const f64) {
+    if !IN_FRAME.load(Ordering::SeqCst) {
+        count(OUT_OF_FRAME);
+    }
+    let slot = if parameter == 0x2700 { FORCE } else { TORQUE };
+    for k in 0..3 {
+        let value = unsafe { *values.add(k) };
+        set(slot + k, value);
+        set(LARGEST, get(LARGEST).max(value.abs()));
+        if get(CLOSED) > 0.0 && value != 0.0 {
+            count(NONZERO_AFTER_CLOSE);
+        }
+    }
+    count(WRITES);
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdGetError() -> ErrorInfo {
+    ErrorInfo { code: ERRORS.lock().unwrap().pop_front().unwrap_or(0), internal: -11, handle: 7 }
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdStartScheduler() {
+    if get(SCHEDULER_DEAD) > 0.0 {
+        return;
+    }
+    set(RUNNING, 1.0);
+    STOP.store(false, Ordering::SeqCst);
+    let turn = || {
+        while !STOP.load(Ordering::SeqCst) {
+            std::thread::sleep(Duration::from_micros(900));
+            if get(SCHEDULER_DEAD) > 0.0 {
+                continue;
+            }
+            let mut job = JOB.lock().unwrap();
+            if let Some(Job(callback, data)) = &*job {
+                count(TURNS);
+                if callback(*data) == 0 {
+                    *job = None;
+                }
+            }
+        }
+    };
+    *THREAD.lock().unwrap() = Some(std::thread::spawn(turn));
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdStopScheduler() {
+    STOP.store(true, Ordering::SeqCst);
+    if let Some(thread) = THREAD.lock().unwrap().take() {
+        thread.join().unwrap();
+    }
+    set(RUNNING, 0.0);
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdScheduleAsynchronous(callback: Callback, data: *mut c_void, _: c_ushort) -> c_ulong {
+    *JOB.lock().unwrap() = Some(Job(callback, data));
+    42
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdUnschedule(handle: c_ulong) {
+    assert_eq!(handle, 42);
+    count(UNSCHEDULED);
+    *JOB.lock().unwrap() = None;
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdCheckCalibration() -> c_uint {
+    if get(OUT_OF_RESET) < 1.0 { 0x5002 } else { 0x5000 }
+}
