@@ -702,9 +702,9 @@ pub const CANCELLED_NORMAL: f64 = 1e-6;
 
 /// Contacts that smooth clustering lets meet, each with each: the deepest.
 ///
-/// Bounds the tick: 512 contacts meet in about 0.3 ms. Fewer let the place of a force that many contacts share jump by more where
-/// one takes another's place: by at most one part in this many of what they span.
-pub const CROWD_MOST: usize = 512;
+/// Bounds the tick: 256 contacts take some 60 µs, 100 some 10, by the square of their number. Fewer let the place of a force that many
+/// contacts share jump by more where one takes another's place: by at most one part in this many of what they span.
+pub const CROWD_MOST: usize = 256;
 
 /// Relative to the strain at which a sliding contact is held: a strain above it by no more than this is not being dragged.
 ///

@@ -30,7 +30,7 @@
 //!
 //! 1. *Cut*: of more than [`CROWD_MOST`] contacts the deepest remain. The one that leaves is as deep as the one that enters, so that
 //!    no size jumps, and the place by at most one part in that many.
-//! 2. *Meet*: every contact meets every other once.
+//! 2. *Share*: every contact looks at every other.
 //!
 //! The contacts come in canonical order, so that sums do not depend on how the query found them. All memory is obtained by
 //! [`Crowding::new`].
@@ -51,37 +51,32 @@ pub struct Crowded {
 /// Shares of the last run, and the memory to find them.
 #[derive(Clone, Debug)]
 pub struct Crowding {
-    /// Of the deepest contacts: which they are.
+    /// Which contacts are the deepest.
     deepest: Vec<u32>,
-    /// Of the same: Σⱼ κᵢⱼ wⱼ.
-    sums: Vec<f64>,
-    /// Of the same: maxⱼ κᵢⱼ wⱼ.
-    most: Vec<f64>,
+    /// Those.
+    met: Vec<Crowded>,
     shares: Vec<f64>,
 }
 
 impl Crowding {
     /// Memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
-        let most = capacity.min(CROWD_MOST);
         Self {
             deepest: Vec::with_capacity(capacity),
-            sums: Vec::with_capacity(most),
-            most: Vec::with_capacity(most),
+            met: Vec::with_capacity(capacity.min(CROWD_MOST)),
             shares: Vec::with_capacity(capacity),
         }
     }
 
-    /// The share of its own force that each contact keeps, from 0 (excluded, but for contacts that were cut) to 1.
+    /// The share of its own force that each contact keeps, above 0 and up to 1; 0 for those that were cut.
     ///
     /// They stand in [`Self::shares`] until the next run.
     pub fn run(&mut self, crowd: &[Crowded]) -> &[f64] {
         self.cut(crowd);
-        self.meet(crowd);
         self.shares.clear();
         self.shares.resize(crowd.len(), 0.0);
-        for (&i, (most, sum)) in self.deepest.iter().zip(self.most.iter().zip(&self.sums)) {
-            self.shares[i as usize] = most / sum;
+        for (&i, one) in self.deepest.iter().zip(&self.met) {
+            self.shares[i as usize] = share(one, &self.met);
         }
         &self.shares
     }
@@ -102,28 +97,23 @@ impl Crowding {
             self.deepest.truncate(CROWD_MOST);
             self.deepest.sort_unstable();
         }
+        self.met.clear();
+        self.met.extend(self.deepest.iter().map(|&i| crowd[i as usize]));
     }
+}
 
-    /// Step 2.
-    fn meet(&mut self, crowd: &[Crowded]) {
-        let Self { deepest, sums, most, .. } = self;
-        sums.clear();
-        sums.extend(deepest.iter().map(|&i| crowd[i as usize].engagement));
-        most.clear();
-        most.extend_from_slice(sums);
-        for (k, &i) in deepest.iter().enumerate() {
-            let one = crowd[i as usize];
-            for (l, &j) in deepest.iter().enumerate().skip(k + 1) {
-                let other = crowd[j as usize];
-                let kernel = kernel(&one, &other);
-                let (to_one, to_other) = (kernel * other.engagement, kernel * one.engagement);
-                sums[k] += to_one;
-                sums[l] += to_other;
-                most[k] = most[k].max(to_one);
-                most[l] = most[l].max(to_other);
-            }
+/// Step 2: what `one`, which is among the `crowd`, keeps: the greatest κ w of the crowd over their sum.
+fn share(one: &Crowded, crowd: &[Crowded]) -> f64 {
+    // Four at a time, which is how a processor likes it: the order of the sum is always the same.
+    let (mut sums, mut most) = ([0.0; 4], [0.0; 4]);
+    for four in crowd.chunks(4) {
+        for ((sum, most), other) in sums.iter_mut().zip(&mut most).zip(four) {
+            let felt = kernel(one, other) * other.engagement;
+            *sum += felt;
+            *most = if felt > *most { felt } else { *most };
         }
     }
+    most.into_iter().fold(0.0, f64::max) / (sums[0] + sums[1] + sums[2] + sums[3])
 }
 
 /// κ of two contacts, from 0 to 1.
