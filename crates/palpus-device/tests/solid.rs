@@ -1,0 +1,140 @@
+//! Contact through the virtual coupling is solid: still in the hand, at rest and moving, and no source of energy.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use palpus::algebra::{NoClock, Pose, Wrench, rotation_between};
+use palpus::body::{Body, BodySettings, PolygonSoup};
+use palpus::force::FrictionSettings;
+use palpus::render::{Clustering, Limits, ProbeState, Renderer, Settings, VirtualCoupling};
+use palpus_device::{
+    Cuts, Engagement, HandImpedance, HapticDevice, Jitter, SafetyChain, SafetyLimits, SafetyOptions, SimulatedDevice,
+    SimulationSettings,
+};
+use palpus_scenes::{Scene, scene};
+
+const SEED: u64 = 0x501d;
+const TICK: f64 = 1e-3;
+
+fn body(soup: &PolygonSoup) -> Arc<Body> {
+    let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
+    Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).expect("a scene's mesh makes a body"))
+}
+
+/// The scene through a coupling as the simulated device bears it, with contacts of `stiffness` N/m.
+fn renderer(scene: &Scene, stiffness: f64) -> Renderer {
+    let (a, b) = (body(&scene.probe), body(&scene.environment));
+    let spec = SimulationSettings::default().spec;
+    let limits = Limits { force: spec.force_max, torque: spec.torque_max };
+    let settings = Settings {
+        contact_tolerance: scene.contact.tolerance,
+        cluster_radius: scene.contact.cluster_radius,
+        clustering: Clustering::Smooth,
+        stiffness,
+        friction: scene.contact.friction.map(|friction| FrictionSettings {
+            static_coefficient: friction.static_coefficient,
+            dynamic_coefficient: friction.dynamic_coefficient,
+            tangential_stiffness: stiffness,
+        }),
+        limits,
+        coupling: Some(VirtualCoupling::tuned(&limits, TICK, a.mass())),
+        ..Settings::default()
+    };
+    Renderer::new(a, b, settings).expect("valid settings")
+}
+
+/// What a loop was like.
+struct Felt {
+    forces: Vec<DVec3>,
+    /// Largest net work on the hand at any time, J, by what truly acted over what truly moved.
+    generated: f64,
+}
+
+/// `seconds` of the closed loop, its servo uneven like a logged one. With `load`, N, a weight pulls beside the hand.
+fn run(
+    renderer: &mut Renderer,
+    hand: HandImpedance,
+    intent: impl Fn(f64) -> Pose,
+    load: DVec3,
+    mut chain: Option<SafetyChain>,
+    seconds: f64,
+) -> Felt {
+    let default = SimulationSettings::default();
+    let spec = palpus_device::DeviceSpec { force_max: f64::INFINITY, ..default.spec.clone() };
+    let settings = SimulationSettings { hand, spec, jitter: Some(Jitter::logged(SEED)), ..default };
+    let mut device = SimulatedDevice::new(settings, intent).expect("usual settings");
+    let (mut felt, mut work) = (Felt { forces: Vec::new(), generated: 0.0 }, 0.0);
+    let (mut last, mut time) = (None::<(Pose, Wrench)>, 0.0);
+    for _ in 0..(seconds / TICK) as usize {
+        let state = device.read().expect("it is simulated");
+        let pose = device.true_pose();
+        if let Some((before, acted)) = last {
+            work += acted.force.dot(pose.translation - before.translation);
+            work += acted.torque.dot(rotation_between(before.rotation, pose.rotation));
+            felt.generated = felt.generated.max(work);
+        }
+        let dt = if state.time > time { state.time - time } else { TICK };
+        time = state.time;
+        let computed = renderer.step(&ProbeState { pose_ba: state.pose, twist: state.twist }, dt, &NoClock).commanded;
+        let wrench = chain.as_mut().map_or(computed, |chain| chain.shape(&state, &computed, Cuts::NONE).wrench);
+        device.write(&Wrench { force: wrench.force + load, ..wrench }).expect("it is finite");
+        let applied = device.applied();
+        last = Some((pose, Wrench { force: applied.force - load, ..applied }));
+        felt.forces.push(wrench.force);
+    }
+    felt
+}
+
+/// Root of the mean square of what is above 10 Hz, as a part of the mean: a mean over a tenth of a second is taken off.
+fn cycle(forces: &[DVec3]) -> (f64, f64) {
+    const WINDOW: usize = 101;
+    let mean = forces.iter().sum::<DVec3>().length() / forces.len() as f64;
+    let squares = forces
+        .windows(WINDOW)
+        .map(|window| (window[WINDOW / 2] - window.iter().sum::<DVec3>() / WINDOW as f64).length_squared());
+    let (sum, count) = squares.fold((0.0, 0), |(sum, count), square| (sum + square, count + 1));
+    ((sum / f64::from(count)).sqrt() / mean, mean)
+}
+
+#[test]
+fn contacts_of_5_kn_per_m_lie_still_in_every_hand() {
+    let hands = [("none", HandImpedance::NONE), ("normal", HandImpedance::NORMAL), ("firm", HandImpedance::FIRM)];
+    // Where the scene's own hand presses, and the way in. (Nobody's hand keeps a pen from sliding off a ball.)
+    for (name, when, press) in
+        [("box-table", 2.6, DVec3::NEG_Z), ("v-groove", 3.0, DVec3::NEG_Z), ("peg-hole", 4.6, DVec3::NEG_Z)]
+    {
+        let scene = scene(name).expect("a built-in scene");
+        for (hand_name, hand) in hands {
+            let mut renderer = renderer(&scene, 5000.0);
+            let held = hand.stiffness > 0.0;
+            let pose = scene.path.pose(when);
+            let above = Pose { translation: pose.translation - press * 2e-3, ..pose };
+            let inside = if held { 1.5 / hand.stiffness } else { 0.0 };
+            let goal = Pose { translation: pose.translation + press * inside, ..pose };
+            let intent = |time: f64| {
+                let s = (time / 0.5).min(1.0);
+                Pose { translation: above.translation.lerp(goal.translation, s), ..pose }
+            };
+            let load = if held { DVec3::ZERO } else { press * 1.5 };
+            let felt = run(&mut renderer, hand, intent, load, None, 5.0);
+            let (share, mean) = cycle(&felt.forces[4000..]);
+            assert!(mean > 0.1, "{name}, {hand_name}: nothing is felt ({mean} N), seed {SEED:#x}");
+            assert!(share < 0.01, "{name}, {hand_name}: {share} of {mean} N, seed {SEED:#x}");
+        }
+    }
+}
+
+#[test]
+fn a_minute_of_contact_gives_the_hand_no_energy() {
+    for name in ["spoon-cup", "torus-torus", "peg-hole", "box-table"] {
+        let scene = scene(name).expect("a built-in scene");
+        let stiffness = 8.5 / (0.5 * scene.contact.tolerance);
+        let mut renderer = renderer(&scene, stiffness);
+        let spec = SimulationSettings::default().spec;
+        let limits = SafetyLimits { ramp: 0.0, ..SafetyLimits::of(&spec, 1.0 / TICK) };
+        let chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), TICK);
+        let path = scene.path.clone();
+        let felt = run(&mut renderer, HandImpedance::NORMAL, |time| path.pose(time), DVec3::ZERO, Some(chain), 60.0);
+        assert!(felt.generated <= 1e-6, "{name}: {} J, seed {SEED:#x}", felt.generated);
+    }
+}
