@@ -99,16 +99,19 @@ fn cycle(forces: &[DVec3]) -> (f64, f64) {
 #[test]
 fn contacts_of_5_kn_per_m_lie_still_in_every_hand() {
     let hands = [("none", HandImpedance::NONE), ("normal", HandImpedance::NORMAL), ("firm", HandImpedance::FIRM)];
-    // Where the scene's own hand presses, and the way in. (Nobody's hand keeps a pen from sliding off a ball.)
-    for (name, when, press) in
-        [("box-table", 2.6, DVec3::NEG_Z), ("v-groove", 3.0, DVec3::NEG_Z), ("peg-hole", 4.6, DVec3::NEG_Z)]
-    {
+    // Where the scene's own hand is in contact, the way in, and from how far. A peg is pressed against the side of its hole.
+    let scenes = [
+        ("box-table", 2.6, DVec3::NEG_Z, 2e-3),
+        ("v-groove", 3.0, DVec3::NEG_Z, 2e-3),
+        ("peg-hole", 4.6, DVec3::X, 0.0),
+    ];
+    for (name, when, press, from) in scenes {
         let scene = scene(name).expect("a built-in scene");
         for (hand_name, hand) in hands {
             let mut renderer = renderer(&scene, 5000.0);
             let held = hand.stiffness > 0.0;
             let pose = scene.path.pose(when);
-            let above = Pose { translation: pose.translation - press * 2e-3, ..pose };
+            let above = Pose { translation: pose.translation - press * from, ..pose };
             let inside = if held { 1.5 / hand.stiffness } else { 0.0 };
             let goal = Pose { translation: pose.translation + press * inside, ..pose };
             let intent = |time: f64| {
