@@ -184,7 +184,7 @@ impl Renderer {
     fn couple(&mut self, motion: &Motion, dt: f64) {
         let Tick { probe, forces, counters, computed, .. } = &mut self.tick;
         if let Some(tool) = &mut self.tool {
-            (*computed, counters.tool) = tool.step(probe, forces, self.settings.damping, dt);
+            (*computed, counters.tool) = tool.step(probe, forces, dt);
         } else {
             let grip = motion.pose_ba.point(self.settings.grip_a);
             *computed = forces.net.on_a.about(grip - motion.centers.a);

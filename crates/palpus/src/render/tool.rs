@@ -6,7 +6,7 @@
 //!
 //! 1. *Inertia*: M (V′ − V) / h.
 //! 2. *Coupling*: k (e − h v′) + b (v_d − v′) at the grip, the same for rotation, with e from the tool's grip to the device's.
-//! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal. One that would pull has let go and is left out; which
+//! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal, with b in proportion to k. One that would pull has let go and is left out; which
 //!    ones press is found by solving again, a bounded number of times.
 //! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, with c the contact's k_t while it
 //!    sticks, and so small that both together are μ F_n when it slides. The same rounds find c.
@@ -48,6 +48,8 @@ pub struct Tool {
     grip_a: DVec3,
     /// In a's frame: the centre of mass.
     center_a: DVec3,
+    /// s: damping of contacts over their stiffness, so that those which share a stiffness share a damping alike.
+    contact_lag: f64,
     /// kg·m² about the centre of mass, along a's axes.
     inertia_a: DMat3,
     /// a placed in b's frame; `None` before the first step.
@@ -115,6 +117,7 @@ impl Tool {
         Self {
             coupling,
             limits: settings.limits,
+            contact_lag: settings.damping / settings.stiffness,
             grip_a: settings.grip_a,
             center_a: probe.center_of_mass,
             inertia_a: probe.inertia * (coupling.mass / probe.volume),
@@ -146,11 +149,10 @@ impl Tool {
         self.pose_ba = None;
     }
 
-    /// One step of `h` seconds towards `device`, under the `forces` that contacts exert where the tool is now; `damping` is theirs,
-    /// N·s/m.
+    /// One step of `h` seconds towards `device`, under the `forces` that contacts exert where the tool is now.
     ///
     /// Answers the wrench on the device about its grip, in b's frame.
-    pub fn step(&mut self, device: &ProbeState, forces: &Forces, damping: f64, h: f64) -> (Wrench, ToolCounters) {
+    pub fn step(&mut self, device: &ProbeState, forces: &Forces, h: f64) -> (Wrench, ToolCounters) {
         let pose = self.pose_ba(device);
         if !(h > 0.0 && h.is_finite()) {
             return (Wrench::ZERO, ToolCounters::default());
@@ -159,7 +161,7 @@ impl Tool {
         let bond = self.bond(device, &pose);
         let (system, load) = self.unhindered(&bond, &pose, h);
         let mut counters = ToolCounters::default();
-        let Some(twist) = self.settle(&system, &load, damping, h, &mut counters) else {
+        let Some(twist) = self.settle(&system, &load, h, &mut counters) else {
             self.clear();
             counters.reset = 1;
             return (Wrench::ZERO, counters);
@@ -231,7 +233,6 @@ impl Tool {
         &mut self,
         unhindered: &SpatialMatrix,
         load: &Wrench,
-        damping: f64,
         h: f64,
         counters: &mut ToolCounters,
     ) -> Option<Twist> {
@@ -239,7 +240,7 @@ impl Tool {
         for round in 1..=COUPLING_ROUNDS {
             let (mut system, mut load) = (*unhindered, *load);
             for push in self.pushes.iter().filter(|push| push.predicted > 0.0) {
-                system.add_along(push.normal, push.offset, h * (h * push.stiffness + damping));
+                system.add_along(push.normal, push.offset, h * push.stiffness * (h + self.contact_lag));
                 load = load + Wrench::of_force_at(push.normal * (push.force * h), push.offset);
             }
             for rub in self.rubs.iter().filter(|rub| rub.secant > 0.0) {
@@ -252,7 +253,7 @@ impl Tool {
             }
             twist = system.solve(&load)?;
             counters.rounds = round;
-            if !self.revise(&twist, damping, h) {
+            if !self.revise(&twist, h) {
                 counters.released = self.pushes.iter().filter(|push| push.predicted <= 0.0).count() as u32;
                 return Some(twist);
             }
@@ -263,11 +264,11 @@ impl Tool {
     }
 
     /// What pushes and rubs are at the end of the step if the tool moves with `twist`; true if that is news.
-    fn revise(&mut self, twist: &Twist, damping: f64, h: f64) -> bool {
+    fn revise(&mut self, twist: &Twist, h: f64) -> bool {
         let mut news = false;
         for push in &mut self.pushes {
             let speed = push.normal.dot(twist.at(push.offset));
-            let predicted = (push.force - (h * push.stiffness + damping) * speed).max(0.0);
+            let predicted = (push.force - push.stiffness * (h + self.contact_lag) * speed).max(0.0);
             news |= (predicted > 0.0) != (push.predicted > 0.0);
             push.predicted = predicted;
         }
