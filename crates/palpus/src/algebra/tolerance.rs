@@ -258,6 +258,16 @@ pub const COVERED_WHOLE: f64 = 0.999;
 /// is; smaller loses contacts at seams of bodies that nearly touch.
 pub const ADMISSIBLE_ANGLE: f64 = 1e-4;
 
+/// Radians: a cap of a piece's normals is wider by this than they are, so that no rounding of a direction in the other body's frame leaves it.
+///
+/// Larger looks at more normals than are owned; smaller than the rounding of a placed normal (1e-15) loses depths.
+pub const CAP_SLACK: f64 = 1e-3;
+
+/// Cosine of the widest cap that is kept: a wider one sorts next to nothing out, and half a sphere is not convex.
+///
+/// Smaller keeps caps up to the half sphere; 0 or less is wrong for arcs. Larger only looks at more.
+pub const CAP_LEAST: f64 = 0.05;
+
 /// The most triangles of a partly real face that are searched for the one under a closest point; on a face with more, every point
 /// is believed to be real.
 ///

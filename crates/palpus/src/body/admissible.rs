@@ -19,9 +19,11 @@
 //! Deviation from \[K02\], which knows original and virtual features and nothing of where an edge's arc ends.
 
 mod build;
+mod cap;
 #[cfg(test)]
 mod tests;
 
+pub use cap::Cap;
 use glam::DVec3;
 
 use super::facet::NONE;
@@ -38,6 +40,7 @@ pub struct Admissible {
     arcs: Vec<OwnArc>,
     /// For each piece's vertices the mesh vertex there, or [`NONE`].
     corners: Vec<u32>,
+    caps: Vec<Cap>,
     ring_starts: Vec<u32>,
     ring: Vec<u32>,
     /// How far a vertex of a plane may be off it, metres.
@@ -95,6 +98,8 @@ impl Admissible {
             borrowed: &self.borrowed[from.borrowed as usize..to.borrowed as usize],
             arcs: &self.arcs[from.arcs as usize..to.arcs as usize],
             corners: &self.corners[from.corners as usize..to.corners as usize],
+            // While the caps are being found there are none.
+            cap: self.caps.get(k as usize).copied().unwrap_or(Cap::WHOLE),
         }
     }
 
@@ -128,6 +133,7 @@ pub struct OwnNormals<'a> {
     borrowed: &'a [Borrowed],
     arcs: &'a [OwnArc],
     corners: &'a [u32],
+    cap: Cap,
 }
 
 impl<'a> OwnNormals<'a> {
@@ -135,6 +141,12 @@ impl<'a> OwnNormals<'a> {
     #[inline]
     pub fn polytope(&self) -> &'a Polytope {
         self.polytope
+    }
+
+    /// Holds every direction that the piece owns.
+    #[inline]
+    pub fn cap(&self) -> Cap {
+        self.cap
     }
 
     /// Its faces with original triangles, by ascending index.

@@ -35,7 +35,7 @@ mod whole;
 mod wide_hull;
 mod winding;
 
-pub use admissible::{Admissible, Borrowed, OwnArc, OwnFace, OwnNormals};
+pub use admissible::{Admissible, Borrowed, Cap, OwnArc, OwnFace, OwnNormals};
 pub use body::{Body, BodyError, BodyParts, BodySettings, Ground};
 pub use bounds::{OrientedBox, Sphere};
 pub use feature::{Feature, FeaturePair};

@@ -20,6 +20,8 @@ pub struct Memory {
     pub hub: [u32; 2],
     /// The features that the last depth, or the last closest points, rest on; none when there are none.
     pub facet: Option<FeaturePair>,
+    /// The features of the last depth along a normal that both pieces own, where that was not the least depth.
+    pub admissible: Option<FeaturePair>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -53,6 +55,7 @@ impl Coherence {
                 normal: DVec3::ZERO,
                 hub: [0; 2],
                 facet: None,
+                admissible: None,
             },
         };
         Self { places: vec![empty; sets * WAYS], mask: sets - 1, stamp: 0 }
@@ -123,6 +126,7 @@ mod tests {
             normal: DVec3::X,
             hub: [k; 2],
             facet: None,
+            admissible: None,
         }
     }
 

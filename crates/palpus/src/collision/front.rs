@@ -128,8 +128,8 @@ impl Front {
         let [root_a, root_b] = [a, b].map(|side| side.hierarchy.node(side.hierarchy.root()).oriented_box);
         let depth = a.hierarchy.depth() + b.hierarchy.depth() + 2;
         let vertex = Feature::Vertex(0);
-        let blank =
-            Memory { features: FeaturePair { a: vertex, b: vertex }, normal: DVec3::ZERO, hub: [0; 2], facet: None };
+        let features = FeaturePair { a: vertex, b: vertex };
+        let blank = Memory { features, normal: DVec3::ZERO, hub: [0; 2], facet: None, admissible: None };
         Self {
             pairs: vec![Pair::of(0, 0, NONE); places],
             memories: vec![blank; places],
@@ -257,6 +257,14 @@ impl Front {
                 let memory = &mut self.memories[place as usize];
                 *memory = Memory { normal, hub, facet: Some(facet), ..*memory };
             }
+        }
+    }
+
+    /// Keeps the features of the pair's depth along a normal that both pieces own, where its walk ended on another.
+    pub fn remember_admissible(&mut self, pair: &LeafPair, admissible: Option<FeaturePair>) {
+        match pair.home {
+            Home::Nodes(a, b) => self.full.remember_admissible([a, b], admissible),
+            Home::Place(place) => self.memories[place as usize].admissible = admissible,
         }
     }
 
@@ -540,7 +548,7 @@ impl Front {
         let start = before.map_or_else(|| initial_features(polytope_a, polytope_b, query.pose_ba), |m| m.features);
         let answer = march(polytope_a, polytope_b, query.pose_ba, start);
         if !pair.known {
-            *memory = Memory { normal: DVec3::ZERO, facet: None, ..*memory };
+            *memory = Memory { normal: DVec3::ZERO, facet: None, admissible: None, ..*memory };
             pair.known = true;
         }
         memory.features = answer.features;

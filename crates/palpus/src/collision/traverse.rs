@@ -210,6 +210,13 @@ impl Traversal {
         }
     }
 
+    /// Keeps the features of the depth along a normal that both of a pair of leaves own.
+    pub(super) fn remember_admissible(&mut self, [a, b]: [u32; 2], admissible: Option<FeaturePair>) {
+        if let Some(memory) = self.coherence.recall(a, b) {
+            self.coherence.remember(a, b, Memory { admissible, ..memory });
+        }
+    }
+
     fn leaf(
         &mut self,
         a: Side<'_>,
@@ -250,7 +257,7 @@ impl Traversal {
         };
         let answer = march(polytope_a, polytope_b, pose_ba, start);
         let features = answer.features;
-        let new = Memory { features, normal: DVec3::ZERO, hub: [0; 2], facet: None };
+        let new = Memory { features, normal: DVec3::ZERO, hub: [0; 2], facet: None, admissible: None };
         self.coherence.remember(pair.a, pair.b, memory.map_or(new, |memory| Memory { features, ..memory }));
         counters.march_steps += answer.steps;
         counters.march_fallbacks += u32::from(answer.stop != StopReason::Converged);

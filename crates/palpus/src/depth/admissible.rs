@@ -12,12 +12,13 @@
 //! the mesh rises above it, a facet goes; then the piece of that neighbour has it, at the same h.
 //!
 //! 1. If the walk has ended on an admissible facet, that is the least of all and stands.
-//! 2. Else every admissible facet is tried, the one of last time first. h along a normal is at least n·c for any
-//!    vertex c of the CSO, so that one known support sorts most of them out: a normal by one product, an arc by its two
+//! 2. Else every admissible facet is tried that is no deeper than the one of last time. A normal outside of the cap of all that the other
+//!    piece owns is none ([`Cap`]). h along a normal is at least n·c for any
+//!    vertex c of the CSO, so that one known support sorts most of the others out: a normal by one product, an arc by its two
 //!    ends (along an arc n·c is concave where it is not negative).
 //! 3. The arcs that are left are crossed, a's with b's; the least facet is measured with true supports.
-//! 4. If there is no admissible facet, the least normal that one of the pieces owns is given as what it is: no contact, unless
-//!    nothing else holds two overlapping bodies apart.
+//! 4. If there is no admissible facet, the least normal that one of the pieces owns can be asked for
+//!    ([`half_admissible_depth`]): no contact, unless nothing else holds two overlapping bodies apart.
 //!
 //! Deviation from \[K02\], which moves a depth from virtual features to an original one next to them, and then lets the
 //! walk go on for one step: that jumps where the neighbourhood changes, and may miss the least.
@@ -30,9 +31,9 @@ use super::overlay::{Corner, below};
 use super::query::WalkScratch;
 use super::witness::{Clip, witness};
 use super::{Antipodal, Depth, HubPair};
-use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, FLUSH_WITNESS, PARALLEL_EDGES};
+use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, FLUSH_WITNESS, OFFSET_SLACK, PARALLEL_EDGES};
 use crate::algebra::{Placement, closest_on_segment};
-use crate::body::{Admissible, Feature, FeaturePair, OwnArc, OwnNormals, Polytope};
+use crate::body::{Admissible, Cap, Feature, FeaturePair, OwnArc, OwnNormals, Polytope};
 use crate::collision::StopReason;
 
 /// The least depth along an admissible normal, in b's frame; `point_a − point_b = −depth · normal`.
@@ -51,8 +52,6 @@ pub struct AdmissibleDepth {
     /// The features that own the normal, and what they meet: a vertex and a face, a vertex and an edge (with the normal that
     /// ends its arc), or two edges.
     pub features: FeaturePair,
-    /// False if only one of the pieces owns the normal, and none is owned by both.
-    pub owned: bool,
     /// True if the walk had ended elsewhere.
     pub moved: bool,
     /// [`StopReason::Budget`] when not all crossings were looked at.
@@ -74,7 +73,7 @@ impl AdmissibleScratch {
 }
 
 /// The least depth over the admissible facets of a pair; `walked` is its unconstrained depth, `last` the features of the
-/// answer at the last, near pose. None if neither piece owns a normal.
+/// answer at the last, near pose. None if no normal is owned by both pieces.
 pub fn admissible_depth(
     a: &OwnNormals<'_>,
     b: &OwnNormals<'_>,
@@ -88,25 +87,30 @@ pub fn admissible_depth(
         let Depth { point_a, point_b, normal, depth, antipodal, stop, .. } = *walked;
         let features = antipodal.features();
         let facing = (point_a, point_b);
-        return Some(AdmissibleDepth {
-            point_a,
-            point_b,
-            facing,
-            normal,
-            depth,
-            features,
-            owned: true,
-            moved: false,
-            stop,
-        });
+        return Some(AdmissibleDepth { point_a, point_b, facing, normal, depth, features, moved: false, stop });
     }
     let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
     let mut search = Search::new(cso, a, b, walked.hub);
     if let Some(last) = last {
-        search.again(last);
+        search.no_deeper_than(last);
     }
     search.planes();
     search.arcs(scratch);
+    search.answer(&mut walk.clip)
+}
+
+/// The least depth along the normals of faces that one of the pieces owns, whether the other does or not; climbs begin at
+/// `hub`. None if neither piece owns a normal.
+pub fn half_admissible_depth(
+    a: &OwnNormals<'_>,
+    b: &OwnNormals<'_>,
+    pose_ba: &Placement,
+    hub: HubPair,
+    walk: &mut WalkScratch,
+) -> Option<AdmissibleDepth> {
+    let cso = Cso { a: a.polytope(), b: b.polytope(), pose_ba };
+    let mut search = Search { by_both: false, ..Search::new(cso, a, b, hub) };
+    search.planes();
     search.answer(&mut walk.clip)
 }
 
@@ -176,11 +180,15 @@ struct Search<'s> {
     /// The support on a, in b's frame, and that on b, in a's.
     point_a: DVec3,
     point_b: DVec3,
+    /// Holds a's normals, reflected, in b's frame.
+    cap_a: Cap,
+    /// Holds b's, reflected, in a's.
+    cap_b: Cap,
+    /// Both pieces have to own a normal.
+    by_both: bool,
     /// The least h so far.
     bar: f64,
     found: Option<Found>,
-    loose_bar: f64,
-    loose: Option<Found>,
     stop: StopReason,
 }
 
@@ -195,16 +203,24 @@ impl<'s> Search<'s> {
             hub,
             point_a,
             point_b,
+            cap_a: a.cap().about(-cso.pose_ba.vector(a.cap().axis)),
+            cap_b: b.cap().about(-cso.pose_ba.inverse_vector(b.cap().axis)),
+            by_both: true,
             bar: f64::INFINITY,
             found: None,
-            loose_bar: f64::INFINITY,
-            loose: None,
             stop: StopReason::Converged,
         }
     }
 
-    /// The facet of last time.
-    fn again(&mut self, last: FeaturePair) {
+    /// Nothing beyond the facet of last time needs to be looked at. It is not taken itself: of facets of the same depth the answer
+    /// is the first, whatever was before.
+    fn no_deeper_than(&mut self, last: FeaturePair) {
+        self.try_again(last);
+        self.found = None;
+        self.bar += OFFSET_SLACK * self.cso.size();
+    }
+
+    fn try_again(&mut self, last: FeaturePair) {
         match (last.a, last.b) {
             (Feature::Vertex(_), Feature::Face(face)) if self.b.own_face(face).is_some() => self.plane_of_b(face),
             (Feature::Face(face), Feature::Vertex(_)) if self.a.own_face(face).is_some() => self.plane_of_a(face),
@@ -246,33 +262,31 @@ impl<'s> Search<'s> {
     #[inline]
     fn plane_of_b(&mut self, index: u32) {
         let plane = self.b.plane(index);
-        if -plane.height(self.point_a) >= self.bar {
+        if self.by_both && !self.cap_a.holds(plane.normal) || -plane.height(self.point_a) >= self.bar {
             return;
         }
         let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(plane.normal));
         self.look_from_a(a);
         let offset = -plane.height(self.point_a);
-        if offset < self.bar {
+        if offset < self.bar && (!self.by_both || self.a.vertex_owns(a, self.cso.toward_b(plane.normal))) {
             let features = FeaturePair { a: Feature::Vertex(a), b: self.b.feature(index) };
-            let owned = self.a.vertex_owns(a, self.cso.toward_b(plane.normal));
-            self.take(plane.normal, offset, features, owned);
+            self.take(plane.normal, offset, features);
         }
     }
 
     #[inline]
     fn plane_of_a(&mut self, index: u32) {
         let plane = self.a.plane(index);
-        if -plane.height(self.point_b) >= self.bar {
+        if self.by_both && !self.cap_b.holds(plane.normal) || -plane.height(self.point_b) >= self.bar {
             return;
         }
         let normal = -self.cso.pose_ba.vector(plane.normal);
         let b = self.cso.b.support_from(self.hub.b, normal);
         self.look_from_b(b);
         let offset = -plane.height(self.point_b);
-        if offset < self.bar {
+        if offset < self.bar && (!self.by_both || self.b.vertex_owns(b, normal)) {
             let features = FeaturePair { a: self.a.feature(index), b: Feature::Vertex(b) };
-            let owned = self.b.vertex_owns(b, normal);
-            self.take(normal, offset, features, owned);
+            self.take(normal, offset, features);
         }
     }
 
@@ -290,15 +304,9 @@ impl<'s> Search<'s> {
         }
     }
 
-    fn take(&mut self, normal: DVec3, offset: f64, features: FeaturePair, owned: bool) {
-        let found = Some(Found { normal, features, hub: self.hub });
-        if owned {
-            self.bar = offset;
-            self.found = found;
-        } else if offset < self.loose_bar {
-            self.loose_bar = offset;
-            self.loose = found;
-        }
+    fn take(&mut self, normal: DVec3, offset: f64, features: FeaturePair) {
+        self.bar = offset;
+        self.found = Some(Found { normal, features, hub: self.hub });
     }
 
     /// Every crossing of own arcs.
@@ -306,6 +314,10 @@ impl<'s> Search<'s> {
         let AdmissibleScratch { arcs_a, arcs_b } = scratch;
         arcs_b.clear();
         for own in self.b.arcs() {
+            let [left, right] = self.b.ends(own);
+            if !self.cap_a.may_meet(left, right) {
+                continue;
+            }
             // Of most arcs a look from the last support is enough.
             if dips(self.b, own, self.point_a, self.bar) {
                 let arc = Arc::of(self.b, own);
@@ -321,6 +333,10 @@ impl<'s> Search<'s> {
         }
         arcs_a.clear();
         for own in self.a.arcs() {
+            let [left, right] = self.a.ends(own);
+            if !self.cap_b.may_meet(left, right) {
+                continue;
+            }
             if dips(self.a, own, self.point_b, self.bar) {
                 let arc = Arc::of(self.a, own).reflected(self.cso.pose_ba);
                 let b = self.cso.b.support_from(self.hub.b, arc.left + arc.right);
@@ -377,20 +393,19 @@ impl<'s> Search<'s> {
         self.look_from_a(hub.a);
         if offset < self.bar {
             let features = FeaturePair { a: Feature::Edge(a.edge), b: Feature::Edge(b.edge) };
-            self.take(normal, offset, features, true);
+            self.take(normal, offset, features);
         }
     }
 
     /// The least facet with its true offset and its witness.
     fn answer(&self, clip: &mut Clip) -> Option<AdmissibleDepth> {
-        let owned = self.found.is_some();
-        let mut found = self.found.or(self.loose)?;
+        let mut found = self.found?;
         let (hub, depth) = self.cso.support(found.hub, found.normal);
         found.hub = hub;
         let facing = self.facing(&found, depth, clip);
         let (point_a, point_b) = self.witness(&found, depth, facing);
         let Found { normal, features, .. } = found;
-        Some(AdmissibleDepth { point_a, point_b, facing, normal, depth, features, owned, moved: true, stop: self.stop })
+        Some(AdmissibleDepth { point_a, point_b, facing, normal, depth, features, moved: true, stop: self.stop })
     }
 
     /// The witness on the features themselves: where the one that owns the normal is nearest to the other.

@@ -22,7 +22,7 @@ mod tests;
 mod walk;
 mod witness;
 
-pub use admissible::{AdmissibleDepth, AdmissibleScratch, admissible_depth, is_admissible};
+pub use admissible::{AdmissibleDepth, AdmissibleScratch, admissible_depth, half_admissible_depth, is_admissible};
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
 pub use blend::{Blend, Touch, blend};
 pub use certificate::{CertificateMemory, ProofScratch, depth_proven, prove};

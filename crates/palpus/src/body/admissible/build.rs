@@ -5,6 +5,7 @@
 //! 3. For each edge beside an own face, the sides of the face's triangles along it, and how the mesh bends there; where it
 //!    bends outward, an arc.
 //! 4. The mesh vertex at each vertex, and the neighbours of each mesh vertex.
+//! 5. A cap that holds all of a piece's normals (`cap`).
 
 use std::f64::consts::FRAC_PI_2;
 
@@ -46,6 +47,7 @@ impl Admissible {
         answer.pieces.push(Range::default());
         parts.into_iter().for_each(|part| answer.append(part));
         (answer.ring_starts, answer.ring) = rings(mesh);
+        answer.find_caps(mesh, half_edges, polytopes);
         answer
     }
 

@@ -1,0 +1,46 @@
+//! What a query cost and what happened in it.
+
+use crate::collision::TraversalCounters;
+
+/// What a query cost and what happened in it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct QueryCounters {
+    /// The descent, and the search for the nearest pair when one was asked for.
+    pub traversal: TraversalCounters,
+    /// Depth walks.
+    pub walks: u32,
+    /// Moves of all walks.
+    pub walk_steps: u32,
+    /// Walks that ended for another reason than having converged.
+    pub walk_stops: u32,
+    /// Depths that are not proven globally least: all of them unless the query was made to prove.
+    pub unproven: u32,
+    /// Depths whose direction is not the unconstrained one, since not both pieces own that on their meshes.
+    pub moved: u32,
+    /// Moved depths that the solids' own surfaces deny, left out.
+    pub disbelieved: u32,
+    /// Contacts of a witness point with the nearest surface, for want of a depth of pieces that is believed; 0 or 1.
+    pub stood_in: u32,
+    /// Overlaps without an admissible depth, left out: there is no normal that both pieces own.
+    pub inadmissible: u32,
+    /// Searches for an admissible depth that did not look at all edge pairs.
+    pub admissible_stops: u32,
+    /// Closest points that are not of the surface, or do not face the way that it does, which are no contact.
+    pub virtual_closest: u32,
+    /// Contacts that were carried from the last tick along their normals, since the deadline had passed.
+    pub held: u32,
+    /// Overlapping pairs that were not answered at all, since the deadline had passed and nothing was known of them.
+    pub unseen: u32,
+    /// Sub-steps into which a fast tick's motion was cut; 0 when it was taken whole.
+    pub sub_steps: u32,
+    /// Contacts that are held on the side from which they came, since they had been jumped over.
+    pub kept_side: u32,
+    /// Contacts whose witness is a blend, and not the exact one.
+    pub blended: u32,
+    /// Contacts whose witness stayed exact since the blend did not converge.
+    pub blend_stops: u32,
+    /// Time in the descent and the marches, ns.
+    pub query_ns: u64,
+    /// Time in the depth walks, ns.
+    pub depth_ns: u64,
+}

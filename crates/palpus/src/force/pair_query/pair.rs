@@ -1,0 +1,163 @@
+//! What one pair of pieces comes to: a contact at its closest points or at its depth, or none.
+
+use super::super::Contact;
+use super::super::held::vertex_of;
+use super::{Asked, PairQuery, QueryCounters, pieces};
+use crate::collision::{Closest, Home, LeafPair, Memory, Overlap, Proximity, StopReason};
+use crate::depth::{
+    AdmissibleDepth, Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, blend, depth,
+    half_admissible_depth,
+};
+use glam::DVec3;
+
+/// What a pair of pieces within tolerance comes to.
+pub(super) enum Found {
+    /// Closest points that are no contact of this pair.
+    Nothing,
+    /// A contact along the direction of least distance or depth.
+    Admissible(Contact),
+    /// A contact along another direction, the least that the pieces own; and with its points on its features, to be believed or not.
+    Moved(Contact, Contact),
+    /// An overlap without a normal that both pieces own.
+    Inadmissible,
+}
+
+impl PairQuery {
+    /// What a leaf pair comes to.
+    pub(super) fn contact(&mut self, asked: &Asked<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
+        let closest = match leaf.proximity {
+            Proximity::Disjoint(closest) => closest,
+            Proximity::Overlapping(overlap) => return self.at_depth(asked, leaf, &overlap, counters),
+        };
+        // Should they overlap in the next tick, they do so along this normal.
+        let Closest { normal, features, .. } = closest;
+        let (piece_a, piece_b) = pieces(asked.a, asked.b, leaf.piece_a, leaf.piece_b);
+        let hub = [vertex_of(piece_a, features.a), vertex_of(piece_b, features.b)];
+        self.front.remember_depth(leaf, normal, hub, features);
+        if is_surface(asked, leaf, &closest) { Found::Admissible(at_closest(leaf, &closest)) } else { Found::Nothing }
+    }
+
+    fn at_depth(
+        &mut self,
+        asked: &Asked<'_>,
+        leaf: &LeafPair,
+        overlap: &Overlap,
+        counters: &mut QueryCounters,
+    ) -> Found {
+        let Asked { a, b, place, .. } = asked;
+        let memory = leaf.memory.filter(|memory| self.coherent && memory.normal != DVec3::ZERO);
+        let walked = self.walk(asked, leaf, overlap, memory);
+        // The walk goes on from where it ended, whatever is admissible.
+        self.front.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b], walked.antipodal.features());
+        counters.walks += 1;
+        counters.walk_steps += walked.steps;
+        counters.walk_stops += u32::from(walked.stop != StopReason::Converged);
+        counters.unproven += u32::from(walked.certainty != Certainty::GloballyOptimal);
+        let (normals_a, normals_b) = (a.own_normals(leaf.piece_a), b.own_normals(leaf.piece_b));
+        let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
+        let last = memory.and_then(|memory| memory.admissible);
+        let real = admissible_depth(&normals_a, &normals_b, place, &walked, last, admissible, walk);
+        let moved = real.filter(|real| real.moved).map(|real| real.features);
+        if moved != last {
+            self.front.remember_admissible(leaf, moved);
+        }
+        let Some(real) = real else { return Found::Inadmissible };
+        counters.moved += u32::from(real.moved);
+        counters.admissible_stops += u32::from(real.moved && real.stop != StopReason::Converged);
+        let contact = at(leaf, &real);
+        if real.moved {
+            let (point_a, point_b) = real.facing;
+            Found::Moved(contact, Contact { point_a, point_b, ..contact })
+        } else {
+            Found::Admissible(contact)
+        }
+    }
+
+    /// The depth walk, proven if that was asked for.
+    fn walk(&mut self, asked: &Asked<'_>, leaf: &LeafPair, overlap: &Overlap, memory: Option<Memory>) -> Depth {
+        let (piece_a, piece_b) = pieces(asked.a, asked.b, leaf.piece_a, leaf.piece_b);
+        let witness = Seed::Witness { direction: overlap.direction };
+        let seeds = match memory {
+            Some(Memory { hub: [a, b], normal, facet, .. }) => {
+                let antipodal = facet.and_then(Antipodal::of);
+                [Seed::Previous { antipodal, hub: HubPair { a, b }, normal }, witness]
+            }
+            None => [witness, Seed::CentroidLine],
+        };
+        match &mut self.prover {
+            Some(prover) => prover.depth(piece_a, piece_b, &asked.place, leaf, &seeds, &mut self.scratch),
+            None => depth(piece_a, piece_b, &asked.place, &seeds, &mut self.scratch),
+        }
+    }
+
+    /// The contact of an overlap that has no admissible depth, along the best normal that one of the pieces owns.
+    pub(super) fn half_admissible(&mut self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<Contact> {
+        let Asked { a, b, place, .. } = asked;
+        let (normals_a, normals_b) = (a.own_normals(leaf.piece_a), b.own_normals(leaf.piece_b));
+        let hub = HubPair { a: 0, b: 0 };
+        half_admissible_depth(&normals_a, &normals_b, place, hub, &mut self.scratch).map(|half| at(leaf, &half))
+    }
+
+    /// Blends the contact that a leaf pair has added to those `known`, and keeps it for when there is no time.
+    pub(super) fn keep(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize, counters: &mut QueryCounters) {
+        if let Some(angle) = self.blend_angle {
+            for contact in &mut self.contacts[known..] {
+                blend_witness(asked, contact, angle, counters);
+            }
+        }
+        if let Home::Place(home) = leaf.home {
+            let both = pieces(asked.a, asked.b, leaf.piece_a, leaf.piece_b);
+            self.held.keep(home, [leaf.piece_a, leaf.piece_b], self.contacts.get(known), both, &asked.place);
+        }
+    }
+}
+
+/// The contact at the closest points.
+pub(super) fn at_closest(leaf: &LeafPair, closest: &Closest) -> Contact {
+    Contact {
+        piece_a: leaf.piece_a,
+        piece_b: leaf.piece_b,
+        features: closest.features,
+        point_a: closest.point_a,
+        point_b: closest.point_b,
+        normal: closest.normal,
+        separation: closest.distance,
+        extent: 0.0,
+    }
+}
+
+/// The contact at a depth.
+fn at(leaf: &LeafPair, real: &AdmissibleDepth) -> Contact {
+    Contact {
+        piece_a: leaf.piece_a,
+        piece_b: leaf.piece_b,
+        features: real.features,
+        point_a: real.point_a,
+        point_b: real.point_b,
+        normal: real.normal,
+        separation: -real.depth,
+        extent: 0.0,
+    }
+}
+
+/// True if the closest points lie on the surfaces of both meshes and their direction is one that both own there: else they are a
+/// contact of another pair of pieces, or of none.
+fn is_surface(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> bool {
+    let Asked { a, b, place, .. } = asked;
+    let Closest { point_a, point_b, normal, features, .. } = *closest;
+    a.owns(leaf.piece_a, features.a, place.inverse_point(point_a), place.inverse_vector(-normal))
+        && b.owns(leaf.piece_b, features.b, point_b, normal)
+}
+
+/// Moves the points of `contact` to where they change continuously.
+fn blend_witness(asked: &Asked<'_>, contact: &mut Contact, angle: f64, counters: &mut QueryCounters) {
+    let Contact { piece_a, piece_b, features, point_a, point_b, normal, separation, .. } = *contact;
+    let (piece_a, piece_b) = pieces(asked.a, asked.b, piece_a, piece_b);
+    let blend = blend(piece_a, piece_b, &asked.place, &Touch { features, point_a, point_b, normal }, angle);
+    counters.blended += u32::from(blend.rounds > 0);
+    counters.blend_stops += u32::from(!blend.converged);
+    contact.extent = blend.extent;
+    let midpoint = contact.midpoint() + blend.shift;
+    contact.point_a = midpoint + normal * (0.5 * separation);
+    contact.point_b = midpoint - normal * (0.5 * separation);
+}

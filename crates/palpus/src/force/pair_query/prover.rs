@@ -1,0 +1,47 @@
+//! Proofs of depths, and what they remember.
+
+use crate::algebra::Placement;
+use crate::body::Polytope;
+use crate::collision::LeafPair;
+use crate::depth::{CertificateMemory, Depth, ProofScratch, Seed, WalkScratch, depth_proven};
+
+/// What proofs need: working memory, and what they remember of the pairs that were proven last.
+#[derive(Clone, Debug)]
+pub(super) struct Prover {
+    scratch: ProofScratch,
+    /// Pieces of a and b; pairs that share a place take turns, and then begin anew each time.
+    places: Vec<([u32; 2], CertificateMemory)>,
+}
+
+impl Prover {
+    /// Pairs remembered: those of a handful of touching pieces, at about 8 kB each.
+    const PLACES: usize = 64;
+
+    pub(super) fn new() -> Self {
+        let places = (0..Self::PLACES).map(|_| ([u32::MAX; 2], CertificateMemory::new())).collect();
+        Self { scratch: ProofScratch::new(), places }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.places.iter_mut().for_each(|(_, memory)| memory.clear());
+    }
+
+    pub(super) fn depth(
+        &mut self,
+        piece_a: &Polytope,
+        piece_b: &Polytope,
+        place: &Placement,
+        leaf: &LeafPair,
+        seeds: &[Seed],
+        walk: &mut WalkScratch,
+    ) -> Depth {
+        // Fibonacci hashing: the odd multiplier is 2³² over the golden ratio.
+        let hash = leaf.piece_a.wrapping_mul(31).wrapping_add(leaf.piece_b).wrapping_mul(0x9E37_79B9);
+        let (pieces, memory) = &mut self.places[(hash >> 26) as usize % Self::PLACES];
+        if *pieces != [leaf.piece_a, leaf.piece_b] {
+            *pieces = [leaf.piece_a, leaf.piece_b];
+            memory.clear();
+        }
+        depth_proven(piece_a, piece_b, place, seeds, memory, &mut self.scratch, walk)
+    }
+}

@@ -1,0 +1,76 @@
+//! Fast ticks, cut into parts for the guard against tunnelling, and what is jumped.
+
+use glam::DVec3;
+
+use super::super::guard::{between, sub_steps};
+use super::pair::Found;
+use super::{Asked, PairQuery, QueryCounters, side};
+use crate::algebra::tolerance::JUMP;
+use crate::algebra::{Clock, Deadline, Placement};
+use crate::body::{Aabb, Body};
+
+impl PairQuery {
+    /// A fast tick's poses on the way, so that nothing is jumped over; the deadline may cut them short.
+    pub(super) fn sub_steps<C: Clock>(
+        &mut self,
+        asked: &Asked<'_>,
+        deadline: &Deadline<C>,
+        counters: &mut QueryCounters,
+    ) {
+        let (Some(_), Some(last)) = (&self.guard, self.last_pose) else { return };
+        let parts = sub_steps(travel(asked.a, &last.placement(), &asked.place), asked.tolerance);
+        if parts <= 1 {
+            return;
+        }
+        counters.sub_steps = parts;
+        let deadline = deadline.halfway();
+        for part in 1..parts {
+            if deadline.passed() {
+                return;
+            }
+            let pose = between(&last, &asked.pose_ba, f64::from(part) / f64::from(parts));
+            let asked = asked.at(&pose);
+            self.move_to(&asked, true);
+            let Asked { a, b, place, tolerance, .. } = asked;
+            self.front.within_until(side(a), side(b), &place, tolerance, &deadline, &mut self.leaves);
+            self.contacts.clear();
+            for k in 0..self.leaves.as_slice().len() {
+                let leaf = self.leaves.as_slice()[k];
+                if let Found::Admissible(contact) | Found::Moved(contact, _) = self.contact(&asked, &leaf, counters) {
+                    self.contacts.push(contact);
+                }
+            }
+            if let Some(guard) = &mut self.guard {
+                guard.compare(&self.contacts);
+            }
+        }
+    }
+
+    /// Notes the pose, whether the way to it is coherent, and in fast motion which of the last contacts tunnel on that way.
+    pub(super) fn move_to(&mut self, asked: &Asked<'_>, fast: bool) {
+        let Asked { a, b, pose_ba, place, .. } = *asked;
+        self.coherent = false;
+        if let Some(last) = self.last_pose.replace(pose_ba) {
+            let last = last.placement();
+            self.coherent = travel(a, &last, &place) <= JUMP * a.size().min(b.size());
+            if let Some(guard) = &mut self.guard
+                && fast
+            {
+                guard.trace(a, b, &self.contacts, &last, &place);
+            }
+        }
+    }
+}
+
+/// The farthest that any point of the body's bounding box moves from one placement to another.
+///
+/// The displacement field of a rigid motion is affine, so its norm is largest at a corner.
+fn travel(body: &Body, from: &Placement, to: &Placement) -> f64 {
+    let Aabb { min, max } = body.mesh().bounds();
+    let corner = |k: u32| {
+        let pick = |bit: u32, low: f64, high: f64| if k >> bit & 1 == 1 { high } else { low };
+        let p = DVec3::new(pick(0, min.x, max.x), pick(1, min.y, max.y), pick(2, min.z, max.z));
+        to.point(p).distance_squared(from.point(p))
+    };
+    (0..8).map(corner).fold(0.0, f64::max).sqrt()
+}
