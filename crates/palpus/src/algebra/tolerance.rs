@@ -677,6 +677,12 @@ pub const BELIEVED_EDGE_SHARE: f64 = 0.65;
 /// no danger: at 1 mm tolerance and 1 kHz, half a tolerance is 0.5 m/s.
 pub const GUARD_STEP: f64 = 0.5;
 
+/// Times the way of a tick: pieces as thick as that are not tunnelled through in it.
+///
+/// Larger looks at more pairs in fast ticks; smaller lets go at the tips of wedges, where a piece is thinner than it is as a whole. 2 is
+/// where a point that came in by one side may be nearer to the other.
+pub const GUARD_THICK: f64 = 8.0;
+
 /// Sub-steps of a tick, at most: a tick that would need more is a leap and not a motion (8 m/s at 1 mm tolerance and 1 kHz).
 ///
 /// Larger lets fast ticks cost more; smaller guards slower hands only.

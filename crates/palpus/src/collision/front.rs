@@ -34,6 +34,7 @@ use super::coherence::Memory;
 use super::leaf_pairs::Home;
 use super::march::{March, initial_features, march};
 use super::odometer::Odometer;
+use super::thickness::Thickness;
 use super::traverse::distance;
 use super::wakes::{BLOCK, NEVER, WakeBoard};
 use super::{LeafPair, LeafPairs, Proximity, Side, StopReason, Traversal, TraversalCounters};
@@ -49,6 +50,8 @@ pub struct Front {
     memories: Vec<Memory>,
     wakes: WakeBoard,
     odometer: Odometer,
+    /// Of a and of b.
+    thickness: [Thickness; 2],
     /// Places of leaf pairs within tolerance.
     awake: Vec<u32>,
     /// First places of pairs of halves that were merged.
@@ -105,6 +108,8 @@ struct Query<'a> {
     b: Side<'a>,
     pose_ba: &'a Placement,
     tolerance: f64,
+    /// Only pairs one of whose pieces is thinner than this are looked at.
+    thinner_than: f64,
 }
 
 /// What measuring a pair found.
@@ -119,8 +124,11 @@ enum Measured {
 
 const NONE: u32 = u32::MAX;
 
+/// Node pairs that full searches remember: those of the nearest pair, and of what is below a few pairs for which there is no room.
+const SEARCHED: usize = 1 << 15;
+
 impl Front {
-    /// A front between two bodies of at most `places` node pairs, and memory for a full traversal that remembers as many.
+    /// A front between two bodies of at most `places` node pairs, and memory for a full traversal that remembers as many, up to [`SEARCHED`].
     pub fn new(a: Side<'_>, b: Side<'_>, places: usize) -> Self {
         // The whole tree of node pairs has one leaf for each pair of pieces.
         let leaves = a.pieces.len().saturating_mul(b.pieces.len());
@@ -135,6 +143,7 @@ impl Front {
             memories: vec![blank; places],
             wakes: WakeBoard::new(places),
             odometer: Odometer::new(root_a, root_b),
+            thickness: [Thickness::of(a), Thickness::of(b)],
             awake: Vec::with_capacity(places),
             free: Vec::with_capacity(places / 2),
             fresh: 2,
@@ -146,7 +155,7 @@ impl Front {
             unvisited: 0,
             first_block: 0,
             was_crowded: false,
-            full: Traversal::new(a, b, places),
+            full: Traversal::new(a, b, places.min(SEARCHED)),
         }
     }
 
@@ -182,18 +191,51 @@ impl Front {
         deadline: &Deadline<C>,
         found: &mut LeafPairs,
     ) -> TraversalCounters {
-        let query = Query { a, b, pose_ba, tolerance };
+        self.answer(&Query { a, b, pose_ba, tolerance, thinner_than: f64::INFINITY }, deadline, found)
+    }
+
+    /// The same, of pairs one of whose pieces is thinner than `thinner_than` (model units); the others are as overdue at the next query.
+    #[allow(clippy::too_many_arguments, reason = "the six of every query, and of what it is content with")]
+    pub(crate) fn thin_within_until<C: Clock>(
+        &mut self,
+        a: Side<'_>,
+        b: Side<'_>,
+        pose_ba: &Placement,
+        tolerance: f64,
+        thinner_than: f64,
+        deadline: &Deadline<C>,
+        found: &mut LeafPairs,
+    ) -> TraversalCounters {
+        self.answer(&Query { a, b, pose_ba, tolerance, thinner_than }, deadline, found)
+    }
+
+    /// The thickness of the thinner of two pieces, model units: the least width along one of its faces' normals.
+    pub(crate) fn thickness(&self, piece_a: u32, piece_b: u32) -> f64 {
+        self.thickness[0].of_piece(piece_a).min(self.thickness[1].of_piece(piece_b))
+    }
+
+    /// The thickness of the thinnest piece of both bodies.
+    pub(crate) fn thinnest(&self) -> f64 {
+        self.thickness[0].of_all().min(self.thickness[1].of_all())
+    }
+
+    fn answer<C: Clock>(
+        &mut self,
+        query: &Query<'_>,
+        deadline: &Deadline<C>,
+        found: &mut LeafPairs,
+    ) -> TraversalCounters {
         let mut counters = TraversalCounters::default();
         found.clear();
         self.full.begin_tick();
-        self.move_on(&query, &mut counters);
+        self.move_on(query, &mut counters);
         let before = self.awake.len();
         // With nothing awake, all of the time is for what is due.
         let done = match before {
-            0 => self.wake_due(&query, deadline, found, &mut counters),
-            _ => self.wake_due(&query, &deadline.halfway(), found, &mut counters),
+            0 => self.wake_due(query, deadline, found, &mut counters),
+            _ => self.wake_due(query, &deadline.halfway(), found, &mut counters),
         };
-        self.visit_awake(&query, before, &deadline.halfway().halfway(), found, &mut counters);
+        self.visit_awake(query, before, &deadline.halfway().halfway(), found, &mut counters);
         if !done {
             counters.postponed += self.wakes.count_below(self.blocks(), self.odometer.sum());
         }
@@ -320,6 +362,11 @@ impl Front {
         while visited < count && (visited == 0 || !deadline.passed()) {
             let place = self.awake[visited];
             visited += 1;
+            if !self.is_wanted(query, place) {
+                self.awake[kept] = place;
+                kept += 1;
+                continue;
+            }
             counters.node_pairs += 1;
             counters.leaf_tests += 1;
             let (answer, memory) = self.march(query, place, counters);
@@ -383,9 +430,12 @@ impl Front {
         let count = self.wakes.open(block, self.odometer.sum(), &mut due);
         let mut late = false;
         for &place in &due[..count] {
-            counters.woken += 1;
             self.stack.push(place);
+            counters.woken += u32::from(self.is_wanted(query, place));
             while let Some(place) = self.stack.pop() {
+                if !self.is_wanted(query, place) {
+                    continue;
+                }
                 self.look(query, place, found, counters);
                 late = deadline.passed();
                 if late {
@@ -402,6 +452,14 @@ impl Front {
             self.wakes.settle(block);
         }
         !late
+    }
+
+    /// False for a pair whose pieces are all thicker than what the query is about.
+    #[inline]
+    fn is_wanted(&self, query: &Query<'_>, place: u32) -> bool {
+        let Pair { a, b, .. } = self.pairs[place as usize];
+        query.thinner_than == f64::INFINITY
+            || self.thickness[0].of_node(a).min(self.thickness[1].of_node(b)) < query.thinner_than
     }
 
     /// Blocks of the board that are in use.

@@ -14,6 +14,7 @@ mod proximity;
 mod step;
 #[cfg(test)]
 mod sweeps;
+mod thickness;
 mod traverse;
 mod voronoi;
 mod wakes;

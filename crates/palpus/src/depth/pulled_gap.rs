@@ -149,8 +149,8 @@ impl<'c, 'p> PulledGap<'c, 'p> {
     /// Moves to the vertex pair that supports the present direction.
     fn climb(&mut self, q: DVec3) {
         let Cso { a, b, .. } = *self.cso;
-        self.hub.a = a.climb(self.hub.a, self.cso.toward_b(self.along - q)).0;
-        self.hub.b = b.climb(self.hub.b, self.along + q).0;
+        self.hub.a = a.support_from(self.hub.a, self.cso.toward_b(self.along - q));
+        self.hub.b = b.support_from(self.hub.b, self.along + q);
         self.rounds += 1;
     }
 

@@ -1,8 +1,10 @@
 //! The guard against tunnelling: a contact is not jumped over when a tick's motion is as large as a part is thin.
 //!
 //! 1. A tick in which no point moves farther than a share of the tolerance is taken as it is. A faster one is cut into
-//!    *sub-steps* of about that length, and contacts are looked for at each. So every contact is met within the tolerance on
-//!    the side from which it is entered, and its depth is walked from there.
+//!    *sub-steps* of about that length, and contacts of thin pieces are looked for at each: those that are thinner than a few times the
+//!    tick's motion. So every such contact is met within the tolerance on the side from which it is entered, and its depth is
+//!    walked from there. Whoever enters a thicker piece in one tick is still near the side from which they came; only the
+//!    tip of an edge can be cut.
 //! 2. In fast ticks each contact is *traced*: where its two points go from one pose to the next. A point of a that goes through b's piece, or leaves it
 //!    by a face that looks away from the side it came from, has tunnelled; so has one of b in a's piece.
 //!    So has a pair that overlaps before or after a sub-step and whose normal turns over in it.
@@ -79,11 +81,18 @@ impl Guard {
     }
 
     /// Lists the pairs among `contacts`, those at the pose `from`, whose points tunnel on the way to `to`.
-    pub(super) fn trace(&mut self, a: &Body, b: &Body, contacts: &[Contact], from: &Placement, to: &Placement) {
+    pub(super) fn trace<'c>(
+        &mut self,
+        a: &Body,
+        b: &Body,
+        contacts: impl Iterator<Item = &'c Contact>,
+        from: &Placement,
+        to: &Placement,
+    ) {
         self.before.clear();
-        self.before.extend(contacts.iter().take(self.before.capacity()));
         self.pose = *from;
-        for contact in contacts {
+        for contact in contacts.take(self.before.capacity()) {
+            self.before.push(*contact);
             let (piece_a, piece_b) =
                 (&a.polytopes()[contact.piece_a as usize], &b.polytopes()[contact.piece_b as usize]);
             let (point_a, point_b) = (from.inverse_point(contact.point_a), contact.point_b);

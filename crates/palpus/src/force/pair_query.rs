@@ -73,9 +73,9 @@ pub struct PairQuery {
     unseen_separation: f64,
 }
 
-/// Node pairs of the front, and those that full searches remember. A spoon in a cup has hundreds, two 30 000-triangle scans
-/// some thousands.
-const NODE_PAIRS: usize = 1 << 15;
+/// Node pairs of the front. A spoon in a cup has hundreds, two 30 000-triangle scans some thousands, a nut on its thread some ten
+/// thousands.
+const NODE_PAIRS: usize = 1 << 17;
 
 impl PairQuery {
     /// Memory for at most `capacity` contacts a query.
@@ -150,8 +150,8 @@ impl PairQuery {
         let begin = deadline.now_ns();
         let mut counters = QueryCounters::default();
         let asked = Asked { a, b, pose_ba: *pose_ba, place: pose_ba.placement(), tolerance };
-        self.sub_steps(&asked, deadline, &mut counters);
-        self.move_to(&asked, counters.sub_steps > 0);
+        let thin = self.sub_steps(&asked, deadline, &mut counters);
+        self.move_to(&asked, thin);
         let place = &asked.place;
         counters.traversal = self.front.within_until(side(a), side(b), place, tolerance, deadline, &mut self.leaves);
         let middle = deadline.now_ns();

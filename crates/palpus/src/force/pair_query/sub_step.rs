@@ -2,37 +2,43 @@
 
 use glam::DVec3;
 
+use super::super::Contact;
 use super::super::guard::{between, sub_steps};
 use super::pair::Found;
 use super::{Asked, PairQuery, QueryCounters, side};
-use crate::algebra::tolerance::JUMP;
+use crate::algebra::tolerance::{GUARD_THICK, JUMP};
 use crate::algebra::{Clock, Deadline, Placement};
 use crate::body::{Aabb, Body};
 
 impl PairQuery {
-    /// A fast tick's poses on the way, so that nothing is jumped over; the deadline may cut them short.
+    /// A fast tick's poses on the way, so that nothing thin is jumped over; the deadline may cut them short. What is thin then, if
+    /// the tick is fast and anything is.
+    ///
+    /// Only pairs one of whose pieces is thin are looked at on the way; the others have the whole tick to go.
     pub(super) fn sub_steps<C: Clock>(
         &mut self,
         asked: &Asked<'_>,
         deadline: &Deadline<C>,
         counters: &mut QueryCounters,
-    ) {
-        let (Some(_), Some(last)) = (&self.guard, self.last_pose) else { return };
-        let parts = sub_steps(travel(asked.a, &last.placement(), &asked.place), asked.tolerance);
-        if parts <= 1 {
-            return;
+    ) -> Option<f64> {
+        let (Some(_), Some(last)) = (&self.guard, self.last_pose) else { return None };
+        let way = travel(asked.a, &last.placement(), &asked.place);
+        let (parts, thin) = (sub_steps(way, asked.tolerance), GUARD_THICK * way);
+        if parts <= 1 || self.front.thinnest() >= thin {
+            return None;
         }
         counters.sub_steps = parts;
         let deadline = deadline.halfway();
         for part in 1..parts {
             if deadline.passed() {
-                return;
+                break;
             }
             let pose = between(&last, &asked.pose_ba, f64::from(part) / f64::from(parts));
             let asked = asked.at(&pose);
-            self.move_to(&asked, true);
+            self.move_to(&asked, Some(thin));
             let Asked { a, b, place, tolerance, .. } = asked;
-            self.front.within_until(side(a), side(b), &place, tolerance, &deadline, &mut self.leaves);
+            let (front, leaves) = (&mut self.front, &mut self.leaves);
+            front.thin_within_until(side(a), side(b), &place, tolerance, thin, &deadline, leaves);
             self.contacts.clear();
             for k in 0..self.leaves.as_slice().len() {
                 let leaf = self.leaves.as_slice()[k];
@@ -44,19 +50,19 @@ impl PairQuery {
                 guard.compare(&self.contacts);
             }
         }
+        Some(thin)
     }
 
-    /// Notes the pose, whether the way to it is coherent, and in fast motion which of the last contacts tunnel on that way.
-    pub(super) fn move_to(&mut self, asked: &Asked<'_>, fast: bool) {
+    /// Notes the pose, whether the way to it is coherent, and which of the last contacts of pieces thinner than `thin` tunnel on that way.
+    pub(super) fn move_to(&mut self, asked: &Asked<'_>, thin: Option<f64>) {
         let Asked { a, b, pose_ba, place, .. } = *asked;
         self.coherent = false;
         if let Some(last) = self.last_pose.replace(pose_ba) {
             let last = last.placement();
             self.coherent = travel(a, &last, &place) <= JUMP * a.size().min(b.size());
-            if let Some(guard) = &mut self.guard
-                && fast
-            {
-                guard.trace(a, b, &self.contacts, &last, &place);
+            if let (Some(guard), Some(thin)) = (&mut self.guard, thin) {
+                let is_thin = |contact: &&Contact| self.front.thickness(contact.piece_a, contact.piece_b) < thin;
+                guard.trace(a, b, self.contacts.iter().filter(is_thin), &last, &place);
             }
         }
     }

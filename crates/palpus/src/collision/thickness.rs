@@ -1,0 +1,80 @@
+//! How thin the pieces of a body are, and the thinnest below each node of its hierarchy.
+//!
+//! The thickness of a piece is the least width along its faces' normals: a little more than its true least width where that lies between two
+//! edges. A flat piece has none.
+
+use super::Side;
+use crate::body::{NodeKind, Polytope};
+
+/// Of one body, model units.
+#[derive(Clone, Debug)]
+pub(super) struct Thickness {
+    pieces: Vec<f32>,
+    nodes: Vec<f32>,
+}
+
+impl Thickness {
+    /// Of all pieces and nodes.
+    pub(super) fn of(side: Side<'_>) -> Self {
+        let pieces: Vec<f32> = side.pieces.iter().map(|piece| thickness(piece) as f32).collect();
+        let mut nodes = vec![f32::INFINITY; side.hierarchy.nodes().len()];
+        // From a node to its halves, and back up once both are known.
+        let mut stack = vec![(side.hierarchy.root(), false)];
+        while let Some((node, known)) = stack.pop() {
+            match side.hierarchy.node(node).kind {
+                NodeKind::Leaf { piece } => nodes[node as usize] = pieces[piece as usize],
+                NodeKind::Inner { left, right } if known => {
+                    nodes[node as usize] = nodes[left as usize].min(nodes[right as usize]);
+                }
+                NodeKind::Inner { left, right } => stack.extend([(node, true), (left, false), (right, false)]),
+            }
+        }
+        Self { pieces, nodes }
+    }
+
+    /// Of the thinnest piece of all.
+    pub(super) fn of_all(&self) -> f64 {
+        f64::from(self.pieces.iter().copied().fold(f32::INFINITY, f32::min))
+    }
+
+    /// Of a piece.
+    #[inline]
+    pub(super) fn of_piece(&self, piece: u32) -> f64 {
+        f64::from(self.pieces[piece as usize])
+    }
+
+    /// Of the thinnest piece below a node.
+    #[inline]
+    pub(super) fn of_node(&self, node: u32) -> f64 {
+        f64::from(self.nodes[node as usize])
+    }
+}
+
+fn thickness(piece: &Polytope) -> f64 {
+    let width = |face: u32| {
+        let plane = piece.plane(face);
+        piece.vertices().iter().map(|&p| -plane.height(p)).fold(0.0, f64::max)
+    };
+    (0..piece.face_count() as u32).map(width).fold(f64::INFINITY, f64::min)
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::super::oracle::cuboid;
+    use super::*;
+    use crate::body::Hierarchy;
+
+    #[test]
+    fn a_node_is_as_thin_as_its_thinnest_piece() {
+        let halves = [3.0, 1.0, 2.0, 5.0, 4.0];
+        let pieces: Vec<Polytope> = halves.iter().map(|&half| cuboid(DVec3::new(half, 9.0, 7.0))).collect();
+        let hierarchy = Hierarchy::build(&pieces, 1e-9).unwrap();
+        let thickness = Thickness::of(Side { hierarchy: &hierarchy, pieces: &pieces });
+        for (piece, half) in halves.iter().enumerate() {
+            assert!((thickness.of_piece(piece as u32) - 2.0 * half).abs() < 1e-5);
+        }
+        assert_eq!(thickness.of_node(hierarchy.root()), thickness.of_piece(1));
+    }
+}
