@@ -23,8 +23,9 @@ pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {
         BenchCommand::Feel { out, scene, method, quick } => {
             feel::feel(&feel::Wanted { out, scene: scene.as_deref(), method: method.as_deref(), quick: *quick })
         }
-        BenchCommand::Scale { out, models, ticks, only } => {
-            scale::scale(out, models.as_deref(), *ticks, only.as_deref())
+        BenchCommand::Scale { out, models, ticks, passes, only } => {
+            let effort = scale::Effort { ticks: *ticks, passes: *passes };
+            scale::scale(out, models.as_deref(), effort, only.as_deref())
         }
         BenchCommand::Step { a, b, poses, out, tolerance } => step::step(a, b, poses, out, *tolerance),
     }

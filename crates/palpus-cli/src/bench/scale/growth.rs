@@ -11,7 +11,7 @@ use palpus_scenes::shape;
 
 use super::motion::{Orbit, PERIOD, STRETCH};
 use super::timing::{self, Times};
-use super::{Bodies, Row};
+use super::{Bodies, Effort, Row};
 use crate::bench::random::Random;
 use crate::bodies;
 use crate::plots::{BLUE, Figure, GREEN, Panel, Series, VERMILION, write_svg};
@@ -28,13 +28,13 @@ const SIZE: usize = 100_000;
 const TOLERANCES: [f64; 7] = [0.000_01, 0.000_02, 0.000_04, 0.000_08, 0.000_16, 0.000_32, 0.000_64];
 
 /// Step times for a growing number of triangles.
-pub(super) fn against_triangles(out: &Path, ticks: usize) -> anyhow::Result<Vec<Row>> {
+pub(super) fn against_triangles(out: &Path, effort: Effort) -> anyhow::Result<Vec<Row>> {
     let mut rows = Vec::new();
     for triangles in TRIANGLES {
         let bodies = ball_on_scan(triangles)?;
-        let touches = Touches::new(&bodies, ticks);
+        let touches = Touches::new(&bodies, effort.ticks);
         let tolerance = tolerance_for(&bodies, &touches);
-        let times = timing::time(&bodies, &touches.poses(tolerance), tolerance)?;
+        let times = timing::time(&bodies, &touches.poses(tolerance), tolerance, effort.passes)?;
         rows.push(Row::new(format!("ball on {triangles}"), &bodies.a, &bodies.b, tolerance, times));
     }
     let figure = figure(
@@ -48,12 +48,12 @@ pub(super) fn against_triangles(out: &Path, ticks: usize) -> anyhow::Result<Vec<
 }
 
 /// Step times for a growing number of contacts.
-pub(super) fn against_contacts(out: &Path, ticks: usize) -> anyhow::Result<Vec<Row>> {
+pub(super) fn against_contacts(out: &Path, effort: Effort) -> anyhow::Result<Vec<Row>> {
     let bodies = ball_on_scan(SIZE)?;
-    let touches = Touches::new(&bodies, ticks);
+    let touches = Touches::new(&bodies, effort.ticks);
     let mut rows = Vec::new();
     for tolerance in TOLERANCES {
-        let times = timing::time(&bodies, &touches.poses(tolerance), tolerance)?;
+        let times = timing::time(&bodies, &touches.poses(tolerance), tolerance, effort.passes)?;
         rows.push(Row::new(format!("ball, {:.0} µm", tolerance * 1e6), &bodies.a, &bodies.b, tolerance, times));
     }
     let figure = figure(

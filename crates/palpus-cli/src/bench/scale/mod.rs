@@ -29,7 +29,7 @@ use serde::Serialize;
 use self::timing::Times;
 use crate::output;
 
-pub(super) fn scale(out: &Path, models: Option<&Path>, ticks: usize, only: Option<&str>) -> anyhow::Result<ExitCode> {
+pub(super) fn scale(out: &Path, models: Option<&Path>, effort: Effort, only: Option<&str>) -> anyhow::Result<ExitCode> {
     fs::create_dir_all(out).with_context(|| format!("{} could not be created", out.display()))?;
     let known = ["triangles", "contacts"].into_iter().chain(pairs::PAIRS.iter().map(|pair| pair.name));
     if let Some(only) = only
@@ -39,15 +39,15 @@ pub(super) fn scale(out: &Path, models: Option<&Path>, ticks: usize, only: Optio
     }
     let wanted = |name: &str| only.is_none_or(|only| only == name);
     if wanted("triangles") {
-        report(out, "triangles", &growth::against_triangles(out, ticks)?)?;
+        report(out, "triangles", &growth::against_triangles(out, effort)?)?;
     }
     if wanted("contacts") {
-        report(out, "contacts", &growth::against_contacts(out, ticks)?)?;
+        report(out, "contacts", &growth::against_contacts(out, effort)?)?;
     }
     let mut rows = Vec::new();
     for pair in pairs::PAIRS.iter().filter(|pair| wanted(pair.name)) {
         match models.and_then(|models| pair.files(models)) {
-            Some(files) => rows.push(pairs::measure(pair, &files, out, ticks)?),
+            Some(files) => rows.push(pairs::measure(pair, &files, out, effort)?),
             None => output::note(format!("note: {} needs {} and {} in --models", pair.name, pair.a.file, pair.b.file)),
         }
     }
@@ -56,6 +56,15 @@ pub(super) fn scale(out: &Path, models: Option<&Path>, ticks: usize, only: Optio
     }
     output::line(format!("written to {}", out.display()));
     Ok(ExitCode::SUCCESS)
+}
+
+/// How much is timed.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Effort {
+    /// Ticks of contact per pair.
+    pub(super) ticks: usize,
+    /// Of each tick the least time of so many passes is kept.
+    pub(super) passes: u32,
 }
 
 /// One line of the answer.

@@ -9,7 +9,7 @@ use palpus::body::BodySettings;
 use serde::Serialize;
 
 use super::motion::{Motion, stretches};
-use super::{Bodies, Row, timing};
+use super::{Bodies, Effort, Row, timing};
 use crate::bench::random::Random;
 use crate::bench::table::find;
 use crate::{bodies, query};
@@ -129,7 +129,7 @@ pub(super) struct Repeat {
 }
 
 /// Prepares, moves and times a pair, and leaves its poses in `out`.
-pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], out: &Path, ticks: usize) -> anyhow::Result<Row> {
+pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], out: &Path, effort: Effort) -> anyhow::Result<Row> {
     let prepare = |model: &Model, file: &Path| {
         let settings = BodySettings { scale: model.scale, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
         anyhow::Ok(Arc::new(bodies::prepare_file(file, &settings)?.body))
@@ -141,7 +141,7 @@ pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], out: &Path, ticks: usiz
         let bounds = bodies.a.mesh().bounds();
         *center = (bounds.min + bounds.max) / 2.0;
     }
-    let stretches = stretches(&motion, &bodies.a, &bodies.b, pair.amplitude, ticks, &mut Random(SEED));
+    let stretches = stretches(&motion, &bodies.a, &bodies.b, pair.amplitude, effort.ticks, &mut Random(SEED));
     let poses = out.join(format!("{}_poses.csv", pair.name));
     let mut file = query::create(&poses)?;
     writeln!(file, "tx,ty,tz,qx,qy,qz,qw")?;
@@ -156,7 +156,7 @@ pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], out: &Path, ticks: usiz
         }
     }
     file.flush()?;
-    let times = timing::time(&bodies, &stretches, pair.tolerance)?;
+    let times = timing::time(&bodies, &stretches, pair.tolerance, effort.passes)?;
     let mut row = Row::new(pair.name.to_owned(), &bodies.a, &bodies.b, pair.tolerance, times);
     let [a, b] = files.clone();
     row.repeat = Some(Repeat { a, b, scale_a: pair.a.scale, scale_b: pair.b.scale, poses, stretch_starts, seed: SEED });

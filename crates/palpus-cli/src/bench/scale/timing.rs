@@ -20,20 +20,18 @@ pub(super) struct Times {
     pub(super) max: f64,
 }
 
-/// Of each tick the least time of so many passes is kept.
-const PASSES: usize = 3;
 /// s.
 const TICK: f64 = 1e-3;
 
 /// Times the step along stretches of coherent motion. A renderer is at rest before each stretch: the first tick of a stretch
-/// places the probe and is not counted.
-pub(super) fn time(bodies: &Bodies, stretches: &[Vec<Pose>], tolerance: f64) -> anyhow::Result<Times> {
+/// places the probe and is not counted. Of each tick the least time of so many passes is kept.
+pub(super) fn time(bodies: &Bodies, stretches: &[Vec<Pose>], tolerance: f64, passes: u32) -> anyhow::Result<Times> {
     let mut renderer = Renderer::new(bodies.a.clone(), bodies.b.clone(), settings(tolerance))?;
     let clock = WallClock::new();
     let (mut times, mut contacts) = (Vec::new(), 0.0);
     for stretch in stretches {
         let begin = times.len();
-        for pass in 0..PASSES {
+        for pass in 0..passes {
             renderer.clear();
             for (k, pose) in stretch.iter().enumerate() {
                 let tick = renderer.step(&ProbeState::at(*pose), TICK, &clock);
