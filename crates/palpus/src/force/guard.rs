@@ -316,6 +316,25 @@ mod tests {
     }
 
     #[test]
+    fn what_is_thick_is_taken_whole() {
+        // 3 mm a tick: the thin wall is met on the way, the thick one and a thick probe at its end.
+        let probe = cuboid(DVec3::splat(0.02));
+        for (half, cut) in [(1e-4, true), (0.02, false)] {
+            let wall = cuboid(DVec3::new(0.05, 0.05, half));
+            let mut query = PairQuery::new(&probe, &wall, 64).with_guard();
+            let steps = |k: i32| 0.03 + half - 3e-3 * f64::from(k);
+            let counted = (0..8).map(|k| {
+                let pose = Pose::from_translation(DVec3::new(0.0, 0.0, steps(k)));
+                query.run(&probe, &wall, &pose, TOLERANCE, &NoClock).sub_steps
+            });
+            let counted: Vec<u32> = counted.collect();
+            assert!(counted[1..].iter().all(|&count| (count > 1) == cut), "{counted:?}");
+            let least = query.contacts().iter().map(|contact| contact.normal.z).fold(1.0, f64::min);
+            assert!(least > 0.99, "on the side from which it came");
+        }
+    }
+
+    #[test]
     fn a_side_is_let_go_when_it_is_left_by_the_edge_or_by_force() {
         let wall = cuboid(DVec3::new(0.05, 0.05, 1e-4));
         // Through, and then sideways past the edge.

@@ -152,7 +152,7 @@ impl Bench {
     }
 }
 
-#[allow(clippy::print_stderr)] // What stays unproven is to be seen.
+#[allow(clippy::print_stderr, reason = "what stays unproven is to be seen")]
 impl Sweep {
     fn judge(&mut self, proven: &Depth, exact: f64, size: f64, what: &dyn Fn() -> String) {
         match proven.certainty {
@@ -171,7 +171,7 @@ impl Sweep {
     }
 }
 
-#[allow(clippy::print_stderr)] // A sweep's figures are to be seen.
+#[allow(clippy::print_stderr, reason = "a sweep's figures are to be seen")]
 fn sweep(poses: u64) -> Sweep {
     let mut rng = SplitMix64(SWEEP_SEED);
     let shapes = sweep_shapes(&mut rng);

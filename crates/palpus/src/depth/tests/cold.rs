@@ -5,7 +5,7 @@ use crate::algebra::tolerance::FLUSH_WITNESS;
 use crate::depth::oracle::exhaustive_depth;
 
 #[test]
-#[allow(clippy::print_stderr)] // The share of local answers is a measurement to be seen.
+#[allow(clippy::print_stderr, reason = "the share of local answers is a measurement to be seen")]
 fn cold_answers_hold_their_identities_and_are_nearly_always_global() {
     let shapes = shapes();
     let mut rng = SplitMix64(SEED);

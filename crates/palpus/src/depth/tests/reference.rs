@@ -41,7 +41,7 @@ fn read_depths(path: &std::path::Path) -> Vec<(usize, f64)> {
 }
 
 #[test]
-#[allow(clippy::print_stderr)] // The share of local answers is a measurement to be seen.
+#[allow(clippy::print_stderr, reason = "the share of local answers is a measurement to be seen")]
 fn reference_poses_are_nearly_always_global_and_sliding_ones_always() {
     let mut scratch = WalkScratch::new();
     let (mut random, mut sliding) = (Tally::default(), Tally::default());

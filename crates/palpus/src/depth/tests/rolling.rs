@@ -20,7 +20,7 @@ fn pose_at_depth(a: &Polytope, b: &Polytope, rotation: DQuat, normal: DVec3, dep
 }
 
 #[test]
-#[allow(clippy::print_stderr)] // The share of local answers is a measurement to be seen.
+#[allow(clippy::print_stderr, reason = "the share of local answers is a measurement to be seen")]
 fn a_body_rolled_over_another_keeps_the_global_depth_when_warm() {
     let shapes = shapes();
     let mut rng = SplitMix64(SEED);
