@@ -76,7 +76,10 @@ impl Finding {
 
 /// What the back ends of this crate see.
 pub fn look() -> Vec<Finding> {
-    vec![simulated()]
+    let mut findings = vec![simulated()];
+    findings.extend(crate::haply::look());
+    findings.extend(crate::spacemouse::look());
+    findings
 }
 
 /// What is known of the device of this name, as a start for a spec that the device itself completes.

@@ -2,6 +2,8 @@
 //!
 //! * [`HapticDevice`] — the seam to hardware: read a state, write a wrench. [`SimulatedDevice`] (a device in a simulated
 //!   hand) and [`ReplayDevice`] (a recorded hand) stand behind it as peers of hardware.
+//! * [`HaplyDevice`] — Haply's arms through their service; [`SpaceMouse`] — input without force; [`PlacedDevice`] sets a device down
+//!   where a scene begins. [`look`] tells what is there, and of the rest what it would take.
 //! * [`Servo`] — the loop: read, step, write, once a tick, in real time or as fast as it goes; whatever ends it, the
 //!   last wrench written is zero.
 //! * [`SafetyChain`] — what stands between a computed wrench and the hand, in every tick; with the [`Gate`] before the step and the
@@ -16,18 +18,23 @@ mod acting;
 mod device;
 mod faulty;
 mod found;
+mod haply;
 mod latest;
+mod placed;
 mod realtime;
 mod recorder;
 mod replay;
 mod safety;
 mod servo;
 mod simulated;
+mod spacemouse;
 
 pub use device::{Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, known_devices};
 pub use faulty::{Fault, FaultyDevice, Script};
 pub use found::{Finding, FindingState, known_device, look};
+pub use haply::{HAPLY_ADDRESS, HaplyCounts, HaplyDevice, HaplyError, HaplyOptions};
 pub use latest::{Newest, Publisher, latest, latest_of};
+pub use placed::PlacedDevice;
 pub use realtime::{Claimed, RealTimeClaims, RealTimeOptions, claim};
 pub use recorder::{Recorder, Recording, RecordingSummary, record};
 pub use replay::ReplayDevice;
@@ -43,3 +50,4 @@ pub use simulated::{
     Apparatus, Encoder, HAND_PRESETS, HandImpedance, Intent, Jitter, SimulatedDevice, SimulationError,
     SimulationSettings, hand_preset,
 };
+pub use spacemouse::{SpaceMouse, SpaceMouseError};

@@ -1,0 +1,46 @@
+//! What `palpus devices` says of Haply.
+
+use super::{HAPLY_ADDRESS, HaplyDevice, HaplyError, HaplyOptions};
+use crate::device::HapticDevice;
+use crate::found::Finding;
+
+const BACKEND: &str = "Haply";
+const DEVICES: &str = "Inverse3, Inverse3x, Minverse, with a VerseGrip";
+/// Hz: at which the maker's own examples run.
+const RATE_HZ: f64 = 1000.0;
+
+/// Asks the service on this machine.
+pub(crate) fn look() -> Vec<Finding> {
+    vec![look_at(&HaplyOptions::default())]
+}
+
+pub(super) fn look_at(options: &HaplyOptions) -> Finding {
+    match HaplyDevice::open(options) {
+        Ok(device) => {
+            let name = if options.address == HAPLY_ADDRESS {
+                "haply".to_owned()
+            } else {
+                format!("haply:{}", options.address)
+            };
+            Finding::found(BACKEND, name, device.spec().clone(), RATE_HZ, device.notes().join("; "))
+        }
+        Err(error) => {
+            let looked_for = format!("the Haply Inverse Service at {}", options.address);
+            Finding::missing(BACKEND, DEVICES, looked_for, error.to_string(), mend(&error))
+        }
+    }
+}
+
+fn mend(error: &HaplyError) -> &'static str {
+    match error {
+        HaplyError::Address(_) | HaplyError::NotHere(_) => "write the address as ws://localhost:10001",
+        HaplyError::NoService { .. } => {
+            "install the Haply Inverse Service (develop.haply.co) and start it, or name its address: --device haply:ws://HOST:PORT"
+        }
+        HaplyError::NotUnderstood { .. } => {
+            "make sure that the port is the service's, and update the service to 3.5 or later"
+        }
+        HaplyError::NoDevice { .. } => "plug in the arm and its power supply, then look again",
+        HaplyError::NotReady { .. } => "do what it says, then look again",
+    }
+}

@@ -1,0 +1,257 @@
+//! Haply Inverse3, Inverse3x and Minverse with a VerseGrip: a client of the Inverse Service.
+//!
+//! The service is its maker's program on the user's machine; it speaks JSON over a WebSocket. On connecting it tells what
+//! there is; from then on it answers every message with exactly one state, so whoever sends sets the pace. What it never
+//! gets from palpus is a force that was not computed for it just now:
+//!
+//! 1. [`HaplyDevice::open`] connects (loopback only, unless told otherwise), asks for the service's version, picks arm and
+//!    grip, and goes once around with no force.
+//! 2. From then on a thread of its own talks to the service (`exchange`). The loop's write wakes it; it sends that force, waits
+//!    for the state and leaves it for the loop's next read. Neither side waits for the other, and the loop does not allocate.
+//! 3. A force goes out once. Where there is no new one for 5 ms, nothing goes out but zero.
+//! 4. After a state that was late, lost or not to be understood, forces that were computed from what came before it are
+//!    withheld: zero goes out until one arrives that knows a newer state.
+//! 5. No state for a quarter of a second, a closed connection, or a device that is gone: the device is lost, and says why. It
+//!    does not connect again by itself: a force would come back that nobody asked for.
+//!
+//! **Latency.** A state is sampled when the service answers the last tick's force, so it is one period old when the loop reads it;
+//! a client without a thread would read the same one. The thread adds the time in which the system wakes it (tens of
+//! microseconds) to the way of a force. What lies between service and motors is not stated; [`DeviceSpec::delay`] is set to one
+//! millisecond for it.
+//!
+//! **Frame.** +X to the right, +Y forward, +Z up, metres, about the service's origin. The arm drives three axes; rotation is sensed
+//! by the grip, whose sensor may be as slow as 50 Hz (`grip` says what is made of that). Without a grip, rotation is not sensed.
+//!
+//! Built against the protocol as documented and tested against scripted services; no device was at hand.
+
+mod address;
+mod exchange;
+mod grip;
+mod look;
+mod message;
+mod version;
+mod wire;
+
+#[cfg(test)]
+mod tests;
+
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::JoinHandle;
+
+use palpus::algebra::Wrench;
+
+use crate::device::{Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice};
+use crate::latest::{Newest, Publisher, latest};
+use exchange::{Command, Exchange, Sensed};
+
+pub use address::HAPLY_ADDRESS;
+pub(crate) use look::look;
+
+/// How to find the device.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct HaplyOptions {
+    /// Where the service listens: `ws://HOST:PORT`.
+    pub address: String,
+    /// Allows a service on another machine.
+    pub beyond_loopback: bool,
+    /// The arm's id, such as `049D`; `None`: the only one, or the first.
+    pub arm: Option<String>,
+}
+
+impl Default for HaplyOptions {
+    /// The first arm of the service on this machine.
+    fn default() -> Self {
+        Self { address: HAPLY_ADDRESS.to_owned(), beyond_loopback: false, arm: None }
+    }
+}
+
+/// Why there is no Haply device.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum HaplyError {
+    /// The address is none.
+    #[error("`{0}` is no address of a service; write ws://localhost:10001")]
+    Address(String),
+    /// Only this machine may be asked.
+    #[error("{0} is not on this machine; forces over a network come late, so it has to be asked for by its address")]
+    NotHere(String),
+    /// Nobody answers.
+    #[error("nothing answers at {address} ({why})")]
+    NoService {
+        /// Where.
+        address: String,
+        /// What happened instead.
+        why: String,
+    },
+    /// Somebody answers, but not as the service does.
+    #[error("{address} answers, but not as the Inverse Service does: {why}")]
+    NotUnderstood {
+        /// Where.
+        address: String,
+        /// What it did.
+        why: String,
+    },
+    /// The service has no arm, or not the one that was asked for.
+    #[error("the Inverse Service at {address} has {why}")]
+    NoDevice {
+        /// Where.
+        address: String,
+        /// What it has.
+        why: String,
+    },
+    /// It has one that cannot be used yet.
+    #[error("{device} is {why}")]
+    NotReady {
+        /// Which.
+        device: String,
+        /// What it lacks.
+        why: String,
+    },
+}
+
+/// A Haply arm, behind the service; see the module's outline.
+pub struct HaplyDevice {
+    spec: DeviceSpec,
+    notes: Vec<String>,
+    states: Newest<Sensed>,
+    commands: Publisher<Command>,
+    /// Of the state that was read last.
+    known: u64,
+    /// Of the last command.
+    serial: u64,
+    shared: Arc<Shared>,
+    brake: Arc<BrakeFlag>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What the loop and the thread see of each other beside states and commands.
+#[derive(Default)]
+struct Shared {
+    /// The device is not needed any more.
+    over: AtomicBool,
+    /// Why there are no more states.
+    lost: OnceLock<Cow<'static, str>>,
+    counts: Counts,
+}
+
+#[derive(Default)]
+struct Counts {
+    states: AtomicU64,
+    late: AtomicU64,
+    bad: AtomicU64,
+    extra: AtomicU64,
+    withheld: AtomicU64,
+    idle: AtomicU64,
+}
+
+/// What happened on the line so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct HaplyCounts {
+    /// States that were understood.
+    pub states: u64,
+    /// Answers that did not come in time.
+    pub late: u64,
+    /// Answers that were not understood.
+    pub bad: u64,
+    /// States that nobody had asked for.
+    pub extra: u64,
+    /// Forces that were not sent because they were computed from too old a state, or because the device was not ready.
+    pub withheld: u64,
+    /// Messages of no force that were sent because the loop had not written.
+    pub idle: u64,
+}
+
+impl HaplyDevice {
+    /// Connects, and goes around once without a force. Takes at most about three seconds.
+    ///
+    /// # Errors
+    /// When there is no service, no device, or none that can be used; each says what mends it as far as it is known.
+    pub fn open(options: &HaplyOptions) -> Result<Self, HaplyError> {
+        let opened = exchange::open(options)?;
+        let (states_in, states) = latest(opened.first);
+        let (commands, commands_out) = latest(Command::default());
+        let shared = Arc::new(Shared::default());
+        let brake = Arc::new(BrakeFlag::default());
+        let spec = opened.spec.clone();
+        let mut notes = opened.notes.clone();
+        let address = options.address.clone();
+        let exchange = Exchange::new(opened, states_in, commands_out, Arc::clone(&shared), Arc::clone(&brake));
+        let thread = std::thread::Builder::new().name("haply".to_owned()).spawn(move || exchange.run());
+        let thread = thread.map_err(|error| HaplyError::NoService { address, why: error.to_string() })?;
+        notes.shrink_to_fit();
+        Ok(Self { spec, notes, states, commands, known: 0, serial: 0, shared, brake, thread: Some(thread) })
+    }
+
+    /// What is worth writing down of service and device: versions, filters, what else there is.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// What happened on the line so far.
+    pub fn counts(&self) -> HaplyCounts {
+        let Counts { states, late, bad, extra, withheld, idle } = &self.shared.counts;
+        let read = |count: &AtomicU64| count.load(Ordering::Relaxed);
+        HaplyCounts {
+            states: read(states),
+            late: read(late),
+            bad: read(bad),
+            extra: read(extra),
+            withheld: read(withheld),
+            idle: read(idle),
+        }
+    }
+
+    fn wake(&self) {
+        if let Some(thread) = &self.thread {
+            thread.thread().unpark();
+        }
+    }
+
+    fn alive(&self) -> Result<(), DeviceError> {
+        self.shared.lost.get().map_or(Ok(()), |why| Err(DeviceError::Lost(why.clone())))
+    }
+}
+
+impl HapticDevice for HaplyDevice {
+    fn spec(&self) -> &DeviceSpec {
+        &self.spec
+    }
+
+    /// The newest state; the same one again, with its time, while there is no newer one. Does not wait.
+    fn read(&mut self) -> Result<DeviceState, DeviceError> {
+        self.alive()?;
+        let sensed = *self.states.get();
+        self.known = sensed.index;
+        Ok(sensed.state)
+    }
+
+    /// Hands the force to the thread, which sends it at once. Does not wait.
+    fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
+        if !wrench.is_finite() {
+            return Err(DeviceError::Refused(Cow::Borrowed("it is not finite")));
+        }
+        self.alive()?;
+        self.serial += 1;
+        self.commands.publish(Command { serial: self.serial, force: wrench.force, knows: self.known });
+        self.wake();
+        Ok(())
+    }
+
+    fn brake(&self) -> Option<Arc<dyn Brake>> {
+        Some(self.brake.clone())
+    }
+}
+
+impl Drop for HaplyDevice {
+    /// Sends zero, says goodbye and closes.
+    fn drop(&mut self) {
+        self.shared.over.store(true, Ordering::Release);
+        self.wake();
+        if let Some(thread) = self.thread.take() {
+            // It has nothing left to tell.
+            let _ = thread.join();
+        }
+    }
+}

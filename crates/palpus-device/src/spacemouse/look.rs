@@ -1,0 +1,55 @@
+//! What `palpus devices` says of SpaceMouse devices.
+
+use super::{SpaceMouse, SpaceMouseError};
+use crate::device::HapticDevice;
+use crate::found::Finding;
+
+const BACKEND: &str = "SpaceMouse";
+/// Hz: it says something new some hundred times a second; the loop goes at its own rate.
+const RATE_HZ: f64 = 1000.0;
+const LOOKED_FOR: &str = "HID devices of 3Dconnexion (256f, and 046d before) in /sys/class/hidraw";
+
+/// Every SpaceMouse that is plugged in, readable or not.
+pub(crate) fn look() -> Vec<Finding> {
+    #[cfg(target_os = "linux")]
+    {
+        let plugged = super::hidraw::plugged(std::path::Path::new(super::hidraw::LIST), std::path::Path::new("/dev"));
+        if !plugged.is_empty() {
+            return plugged.iter().map(|device| finding(Some(&device.path.display().to_string()))).collect();
+        }
+    }
+    vec![finding(None)]
+}
+
+fn finding(path: Option<&str>) -> Finding {
+    match SpaceMouse::open(path) {
+        Ok(device) => {
+            let name = path.map_or_else(|| "spacemouse".to_owned(), |path| format!("spacemouse:{path}"));
+            Finding::found(BACKEND, name, device.spec().clone(), RATE_HZ, "input only: it has no motors")
+        }
+        Err(error) => Finding::missing(
+            BACKEND,
+            "any 3Dconnexion cap, as input without force",
+            LOOKED_FOR,
+            why(&error),
+            mend(&error),
+        ),
+    }
+}
+
+fn why(error: &SpaceMouseError) -> String {
+    match error {
+        // The mend has a line of its own.
+        SpaceMouseError::Denied { path, why, .. } => format!("{path} is one, but may not be read ({why})"),
+        other => other.to_string(),
+    }
+}
+
+fn mend(error: &SpaceMouseError) -> String {
+    match error {
+        SpaceMouseError::None => "plug one in; no driver is needed".to_owned(),
+        SpaceMouseError::Denied { mend, .. } => mend.clone(),
+        SpaceMouseError::Unusable { .. } => "unplug it and plug it in again".to_owned(),
+        SpaceMouseError::NotHere => "use it on Linux".to_owned(),
+    }
+}
