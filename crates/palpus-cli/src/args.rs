@@ -37,6 +37,8 @@ pub(crate) enum Command {
     Inspect(InspectArguments),
     /// Runs a recording again and compares every wrench bit for bit.
     Replay(ReplayArguments),
+    /// Tells which haptic devices are there, and what it would take to have the others.
+    Devices(DevicesArguments),
     /// Reproduces the paper's table and figures on this machine, and times the engine step.
     #[command(subcommand)]
     Bench(BenchCommand),
@@ -66,7 +68,8 @@ pub(crate) struct RunArguments {
     /// Names the built-in scenes and ends.
     #[arg(long)]
     pub(crate) list: bool,
-    /// The device: `sim` (a simulated device in a simulated hand) or `replay:FILE` (the hand of a recording).
+    /// The device: `sim` (a simulated device in a simulated hand), `replay:FILE` (the hand of a recording), `haply` (or
+    /// `haply:ws://HOST:PORT`), `spacemouse` (or `spacemouse:/dev/hidrawN`); see `palpus devices`.
     #[arg(long, default_value = "sim", value_name = "DEVICE")]
     pub(crate) device: String,
     /// The simulated hand: relaxed, normal, firm, tight or none [default: the scene's, or normal].
@@ -221,6 +224,14 @@ pub(crate) struct ReplayArguments {
     /// Lets the recorded scene file name meshes outside its own folder.
     #[arg(long)]
     pub(crate) allow_outside: bool,
+    /// Prints one JSON document and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  palpus devices\n  palpus devices --json | jq .missing")]
+pub(crate) struct DevicesArguments {
     /// Prints one JSON document and nothing else.
     #[arg(long)]
     pub(crate) json: bool,

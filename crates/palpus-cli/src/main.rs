@@ -6,6 +6,7 @@ mod args;
 mod bench;
 mod bodies;
 mod clock;
+mod devices;
 mod engine;
 mod faults;
 mod inspect;
@@ -51,6 +52,7 @@ fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Prepare(prepare) => prepare::prepare(&prepare),
         Command::Inspect(inspect) => inspect::inspect(&inspect),
         Command::Replay(replay) => replay::replay(&replay),
+        Command::Devices(arguments) => devices::devices(&arguments),
         Command::Bench(bench) => bench::bench(&bench),
         Command::Completions { shell } => {
             args::completions(shell);

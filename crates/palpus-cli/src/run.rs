@@ -23,7 +23,7 @@ use crate::args::RunArguments;
 use crate::engine::{Detail, Engine};
 use crate::stage::{self, Stage};
 use crate::summary::{self, Gatherer, Summary};
-use crate::{faults, output, plots, safety};
+use crate::{devices, faults, output, plots, safety};
 
 /// Rows that may wait for the writer: half a second at the highest rate.
 const QUEUED_ROWS: usize = 1 << 15;
@@ -70,10 +70,13 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
     if !arguments.json {
         announce(arguments, &stage, &device, rate_hz);
-        if device.brake().is_none() && !arguments.device.starts_with("replay:") {
+        if device.brake().is_none() && device.spec().force_max > 0.0 && !arguments.device.starts_with("replay:") {
             output::note(
                 "note: this device has no brake; should the loop stall, it holds its force until the loop goes on",
             );
+        }
+        if let Some(not_felt) = devices::not_felt(device.spec()) {
+            output::note(format!("note: {not_felt}"));
         }
         if engagement != Engagement::Automatic {
             output::note("forces come when you press a button of the device");
@@ -122,7 +125,11 @@ fn device(arguments: &RunArguments, stage: &Stage, rate_hz: f64) -> anyhow::Resu
         return Ok(Box::new(ReplayDevice::new(spec, recording.rows.iter().map(state).collect())));
     }
     if arguments.device != "sim" {
-        bail!("there is no device `{}`; `sim` and `replay:FILE` exist", arguments.device);
+        if arguments.fast {
+            bail!("only `sim` and `replay:FILE` run faster than time; leave --fast out");
+        }
+        return devices::open(&arguments.device, stage.path.pose(0.0))?
+            .ok_or_else(|| anyhow!("there is no device `{}`; there are: {}", arguments.device, devices::NAMES));
     }
     let name = arguments.hand.as_deref().or(stage.hand).unwrap_or("normal");
     let Some(hand) = hand_preset(name) else {

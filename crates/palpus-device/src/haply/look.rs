@@ -4,7 +4,7 @@ use super::{HAPLY_ADDRESS, HaplyDevice, HaplyError, HaplyOptions};
 use crate::device::HapticDevice;
 use crate::found::Finding;
 
-const BACKEND: &str = "Haply";
+const BACKEND: &str = "haply";
 const DEVICES: &str = "Inverse3, Inverse3x, Minverse, with a VerseGrip";
 /// Hz: at which the maker's own examples run.
 const RATE_HZ: f64 = 1000.0;
@@ -26,7 +26,12 @@ pub(super) fn look_at(options: &HaplyOptions) -> Finding {
         }
         Err(error) => {
             let looked_for = format!("the Haply Inverse Service at {}", options.address);
-            Finding::missing(BACKEND, DEVICES, looked_for, error.to_string(), mend(&error))
+            let why = match &error {
+                // Where has been said.
+                HaplyError::NoService { why, .. } => why.clone(),
+                other => other.to_string(),
+            };
+            Finding::missing(BACKEND, DEVICES, looked_for, why, mend(&error))
         }
     }
 }

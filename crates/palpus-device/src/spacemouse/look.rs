@@ -4,7 +4,7 @@ use super::{SpaceMouse, SpaceMouseError};
 use crate::device::HapticDevice;
 use crate::found::Finding;
 
-const BACKEND: &str = "SpaceMouse";
+const BACKEND: &str = "spacemouse";
 /// Hz: it says something new some hundred times a second; the loop goes at its own rate.
 const RATE_HZ: f64 = 1000.0;
 const LOOKED_FOR: &str = "HID devices of 3Dconnexion (256f, and 046d before) in /sys/class/hidraw";

@@ -1,0 +1,275 @@
+//! `palpus devices`: what is there, and what it would take to have the rest; and `--device`, by name.
+
+use std::process::ExitCode;
+
+use anyhow::Context;
+use palpus::algebra::Pose;
+use palpus_device::{
+    Axes, DeviceSpec, Finding, FindingState, HAPLY_ADDRESS, HaplyDevice, HaplyOptions, HapticDevice, PlacedDevice,
+    SafetyLimits, SpaceMouse,
+};
+use serde_json::{Map, Value, json};
+
+use crate::args::DevicesArguments;
+use crate::output;
+
+/// Columns of the page.
+const WIDTH: usize = 100;
+/// Columns of the names of lines.
+const MARGIN: usize = 14;
+
+pub(crate) fn devices(arguments: &DevicesArguments) -> anyhow::Result<ExitCode> {
+    let findings = palpus_device::look();
+    if arguments.json {
+        output::json(&document(&findings))?;
+    } else {
+        for line in page(&findings) {
+            output::line(line);
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What `--device` can be, for who typed something else.
+pub(crate) const NAMES: &str = "sim, replay:FILE, haply[:ws://HOST:PORT], spacemouse[:/dev/hidrawN]";
+
+/// The hardware called `name`, set down so that the hand begins at `start`; `None` when it is no hardware's name.
+pub(crate) fn open(name: &str, start: Pose) -> anyhow::Result<Option<Box<dyn HapticDevice + Send>>> {
+    let (kind, place) = name.split_once(':').map_or((name, None), |(kind, place)| (kind, Some(place)));
+    let device: Box<dyn HapticDevice + Send> = match kind {
+        "haply" => {
+            let device = HaplyDevice::open(&haply(place)).with_context(|| refused(name))?;
+            for note in device.notes() {
+                output::note(format!("haply: {note}"));
+            }
+            Box::new(device)
+        }
+        "spacemouse" => Box::new(SpaceMouse::open(place).with_context(|| refused(name))?),
+        _ => return Ok(None),
+    };
+    Ok(Some(Box::new(PlacedDevice::new(device, start))))
+}
+
+fn refused(name: &str) -> String {
+    format!("the device `{name}` cannot be used; `palpus devices` says what mends it")
+}
+
+/// Who names a service may name one on another machine.
+fn haply(place: Option<&str>) -> HaplyOptions {
+    HaplyOptions {
+        address: place.unwrap_or(HAPLY_ADDRESS).to_owned(),
+        beyond_loopback: place.is_some(),
+        ..HaplyOptions::default()
+    }
+}
+
+/// Says what a device can do, if that is less than six driven axes.
+pub(crate) fn not_felt(spec: &DeviceSpec) -> Option<String> {
+    match (spec.force_max > 0.0, spec.actuated.rotation, spec.sensed.rotation) {
+        (false, ..) => Some(format!("{} gives no force: contacts are computed and recorded, not felt", spec.name)),
+        (true, _, 0) => Some(format!("{} does not sense rotation: the probe keeps its own", spec.name)),
+        (true, 0, _) => {
+            Some(format!("{} does not drive rotation: torques are computed and recorded, not felt", spec.name))
+        }
+        _ => None,
+    }
+}
+
+fn page(findings: &[Finding]) -> Vec<String> {
+    let mut lines = vec!["DEVICES THAT CAN BE USED NOW".to_owned()];
+    for finding in findings {
+        if let FindingState::Found { device, spec, rate_hz, note } = &finding.state {
+            lines.push(String::new());
+            lines.push(format!("  {} ({})", finding.name, finding.backend));
+            found(&mut lines, device, spec, *rate_hz, note);
+        }
+    }
+    if findings.iter().all(Finding::is_found) {
+        return lines;
+    }
+    lines.push(String::new());
+    lines.push("NOT THERE, AND WHAT MENDS IT".to_owned());
+    for finding in findings {
+        if let FindingState::Missing { looked_for, why, mend } = &finding.state {
+            lines.push(String::new());
+            lines.push(format!("  {} ({})", finding.name, finding.backend));
+            entry(&mut lines, "looked for", looked_for);
+            entry(&mut lines, "but", why);
+            // Not wrapped: it is to be copied.
+            lines.push(format!("  {:>MARGIN$}  {mend}", "mend"));
+        }
+    }
+    lines.push(String::new());
+    lines.extend(wrapped("No device is needed to try palpus: `palpus run` is held by a simulated hand, and safety thresholds with their reasons are printed by `palpus run --device DEVICE --limits`. docs/devices.md says how each of these was tested.", WIDTH));
+    lines
+}
+
+fn found(lines: &mut Vec<String>, device: &str, spec: &DeviceSpec, rate_hz: f64, note: &str) {
+    entry(lines, "use it", &format!("palpus run --device {device}"));
+    entry(lines, "limits", &limits(spec));
+    entry(lines, "axes", &axes(spec));
+    if let Some(sides) = spec.workspace.map(|sides| sides * 1e3) {
+        entry(lines, "reach", &format!("{:.0} × {:.0} × {:.0} mm", sides.x, sides.y, sides.z));
+    }
+    let delay =
+        if spec.delay > 0.0 { format!("; a force acts {:.1} ms late", spec.delay * 1e3) } else { String::new() };
+    entry(lines, "rate", &format!("{rate_hz:.0} Hz{delay}"));
+    entry(lines, "safety", &safety(spec, rate_hz));
+    if !note.is_empty() {
+        entry(lines, "note", note);
+    }
+}
+
+fn limits(spec: &DeviceSpec) -> String {
+    let one = |max: f64, continuous: Option<f64>, unit: &str| match (max > 0.0, continuous) {
+        (false, _) => None,
+        (true, Some(continuous)) if continuous < max => Some(format!("{max} {unit} ({continuous} {unit} for ever)")),
+        (true, _) => Some(format!("{max} {unit}")),
+    };
+    let force = one(spec.force_max, spec.force_continuous, "N").unwrap_or_else(|| "no force".to_owned());
+    let torque = one(spec.torque_max, spec.torque_continuous, "N·m").unwrap_or_else(|| "no torque".to_owned());
+    format!("{force}, {torque}")
+}
+
+fn axes(spec: &DeviceSpec) -> String {
+    let count = |axes: Axes| match axes {
+        Axes { translation: 0, rotation: 0, gripper: 0 } => "none".to_owned(),
+        Axes { translation, rotation, gripper } => {
+            let gripper = if gripper > 0 { " and a gripper" } else { "" };
+            format!("{translation} of translation, {rotation} of rotation{gripper}")
+        }
+    };
+    let buttons = match spec.buttons {
+        0 => String::new(),
+        1 => "; a button, which asks for force".to_owned(),
+        more => format!("; {more} buttons, which ask for force"),
+    };
+    format!("driven: {}; sensed: {}{buttons}", count(spec.actuated), count(spec.sensed))
+}
+
+fn safety(spec: &DeviceSpec, rate_hz: f64) -> String {
+    let limits = SafetyLimits::of(spec, rate_hz);
+    let motion = format!(
+        "believed up to {:.1} m/s and {:.0} rad/s; a state older than {:.0} ms is none",
+        limits.speed,
+        limits.turn,
+        limits.stale * 1e3
+    );
+    if limits.force_peak <= 0.0 {
+        return motion;
+    }
+    let torque = if limits.torque_peak > 0.0 {
+        format!(" and {:.3} N·m, {:.0} N·m/s", limits.torque_peak, limits.torque_slew)
+    } else {
+        String::new()
+    };
+    format!(
+        "at most {:.1} N, {:.0} N/s{torque}; {:.1} N for ever; held for {:.0} ms at most; {motion}",
+        limits.force_peak,
+        limits.force_slew,
+        limits.force_continuous,
+        limits.stall * 1e3
+    )
+}
+
+/// A named line, wrapped behind its name.
+fn entry(lines: &mut Vec<String>, name: &str, text: &str) {
+    for (k, part) in wrapped(text, WIDTH - MARGIN - 4).into_iter().enumerate() {
+        lines.push(format!("  {:>MARGIN$}  {part}", if k == 0 { name } else { "" }));
+    }
+}
+
+fn wrapped(text: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let line = lines.last().map_or(0, |line| line.chars().count());
+        if line > 0 && line + 1 + word.chars().count() > width {
+            lines.push(String::new());
+        }
+        if let Some(line) = lines.last_mut() {
+            if !line.is_empty() {
+                line.push(' ');
+            }
+            line.push_str(word);
+        }
+    }
+    lines
+}
+
+fn document(findings: &[Finding]) -> Value {
+    let mut found = Vec::new();
+    let mut missing = Vec::new();
+    for Finding { backend, name, state } in findings {
+        match state {
+            FindingState::Found { device, spec, rate_hz, note } => {
+                found.push(found_document(backend, name, device, spec, *rate_hz, note));
+            }
+            FindingState::Missing { looked_for, why, mend } => missing
+                .push(json!({ "backend": backend, "name": name, "looked_for": looked_for, "why": why, "mend": mend })),
+        }
+    }
+    json!({ "found": found, "missing": missing })
+}
+
+fn found_document(backend: &str, name: &str, device: &str, spec: &DeviceSpec, rate_hz: f64, note: &str) -> Value {
+    let axes =
+        |axes: Axes| json!({ "translation": axes.translation, "rotation": axes.rotation, "gripper": axes.gripper });
+    let thresholds: Map<String, Value> = SafetyLimits::of(spec, rate_hz)
+        .explained()
+        .iter()
+        .map(|line| (line.name.to_owned(), line.value.into()))
+        .collect();
+    json!({
+        "backend": backend,
+        "name": name,
+        "device": device,
+        "force_max_n": spec.force_max,
+        "torque_max_nm": spec.torque_max,
+        "force_continuous_n": spec.force_continuous,
+        "torque_continuous_nm": spec.torque_continuous,
+        "driven": axes(spec.actuated),
+        "sensed": axes(spec.sensed),
+        "buttons": spec.buttons,
+        "workspace_m": spec.workspace.map(|sides| sides.to_array()),
+        "delay_s": spec.delay,
+        "rate_hz": rate_hz,
+        "note": note,
+        "safety": thresholds,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn long_lines_are_wrapped_and_lose_nothing() {
+        let text = "one two  three four five";
+        let lines = wrapped(text, 9);
+        assert_eq!(lines, ["one two", "three", "four five"]);
+        assert_eq!(wrapped("", 9), [""]);
+    }
+
+    #[test]
+    fn a_mend_stands_on_one_line() {
+        let mend = "a command that is longer than the page is wide, ".repeat(4);
+        let page = page(&[Finding::missing("backend", "some arm", "its library", "it is not there", mend.trim())]);
+        assert!(page.iter().any(|line| line.ends_with(mend.trim())));
+        assert!(page.iter().any(|line| line.contains("some arm")));
+    }
+
+    #[test]
+    fn a_found_device_says_all_that_it_is_asked_for() {
+        let spec = palpus_device::known_device("Touch X").unwrap();
+        let finding = Finding::found("openhaptics", "openhaptics", spec, 1000.0, "");
+        let page = page(std::slice::from_ref(&finding)).join("\n");
+        for part in
+            ["palpus run --device openhaptics", "7.9 N (1.75 N for ever)", "no torque", "160 × 120 × 120 mm", "1000 Hz"]
+        {
+            assert!(page.contains(part), "{part} is not in:\n{page}");
+        }
+        let document = document(&[finding]);
+        assert_eq!(document["found"][0]["safety"]["force_peak"], 7.9);
+        assert_eq!(document["missing"], json!([]));
+    }
+}
