@@ -235,13 +235,13 @@ impl SafetyChain {
         if limited.is_finite() { limited } else { Wrench::ZERO }
     }
 
-    /// Stage 4. What is on its way to a wrench beyond the peak, and has come as far as the next stage lets it, is not cut here.
+    /// Stage 4. What is on its way to a wrench beyond the peak, and has come as far as the next two stages let it, is not cut here.
     fn slewed(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let (within, cut) = self.towards(&self.shaped, wrench);
         if !cut {
             return *wrench;
         }
-        let (reached, meant) = (self.within_peak(&within), self.within_peak(wrench));
+        let (reached, meant) = (self.within_caps(&within), self.within_caps(wrench));
         let is_near = |a: DVec3, b: DVec3, size: f64| a.distance(b) <= SLEW_ROUNDING * size;
         let arrived = is_near(reached.force, meant.force, self.limits.force_peak)
             && is_near(reached.torque, meant.torque, self.limits.torque_peak);
@@ -259,8 +259,7 @@ impl SafetyChain {
 
     /// Stage 6.
     fn cooled(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
-        let caps = Limits { force: self.heat_force.cap(), torque: self.heat_torque.cap() };
-        let answer = saturate(*wrench, &caps, Saturation::Separate);
+        let answer = saturate(*wrench, &self.heat_caps(), Saturation::Separate);
         cuts.note(Cut::Heat, answer.force_cut || answer.torque_cut);
         answer.wrench
     }
@@ -296,6 +295,14 @@ impl SafetyChain {
     fn within_peak(&self, wrench: &Wrench) -> Wrench {
         let peak = Limits { force: self.limits.force_peak, torque: self.limits.torque_peak };
         saturate(*wrench, &peak, self.saturation).wrench
+    }
+
+    fn heat_caps(&self) -> Limits {
+        Limits { force: self.heat_force.cap(), torque: self.heat_torque.cap() }
+    }
+
+    fn within_caps(&self, wrench: &Wrench) -> Wrench {
+        saturate(self.within_peak(wrench), &self.heat_caps(), Saturation::Separate).wrench
     }
 
     /// As far `from` one wrench to the other as the slew limit allows in a tick; and whether that is not all the way.
