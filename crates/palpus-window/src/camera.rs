@@ -1,0 +1,222 @@
+//! Where the eye is: on a sphere about a target, upright with the scene's z.
+
+use glam::DVec3;
+
+/// A perspective eye that looks at `target` from `distance` away.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// What is in the middle of the picture, world.
+    pub target: DVec3,
+    /// m, from the eye to the target.
+    pub distance: f64,
+    /// rad: the eye's direction about z, from x towards y.
+    pub yaw: f64,
+    /// rad: how far the eye is above the horizon.
+    pub pitch: f64,
+}
+
+/// From where a scene is looked at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum View {
+    /// From the front, the right and above.
+    #[default]
+    Oblique,
+    /// Along +y.
+    Front,
+    /// Along −y.
+    Back,
+    /// Along +x.
+    Left,
+    /// Along −x.
+    Right,
+    /// Along −z.
+    Top,
+    /// Along +z.
+    Bottom,
+}
+
+impl View {
+    /// Yaw and pitch, degrees.
+    fn angles(self) -> (f64, f64) {
+        match self {
+            Self::Oblique => (-60.0, 28.0),
+            Self::Front => (-90.0, 0.0),
+            Self::Back => (90.0, 0.0),
+            Self::Left => (180.0, 0.0),
+            Self::Right => (0.0, 0.0),
+            Self::Top => (-90.0, 90.0),
+            Self::Bottom => (-90.0, -90.0),
+        }
+    }
+}
+
+/// Where a point comes to be in a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Projected {
+    /// Pixels from the left edge.
+    pub x: f64,
+    /// Pixels from the upper edge.
+    pub y: f64,
+    /// m, ahead of the eye, along the line of sight through the middle.
+    pub depth: f64,
+}
+
+/// Half the opening between the lower and the upper edge of a picture: its tangent. 15°: little perspective, as in a drawing.
+const HALF_OPENING: f64 = 0.268;
+/// What is nearer to the eye than this part of the distance is cut away.
+const NEAREST: f64 = 0.01;
+/// The eye keeps at least this far from the poles when it is turned, rad: beyond, the picture would stand on its head.
+const MOST_PITCH: f64 = std::f64::consts::FRAC_PI_2;
+
+impl Camera {
+    /// The eye in `view` from which all `points` are seen in a picture `aspect` times as wide as it is high, with a margin.
+    pub fn framing(points: impl Iterator<Item = DVec3> + Clone, view: View, aspect: f64) -> Self {
+        let (yaw, pitch) = view.angles();
+        let mut camera = Self { target: DVec3::ZERO, distance: 1.0, yaw: yaw.to_radians(), pitch: pitch.to_radians() };
+        camera.frame(points, aspect);
+        camera
+    }
+
+    /// Moves target and distance, not the direction, so that all `points` are seen; does nothing where there are none.
+    pub fn frame(&mut self, points: impl Iterator<Item = DVec3> + Clone, aspect: f64) {
+        let [right, up, back] = self.axes();
+        let in_view = points.map(|p| DVec3::new(right.dot(p), up.dot(p), back.dot(p)));
+        let (low, high) = in_view
+            .clone()
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        if !low.is_finite() || !high.is_finite() {
+            return;
+        }
+        let middle = (low + high) * 0.5;
+        self.target = right * middle.x + up * middle.y + back * middle.z;
+        let (wide, tall) = (HALF_OPENING * aspect * WITHIN, HALF_OPENING * WITHIN);
+        let needed = in_view.map(|p| {
+            let p = p - middle;
+            p.z + (p.x.abs() / wide).max(p.y.abs() / tall)
+        });
+        self.distance = needed.fold(0.0, f64::max).max(f64::MIN_POSITIVE.sqrt());
+    }
+
+    /// Turns the eye about the target, rad.
+    pub fn orbit(&mut self, about_z: f64, upwards: f64) {
+        self.yaw = (self.yaw + about_z) % std::f64::consts::TAU;
+        self.pitch = (self.pitch + upwards).clamp(-MOST_PITCH, MOST_PITCH);
+    }
+
+    /// Moves the eye and its target so that what is at the target moves by this many pixels in a picture `height` pixels high.
+    pub fn pan(&mut self, rightwards: f64, downwards: f64, height: f64) {
+        let [right, up, _] = self.axes();
+        let metres = self.metres_per_pixel(self.distance, height);
+        self.target += (up * downwards - right * rightwards) * metres;
+    }
+
+    /// Comes nearer by this factor.
+    pub fn zoom(&mut self, factor: f64) {
+        self.distance /= factor;
+    }
+
+    /// Looks from a standard view at what it looks at.
+    pub fn look(&mut self, view: View) {
+        let (yaw, pitch) = view.angles();
+        self.yaw = yaw.to_radians();
+        self.pitch = pitch.to_radians();
+    }
+
+    /// Right, up and towards the viewer: the view's axes in the world.
+    pub fn axes(&self) -> [DVec3; 3] {
+        let ((sy, cy), (sp, cp)) = (self.yaw.sin_cos(), self.pitch.sin_cos());
+        let back = DVec3::new(cp * cy, cp * sy, sp);
+        let right = DVec3::new(-sy, cy, 0.0);
+        [right, back.cross(right), back]
+    }
+
+    /// Where the eye is, world.
+    pub fn eye(&self) -> DVec3 {
+        self.target + self.axes()[2] * self.distance
+    }
+
+    /// The tangent of half the opening from the lower to the upper edge.
+    pub fn half_opening(&self) -> f64 {
+        HALF_OPENING
+    }
+
+    /// m ahead of the eye: what is nearer is not seen.
+    pub fn nearest(&self) -> f64 {
+        self.distance * NEAREST
+    }
+
+    /// How long a pixel is at `depth`, in a picture `height` pixels high.
+    pub fn metres_per_pixel(&self, depth: f64, height: f64) -> f64 {
+        2.0 * depth * HALF_OPENING / height
+    }
+
+    /// Where a point of the world is in a picture of this size, pixels; none if it is behind the eye.
+    pub fn project(&self, point: DVec3, width: f64, height: f64) -> Option<Projected> {
+        let [right, up, back] = self.axes();
+        let p = point - self.eye();
+        self.project_view(DVec3::new(right.dot(p), up.dot(p), back.dot(p)), width, height)
+    }
+
+    /// The same of a point in the view's frame, whose origin is the eye.
+    pub fn project_view(&self, p: DVec3, width: f64, height: f64) -> Option<Projected> {
+        let depth = -p.z;
+        if depth < self.nearest() {
+            return None;
+        }
+        let scale = 1.0 / self.metres_per_pixel(depth, height);
+        Some(Projected { x: 0.5 * width + p.x * scale, y: 0.5 * height - p.y * scale, depth })
+    }
+}
+
+/// The part of a picture's width and height that what it shows may take.
+const WITHIN: f64 = 0.84;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const VIEWS: [View; 7] =
+        [View::Oblique, View::Front, View::Back, View::Left, View::Right, View::Top, View::Bottom];
+
+    fn corners() -> Vec<DVec3> {
+        let side = |k: usize, bit: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
+        (0..8).map(|k| DVec3::new(4.0 + side(k, 0), 0.1 * side(k, 1) - 7.0, 3.0 * side(k, 2))).collect()
+    }
+
+    #[test]
+    fn what_is_framed_is_within_the_picture_and_fills_it() {
+        for view in VIEWS {
+            let camera = Camera::framing(corners().into_iter(), view, 1.6);
+            let seen: Vec<Projected> =
+                corners().iter().map(|p| camera.project(*p, 1600.0, 1000.0).expect("ahead of the eye")).collect();
+            assert!(seen.iter().all(|p| p.x > 100.0 && p.x < 1500.0 && p.y > 70.0 && p.y < 930.0), "{view:?} {seen:?}");
+            let wide = seen.iter().map(|p| (p.x - 800.0).abs() / 800.0).fold(0.0, f64::max);
+            let tall = seen.iter().map(|p| (p.y - 500.0).abs() / 500.0).fold(0.0, f64::max);
+            assert!(wide.max(tall) > 0.7, "{view:?} leaves the picture empty: {wide} {tall}");
+        }
+    }
+
+    #[test]
+    fn axes_are_right_handed_and_upright() {
+        for view in VIEWS {
+            let [right, up, back] = Camera::framing(corners().into_iter(), view, 1.0).axes();
+            assert!((right.cross(up) - back).length() < 1e-12 && up.z > -1e-12);
+        }
+    }
+
+    #[test]
+    fn a_pan_moves_the_target_by_so_many_pixels() {
+        let mut camera = Camera::framing(corners().into_iter(), View::Oblique, 1.6);
+        let before = camera.target;
+        camera.pan(30.0, -20.0, 1000.0);
+        let now = camera.project(before, 1600.0, 1000.0).expect("ahead of the eye");
+        assert!((now.x - 830.0).abs() < 1e-6 && (now.y - 480.0).abs() < 1e-6, "{now:?}");
+    }
+
+    #[test]
+    fn the_eye_never_turns_over() {
+        let mut camera = Camera::framing(corners().into_iter(), View::Oblique, 1.0);
+        camera.orbit(1.0, 10.0);
+        assert!(camera.axes()[1].z.abs() < 1e-9 && camera.axes()[2].z > 0.999);
+    }
+}

@@ -1,0 +1,37 @@
+//! What palpus shows.
+//!
+//! A [`Scene`] says what is to be seen: bodies, and a [`Moment`] of contacts and forces. A [`Camera`] says from where, a
+//! [`Style`] how. [`paint`] makes a [`Picture`] of them without a display, a graphics library or a system package, the same to
+//! the bit on every run; [`Picture::write_png`] keeps it.
+//!
+//! * `camera` — where the eye is: orbit, pan, zoom, standard views.
+//! * `solid` — a body as triangles with a normal per corner and a piece per triangle; whole, or its pieces apart.
+//! * `moment` — what one tick has to show; filled in the servo thread without obtaining memory.
+//! * `scene` — bodies, a moment, a caption.
+//! * `raster` — triangles into a layer of colours and depths.
+//! * `marks` — dots, arrows, a turning arrow, in the size that the picture needs.
+//! * `letters` — a font of strokes.
+//! * `paint` — the layers put together: bodies, then translucent bodies, then marks, then words.
+//! * `picture`, `png` — pixels, and how they are kept.
+//!
+//! Lengths are metres, frames are named where they stand; "view" is the eye's frame: x right, y up, z towards the viewer.
+
+mod camera;
+mod letters;
+mod marks;
+mod moment;
+mod paint;
+mod picture;
+mod png;
+mod raster;
+mod scene;
+mod solid;
+mod style;
+
+pub use camera::{Camera, Projected, View};
+pub use moment::{Moment, ShownAnchor, ShownCluster, ShownContact};
+pub use paint::paint;
+pub use picture::{Picture, Rgb};
+pub use scene::{Look, Scene, ShownBody, Unit};
+pub use solid::Solid;
+pub use style::{Style, Theme};

@@ -1,0 +1,138 @@
+//! What one tick has to show, in the environment's frame.
+//!
+//! All lists are as long as they will ever get when the moment is made, so that [`Moment::fill`] may stand in the servo
+//! thread; of more, the first are kept.
+
+use glam::DVec3;
+use palpus::algebra::{Pose, Wrench};
+use palpus::render::Tick;
+
+/// A contact as a dot.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShownContact {
+    /// Half way between the two bodies' points.
+    pub point: DVec3,
+    /// m; negative where the bodies overlap.
+    pub separation: f64,
+}
+
+/// A cluster as an arrow.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShownCluster {
+    /// Where it pushes.
+    pub point: DVec3,
+    /// N, on the probe.
+    pub force: DVec3,
+}
+
+/// Where friction holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ShownAnchor {
+    /// The point of the probe that is held.
+    pub held: DVec3,
+    /// Where it is held.
+    pub anchor: DVec3,
+    /// It is being dragged.
+    pub sliding: bool,
+}
+
+/// A tick, as it is shown. See the module's description for frames.
+#[derive(Clone, Debug)]
+pub struct Moment {
+    /// s since the run began.
+    pub time: f64,
+    /// Where the device holds the probe.
+    pub device: Pose,
+    /// Where the contacts were looked for: the proxy's pose with a coupling, else the device's.
+    pub tool: Pose,
+    /// The grip on the proxy.
+    pub grip: DVec3,
+    /// About the grip, as commanded.
+    pub wrench: Wrench,
+    /// Of all contacts, also those for which there is no room.
+    pub contact_count: usize,
+    /// Dots.
+    pub contacts: Vec<ShownContact>,
+    /// Arrows.
+    pub clusters: Vec<ShownCluster>,
+    /// Where friction holds.
+    pub anchors: Vec<ShownAnchor>,
+}
+
+impl Moment {
+    /// Nothing yet, with room for `capacity` of each kind.
+    pub fn new(capacity: usize) -> Self {
+        Self {
+            time: 0.0,
+            device: Pose::IDENTITY,
+            tool: Pose::IDENTITY,
+            grip: DVec3::ZERO,
+            wrench: Wrench::ZERO,
+            contact_count: 0,
+            contacts: Vec::with_capacity(capacity),
+            clusters: Vec::with_capacity(capacity),
+            anchors: Vec::with_capacity(capacity),
+        }
+    }
+
+    /// Becomes the tick `time` seconds after the beginning. `grip_a` is where the hand holds the probe, in the probe's frame.
+    /// Obtains no memory.
+    pub fn fill(&mut self, tick: &Tick, time: f64, grip_a: DVec3) {
+        self.time = time;
+        self.device = tick.probe.pose_ba;
+        self.tool = tick.tool_ba;
+        self.grip = tick.tool_ba.point(grip_a);
+        self.wrench = tick.commanded;
+        self.contact_count = tick.contacts.len();
+        refill(&mut self.contacts, tick.contacts.iter(), |contact| ShownContact {
+            point: contact.midpoint(),
+            separation: contact.separation,
+        });
+        let forces = &tick.forces;
+        refill(&mut self.clusters, forces.clusters.iter().zip(&forces.normal_forces), |(cluster, size)| ShownCluster {
+            point: cluster.midpoint,
+            force: *size * cluster.normal,
+        });
+        refill(&mut self.anchors, forces.grips.iter(), |grip| {
+            // The force is −stiffness times the way from the anchor to the point that it holds.
+            let strain = if grip.stiffness > 0.0 { grip.force / grip.stiffness } else { DVec3::ZERO };
+            ShownAnchor { held: grip.point, anchor: grip.point + strain, sliding: grip.sliding }
+        });
+    }
+}
+
+/// Overwrites `list` within the room that it has.
+fn refill<T, S>(list: &mut Vec<T>, from: impl Iterator<Item = S>, shown: impl Fn(S) -> T) {
+    list.clear();
+    let room = list.capacity();
+    list.extend(from.take(room).map(shown));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use palpus::body::{Feature, FeaturePair};
+    use palpus::force::Contact;
+
+    #[test]
+    fn a_moment_keeps_to_its_room() {
+        let contact = Contact {
+            piece_a: 0,
+            piece_b: 0,
+            features: FeaturePair { a: Feature::Vertex(0), b: Feature::Vertex(0) },
+            point_a: DVec3::ZERO,
+            point_b: DVec3::Z,
+            normal: -DVec3::Z,
+            separation: 1.0,
+            extent: 0.0,
+        };
+        let mut tick = Tick::new(100);
+        tick.contacts.resize(100, contact);
+        let mut moment = Moment::new(7);
+        let room = moment.contacts.capacity();
+        moment.fill(&tick, 0.25, DVec3::X);
+        assert_eq!((moment.contact_count, moment.contacts.len(), moment.contacts.capacity()), (100, room, room));
+        assert_eq!(moment.contacts[0], ShownContact { point: DVec3::Z * 0.5, separation: 1.0 });
+        assert_eq!((moment.time, moment.grip), (0.25, DVec3::X));
+    }
+}

@@ -1,0 +1,372 @@
+//! From a scene to a picture.
+//!
+//! 1. Every pixel is four samples.
+//! 2. *Bodies* into a layer, with outlines where they end.
+//! 3. *Translucent bodies*, and where the device holds the probe if the proxy is elsewhere: their nearest inner sides, then their
+//!    nearest outer sides, each over what is there. What looks along the surface sees more of it, as with glass.
+//! 4. *Marks* into a layer of their own. What a body hides of them stays visible, paler.
+//! 5. Samples become pixels, and words stand above.
+//!
+//! Light is two lamps that go with the eye and a sky: a surface that faces the viewer is never dark.
+
+use glam::DVec3;
+use palpus::algebra::Pose;
+
+use crate::camera::Camera;
+use crate::letters::{self, Setting};
+use crate::marks::{self, Triangles};
+use crate::moment::Moment;
+use crate::picture::{Picture, Rgb};
+use crate::raster::{Corner, Facing, Fragment, Layer, Lens, Light};
+use crate::scene::{Scene, ShownBody, Unit};
+use crate::style::{Colours, Style, encoded, linear, piece_colour};
+
+/// Samples along each side of a pixel.
+const FINENESS: usize = 2;
+/// The height of a picture for which sizes in pixels are stated; others scale.
+const NOMINAL_HEIGHT: f64 = 800.0;
+/// Pixels.
+const DOT_RADIUS: f64 = 5.5;
+const SHAFT_RADIUS: f64 = 2.2;
+const CLUSTER_SHAFT_RADIUS: f64 = 1.6;
+const ANCHOR_RADIUS: f64 = 4.0;
+const WIRE_WIDTH: f64 = 0.7;
+const LONGEST_ARROW: f64 = 150.0;
+const TURNING_CIRCLE: f64 = 42.0;
+const MARGIN: f64 = 22.0;
+const TITLE_SIZE: f64 = 19.0;
+const WORD_SIZE: f64 = 13.0;
+/// The smallest turning arrow, of the largest.
+const LEAST_TURN: f64 = 0.35;
+/// How much of a mark is seen through a body.
+const HIDDEN: f32 = 0.38;
+/// A mark this part of its depth behind a surface counts as before it: contacts lie between the two surfaces.
+const BEFORE: f32 = 0.997;
+const OUTLINE_STRENGTH: f64 = 0.6;
+const WIRE_STRENGTH: f64 = 0.55;
+/// How much a translucent body covers where it is looked at squarely, and where along.
+const COVER_SQUARE: f64 = 0.26;
+const COVER_ALONG: f64 = 0.62;
+/// The same for where the device holds the probe.
+const GHOST_COVER: f64 = 0.35;
+/// A proxy this part of the probe's size from the device is drawn apart from it.
+const APART: f64 = 2e-3;
+
+/// Draws `scene` as `camera` sees it, `width` by `height` pixels.
+pub fn paint(scene: &Scene, camera: &Camera, style: &Style, width: usize, height: usize) -> Picture {
+    let colours = style.theme.colours();
+    let scale = height as f64 / NOMINAL_HEIGHT;
+    let lens = Lens::new(camera, width * FINENESS, height * FINENESS);
+    let brush = Brush { lens, colours, samples: scale * FINENESS as f64 };
+
+    let mut opaque = Layer::new(width * FINENESS, height * FINENESS);
+    for (k, body) in scene.bodies.iter().enumerate().filter(|(_, body)| !body.look.translucent) {
+        brush.body(&mut opaque, body, &body.pose, k as u16 + 1, Facing::Any, None);
+    }
+    opaque.outline(linear(colours.outline), OUTLINE_STRENGTH);
+    let mut light = background(&colours, opaque.width, opaque.height);
+    cover(&mut light, &opaque, |_| 1.0);
+
+    let mut layer = Layer::new(opaque.width, opaque.height);
+    for facing in [Facing::Back, Facing::Front] {
+        layer.restart_before(&opaque);
+        brush.translucent(&mut layer, scene, facing);
+        if facing == Facing::Front {
+            layer.outline(linear(colours.outline), OUTLINE_STRENGTH);
+        }
+        cover(&mut light, &layer, |_| 1.0);
+    }
+    if let Some(moment) = &scene.moment {
+        let mut layer = Layer::new(opaque.width, opaque.height);
+        brush.marks(&mut layer, scene, moment, style);
+        layer.outline(linear(colours.outline), OUTLINE_STRENGTH);
+        cover(&mut light, &layer, |k| if layer.nearness[k] >= opaque.nearness[k] * BEFORE { 1.0 } else { HIDDEN });
+    }
+    let mut picture = pixels(&light, width, height);
+    if style.words {
+        words(&mut picture, scene, camera, style, scale);
+    }
+    picture
+}
+
+/// What every stroke needs.
+struct Brush {
+    lens: Lens,
+    colours: Colours,
+    /// Samples of a nominal pixel.
+    samples: f64,
+}
+
+impl Brush {
+    /// A body, or one side of it. `cover` makes it translucent: what it covers squarely and along.
+    fn body(
+        &self,
+        layer: &mut Layer,
+        body: &ShownBody,
+        pose: &Pose,
+        name: u16,
+        facing: Facing,
+        cover: Option<(f64, f64)>,
+    ) {
+        let solid = &body.solid;
+        let points: Vec<DVec3> = solid.vertices.iter().map(|v| pose.point(*v)).collect();
+        let wire = WIRE_WIDTH * self.samples;
+        let (own, outline) = (linear(body.colour), linear(self.colours.outline));
+        for ((triangle, normals), &piece) in solid.triangles.iter().zip(&solid.normals).zip(&solid.pieces) {
+            let colour =
+                if body.look.pieces { piece_colour(piece, self.colours.piece_lightness) } else { own };
+            let corner = |k: usize| Corner { point: points[triangle[k] as usize], normal: pose.vector(normals[k]) };
+            layer.triangle(&self.lens, name, [corner(0), corner(1), corner(2)], facing, |fragment| {
+                let mut light = lit(colour, fragment);
+                let mut covered = cover.map_or(1.0, |(square, along)| glass(fragment, square, along));
+                if body.look.wireframe && fragment.side < wire {
+                    light = light.lerp(outline, WIRE_STRENGTH);
+                    covered = covered.max(WIRE_STRENGTH);
+                }
+                as_light(light, covered)
+            });
+        }
+    }
+
+    /// One side of all translucent bodies, and of the probe where the device has it.
+    fn translucent(&self, layer: &mut Layer, scene: &Scene, facing: Facing) {
+        for (k, body) in scene.bodies.iter().enumerate().filter(|(_, body)| body.look.translucent) {
+            self.body(layer, body, &body.pose, k as u16 + 1, facing, Some((COVER_SQUARE, COVER_ALONG)));
+        }
+        let (Some(moment), Some(probe), Facing::Front) = (&scene.moment, scene.bodies.first(), facing) else { return };
+        let (low, high) = probe.solid.bounds();
+        let apart = (moment.device.point(low) - moment.tool.point(low)).length()
+            .max((moment.device.point(high) - moment.tool.point(high)).length());
+        if apart > APART * (high - low).length() {
+            let pose = scene.moment_pose * moment.device;
+            let name = scene.bodies.len() as u16 + 1;
+            self.body(layer, probe, &pose, name, facing, Some((0.5 * GHOST_COVER, GHOST_COVER)));
+        }
+    }
+
+    /// Dots and arrows.
+    fn marks(&self, layer: &mut Layer, scene: &Scene, moment: &Moment, style: &Style) {
+        let place = |p: DVec3| scene.moment_pose.point(p);
+        let turn = |v: DVec3| scene.moment_pose.vector(v);
+        if style.contacts {
+            for contact in &moment.contacts {
+                let colour = if contact.separation < 0.0 { self.colours.penetrating } else { self.colours.disjoint };
+                self.dot(layer, place(contact.point), DOT_RADIUS, colour);
+            }
+        }
+        if style.anchors {
+            for anchor in &moment.anchors {
+                let colour = if anchor.sliding { self.colours.sliding } else { self.colours.anchor };
+                self.dot(layer, place(anchor.anchor), 0.5 * ANCHOR_RADIUS, colour);
+                let rod = marks::rod(place(anchor.anchor), place(anchor.held), self.metres(place(anchor.held), 1.0));
+                self.solid_mark(layer, &rod, colour);
+            }
+        }
+        let arrow = |layer: &mut Layer, tail: DVec3, force: DVec3, radius: f64, colour: Rgb| {
+            let length = self.metres(tail, LONGEST_ARROW) / scene.force_scale.max(f64::MIN_POSITIVE);
+            let triangles = marks::arrow(tail, force * length, self.metres(tail, radius));
+            self.solid_mark(layer, &triangles, colour);
+        };
+        if style.clusters {
+            for cluster in &moment.clusters {
+                let force = turn(cluster.force);
+                arrow(layer, place(cluster.point), force, CLUSTER_SHAFT_RADIUS, self.colours.cluster);
+            }
+        }
+        if style.wrench {
+            let grip = place(moment.grip);
+            arrow(layer, grip, turn(moment.wrench.force), SHAFT_RADIUS, self.colours.force);
+            let part = (moment.wrench.torque.length() / scene.torque_scale.max(f64::MIN_POSITIVE)).min(1.0);
+            if part > 0.0 {
+                let circle = self.metres(grip, TURNING_CIRCLE * (LEAST_TURN + (1.0 - LEAST_TURN) * part));
+                let radius = self.metres(grip, CLUSTER_SHAFT_RADIUS);
+                let turning = marks::turning_arrow(grip, turn(moment.wrench.torque), circle, radius);
+                self.solid_mark(layer, &turning, self.colours.torque);
+            }
+            self.dot(layer, grip, 0.6 * DOT_RADIUS, self.colours.force);
+        }
+    }
+
+    fn metres(&self, point: DVec3, pixels: f64) -> f64 {
+        self.lens.metres(point, pixels * self.samples)
+    }
+
+    /// A dot like a small ball, in a ring, a little before its place.
+    fn dot(&self, layer: &mut Layer, point: DVec3, radius: f64, colour: Rgb) {
+        let (inner, outline) = (linear(colour), linear(self.colours.outline));
+        let radius = radius * self.samples;
+        let nearer = self.lens.metres(point, 0.5 * radius);
+        layer.dot(&self.lens, MARK, point, radius, nearer, |part| {
+            as_light(if part > 0.82 { outline } else { inner * (1.0 - 0.35 * part * part) }, 1.0)
+        });
+    }
+
+    fn solid_mark(&self, layer: &mut Layer, triangles: &Triangles, colour: Rgb) {
+        let colour = linear(colour);
+        for corners in triangles {
+            layer.triangle(&self.lens, MARK, *corners, Facing::Front, |fragment| as_light(lit(colour, fragment), 1.0));
+        }
+    }
+}
+
+/// All marks have one name.
+const MARK: u16 = 1;
+
+fn as_light(light: DVec3, covered: f64) -> Light {
+    [light.x as f32, light.y as f32, light.z as f32, covered as f32]
+}
+
+/// Two lamps, from over the left and the right shoulder, a sky, and a gloss.
+fn lit(colour: DVec3, fragment: &Fragment) -> DVec3 {
+    let n = fragment.normal;
+    let key = DVec3::new(-0.45, 0.62, 0.64);
+    let fill = DVec3::new(0.80, 0.05, 0.60);
+    let sky = 0.24 + 0.16 * n.y;
+    let diffuse = sky + 0.62 * n.dot(key).max(0.0) + 0.22 * n.dot(fill).max(0.0);
+    let half = (key + fragment.to_eye).normalize_or(DVec3::Z);
+    let gloss = n.dot(half).max(0.0).powi(40);
+    colour * diffuse + DVec3::splat(0.16 * gloss)
+}
+
+/// How much a translucent surface covers.
+fn glass(fragment: &Fragment, square: f64, along: f64) -> f64 {
+    let slant = 1.0 - fragment.normal.dot(fragment.to_eye).clamp(0.0, 1.0);
+    square + (along - square) * slant * slant
+}
+
+/// From above to below.
+fn background(colours: &Colours, width: usize, height: usize) -> Vec<[f32; 3]> {
+    let (above, below) = (linear(colours.above), linear(colours.below));
+    let mut light = Vec::with_capacity(width * height);
+    for row in 0..height {
+        let part = (row as f64 + 0.5) / height as f64;
+        light.extend(std::iter::repeat_n(above.lerp(below, part).as_vec3().to_array(), width));
+    }
+    light
+}
+
+/// Lays a layer over the light; `part` says how much of a sample counts.
+fn cover(light: &mut [[f32; 3]], layer: &Layer, part: impl Fn(usize) -> f32) {
+    for (k, under) in light.iter_mut().enumerate() {
+        if layer.name[k] == 0 {
+            continue;
+        }
+        let [r, g, b, covered] = layer.light[k];
+        let covered = covered * part(k);
+        for (under, over) in under.iter_mut().zip([r, g, b]) {
+            *under += (over - *under) * covered;
+        }
+    }
+}
+
+/// The mean of the samples of each pixel.
+fn pixels(light: &[[f32; 3]], width: usize, height: usize) -> Picture {
+    let mut picture = Picture::new(width, height, [0; 3]);
+    for y in 0..height {
+        for x in 0..width {
+            let mut sum = DVec3::ZERO;
+            for row in y * FINENESS..(y + 1) * FINENESS {
+                for column in x * FINENESS..(x + 1) * FINENESS {
+                    let [r, g, b] = light[row * width * FINENESS + column];
+                    // What is brighter than white is white before it is mixed, so that edges of gloss stay smooth.
+                    sum += DVec3::new(f64::from(r), f64::from(g), f64::from(b)).min(DVec3::ONE);
+                }
+            }
+            picture.set_pixel(x, y, encoded(sum / (FINENESS * FINENESS) as f64));
+        }
+    }
+    picture
+}
+
+/// Title, caption, the meaning of the colours that there are, and a scale.
+fn words(picture: &mut Picture, scene: &Scene, camera: &Camera, style: &Style, scale: f64) {
+    let colours = style.theme.colours();
+    let margin = MARGIN * scale;
+    let (width, height) = (picture.width() as f64, picture.height() as f64);
+    let ink = |x: f64, y: f64, size: f64| Setting { x, y, size: size * scale, colour: colours.ink, halo: colours.above };
+    letters::write(picture, &scene.title, &ink(margin, margin + TITLE_SIZE * scale, TITLE_SIZE));
+    let faint = |x: f64, y: f64| Setting { colour: colours.faint, ..ink(x, y, WORD_SIZE) };
+    let below = margin + (TITLE_SIZE + 2.2 * WORD_SIZE) * scale;
+    letters::write(picture, &scene.caption, &Setting { colour: colours.ink, ..faint(margin, below) });
+
+    let last = height - margin;
+    let mut x = margin;
+    for (colour, meaning) in scene.moment.as_ref().map_or_else(Vec::new, |moment| legend(moment, style, &colours)) {
+        let radius = 0.45 * WORD_SIZE * scale;
+        letters::disc(picture, x + radius, last - radius, radius, colour);
+        x += 3.2 * radius;
+        let setting = Setting { halo: colours.below, ..faint(x, last) };
+        letters::write(picture, meaning, &setting);
+        x += letters::width(meaning, setting.size) + 1.6 * WORD_SIZE * scale;
+    }
+
+    let (length, name) = round_length(camera.metres_per_pixel(camera.distance, height) * SCALE_LENGTH * scale, scene.unit);
+    let pixels = length / camera.metres_per_pixel(camera.distance, height);
+    let (right, thick) = (width - margin, 1.2 * scale);
+    letters::rule(picture, (right - pixels, last), (right, last), thick, colours.faint);
+    for end in [right - pixels, right] {
+        letters::rule(picture, (end, last - 5.0 * scale), (end, last), thick, colours.faint);
+    }
+    let wide = letters::width(&name, WORD_SIZE * scale);
+    let above = Setting { halo: colours.below, ..faint(right - 0.5 * (pixels + wide), last - 0.7 * WORD_SIZE * scale) };
+    letters::write(picture, &name, &above);
+}
+
+/// About how long the scale is, pixels.
+const SCALE_LENGTH: f64 = 130.0;
+
+/// What is there to be explained.
+fn legend(moment: &Moment, style: &Style, colours: &Colours) -> Vec<(Rgb, &'static str)> {
+    let contacts = |overlap: bool| style.contacts && moment.contacts.iter().any(|c| (c.separation < 0.0) == overlap);
+    let anchors = |sliding: bool| style.anchors && moment.anchors.iter().any(|a| a.sliding == sliding);
+    let force = style.wrench && moment.wrench.force != DVec3::ZERO;
+    let torque = style.wrench && moment.wrench.torque != DVec3::ZERO;
+    let rows = [
+        (contacts(false), colours.disjoint, "apart"),
+        (contacts(true), colours.penetrating, "overlapping"),
+        (style.clusters && !moment.clusters.is_empty(), colours.cluster, "forces of clusters"),
+        (force, colours.force, "force at the grip"),
+        (torque, colours.torque, "torque"),
+        (anchors(false), colours.anchor, "friction holds"),
+        (anchors(true), colours.sliding, "friction slides"),
+    ];
+    rows.into_iter().filter(|row| row.0).map(|(_, colour, meaning)| (colour, meaning)).collect()
+}
+
+/// The largest of 1, 2 or 5 times a power of ten that is not longer, and its name.
+fn round_length(most: f64, unit: Unit) -> (f64, String) {
+    let mut decade = -12i32;
+    while 10f64.powi(decade + 1) <= most && decade < 12 {
+        decade += 1;
+    }
+    let digit = [5, 2, 1].into_iter().find(|d| f64::from(*d) * 10f64.powi(decade) <= most).unwrap_or(1);
+    let length = f64::from(digit) * 10f64.powi(decade);
+    let name = match unit {
+        Unit::Model if decade >= 0 => format!("{length:.0} units"),
+        Unit::Model => format!("{length:.*} units", -decade as usize),
+        Unit::Metre if decade >= 0 => format!("{length:.0} m"),
+        Unit::Metre if decade >= -3 => format!("{:.0} mm", length * 1e3),
+        Unit::Metre => format!("{:.0} µm", length * 1e6),
+    };
+    (length, name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_are_round() {
+        let name = |most: f64, unit: Unit| round_length(most, unit).1;
+        assert_eq!(name(0.013, Unit::Metre), "10 mm");
+        assert_eq!(name(0.0051, Unit::Metre), "5 mm");
+        assert_eq!(name(0.00025, Unit::Metre), "200 µm");
+        assert_eq!(name(3.0, Unit::Metre), "2 m");
+        assert_eq!(name(0.03, Unit::Model), "0.02 units");
+        assert_eq!(name(70.0, Unit::Model), "50 units");
+        for most in [1e-5, 3.3e-3, 0.2, 1.0, 47.0] {
+            let (length, _) = round_length(most, Unit::Metre);
+            assert!(length <= most * (1.0 + 1e-9) && length > 0.39 * most, "{most} {length}");
+        }
+    }
+}

@@ -1,0 +1,59 @@
+//! Pixels.
+
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+
+use crate::png::write_png;
+
+/// Red, green and blue, sRGB.
+pub type Rgb = [u8; 3];
+
+/// A picture, row by row from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    width: usize,
+    height: usize,
+    pixels: Vec<u8>,
+}
+
+impl Picture {
+    /// A picture of one colour.
+    pub fn new(width: usize, height: usize, colour: Rgb) -> Self {
+        Self { width, height, pixels: colour.repeat(width * height) }
+    }
+
+    /// Pixels a row.
+    pub fn width(&self) -> usize {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> usize {
+        self.height
+    }
+
+    /// The colour of the pixel in column `x` of row `y`; both within the picture.
+    pub fn pixel(&self, x: usize, y: usize) -> Rgb {
+        let at = 3 * (y * self.width + x);
+        [self.pixels[at], self.pixels[at + 1], self.pixels[at + 2]]
+    }
+
+    /// Colours the pixel in column `x` of row `y`; both within the picture.
+    pub fn set_pixel(&mut self, x: usize, y: usize, colour: Rgb) {
+        let at = 3 * (y * self.width + x);
+        self.pixels[at..at + 3].copy_from_slice(&colour);
+    }
+
+    /// Red, green and blue of every pixel.
+    pub fn bytes(&self) -> &[u8] {
+        &self.pixels
+    }
+
+    /// The picture as a PNG file.
+    pub fn write_png(&self, path: &Path) -> io::Result<()> {
+        let mut file = BufWriter::new(File::create(path)?);
+        write_png(&mut file, self.width as u32, self.height as u32, &self.pixels)?;
+        file.flush()
+    }
+}

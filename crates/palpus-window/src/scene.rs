@@ -1,0 +1,108 @@
+//! What is to be seen.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use palpus::algebra::Pose;
+
+use crate::moment::Moment;
+use crate::picture::Rgb;
+use crate::solid::Solid;
+use crate::style::Theme;
+
+/// How one body is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Look {
+    /// Each convex piece in a colour of its own.
+    pub pieces: bool,
+    /// The triangles' sides are drawn.
+    pub wireframe: bool,
+    /// What is behind it is seen through it.
+    pub translucent: bool,
+}
+
+/// A body in its place.
+#[derive(Clone, Debug)]
+pub struct ShownBody {
+    /// Its triangles.
+    pub solid: Arc<Solid>,
+    /// Of the body in the world.
+    pub pose: Pose,
+    /// Its colour, where pieces have none.
+    pub colour: Rgb,
+    /// How it is drawn.
+    pub look: Look,
+}
+
+/// Everything in one picture.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The bodies.
+    pub bodies: Vec<ShownBody>,
+    /// Contacts and forces, if any.
+    pub moment: Option<Moment>,
+    /// Of the moment's frame, the environment's, in the world.
+    pub moment_pose: Pose,
+    /// The largest force of an arrow: N for the longest. The engine's limit.
+    pub force_scale: f64,
+    /// N·m, of the longest turning arrow.
+    pub torque_scale: f64,
+    /// What it is, above everything.
+    pub title: String,
+    /// What else there is to say, below.
+    pub caption: String,
+    /// What a length of 1 is called.
+    pub unit: Unit,
+}
+
+impl Default for Scene {
+    /// Nothing.
+    fn default() -> Self {
+        Self {
+            bodies: Vec::new(),
+            moment: None,
+            moment_pose: Pose::IDENTITY,
+            force_scale: 1.0,
+            torque_scale: 1.0,
+            title: String::new(),
+            caption: String::new(),
+            unit: Unit::Metre,
+        }
+    }
+}
+
+/// What a length of 1 is called.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Unit {
+    /// Metres.
+    #[default]
+    Metre,
+    /// Whatever the model's file means.
+    Model,
+}
+
+impl ShownBody {
+    /// The colours of probe and environment in a theme.
+    pub fn colours(theme: Theme) -> [Rgb; 2] {
+        let colours = theme.colours();
+        [colours.probe, colours.environment]
+    }
+}
+
+impl Scene {
+    /// Corners of the boxes about all bodies, world: what a camera frames.
+    pub fn corners(&self) -> impl Iterator<Item = DVec3> + Clone {
+        let boxes: Vec<(Pose, DVec3, DVec3)> = self
+            .bodies
+            .iter()
+            .filter(|body| !body.solid.vertices.is_empty())
+            .map(|body| (body.pose, body.solid.bounds().0, body.solid.bounds().1))
+            .collect();
+        boxes.into_iter().flat_map(|(pose, low, high)| {
+            (0..8usize).map(move |k| {
+                let pick = |bit: usize, low: f64, high: f64| if k >> bit & 1 == 1 { high } else { low };
+                pose.point(DVec3::new(pick(0, low.x, high.x), pick(1, low.y, high.y), pick(2, low.z, high.z)))
+            })
+        })
+    }
+}

@@ -1,0 +1,128 @@
+//! A body as it is drawn: triangles, the normal at each of their corners, and the convex piece that each belongs to.
+//!
+//! 1. *Whole*: the mesh's own triangles. Corners are shaded by the mean normal of the triangles about the vertex that turn
+//!    by less than [`CREASE`]; the others make an edge that is seen as one.
+//! 2. *Apart*: the faces of every convex piece, moved away from the body's middle.
+
+use glam::DVec3;
+use palpus::body::Body;
+
+/// cos 40°: triangles that turn by more look like an edge.
+const CREASE: f64 = 0.766;
+/// Round a vertex with more triangles than this no mean is taken: the work grows with the square.
+const MOST_ROUND: usize = 96;
+
+/// Triangles of one body, in the body's frame.
+#[derive(Clone, Debug, Default)]
+pub struct Solid {
+    /// m.
+    pub vertices: Vec<DVec3>,
+    /// Indices into the vertices, counter-clockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit, outward, of the three corners of each triangle.
+    pub normals: Vec<[DVec3; 3]>,
+    /// The convex piece of each triangle.
+    pub pieces: Vec<u32>,
+}
+
+impl Solid {
+    /// The mesh of a body.
+    pub fn of_body(body: &Body) -> Self {
+        let mesh = body.mesh();
+        let triangles = mesh.triangles().to_vec();
+        let mut pieces = vec![0; triangles.len()];
+        for (k, piece) in body.pieces().iter().enumerate() {
+            for &t in piece.triangles() {
+                pieces[t as usize] = k as u32;
+            }
+        }
+        let flat: Vec<DVec3> = (0..triangles.len() as u32).map(|t| mesh.triangle_normal(t)).collect();
+        let areas: Vec<f64> = (0..triangles.len() as u32).map(|t| mesh.triangle_area(t)).collect();
+        let normals = corner_normals(mesh.vertices().len(), &triangles, &flat, &areas);
+        Self { vertices: mesh.vertices().to_vec(), triangles, normals, pieces }
+    }
+
+    /// The convex pieces of a body, each moved away from the middle of the body's box by `spread` times its own distance.
+    pub fn exploded(body: &Body, spread: f64) -> Self {
+        let bounds = body.mesh().bounds();
+        let middle = (bounds.min + bounds.max) * 0.5;
+        let mut solid = Self::default();
+        for (k, piece) in body.polytopes().iter().enumerate() {
+            let shift = (piece.centroid() - middle) * spread;
+            let first = solid.vertices.len() as u32;
+            solid.vertices.extend(piece.vertices().iter().map(|v| *v + shift));
+            for f in 0..piece.face_count() as u32 {
+                // A rim has no width.
+                if piece.is_rim(f) {
+                    continue;
+                }
+                let normal = piece.plane(f).normal;
+                let corners: Vec<u32> = piece.face_vertices(f).iter().collect();
+                for pair in corners.windows(2).skip(1) {
+                    solid.triangles.push([first + corners[0], first + pair[0], first + pair[1]]);
+                    solid.normals.push([normal; 3]);
+                    solid.pieces.push(k as u32);
+                }
+            }
+        }
+        solid
+    }
+
+    /// The lower and the upper corner of the box about all vertices.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        self.vertices
+            .iter()
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)))
+    }
+}
+
+/// The normal at each corner of each triangle.
+fn corner_normals(vertex_count: usize, triangles: &[[u32; 3]], flat: &[DVec3], areas: &[f64]) -> Vec<[DVec3; 3]> {
+    let mut starts = vec![0u32; vertex_count + 1];
+    for &v in triangles.iter().flatten() {
+        starts[v as usize + 1] += 1;
+    }
+    for k in 0..vertex_count {
+        starts[k + 1] += starts[k];
+    }
+    let mut next = starts.clone();
+    let mut around = vec![0u32; triangles.len() * 3];
+    for (t, corners) in triangles.iter().enumerate() {
+        for &v in corners {
+            around[next[v as usize] as usize] = t as u32;
+            next[v as usize] += 1;
+        }
+    }
+    let at = |t: usize, v: u32| {
+        let own = flat[t];
+        let round = &around[starts[v as usize] as usize..starts[v as usize + 1] as usize];
+        if round.len() > MOST_ROUND {
+            return own;
+        }
+        let alike = round.iter().map(|&u| u as usize).filter(|&u| flat[u].dot(own) > CREASE);
+        alike.map(|u| flat[u] * areas[u]).sum::<DVec3>().normalize_or(own)
+    };
+    triangles.iter().enumerate().map(|(t, corners)| corners.map(|v| at(t, v))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_box_keeps_its_edges() {
+        let side = |k: usize, bit: usize| (k >> bit & 1) as f64;
+        let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
+        let body = Body::from_convex(&points).expect("a box");
+        for solid in [Solid::of_body(&body), Solid::exploded(&body, 1.0)] {
+            assert_eq!(solid.triangles.len(), 12);
+            for (triangle, normals) in solid.triangles.iter().zip(&solid.normals) {
+                let [a, b, c] = triangle.map(|v| solid.vertices[v as usize]);
+                let normal = (b - a).cross(c - a).normalize();
+                assert!(normals.iter().all(|n| (*n - normal).length() < 1e-9));
+                assert!(normal.dot((a + b + c) / 3.0 - DVec3::splat(0.5)) > 0.0, "outward");
+            }
+            assert_eq!(solid.bounds(), (DVec3::ZERO, DVec3::ONE));
+        }
+    }
+}

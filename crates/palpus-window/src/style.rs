@@ -1,0 +1,153 @@
+//! Colours and what is drawn at all.
+
+use glam::DVec3;
+
+use crate::picture::Rgb;
+
+/// How a scene is drawn, whatever it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Style {
+    /// Light or dark.
+    pub theme: Theme,
+    /// Contacts as dots: green where the bodies are apart, red where they overlap.
+    pub contacts: bool,
+    /// The force of each cluster as an arrow.
+    pub clusters: bool,
+    /// The wrench at the grip as an arrow and a turning arrow.
+    pub wrench: bool,
+    /// Where friction holds.
+    pub anchors: bool,
+    /// Numbers, the meaning of colours, and a scale.
+    pub words: bool,
+}
+
+impl Default for Style {
+    fn default() -> Self {
+        Self { theme: Theme::Light, contacts: true, clusters: true, wrench: true, anchors: true, words: true }
+    }
+}
+
+/// What everything stands on.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Theme {
+    /// Dark on light, for paper.
+    #[default]
+    Light,
+    /// Light on dark.
+    Dark,
+}
+
+/// The colours of a theme, sRGB.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Colours {
+    pub(crate) above: Rgb,
+    pub(crate) below: Rgb,
+    pub(crate) ink: Rgb,
+    pub(crate) faint: Rgb,
+    pub(crate) outline: Rgb,
+    pub(crate) probe: Rgb,
+    pub(crate) environment: Rgb,
+    pub(crate) disjoint: Rgb,
+    pub(crate) penetrating: Rgb,
+    pub(crate) cluster: Rgb,
+    pub(crate) force: Rgb,
+    pub(crate) torque: Rgb,
+    pub(crate) anchor: Rgb,
+    pub(crate) sliding: Rgb,
+    /// Of pieces: how much of their colour stays, and how light they are.
+    pub(crate) piece_lightness: f64,
+}
+
+impl Theme {
+    pub(crate) fn colours(self) -> Colours {
+        match self {
+            Self::Light => Colours {
+                above: [252, 252, 253],
+                below: [226, 231, 238],
+                ink: [28, 33, 43],
+                faint: [110, 118, 132],
+                outline: [38, 44, 56],
+                probe: [232, 164, 82],
+                environment: [138, 165, 196],
+                disjoint: [26, 158, 60],
+                penetrating: [214, 28, 36],
+                cluster: [122, 62, 188],
+                force: [18, 84, 204],
+                torque: [0, 138, 148],
+                anchor: [24, 24, 28],
+                sliding: [222, 110, 0],
+                piece_lightness: 0.66,
+            },
+            Self::Dark => Colours {
+                above: [30, 34, 42],
+                below: [14, 16, 21],
+                ink: [238, 241, 246],
+                faint: [150, 158, 172],
+                outline: [6, 7, 10],
+                probe: [236, 170, 92],
+                environment: [120, 150, 186],
+                disjoint: [70, 220, 104],
+                penetrating: [255, 74, 74],
+                cluster: [204, 150, 255],
+                force: [96, 164, 255],
+                torque: [64, 214, 222],
+                anchor: [250, 250, 250],
+                sliding: [255, 170, 60],
+                piece_lightness: 0.60,
+            },
+        }
+    }
+}
+
+/// Light as it adds up. The curve is a plain square, near enough to sRGB's and exact on every machine.
+pub(crate) fn linear(colour: Rgb) -> DVec3 {
+    let part = |c: u8| (f64::from(c) / 255.0).powi(2);
+    DVec3::new(part(colour[0]), part(colour[1]), part(colour[2]))
+}
+
+/// The opposite of [`linear`].
+pub(crate) fn encoded(light: DVec3) -> Rgb {
+    let part = |c: f64| (c.clamp(0.0, 1.0).sqrt() * 255.0 + 0.5) as u8;
+    [part(light.x), part(light.y), part(light.z)]
+}
+
+/// The turn from one piece's hue to the next, of a whole turn: the golden ratio's, which keeps all near ones apart.
+const HUE_STEP: f64 = 0.618_033_988_749_894_9;
+/// Neighbouring hues also differ in lightness, in turn by this much.
+const LIGHTNESS_STEPS: [f64; 3] = [0.0, 0.07, -0.08];
+const SATURATION: f64 = 0.52;
+
+/// The colour of piece `k`, as light.
+pub(crate) fn piece_colour(k: u32, lightness: f64) -> DVec3 {
+    let hue = (f64::from(k) * HUE_STEP + 0.08).fract();
+    let lightness = lightness + LIGHTNESS_STEPS[k as usize % LIGHTNESS_STEPS.len()];
+    let swing = SATURATION * lightness.min(1.0 - lightness);
+    let part = |offset: f64| {
+        let at = (offset + hue * 12.0) % 12.0;
+        let value = lightness - swing * (at - 3.0).min(9.0 - at).clamp(-1.0, 1.0);
+        value * value
+    };
+    DVec3::new(part(0.0), part(8.0), part(4.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_survive_as_light() {
+        for c in 0..=255u8 {
+            assert_eq!(encoded(linear([c, 255 - c, 7])), [c, 255 - c, 7]);
+        }
+    }
+
+    #[test]
+    fn pieces_beside_each_other_in_number_differ() {
+        for k in 0..200 {
+            let now = piece_colour(k, 0.6);
+            for j in k + 1..k + 4 {
+                assert!((now - piece_colour(j, 0.6)).length() > 0.08, "{k} {j}");
+            }
+        }
+    }
+}
