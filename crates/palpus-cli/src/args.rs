@@ -35,6 +35,8 @@ pub(crate) enum Command {
     Prepare(PrepareArguments),
     /// Tells the health, mass properties and pieces of a model.
     Inspect(InspectArguments),
+    /// Makes a picture of a model: its convex pieces, together or apart.
+    View(ViewArguments),
     /// Runs a recording again and compares every wrench bit for bit.
     Replay(ReplayArguments),
     /// Tells which haptic devices are there, and what it would take to have the others.
@@ -59,7 +61,7 @@ impl Command {
 
 #[derive(Debug, Parser)]
 #[command(
-    after_help = "Examples:\n  palpus run                             a spoon in a cup for ten seconds\n  palpus run peg-hole --hand firm --json\n  palpus run my-scene.toml --record run.csv\n  palpus run intestine --fast --duration 60"
+    after_help = "Examples:\n  palpus run                             a spoon in a cup for ten seconds\n  palpus run peg-hole --hand firm --json\n  palpus run my-scene.toml --record run.csv\n  palpus run intestine --fast --duration 60\n  palpus run peg-hole --screenshot peg.png --at 2.5"
 )]
 pub(crate) struct RunArguments {
     /// A built-in scene (see --list) or a scene file (TOML).
@@ -119,9 +121,104 @@ pub(crate) struct RunArguments {
     /// Asks the system for neither real-time priority nor locked memory nor a core of its own.
     #[arg(long)]
     pub(crate) no_realtime: bool,
+    /// Makes a picture (PNG) of the last tick, or of the one that --at names; needs no display.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) screenshot: Option<PathBuf>,
+    /// The seconds after which the picture is taken.
+    #[arg(long, value_name = "S", requires = "screenshot")]
+    pub(crate) at: Option<f64>,
+    /// How the picture looks.
+    #[command(flatten)]
+    pub(crate) picture: PictureArguments,
     /// Prints the summary as one JSON document and nothing else.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// How pictures look.
+#[derive(Clone, Debug, Args)]
+#[command(next_help_heading = "Pictures")]
+pub(crate) struct PictureArguments {
+    /// Width and height, pixels.
+    #[arg(long, default_value = "1280x800", value_name = "WxH")]
+    pub(crate) size: Size,
+    /// From where.
+    #[arg(long, value_enum, default_value_t = Direction::Oblique, value_name = "SIDE")]
+    pub(crate) from: Direction,
+    /// How much nearer than where everything is in the picture.
+    #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
+    pub(crate) zoom: f64,
+    /// Light on dark.
+    #[arg(long)]
+    pub(crate) dark: bool,
+    /// Each convex piece in a colour of its own, also in pictures of runs.
+    #[arg(long)]
+    pub(crate) pieces: bool,
+    /// One colour a body, and nothing to be seen through it.
+    #[arg(long, conflicts_with = "pieces")]
+    pub(crate) plain: bool,
+    /// The sides of the triangles.
+    #[arg(long)]
+    pub(crate) wireframe: bool,
+    /// Neither numbers nor legend.
+    #[arg(long)]
+    pub(crate) no_words: bool,
+}
+
+/// Width and height of a picture, pixels.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Size(pub(crate) [usize; 2]);
+
+impl std::str::FromStr for Size {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let side = |text: &str| text.parse().ok().filter(|side| (MIN_SIDE..=MAX_SIDE).contains(side));
+        let size = text.split_once('x').and_then(|(width, height)| Some(Self([side(width)?, side(height)?])));
+        size.ok_or_else(|| format!("a size is two numbers from {MIN_SIDE} to {MAX_SIDE}, such as 1280x800"))
+    }
+}
+
+/// Pixels: smaller pictures show nothing.
+const MIN_SIDE: usize = 16;
+/// Pixels: larger ones need more memory than most machines have.
+const MAX_SIDE: usize = 8192;
+
+/// From where a picture is taken.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Direction {
+    /// From the front, the right and above.
+    Oblique,
+    /// Along +y.
+    Front,
+    /// Along −y.
+    Back,
+    /// Along +x.
+    Left,
+    /// Along −x.
+    Right,
+    /// Along −z.
+    Top,
+    /// Along +z.
+    Bottom,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  palpus view cup.obj --screenshot cup.png\n  palpus view cup.obj --exploded --dark --screenshot pieces.png"
+)]
+pub(crate) struct ViewArguments {
+    /// The model.
+    pub(crate) model: PathBuf,
+    /// Where the picture goes (PNG).
+    #[arg(long, value_name = "FILE")]
+    pub(crate) screenshot: PathBuf,
+    /// Shows the convex pieces apart, by this part of their distance from the middle.
+    #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "0.6")]
+    pub(crate) exploded: Option<f64>,
+    /// How the picture looks.
+    #[command(flatten)]
+    pub(crate) picture: PictureArguments,
 }
 
 /// How the hand meets the contacts.
@@ -201,7 +298,9 @@ pub(crate) struct PrepareArguments {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  palpus inspect cup.obj --json\n  palpus inspect cup.obj --sweeps")]
+#[command(
+    after_help = "Examples:\n  palpus inspect cup.obj --json\n  palpus inspect cup.obj --sweeps\n  palpus inspect cup.obj --picture cup.png"
+)]
 pub(crate) struct InspectArguments {
     /// The model.
     pub(crate) model: PathBuf,
@@ -211,6 +310,9 @@ pub(crate) struct InspectArguments {
     /// Probes of each sweep.
     #[arg(long, default_value_t = 1000, value_name = "N", requires = "sweeps")]
     pub(crate) samples: usize,
+    /// Makes a picture (PNG) of the model, its convex pieces in colours.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) picture: Option<PathBuf>,
     /// Prints one JSON document and nothing else.
     #[arg(long)]
     pub(crate) json: bool,
@@ -319,4 +421,13 @@ pub(crate) enum BenchCommand {
 /// Prints the completions of `shell` on standard output.
 pub(crate) fn completions(shell: clap_complete::Shell) {
     clap_complete::generate(shell, &mut Arguments::command(), "palpus", &mut std::io::stdout());
+}
+
+impl Default for PictureArguments {
+    /// As when nothing is said.
+    fn default() -> Self {
+        let size = Size([1280, 800]);
+        let from = Direction::Oblique;
+        Self { size, from, zoom: 1.0, dark: false, pieces: false, plain: false, wireframe: false, no_words: false }
+    }
 }

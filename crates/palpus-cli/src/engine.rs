@@ -4,6 +4,7 @@ use palpus::algebra::{Pose, Twist};
 use palpus::render::{ProbeState, Renderer, Settings, TickSummary};
 use palpus_alloc::allocations_of_this_thread;
 use palpus_device::{DeviceState, StepOutcome};
+use palpus_window::Moment;
 
 use crate::clock::WallClock;
 use crate::stage::Stage;
@@ -14,6 +15,14 @@ pub(crate) struct Engine {
     environment_pose: Pose,
     world_to_environment: Pose,
     clock: WallClock,
+    shot: Option<Shot>,
+}
+
+/// A tick that is kept to be shown.
+struct Shot {
+    tick: u64,
+    taken: bool,
+    moment: Moment,
 }
 
 /// What a step says beside its wrench.
@@ -34,14 +43,43 @@ impl Engine {
             environment_pose: stage.environment_pose,
             world_to_environment: stage.environment_pose.inverse(),
             clock: WallClock::new(),
+            shot: None,
         })
+    }
+
+    /// Keeps what tick number `tick` has to show, for [`Engine::shown`].
+    pub(crate) fn keep(&mut self, tick: u64) {
+        let moment = Moment::new(self.renderer.settings().capacity);
+        self.shot = Some(Shot { tick, taken: false, moment });
+    }
+
+    /// What the kept tick has to show, or the last one, if there is none; `period` is a tick's, s.
+    pub(crate) fn shown(self, period: f64) -> Moment {
+        let grip_a = self.renderer.settings().grip_a;
+        match self.shot {
+            Some(mut shot) if shot.taken => {
+                shot.moment.time = shot.tick as f64 * period;
+                shot.moment
+            }
+            _ => {
+                let tick = self.renderer.tick();
+                let mut moment = Moment::new(tick.contacts.len());
+                moment.fill(tick, tick.index as f64 * period, grip_a);
+                moment
+            }
+        }
     }
 
     /// One tick: what the device is to push with.
     pub(crate) fn step(&mut self, state: &DeviceState, dt: f64) -> StepOutcome<Detail> {
         let before = allocations_of_this_thread();
         let probe = self.probe_state(&state.pose, &state.twist);
+        let grip_a = self.renderer.settings().grip_a;
         let tick = self.renderer.step(&probe, dt, &self.clock);
+        if let Some(shot) = self.shot.as_mut().filter(|shot| shot.tick == tick.index) {
+            shot.moment.fill(tick, 0.0, grip_a);
+            shot.taken = true;
+        }
         let wrench = tick.commanded.rotated(&self.environment_pose);
         let saturated = tick.counters.saturated_force + tick.counters.saturated_torque > 0;
         let summary = tick.summary();

@@ -5,9 +5,9 @@ use std::process::ExitCode;
 use palpus::body::{Body, BodySettings, Health};
 use serde::Serialize;
 
-use crate::args::InspectArguments;
+use crate::args::{InspectArguments, PictureArguments};
 use crate::sweeps::Sweeps;
-use crate::{bodies, output};
+use crate::{bodies, output, picture};
 
 /// What `--json` says; lengths are in model units.
 #[derive(Serialize)]
@@ -69,6 +69,9 @@ pub(crate) fn inspect(arguments: &InspectArguments) -> anyhow::Result<ExitCode> 
         cached: prepared.kept,
         ..report(name, prepared.hash.to_string(), prepared.seconds, body, &health)
     };
+    if let Some(file) = &arguments.picture {
+        picture::write_model(&arguments.model, body, None, file, &PictureArguments::default())?;
+    }
     if arguments.json {
         output::json(&report)?;
     } else {

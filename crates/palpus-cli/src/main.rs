@@ -11,6 +11,7 @@ mod engine;
 mod faults;
 mod inspect;
 mod output;
+mod picture;
 mod plots;
 mod prepare;
 mod query;
@@ -51,6 +52,7 @@ fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Query(query) => query::query(&query),
         Command::Prepare(prepare) => prepare::prepare(&prepare),
         Command::Inspect(inspect) => inspect::inspect(&inspect),
+        Command::View(view) => picture::view(&view),
         Command::Replay(replay) => replay::replay(&replay),
         Command::Devices(arguments) => devices::devices(&arguments),
         Command::Bench(bench) => bench::bench(&bench),

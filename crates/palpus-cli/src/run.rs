@@ -23,7 +23,7 @@ use crate::args::RunArguments;
 use crate::engine::{Detail, Engine};
 use crate::stage::{self, Stage};
 use crate::summary::{self, Gatherer, Summary};
-use crate::{devices, faults, output, plots, safety};
+use crate::{devices, faults, output, picture, plots, safety};
 
 /// Rows that may wait for the writer: half a second at the highest rate.
 const QUEUED_ROWS: usize = 1 << 15;
@@ -64,7 +64,13 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
         safety::print(device.spec(), &limits, arguments.json)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let engine = Engine::new(&stage, settings)?;
+    let mut engine = Engine::new(&stage, settings)?;
+    if let Some(seconds) = arguments.at {
+        if !(0.0..arguments.duration).contains(&seconds) {
+            bail!("--at {seconds} is not within the {} s of the run; see --duration", arguments.duration);
+        }
+        engine.keep((seconds * rate_hz).round() as u64);
+    }
     let mut header = header(&stage, settings, arguments, rate_hz);
     let engagement = options.safety.engagement(device.spec());
     safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
@@ -87,7 +93,8 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     let recording = (!arguments.no_record).then(|| Recording::start(&arguments.record, &header)).transpose()?;
     let (rows, writing) = recording.map_or((None, None), |r| (Some(r.rows), Some(r.writing)));
     let claims = (!arguments.fast && !arguments.no_realtime).then(RealTimeOptions::default);
-    let (statistics, gatherer, claims) = turn(servo, engine, &mut device, &script, rows, claims, arguments.json)?;
+    let Turned { statistics, gatherer, claims, engine } =
+        turn(servo, engine, &mut device, &script, rows, claims, arguments.json)?;
     let summary = gatherer.finish(&statistics, &limits, claims.as_ref());
     if let Some(writing) = writing {
         let written = writing.finish();
@@ -99,6 +106,10 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
         }
     }
     report(arguments, &summary)?;
+    if let Some(file) = &arguments.screenshot {
+        let moment = engine.shown(1.0 / rate_hz);
+        picture::write_run(&arguments.scene, &stage, settings.limits.torque, moment, file, &arguments.picture)?;
+    }
     let failed = matches!(statistics.end, RunEnd::DeviceFailed(_) | RunEnd::Panicked(_) | RunEnd::Faulted(_));
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
@@ -222,6 +233,15 @@ struct Live {
     phase: Phase,
 }
 
+/// What a run leaves behind.
+struct Turned {
+    statistics: RunStatistics,
+    gatherer: Gatherer,
+    claims: Option<RealTimeClaims>,
+    /// As it is after its last step.
+    engine: Engine,
+}
+
 /// Runs the loop on a thread of its own while this one shows how it goes.
 fn turn(
     mut servo: Servo,
@@ -231,7 +251,7 @@ fn turn(
     mut rows: Option<Recorder<RecordRow>>,
     claims: Option<RealTimeOptions>,
     quiet: bool,
-) -> anyhow::Result<(RunStatistics, Gatherer, Option<RealTimeClaims>)> {
+) -> anyhow::Result<Turned> {
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
     // When there is a handler already, Ctrl-C simply ends the process; that is no reason not to run.
@@ -261,7 +281,7 @@ fn turn(
             let step = script.step(|state: &DeviceState, dt| engine.step(state, dt));
             let statistics = servo.run(device, step, &mut observe, stop);
             over.store(true, Ordering::Relaxed);
-            (statistics, gatherer)
+            (statistics, gatherer, engine)
         })?;
         let claims = claimed.recv().ok().flatten();
         if !quiet {
@@ -270,9 +290,9 @@ fn turn(
             }
             watch(newest, over);
         }
-        let (statistics, gatherer) =
+        let (statistics, gatherer, engine) =
             loop_thread.join().map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))?;
-        Ok((statistics, gatherer, claims))
+        Ok(Turned { statistics, gatherer, claims, engine })
     })
 }
 

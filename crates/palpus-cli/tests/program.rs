@@ -58,6 +58,7 @@ fn every_command_explains_itself_with_an_example() {
         &["query", "--help"],
         &["prepare", "--help"],
         &["inspect", "--help"],
+        &["view", "--help"],
         &["replay", "--help"],
         &["bench", "figures", "--help"],
         &["bench", "step", "--help"],
@@ -310,4 +311,55 @@ fn the_feel_of_a_scene_is_measured_the_same_twice() {
     assert!(first[3].contains("<svg") && first[2].contains("| smooth |"));
     let wrong = palpus(&folder.0, &["bench", "feel", "--scene", "box-rset", "--out", "no"]);
     assert!(!wrong.status.success() && text(&wrong.stderr).contains("box-rest"));
+}
+
+/// Width and height of a PNG file.
+fn png_size(path: &Path) -> [u32; 2] {
+    let bytes = fs::read(path).expect("a picture");
+    assert_eq!(bytes[..8], [137, 80, 78, 71, 13, 10, 26, 10], "{}", path.display());
+    assert!(bytes.len() > 1000, "{} shows next to nothing", path.display());
+    [16, 20].map(|at| u32::from_be_bytes(bytes[at..at + 4].try_into().expect("four bytes")))
+}
+
+#[test]
+fn pictures_are_made_without_a_display_and_are_the_same_again() {
+    let folder = Folder::new("pictures");
+    folder.file("cube.obj", CUBE);
+    let shot = |arguments: &[&str], name: &str| {
+        let output = palpus(&folder.0, arguments);
+        assert!(output.status.success(), "{arguments:?}: {}", text(&output.stderr));
+        assert!(text(&output.stderr).contains(name), "{arguments:?} does not say where the picture is");
+        folder.0.join(name)
+    };
+    let view = &["view", "cube.obj", "--screenshot", "cube.png", "--size", "400x300", "--exploded"];
+    let first = fs::read(shot(view, "cube.png")).expect("a picture");
+    assert_eq!(png_size(&folder.0.join("cube.png")), [400, 300]);
+    assert_eq!(first, fs::read(shot(view, "cube.png")).expect("a picture"));
+    assert_eq!(png_size(&shot(&["inspect", "cube.obj", "--picture", "seen/cube.png"], "seen/cube.png")), [1280, 800]);
+
+    let run = |at: &str, name: &str| {
+        let common = ["run", "pen-sphere", "--fast", "--no-record", "--duration", "0.3", "--size", "200x150"];
+        fs::read(shot(&[&common[..], &["--at", at, "--screenshot", name, "--no-words"]].concat(), name))
+            .expect("a picture")
+    };
+    assert_eq!(run("0.1", "one.png"), run("0.1", "two.png"));
+    assert_ne!(run("0.1", "one.png"), run("0.25", "later.png"));
+}
+
+#[test]
+fn pictures_that_cannot_be_are_refused() {
+    let folder = Folder::new("no-pictures");
+    folder.file("cube.obj", CUBE);
+    let run = ["run", "pen-sphere", "--fast", "--no-record", "--duration", "0.1", "--screenshot", "p.png"];
+    for (arguments, code, word) in [
+        (&["view", "cube.obj"][..], 2, "--screenshot"),
+        (&["view", "cube.obj", "--screenshot", "p.png", "--size", "9x99999"], 2, "1280x800"),
+        (&["view", "cube.obj", "--screenshot", "p.png", "--zoom", "0"], 1, "--zoom"),
+        (&["run", "--at", "1"], 2, "--screenshot"),
+        (&[&run[..], &["--at", "0.5"]].concat(), 1, "--duration"),
+    ] {
+        let output = palpus(&folder.0, arguments);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", text(&output.stderr));
+        assert!(text(&output.stderr).contains(word), "{arguments:?}: {}", text(&output.stderr));
+    }
 }

@@ -81,9 +81,8 @@ impl Camera {
     pub fn frame(&mut self, points: impl Iterator<Item = DVec3> + Clone, aspect: f64) {
         let [right, up, back] = self.axes();
         let in_view = points.map(|p| DVec3::new(right.dot(p), up.dot(p), back.dot(p)));
-        let (low, high) = in_view
-            .clone()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
+        let (low, high) =
+            in_view.clone().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(p), high.max(p)));
         if !low.is_finite() || !high.is_finite() {
             return;
         }
@@ -175,8 +174,7 @@ const WITHIN: f64 = 0.84;
 mod tests {
     use super::*;
 
-    const VIEWS: [View; 7] =
-        [View::Oblique, View::Front, View::Back, View::Left, View::Right, View::Top, View::Bottom];
+    const VIEWS: [View; 7] = [View::Oblique, View::Front, View::Back, View::Left, View::Right, View::Top, View::Bottom];
 
     fn corners() -> Vec<DVec3> {
         let side = |k: usize, bit: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };

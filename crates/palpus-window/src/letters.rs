@@ -14,6 +14,8 @@ const CAPITAL: f64 = 6.0;
 const BASELINE: f64 = 2.0;
 /// Half the width of a stroke, grid steps.
 const STROKE: f64 = 0.44;
+/// The radius of a dot, grid steps.
+const DOT: f64 = 0.62;
 /// How far the background's colour reaches round a stroke, grid steps, and how much of it.
 const HALO: f64 = 1.3;
 const HALO_STRENGTH: f64 = 0.7;
@@ -164,18 +166,21 @@ pub(crate) struct Setting {
 pub(crate) fn write(picture: &mut Picture, text: &str, setting: &Setting) {
     let step = setting.size / CAPITAL;
     let mut pen = setting.x;
-    let mut segments = Vec::new();
+    let (mut segments, mut dots) = (Vec::new(), Vec::new());
     for letter in text.chars() {
         if letter != ' ' {
             for line in lines(letter) {
                 let at = |k: usize| (pen + line[k].0 * step, setting.y - line[k].1 * step);
-                segments.extend((0..line.len().max(2) - 1).map(|k| (at(k), at((k + 1).min(line.len() - 1)))));
+                segments.extend((1..line.len()).map(|k| (at(k - 1), at(k))));
+                dots.extend((line.len() == 1).then(|| (at(0), at(0))));
             }
         }
         pen += advance(letter) * step;
     }
-    draw(picture, &segments, HALO * step, setting.halo, HALO_STRENGTH);
+    let all = [&segments[..], &dots[..]].concat();
+    draw(picture, &all, HALO * step, setting.halo, HALO_STRENGTH);
     draw(picture, &segments, STROKE * step, setting.colour, 1.0);
+    draw(picture, &dots, DOT * step, setting.colour, 1.0);
 }
 
 /// A filled circle, as a legend has it.
@@ -192,6 +197,9 @@ type Segment = ((f64, f64), (f64, f64));
 
 /// Covers what is within `radius` of any of the segments, each pixel once.
 fn draw(picture: &mut Picture, segments: &[Segment], radius: f64, colour: Rgb, strength: f64) {
+    if segments.is_empty() {
+        return;
+    }
     let reach = radius + 1.0;
     let bounds = |pick: fn(&Segment) -> [f64; 2], end: usize| {
         let ends = segments.iter().flat_map(pick);

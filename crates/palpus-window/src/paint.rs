@@ -45,8 +45,8 @@ const BEFORE: f32 = 0.997;
 const OUTLINE_STRENGTH: f64 = 0.6;
 const WIRE_STRENGTH: f64 = 0.55;
 /// How much a translucent body covers where it is looked at squarely, and where along.
-const COVER_SQUARE: f64 = 0.26;
-const COVER_ALONG: f64 = 0.62;
+const COVER_SQUARE: f64 = 0.27;
+const COVER_ALONG: f64 = 0.72;
 /// The same for where the device holds the probe.
 const GHOST_COVER: f64 = 0.35;
 /// A proxy this part of the probe's size from the device is drawn apart from it.
@@ -113,8 +113,7 @@ impl Brush {
         let wire = WIRE_WIDTH * self.samples;
         let (own, outline) = (linear(body.colour), linear(self.colours.outline));
         for ((triangle, normals), &piece) in solid.triangles.iter().zip(&solid.normals).zip(&solid.pieces) {
-            let colour =
-                if body.look.pieces { piece_colour(piece, self.colours.piece_lightness) } else { own };
+            let colour = if body.look.pieces { piece_colour(piece, self.colours.piece_lightness) } else { own };
             let corner = |k: usize| Corner { point: points[triangle[k] as usize], normal: pose.vector(normals[k]) };
             layer.triangle(&self.lens, name, [corner(0), corner(1), corner(2)], facing, |fragment| {
                 let mut light = lit(colour, fragment);
@@ -135,7 +134,8 @@ impl Brush {
         }
         let (Some(moment), Some(probe), Facing::Front) = (&scene.moment, scene.bodies.first(), facing) else { return };
         let (low, high) = probe.solid.bounds();
-        let apart = (moment.device.point(low) - moment.tool.point(low)).length()
+        let apart = (moment.device.point(low) - moment.tool.point(low))
+            .length()
             .max((moment.device.point(high) - moment.tool.point(high)).length());
         if apart > APART * (high - low).length() {
             let pose = scene.moment_pose * moment.device;
@@ -221,8 +221,8 @@ fn lit(colour: DVec3, fragment: &Fragment) -> DVec3 {
     let n = fragment.normal;
     let key = DVec3::new(-0.45, 0.62, 0.64);
     let fill = DVec3::new(0.80, 0.05, 0.60);
-    let sky = 0.24 + 0.16 * n.y;
-    let diffuse = sky + 0.62 * n.dot(key).max(0.0) + 0.22 * n.dot(fill).max(0.0);
+    let sky = 0.32 + 0.16 * n.y;
+    let diffuse = sky + 0.66 * n.dot(key).max(0.0) + 0.26 * n.dot(fill).max(0.0);
     let half = (key + fragment.to_eye).normalize_or(DVec3::Z);
     let gloss = n.dot(half).max(0.0).powi(40);
     colour * diffuse + DVec3::splat(0.16 * gloss)
@@ -283,7 +283,8 @@ fn words(picture: &mut Picture, scene: &Scene, camera: &Camera, style: &Style, s
     let colours = style.theme.colours();
     let margin = MARGIN * scale;
     let (width, height) = (picture.width() as f64, picture.height() as f64);
-    let ink = |x: f64, y: f64, size: f64| Setting { x, y, size: size * scale, colour: colours.ink, halo: colours.above };
+    let ink =
+        |x: f64, y: f64, size: f64| Setting { x, y, size: size * scale, colour: colours.ink, halo: colours.above };
     letters::write(picture, &scene.title, &ink(margin, margin + TITLE_SIZE * scale, TITLE_SIZE));
     let faint = |x: f64, y: f64| Setting { colour: colours.faint, ..ink(x, y, WORD_SIZE) };
     let below = margin + (TITLE_SIZE + 2.2 * WORD_SIZE) * scale;
@@ -300,7 +301,8 @@ fn words(picture: &mut Picture, scene: &Scene, camera: &Camera, style: &Style, s
         x += letters::width(meaning, setting.size) + 1.6 * WORD_SIZE * scale;
     }
 
-    let (length, name) = round_length(camera.metres_per_pixel(camera.distance, height) * SCALE_LENGTH * scale, scene.unit);
+    let (length, name) =
+        round_length(camera.metres_per_pixel(camera.distance, height) * SCALE_LENGTH * scale, scene.unit);
     let pixels = length / camera.metres_per_pixel(camera.distance, height);
     let (right, thick) = (width - margin, 1.2 * scale);
     letters::rule(picture, (right - pixels, last), (right, last), thick, colours.faint);
@@ -308,7 +310,10 @@ fn words(picture: &mut Picture, scene: &Scene, camera: &Camera, style: &Style, s
         letters::rule(picture, (end, last - 5.0 * scale), (end, last), thick, colours.faint);
     }
     let wide = letters::width(&name, WORD_SIZE * scale);
-    let above = Setting { halo: colours.below, ..faint(right - 0.5 * (pixels + wide), last - 0.7 * WORD_SIZE * scale) };
+    let above = Setting {
+        halo: colours.below,
+        ..faint((right - 0.5 * (pixels + wide)).min(right - wide), last - 0.7 * WORD_SIZE * scale)
+    };
     letters::write(picture, &name, &above);
 }
 

@@ -69,11 +69,6 @@ impl Lens {
         let depth = (-self.point_in_view(point).z).max(self.camera.nearest());
         samples * self.camera.metres_per_pixel(depth, self.height)
     }
-
-    /// Unit, from a point of the world to the eye, world.
-    pub(crate) fn to_eye(&self, point: DVec3) -> DVec3 {
-        (self.eye - point).normalize_or(self.axes[2])
-    }
 }
 
 /// Samples, row by row from the top.
@@ -108,7 +103,8 @@ impl Layer {
         facing: Facing,
         light: impl Fn(&Fragment) -> Light,
     ) {
-        let seen = corners.map(|c| Corner { point: lens.point_in_view(c.point), normal: lens.vector_in_view(c.normal) });
+        let seen =
+            corners.map(|c| Corner { point: lens.point_in_view(c.point), normal: lens.vector_in_view(c.normal) });
         let nearest = lens.camera.nearest();
         let behind = seen.iter().filter(|c| -c.point.z < nearest).count();
         match behind {

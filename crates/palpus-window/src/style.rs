@@ -115,7 +115,7 @@ pub(crate) fn encoded(light: DVec3) -> Rgb {
 const HUE_STEP: f64 = 0.618_033_988_749_894_9;
 /// Neighbouring hues also differ in lightness, in turn by this much.
 const LIGHTNESS_STEPS: [f64; 3] = [0.0, 0.07, -0.08];
-const SATURATION: f64 = 0.52;
+const SATURATION: f64 = 0.44;
 
 /// The colour of piece `k`, as light.
 pub(crate) fn piece_colour(k: u32, lightness: f64) -> DVec3 {

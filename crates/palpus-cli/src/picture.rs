@@ -1,0 +1,135 @@
+//! Pictures of runs and models, for those who have no display or want a file: what was asked for → a scene → PNG.
+
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use anyhow::{Context, bail};
+use palpus::algebra::Pose;
+use palpus::body::{Body, BodySettings};
+use palpus_window::{Camera, Look, Moment, Scene, ShownBody, Solid, Style, Theme, Unit, View, paint};
+
+use crate::args::{Direction, PictureArguments, ViewArguments};
+use crate::stage::Stage;
+use crate::{bodies, output};
+
+/// The arrows of a picture are as long as they may be for the largest force in it, but not for less than this, N.
+const LEAST_FORCE_SCALE: f64 = 0.1;
+
+/// `palpus view`: a model, its convex pieces in colours, together or apart.
+pub(crate) fn view(arguments: &ViewArguments) -> anyhow::Result<ExitCode> {
+    let body = bodies::prepare_file(&arguments.model, &BodySettings::default())?.body;
+    write_model(&arguments.model, &body, arguments.exploded, &arguments.screenshot, &arguments.picture)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A model's picture. `spread`: its pieces apart by so much of their distance from the middle.
+pub(crate) fn write_model(
+    model: &Path,
+    body: &Body,
+    spread: Option<f64>,
+    file: &Path,
+    asked: &PictureArguments,
+) -> anyhow::Result<()> {
+    let style = style(asked);
+    let solid = match spread {
+        Some(spread) => Solid::exploded(body, spread),
+        None => Solid::of_body(body),
+    };
+    let [colour, _] = ShownBody::colours(style.theme);
+    let look = Look { pieces: !asked.plain, wireframe: asked.wireframe, translucent: false };
+    let name = model.file_name().unwrap_or(model.as_os_str()).to_string_lossy().into_owned();
+    let scene = Scene {
+        bodies: vec![ShownBody { solid: Arc::new(solid), pose: Pose::IDENTITY, colour, look }],
+        title: name,
+        caption: format!("{} triangles in {} convex pieces", body.mesh().triangles().len(), body.pieces().len()),
+        unit: Unit::Model,
+        ..Scene::default()
+    };
+    write(&scene, asked, &style, file)
+}
+
+/// A run's picture: both bodies in the world, and what went on between them at `moment`.
+pub(crate) fn write_run(
+    name: &str,
+    stage: &Stage,
+    torque_max: f64,
+    moment: Moment,
+    file: &Path,
+    asked: &PictureArguments,
+) -> anyhow::Result<()> {
+    let style = style(asked);
+    let [of_probe, of_environment] = ShownBody::colours(style.theme);
+    let look = Look { pieces: asked.pieces, wireframe: asked.wireframe, translucent: false };
+    let probe = ShownBody {
+        solid: Arc::new(Solid::of_body(&stage.probe)),
+        pose: stage.environment_pose * moment.tool,
+        colour: of_probe,
+        look,
+    };
+    let environment = ShownBody {
+        solid: Arc::new(Solid::of_body(&stage.environment)),
+        pose: stage.environment_pose,
+        colour: of_environment,
+        // What happens is mostly behind it.
+        look: Look { translucent: !asked.plain, ..look },
+    };
+    let largest = moment.clusters.iter().map(|cluster| cluster.force.length()).fold(0.0, f64::max);
+    let scene = Scene {
+        bodies: vec![probe, environment],
+        moment_pose: stage.environment_pose,
+        force_scale: largest.max(moment.wrench.force.length()).max(LEAST_FORCE_SCALE),
+        torque_scale: torque_max,
+        title: name.to_owned(),
+        caption: caption(&moment),
+        moment: Some(moment),
+        unit: Unit::Metre,
+    };
+    write(&scene, asked, &style, file)
+}
+
+fn caption(moment: &Moment) -> String {
+    let counted = |n: usize, one: &str| if n == 1 { format!("1 {one}") } else { format!("{n} {one}s") };
+    format!(
+        "{:.3} s · {} in {} · {:.2} N · {:.1} mN·m",
+        moment.time,
+        counted(moment.contact_count, "contact"),
+        counted(moment.clusters.len(), "cluster"),
+        moment.wrench.force.length(),
+        moment.wrench.torque.length() * 1e3
+    )
+}
+
+fn style(asked: &PictureArguments) -> Style {
+    Style { theme: if asked.dark { Theme::Dark } else { Theme::Light }, words: !asked.no_words, ..Style::default() }
+}
+
+fn write(scene: &Scene, asked: &PictureArguments, style: &Style, file: &Path) -> anyhow::Result<()> {
+    if !(asked.zoom > 0.0 && asked.zoom.is_finite()) {
+        bail!("--zoom {} is no factor; 2 comes twice as near", asked.zoom);
+    }
+    let [width, height] = asked.size.0;
+    let mut camera = Camera::framing(scene.corners(), asked.from.into(), width as f64 / height as f64);
+    camera.zoom(asked.zoom);
+    let picture = paint(scene, &camera, style, width, height);
+    if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).with_context(|| format!("{} could not be created", folder.display()))?;
+    }
+    picture.write_png(file).with_context(|| format!("{} could not be written; name another file", file.display()))?;
+    output::note(format!("picture: {}", file.display()));
+    Ok(())
+}
+
+impl From<Direction> for View {
+    fn from(direction: Direction) -> Self {
+        match direction {
+            Direction::Oblique => Self::Oblique,
+            Direction::Front => Self::Front,
+            Direction::Back => Self::Back,
+            Direction::Left => Self::Left,
+            Direction::Right => Self::Right,
+            Direction::Top => Self::Top,
+            Direction::Bottom => Self::Bottom,
+        }
+    }
+}

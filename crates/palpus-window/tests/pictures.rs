@@ -1,0 +1,178 @@
+//! Pictures show what there is, where it is, and the same on every run.
+
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::{NoClock, Pose};
+use palpus::body::Body;
+use palpus::render::{ProbeState, Renderer, Settings};
+use palpus_window::{Camera, Look, Moment, Picture, Scene, ShownBody, Solid, Style, Theme, View, paint};
+
+const WIDTH: usize = 320;
+const HEIGHT: usize = 200;
+
+fn cuboid(half: DVec3) -> Arc<Body> {
+    let side = |k: usize, bit: usize| if k >> bit & 1 == 1 { 1.0 } else { -1.0 };
+    let points: Vec<DVec3> = (0..8).map(|k| half * DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
+    Arc::new(Body::from_convex(&points).expect("a box"))
+}
+
+/// A box that leans on a table with one edge: `height` metres above touch.
+fn leaning(height: f64) -> Scene {
+    let (probe, table) = (cuboid(DVec3::new(0.02, 0.015, 0.01)), cuboid(DVec3::new(0.05, 0.04, 0.01)));
+    let settings = Settings { blend_angle: None, ..Settings::default() };
+    let mut renderer = Renderer::new(probe.clone(), table.clone(), settings).expect("valid settings");
+    let rotation = DQuat::from_rotation_y(0.5);
+    let lowest = probe.mesh().vertices().iter().map(|v| (rotation * *v).z).fold(f64::INFINITY, f64::min);
+    let pose = Pose::new(rotation, DVec3::new(0.0, 0.0, 0.01 - lowest + height));
+    let tick = renderer.step(&ProbeState::at(pose), 1e-3, &NoClock);
+    let mut moment = Moment::new(100);
+    moment.fill(tick, 0.0, DVec3::ZERO);
+    let body = |body: &Body, pose, colour| ShownBody {
+        solid: Arc::new(Solid::of_body(body)),
+        pose,
+        colour,
+        look: Look::default(),
+    };
+    let [of_probe, of_table] = ShownBody::colours(Theme::Light);
+    Scene {
+        bodies: vec![body(&probe, pose, of_probe), body(&table, Pose::IDENTITY, of_table)],
+        force_scale: moment.wrench.force.length().max(0.1),
+        moment: Some(moment),
+        title: "a box on a table".into(),
+        ..Scene::default()
+    }
+}
+
+fn framed(scene: &Scene, view: View) -> Camera {
+    Camera::framing(scene.corners(), view, WIDTH as f64 / HEIGHT as f64)
+}
+
+/// Bodies and nothing else.
+fn bare() -> Style {
+    Style { contacts: false, clusters: false, wrench: false, anchors: false, words: false, ..Style::default() }
+}
+
+fn taken(scene: &Scene, view: View, style: &Style) -> Picture {
+    paint(scene, &framed(scene, view), style, WIDTH, HEIGHT)
+}
+
+/// Where two pictures differ, columns and rows.
+fn differences(one: &Picture, other: &Picture) -> Vec<(usize, usize)> {
+    let all = (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y)));
+    all.filter(|&(x, y)| one.pixel(x, y) != other.pixel(x, y)).collect()
+}
+
+#[test]
+fn dots_are_where_the_contacts_are_and_nowhere_else() {
+    for (height, overlapping) in [(0.4e-3, false), (-0.4e-3, true)] {
+        let scene = leaning(height);
+        let moment = scene.moment.as_ref().expect("a moment");
+        assert!(!moment.contacts.is_empty() && moment.contacts.iter().all(|c| (c.separation < 0.0) == overlapping));
+        for view in [View::Oblique, View::Front, View::Left, View::Top] {
+            let camera = framed(&scene, view);
+            let without = taken(&scene, view, &bare());
+            let with = taken(&scene, view, &Style { contacts: true, ..bare() });
+            let places: Vec<_> = moment
+                .contacts
+                .iter()
+                .map(|c| camera.project(c.point, WIDTH as f64, HEIGHT as f64).expect("ahead of the eye"))
+                .collect();
+            for place in &places {
+                let [red, green, blue] = with.pixel(place.x as usize, place.y as usize).map(i32::from);
+                let [r, g, b] = without.pixel(place.x as usize, place.y as usize).map(i32::from);
+                // What is hidden is paler, but turns the colour all the same.
+                let (to_red, to_green) = (red - r - (green - g), green - g - (red - r));
+                let turned = if overlapping { to_red } else { to_green };
+                assert!(turned > 15, "{view:?}: no dot at {place:?}: {red} {green} {blue} over {r} {g} {b}");
+            }
+            for (x, y) in differences(&with, &without) {
+                let near = |p: &palpus_window::Projected| (x as f64 - p.x).hypot(y as f64 - p.y) < 4.0;
+                assert!(places.iter().any(near), "{view:?}: something at {x}, {y}, where no contact is");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_force_is_an_arrow_from_the_grip_along_the_force() {
+    let scene = leaning(-0.4e-3);
+    let moment = scene.moment.as_ref().expect("a moment");
+    let camera = framed(&scene, View::Front);
+    let at = |p: DVec3| camera.project(p, WIDTH as f64, HEIGHT as f64).expect("ahead of the eye");
+    let (tail, ahead) = (at(moment.grip), at(moment.grip + moment.wrench.force.normalize() * 0.01));
+    let without = taken(&scene, View::Front, &bare());
+    let with = taken(&scene, View::Front, &Style { wrench: true, ..bare() });
+    let changed = differences(&with, &without);
+    let along = |x: f64, y: f64| {
+        let (dx, dy) = (ahead.x - tail.x, ahead.y - tail.y);
+        ((x - tail.x) * dx + (y - tail.y) * dy) / dx.hypot(dy)
+    };
+    let farthest = changed.iter().map(|&(x, y)| along(x as f64, y as f64)).fold(f64::NEG_INFINITY, f64::max);
+    let behind = changed.iter().map(|&(x, y)| along(x as f64, y as f64)).fold(f64::INFINITY, f64::min);
+    // The longest arrow is 150 of 800 pixels; the turning arrow about the grip is smaller than a third of that.
+    assert!((farthest - 37.5).abs() < 4.0 && behind > -14.0, "{farthest} {behind}");
+}
+
+#[test]
+fn pictures_are_the_same_to_the_bit_and_not_blank() {
+    let scene = leaning(-0.4e-3);
+    for theme in [Theme::Light, Theme::Dark] {
+        let style = Style { theme, ..Style::default() };
+        let one = taken(&scene, View::Oblique, &style);
+        assert_eq!(one, taken(&scene, View::Oblique, &style));
+        let empty = paint(&Scene::default(), &framed(&scene, View::Oblique), &bare(), WIDTH, HEIGHT);
+        let shown = differences(&taken(&scene, View::Oblique, &Style { theme, ..bare() }), &empty);
+        assert!(shown.len() > WIDTH * HEIGHT / 8, "{} pixels", shown.len());
+        let mut colours: Vec<_> = (0..HEIGHT).flat_map(|y| (0..WIDTH).map(move |x| (x, y))).collect::<Vec<_>>();
+        colours.sort_unstable_by_key(|&(x, y)| one.pixel(x, y));
+        colours.dedup_by_key(|&mut (x, y)| one.pixel(x, y));
+        assert!(colours.len() > 200, "{} colours", colours.len());
+    }
+}
+
+#[test]
+fn every_look_shows_something_else() {
+    let looks = [
+        Look::default(),
+        Look { pieces: true, ..Look::default() },
+        Look { wireframe: true, ..Look::default() },
+        Look { translucent: true, ..Look::default() },
+    ];
+    let pictures: Vec<Picture> = looks
+        .iter()
+        .map(|look| {
+            let mut scene = leaning(-0.4e-3);
+            scene.bodies.iter_mut().for_each(|body| body.look = *look);
+            taken(&scene, View::Oblique, &bare())
+        })
+        .collect();
+    for (k, one) in pictures.iter().enumerate() {
+        for other in &pictures[..k] {
+            assert!(differences(one, other).len() > 500);
+        }
+    }
+}
+
+#[test]
+fn where_the_device_is_elsewhere_its_probe_is_seen_too() {
+    let mut scene = leaning(-0.4e-3);
+    let together = taken(&scene, View::Oblique, &bare());
+    if let Some(moment) = &mut scene.moment {
+        moment.device.translation.z += 0.01;
+    }
+    assert!(differences(&together, &taken(&scene, View::Oblique, &bare())).len() > 300);
+}
+
+#[test]
+fn whatever_is_asked_for_there_is_a_picture() {
+    let scene = leaning(0.0);
+    let inside = Camera { target: DVec3::ZERO, distance: 1e-4, yaw: 0.3, pitch: 0.2 };
+    let far = Camera { distance: 1e6, ..inside };
+    for camera in [inside, far] {
+        assert_eq!(paint(&scene, &camera, &Style::default(), 33, 17).bytes().len(), 33 * 17 * 3);
+    }
+    let nothing = Scene::default();
+    let camera = Camera::framing(nothing.corners(), View::Top, 1.0);
+    assert_eq!(paint(&nothing, &camera, &Style::default(), 16, 16).width(), 16);
+}
