@@ -41,6 +41,8 @@ pub(crate) enum Command {
     Replay(ReplayArguments),
     /// Tells which haptic devices are there, and what it would take to have the others.
     Devices(DevicesArguments),
+    /// Tells whether this machine can hold the loop, and what would help.
+    Doctor(DoctorArguments),
     /// Reproduces the paper's table and figures on this machine, and times the engine step.
     #[command(subcommand)]
     Bench(BenchCommand),
@@ -71,7 +73,8 @@ pub(crate) struct RunArguments {
     #[arg(long)]
     pub(crate) list: bool,
     /// The device: `sim` (a simulated device in a simulated hand), `replay:FILE` (the hand of a recording), `haply` (or
-    /// `haply:ws://HOST:PORT`), `spacemouse` (or `spacemouse:/dev/hidrawN`); see `palpus devices`.
+    /// `haply:ws://HOST:PORT`), `spacemouse` (or `spacemouse:/dev/hidrawN`), `force-dimension` or `openhaptics` (or with
+    /// `:LIBRARY`, the maker's library or a stand-in for it); see `palpus devices`.
     #[arg(long, default_value = "sim", value_name = "DEVICE")]
     pub(crate) device: String,
     /// The simulated hand: relaxed, normal, firm, tight or none [default: the scene's, or normal].
@@ -255,6 +258,22 @@ impl From<ClusteringMethod> for Clustering {
             ClusteringMethod::Smooth => Self::Smooth,
         }
     }
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  palpus doctor\n  palpus doctor --scene intestine --duration 30 --json\n\nMeasures a bare timer and then the scene's loop, each for the duration, with the priority and memory that `palpus run` would ask for.\nExit status: 0 the machine is fit for 1 kHz, 1 it is not."
+)]
+pub(crate) struct DoctorArguments {
+    /// The scene whose steps are timed: a built-in one (`palpus run --list`) or a scene file (TOML).
+    #[arg(long, default_value = "spoon-cup", value_name = "NAME")]
+    pub(crate) scene: String,
+    /// Seconds for each of the two measurements.
+    #[arg(long, default_value_t = 5.0, value_name = "S")]
+    pub(crate) duration: f64,
+    /// Prints one JSON document and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -8,6 +8,7 @@ use palpus_device::{
     Axes, DeviceSpec, Finding, FindingState, HAPLY_ADDRESS, HaplyDevice, HaplyOptions, HapticDevice, PlacedDevice,
     SafetyLimits, SpaceMouse,
 };
+use palpus_drivers::{ForceDimension, ForceDimensionOptions, OpenHaptics, Place};
 use serde_json::{Map, Value, json};
 
 use crate::args::DevicesArguments;
@@ -19,7 +20,8 @@ const WIDTH: usize = 100;
 const MARGIN: usize = 14;
 
 pub(crate) fn devices(arguments: &DevicesArguments) -> anyhow::Result<ExitCode> {
-    let findings = palpus_device::look();
+    let mut findings = palpus_device::look();
+    findings.extend(palpus_drivers::look());
     if arguments.json {
         output::json(&document(&findings))?;
     } else {
@@ -31,7 +33,8 @@ pub(crate) fn devices(arguments: &DevicesArguments) -> anyhow::Result<ExitCode> 
 }
 
 /// What `--device` can be, for who typed something else.
-pub(crate) const NAMES: &str = "sim, replay:FILE, haply[:ws://HOST:PORT], spacemouse[:/dev/hidrawN]";
+pub(crate) const NAMES: &str = "sim, replay:FILE, haply[:ws://HOST:PORT], spacemouse[:/dev/hidrawN], \
+    force-dimension[:LIBRARY], force-dimension-simulator[:LIBRARY], openhaptics[:LIBRARY]";
 
 /// The hardware called `name`, set down so that the hand begins at `start`; `None` when it is no hardware's name.
 pub(crate) fn open(name: &str, start: Pose) -> anyhow::Result<Option<Box<dyn HapticDevice + Send>>> {
@@ -45,6 +48,15 @@ pub(crate) fn open(name: &str, start: Pose) -> anyhow::Result<Option<Box<dyn Hap
             Box::new(device)
         }
         "spacemouse" => Box::new(SpaceMouse::open(place).with_context(|| refused(name))?),
+        "force-dimension" | "force-dimension-simulator" => {
+            let options = ForceDimensionOptions { library: library(place), simulator: kind.ends_with("simulator") };
+            let device = ForceDimension::open(&options).with_context(|| refused(name))?;
+            if !device.has_watchdog() {
+                output::note("note: this device has no watchdog of its own; if the program is killed, it may hold its force");
+            }
+            Box::new(device)
+        }
+        "openhaptics" => Box::new(OpenHaptics::open(&library(place)).with_context(|| refused(name))?),
         _ => return Ok(None),
     };
     Ok(Some(Box::new(PlacedDevice::new(device, start))))
@@ -52,6 +64,10 @@ pub(crate) fn open(name: &str, start: Pose) -> anyhow::Result<Option<Box<dyn Hap
 
 fn refused(name: &str) -> String {
     format!("the device `{name}` cannot be used; `palpus devices` says what mends it")
+}
+
+fn library(place: Option<&str>) -> Place {
+    place.map_or(Place::Usual, |file| Place::File(file.into()))
 }
 
 /// Who names a service may name one on another machine.

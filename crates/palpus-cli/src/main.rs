@@ -7,6 +7,7 @@ mod bench;
 mod bodies;
 mod clock;
 mod devices;
+mod doctor;
 mod engine;
 mod faults;
 mod inspect;
@@ -55,6 +56,7 @@ fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::View(view) => picture::view(&view),
         Command::Replay(replay) => replay::replay(&replay),
         Command::Devices(arguments) => devices::devices(&arguments),
+        Command::Doctor(doctor) => doctor::doctor(&doctor),
         Command::Bench(bench) => bench::bench(&bench),
         Command::Completions { shell } => {
             args::completions(shell);

@@ -1,0 +1,95 @@
+//! What else the machine was busy with. Known on Linux; `None` elsewhere.
+
+use std::fs::read_to_string;
+
+use serde::Serialize;
+
+/// Times of all cores and of this program, in the kernel's ticks, at an instant.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Snapshot {
+    all: u64,
+    busy: u64,
+    stolen: u64,
+    own: u64,
+    cores: u64,
+}
+
+/// What else the machine did during the measurement.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(super) struct Load {
+    pub(super) cores: u64,
+    /// Cores' worth of work by others.
+    pub(super) others_cores: f64,
+    /// Share of the time that the machine around a virtual machine took.
+    pub(super) stolen_share: f64,
+    /// Running or waiting threads, over the last minute.
+    pub(super) load_average: Option<f64>,
+}
+
+impl Load {
+    pub(super) fn in_words(&self) -> String {
+        let Self { cores, others_cores, stolen_share, load_average } = self;
+        let average = load_average.map_or(String::new(), |load| format!("; load average {load:.1}"));
+        let stolen = match stolen_share {
+            share if *share > 0.001 => format!("; {:.1} % of the time stolen by the host", share * 100.0),
+            _ => String::new(),
+        };
+        format!("others kept {others_cores:.1} of {cores} cores busy{stolen}{average}")
+    }
+}
+
+impl Snapshot {
+    pub(super) fn take() -> Option<Self> {
+        let all = read_to_string("/proc/stat").ok()?;
+        let own = read_to_string("/proc/self/stat").ok()?;
+        Self::of(&all, &own)
+    }
+
+    fn of(all: &str, own: &str) -> Option<Self> {
+        let numbers = |text: &str| -> Vec<u64> { text.split_whitespace().map_while(|n| n.parse().ok()).collect() };
+        let summed = numbers(all.lines().find_map(|line| line.strip_prefix("cpu "))?);
+        let [user, nice, system, idle, waiting, interrupts, soft_interrupts, stolen, ..] = summed[..] else {
+            return None;
+        };
+        let busy = user + nice + system + interrupts + soft_interrupts;
+        let is_core =
+            |line: &&str| line.strip_prefix("cpu").is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
+        let cores = all.lines().filter(is_core).count() as u64;
+        // The name of the program stands in brackets and may hold anything; times are the 14th and 15th word of the line.
+        let words: Vec<&str> = own.rsplit_once(')')?.1.split_whitespace().collect();
+        let own = words.get(11)?.parse::<u64>().ok()? + words.get(12)?.parse::<u64>().ok()?;
+        Some(Self { all: busy + idle + waiting + stolen, busy, stolen, own, cores })
+    }
+}
+
+/// What others did between two instants.
+pub(super) fn between(before: Option<Snapshot>, after: Option<Snapshot>) -> Option<Load> {
+    let (before, after) = before.zip(after)?;
+    let all = after.all.saturating_sub(before.all).max(1) as f64;
+    let others = after.busy.saturating_sub(before.busy).saturating_sub(after.own.saturating_sub(before.own));
+    let load_average = read_to_string("/proc/loadavg").ok();
+    Some(Load {
+        cores: after.cores,
+        others_cores: others as f64 / all * after.cores as f64,
+        stolen_share: after.stolen.saturating_sub(before.stolen) as f64 / all,
+        load_average: load_average.and_then(|text| text.split_whitespace().next()?.parse().ok()),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_this_program_did_is_not_others() {
+        let own = |time: u64| format!("1 (a )b) S 1 1 1 0 -1 0 0 0 0 0 {time} 0 0 0 20 0 1");
+        let all = |busy: u64, idle: u64| format!("cpu  {busy} 0 0 {idle} 0 0 0 0 0 0\ncpu0 1\ncpu1 1\nintr 5");
+        let before = Snapshot::of(&all(100, 100), &own(10));
+        let after = Snapshot::of(&all(200, 200), &own(60));
+        let load = between(before, after).unwrap();
+        // Half of two cores was busy, and half of that was not ours.
+        assert_eq!(load.cores, 2);
+        assert!((load.others_cores - 0.5).abs() < 1e-12, "{load:?}");
+        assert!(Snapshot::of("", "").is_none());
+    }
+}

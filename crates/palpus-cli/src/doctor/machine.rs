@@ -1,0 +1,145 @@
+//! What the machine is, as far as the operating system says it. On other systems than Linux little is known.
+
+use std::fs::read_to_string;
+
+use serde::Serialize;
+
+/// What matters of a machine for a loop that must not be late.
+#[derive(Clone, Debug, Default, Serialize)]
+pub(super) struct Machine {
+    pub(super) system: &'static str,
+    /// Cores that the program may use.
+    pub(super) cores: Option<usize>,
+    /// Cores that the kernel keeps free of ordinary work, as the kernel lists them.
+    pub(super) isolated_cores: Option<String>,
+    /// How cores choose their frequency: each governor with the number of its cores.
+    pub(super) governors: Option<Vec<(String, usize)>>,
+    /// The kernel runs before everything else what has priority, also inside itself (`PREEMPT_RT`).
+    pub(super) real_time_kernel: Option<bool>,
+    /// The highest real-time priority that the user may have; 0: none.
+    pub(super) priority_limit: Option<String>,
+    /// How much memory the user may lock, bytes or `unlimited`.
+    pub(super) memory_limit: Option<String>,
+    /// The machine is a guest of another one.
+    pub(super) virtual_machine: Option<bool>,
+}
+
+impl Machine {
+    pub(super) fn look() -> Self {
+        let limits = read_to_string("/proc/self/limits").ok();
+        let limit = |name: &str| limits.as_deref().and_then(|text| soft_limit(text, name));
+        Self {
+            system: std::env::consts::OS,
+            cores: std::thread::available_parallelism().ok().map(usize::from),
+            isolated_cores: line_of("/sys/devices/system/cpu/isolated"),
+            governors: governors(),
+            real_time_kernel: real_time_kernel(),
+            priority_limit: limit("Max realtime priority"),
+            memory_limit: limit("Max locked memory"),
+            virtual_machine: read_to_string("/proc/cpuinfo").ok().and_then(|text| is_virtual(&text)),
+        }
+    }
+
+    /// For people: name and value.
+    pub(super) fn lines(&self) -> [(&'static str, String); 5] {
+        let unknown = || "not known here".to_owned();
+        let of = |value: &Option<String>| value.clone().unwrap_or_else(unknown);
+        let memory = self.memory_limit.as_ref().map_or_else(unknown, |bytes| match bytes.parse::<u64>() {
+            Ok(bytes) => format!("{} kB", bytes / 1024),
+            Err(_) => bytes.clone(),
+        });
+        let governors = self.governors.as_ref().map_or_else(unknown, |governors| {
+            let each = governors.iter().map(|(name, cores)| format!("{name} ({cores} cores)"));
+            each.collect::<Vec<_>>().join(", ")
+        });
+        let cores = self.cores.map_or_else(unknown, |cores| match self.isolated_cores.as_deref() {
+            None | Some("") => cores.to_string(),
+            Some(isolated) => format!("{cores}, isolated: {isolated}"),
+        });
+        let kernel = match (self.real_time_kernel, self.virtual_machine) {
+            (None, _) => unknown(),
+            (Some(real_time), guest) => format!(
+                "{}{}",
+                if real_time { "real-time" } else { "ordinary, not real-time" },
+                if guest == Some(true) { ", in a virtual machine" } else { "" }
+            ),
+        };
+        let limits = format!("priority up to {}, locked memory up to {memory}", of(&self.priority_limit));
+        [
+            ("limits", limits),
+            ("cores", cores),
+            ("governor", governors),
+            ("kernel", kernel),
+            ("system", self.system.into()),
+        ]
+    }
+
+    /// Cores whose frequency does not stay up.
+    pub(super) fn has_slow_governor(&self) -> bool {
+        self.governors.iter().flatten().any(|(name, _)| name != "performance")
+    }
+}
+
+/// The first of the two values of a limit in `/proc/self/limits`.
+fn soft_limit(text: &str, name: &str) -> Option<String> {
+    let line = text.lines().find_map(|line| line.strip_prefix(name))?;
+    line.split_whitespace().next().map(str::to_owned)
+}
+
+/// Governors of all cores, counted.
+fn governors() -> Option<Vec<(String, usize)>> {
+    let mut counted: Vec<(String, usize)> = Vec::new();
+    for core in 0..std::thread::available_parallelism().map_or(1, usize::from) {
+        let name = line_of(&format!("/sys/devices/system/cpu/cpu{core}/cpufreq/scaling_governor"))?;
+        match counted.iter_mut().find(|known| known.0 == name) {
+            Some(known) => known.1 += 1,
+            None => counted.push((name, 1)),
+        }
+    }
+    Some(counted)
+}
+
+fn real_time_kernel() -> Option<bool> {
+    match line_of("/sys/kernel/realtime") {
+        Some(text) => Some(text == "1"),
+        None => line_of("/proc/version").map(|text| text.contains("PREEMPT_RT")),
+    }
+}
+
+/// Whether the processor says that there is a machine around this one; `None` when it is of a kind that does not say.
+fn is_virtual(cpuinfo: &str) -> Option<bool> {
+    let flags = cpuinfo.lines().find_map(|line| line.strip_prefix("flags")?.split_once(':'))?.1;
+    Some(flags.split_whitespace().any(|flag| flag == "hypervisor"))
+}
+
+fn line_of(path: &str) -> Option<String> {
+    read_to_string(path).ok().map(|text| text.trim().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn limits_are_read_by_name() {
+        let text = "Limit                     Soft Limit           Hard Limit           Units     \n\
+                    Max locked memory         8388608              unlimited            bytes     \n\
+                    Max realtime priority     0                    0                    \n";
+        assert_eq!(soft_limit(text, "Max locked memory").as_deref(), Some("8388608"));
+        assert_eq!(soft_limit(text, "Max realtime priority").as_deref(), Some("0"));
+        assert_eq!(soft_limit(text, "Max nothing"), None);
+    }
+
+    #[test]
+    fn a_guest_is_told_from_its_flags() {
+        assert_eq!(is_virtual("flags\t\t: fpu sse hypervisor\n"), Some(true));
+        assert_eq!(is_virtual("flags\t\t: fpu sse\n"), Some(false));
+        assert_eq!(is_virtual("Features\t: neon\n"), None);
+    }
+
+    #[test]
+    fn what_is_not_known_is_said_so() {
+        let lines = Machine { system: "none", ..Machine::default() }.lines();
+        assert!(lines.iter().take(4).all(|(_, value)| value.contains("not known here")));
+    }
+}

@@ -1,0 +1,124 @@
+//! `palpus doctor`: can this machine hold the loop, and what would help.
+//!
+//! 1. What the machine is: cores, governor, limits, kernel ([`machine`]).
+//! 2. A bare loop with absolute deadlines at 1 kHz, with the claims that `palpus run` makes: how late it is woken ([`timer`]).
+//! 3. The scene's closed loop on the simulated device: how long a step takes, and so how fast a loop could be ([`scene`]).
+//! 4. What else the machine was busy with meanwhile ([`load`]).
+//! 5. A verdict in words, and a line for each thing that would help ([`verdict`]).
+//!
+//! Exit status 1 when the machine is not fit. Nothing needs root; what cannot be known here is said to be so.
+
+mod load;
+mod machine;
+mod scene;
+mod timer;
+mod verdict;
+
+use std::process::ExitCode;
+
+use anyhow::bail;
+use palpus_device::{Claimed, RealTimeClaims};
+use serde::Serialize;
+
+use crate::args::DoctorArguments;
+use crate::output;
+use load::Load;
+use machine::Machine;
+use scene::SceneTimes;
+use timer::Timer;
+use verdict::{Fitness, Verdict};
+
+/// At which devices are driven, Hz.
+const RATE_HZ: f64 = 1000.0;
+/// Longer measurements tell nothing new.
+const LONGEST: f64 = 600.0;
+/// Fewer ticks have no 99.9th percentile to speak of.
+const SHORTEST: f64 = 0.5;
+
+/// All that was found; the names are a contract with those who read `--json`.
+#[derive(Debug, Serialize)]
+struct Report {
+    verdict: Verdict,
+    timer: Timer,
+    scene: SceneTimes,
+    real_time: Vec<ClaimLine>,
+    machine: Machine,
+    load: Option<Load>,
+}
+
+/// What became of a claim.
+#[derive(Clone, Debug, Serialize)]
+struct ClaimLine {
+    name: &'static str,
+    granted: bool,
+    what: String,
+    mend: Option<String>,
+}
+
+pub(crate) fn doctor(arguments: &DoctorArguments) -> anyhow::Result<ExitCode> {
+    if !(SHORTEST..=LONGEST).contains(&arguments.duration) {
+        bail!("--duration must be from {SHORTEST} to {LONGEST} seconds, and is {}", arguments.duration);
+    }
+    let machine = Machine::look();
+    let stage = scene::prepare(&arguments.scene)?;
+    if !arguments.json {
+        let seconds = arguments.duration;
+        output::note(format!(
+            "{seconds:.0} s of a bare timer, then {seconds:.0} s of {}; leave the machine as you would use it",
+            arguments.scene
+        ));
+    }
+    let before = load::Snapshot::take();
+    let (timer, claims) = timer::measure(arguments.duration)?;
+    let scene = scene::measure(&arguments.scene, &stage, arguments.duration, &timer)?;
+    let load = load::between(before, load::Snapshot::take());
+    let real_time = claim_lines(&claims);
+    let verdict = verdict::of(&timer, &scene, &real_time, &machine, load.as_ref());
+    let report = Report { verdict, timer, scene, real_time, machine, load };
+    if arguments.json {
+        output::json(&report)?;
+    } else {
+        print(&report);
+    }
+    let unfit = report.verdict.fitness == Fitness::NotFit;
+    Ok(if unfit { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+fn claim_lines(claims: &RealTimeClaims) -> Vec<ClaimLine> {
+    let line = |(name, claimed): (&'static str, &Claimed)| match claimed {
+        Claimed::Granted(what) => ClaimLine { name, granted: true, what: what.clone(), mend: None },
+        Claimed::Refused { why, mend } => {
+            ClaimLine { name, granted: false, what: format!("no: {why}"), mend: Some(mend.clone()) }
+        }
+        Claimed::NotAsked => ClaimLine { name, granted: false, what: "not asked for".to_owned(), mend: None },
+    };
+    claims.lines().into_iter().map(line).collect()
+}
+
+fn print(report: &Report) {
+    let Report { verdict, timer, scene, real_time, machine, load } = report;
+    let show = |name: &str, value: String| output::line(format!("{name:>16}  {value}"));
+    show("verdict", verdict.words.clone());
+    for reason in &verdict.notes {
+        show("", reason.what.clone());
+    }
+    output::line("");
+    show("timer at 1 kHz", timer.in_words());
+    show("scene", scene.in_words());
+    for claim in real_time {
+        show(claim.name, claim.what.clone());
+    }
+    for (name, value) in machine.lines() {
+        show(name, value);
+    }
+    show("other load", load.as_ref().map_or("not known here".to_owned(), Load::in_words));
+    let mends = verdict.mends();
+    if mends.is_empty() {
+        return;
+    }
+    output::line("");
+    output::line("What would help, the most first:");
+    for mend in mends {
+        output::line(format!("  - {mend}"));
+    }
+}

@@ -1,0 +1,101 @@
+//! How long the steps of a scene's closed loop take here, and so how fast a loop could be.
+
+use std::sync::atomic::AtomicBool;
+
+use anyhow::anyhow;
+use palpus_device::{
+    DeviceState, RealTimeOptions, Servo, ServoOptions, SimulatedDevice, SimulationSettings, claim, hand_preset,
+};
+use palpus_io::scene::FilePolicy;
+use serde::Serialize;
+
+use super::RATE_HZ;
+use super::timer::Timer;
+use crate::engine::Engine;
+use crate::stage::{self, Stage};
+
+/// Rates that devices are driven at, Hz, the fastest first.
+const RATES: [f64; 8] = [10_000.0, 8000.0, 5000.0, 4000.0, 3000.0, 2000.0, 1000.0, 500.0];
+/// Of a period: what step and lateness may take together. The rest is the device's reads and writes.
+const PERIOD_SHARE: f64 = 0.8;
+
+/// What the steps of a scene took, µs.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct SceneTimes {
+    pub(super) name: String,
+    pub(super) ticks: u64,
+    pub(super) p50_us: f64,
+    pub(super) p99_us: f64,
+    pub(super) p999_us: f64,
+    pub(super) max_us: f64,
+    /// Of all ticks, those that wrote their wrench more than a period after they were due.
+    pub(super) overrun_share: f64,
+    /// The fastest usual rate at which 99.9 % of steps, begun as late as 99.9 % of the timer's turns, are done in time; `None`: not even
+    /// 500 Hz.
+    pub(super) achievable_hz: Option<f64>,
+}
+
+impl SceneTimes {
+    pub(super) fn in_words(&self) -> String {
+        let Self { name, p50_us, p99_us, p999_us, max_us, achievable_hz, .. } = self;
+        let rate = achievable_hz.map_or("not even 500 Hz".to_owned(), |hz| format!("up to {hz:.0} Hz"));
+        format!(
+            "{name}: a step takes {p50_us:.1} µs (half), {p99_us:.1} µs (99 %), {p999_us:.1} µs (99.9 %), {max_us:.0} µs (worst); {rate}"
+        )
+    }
+}
+
+/// The scene, ready to run; takes a while the first time.
+pub(super) fn prepare(name: &str) -> anyhow::Result<Stage> {
+    stage::prepare(name, FilePolicy::Inside)
+}
+
+/// Runs the scene's loop in real time for `duration` seconds on a thread of its own.
+pub(super) fn measure(name: &str, stage: &Stage, duration: f64, timer: &Timer) -> anyhow::Result<SceneTimes> {
+    let hand = stage.hand.and_then(hand_preset).or_else(|| hand_preset("normal"));
+    let mut settings = SimulationSettings { rate_hz: RATE_HZ, ..SimulationSettings::default() };
+    if let Some(hand) = hand {
+        settings.hand = hand;
+    }
+    let path = stage.path.clone();
+    let mut device = SimulatedDevice::new(settings, move |time| path.pose(time))?;
+    let mut engine = Engine::new(stage, stage.settings_for(&SimulationSettings::default().spec, RATE_HZ))?;
+    let options = ServoOptions { rate_hz: RATE_HZ, duration: Some(duration), ..ServoOptions::default() };
+    let mut servo = Servo::new(options)?;
+    let statistics = std::thread::scope(|scope| {
+        let thread = std::thread::Builder::new().name("servo".to_owned()).spawn_scoped(scope, || {
+            let _ = claim(&RealTimeOptions::default());
+            let step = |state: &DeviceState, dt| engine.step(state, dt);
+            servo.run(&mut device, step, &mut (), &AtomicBool::new(false))
+        })?;
+        thread.join().map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))
+    })?;
+    let step = &statistics.step_us;
+    Ok(SceneTimes {
+        name: name.to_owned(),
+        ticks: statistics.ticks,
+        p50_us: step.p50,
+        p99_us: step.p99,
+        p999_us: step.p999,
+        max_us: step.max,
+        overrun_share: statistics.overruns as f64 / statistics.ticks.max(1) as f64,
+        achievable_hz: achievable(step.p999, timer.p999_us),
+    })
+}
+
+fn achievable(step_us: f64, lateness_us: f64) -> Option<f64> {
+    RATES.into_iter().find(|hz| step_us + lateness_us <= PERIOD_SHARE * 1e6 / hz)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn step_and_lateness_fit_into_the_period() {
+        assert_eq!(achievable(10.0, 5.0), Some(10_000.0));
+        assert_eq!(achievable(300.0, 100.0), Some(2000.0));
+        assert_eq!(achievable(801.0, 0.0), Some(500.0));
+        assert_eq!(achievable(2000.0, 0.0), None);
+    }
+}

@@ -1,0 +1,90 @@
+//! How late a bare loop with absolute deadlines is woken.
+
+use std::time::Duration;
+
+use anyhow::anyhow;
+use palpus_device::{LATE, LoopTime, RealTimeClaims, RealTimeOptions, ServoOptions, WallTime, claim};
+use serde::Serialize;
+
+use super::RATE_HZ;
+
+/// How late turns began, µs; percentiles as usual.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(super) struct Timer {
+    pub(super) turns: usize,
+    pub(super) p50_us: f64,
+    pub(super) p99_us: f64,
+    pub(super) p999_us: f64,
+    pub(super) max_us: f64,
+    /// Of all turns, those that began more than half a millisecond late.
+    pub(super) late_share: f64,
+}
+
+impl Timer {
+    pub(super) fn in_words(&self) -> String {
+        let Self { turns, p50_us, p99_us, p999_us, max_us, late_share } = self;
+        format!(
+            "late by {p50_us:.1} µs (half), {p99_us:.1} µs (99 %), {p999_us:.1} µs (99.9 %), {max_us:.0} µs (worst); \
+             {:.2} % of {turns} turns by over 0.5 ms",
+            late_share * 100.0
+        )
+    }
+}
+
+/// Runs the bare loop for `duration` seconds on a thread of its own, with all that `palpus run` claims for its loop.
+pub(super) fn measure(duration: f64) -> anyhow::Result<(Timer, RealTimeClaims)> {
+    let turns = (duration * RATE_HZ).round() as usize;
+    let thread = std::thread::Builder::new().name("timer".to_owned()).spawn(move || {
+        let mut lateness = Vec::with_capacity(turns);
+        let claims = claim(&RealTimeOptions::default());
+        run(turns, &mut lateness);
+        (of(lateness), claims)
+    })?;
+    thread.join().map_err(|_| anyhow!("the measuring thread failed; please report this"))
+}
+
+fn run(turns: usize, lateness: &mut Vec<u64>) {
+    let time = WallTime::new();
+    let spin = ServoOptions::default().spin;
+    let period = Duration::from_secs_f64(1.0 / RATE_HZ);
+    let mut deadline = time.now() + period;
+    for _ in 0..turns {
+        time.wait_until(deadline, spin);
+        let late = time.now().saturating_sub(deadline);
+        lateness.push(late.as_nanos() as u64);
+        // Whole periods that are over are skipped, as the servo loop does.
+        let skipped = (late.as_nanos() / period.as_nanos()) as u32;
+        deadline += period * (skipped + 1);
+    }
+}
+
+fn of(mut lateness: Vec<u64>) -> Timer {
+    let turns = lateness.len();
+    lateness.sort_unstable();
+    let at = |share: f64| {
+        let place = ((turns as f64 * share).ceil() as usize).clamp(1, turns.max(1)) - 1;
+        lateness.get(place).map_or(0.0, |ns| *ns as f64 / 1e3)
+    };
+    let late = lateness.iter().filter(|ns| u128::from(**ns) > LATE.as_nanos()).count();
+    Timer {
+        turns,
+        p50_us: at(0.5),
+        p99_us: at(0.99),
+        p999_us: at(0.999),
+        max_us: at(1.0),
+        late_share: late as f64 / turns.max(1) as f64,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_of_all_turns() {
+        let timer = of((1..=1000).rev().map(|us| us * 1000).collect());
+        assert_eq!((timer.p50_us, timer.p99_us, timer.p999_us, timer.max_us), (500.0, 990.0, 999.0, 1000.0));
+        assert!((timer.late_share - 0.5).abs() < 1e-12);
+        assert_eq!(of(Vec::new()).turns, 0);
+    }
+}
