@@ -2,12 +2,13 @@
 
 mod stand_in;
 
+use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::Wrench;
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
-use palpus_device::{DeviceError, HapticDevice};
+use palpus_device::{DeviceError, DeviceState, HapticDevice, RunEnd, Servo, ServoOptions, ServoTick, StepOutcome};
 use palpus_drivers::{DriverError, ForceDimension, ForceDimensionOptions, Place};
 use stand_in::{StandIn, build, keys::*};
 
@@ -19,7 +20,7 @@ const ID: f64 = 3.0;
 
 fn ready() -> StandIn {
     let stand_in = StandIn::dhd();
-    stand_in.set(DEVICES, 1.0).set(POWERED, 1.0).set(OUT_OF_RESET, 1.0).set(X, 0.01);
+    stand_in.set(DEVICES, 1.0).set(POWERED, 1.0).set(OUT_OF_RESET, 1.0).set(X, 0.01).set(MOVING, 1.0);
     stand_in
 }
 
@@ -259,4 +260,38 @@ fn a_library_that_is_not_there_or_none_is_an_answer() {
     let error = of(other.to_str().unwrap()).map(drop).unwrap_err();
     assert!(matches!(error, DriverError::SymbolMissing { symbol: "dhdOpen", .. }), "{error}");
     assert!(error.to_string().contains("`dhdOpen`") && error.to_string().contains("install"), "{error}");
+}
+
+/// The servo loop in real time, pushing with half a newton; `at` sees every tick.
+fn run(device: &mut ForceDimension, seconds: f64, at: impl Fn(&ServoTick)) -> RunEnd {
+    let options = ServoOptions { duration: Some(seconds), ..ServoOptions::default() };
+    let step = |_: &DeviceState, _: f64| StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::X * 0.5 });
+    let mut observer = |tick: &ServoTick, _: &()| at(tick);
+    let stop = AtomicBool::new(false);
+    Servo::new(options).unwrap().run(device, step, &mut observer, &stop).end
+}
+
+#[test]
+fn a_servo_loop_drives_it_and_ends_with_zero() {
+    let stand_in = ready();
+    stand_in.set(MOVING, 0.0);
+    let mut device = open(&stand_in).unwrap();
+    assert_eq!(run(&mut device, 0.6, |_| {}), RunEnd::Duration);
+    assert!(stand_in.get(LARGEST) > 0.0, "it was felt");
+    assert_eq!(stand_in.three(FORCE), [0.0; 3]);
+}
+
+#[test]
+fn a_cable_pulled_mid_run_ends_it_without_force() {
+    let stand_in = ready();
+    stand_in.set(MOVING, 0.0);
+    let mut device = open(&stand_in).unwrap();
+    let end = run(&mut device, 5.0, |tick| {
+        if tick.index == 400 {
+            stand_in.set(READ_CODE, -1.0);
+        }
+    });
+    assert!(matches!(end, RunEnd::DeviceFailed(DeviceError::Lost(_))), "{end:?}");
+    // Zero was written, and the motors are off.
+    assert_eq!((stand_in.three(FORCE), stand_in.get(ENABLED)), ([0.0; 3], 0.0));
 }

@@ -2,13 +2,14 @@
 
 mod stand_in;
 
+use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::Wrench;
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
-use palpus_device::{DeviceError, HapticDevice};
+use palpus_device::{DeviceError, DeviceState, HapticDevice, RunEnd, Servo, ServoOptions, ServoTick, StepOutcome};
 use palpus_drivers::{DriverError, OpenHaptics, Place};
 use stand_in::{StandIn, build, keys::*};
 
@@ -26,7 +27,13 @@ fn alone() -> MutexGuard<'static, ()> {
 
 fn ready() -> StandIn {
     let stand_in = StandIn::hd();
-    stand_in.set(DEVICES, 1.0).set(OUT_OF_RESET, 1.0).set(X, 10.0).set(STATED_FORCE, 3.0).set(DOF, 3.0);
+    stand_in
+        .set(DEVICES, 1.0)
+        .set(OUT_OF_RESET, 1.0)
+        .set(X, 10.0)
+        .set(STATED_FORCE, 3.0)
+        .set(DOF, 3.0)
+        .set(MOVING, 1.0);
     stand_in
 }
 
@@ -270,4 +277,26 @@ fn a_library_that_is_none_is_named_with_what_it_lacks() {
     let other = build("nothing", &[]);
     let error = OpenHaptics::open(&Place::File(other)).map(drop).unwrap_err();
     assert!(matches!(error, DriverError::SymbolMissing { symbol: "hdInitDevice", .. }), "{error}");
+}
+
+#[test]
+fn a_servo_loop_drives_it_until_the_cable_is_pulled() {
+    let _alone = alone();
+    let stand_in = ready();
+    // It has buttons, and so forces are asked for by pressing one.
+    stand_in.set(BUTTONS, 0.0).set(MOVING, 0.0);
+    let mut device = open(&stand_in).unwrap();
+    let step = |_: &DeviceState, _: f64| StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::X * 0.2 });
+    let mut observer = |tick: &ServoTick, _: &()| match tick.index {
+        100 => assert!(stand_in.get(LARGEST) <= 0.0, "nobody pressed a button yet"),
+        200 => _ = stand_in.set(BUTTONS, 1.0),
+        // By far enough later, however slow the machine: it has been felt.
+        _ if stand_in.get(FORCE) > 0.1 => _ = stand_in.set(FRAME_ERROR, f64::from(0x0302)),
+        _ => {}
+    };
+    let options = ServoOptions { duration: Some(10.0), ..ServoOptions::default() };
+    let stop = AtomicBool::new(false);
+    let end = Servo::new(options).unwrap().run(&mut device, step, &mut observer, &stop).end;
+    assert!(matches!(end, RunEnd::DeviceFailed(DeviceError::Lost(_))), "{end:?}");
+    assert!(stand_in.comes_to(|s| s.three(FORCE) == [0.0; 3]));
 }

@@ -5,17 +5,27 @@ use std::fs::read_to_string;
 use serde::Serialize;
 
 /// Times of all cores and of this program, in the kernel's ticks, at an instant.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Snapshot {
     all: u64,
     busy: u64,
     stolen: u64,
     own: u64,
     cores: u64,
+    /// Every other program: its number, its name, its time.
+    programs: Vec<(u32, String, u64)>,
+}
+
+/// A program that kept the machine busy.
+#[derive(Clone, Debug, Serialize)]
+pub(super) struct Program {
+    name: String,
+    /// Cores' worth of work.
+    cores: f64,
 }
 
 /// What else the machine did during the measurement.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize)]
 pub(super) struct Load {
     pub(super) cores: u64,
     /// Cores' worth of work by others.
@@ -24,17 +34,30 @@ pub(super) struct Load {
     pub(super) stolen_share: f64,
     /// Running or waiting threads, over the last minute.
     pub(super) load_average: Option<f64>,
+    /// The programs that did the most of that, as far as they ran all the while.
+    pub(super) busiest: Vec<Program>,
 }
+
+/// Programs that are named.
+const NAMED: usize = 3;
+/// Cores' worth of work below which a program is not.
+const LEAST_NAMED: f64 = 0.05;
 
 impl Load {
     pub(super) fn in_words(&self) -> String {
-        let Self { cores, others_cores, stolen_share, load_average } = self;
+        let Self { cores, others_cores, stolen_share, load_average, .. } = self;
         let average = load_average.map_or(String::new(), |load| format!("; load average {load:.1}"));
         let stolen = match stolen_share {
             share if *share > 0.001 => format!("; {:.1} % of the time stolen by the host", share * 100.0),
             _ => String::new(),
         };
-        format!("others kept {others_cores:.1} of {cores} cores busy{stolen}{average}")
+        format!("others kept {others_cores:.1} of {cores} cores busy{}{stolen}{average}", self.busiest_in_words())
+    }
+
+    /// In brackets, the busiest first; nothing when there is none.
+    pub(super) fn busiest_in_words(&self) -> String {
+        let each: Vec<String> = self.busiest.iter().map(|p| format!("{} {:.1}", p.name, p.cores)).collect();
+        if each.is_empty() { String::new() } else { format!(" ({})", each.join(", ")) }
     }
 }
 
@@ -42,7 +65,8 @@ impl Snapshot {
     pub(super) fn take() -> Option<Self> {
         let all = read_to_string("/proc/stat").ok()?;
         let own = read_to_string("/proc/self/stat").ok()?;
-        Self::of(&all, &own)
+        let snapshot = Self::of(&all, &own)?;
+        Some(Self { programs: programs(), ..snapshot })
     }
 
     fn of(all: &str, own: &str) -> Option<Self> {
@@ -55,17 +79,48 @@ impl Snapshot {
         let is_core =
             |line: &&str| line.strip_prefix("cpu").is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()));
         let cores = all.lines().filter(is_core).count() as u64;
-        // The name of the program stands in brackets and may hold anything; times are the 14th and 15th word of the line.
-        let words: Vec<&str> = own.rsplit_once(')')?.1.split_whitespace().collect();
-        let own = words.get(11)?.parse::<u64>().ok()? + words.get(12)?.parse::<u64>().ok()?;
-        Some(Self { all: busy + idle + waiting + stolen, busy, stolen, own, cores })
+        let (_, own) = program(own)?;
+        Some(Self { all: busy + idle + waiting + stolen, busy, stolen, own, cores, programs: Vec::new() })
     }
+}
+
+/// Name and time out of a program's line. The name stands in brackets and may hold anything; times are the 14th and 15th word.
+fn program(line: &str) -> Option<(&str, u64)> {
+    let (name, rest) = line.split_once('(')?.1.rsplit_once(')')?;
+    let words: Vec<&str> = rest.split_whitespace().collect();
+    Some((name, words.get(11)?.parse::<u64>().ok()? + words.get(12)?.parse::<u64>().ok()?))
+}
+
+/// All other programs that may be seen.
+fn programs() -> Vec<(u32, String, u64)> {
+    let Ok(folder) = std::fs::read_dir("/proc") else { return Vec::new() };
+    let numbers = folder.flatten().filter_map(|entry| entry.file_name().to_str()?.parse::<u32>().ok());
+    let read = |number: u32| {
+        let line = read_to_string(format!("/proc/{number}/stat")).ok()?;
+        let (name, time) = program(&line)?;
+        Some((number, name.to_owned(), time))
+    };
+    numbers.filter(|number| *number != std::process::id()).filter_map(read).collect()
+}
+
+/// The programs that did the most, in cores' worth.
+fn busiest(before: &Snapshot, after: &Snapshot, ticks_per_core: f64) -> Vec<Program> {
+    let spent = |(number, name, time): &(u32, String, u64)| {
+        // Whoever came meanwhile has spent all of its time meanwhile.
+        let then = before.programs.iter().find(|then| then.0 == *number).map_or(0, |then| then.2);
+        Program { name: name.clone(), cores: time.saturating_sub(then) as f64 / ticks_per_core }
+    };
+    let mut all: Vec<Program> = after.programs.iter().map(spent).filter(|p| p.cores >= LEAST_NAMED).collect();
+    all.sort_by(|a, b| b.cores.total_cmp(&a.cores));
+    all.truncate(NAMED);
+    all
 }
 
 /// What others did between two instants.
 pub(super) fn between(before: Option<Snapshot>, after: Option<Snapshot>) -> Option<Load> {
     let (before, after) = before.zip(after)?;
     let all = after.all.saturating_sub(before.all).max(1) as f64;
+    let busiest = busiest(&before, &after, all / after.cores.max(1) as f64);
     let others = after.busy.saturating_sub(before.busy).saturating_sub(after.own.saturating_sub(before.own));
     let load_average = read_to_string("/proc/loadavg").ok();
     Some(Load {
@@ -73,6 +128,7 @@ pub(super) fn between(before: Option<Snapshot>, after: Option<Snapshot>) -> Opti
         others_cores: others as f64 / all * after.cores as f64,
         stolen_share: after.stolen.saturating_sub(before.stolen) as f64 / all,
         load_average: load_average.and_then(|text| text.split_whitespace().next()?.parse().ok()),
+        busiest,
     })
 }
 
@@ -86,7 +142,12 @@ mod tests {
         let all = |busy: u64, idle: u64| format!("cpu  {busy} 0 0 {idle} 0 0 0 0 0 0\ncpu0 1\ncpu1 1\nintr 5");
         let before = Snapshot::of(&all(100, 100), &own(10));
         let after = Snapshot::of(&all(200, 200), &own(60));
-        let load = between(before, after).unwrap();
+        let with = |snapshot: Option<Snapshot>, time| {
+            snapshot
+                .map(|s| Snapshot { programs: vec![(7, "a build".to_owned(), time), (8, "idle".to_owned(), 9)], ..s })
+        };
+        let load = between(with(before, 100), with(after, 140)).unwrap();
+        assert!(load.in_words().contains("(a build 0.4)"), "{}", load.in_words());
         // Half of two cores was busy, and half of that was not ours.
         assert_eq!(load.cores, 2);
         assert!((load.others_cores - 0.5).abs() < 1e-12, "{load:?}");

@@ -20,6 +20,8 @@ pub(super) struct Machine {
     pub(super) priority_limit: Option<String>,
     /// How much memory the user may lock, bytes or `unlimited`.
     pub(super) memory_limit: Option<String>,
+    /// The user may have any priority and lock any memory, whatever the limits say.
+    pub(super) above_limits: Option<bool>,
     /// The machine is a guest of another one.
     pub(super) virtual_machine: Option<bool>,
 }
@@ -36,12 +38,13 @@ impl Machine {
             real_time_kernel: real_time_kernel(),
             priority_limit: limit("Max realtime priority"),
             memory_limit: limit("Max locked memory"),
+            above_limits: read_to_string("/proc/self/status").ok().and_then(|text| is_above_limits(&text)),
             virtual_machine: read_to_string("/proc/cpuinfo").ok().and_then(|text| is_virtual(&text)),
         }
     }
 
     /// For people: name and value.
-    pub(super) fn lines(&self) -> [(&'static str, String); 5] {
+    pub(super) fn lines(&self) -> [(&'static str, String); 4] {
         let unknown = || "not known here".to_owned();
         let of = |value: &Option<String>| value.clone().unwrap_or_else(unknown);
         let memory = self.memory_limit.as_ref().map_or_else(unknown, |bytes| match bytes.parse::<u64>() {
@@ -57,9 +60,10 @@ impl Machine {
             Some(isolated) => format!("{cores}, isolated: {isolated}"),
         });
         let kernel = match (self.real_time_kernel, self.virtual_machine) {
-            (None, _) => unknown(),
+            (None, _) => format!("{}, not known here", self.system),
             (Some(real_time), guest) => format!(
-                "{}{}",
+                "{}, {}{}",
+                self.system,
                 if real_time { "real-time" } else { "ordinary, not real-time" },
                 if guest == Some(true) { ", in a virtual machine" } else { "" }
             ),
@@ -106,6 +110,15 @@ fn real_time_kernel() -> Option<bool> {
     }
 }
 
+/// Whether the program holds the capabilities to set priorities and to lock memory.
+fn is_above_limits(status: &str) -> Option<bool> {
+    const IPC_LOCK: u64 = 1 << 14;
+    const SYS_NICE: u64 = 1 << 23;
+    let held = status.lines().find_map(|line| line.strip_prefix("CapEff:"))?;
+    let held = u64::from_str_radix(held.trim(), 16).ok()?;
+    Some(held & (IPC_LOCK | SYS_NICE) == IPC_LOCK | SYS_NICE)
+}
+
 /// Whether the processor says that there is a machine around this one; `None` when it is of a kind that does not say.
 fn is_virtual(cpuinfo: &str) -> Option<bool> {
     let flags = cpuinfo.lines().find_map(|line| line.strip_prefix("flags")?.split_once(':'))?.1;
@@ -131,6 +144,13 @@ mod tests {
     }
 
     #[test]
+    fn capabilities_lift_the_limits() {
+        assert_eq!(is_above_limits("Name:\tx\nCapEff:\t000001ffffffffff\n"), Some(true));
+        assert_eq!(is_above_limits("CapEff:\t0000000000000000\n"), Some(false));
+        assert_eq!(is_above_limits(""), None);
+    }
+
+    #[test]
     fn a_guest_is_told_from_its_flags() {
         assert_eq!(is_virtual("flags\t\t: fpu sse hypervisor\n"), Some(true));
         assert_eq!(is_virtual("flags\t\t: fpu sse\n"), Some(false));
@@ -140,6 +160,6 @@ mod tests {
     #[test]
     fn what_is_not_known_is_said_so() {
         let lines = Machine { system: "none", ..Machine::default() }.lines();
-        assert!(lines.iter().take(4).all(|(_, value)| value.contains("not known here")));
+        assert!(lines.iter().all(|(_, value)| value.contains("not known here")));
     }
 }

@@ -30,8 +30,8 @@ pub(super) struct SceneTimes {
     pub(super) max_us: f64,
     /// Of all ticks, those that wrote their wrench more than a period after they were due.
     pub(super) overrun_share: f64,
-    /// The fastest usual rate at which 99.9 % of steps, begun as late as 99.9 % of the timer's turns, are done in time; `None`: not even
-    /// 500 Hz.
+    /// The fastest usual rate at which 99.9 % of steps, begun as late as 99 % of the timer's turns, are done in time; `None`: not
+    /// even 500 Hz.
     pub(super) achievable_hz: Option<f64>,
 }
 
@@ -79,7 +79,7 @@ pub(super) fn measure(name: &str, stage: &Stage, duration: f64, timer: &Timer) -
         p999_us: step.p999,
         max_us: step.max,
         overrun_share: statistics.overruns as f64 / statistics.ticks.max(1) as f64,
-        achievable_hz: achievable(step.p999, timer.p999_us),
+        achievable_hz: achievable(step.p999, timer.p99_us),
     })
 }
 

@@ -57,6 +57,8 @@ const NOTED_LOAD: f64 = 0.5;
 /// Share of the time taken by the machine around.
 const NOTED_STOLEN: f64 = 5e-3;
 
+const CLOSE_OTHERS: &str = "close what else runs on this machine, browsers and builds first, and measure again";
+
 /// Judges what was measured.
 pub(super) fn of(
     timer: &Timer,
@@ -96,7 +98,7 @@ pub(super) fn of(
 }
 
 fn late(timer: &Timer, machine: &Machine) -> Note {
-    let mut mends = vec!["close what else runs on this machine, browsers and builds first".to_owned()];
+    let mut mends = vec![CLOSE_OTHERS.to_owned()];
     if machine.real_time_kernel == Some(false) {
         mends.push(
             "boot a kernel with PREEMPT_RT (Debian: linux-image-rt-amd64; Ubuntu Pro: real-time kernel)".to_owned(),
@@ -129,8 +131,8 @@ fn slow(scene: &SceneTimes, timer: &Timer) -> Note {
     }
     Note {
         what: format!(
-            "a step of {:.0} µs after a lateness of {:.0} µs (99.9 % each) leaves too little of a millisecond",
-            scene.p999_us, timer.p999_us
+            "a step of {:.0} µs (99.9 %) after a lateness of {:.0} µs (99 %) leaves too little of a millisecond",
+            scene.p999_us, timer.p99_us
         ),
         mends,
     }
@@ -138,8 +140,13 @@ fn slow(scene: &SceneTimes, timer: &Timer) -> Note {
 
 fn busy(load: &Load) -> Option<Note> {
     (load.others_cores > NOTED_LOAD).then(|| Note {
-        what: format!("other programs kept {:.1} of {} cores busy meanwhile", load.others_cores, load.cores),
-        mends: vec!["close what else runs on this machine, browsers and builds first".to_owned()],
+        what: format!(
+            "other programs kept {:.1} of {} cores busy meanwhile{}",
+            load.others_cores,
+            load.cores,
+            load.busiest_in_words()
+        ),
+        mends: vec![CLOSE_OTHERS.to_owned()],
     })
 }
 
@@ -184,7 +191,8 @@ mod tests {
 
     #[test]
     fn what_is_not_granted_or_busy_is_noted_with_its_mend() {
-        let load = Load { cores: 2, others_cores: 1.5, stolen_share: 0.02, load_average: Some(3.0) };
+        let load =
+            Load { cores: 2, others_cores: 1.5, stolen_share: 0.02, load_average: Some(3.0), busiest: Vec::new() };
         let machine = Machine { governors: Some(vec![("powersave".to_owned(), 2)]), ..Machine::default() };
         let verdict = of(&timer(0.002), &scene(Some(1000.0)), &[claim(false)], &machine, Some(&load));
         assert_eq!((verdict.fitness, verdict.notes.len()), (Fitness::FitWithNotes, 5));

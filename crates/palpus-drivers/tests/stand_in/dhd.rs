@@ -80,7 +80,7 @@ pub unsafe extern "C" fn dhdGetPositionAndOrientationFrame(
 /// The pointers are good.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dhdGetLinearVelocity(x: *mut f64, y: *mut f64, z: *mut f64, _: c_char) -> c_int {
-    unsafe { (*x, *y, *z) = (0.1, 0.2, 0.3) };
+    unsafe { (*x, *y, *z) = (0.1 * get(MOVING), 0.2 * get(MOVING), 0.3 * get(MOVING)) };
     if get(NO_VELOCITY) > 0.0 { -1 } else { 0 }
 }
 
@@ -88,7 +88,7 @@ pub unsafe extern "C" fn dhdGetLinearVelocity(x: *mut f64, y: *mut f64, z: *mut 
 /// The pointers are good.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dhdGetAngularVelocityRad(x: *mut f64, y: *mut f64, z: *mut f64, _: c_char) -> c_int {
-    unsafe { (*x, *y, *z) = (1.0, 2.0, 3.0) };
+    unsafe { (*x, *y, *z) = (get(MOVING), 2.0 * get(MOVING), 3.0 * get(MOVING)) };
     if get(NO_VELOCITY) > 0.0 { -1 } else { 0 }
 }
 

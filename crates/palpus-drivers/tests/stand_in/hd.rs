@@ -101,7 +101,7 @@ pub unsafe extern "C" fn hdGetDoublev(parameter: c_uint, values: *mut f64) {
         }
     };
     match parameter {
-        0x2050 | 0x2051 => write(&[100.0, 200.0, 300.0]),
+        0x2050 | 0x2051 => write(&[100.0, 200.0, 300.0].map(|v| v * get(MOVING))),
         0x2052 => {
             if !IN_FRAME.load(Ordering::SeqCst) {
                 count(OUT_OF_FRAME);

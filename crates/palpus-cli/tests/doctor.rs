@@ -1,0 +1,62 @@
+//! `palpus doctor`, and devices behind a maker's library, as a user without either meets them.
+
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn palpus(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
+    command.arg("--no-cache").args(arguments).output().expect("the program starts")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+#[test]
+fn the_doctor_answers_in_words_or_as_one_document() {
+    // On whatever machine the test runs, at whatever load: any verdict, but one.
+    let output = palpus(&["doctor", "--scene", "peg-hole", "--duration", "0.5", "--json"]);
+    let report: Value = serde_json::from_slice(&output.stdout).expect("one JSON document");
+    let fitness = report["verdict"]["fitness"].as_str().expect("a verdict");
+    assert!(["fit", "fit_with_notes", "not_fit"].contains(&fitness), "{fitness}");
+    assert_eq!(output.status.code(), Some(i32::from(fitness == "not_fit")));
+    assert_eq!(report["timer"]["turns"], 500);
+    assert_eq!(report["scene"]["name"], "peg-hole");
+    assert!(report["scene"]["p999_us"].as_f64().is_some_and(|us| us > 0.0));
+    assert_eq!(report["real_time"].as_array().map(Vec::len), Some(3));
+    for note in report["verdict"]["notes"].as_array().expect("notes") {
+        assert!(note["what"].as_str().is_some_and(|what| !what.is_empty() && !what.contains('\n')), "{note}");
+    }
+
+    let words = text(&palpus(&["doctor", "--scene", "peg-hole", "--duration", "0.5"]).stdout);
+    assert!(words.trim_start().starts_with("verdict  "), "{words}");
+    for line in ["timer at 1 kHz", "scene", "priority", "locked memory", "cores", "governor", "kernel", "other load"] {
+        assert!(words.contains(&format!("{line}  ")), "{line} in\n{words}");
+    }
+}
+
+#[test]
+fn the_doctor_refuses_what_it_cannot_measure() {
+    let too_short = palpus(&["doctor", "--duration", "0"]);
+    assert!(!too_short.status.success() && text(&too_short.stderr).contains("--duration"));
+    let no_scene = palpus(&["doctor", "--scene", "no-such"]);
+    assert!(!no_scene.status.success() && text(&no_scene.stderr).contains("built-in scenes are"));
+}
+
+#[test]
+fn a_library_that_is_not_there_is_said_with_what_mends_it() {
+    for device in ["force-dimension:/no/such.so", "force-dimension-simulator:/no/such.so", "openhaptics:/no/such.so"] {
+        let output = palpus(&["run", "peg-hole", "--device", device, "--duration", "1", "--no-record"]);
+        let said = text(&output.stderr);
+        assert!(!output.status.success(), "{device}");
+        assert!(
+            said.contains(device) && said.contains("looked for /no/such.so") && said.contains("give the path"),
+            "{said}"
+        );
+    }
+    let fast = palpus(&["run", "peg-hole", "--device", "openhaptics:/no/such.so", "--fast", "--no-record"]);
+    assert!(text(&fast.stderr).contains("--fast"), "{}", text(&fast.stderr));
+    let unknown = palpus(&["run", "peg-hole", "--device", "feather"]);
+    assert!(text(&unknown.stderr).contains("openhaptics[:LIBRARY]"), "{}", text(&unknown.stderr));
+}
