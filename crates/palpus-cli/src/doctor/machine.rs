@@ -68,14 +68,11 @@ impl Machine {
                 if guest == Some(true) { ", in a virtual machine" } else { "" }
             ),
         };
-        let limits = format!("priority up to {}, locked memory up to {memory}", of(&self.priority_limit));
-        [
-            ("limits", limits),
-            ("cores", cores),
-            ("governor", governors),
-            ("kernel", kernel),
-            ("system", self.system.into()),
-        ]
+        let limits = match self.above_limits {
+            Some(true) => "do not bind this user".to_owned(),
+            _ => format!("priority up to {}, locked memory up to {memory}", of(&self.priority_limit)),
+        };
+        [("limits", limits), ("cores", cores), ("governor", governors), ("kernel", kernel)]
     }
 
     /// Cores whose frequency does not stay up.
