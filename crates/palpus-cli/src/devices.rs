@@ -52,7 +52,9 @@ pub(crate) fn open(name: &str, start: Pose) -> anyhow::Result<Option<Box<dyn Hap
             let options = ForceDimensionOptions { library: library(place), simulator: kind.ends_with("simulator") };
             let device = ForceDimension::open(&options).with_context(|| refused(name))?;
             if !device.has_watchdog() {
-                output::note("note: this device has no watchdog of its own; if the program is killed, it may hold its force");
+                output::note(
+                    "note: this device has no watchdog of its own; if the program is killed, it may hold its force",
+                );
             }
             Box::new(device)
         }

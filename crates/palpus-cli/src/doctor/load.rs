@@ -103,14 +103,21 @@ fn programs() -> Vec<(u32, String, u64)> {
     numbers.filter(|number| *number != std::process::id()).filter_map(read).collect()
 }
 
-/// The programs that did the most, in cores' worth.
+/// The programs that did the most, in cores' worth; those of one name as one.
 fn busiest(before: &Snapshot, after: &Snapshot, ticks_per_core: f64) -> Vec<Program> {
     let spent = |(number, name, time): &(u32, String, u64)| {
         // Whoever came meanwhile has spent all of its time meanwhile.
         let then = before.programs.iter().find(|then| then.0 == *number).map_or(0, |then| then.2);
         Program { name: name.clone(), cores: time.saturating_sub(then) as f64 / ticks_per_core }
     };
-    let mut all: Vec<Program> = after.programs.iter().map(spent).filter(|p| p.cores >= LEAST_NAMED).collect();
+    let mut all: Vec<Program> = Vec::new();
+    for program in after.programs.iter().map(spent) {
+        match all.iter_mut().find(|known| known.name == program.name) {
+            Some(known) => known.cores += program.cores,
+            None => all.push(program),
+        }
+    }
+    all.retain(|program| program.cores >= LEAST_NAMED);
     all.sort_by(|a, b| b.cores.total_cmp(&a.cores));
     all.truncate(NAMED);
     all

@@ -117,7 +117,7 @@ fn print(report: &Report) {
         return;
     }
     output::line("");
-    output::line("What would help, the most first:");
+    output::line("What would help:");
     for mend in mends {
         output::line(format!("  - {mend}"));
     }

@@ -23,7 +23,7 @@ pub(super) struct Verdict {
     pub(super) fitness: Fitness,
     /// In one sentence.
     pub(super) words: String,
-    /// What speaks against it, the worst first.
+    /// What speaks against it; what is the cheapest to mend first.
     pub(super) notes: Vec<Note>,
 }
 
@@ -59,6 +59,9 @@ const NOTED_STOLEN: f64 = 5e-3;
 
 const CLOSE_OTHERS: &str = "close what else runs on this machine, browsers and builds first, and measure again";
 
+/// The mend of a claim that is refused for want of another one.
+const FOLLOWS: &str = "get the priority first";
+
 /// Judges what was measured.
 pub(super) fn of(
     timer: &Timer,
@@ -69,17 +72,15 @@ pub(super) fn of(
 ) -> Verdict {
     let too_slow = scene.achievable_hz.is_none_or(|hz| hz < RATE_HZ);
     let unfit = timer.late_share > UNFIT_LATE || too_slow;
-    let mut notes = Vec::new();
+    // What costs a line in a file comes first.
+    let missing = claims.iter().filter(|claim| !claim.granted && claim.mend.as_deref() != Some(FOLLOWS));
+    let mut notes: Vec<Note> = missing.map(not_granted).collect();
     if timer.late_share > NOTED_LATE {
         notes.push(late(timer, machine));
     }
     if too_slow {
         notes.push(slow(scene, timer));
     }
-    notes.extend(claims.iter().filter(|claim| !claim.granted).map(|claim| Note {
-        what: format!("the loop gets no {} ({})", claim.name, claim.what.trim_start_matches("no: ")),
-        mends: claim.mend.iter().filter(|mend| mend.as_str() != "get the priority first").cloned().collect(),
-    }));
     notes.extend(load.and_then(busy));
     notes.extend(load.and_then(stolen));
     if machine.has_slow_governor() {
@@ -95,6 +96,11 @@ pub(super) fn of(
         (false, false) => (Fitness::FitWithNotes, format!("fit for 1 kHz with {scene_name}, with notes:")),
     };
     Verdict { fitness, words, notes }
+}
+
+fn not_granted(claim: &ClaimLine) -> Note {
+    let what = format!("the loop gets no {} ({})", claim.name, claim.what.trim_start_matches("no: "));
+    Note { what, mends: claim.mend.iter().cloned().collect() }
 }
 
 fn late(timer: &Timer, machine: &Machine) -> Note {
