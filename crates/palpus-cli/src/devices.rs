@@ -6,10 +6,11 @@ use anyhow::Context;
 use palpus::algebra::Pose;
 use palpus_device::{
     Axes, DeviceSpec, Finding, FindingState, HAPLY_ADDRESS, HaplyDevice, HaplyOptions, HapticDevice, PlacedDevice,
-    SafetyLimits, SpaceMouse,
+    RealTimeOptions, SafetyLimits, SpaceMouse,
 };
 use palpus_drivers::{ForceDimension, ForceDimensionOptions, OpenHaptics, Place};
 use serde_json::{Map, Value, json};
+use toml::Table;
 
 use crate::args::DevicesArguments;
 use crate::output;
@@ -37,14 +38,19 @@ pub(crate) const NAMES: &str = "sim, replay:FILE, haply[:ws://HOST:PORT], spacem
     force-dimension[:LIBRARY], force-dimension-simulator[:LIBRARY], openhaptics[:LIBRARY]";
 
 /// The hardware called `name`, set down so that the hand begins at `start`; `None` when it is no hardware's name.
-pub(crate) fn open(name: &str, start: Pose) -> anyhow::Result<Option<Box<dyn HapticDevice + Send>>> {
+///
+/// `notes` gets what is worth writing down of it; with `real_time`, threads of the device ask for priority like the loop does.
+pub(crate) fn open(
+    name: &str,
+    start: Pose,
+    real_time: bool,
+    notes: &mut Vec<String>,
+) -> anyhow::Result<Option<Box<dyn HapticDevice + Send>>> {
     let (kind, place) = name.split_once(':').map_or((name, None), |(kind, place)| (kind, Some(place)));
     let device: Box<dyn HapticDevice + Send> = match kind {
         "haply" => {
-            let device = HaplyDevice::open(&haply(place)).with_context(|| refused(name))?;
-            for note in device.notes() {
-                output::note(format!("haply: {note}"));
-            }
+            let device = HaplyDevice::open(&haply(place, real_time)).with_context(|| refused(name))?;
+            notes.extend_from_slice(device.notes());
             Box::new(device)
         }
         "spacemouse" => Box::new(SpaceMouse::open(place).with_context(|| refused(name))?),
@@ -64,6 +70,13 @@ pub(crate) fn open(name: &str, start: Pose) -> anyhow::Result<Option<Box<dyn Hap
     Ok(Some(Box::new(PlacedDevice::new(device, start))))
 }
 
+/// For a recording's header: what the device said of itself.
+pub(crate) fn recorded(notes: &[String], into: &mut Table) {
+    if !notes.is_empty() {
+        into.insert("device".into(), notes.to_vec().into());
+    }
+}
+
 fn refused(name: &str) -> String {
     format!("the device `{name}` cannot be used; `palpus devices` says what mends it")
 }
@@ -73,10 +86,12 @@ fn library(place: Option<&str>) -> Place {
 }
 
 /// Who names a service may name one on another machine.
-fn haply(place: Option<&str>) -> HaplyOptions {
+fn haply(place: Option<&str>, real_time: bool) -> HaplyOptions {
+    let above = |priority: u8| priority + 1;
     HaplyOptions {
         address: place.unwrap_or(HAPLY_ADDRESS).to_owned(),
         beyond_loopback: place.is_some(),
+        priority: RealTimeOptions::default().priority.filter(|_| real_time).map(above),
         ..HaplyOptions::default()
     }
 }

@@ -43,7 +43,8 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     }
     let rate_hz = arguments.rate.or(stage.rate_hz).unwrap_or(DEFAULT_RATE_HZ);
     let script = faults::script(&arguments.fault, rate_hz)?;
-    let mut device = FaultyDevice::new(device(arguments, &stage, rate_hz)?, &script);
+    let mut notes = Vec::new();
+    let mut device = FaultyDevice::new(device(arguments, &stage, rate_hz, &mut notes)?, &script);
     let settings = stage.settings_for(device.spec(), rate_hz);
     let mut options = ServoOptions {
         rate_hz,
@@ -74,6 +75,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     let mut header = header(&stage, settings, arguments, rate_hz);
     let engagement = options.safety.engagement(device.spec());
     safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
+    devices::recorded(&notes, &mut header.scene.more);
     if !arguments.json {
         announce(arguments, &stage, &device, rate_hz);
         if device.brake().is_none() && device.spec().force_max > 0.0 && !arguments.device.starts_with("replay:") {
@@ -81,6 +83,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
                 "note: this device has no brake; should the loop stall, it holds its force until the loop goes on",
             );
         }
+        notes.iter().for_each(output::note);
         if let Some(not_felt) = devices::not_felt(device.spec()) {
             output::note(format!("note: {not_felt}"));
         }
@@ -123,7 +126,12 @@ fn list() {
     }
 }
 
-fn device(arguments: &RunArguments, stage: &Stage, rate_hz: f64) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
+fn device(
+    arguments: &RunArguments,
+    stage: &Stage,
+    rate_hz: f64,
+    notes: &mut Vec<String>,
+) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     if let Some(file) = arguments.device.strip_prefix("replay:") {
         let recording = read_recording(Path::new(file))?;
         let state = |row: &RecordRow| DeviceState {
@@ -139,7 +147,7 @@ fn device(arguments: &RunArguments, stage: &Stage, rate_hz: f64) -> anyhow::Resu
         if arguments.fast {
             bail!("only `sim` and `replay:FILE` run faster than time; leave --fast out");
         }
-        return devices::open(&arguments.device, stage.path.pose(0.0))?
+        return devices::open(&arguments.device, stage.path.pose(0.0), !arguments.no_realtime, notes)?
             .ok_or_else(|| anyhow!("there is no device `{}`; there are: {}", arguments.device, devices::NAMES));
     }
     let name = arguments.hand.as_deref().or(stage.hand).unwrap_or("normal");

@@ -65,7 +65,7 @@ mod tests {
     use super::*;
 
     fn of(address: &str, beyond_loopback: bool) -> Result<Address, HaplyError> {
-        Address::of(&HaplyOptions { address: address.to_owned(), beyond_loopback, arm: None })
+        Address::of(&HaplyOptions { address: address.to_owned(), beyond_loopback, ..HaplyOptions::default() })
     }
 
     #[test]

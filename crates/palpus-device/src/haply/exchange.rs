@@ -22,6 +22,7 @@ use super::wire::{Failed, Heard, Wire};
 use super::{HaplyError, HaplyOptions, Shared};
 use crate::device::{Axes, Brake, BrakeFlag, DeviceSpec, DeviceState, known_devices};
 use crate::latest::{Newest, Publisher};
+use crate::realtime::{RealTimeOptions, claim};
 
 /// For the inventory after connecting, and for the first state.
 const FIRST_ANSWER: Duration = Duration::from_secs(1);
@@ -282,8 +283,11 @@ impl Exchange {
     }
 
     /// Until the device is not needed any more, or lost.
-    pub(super) fn run(mut self) {
-        crate::realtime::outrank();
+    pub(super) fn run(mut self, priority: Option<u8>) {
+        if priority.is_some() {
+            // Where it is not granted, the loop's own was not either, and says what mends it.
+            claim(&RealTimeOptions { priority, lock_memory: false, pin: false });
+        }
         // Said also if this thread should panic.
         let shared = Arc::clone(&self.shared);
         let _ended = Ended(shared);

@@ -59,12 +59,15 @@ pub struct HaplyOptions {
     pub beyond_loopback: bool,
     /// The arm's id, such as `049D`; `None`: the only one, or the first.
     pub arm: Option<String>,
+    /// `SCHED_FIFO` priority of the thread that talks to the service, where it is allowed; best one above the loop's. `None` does
+    /// not ask.
+    pub priority: Option<u8>,
 }
 
 impl Default for HaplyOptions {
-    /// The first arm of the service on this machine.
+    /// The first arm of the service on this machine, an ordinary thread.
     fn default() -> Self {
-        Self { address: HAPLY_ADDRESS.to_owned(), beyond_loopback: false, arm: None }
+        Self { address: HAPLY_ADDRESS.to_owned(), beyond_loopback: false, arm: None, priority: None }
     }
 }
 
@@ -175,12 +178,12 @@ impl HaplyDevice {
         let shared = Arc::new(Shared::default());
         let brake = Arc::new(BrakeFlag::default());
         let spec = opened.spec.clone();
-        let mut notes = opened.notes.clone();
+        let notes = opened.notes.clone();
         let address = options.address.clone();
         let exchange = Exchange::new(opened, states_in, commands_out, Arc::clone(&shared), Arc::clone(&brake));
-        let thread = std::thread::Builder::new().name("haply".to_owned()).spawn(move || exchange.run());
+        let priority = options.priority;
+        let thread = std::thread::Builder::new().name("haply".to_owned()).spawn(move || exchange.run(priority));
         let thread = thread.map_err(|error| HaplyError::NoService { address, why: error.to_string() })?;
-        notes.shrink_to_fit();
         Ok(Self { spec, notes, states, commands, known: 0, serial: 0, shared, brake, thread: Some(thread) })
     }
 

@@ -60,7 +60,7 @@ impl Service {
 
     /// One that behaves but for `script`.
     fn usual(script: impl Fn(usize) -> Act + Send + 'static) -> Self {
-        Self::start(Some("3.5.1"), frame(0).to_string(), script)
+        Self::start(Some("3.5.1"), inventory().to_string(), script)
     }
 
     fn options(&self) -> HaplyOptions {
@@ -152,22 +152,42 @@ fn understood(text: &str) -> Told {
     Told { force: DVec3::new(part("x"), part("y"), part("z")), spelled: spelled.clone() }
 }
 
-/// A state, also fit as an inventory; the arm's height counts messages in millimetres.
+/// The first message: a state with the configurations.
+fn inventory() -> Value {
+    let mut inventory = frame(0);
+    inventory["inverse3"][0]["config"] = json!({
+        "type": "inverse3",
+        "device_info": {
+            "id": "04C3", "device_type": 4, "major_version": 7, "minor_version": 1, "uuid": "9AB19C4B5E655E32B4F00F8A59FD04C3"
+        },
+        "port": "COM15",
+        "extended_device_id": "9AB19C4B5E655E32B4F00F8A59FD04C3",
+        "extended_firmware_version": "8C20FDC8010AA1E15AA133CDA2534874",
+        "gravity_compensation": { "enabled": true, "scaling_factor": 0.75 },
+        "handedness": "right",
+        "torque_scaling": { "enabled": true },
+        "filters": { "force_gate": { "gain": 0.3 }, "damping": { "scalar": 0.0 } },
+        "mount": {},
+        "basis": { "permutation": "XYZ" }
+    });
+    inventory["wireless_verse_grip"][0]["config"] = json!({
+        "port": "COM12", "type": "wireless_verse_grip", "major_version": 1, "minor_version": 4, "hardware_version": 1
+    });
+    inventory
+}
+
+/// A state; the arm's height counts messages in millimetres.
 fn frame(count: usize) -> Value {
     json!({
         "session_id": 3,
         "inverse3": [{
             "device_id": "04C3",
-            "config": {
-                "type": "inverse3",
-                "device_info": { "id": "04C3", "device_type": 4 },
-                "filters": { "force_gate": { "gain": 0.3 }, "damping": { "scalar": 0.0 } },
-                "mount": {},
-                "basis": { "permutation": "XYZ" }
-            },
             "state": {
+                "angular_position": { "a0": -89.66, "a1": 122.81, "a2": -22.78 },
+                "body_orientation": { "w": 1.0, "x": 0.0, "y": 0.0, "z": 0.0 },
                 "cursor_position": { "x": 0.01, "y": -0.1, "z": 1e-3 * count as f64 },
                 "cursor_velocity": { "x": 0, "y": 0.25, "z": -0.5 },
+                "mode": "idle",
                 "transform": {}
             },
             "status": { "calibrated": true, "in_use": false, "power_supply": true, "ready": true, "started": true }
@@ -176,23 +196,29 @@ fn frame(count: usize) -> Value {
         "wireless_verse_grip": [{
             "device_id": "1102",
             "state": {
+                "battery_level": 0.8,
+                "hall": 16,
                 "orientation": { "w": 0.6, "x": 0.0, "y": 0.8, "z": 0.0 },
                 "buttons": { "a": true, "b": false, "c": false }
             },
-            "status": { "awake": true }
+            "status": { "connected": true, "awake": true, "ready": true }
         }],
         "custom_verse_grip": [{
             "device_id": "1102",
-            "state": { "orientation": { "w": 0.6, "x": 0.0, "y": 0.8, "z": 0.0 }, "buttons": { "a": false, "b": false, "c": true } }
+            "state": {
+                "orientation": { "w": 0.6, "x": 0.0, "y": 0.8, "z": 0.0 },
+                "buttons": { "a": false, "b": false, "c": true },
+                "extension_data": [1, 2]
+            },
+            "status": { "connected": true, "awake": true, "ready": true }
         }]
     })
 }
 
-/// A frame with one place changed.
-fn with(count: usize, pointer: &str, value: Value) -> Value {
-    let mut frame = frame(count);
-    *frame.pointer_mut(pointer).unwrap() = value;
-    frame
+/// A message with one place changed.
+fn with(mut message: Value, pointer: &str, value: Value) -> Value {
+    *message.pointer_mut(pointer).unwrap() = value;
+    message
 }
 
 fn wrench(force: DVec3) -> Wrench {
@@ -261,7 +287,7 @@ fn a_state_comes_in_and_a_force_goes_out() {
 
 #[test]
 fn an_old_service_gets_the_old_spelling() {
-    let inventory = with(0, "/inverse3/0/config/device_info/device_type", json!("inverse3")).to_string();
+    let inventory = with(inventory(), "/inverse3/0/config/device_info/device_type", json!("inverse3")).to_string();
     let service = Service::start(Some("3.4.2"), inventory, |_| Act::Answer);
     let mut device = service.open();
     drive(&mut device, 5).unwrap();
@@ -272,7 +298,7 @@ fn an_old_service_gets_the_old_spelling() {
 
 #[test]
 fn a_service_that_does_not_say_its_version_is_taken_for_a_new_one() {
-    let service = Service::start(None, frame(0).to_string(), |_| Act::Answer);
+    let service = Service::start(None, inventory().to_string(), |_| Act::Answer);
     let device = service.open();
     assert!(device.notes()[0].contains("unknown version") && device.notes()[0].contains("`vector`"));
 }
@@ -339,9 +365,11 @@ fn after_a_lost_answer_no_force_goes_out_that_does_not_know_a_newer_state() {
         ("no JSON", || Act::Say(vec!["{\"inverse3\": [".to_owned()])),
         ("no arm", || Act::Say(vec![json!({ "inverse3": [] }).to_string()])),
         ("text for a number", || {
-            Act::Say(vec![with(20, "/inverse3/0/state/cursor_position/x", json!("0.01")).to_string()])
+            Act::Say(vec![with(frame(20), "/inverse3/0/state/cursor_position/x", json!("0.01")).to_string()])
         }),
-        ("an empty position", || Act::Say(vec![with(20, "/inverse3/0/state/cursor_position", json!({})).to_string()])),
+        ("an empty position", || {
+            Act::Say(vec![with(frame(20), "/inverse3/0/state/cursor_position", json!({})).to_string()])
+        }),
         ("a number beyond numbers", || Act::Say(vec![frame(20).to_string().replace("0.25", "1e999")])),
     ];
     for (name, wrong) in wrongs {
@@ -421,7 +449,7 @@ fn what_does_not_come_back_is_lost_and_says_why() {
 
 #[test]
 fn an_arm_that_is_not_ready_any_more_gets_no_force() {
-    let unready = || with(0, "/inverse3/0/status/ready", json!(false)).to_string();
+    let unready = || with(inventory(), "/inverse3/0/status/ready", json!(false)).to_string();
     let service = Service::usual(move |count| if count >= 20 { Act::Say(vec![unready()]) } else { Act::Answer });
     let mut device = service.open();
     drive(&mut device, 60).unwrap();
@@ -437,8 +465,8 @@ fn what_cannot_be_opened_says_why() {
     assert!(open(json!({ "inverse3": [] })).contains("no arm: plug one in"));
     assert!(open(json!({ "hello": 1 })).contains("not as the Inverse Service does"));
     assert!(open(json!([1, 2])).contains("no list `inverse3`"));
-    assert!(open(with(0, "/inverse3/0/status/calibrated", json!(false))).contains("not calibrated"));
-    assert!(open(with(0, "/inverse3/0/status/power_supply", json!(false))).contains("without power"));
+    assert!(open(with(inventory(), "/inverse3/0/status/calibrated", json!(false))).contains("not calibrated"));
+    assert!(open(with(inventory(), "/inverse3/0/status/power_supply", json!(false))).contains("without power"));
     let service = Service::usual(|_| Act::Answer);
     let options = HaplyOptions { arm: Some("FFFF".to_owned()), ..service.options() };
     assert!(HaplyDevice::open(&options).err().unwrap().to_string().contains("no arm `FFFF`; it has: 04C3"));
@@ -484,4 +512,46 @@ fn it_is_found_or_said_what_is_missing() {
     let nobody = HaplyOptions { address: "ws://127.0.0.1:1".to_owned(), ..HaplyOptions::default() };
     let FindingState::Missing { looked_for, why, mend } = look_at(&nobody).state else { panic!() };
     assert!(looked_for.contains("127.0.0.1:1") && why.contains("refused") && mend.contains("Inverse Service"));
+}
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % n as u64) as usize
+    }
+}
+
+const MUTATION_SEED: u64 = 0x4a91_7e55;
+
+#[test]
+fn no_message_makes_it_panic_or_believe_in_no_number() {
+    let mut random = Random(MUTATION_SEED);
+    let texts = [inventory().to_string(), frame(7).to_string()];
+    let pieces =
+        ["1e999", "-1e308", "null", "{}", "[]", "\"", "{", "}", "true", "1e-320", "\\ud800", "NaN", ",", "0.5"];
+    let mut understood = 0;
+    for round in 0..20_000 {
+        let mut text = texts[round % 2].clone().into_bytes();
+        for _ in 0..=random.below(3) {
+            let at = random.below(text.len());
+            let until = (at + random.below(12)).min(text.len());
+            text.splice(at..until, pieces[random.below(pieces.len())].bytes());
+        }
+        let text = String::from_utf8_lossy(&text);
+        let _ = message::inventory(&text);
+        if let Ok(sample) = message::sample(&text, "04C3", Some("1102")) {
+            let turned = sample.rotation.is_none_or(|rotation| (rotation.length() - 1.0).abs() < 1e-9);
+            assert!(
+                sample.position.is_finite() && sample.velocity.is_finite() && turned,
+                "seed {MUTATION_SEED:#x}, round {round}: {text}"
+            );
+            understood += 1;
+        }
+    }
+    assert!(understood > 1000, "seed {MUTATION_SEED:#x}: only {understood} were understood at all");
 }

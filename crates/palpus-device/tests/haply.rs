@@ -1,0 +1,106 @@
+//! The servo loop on a Haply arm behind a service: no memory is obtained on its thread, and whatever happens, the last force is zero.
+
+use std::net::{TcpListener, TcpStream};
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex};
+use std::thread::JoinHandle;
+
+use glam::DVec3;
+use palpus::algebra::{Pose, Wrench};
+use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
+use palpus_device::{
+    DeviceState, HaplyDevice, HaplyOptions, PlacedDevice, RunEnd, RunStatistics, Servo, ServoOptions, ServoTick,
+    StepOutcome,
+};
+use serde_json::{Value, json};
+use tungstenite::Message;
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+/// An arm without a grip that moves up and down by a centimetre, and the forces that it got.
+fn service(messages: usize) -> (String, Arc<Mutex<Vec<f64>>>, JoinHandle<()>) {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = format!("ws://{}", listener.local_addr().expect("an address"));
+    let forces = Arc::new(Mutex::new(Vec::new()));
+    let log = Arc::clone(&forces);
+    let thread = std::thread::spawn(move || {
+        let (stream, _) = listener.accept().expect("a client");
+        drop(listener);
+        serve(stream, messages, &log);
+    });
+    (address, forces, thread)
+}
+
+fn serve(stream: TcpStream, messages: usize, forces: &Mutex<Vec<f64>>) {
+    stream.set_nodelay(true).expect("a socket");
+    let mut socket = tungstenite::accept(stream).expect("a handshake");
+    let mut answered = 0;
+    let _ = socket.send(Message::text(state(0).to_string()));
+    while answered < messages {
+        match socket.read() {
+            Ok(Message::Text(text)) => {
+                let value: Value = serde_json::from_str(text.as_str()).expect("a message");
+                let force = &value["inverse3"][0]["commands"]["set_cursor_force"]["vector"]["z"];
+                forces.lock().expect("no panic").push(force.as_f64().expect("a number"));
+                answered += 1;
+                let _ = socket.send(Message::text(state(answered).to_string()));
+            }
+            Ok(_) => {}
+            Err(_) => return,
+        }
+    }
+}
+
+fn state(count: usize) -> Value {
+    let (height, speed) = (0.01 * (0.02 * count as f64).sin(), 0.0);
+    json!({ "inverse3": [{
+        "device_id": "A",
+        "config": { "type": "inverse3" },
+        "state": { "cursor_position": { "x": 0, "y": 0, "z": height }, "cursor_velocity": { "x": 0, "y": 0, "z": speed } },
+        "status": { "ready": true }
+    }] })
+}
+
+/// A floor at the start's height, for so many seconds; and the allocations after the first tick.
+fn run(address: &str, seconds: f64) -> (RunStatistics, u64) {
+    let options = HaplyOptions { address: address.to_owned(), ..HaplyOptions::default() };
+    let device = HaplyDevice::open(&options).expect("a device");
+    let mut device = PlacedDevice::new(device, Pose::IDENTITY);
+    let mut servo = Servo::new(ServoOptions { rate_hz: 500.0, duration: Some(seconds), ..Default::default() })
+        .expect("options in range");
+    let (mut first, mut last) = (None, 0);
+    let mut observer = |_: &ServoTick, _: &()| {
+        last = allocations_of_this_thread();
+        first.get_or_insert(last);
+    };
+    let step = |state: &DeviceState, _: f64| {
+        let depth = (-state.pose.translation.z).max(0.0);
+        StepOutcome::of(Wrench { force: DVec3::Z * 100.0 * depth, torque: DVec3::ZERO })
+    };
+    let statistics = servo.run(&mut device, step, &mut observer, &AtomicBool::new(false));
+    (statistics, last - first.unwrap_or(last))
+}
+
+#[test]
+fn a_loop_on_the_arm_does_not_allocate_and_ends_with_zero() {
+    let (address, forces, thread) = service(usize::MAX);
+    let (statistics, allocations) = run(&address, 2.0);
+    thread.join().expect("the service");
+    assert_eq!(statistics.end, RunEnd::Duration);
+    assert_eq!(allocations, 0);
+    let forces = forces.lock().expect("no panic");
+    // Two centimetres at most below where it began.
+    assert!(forces.len() > 100 && forces.iter().all(|force| (0.0..=2.0 + 1e-6).contains(force)), "{forces:?}");
+    assert!(forces.iter().any(|force| *force > 0.0), "it must have pushed");
+    assert_eq!(forces.last(), Some(&0.0));
+}
+
+#[test]
+fn a_service_that_goes_away_ends_the_run_and_is_said() {
+    let (address, _, thread) = service(100);
+    let (statistics, _) = run(&address, 20.0);
+    thread.join().expect("the service");
+    let RunEnd::DeviceFailed(error) = &statistics.end else { panic!("{:?}", statistics.end) };
+    assert!(error.to_string().contains("Inverse Service is gone"), "{error}");
+}
