@@ -15,8 +15,8 @@ use toml::Table;
 use crate::args::DevicesArguments;
 use crate::output;
 
-/// Columns of the page.
-const WIDTH: usize = 100;
+/// Columns of the page: those of the narrowest terminal that is common.
+const WIDTH: usize = 80;
 /// Columns of the names of lines.
 const MARGIN: usize = 14;
 
@@ -113,7 +113,7 @@ fn page(findings: &[Finding]) -> Vec<String> {
     for finding in findings {
         if let FindingState::Found { device, spec, rate_hz, note } = &finding.state {
             lines.push(String::new());
-            lines.push(format!("  {} ({})", finding.name, finding.backend));
+            lines.push(title(finding));
             found(&mut lines, device, spec, *rate_hz, note);
         }
     }
@@ -125,16 +125,31 @@ fn page(findings: &[Finding]) -> Vec<String> {
     for finding in findings {
         if let FindingState::Missing { looked_for, why, mend } = &finding.state {
             lines.push(String::new());
-            lines.push(format!("  {} ({})", finding.name, finding.backend));
+            lines.push(title(finding));
             entry(&mut lines, "looked for", looked_for);
             entry(&mut lines, "but", why);
-            // Not wrapped: it is to be copied.
-            lines.push(format!("  {:>MARGIN$}  {mend}", "mend"));
+            if is_command(mend) {
+                // On a line of its own, to be copied.
+                entry(&mut lines, "mend", "in a shell:");
+                lines.push(format!("    {mend}"));
+            } else {
+                entry(&mut lines, "mend", mend);
+            }
         }
     }
     lines.push(String::new());
     lines.extend(wrapped("No device is needed to try palpus: `palpus run` is held by a simulated hand, and safety thresholds with their reasons are printed by `palpus run --device DEVICE --limits`. docs/devices.md says how each of these was tested.", WIDTH));
     lines
+}
+
+/// As the name of a section.
+fn title(finding: &Finding) -> String {
+    let Finding { backend, name, .. } = finding;
+    if name == backend { format!("  {name}") } else { format!("  {name} ({backend})") }
+}
+
+fn is_command(mend: &str) -> bool {
+    mend.contains("sudo ")
 }
 
 fn found(lines: &mut Vec<String>, device: &str, spec: &DeviceSpec, rate_hz: f64, note: &str) {
@@ -172,12 +187,13 @@ fn axes(spec: &DeviceSpec) -> String {
             format!("{translation} of translation, {rotation} of rotation{gripper}")
         }
     };
+    let sensed = if spec.sensed == spec.actuated { "the same".to_owned() } else { count(spec.sensed) };
     let buttons = match spec.buttons {
         0 => String::new(),
         1 => "; a button, which asks for force".to_owned(),
         more => format!("; {more} buttons, which ask for force"),
     };
-    format!("driven: {}; sensed: {}{buttons}", count(spec.actuated), count(spec.sensed))
+    format!("driven: {}; sensed: {sensed}{buttons}", count(spec.actuated))
 }
 
 fn safety(spec: &DeviceSpec, rate_hz: f64) -> String {
@@ -284,11 +300,18 @@ mod tests {
     }
 
     #[test]
-    fn a_mend_stands_on_one_line() {
-        let mend = "a command that is longer than the page is wide, ".repeat(4);
+    fn a_command_that_mends_stands_on_one_line() {
+        let mend = "echo something long | sudo tee /a/file && ".repeat(4);
         let page = page(&[Finding::missing("backend", "some arm", "its library", "it is not there", mend.trim())]);
-        assert!(page.iter().any(|line| line.ends_with(mend.trim())));
-        assert!(page.iter().any(|line| line.contains("some arm")));
+        assert!(page.iter().any(|line| line.trim() == mend.trim()));
+        assert!(page.iter().any(|line| line == "  some arm (backend)"));
+    }
+
+    #[test]
+    fn the_page_fits_a_narrow_terminal() {
+        for line in page(&palpus_device::look()) {
+            assert!(line.chars().count() <= WIDTH || is_command(&line), "{line}");
+        }
     }
 
     #[test]

@@ -209,6 +209,9 @@ fn notes(config: &Value) -> Vec<String> {
     note("mount", &config["mount"]);
     let basis = if config["basis"].is_null() { &config["coordinate_system"] } else { &config["basis"] };
     note("axes", &basis["permutation"]);
+    if basis["permutation"].as_str().is_some_and(|permutation| permutation != "XYZ") {
+        notes.push("the service turns the axes: +X may not be to the right, nor +Z up".to_owned());
+    }
     notes
 }
 

@@ -30,6 +30,10 @@ enum Act {
     /// Answers so much later.
     After(Duration),
     Silence,
+    /// Answers with bytes.
+    Binary,
+    /// Answers with nothing but pings.
+    Pings,
     /// Breaks the connection off.
     Drop,
     /// Closes it politely.
@@ -131,6 +135,8 @@ fn act(socket: &mut WebSocket<TcpStream>, act: Act, count: usize) -> bool {
             vec![frame(count).to_string()]
         }
         Act::Silence => Vec::new(),
+        Act::Binary => return socket.send(Message::binary(vec![1, 2, 3])).is_ok(),
+        Act::Pings => return (0..200).all(|_| socket.send(Message::Ping(Vec::new().into())).is_ok()),
         Act::Drop => return false,
         Act::Close => {
             let _ = socket.close(None);
@@ -268,7 +274,7 @@ fn a_state_comes_in_and_a_force_goes_out() {
     for noted in ["3.5.1", "force gate: {\"gain\":0.3}", "oscillation damper", "grip 1102", "axes: \"XYZ\""] {
         assert!(notes.contains(noted), "{notes}");
     }
-    assert!(!notes.contains("mount"), "{notes}");
+    assert!(!notes.contains("mount") && !notes.contains("turns the axes"), "{notes}");
     drive(&mut device, 50).unwrap();
     let state = device.read().unwrap();
     assert_eq!(state.twist.linear, DVec3::new(0.0, 0.25, -0.5));
@@ -425,7 +431,11 @@ fn what_does_not_come_back_is_lost_and_says_why() {
         frame["custom_verse_grip"] = json!([]);
         Act::Say(vec![frame.to_string()])
     };
-    let cases: [Case; 8] = [
+    let binary = || Act::Binary;
+    let pings = || Act::Pings;
+    let cases: [Case; 10] = [
+        ("a binary message", binary),
+        ("pings without end", pings),
         ("no state for 250 ms", || Act::Silence),
         ("no JSON", || Act::Say(vec!["hello".to_owned()])),
         ("without the arm 04C3", || Act::Say(vec![json!({ "inverse3": [{ "device_id": "0001" }] }).to_string()])),
@@ -463,6 +473,9 @@ fn what_cannot_be_opened_says_why() {
         HaplyDevice::open(&service.options()).err().unwrap().to_string()
     };
     assert!(open(json!({ "inverse3": [] })).contains("no arm: plug one in"));
+    let turned =
+        message::inventory(&with(inventory(), "/inverse3/0/config/basis/permutation", json!("XZY")).to_string());
+    assert!(turned.unwrap().arms[0].notes.join("").contains("turns the axes"));
     assert!(open(json!({ "hello": 1 })).contains("not as the Inverse Service does"));
     assert!(open(json!([1, 2])).contains("no list `inverse3`"));
     assert!(open(with(inventory(), "/inverse3/0/status/calibrated", json!(false))).contains("not calibrated"));

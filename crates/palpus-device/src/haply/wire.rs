@@ -16,6 +16,8 @@ const CONNECT_TIME: Duration = Duration::from_millis(400);
 const SEND_TIME: Duration = Duration::from_millis(100);
 /// Bytes of the largest message that is listened to. An inventory of ten devices has about twenty thousand.
 const LARGEST_MESSAGE: usize = 1 << 20;
+/// Pings and the like between two messages.
+const MOST_CONTROL: usize = 64;
 /// Bytes read at once.
 const READ_BUFFER: usize = 1 << 16;
 
@@ -114,17 +116,18 @@ impl Wire {
     /// The next message, if there is one before `until`; if that is `None`, if there is one already.
     pub(super) fn hear(&mut self, until: Option<Instant>) -> Result<Heard, String> {
         self.socket.get_mut().until = until;
-        loop {
+        for _ in 0..MOST_CONTROL {
             match self.socket.read() {
                 Ok(Message::Text(text)) => return Ok(Heard::Text(text.as_str().to_owned())),
                 Ok(Message::Binary(_)) => return Ok(Heard::Other("a binary message")),
-                // Answered by the library; a flood of them still ends by the deadline.
+                // Pings and the like are answered by the library.
                 Ok(_) if until.is_none_or(|until| Instant::now() < until) => {}
                 Ok(_) => return Ok(Heard::Nothing),
                 Err(Error::Io(error)) if waited(&error) => return Ok(Heard::Nothing),
                 Err(error) => return Err(said(&error)),
             }
         }
+        Err("it sends pings without end".to_owned())
     }
 
     /// Says goodbye; whether it is heard does not matter any more.

@@ -41,8 +41,21 @@ fn why(error: &SpaceMouseError) -> String {
     match error {
         // The mend has a line of its own.
         SpaceMouseError::Denied { path, why, .. } => format!("{path} is one, but may not be read ({why})"),
+        SpaceMouseError::None if !lists_devices() => {
+            "this system lists no HID devices at all (a container?)".to_owned()
+        }
         other => other.to_string(),
     }
+}
+
+#[cfg(target_os = "linux")]
+fn lists_devices() -> bool {
+    std::path::Path::new(super::hidraw::LIST).exists()
+}
+
+#[cfg(not(target_os = "linux"))]
+fn lists_devices() -> bool {
+    true
 }
 
 fn mend(error: &SpaceMouseError) -> String {
