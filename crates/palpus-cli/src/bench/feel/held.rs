@@ -15,8 +15,8 @@ use super::method::{Entry, Tuning};
 
 /// N.
 pub(super) const PRESS: f64 = 1.0;
-/// How far off the environment's surface the probe is let go, m.
-const DROP: f64 = 0.3e-3;
+/// How far beyond the contact tolerance the probe is let go, m.
+const DROP: f64 = 0.1e-3;
 /// Seconds of approach.
 const APPROACH: f64 = 0.4;
 /// Seconds until the force is looked at, with a hand and without.
@@ -80,7 +80,7 @@ pub(super) fn hold(
     let mut method = entry.build(ground, &tuning)?;
     let depth = ground.judge().depth(&rest.pose);
     let moved = |by: f64| Pose { translation: rest.pose.translation + rest.press * by, ..rest.pose };
-    let start = -(depth + DROP);
+    let start = -(depth + ground.settings.contact_tolerance + DROP);
     let is_held = hand.stiffness > 0.0;
     let end = if is_held { PRESS / hand.stiffness - depth } else { start };
     let intent = |time: f64| {

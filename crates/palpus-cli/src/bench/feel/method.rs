@@ -62,7 +62,7 @@ pub(super) struct Entry {
     pub(super) has_skin: bool,
     /// It has dampers in its contacts.
     pub(super) has_damping: bool,
-    /// A step takes so long that a quick run leaves the closed loop out.
+    /// A step takes so long that it is not tried in every hand.
     pub(super) is_costly: bool,
     build: fn(&Ground, &Tuning) -> anyhow::Result<Box<dyn Method>>,
 }

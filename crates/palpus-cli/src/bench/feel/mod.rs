@@ -64,7 +64,7 @@ pub(super) fn feel(wanted: &Wanted<'_>) -> anyhow::Result<ExitCode> {
     }
     let rows: Vec<Row> = outcomes.into_iter().flat_map(|outcome| outcome.rows).collect();
     report::write(wanted.out, &grounds, &entries, &rows, &figures, wanted.quick)?;
-    output::line(format!("written to {}: feel.md, feel.html, feel.csv and feel.json", wanted.out.display()));
+    output::line(format!("written to {}: feel.md, feel.html, feel.csv, feel.json and the plots", wanted.out.display()));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -85,8 +85,8 @@ struct Effort {
     /// Scenes on which the greatest stable stiffness is searched, and how finely.
     searched: &'static [&'static str],
     halvings: usize,
-    /// Methods whose steps take long take part in the closed loop.
-    costly: bool,
+    /// Those that methods take part with whose steps take long.
+    costly_hands: &'static [&'static str],
     /// Contact dampings of the Z-width map, N·s/m; none: no map.
     dampings: &'static [(f64, &'static str)],
 }
@@ -96,8 +96,8 @@ impl Effort {
         seconds: f64::INFINITY,
         hands: &["none", "relaxed", "normal", "firm"],
         searched: &["pen-sphere", "v-groove", "box-rest", "spoon-cup", "torus-torus", "peg-hole"],
-        halvings: 3,
-        costly: true,
+        halvings: 2,
+        costly_hands: &["none", "normal"],
         dampings: &Z_WIDTH,
     };
     const QUICK: Self = Self {
@@ -105,7 +105,7 @@ impl Effort {
         hands: &["none", "normal"],
         searched: &["pen-sphere", "v-groove", "box-rest"],
         halvings: 0,
-        costly: false,
+        costly_hands: &[],
         dampings: &[],
     };
 }
@@ -151,22 +151,25 @@ fn measure_all(grounds: &[Ground], entries: &[Entry], effort: &Effort) -> anyhow
 fn measure(ground: &Ground, entry: &Entry, effort: &Effort) -> anyhow::Result<Outcome> {
     let mut rows = Rows::new(ground.name, entry.name);
     let curve = open::measure(ground, entry, &mut rows)?;
-    let held = if effort.costly || !entry.is_costly {
-        scripted::measure(ground, entry, effort.hands, &mut rows)?;
-        at_rest(ground, entry, effort, &mut rows)?
-    } else {
-        Vec::new()
-    };
+    let hands = if entry.is_costly { effort.costly_hands } else { effort.hands };
+    scripted::measure(ground, entry, hands, &mut rows)?;
+    let held = at_rest(ground, entry, hands, effort, &mut rows)?;
     Ok(Outcome { rows: rows.rows, curve, held })
 }
 
 /// The stiffness that issue and users ask for, N/m.
 const STIFF: f64 = 5000.0;
 
-fn at_rest(ground: &Ground, entry: &Entry, effort: &Effort, rows: &mut Rows) -> anyhow::Result<Vec<closed::LoopTick>> {
+fn at_rest(
+    ground: &Ground,
+    entry: &Entry,
+    hands: &[&str],
+    effort: &Effort,
+    rows: &mut Rows,
+) -> anyhow::Result<Vec<closed::LoopTick>> {
     let mut shown = Vec::new();
     let Some(rest) = &ground.rest else { return Ok(shown) };
-    for (name, hand) in HANDS.iter().filter(|(name, _)| effort.hands.contains(name)) {
+    for (name, hand) in HANDS.iter().filter(|(name, _)| hands.contains(name)) {
         if *name == "none" && !rest.stable {
             continue;
         }
@@ -177,7 +180,8 @@ fn at_rest(ground: &Ground, entry: &Entry, effort: &Effort, rows: &mut Rows) -> 
         let stiff = held::hold(ground, entry, rest, hand, &Tuning { stiffness: Some(STIFF), ..Tuning::of(ground) })?;
         rows.add(name, "limit cycle at 5 kN/m", "%", stiff.share() * 100.0);
         if effort.searched.contains(&ground.name) {
-            let greatest = held::greatest_stiffness(ground, entry, rest, hand, 0.0, effort.halvings)?;
+            let halvings = if entry.is_costly { 0 } else { effort.halvings };
+            let greatest = held::greatest_stiffness(ground, entry, rest, hand, 0.0, halvings)?;
             rows.add(name, "greatest stable stiffness", "N/m", greatest);
         }
         if ground.name == Z_WIDTH_SCENE && entry.has_damping {

@@ -136,6 +136,12 @@ pub(super) fn write(
         let path = out.join(name);
         fs::write(&path, text).with_context(|| format!("{} could not be written", path.display()))?;
     }
+    for (scene, figures) in figures {
+        for (kind, figure) in ["open", "held"].iter().zip(figures) {
+            let path = out.join(format!("{scene}_{kind}.svg"));
+            fs::write(&path, figure).with_context(|| format!("{} could not be written", path.display()))?;
+        }
+    }
     Ok(())
 }
 
