@@ -4,7 +4,10 @@
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};
 use palpus::render::{Limits, ProbeState};
-use palpus_device::{DeviceSpec, HandImpedance, HapticDevice, Jitter, SimulatedDevice, SimulationSettings};
+use palpus_device::{
+    DeviceSpec, EnergyAccount, HandImpedance, HapticDevice, Jitter, Passivity, SafetyLimits, SimulatedDevice,
+    SimulationSettings,
+};
 
 use super::ground::{Ground, TICK};
 use super::method::Method;
@@ -42,6 +45,8 @@ pub(super) struct Drive<'a> {
     pub(super) intent: &'a dyn Fn(f64) -> Pose,
     /// N: a steady force beside the hand's, as a weight.
     pub(super) load: DVec3,
+    /// The method's energy is accounted for, and taken back.
+    pub(super) passive: bool,
 }
 
 /// The limits of the simulated device.
@@ -61,8 +66,12 @@ pub(super) fn run(
     // The load is no part of what the device can push with.
     let spec = DeviceSpec { force_max: f64::INFINITY, ..default.spec.clone() };
     let jitter = Some(Jitter::logged(PACE_SEED));
-    let settings = SimulationSettings { hand: drive.hand, spec, jitter, ..default };
+    let settings = SimulationSettings { hand: drive.hand, spec, jitter, ..default.clone() };
     let mut device = SimulatedDevice::new(settings, |time: f64| (drive.intent)(time))?;
+    let mut account = drive.passive.then(|| {
+        let limits = SafetyLimits { allowance: 0.0, ..SafetyLimits::of(&default.spec, 1.0 / TICK) };
+        EnergyAccount::new(&limits, TICK)
+    });
     let count = (seconds / TICK) as usize;
     let mut ticks = Vec::with_capacity(count);
     let mut work = [0.0; 2];
@@ -77,7 +86,11 @@ pub(super) fn run(
         let dt = if k == 0 { TICK } else { state.time - last_time };
         (last_time, last_pose) = (state.time, pose);
         let step = method.step(&ProbeState { pose_ba: state.pose, twist: state.twist }, dt);
-        let felt = within_limits(&step.wrench);
+        let mut felt = within_limits(&step.wrench);
+        if let Some(account) = &mut account {
+            felt = account.limit(&felt, &state, dt);
+            account.commanded(&felt);
+        }
         if !(felt.is_finite() && pose.is_valid()) {
             break;
         }

@@ -7,11 +7,13 @@ use super::ground::{Ground, JUDGED, TICK};
 use crate::plots::{self, BLUE, Figure, GREEN, Panel, Series, VERMILION, bands};
 
 /// Of the methods, in their order; after Okabe and Ito.
-const COLORS: [RGBColor; 8] = [
+const COLORS: [RGBColor; 10] = [
     VERMILION,
     BLUE,
     GREEN,
     RGBColor(204, 121, 167),
+    RGBColor(150, 75, 0),
+    RGBColor(0, 60, 130),
     RGBColor(120, 120, 120),
     RGBColor(230, 159, 0),
     RGBColor(86, 180, 233),
@@ -37,13 +39,13 @@ fn open_loop(ground: &Ground, curves: &[(&'static str, &Outcome)]) -> Figure {
             color: COLORS[k % COLORS.len()],
             points: envelope(&of(outcome)),
         };
-        curves.iter().enumerate().map(one).collect()
+        curves.iter().enumerate().filter(|(_, (_, outcome))| !outcome.curve.times.is_empty()).map(one).collect()
     };
     let felt = |outcome: &Outcome, of: &dyn Fn(&palpus::algebra::Wrench) -> f64| -> Vec<(f64, f64)> {
         outcome.curve.times.iter().zip(&outcome.curve.wrenches).map(|(time, felt)| (*time, of(felt))).collect()
     };
     let steps = |outcome: &Outcome| -> Vec<(f64, f64)> {
-        let pairs = outcome.curve.wrenches.windows(2).zip(&outcome.curve.times[1..]);
+        let pairs = outcome.curve.wrenches.windows(2).zip(outcome.curve.times.iter().skip(1));
         pairs.map(|(pair, time)| (*time, pair[1].force.distance(pair[0].force))).collect()
     };
     let panel = |title, unit, series| Panel { title, unit, series, thick_in_bands: false };

@@ -145,6 +145,8 @@ fn rest(name: &str, path: &HandPath, judged: &[(Pose, Option<Contact>)]) -> Opti
         "pen-sphere" => down(path.duration() / 2.0, false),
         "v-groove" => down(1.2, true),
         "box-rest" => down(1.6, true),
+        // The tip stands on the cup's floor.
+        "spoon-cup" => down(path.duration() - 4.8, false),
         // On the block, beside the hole.
         "peg-hole" => down(1.0, false),
         "box-tilt" | "box-edge" | "rails" => None,

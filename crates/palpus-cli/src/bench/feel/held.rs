@@ -89,7 +89,7 @@ pub(super) fn hold(
     };
     let load = if is_held { DVec3::ZERO } else { rest.press * PRESS };
     let settle = SETTLE[usize::from(!is_held)];
-    let drive = Drive { hand: *hand, intent: &intent, load };
+    let drive = Drive { hand: *hand, intent: &intent, load, passive: entry.is_passive };
     let ticks = run(ground, method.as_mut(), &drive, settle + WATCHED)?;
     let watched = ticks.iter().filter(|tick| tick.time >= settle).map(|tick| tick.felt);
     let watched: Vec<Wrench> = watched.collect();

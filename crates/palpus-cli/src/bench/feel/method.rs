@@ -62,6 +62,8 @@ pub(super) struct Entry {
     pub(super) has_skin: bool,
     /// It has dampers in its contacts.
     pub(super) has_damping: bool,
+    /// Its energy is accounted for, and taken back from the first bit on. The poses of the open loop take no work, so that it has none.
+    pub(super) is_passive: bool,
     /// A step takes so long that it is not tried in every hand.
     pub(super) is_costly: bool,
     build: fn(&Ground, &Tuning) -> anyhow::Result<Box<dyn Method>>,
@@ -75,12 +77,13 @@ impl Entry {
 }
 
 /// All methods, in the order of the tables.
-pub(super) const METHODS: [Entry; 8] = [
+pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "paper",
         summary: "exact linkage, direct rendering: the paper's",
         has_skin: true,
         has_damping: true,
+        is_passive: false,
         is_costly: false,
         build: |ground, tuning| {
             rendered(&ground.settings, ground, tuning, |s| Settings { clustering: Clustering::Linkage, ..s })
@@ -91,6 +94,7 @@ pub(super) const METHODS: [Entry; 8] = [
         summary: "smooth clustering, direct rendering",
         has_skin: true,
         has_damping: true,
+        is_passive: false,
         is_costly: false,
         build: |ground, tuning| {
             rendered(&ground.settings, ground, tuning, |s| Settings { clustering: Clustering::Smooth, ..s })
@@ -101,6 +105,7 @@ pub(super) const METHODS: [Entry; 8] = [
         summary: "exact linkage behind the virtual coupling, tuned to the device",
         has_skin: true,
         has_damping: true,
+        is_passive: false,
         is_costly: false,
         build: |ground, tuning| {
             rendered(&ground.coupled, ground, tuning, |s| Settings { clustering: Clustering::Linkage, ..s })
@@ -111,6 +116,29 @@ pub(super) const METHODS: [Entry; 8] = [
         summary: "smooth clustering behind the same",
         has_skin: true,
         has_damping: true,
+        is_passive: false,
+        is_costly: false,
+        build: |ground, tuning| {
+            rendered(&ground.coupled, ground, tuning, |s| Settings { clustering: Clustering::Smooth, ..s })
+        },
+    },
+    Entry {
+        name: "smooth-passive",
+        summary: "smooth, with passivity",
+        has_skin: true,
+        has_damping: false,
+        is_passive: true,
+        is_costly: false,
+        build: |ground, tuning| {
+            rendered(&ground.settings, ground, tuning, |s| Settings { clustering: Clustering::Smooth, ..s })
+        },
+    },
+    Entry {
+        name: "coupled-passive",
+        summary: "coupled-smooth, with passivity",
+        has_skin: true,
+        has_damping: false,
+        is_passive: true,
         is_costly: false,
         build: |ground, tuning| {
             rendered(&ground.coupled, ground, tuning, |s| Settings { clustering: Clustering::Smooth, ..s })
@@ -121,6 +149,7 @@ pub(super) const METHODS: [Entry; 8] = [
         summary: "depth predicted along the motion from the last closest features (the paper's [16])",
         has_skin: true,
         has_damping: false,
+        is_passive: false,
         is_costly: false,
         build: |ground, tuning| {
             let (a, b) = ground.bodies();
@@ -134,6 +163,7 @@ pub(super) const METHODS: [Entry; 8] = [
         summary: "a point shell in a map of voxels (the paper's [30])",
         has_skin: true,
         has_damping: false,
+        is_passive: false,
         is_costly: true,
         build: |ground, tuning| Ok(Box::new(Other(Stiffer::new(ground, tuning)?))),
     },
@@ -142,6 +172,7 @@ pub(super) const METHODS: [Entry; 8] = [
         summary: "the same behind an explicit virtual coupling, as its paper renders",
         has_skin: true,
         has_damping: false,
+        is_passive: false,
         is_costly: true,
         build: |ground, tuning| {
             let within = Stiffer::new(ground, tuning)?;
@@ -154,6 +185,7 @@ pub(super) const METHODS: [Entry; 8] = [
         summary: "one contact of the expanding polytope algorithm a pair of pieces, as with Coal",
         has_skin: true,
         has_damping: false,
+        is_passive: false,
         is_costly: false,
         build: |ground, tuning| {
             let (a, b) = ground.bodies();

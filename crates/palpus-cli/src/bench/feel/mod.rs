@@ -150,7 +150,7 @@ fn measure_all(grounds: &[Ground], entries: &[Entry], effort: &Effort) -> anyhow
 
 fn measure(ground: &Ground, entry: &Entry, effort: &Effort) -> anyhow::Result<Outcome> {
     let mut rows = Rows::new(ground.name, entry.name);
-    let curve = open::measure(ground, entry, &mut rows)?;
+    let curve = if entry.is_passive { open::Curve::default() } else { open::measure(ground, entry, &mut rows)? };
     let hands = if entry.is_costly { effort.costly_hands } else { effort.hands };
     scripted::measure(ground, entry, hands, &mut rows)?;
     let held = at_rest(ground, entry, hands, effort, &mut rows)?;

@@ -29,6 +29,7 @@ const MUST_BE_FELT: f64 = 1e-4;
 const FELT_PART: f64 = 0.1;
 
 /// What was felt, tick by tick.
+#[derive(Default)]
 pub(super) struct Curve {
     /// s.
     pub(super) times: Vec<f64>,

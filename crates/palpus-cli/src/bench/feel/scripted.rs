@@ -4,7 +4,7 @@
 //! * *Energy generated*: the most net work that the method has done on the hand at any time; more than nothing means that it gave what it
 //!   was never given. Of forces, of torques, and of both together.
 //! * *Deepest shown*, *pop-throughs*: as in the open loop, by the judge, where the method shows the probe; and how deep the hand itself went.
-//! * *Peg*: whether and when its tip comes within half a millimetre of where the hand wants it, and with which force.
+//! * *Peg*: whether and when its tip has gone nine tenths of the way into the hole that the hand wants, and with which force.
 
 use super::closed::{Drive, HANDS, LoopTick, limits, run};
 use super::ground::Ground;
@@ -40,7 +40,7 @@ pub(super) fn measure(
             let pose = ground.path.pose(ground.begin + time);
             Pose { translation: pose.translation + ground.press(time) * (PRESS / hand.stiffness), ..pose }
         };
-        let drive = Drive { hand, intent: &intent, load: DVec3::ZERO };
+        let drive = Drive { hand, intent: &intent, load: DVec3::ZERO, passive: entry.is_passive };
         let ticks = run(ground, method.as_mut(), &drive, seconds + AFTER)?;
         let add = &mut |measure, unit, value| rows.add(name, measure, unit, value);
         of_run(ground, &ticks, add);
@@ -84,15 +84,15 @@ fn of_run(ground: &Ground, ticks: &[LoopTick], add: Add<'_>) {
     add("finite", "", f64::from(u8::from(ticks.len() > expected)));
 }
 
-/// The tip has arrived when it is this near to the deepest that the hand wants it, m.
-const ARRIVED: f64 = 0.5e-3;
+/// The tip has arrived when it has gone this part of the way that the hand wants: a hand that meets friction stays behind.
+const ARRIVED: f64 = 0.9;
 /// The tip is in the hole below this, m.
 const IN_HOLE: f64 = -0.5e-3;
 
 fn insertion(ground: &Ground, ticks: &[LoopTick], add: Add<'_>) {
     let height = |pose: &Pose| pose.point(PEG_TIP).z;
     let wanted = ground.script.iter().map(|probe| height(&probe.pose_ba)).fold(f64::INFINITY, f64::min);
-    let arrival = ticks.iter().position(|tick| height(&tick.pose) < wanted + ARRIVED);
+    let arrival = ticks.iter().position(|tick| height(&tick.pose) < ARRIVED * wanted);
     let entry = ticks.iter().position(|tick| height(&tick.pose) < IN_HOLE);
     let lowest = ticks.iter().map(|tick| height(&tick.pose)).fold(f64::INFINITY, f64::min);
     add("peg in", "", f64::from(u8::from(arrival.is_some())));
