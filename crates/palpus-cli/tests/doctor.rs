@@ -1,5 +1,6 @@
 //! `palpus doctor`, and devices behind a maker's library, as a user without either meets them.
 
+use std::path::Path;
 use std::process::{Command, Output};
 
 use serde_json::Value;
@@ -59,4 +60,34 @@ fn a_library_that_is_not_there_is_said_with_what_mends_it() {
     assert!(text(&fast.stderr).contains("--fast"), "{}", text(&fast.stderr));
     let unknown = palpus(&["run", "peg-hole", "--device", "feather"]);
     assert!(text(&unknown.stderr).contains("openhaptics[:LIBRARY]"), "{}", text(&unknown.stderr));
+}
+
+/// Compiles the stand-in library `name` of the drivers' tests.
+fn stand_in(name: &str) -> String {
+    let source = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../palpus-drivers/tests/stand_in/{name}.rs"));
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("program-{name}{}", std::env::consts::DLL_SUFFIX));
+    let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
+    let mut command = Command::new(rustc);
+    command
+        .args(["--edition", "2024", "--crate-type", "cdylib", "--crate-name", "stand_in", "-o"])
+        .arg(&file)
+        .arg(source);
+    let output = command.output().expect("rustc runs");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    file.display().to_string()
+}
+
+#[test]
+fn the_loop_runs_on_a_makers_library() {
+    // Numbers of tests/stand_in/keys.rs: a device, powered, calibrated, of three axes and 3 N.
+    let begin = "0=1,4=1,17=1,6=0.01,13=3,14=3";
+    for (device, name) in [("force-dimension", "dhd"), ("openhaptics", "hd")] {
+        let device = format!("{device}:{}", stand_in(name));
+        let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
+        command.env("STAND_IN", begin).args(["--no-cache", "run", "peg-hole", "--device", &device]);
+        let output = command.args(["--duration", "0.3", "--no-record", "--json"]).output().expect("the program starts");
+        let summary: Value =
+            serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", text(&output.stderr)));
+        assert!(output.status.success() && summary["ticks"].as_u64().is_some_and(|ticks| ticks > 0), "{summary}");
+    }
 }

@@ -67,7 +67,7 @@ pub(crate) const LIBRARY: Known = Known {
     mend: MEND,
 };
 
-const MEND: &str = "install the Force Dimension SDK (forcedimension.com/software/sdk) and set FORCEDIM_SDK to its folder, or name the file: force-dimension:LIBRARY";
+const MEND: &str = "install the Force Dimension SDK (forcedimension.com/software/sdk) and set FORCEDIM_SDK to its folder, or name the file: --device force-dimension:LIBRARY";
 
 /// What to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

@@ -1,7 +1,7 @@
 //! What the makers' libraries see.
 
-use std::sync::mpsc;
-use std::time::Duration;
+use std::sync::mpsc::{self, Receiver};
+use std::time::{Duration, Instant};
 
 use palpus_device::{Finding, HapticDevice};
 
@@ -12,34 +12,34 @@ use crate::open_haptics::{self, OpenHaptics};
 
 const FORCE_DIMENSION: (&str, &str) = ("force-dimension", "omega, delta, sigma, lambda, Falcon");
 const OPEN_HAPTICS: (&str, &str) = ("openhaptics", "Touch, Touch X, Phantom");
-/// Together they take no longer than people like to wait.
-const MOST: Duration = Duration::from_millis(500);
+/// People do not like to wait longer, and a device that is there answers sooner as a rule.
+const MOST: Duration = Duration::from_secs(1);
 
-/// What is there of Force Dimension's and of OpenHaptics', one finding or more each. Devices are opened for a moment and give no
-/// force.
+/// What is there of Force Dimension's and of OpenHaptics', one finding each. Devices are opened for a moment and give no force.
 pub fn look() -> Vec<Finding> {
-    // Libraries of others may hang. Then the thread is left to its fate, and the program says so.
-    let force_dimension = within(FORCE_DIMENSION, force_dimension);
-    let open_haptics = within(OPEN_HAPTICS, open_haptics);
-    vec![force_dimension, open_haptics]
+    let begun = Instant::now();
+    let asked = [ask(FORCE_DIMENSION, force_dimension), ask(OPEN_HAPTICS, open_haptics)];
+    let answer = |(backend, answered): ((&'static str, &'static str), Receiver<Finding>)| {
+        let left = MOST.saturating_sub(begun.elapsed());
+        answered.recv_timeout(left).unwrap_or_else(|_| {
+            let mend = format!("try it all the same: palpus run --device {}; or plug it out and in", backend.0);
+            let why = "the library is there, but does not answer within a second";
+            Finding::missing(backend.0, backend.1, "a device behind the maker's library", why, mend)
+        })
+    };
+    asked.into_iter().map(answer).collect()
 }
 
-fn within(backend: (&'static str, &'static str), look: fn() -> Finding) -> Finding {
+/// Looks on a thread of its own: libraries of others may hang, which then is left to its fate.
+fn ask(
+    backend: (&'static str, &'static str),
+    look: fn() -> Finding,
+) -> ((&'static str, &'static str), Receiver<Finding>) {
     let (answer, answered) = mpsc::channel();
     let thread = std::thread::Builder::new().name(backend.0.to_owned());
-    // Whoever has waited long enough hears no answer any more.
-    let started = thread.spawn(move || drop(answer.send(look())));
-    let hangs = || {
-        let mend = "unplug the device, plug it in again, and try once more";
-        Finding::missing(
-            backend.0,
-            backend.1,
-            "a device behind the maker's library",
-            "the library does not answer",
-            mend,
-        )
-    };
-    started.ok().and_then(|_| answered.recv_timeout(MOST).ok()).unwrap_or_else(hangs)
+    // Whoever has waited long enough hears no answer any more; without a thread there is none.
+    drop(thread.spawn(move || drop(answer.send(look()))));
+    (backend, answered)
 }
 
 fn force_dimension() -> Finding {

@@ -63,12 +63,17 @@ impl Known {
     }
 
     fn open_usual(&self) -> Result<Loaded, DriverError> {
+        let mut broken = None;
         for name in self.names {
-            if let Ok(loaded) = ffi::load(Path::new(name)) {
-                return Ok(loaded);
+            match ffi::load(Path::new(name)) {
+                Ok(loaded) => return Ok(loaded),
+                // The loader names the file that it does not find: another one is one that this one needs.
+                Err(why) if cfg!(unix) && !why.contains(name) => {
+                    broken = broken.or(Some(self.broken(Path::new(name), why)));
+                }
+                Err(_) => {}
             }
         }
-        let mut broken = None;
         for path in self.files() {
             match ffi::load(&path) {
                 Ok(loaded) => return Ok(loaded),

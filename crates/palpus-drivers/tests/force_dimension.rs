@@ -256,7 +256,7 @@ fn a_library_that_is_not_there_or_none_is_an_answer() {
     assert!(matches!(&missing, DriverError::LibraryMissing { looked_for, .. } if looked_for == "no/such/library.so"));
     let broken = of(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml")).map(drop).unwrap_err();
     assert!(matches!(broken, DriverError::LibraryBroken { .. }), "{broken}");
-    let other = build("nothing", &[]);
+    let other = build("nothing");
     let error = of(other.to_str().unwrap()).map(drop).unwrap_err();
     assert!(matches!(error, DriverError::SymbolMissing { symbol: "dhdOpen", .. }), "{error}");
     assert!(error.to_string().contains("`dhdOpen`") && error.to_string().contains("install"), "{error}");

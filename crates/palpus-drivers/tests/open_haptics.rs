@@ -274,7 +274,7 @@ fn to_look_starts_no_thread_and_gives_no_force() {
 #[test]
 fn a_library_that_is_none_is_named_with_what_it_lacks() {
     let _alone = alone();
-    let other = build("nothing", &[]);
+    let other = build("nothing");
     let error = OpenHaptics::open(&Place::File(other)).map(drop).unwrap_err();
     assert!(matches!(error, DriverError::SymbolMissing { symbol: "hdInitDevice", .. }), "{error}");
 }

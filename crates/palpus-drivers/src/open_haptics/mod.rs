@@ -82,7 +82,7 @@ pub(crate) const LIBRARY: Known = Known {
         &["libHD.so", "libHD.so.3.4", "libHD.so.3.0"]
     },
     kit: ("OH_SDK_BASE", &["lib", "bin/x64", "lib/lin-x86_64", "usr/lib"]),
-    mend: "install OpenHaptics and the Touch device driver (support.3dsystems.com, \"Haptics\"), or name the file: openhaptics:LIBRARY",
+    mend: "install OpenHaptics and the Touch device driver (support.3dsystems.com, \"Haptics\"), or name the file: --device openhaptics:LIBRARY",
 };
 
 const TOO_OLD: &str = "install OpenHaptics 3.4 or later";

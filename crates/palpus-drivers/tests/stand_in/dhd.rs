@@ -163,7 +163,6 @@ pub extern "C" fn dhdGetComFreq(_: c_char) -> f64 {
     4.0
 }
 
-#[cfg(not(no_simulator))]
 #[unsafe(no_mangle)]
 pub extern "C" fn dhdEnableSimulator(on: bool) {
     set(SIMULATOR, f64::from(u8::from(on)));

@@ -22,13 +22,13 @@ impl StandIn {
     /// Of Force Dimension's.
     pub fn dhd() -> Self {
         static BUILT: OnceLock<PathBuf> = OnceLock::new();
-        Self::copy(BUILT.get_or_init(|| build("dhd", &[])))
+        Self::copy(BUILT.get_or_init(|| build("dhd")))
     }
 
     /// Of OpenHaptics'.
     pub fn hd() -> Self {
         static BUILT: OnceLock<PathBuf> = OnceLock::new();
-        Self::copy(BUILT.get_or_init(|| build("hd", &[])))
+        Self::copy(BUILT.get_or_init(|| build("hd")))
     }
 
     /// The loader gives everyone who opens a file the same library, so every test has a file of its own.
@@ -85,15 +85,15 @@ impl Drop for StandIn {
 }
 
 /// Compiles `tests/stand_in/NAME.rs` to a C library.
-pub fn build(name: &str, more: &[&str]) -> PathBuf {
+pub fn build(name: &str) -> PathBuf {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/stand_in").join(format!("{name}.rs"));
-    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}{}-{}", more.len(), std::process::id()));
+    let out = Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{}-{name}", env!("CARGO_CRATE_NAME")));
     std::fs::create_dir_all(&out).expect("a folder for the stand-in");
     let file = out.join(format!("stand_in{}", std::env::consts::DLL_SUFFIX));
     let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
     let mut command = Command::new(rustc);
     command.args(["--edition", "2024", "--crate-type", "cdylib", "--crate-name", "stand_in", "-Cdebuginfo=0"]);
-    let output = command.args(more).arg("-o").arg(&file).arg(&source).output().expect("rustc runs");
+    let output = command.arg("-o").arg(&file).arg(&source).output().expect("rustc runs");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     file
 }
