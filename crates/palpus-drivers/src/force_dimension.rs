@@ -7,9 +7,9 @@
 //! 3. A write is a wrench in one call. Saturated motors (code 2) are counted; they are the normal case and no failure.
 //! 4. The brake switches the motors off, which short-circuits them: they damp. It never waits for a call that hangs; there the
 //!    device's watchdog takes its part.
-//! 5. Whatever ends it, the last wrench is zero and the force is off.
-//!
-//! The force switch on the device is not watched: what is computed while it is off is not felt.
+//! 5. The force switch on the device is watched: switched off, it is a brake that is applied, so that what is computed meanwhile does
+//!    not come at once when it is switched on, but through an engagement. It is never switched on from here.
+//! 6. Whatever ends it, the last wrench is zero and the force is off.
 
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -35,6 +35,8 @@ const WATCHDOG_STEPS: u8 = 160;
 const VELOCITY_WINDOW_MS: i32 = 4;
 /// Hz: of the velocities that are estimated here.
 const VELOCITY_CUTOFF_HZ: f64 = 50.0;
+/// Reads from one look at the force switch to the next, which may cost an exchange with the device.
+const READS_PER_STATUS: u32 = 32;
 /// N: of a device that is not in the list, the least that any of the maker's has.
 const UNKNOWN_FORCE: f64 = 8.0;
 /// N·m: likewise, when its wrist has motors.
@@ -52,6 +54,7 @@ mod status {
     pub(super) const POWER: usize = 0;
     pub(super) const CONNECTED: usize = 1;
     pub(super) const RESET: usize = 3;
+    pub(super) const FORCE: usize = 5;
     pub(super) const ERROR: usize = 9;
 }
 
@@ -88,6 +91,10 @@ pub struct ForceDimension {
     opened: Instant,
     written: Option<Instant>,
     last: Option<DeviceState>,
+    /// Until the next look at the force switch.
+    reads_left: u32,
+    /// The library has said that the force is on, and so will say that it is off.
+    knows_switch: bool,
 }
 
 impl ForceDimension {
@@ -117,6 +124,7 @@ impl ForceDimension {
             line: Mutex::new(State::Silent),
             brake: BrakeFlag::default(),
             late_brake: AtomicBool::new(false),
+            switched_off: AtomicBool::new(false),
         });
         // From here on the device is closed by `Drop`.
         let mut device = Self {
@@ -128,6 +136,8 @@ impl ForceDimension {
             opened: Instant::now(),
             written: None,
             last: None,
+            reads_left: READS_PER_STATUS,
+            knows_switch: false,
         };
         check_status(&device.shared.api, id)?;
         device.shared.api.velocity_window(VELOCITY_WINDOW_MS, id);
@@ -148,6 +158,29 @@ impl ForceDimension {
     /// Writes that met saturated motors.
     pub fn saturated(&self) -> u64 {
         self.saturated
+    }
+
+    /// Looks at the force switch now and then, while the force should be on.
+    fn watch_switch(&mut self, state: State) {
+        self.reads_left = self.reads_left.saturating_sub(1);
+        let shared = &self.shared;
+        let is_off = shared.switched_off.load(Ordering::Acquire);
+        // After a pause it may be the device's watchdog that has switched it off.
+        let slept = self.written.is_none_or(|last| last.elapsed() > WATCHDOG);
+        if self.reads_left > 0 || state != State::Driven || slept || (shared.brake.is_applied() && !is_off) {
+            return;
+        }
+        self.reads_left = READS_PER_STATUS;
+        let Some(words) = shared.api.status(shared.id) else { return };
+        let is_on = words[status::FORCE] != 0;
+        self.knows_switch |= is_on;
+        if !is_on && self.knows_switch {
+            shared.switched_off.store(true, Ordering::Release);
+            shared.brake.apply();
+        } else if is_on && is_off {
+            // The brake stays until the loop has engaged.
+            shared.switched_off.store(false, Ordering::Release);
+        }
     }
 
     fn lost(&self) -> DeviceError {
@@ -192,7 +225,7 @@ impl HapticDevice for ForceDimension {
 
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         let shared = Arc::clone(&self.shared);
-        let _line = shared.line();
+        let line = shared.line();
         let (code, position, rows) = shared.api.frame(shared.id);
         if code < 0 {
             return Err(self.lost());
@@ -203,6 +236,7 @@ impl HapticDevice for ForceDimension {
         let pose = Axes::ForceDimension.pose(rotation, DVec3::from_array(position));
         let twist = self.twist(&pose, time);
         let state = DeviceState { pose, twist, buttons: shared.api.buttons(shared.id), time };
+        self.watch_switch(*line);
         shared.brake_late();
         self.last = Some(state);
         Ok(state)
@@ -217,7 +251,8 @@ impl HapticDevice for ForceDimension {
         let now = Instant::now();
         let slept = self.written.is_none_or(|last| now - last > WATCHDOG);
         self.written = Some(now);
-        if !shared.brake.is_applied() && (slept || *line == State::Silent) {
+        let switched_off = shared.switched_off.load(Ordering::Acquire);
+        if !shared.brake.is_applied() && !switched_off && (slept || *line == State::Silent) {
             // Also after the device's watchdog may have switched it off.
             if shared.api.enable_force(true, shared.id) < 0 {
                 let why = format!("its force could not be switched on ({})", said(&shared.api));
@@ -266,6 +301,8 @@ struct Shared {
     brake: BrakeFlag,
     /// The brake was applied during a call, and could not do more than say so.
     late_brake: AtomicBool,
+    /// By the switch on the device.
+    switched_off: AtomicBool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -311,7 +348,7 @@ impl Brake for Shared {
         let line = self.line();
         self.late_brake.store(false, Ordering::Release);
         self.brake.release();
-        if *line == State::Driven {
+        if *line == State::Driven && !self.switched_off.load(Ordering::Acquire) {
             // Should it fail, there is no force, and the next write says why.
             let _ = self.api.enable_force(true, self.id);
         }

@@ -213,6 +213,33 @@ fn a_pause_switches_the_force_on_again() {
 }
 
 #[test]
+fn the_switch_on_the_device_is_a_brake() {
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    let brake = device.brake().unwrap();
+    let mut ticks = |wrench: Wrench, until: &dyn Fn() -> bool| {
+        (0..1000).any(|_| {
+            device.write(&wrench).unwrap();
+            device.read().unwrap();
+            until()
+        })
+    };
+    assert!(!ticks(push(DVec3::X), &|| brake.is_applied()));
+    stand_in.set(SWITCHED_OFF, 1.0);
+    assert!(ticks(push(DVec3::X), &|| brake.is_applied()));
+    // Whoever releases it while the switch is off finds it applied again, and has not switched it on.
+    stand_in.set(ENABLED, 0.0);
+    brake.release();
+    assert!(ticks(push(DVec3::X), &|| brake.is_applied()));
+    assert_eq!(stand_in.get(ENABLED), 0.0);
+    // Switched on, nothing comes before the loop engages.
+    stand_in.set(SWITCHED_OFF, 0.0).set(ENABLED, 1.0);
+    assert!(!ticks(push(DVec3::X), &|| stand_in.three(FORCE) != [0.0; 3]));
+    brake.release();
+    assert!(ticks(push(DVec3::X), &|| stand_in.three(FORCE) != [0.0; 3] && !brake.is_applied()));
+}
+
+#[test]
 fn a_panic_leaves_no_force() {
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();

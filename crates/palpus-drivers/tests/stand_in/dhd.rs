@@ -151,7 +151,8 @@ pub extern "C" fn dhdSetWatchdog(steps: c_uchar, _: c_char) -> c_int {
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dhdGetStatus(status: *mut c_int, _: c_char) -> c_int {
     // Power, connected, started, reset, …
-    let words = [get(POWERED) as c_int, 1, 1, i32::from(get(OUT_OF_RESET) < 1.0), 0, 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0];
+    let force = i32::from(get(ENABLED) > 0.0 && get(SWITCHED_OFF) < 1.0);
+    let words = [get(POWERED) as c_int, 1, 1, i32::from(get(OUT_OF_RESET) < 1.0), 0, force, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0];
     for (k, word) in words.into_iter().enumerate() {
         unsafe { *status.add(k) = word };
     }

@@ -23,6 +23,7 @@ pub const NO_VELOCITY: usize = 16;
 pub const OUT_OF_RESET: usize = 17;
 pub const ENABLE_CODE: usize = 18;
 pub const MOVING: usize = 19;
+pub const SWITCHED_OFF: usize = 20;
 
 // Set by the library.
 pub const FORCE: usize = 32; // 3
