@@ -85,7 +85,7 @@ pub(crate) struct RunArguments {
     #[arg(long, value_enum, value_name = "MODE")]
     pub(crate) rendering: Option<Rendering>,
     /// How contacts near each other share their force: smoothly, or in linked clusters as in the paper [default: the
-    /// scene's, or linkage].
+    /// scene's, or smooth].
     #[arg(long, value_enum, value_name = "METHOD")]
     pub(crate) clustering: Option<ClusteringMethod>,
     /// Takes back every bit of energy that the hand was given by the loop, instead of from half a millimetre at peak force on.

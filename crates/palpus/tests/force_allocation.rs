@@ -4,7 +4,7 @@ use glam::DVec3;
 use palpus::algebra::{Pose, Twist};
 use palpus::body::{Feature, FeaturePair};
 use palpus::force::{Centers, Contact, FrictionSettings};
-use palpus::render::{Forces, Motion, Scratch, Settings, force};
+use palpus::render::{Clustering, Forces, Motion, Scratch, Settings, force};
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 
 #[global_allocator]
@@ -36,9 +36,11 @@ fn contacts(n: u32, tick: u32) -> Vec<Contact> {
 #[test]
 fn the_force_stage_does_not_allocate() {
     let friction = FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.4, tangential_stiffness: 600.0 };
-    let settings = Settings { friction: Some(friction), capacity: 300, ..Settings::default() };
-    let mut scratch = Scratch::new(settings.capacity);
-    let mut forces = Forces::new(settings.capacity);
+    let linkage =
+        Settings { friction: Some(friction), clustering: Clustering::Linkage, capacity: 300, ..Settings::default() };
+    let smooth = Settings { clustering: Clustering::Smooth, ..linkage };
+    let mut scratch = Scratch::new(linkage.capacity);
+    let mut forces = Forces::new(linkage.capacity);
     let motion =
         Motion { pose_ba: Pose::IDENTITY, centers: Centers { a: DVec3::X, b: DVec3::ZERO }, twist: Twist::default() };
     // None, a few, as many as fit, and far too many; clusters that are cut; contacts that come and go.
@@ -46,8 +48,8 @@ fn the_force_stage_does_not_allocate() {
     let before = allocations_of_this_thread();
     assert!(before > 0, "the counter is not installed");
     let (mut dropped, mut cut) = (0, 0);
-    for contacts in &ticks {
-        force(contacts, &motion, &settings, |contact| contact.normal, &mut scratch, &mut forces);
+    for (contacts, settings) in ticks.iter().flat_map(|contacts| [(contacts, &linkage), (contacts, &smooth)]) {
+        force(contacts, &motion, settings, |contact| contact.normal, &mut scratch, &mut forces);
         dropped += forces.linkage.dropped;
         cut += forces.linkage.cut_groups;
     }

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 use anyhow::{Context, anyhow};
 use palpus::algebra::NoClock;
 use palpus::force::{Contact, PairQuery};
-use palpus::render::{ProbeState, Renderer, TickSummary};
+use palpus::render::{Clustering, ProbeState, Renderer, Settings, TickSummary};
 use palpus_io::scene::FilePolicy;
 
 use super::table;
@@ -39,7 +39,8 @@ pub(super) fn figures(out: &Path, models: Option<&Path>) -> anyhow::Result<ExitC
 /// Query time, force time and contacts while a spoon touches a cup.
 fn figure_5(out: &Path) -> anyhow::Result<()> {
     let stage = stage::prepare("spoon-cup", FilePolicy::Inside)?;
-    let mut renderer = Renderer::new(stage.probe.clone(), stage.environment.clone(), stage.settings)?;
+    let as_in_the_paper = Settings { clustering: Clustering::Linkage, ..stage.settings };
+    let mut renderer = Renderer::new(stage.probe.clone(), stage.environment.clone(), as_in_the_paper)?;
     let mut ticks = pass(&stage, &mut renderer);
     for _ in 1..PASSES {
         renderer.clear();

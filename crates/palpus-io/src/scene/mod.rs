@@ -17,8 +17,8 @@
 //!
 //! [contact]
 //! tolerance = 1.0           # else 1 mm, whatever the unit
-//! cluster_radius = 4.0      # else 4 mm
-//! clustering = "linkage"    # the paper's, or "smooth": forces that never jump when contacts meet
+//! cluster_radius = 4.0      # else 4 mm; of linkage
+//! clustering = "smooth"     # forces that never jump when contacts meet; or "linkage", the paper's
 //! split_angle = 130         # degrees, or false for no cut; of linkage
 //! stiffness = 800           # N/m; left out, coupled: the device's largest force at half the tolerance; direct: 800
 //! damping = 0               # N·s/m

@@ -71,10 +71,12 @@ impl Default for Settings {
 pub enum Clustering {
     /// Exact single linkage, each cluster with the force of its deepest member: the paper's. The force jumps when clusters
     /// meet or part.
-    #[default]
     Linkage,
     /// Every contact with the share of its force that the crowd of those that push the same way leaves to it, however far apart
     /// they are: continuous, and as stiff for any mesh of a surface ([`crate::force::Crowding`]).
+    ///
+    /// The default, since it measures better wherever the two differ (`docs/feel.md`).
+    #[default]
     Smooth,
 }
 
