@@ -211,7 +211,11 @@ impl ForceDimension {
         match (angular, linear) {
             (Some(angular), Some(linear)) => Twist { angular, linear },
             (angular, linear) => {
-                let own = self.last.as_ref().map(estimated).unwrap_or_default();
+                // A state that is none would spoil all that follow.
+                let is_one = |last: &&DeviceState| {
+                    last.pose.is_valid() && last.twist.angular.is_finite() && last.twist.linear.is_finite()
+                };
+                let own = self.last.as_ref().filter(is_one).map(estimated).unwrap_or_default();
                 Twist { angular: angular.unwrap_or(own.angular), linear: linear.unwrap_or(own.linear) }
             }
         }

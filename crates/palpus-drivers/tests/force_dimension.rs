@@ -159,6 +159,13 @@ fn velocities_that_the_library_does_not_know_are_estimated() {
         fastest = fastest.min(state.twist.linear);
     }
     assert!(fastest.y < -0.02 && fastest.x.abs() < 1e-9, "{fastest}");
+    // A pose that is none spoils no velocity but its own.
+    stand_in.set(X, f64::NAN);
+    assert!(!device.read().unwrap().pose.is_valid());
+    stand_in.set(X, 0.01);
+    device.read().unwrap();
+    let state = device.read().unwrap();
+    assert!(state.pose.is_valid() && state.twist.linear.is_finite() && state.twist.angular.is_finite());
 }
 
 #[test]

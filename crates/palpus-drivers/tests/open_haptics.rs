@@ -216,6 +216,20 @@ fn errors_of_force_are_counted_and_end_the_run_when_they_stay() {
 }
 
 #[test]
+fn a_pose_that_is_none_spoils_nothing_that_follows() {
+    let _alone = alone();
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    stand_in.set(X, f64::NAN);
+    assert!(stand_in.comes_to(|s| s.get(TURNS) > 0.0 && !device.read().unwrap().pose.is_valid()));
+    stand_in.set(X, 10.0);
+    let turns = stand_in.get(TURNS);
+    assert!(stand_in.comes_to(|s| s.get(TURNS) > turns + 3.0));
+    let state = device.read().unwrap();
+    assert!(state.pose.is_valid() && state.twist.linear.is_finite() && state.twist.angular.is_finite(), "{state:?}");
+}
+
+#[test]
 fn a_dead_scheduler_is_noticed_and_the_end_does_not_hang() {
     let _alone = alone();
     let stand_in = ready();

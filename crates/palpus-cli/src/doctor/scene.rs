@@ -17,7 +17,7 @@ use crate::stage::{self, Stage};
 /// Rates that devices are driven at, Hz, the fastest first.
 const RATES: [f64; 8] = [10_000.0, 8000.0, 5000.0, 4000.0, 3000.0, 2000.0, 1000.0, 500.0];
 /// Of a period: what step and lateness may take together. The rest is the device's reads and writes.
-const PERIOD_SHARE: f64 = 0.8;
+pub(super) const PERIOD_SHARE: f64 = 0.8;
 
 /// What the steps of a scene took, µs.
 #[derive(Clone, Debug, Serialize)]

@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::load::Load;
 use super::machine::Machine;
-use super::scene::SceneTimes;
+use super::scene::{PERIOD_SHARE, SceneTimes};
 use super::timer::Timer;
 use super::{ClaimLine, RATE_HZ};
 
@@ -70,7 +70,7 @@ pub(super) fn of(
     machine: &Machine,
     load: Option<&Load>,
 ) -> Verdict {
-    let too_slow = scene.achievable_hz.is_none_or(|hz| hz < RATE_HZ);
+    let too_slow = scene.p999_us > PERIOD_SHARE * 1e6 / RATE_HZ;
     let unfit = timer.late_share > UNFIT_LATE || too_slow;
     // What costs a line in a file comes first.
     let missing = claims.iter().filter(|claim| !claim.granted && claim.mend.as_deref() != Some(FOLLOWS));
@@ -79,7 +79,7 @@ pub(super) fn of(
         notes.push(late(timer, machine));
     }
     if too_slow {
-        notes.push(slow(scene, timer));
+        notes.push(slow(scene));
     }
     notes.extend(load.and_then(busy));
     notes.extend(load.and_then(stolen));
@@ -126,22 +126,15 @@ fn late(timer: &Timer, machine: &Machine) -> Note {
     }
 }
 
-fn slow(scene: &SceneTimes, timer: &Timer) -> Note {
-    let mut mends = Vec::new();
-    if scene.p999_us > 0.5e6 / RATE_HZ {
-        mends.push("bound the step: `time_budget = 400` (µs) under [contact] in the scene file".to_owned());
-        mends.push("take smaller meshes, or a smaller contact tolerance".to_owned());
-    }
+fn slow(scene: &SceneTimes) -> Note {
+    let mut mends = vec![
+        "bound the step: `time_budget = 400` (µs) under [contact] in the scene file".to_owned(),
+        "take smaller meshes, or a smaller contact tolerance".to_owned(),
+    ];
     if scene.achievable_hz.is_some() {
         mends.push("run slower: `palpus run --rate 500`".to_owned());
     }
-    Note {
-        what: format!(
-            "a step of {:.0} µs (99.9 %) after a lateness of {:.0} µs (99 %) leaves too little of a millisecond",
-            scene.p999_us, timer.p99_us
-        ),
-        mends,
-    }
+    Note { what: format!("a step takes {:.0} µs (99.9 %), too much of a millisecond", scene.p999_us), mends }
 }
 
 fn busy(load: &Load) -> Option<Note> {

@@ -66,7 +66,7 @@ impl StandIn {
     }
 
     /// Waits until `what` is so; false when it is not after two seconds.
-    pub fn comes_to(&self, what: impl Fn(&Self) -> bool) -> bool {
+    pub fn comes_to(&self, mut what: impl FnMut(&Self) -> bool) -> bool {
         let begun = Instant::now();
         while begun.elapsed() < Duration::from_secs(2) {
             if what(self) {
