@@ -568,3 +568,52 @@ fn no_message_makes_it_panic_or_believe_in_no_number() {
     }
     assert!(understood > 1000, "seed {MUTATION_SEED:#x}: only {understood} were understood at all");
 }
+
+const MISCHIEF_SEED: u64 = 0x11ae_57a1;
+/// Messages of a service that is up to mischief.
+const MISCHIEFS: usize = 700;
+
+/// What a message is answered with: mostly as it should be.
+fn mischief() -> Vec<u8> {
+    let mut random = Random(MISCHIEF_SEED);
+    // Opening goes well.
+    (0..MISCHIEFS).map(|k| if k < 5 { 255 } else { random.below(64) as u8 }).collect()
+}
+
+#[test]
+fn whatever_the_service_does_no_force_is_stale() {
+    let acts = mischief();
+    let script = acts.clone();
+    let service = Service::usual(move |count| match script.get(count) {
+        Some(0) => Act::Silence,
+        Some(1) => Act::After(Duration::from_millis(11)),
+        Some(2) => Act::Say(vec!["nonsense".to_owned()]),
+        Some(3) => Act::Say(vec![json!({ "inverse3": [] }).to_string()]),
+        Some(4..7) => Act::Say(vec![frame(count).to_string(), frame(count).to_string()]),
+        Some(7) => Act::Say(vec![frame(count).to_string(), "nonsense".to_owned()]),
+        Some(8) => Act::Binary,
+        _ => Act::Answer,
+    });
+    let mut device = service.open();
+    while service.told.lock().unwrap().len() < MISCHIEFS {
+        // The force says which state it knows.
+        let state = device.read().unwrap();
+        device.write(&wrench(DVec3::new(1.0, state.pose.translation.z, 1e-3 * device.serial as f64))).unwrap();
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let counts = device.counts();
+    let told = service.told();
+    assert_no_force_twice(&told);
+    let mut pushed = 0;
+    for (k, told) in told.iter().enumerate().take(MISCHIEFS).filter(|(_, told)| told.force != DVec3::ZERO) {
+        let knows = (told.force.y * 1e3).round() as usize;
+        assert!(knows < k && k - knows <= 3, "seed {MISCHIEF_SEED:#x}: message {k} knows only state {knows}");
+        let lost = acts[..k].iter().rposition(|act| matches!(act, 0 | 2 | 3 | 8));
+        assert!(
+            lost.is_none_or(|lost| knows > lost),
+            "seed {MISCHIEF_SEED:#x}: message {k} knows state {knows}, answer {lost:?} was lost"
+        );
+        pushed += 1;
+    }
+    assert!(pushed > MISCHIEFS / 4 && counts.late + counts.bad > 5, "{pushed} forces, {counts:?}");
+}
