@@ -101,7 +101,7 @@ impl Effort {
         dampings: &Z_WIDTH,
     };
     const QUICK: Self = Self {
-        seconds: 2.5,
+        seconds: 1.5,
         hands: &["none", "normal"],
         searched: &["pen-sphere", "v-groove", "box-rest"],
         halvings: 0,
