@@ -99,11 +99,9 @@ fn haply(place: Option<&str>, real_time: bool) -> HaplyOptions {
 /// Says what a device can do, if that is less than six driven axes.
 pub(crate) fn not_felt(spec: &DeviceSpec) -> Option<String> {
     match (spec.force_max > 0.0, spec.actuated.rotation, spec.sensed.rotation) {
-        (false, ..) => Some(format!("{} gives no force: contacts are computed and recorded, not felt", spec.name)),
+        (false, ..) => Some(format!("{} gives no force: contacts are found and counted, not felt", spec.name)),
         (true, _, 0) => Some(format!("{} does not sense rotation: the probe keeps its own", spec.name)),
-        (true, 0, _) => {
-            Some(format!("{} does not drive rotation: torques are computed and recorded, not felt", spec.name))
-        }
+        (true, 0, _) => Some(format!("{} does not drive rotation: torques are not felt", spec.name)),
         _ => None,
     }
 }
