@@ -84,7 +84,7 @@ fn methods(a: &Arc<Body>, b: &Arc<Body>, scene: &Scene) -> Result<Vec<Row>, Box<
         Ok((Box::new(Predicted::new(a.clone(), b.clone(), settings)?), note))
     };
     let coupling = CouplingSettings::default();
-    let same = virtual_coupling(&coupling, a);
+    let same = virtual_coupling(&coupling, tolerance, a);
     let within = Voxel::new(a.clone(), b.clone(), voxel)?;
     let coupled = Coupled::new(within, a, contact.grip_a, coupling)?;
     Ok(vec![
@@ -105,7 +105,7 @@ fn methods(a: &Arc<Body>, b: &Arc<Body>, scene: &Scene) -> Result<Vec<Row>, Box<
 }
 
 /// The baselines' coupling in palpus's words, critically damped alike.
-fn virtual_coupling(settings: &CouplingSettings, a: &Body) -> VirtualCoupling {
+fn virtual_coupling(settings: &CouplingSettings, tolerance: f64, a: &Body) -> VirtualCoupling {
     let CouplingSettings { mass, stiffness, angular_stiffness, damping_ratio } = *settings;
     // Of the probe's mesh with that mass.
     let inertia = a.mass().inertia * (mass / a.mass().volume);
@@ -115,6 +115,7 @@ fn virtual_coupling(settings: &CouplingSettings, a: &Body) -> VirtualCoupling {
         damping: 2.0 * damping_ratio * (stiffness * mass).sqrt(),
         angular_stiffness,
         angular_damping: 2.0 * damping_ratio * (angular_stiffness * moment).sqrt(),
+        skin: tolerance,
         mass,
     }
 }

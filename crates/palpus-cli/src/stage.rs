@@ -50,13 +50,14 @@ impl Stage {
         if self.coupling.mode == CouplingMode::Direct {
             return settings;
         }
-        let SceneCoupling { stiffness, damping, angular_stiffness, angular_damping, mass, .. } = self.coupling;
-        let tuned = VirtualCoupling::tuned(&limits, 1.0 / rate_hz, self.probe.mass());
+        let SceneCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass, .. } = self.coupling;
+        let tuned = VirtualCoupling::tuned(&limits, 1.0 / rate_hz, settings.contact_tolerance, self.probe.mass());
         settings.coupling = Some(VirtualCoupling {
             stiffness: stiffness.unwrap_or(tuned.stiffness),
             damping: damping.unwrap_or(tuned.damping),
             angular_stiffness: angular_stiffness.unwrap_or(tuned.angular_stiffness),
             angular_damping: angular_damping.unwrap_or(tuned.angular_damping),
+            skin: skin.unwrap_or(tuned.skin).min(settings.contact_tolerance),
             mass: mass.unwrap_or(tuned.mass),
         });
         let of_device = VirtualCoupling::contact_stiffness(&limits, settings.contact_tolerance);

@@ -37,7 +37,7 @@ fn renderer(scene: &Scene, stiffness: f64) -> Renderer {
             tangential_stiffness: stiffness,
         }),
         limits,
-        coupling: Some(VirtualCoupling::tuned(&limits, TICK, a.mass())),
+        coupling: Some(VirtualCoupling::tuned(&limits, TICK, scene.contact.tolerance, a.mass())),
         ..Settings::default()
     };
     Renderer::new(a, b, settings).expect("valid settings")
@@ -131,7 +131,8 @@ fn contacts_of_5_kn_per_m_lie_still_in_every_hand() {
 fn a_minute_of_contact_gives_the_hand_no_energy() {
     for name in ["spoon-cup", "torus-torus", "peg-hole", "box-table"] {
         let scene = scene(name).expect("a built-in scene");
-        let stiffness = 8.5 / (0.5 * scene.contact.tolerance);
+        let limits = Limits { force: 8.5, torque: 0.188 };
+        let stiffness = VirtualCoupling::contact_stiffness(&limits, scene.contact.tolerance).expect("a limit");
         let mut renderer = renderer(&scene, stiffness);
         let spec = SimulationSettings::default().spec;
         let limits = SafetyLimits { ramp: 0.0, ..SafetyLimits::of(&spec, 1.0 / TICK) };

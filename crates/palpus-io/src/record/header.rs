@@ -134,6 +134,7 @@ struct CouplingText {
     damping: f64,
     angular_stiffness: f64,
     angular_damping: f64,
+    skin: f64,
     mass: f64,
 }
 
@@ -195,44 +196,42 @@ impl RenderText {
             coupling,
             ..
         } = *settings;
-        let text = Self {
-            contact_tolerance,
-            cluster_radius,
-            clustering: match clustering {
-                Clustering::Linkage => ClusteringText::Linkage,
-                Clustering::Smooth => ClusteringText::Smooth,
-            },
-            split_angle,
-            stiffness,
-            damping,
-            blend_angle,
-            saturation: match saturation {
-                Saturation::Separate => SaturationText::Separate,
-                Saturation::Joint => SaturationText::Joint,
-                Saturation::UnderActuated => SaturationText::UnderActuated,
-            },
-            grip_a: grip_a.to_array(),
-            capacity: capacity as u64,
-            time_budget,
-            shading: shading.map(|ShadingSettings { crease_angle, most_turn }| ShadingText { crease_angle, most_turn }),
-            friction: friction.map(
-                |FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness }| FrictionText {
-                    static_coefficient,
-                    dynamic_coefficient,
-                    tangential_stiffness,
+        let text =
+            Self {
+                contact_tolerance,
+                cluster_radius,
+                clustering: match clustering {
+                    Clustering::Linkage => ClusteringText::Linkage,
+                    Clustering::Smooth => ClusteringText::Smooth,
                 },
-            ),
-            limits: LimitsText { force, torque },
-            coupling: coupling.map(
-                |VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, mass }| CouplingText {
-                    stiffness,
-                    damping,
-                    angular_stiffness,
-                    angular_damping,
-                    mass,
+                split_angle,
+                stiffness,
+                damping,
+                blend_angle,
+                saturation: match saturation {
+                    Saturation::Separate => SaturationText::Separate,
+                    Saturation::Joint => SaturationText::Joint,
+                    Saturation::UnderActuated => SaturationText::UnderActuated,
                 },
-            ),
-        };
+                grip_a: grip_a.to_array(),
+                capacity: capacity as u64,
+                time_budget,
+                shading: shading
+                    .map(|ShadingSettings { crease_angle, most_turn }| ShadingText { crease_angle, most_turn }),
+                friction: friction.map(
+                    |FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness }| FrictionText {
+                        static_coefficient,
+                        dynamic_coefficient,
+                        tangential_stiffness,
+                    },
+                ),
+                limits: LimitsText { force, torque },
+                coupling: coupling.map(
+                    |VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass }| {
+                        CouplingText { stiffness, damping, angular_stiffness, angular_damping, skin, mass }
+                    },
+                ),
+            };
         Serialize::serialize(&text, serializer)
     }
 
@@ -242,47 +241,44 @@ impl RenderText {
             clippy::needless_update,
             reason = "a setting that is new in the engine must not stop this crate from building"
         )]
-        let settings = Settings {
-            contact_tolerance: text.contact_tolerance,
-            cluster_radius: text.cluster_radius,
-            clustering: match text.clustering {
-                ClusteringText::Linkage => Clustering::Linkage,
-                ClusteringText::Smooth => Clustering::Smooth,
-            },
-            split_angle: text.split_angle,
-            stiffness: text.stiffness,
-            damping: text.damping,
-            blend_angle: text.blend_angle,
-            shading: text
-                .shading
-                .map(|ShadingText { crease_angle, most_turn }| ShadingSettings { crease_angle, most_turn }),
-            friction: text.friction.map(
-                |FrictionText { static_coefficient, dynamic_coefficient, tangential_stiffness }| FrictionSettings {
-                    static_coefficient,
-                    dynamic_coefficient,
-                    tangential_stiffness,
+        let settings =
+            Settings {
+                contact_tolerance: text.contact_tolerance,
+                cluster_radius: text.cluster_radius,
+                clustering: match text.clustering {
+                    ClusteringText::Linkage => Clustering::Linkage,
+                    ClusteringText::Smooth => Clustering::Smooth,
                 },
-            ),
-            limits: Limits { force: text.limits.force, torque: text.limits.torque },
-            saturation: match text.saturation {
-                SaturationText::Separate => Saturation::Separate,
-                SaturationText::Joint => Saturation::Joint,
-                SaturationText::UnderActuated => Saturation::UnderActuated,
-            },
-            grip_a: DVec3::from_array(text.grip_a),
-            capacity: usize::try_from(text.capacity).map_err(serde::de::Error::custom)?,
-            time_budget: text.time_budget,
-            coupling: text.coupling.map(
-                |CouplingText { stiffness, damping, angular_stiffness, angular_damping, mass }| VirtualCoupling {
-                    stiffness,
-                    damping,
-                    angular_stiffness,
-                    angular_damping,
-                    mass,
+                split_angle: text.split_angle,
+                stiffness: text.stiffness,
+                damping: text.damping,
+                blend_angle: text.blend_angle,
+                shading: text
+                    .shading
+                    .map(|ShadingText { crease_angle, most_turn }| ShadingSettings { crease_angle, most_turn }),
+                friction: text.friction.map(
+                    |FrictionText { static_coefficient, dynamic_coefficient, tangential_stiffness }| FrictionSettings {
+                        static_coefficient,
+                        dynamic_coefficient,
+                        tangential_stiffness,
+                    },
+                ),
+                limits: Limits { force: text.limits.force, torque: text.limits.torque },
+                saturation: match text.saturation {
+                    SaturationText::Separate => Saturation::Separate,
+                    SaturationText::Joint => Saturation::Joint,
+                    SaturationText::UnderActuated => Saturation::UnderActuated,
                 },
-            ),
-            ..Settings::default()
-        };
+                grip_a: DVec3::from_array(text.grip_a),
+                capacity: usize::try_from(text.capacity).map_err(serde::de::Error::custom)?,
+                time_budget: text.time_budget,
+                coupling: text.coupling.map(
+                    |CouplingText { stiffness, damping, angular_stiffness, angular_damping, skin, mass }| {
+                        VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass }
+                    },
+                ),
+                ..Settings::default()
+            };
         settings.validate().map_err(serde::de::Error::custom)?;
         Ok(settings)
     }

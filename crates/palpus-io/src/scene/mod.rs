@@ -30,10 +30,11 @@
 //!
 //! [coupling]
 //! mode = "coupled"          # or "direct"
-//! stiffness = 800           # N/m; these five follow from the device when left out
+//! stiffness = 800           # N/m; these six follow from the device when left out
 //! damping = 2               # N·s/m
 //! angular_stiffness = 2     # N·m/rad
 //! angular_damping = 0.005   # N·m·s/rad
+//! skin = 0.1                # contacts push from here on; between it and the tolerance they are looked ahead at
 //! mass = 0.1                # kg, of the probe; 0: it has none
 //!
 //! [device]
@@ -110,6 +111,8 @@ pub struct SceneCoupling {
     pub angular_stiffness: Option<f64>,
     /// N·m·s/rad.
     pub angular_damping: Option<f64>,
+    /// m: contacts push from this separation on.
+    pub skin: Option<f64>,
     /// Of the probe, kg; 0 for none.
     pub mass: Option<f64>,
     /// Of contacts, N/m; also in [`SceneFile::render`], or what is usual there.

@@ -69,7 +69,7 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     let (probe, grip) = read_probe(&top, unit, files)?;
     let environment = read_environment(&top, unit, files)?;
     let mut render = Settings { grip_a: grip, ..Settings::default() };
-    let mut coupling = read_coupling(&top)?;
+    let mut coupling = read_coupling(&top, unit)?;
     read_contact(&top, unit, &mut render, &mut coupling)?;
     let rate_hz = read_device(&top, &mut render)?;
     let hand = read_hand(&top, unit, files)?;
@@ -214,8 +214,8 @@ fn read_friction(contact: &Section<'_>, stiffness: f64) -> Result<(Option<Fricti
     Ok((Some(FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness }), chosen))
 }
 
-fn read_coupling(top: &Section<'_>) -> Result<SceneCoupling, SceneError> {
-    let keys = ["mode", "stiffness", "damping", "angular_stiffness", "angular_damping", "mass"];
+fn read_coupling(top: &Section<'_>, unit: f64) -> Result<SceneCoupling, SceneError> {
+    let keys = ["mode", "stiffness", "damping", "angular_stiffness", "angular_damping", "skin", "mass"];
     let coupling = top.section("coupling", &keys)?;
     let positive = |key, unit: &str| coupling.number(key, &format!("greater than 0 {unit}"), |x| x > 0.0);
     let not_negative = |key, unit: &str| coupling.number(key, &format!("0 or greater {unit}"), |x| x >= 0.0);
@@ -226,6 +226,7 @@ fn read_coupling(top: &Section<'_>) -> Result<SceneCoupling, SceneError> {
         damping: not_negative("damping", "N·s/m")?,
         angular_stiffness: positive("angular_stiffness", "N·m/rad")?,
         angular_damping: not_negative("angular_damping", "N·m·s/rad")?,
+        skin: coupling.number("skin", "greater than 0", |x| x > 0.0)?.map(|skin| skin * unit),
         mass: not_negative("mass", "kg")?,
         contact_stiffness: None,
         friction_stiffness: None,

@@ -804,8 +804,16 @@ pub const COUPLING_ALIGNMENT: f64 = 5.0;
 /// kg/m³: of the tool, when the scene does not say its mass.
 pub const TOOL_DENSITY: f64 = 1000.0;
 
-/// Relative to the contact tolerance: how far the tool sinks into it under the device's largest force.
+/// Relative to the tool's skin: how far it sinks under the device's largest force.
+///
+/// All of it would hold hard presses at exact touch, where normals and witnesses are least sure.
 pub const TOOL_SINKS: f64 = 0.5;
+
+/// Relative to the contact tolerance: from where on contacts push the tool.
+///
+/// Larger keeps a peg out of a hole whose clearance is a part of the tolerance; smaller makes contacts stiffer than the
+/// roundness of meshes is worth, and lets a fast tool overlap before it is stopped.
+pub const TOOL_SKIN: f64 = 0.1;
 
 /// Times that a tool's step is solved at most, to find which contacts press and which slide.
 ///

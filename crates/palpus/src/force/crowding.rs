@@ -44,7 +44,7 @@ use crate::algebra::tolerance::CROWD_MOST;
 pub struct Crowded {
     /// Unit: where it pushes a.
     pub direction: DVec3,
-    /// w = t − d > 0, m.
+    /// w = t − d, m; 0 for one that does not push yet.
     pub engagement: f64,
 }
 
@@ -113,7 +113,9 @@ fn share(one: &Crowded, crowd: &[Crowded]) -> f64 {
             *most = if felt > *most { felt } else { *most };
         }
     }
-    most.into_iter().fold(0.0, f64::max) / (sums[0] + sums[1] + sums[2] + sums[3])
+    let sum = sums[0] + sums[1] + sums[2] + sums[3];
+    // Nobody pushes that way yet: it would have all.
+    if sum > 0.0 { most.into_iter().fold(0.0, f64::max) / sum } else { 1.0 }
 }
 
 /// κ of two contacts, from 0 to 1.

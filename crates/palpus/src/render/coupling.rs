@@ -14,13 +14,15 @@
 //!    that much of the stiffness into negative damping; the rest is margin, for the lag of the velocity's filter.
 //! 3. *Mass* from the mesh at the density of water, made lighter as a whole until neither translation nor rotation rings
 //!    (damping ratio ½).
-//! 4. *Contact stiffness* so that the largest force comes at half the contact tolerance: the bodies then never overlap,
-//!    and distances decide, not depths.
+//! 4. *Skin*: contacts push from a tenth of the tolerance on, so that a peg goes into a hole with little play; from there to the
+//!    tolerance they are only looked ahead at, and push if the tool would come that near within the tick.
+//! 5. *Contact stiffness* so that the largest force comes half way into the skin: the bodies then never overlap, and distances
+//!    decide, not depths.
 
 use super::{Limits, SettingsError};
 use crate::algebra::tolerance::{
     APPARENT_INERTIA, APPARENT_MASS, COUPLING_ALIGNMENT, COUPLING_LEAD, COUPLING_SAMPLED, COUPLING_STRETCH,
-    COUPLING_TURN, TOOL_DENSITY, TOOL_SINKS,
+    COUPLING_TURN, TOOL_DENSITY, TOOL_SINKS, TOOL_SKIN,
 };
 use crate::body::MassProperties;
 
@@ -36,14 +38,17 @@ pub struct VirtualCoupling {
     pub angular_stiffness: f64,
     /// N·m·s/rad; not negative.
     pub angular_damping: f64,
+    /// m, positive and at most the contact tolerance: contacts push from this separation on.
+    pub skin: f64,
     /// Of the tool, kg. Its inertia is that of the probe's mesh with this mass. 0: the tool has none and is where all
     /// forces balance.
     pub mass: f64,
 }
 
 impl VirtualCoupling {
-    /// For a device of these limits whose loop turns every `period` seconds, and a probe of this shape.
-    pub fn tuned(limits: &Limits, period: f64, probe: &MassProperties) -> Self {
+    /// For a device of these limits whose loop turns every `period` seconds, contacts of this tolerance (m), and a probe of this
+    /// shape.
+    pub fn tuned(limits: &Limits, period: f64, contact_tolerance: f64, probe: &MassProperties) -> Self {
         let per_square = COUPLING_SAMPLED / (period * period);
         let stiffness = (limits.force / COUPLING_STRETCH).min(per_square * APPARENT_MASS);
         // A force limit of nothing leaves nothing to feel; the tool still has to follow.
@@ -62,16 +67,17 @@ impl VirtualCoupling {
         let lighter = (damping * damping / stiffness / full)
             .min(angular_damping * angular_damping / angular_stiffness / largest_moment)
             .min(1.0);
-        Self { stiffness, damping, angular_stiffness, angular_damping, mass: full * lighter }
+        let skin = TOOL_SKIN * contact_tolerance;
+        Self { stiffness, damping, angular_stiffness, angular_damping, skin, mass: full * lighter }
     }
 
     /// N/m: the contact stiffness that goes with a coupling, for contacts of this tolerance (m); `None` without a force limit.
     pub fn contact_stiffness(limits: &Limits, contact_tolerance: f64) -> Option<f64> {
-        let stiffness = limits.force / (TOOL_SINKS * contact_tolerance);
+        let stiffness = limits.force / (TOOL_SINKS * TOOL_SKIN * contact_tolerance);
         (stiffness.is_finite() && stiffness > 0.0).then_some(stiffness)
     }
 
-    pub(super) fn validate(&self) -> Result<(), SettingsError> {
+    pub(super) fn validate(&self, contact_tolerance: f64) -> Result<(), SettingsError> {
         let check = |field, value: f64, holds: bool, rule| {
             if holds && value.is_finite() { Ok(()) } else { Err(SettingsError { field, value, rule }) }
         };
@@ -80,6 +86,8 @@ impl VirtualCoupling {
         check("coupling.damping", self.damping, self.damping >= 0.0, not_negative)?;
         check("coupling.angular_stiffness", self.angular_stiffness, self.angular_stiffness > 0.0, positive)?;
         check("coupling.angular_damping", self.angular_damping, self.angular_damping >= 0.0, not_negative)?;
+        let within = self.skin > 0.0 && self.skin <= contact_tolerance;
+        check("coupling.skin", self.skin, within, "greater than 0 and at most contact_tolerance")?;
         check("coupling.mass", self.mass, self.mass >= 0.0, not_negative)
     }
 }

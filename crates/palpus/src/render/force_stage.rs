@@ -108,7 +108,7 @@ pub fn force(
         let (members, directions) = (&forces.members[range.clone()], &forces.directions[range.clone()]);
         let mut cluster = represent(contacts, members, directions, range.start as u32, settings.contact_tolerance);
         let share = if settings.clustering == Clustering::Smooth { scratch.crowding.shares()[k] } else { 1.0 };
-        cluster.engagement *= share;
+        cluster.engagement = share * (settings.skin() - cluster.separation).max(0.0);
         forces.stiffnesses.push(settings.stiffness * share);
         forces.cancelled_normals += u32::from(cluster.cancelled);
         push(&cluster, motion, share, settings, forces);
@@ -122,7 +122,7 @@ fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch) {
     let Scratch { linkage, crowd, crowding, .. } = scratch;
     crowd.clear();
     crowd.extend(linkage.members().iter().zip(linkage.directions()).map(|(&i, &direction)| {
-        let engagement = settings.contact_tolerance - contacts[i as usize].separation;
+        let engagement = (settings.skin() - contacts[i as usize].separation).max(0.0);
         Crowded { direction, engagement }
     }));
     crowding.run(crowd);

@@ -124,7 +124,7 @@ impl Settings {
             positive("friction.tangential_stiffness", friction.tangential_stiffness)?;
         }
         if let Some(coupling) = &self.coupling {
-            coupling.validate()?;
+            coupling.validate(self.contact_tolerance)?;
         }
         check(self.limits.force >= 0.0, "limits.force", self.limits.force, "0 or more (infinite for none)")?;
         check(self.limits.torque >= 0.0, "limits.torque", self.limits.torque, "0 or more (infinite for none)")?;
@@ -146,6 +146,11 @@ impl Settings {
             },
             split_angle: self.split_angle,
         }
+    }
+
+    /// m: contacts push from this separation on.
+    pub fn skin(&self) -> f64 {
+        self.coupling.map_or(self.contact_tolerance, |coupling| coupling.skin)
     }
 
     /// What the penalty force needs to know.

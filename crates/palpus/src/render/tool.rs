@@ -6,8 +6,8 @@
 //!
 //! 1. *Inertia*: M (V′ − V) / h.
 //! 2. *Coupling*: k (e − h v′) + b (v_d − v′) at the grip, the same for rotation, with e from the tool's grip to the device's.
-//! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal, with b in proportion to k. One that would pull has let go and is left out; which
-//!    ones press is found by solving again, a bounded number of times.
+//! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal, with b in proportion to k. One that would pull has let go and is left out, and one
+//!    that does not push yet is in when the tool comes near enough; which ones press is found by solving again, a bounded number of times.
 //! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, with c the contact's k_t while it
 //!    sticks, and so small that both together are μ F_n when it slides. The same rounds find c.
 //! 5. *Solve* the 6 × 6 system, move the tool. The coupling's force in V′, reversed, is what the device feels.
@@ -66,7 +66,7 @@ struct Push {
     /// From the centre of mass, m.
     offset: DVec3,
     normal: DVec3,
-    /// N, now.
+    /// N, now; negative beyond the skin.
     force: f64,
     /// N/m.
     stiffness: f64,
@@ -175,9 +175,10 @@ impl Tool {
     fn gather(&mut self, forces: &Forces, center: DVec3) {
         self.pushes.clear();
         self.rubs.clear();
-        let strengths = forces.normal_forces.iter().zip(&forces.stiffnesses);
-        for (k, (cluster, (&force, &stiffness))) in forces.clusters.iter().zip(strengths).enumerate() {
+        for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
             let offset = cluster.midpoint - center;
+            // Negative where it does not push yet.
+            let force = stiffness * (self.coupling.skin - cluster.separation);
             self.pushes.push(Push { offset, normal: cluster.normal, force, stiffness, predicted: force });
             let Some(grips) = forces.grips.get(cluster.members()) else { continue };
             for grip in grips.iter().filter(|grip| grip.stiffness > 0.0) {
