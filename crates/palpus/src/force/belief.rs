@@ -23,7 +23,7 @@
 use glam::DVec3;
 
 use super::Contact;
-use crate::algebra::tolerance::{BELIEVED_EDGE_SHARE, BELIEVED_SHARE};
+use crate::algebra::tolerance::{BELIEVED_EDGE_SHARE, BELIEVED_SHARE, TOUCHING};
 use crate::algebra::{Placement, closest_on_segment, closest_on_triangle};
 use crate::body::{Body, Feature, FeaturePair, Polytope};
 
@@ -110,7 +110,9 @@ fn way_out(body: &Body, point: DVec3) -> Option<DVec3> {
     if !body.mesh().is_closed() || !body.tree().inside(point) {
         return None;
     }
-    body.tree().nearest(point).map(|near| near.point - point).filter(|out| *out != DVec3::ZERO)
+    // A way as short as rounding has no direction.
+    let least = TOUCHING * body.mesh().bounding_diagonal();
+    body.tree().nearest(point).map(|near| near.point - point).filter(|out| out.length() > least)
 }
 
 /// a's point goes out of b along `out`.
