@@ -20,7 +20,7 @@
 //! cluster_radius = 4.0      # else 4 mm; of linkage
 //! clustering = "smooth"     # forces that never jump when contacts meet; or "linkage", the paper's
 //! split_angle = 130         # degrees, or false for no cut; of linkage
-//! stiffness = 800           # N/m; left out, coupled: the device's largest force at half the tolerance; direct: 800
+//! stiffness = 800           # N/m; left out, coupled: the device's largest force at half the skin; direct: 800
 //! damping = 0               # N·s/m
 //! friction = { static = 0.4, dynamic = 0.3, stiffness = 800 }   # else none; stiffness (N/m) is the contact's if left out
 //! shading = true            # else false
