@@ -91,15 +91,15 @@ pub(crate) struct RunArguments {
     /// Takes back every bit of energy that the hand was given by the loop, instead of from half a millimetre at peak force on.
     #[arg(long)]
     pub(crate) passive: bool,
-    /// Never opens a window (there is none yet: every run is headless).
+    /// Opens no window. There is none either without a display, and for --fast, --json and --screenshot.
     #[arg(long)]
     pub(crate) headless: bool,
     /// Simulated time, as fast as it goes, instead of real time.
     #[arg(long)]
     pub(crate) fast: bool,
-    /// Seconds to run.
-    #[arg(long, default_value_t = 10.0, value_name = "S")]
-    pub(crate) duration: f64,
+    /// Seconds to run [default: 10, or with a window until it is closed].
+    #[arg(long, value_name = "S")]
+    pub(crate) duration: Option<f64>,
     /// Ticks per second [default: the scene's, or 1000].
     #[arg(long, value_name = "HZ")]
     pub(crate) rate: Option<f64>,

@@ -3,7 +3,7 @@
 use palpus::algebra::{Pose, Twist};
 use palpus::render::{ProbeState, Renderer, Settings, TickSummary};
 use palpus_alloc::allocations_of_this_thread;
-use palpus_device::{DeviceState, StepOutcome};
+use palpus_device::{DeviceState, Publisher, StepOutcome};
 use palpus_window::Moment;
 
 use crate::clock::WallClock;
@@ -16,6 +16,7 @@ pub(crate) struct Engine {
     world_to_environment: Pose,
     clock: WallClock,
     shot: Option<Shot>,
+    live: Option<Publisher<Moment>>,
 }
 
 /// A tick that is kept to be shown.
@@ -44,6 +45,7 @@ impl Engine {
             world_to_environment: stage.environment_pose.inverse(),
             clock: WallClock::new(),
             shot: None,
+            live: None,
         })
     }
 
@@ -51,6 +53,12 @@ impl Engine {
     pub(crate) fn keep(&mut self, tick: u64) {
         let moment = Moment::new(self.renderer.settings().capacity);
         self.shot = Some(Shot { tick, taken: false, moment });
+    }
+
+    /// Leaves what every tick has to show with `publisher`.
+    #[cfg(feature = "window")]
+    pub(crate) fn publish(&mut self, publisher: Publisher<Moment>) {
+        self.live = Some(publisher);
     }
 
     /// What the kept tick has to show, or the last one, if there is none; `period` is a tick's, s.
@@ -79,6 +87,9 @@ impl Engine {
         if let Some(shot) = self.shot.as_mut().filter(|shot| shot.tick == tick.index) {
             shot.moment.fill(tick, 0.0, grip_a);
             shot.taken = true;
+        }
+        if let Some(live) = &mut self.live {
+            live.publish_with(|moment| moment.fill(tick, tick.index as f64 * dt, grip_a));
         }
         let wrench = tick.commanded.rotated(&self.environment_pose);
         let saturated = tick.counters.saturated_force + tick.counters.saturated_torque > 0;

@@ -23,6 +23,7 @@ mod stage;
 mod summary;
 mod sweeps;
 mod threads;
+mod window;
 
 use std::process::ExitCode;
 

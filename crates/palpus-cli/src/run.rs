@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::{Context, anyhow, bail};
 use palpus::render::{Clustering, Settings};
@@ -23,7 +23,10 @@ use crate::args::RunArguments;
 use crate::engine::{Detail, Engine};
 use crate::stage::{self, Stage};
 use crate::summary::{self, Gatherer, Summary};
-use crate::{devices, faults, output, picture, plots, safety};
+#[cfg(feature = "window")]
+use crate::window::Numbers;
+use crate::window::Window;
+use crate::{devices, faults, output, picture, plots, safety, window};
 
 /// Rows that may wait for the writer: half a second at the highest rate.
 const QUEUED_ROWS: usize = 1 << 15;
@@ -46,10 +49,12 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     let mut notes = Vec::new();
     let mut device = FaultyDevice::new(device(arguments, &stage, rate_hz, &mut notes)?, &script);
     let settings = stage.settings_for(device.spec(), rate_hz);
+    let headless = window::reason_for_none(arguments);
+    let seconds = arguments.duration.unwrap_or(DEFAULT_SECONDS);
     let mut options = ServoOptions {
         rate_hz,
         timing: if arguments.fast { Timing::Simulated } else { Timing::RealTime },
-        duration: Some(arguments.duration),
+        duration: if headless.is_some() { Some(seconds) } else { arguments.duration },
         safety: SafetyOptions {
             after_fault: if arguments.stop_on_fault { AfterFault::Stop } else { AfterFault::Reengage },
             ..SafetyOptions::default()
@@ -66,18 +71,18 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let mut engine = Engine::new(&stage, settings)?;
-    if let Some(seconds) = arguments.at {
-        if !(0.0..arguments.duration).contains(&seconds) {
-            bail!("--at {seconds} is not within the {} s of the run; see --duration", arguments.duration);
+    if let Some(at) = arguments.at {
+        if !(0.0..seconds).contains(&at) {
+            bail!("--at {at} is not within the {seconds} s of the run; see --duration");
         }
-        engine.keep((seconds * rate_hz).round() as u64);
+        engine.keep((at * rate_hz).round() as u64);
     }
     let mut header = header(&stage, settings, arguments, rate_hz);
     let engagement = options.safety.engagement(device.spec());
     safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
     devices::recorded(&notes, &mut header.scene.more);
     if !arguments.json {
-        announce(arguments, &stage, &device, rate_hz);
+        announce(arguments, &stage, &device, rate_hz, headless);
         if device.brake().is_none() && device.spec().force_max > 0.0 && !arguments.device.starts_with("replay:") {
             output::note(
                 "note: this device has no brake; should the loop stall, it holds its force until the loop goes on",
@@ -92,12 +97,16 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
         }
         output::note(contacts_as_felt(&settings));
     }
+    let window = headless
+        .is_none()
+        .then(|| Window::on(&arguments.scene, &stage, &settings, &mut engine, arguments.duration.is_some()));
+    let without = arguments.duration.is_none().then(|| Duration::from_secs_f64(DEFAULT_SECONDS));
     let servo = Servo::new(options)?;
     let recording = (!arguments.no_record).then(|| Recording::start(&arguments.record, &header)).transpose()?;
     let (rows, writing) = recording.map_or((None, None), |r| (Some(r.rows), Some(r.writing)));
     let claims = (!arguments.fast && !arguments.no_realtime).then(RealTimeOptions::default);
     let Turned { statistics, gatherer, claims, engine } =
-        turn(servo, engine, &mut device, &script, rows, claims, arguments.json)?;
+        turn(servo, engine, &mut device, &script, Beside { rows, claims, window, without, quiet: arguments.json })?;
     let summary = gatherer.finish(&statistics, &limits, claims.as_ref());
     if let Some(writing) = writing {
         let written = writing.finish();
@@ -119,6 +128,9 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
 
 /// Ticks per second when nobody says.
 const DEFAULT_RATE_HZ: f64 = 1000.0;
+
+/// How long a run without a window goes when nobody says, s.
+const DEFAULT_SECONDS: f64 = 10.0;
 
 fn list() {
     for scene in palpus_scenes::scenes() {
@@ -171,16 +183,17 @@ fn header(stage: &Stage, settings: Settings, arguments: &RunArguments, rate_hz: 
     }
 }
 
-fn announce(arguments: &RunArguments, stage: &Stage, device: &dyn HapticDevice, rate_hz: f64) {
+fn announce(arguments: &RunArguments, stage: &Stage, device: &dyn HapticDevice, rate_hz: f64, headless: Option<&str>) {
     let size = |body: &palpus::body::Body| (body.mesh().triangles().len(), body.pieces().len());
     let ((ta, pa), (tb, pb)) = (size(&stage.probe), size(&stage.environment));
     output::note(format!("{}: probe {ta} triangles in {pa} convex pieces, environment {tb} in {pb}", arguments.scene));
     let pace = if arguments.fast { "as fast as it goes" } else { "in real time" };
-    output::note(format!(
-        "headless (this version has no window): {} at {rate_hz:.0} Hz {pace} for {} s; Ctrl-C ends it",
-        device.spec().name,
-        arguments.duration
-    ));
+    let how = headless.map_or("in a window".to_owned(), |why| format!("headless ({why})"));
+    let until = match (arguments.duration, headless) {
+        (None, None) => "until the window is closed".to_owned(),
+        (seconds, _) => format!("for {} s", seconds.unwrap_or(DEFAULT_SECONDS)),
+    };
+    output::note(format!("{how}: {} at {rate_hz:.0} Hz {pace} {until}; Ctrl-C ends it", device.spec().name));
 }
 
 /// How contacts come to the hand.
@@ -231,14 +244,68 @@ impl Recording {
 /// Rows between two flushes of the recording.
 const FLUSH_EVERY: u64 = 256;
 
-/// What the live line shows.
+/// What the live line and the window show.
 #[derive(Clone, Copy, Default)]
-struct Live {
+#[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window shows all of it"))]
+pub(crate) struct Live {
     ticks: u64,
+    time: f64,
     query_ns: u64,
     contacts: u32,
     force: f64,
+    torque: f64,
+    worst_step_s: f64,
+    overruns: u64,
+    faults: u64,
     phase: Phase,
+}
+
+impl Live {
+    /// After one tick more.
+    fn after(&self, tick: &ServoTick, detail: &Detail) -> Self {
+        let faulted = tick.phase == Phase::Faulted && self.phase != Phase::Faulted;
+        Self {
+            ticks: tick.index + 1,
+            time: tick.time,
+            query_ns: detail.tick.times.query + detail.tick.times.depth,
+            contacts: detail.tick.contacts,
+            force: tick.wrench.force.length(),
+            torque: tick.wrench.torque.length(),
+            worst_step_s: self.worst_step_s.max(tick.step_s),
+            overruns: self.overruns + u64::from(tick.overrun),
+            faults: self.faults + u64::from(faulted),
+            phase: tick.phase,
+        }
+    }
+}
+
+#[cfg(feature = "window")]
+impl From<Live> for Numbers {
+    fn from(live: Live) -> Self {
+        Self {
+            ticks: live.ticks,
+            time: live.time,
+            force: live.force,
+            torque: live.torque,
+            query: live.query_ns as f64 * 1e-9,
+            worst_step: live.worst_step_s,
+            overruns: live.overruns,
+            faults: live.faults,
+            contacts: live.contacts,
+            phase: live.phase,
+        }
+    }
+}
+
+/// What goes on beside the loop.
+struct Beside {
+    rows: Option<Recorder<RecordRow>>,
+    claims: Option<RealTimeOptions>,
+    window: Option<Window>,
+    /// How long the run goes if the window cannot be opened, where its duration is not given.
+    without: Option<Duration>,
+    /// Nothing is said while it runs.
+    quiet: bool,
 }
 
 /// What a run leaves behind.
@@ -256,10 +323,9 @@ fn turn(
     mut engine: Engine,
     device: &mut (dyn HapticDevice + Send),
     script: &Script,
-    mut rows: Option<Recorder<RecordRow>>,
-    claims: Option<RealTimeOptions>,
-    quiet: bool,
+    beside: Beside,
 ) -> anyhow::Result<Turned> {
+    let Beside { mut rows, claims, window, without, quiet } = beside;
     let stop = Arc::new(AtomicBool::new(false));
     let asked = Arc::clone(&stop);
     // When there is a handler already, Ctrl-C simply ends the process; that is no reason not to run.
@@ -271,18 +337,14 @@ fn turn(
     std::thread::scope(|scope| {
         let (over, stop) = (&over, &stop);
         let loop_thread = std::thread::Builder::new().name("servo".to_owned()).spawn_scoped(scope, move || {
+            let mut now = Live::default();
             let mut observe = |tick: &ServoTick, detail: &Detail| {
                 gatherer.add(tick, detail);
                 if let Some(rows) = &mut rows {
                     rows.push(row(tick, detail));
                 }
-                live.publish(Live {
-                    ticks: tick.index + 1,
-                    query_ns: detail.tick.times.query + detail.tick.times.depth,
-                    contacts: detail.tick.contacts,
-                    force: tick.wrench.force.length(),
-                    phase: tick.phase,
-                });
+                now = now.after(tick, detail);
+                live.publish(now);
             };
             // The other end is there until this thread is joined.
             let _ = granted.send(claims.as_ref().map(claim));
@@ -296,7 +358,10 @@ fn turn(
             if let Some(claims) = &claims {
                 safety::tell_claims(claims);
             }
-            watch(newest, over);
+            match window {
+                Some(window) => show(window, newest, over, stop, without),
+                None => watch(newest, over, stop, None),
+            }
         }
         let (statistics, gatherer, engine) =
             loop_thread.join().map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))?;
@@ -330,12 +395,26 @@ fn row(tick: &ServoTick, detail: &Detail) -> RecordRow {
 /// Between two live lines.
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
 
-/// Shows the newest values until the run is over: a line drawn over on a terminal, nothing elsewhere.
-fn watch(mut newest: Newest<Live>, over: &AtomicBool) {
+/// Shows the window; the run ends with it. Where none can be opened, goes on without it, for the time `without` where the run has no end of its own.
+fn show(window: Window, mut newest: Newest<Live>, over: &AtomicBool, stop: &AtomicBool, without: Option<Duration>) {
+    match window.show(&mut || (*newest.get()).into(), over, stop) {
+        Ok(()) => stop.store(true, Ordering::Relaxed),
+        Err(why) => {
+            output::note(format!("no window could be opened here ({why}); headless"));
+            watch(newest, over, stop, without.map(|time| Instant::now() + time));
+        }
+    }
+}
+
+/// Shows the newest values until the run is over: a line drawn over on a terminal, nothing elsewhere. Stops it at `end`.
+fn watch(mut newest: Newest<Live>, over: &AtomicBool, stop: &AtomicBool, end: Option<Instant>) {
     let shown = output::watched();
     let mut last = 0;
     while !over.load(Ordering::Relaxed) {
         std::thread::sleep(LIVE_PERIOD);
+        if end.is_some_and(|end| Instant::now() >= end) {
+            stop.store(true, Ordering::Relaxed);
+        }
         let live = *newest.get();
         if shown {
             output::live(&format!(

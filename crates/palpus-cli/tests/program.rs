@@ -33,6 +33,8 @@ fn palpus(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
     // Bodies are kept in the test's folder, not in the user's.
     command.current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).args(arguments);
+    // Nobody closes the windows of a test.
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     command.output().expect("the program starts")
 }
 

@@ -25,6 +25,8 @@ impl Drop for Folder {
 fn palpus(folder: &Path, arguments: &[&str]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
     command.current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).args(arguments);
+    // Nobody closes the windows of a test.
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     command.output().expect("the program starts")
 }
 

@@ -13,6 +13,7 @@
 //! * `letters` — a font of strokes.
 //! * `paint` — the layers put together: bodies, then translucent bodies, then marks, then words.
 //! * `picture`, `png` — pixels, and how they are kept.
+//! * `window` — with the feature `gui`: the same scene, live, through the machine's graphics library, beside the servo loop.
 //!
 //! Lengths are metres, frames are named where they stand; "view" is the eye's frame: x right, y up, z towards the viewer.
 
@@ -27,6 +28,8 @@ mod raster;
 mod scene;
 mod solid;
 mod style;
+#[cfg(feature = "gui")]
+mod window;
 
 pub use camera::{Camera, Projected, View};
 pub use moment::{Moment, ShownAnchor, ShownCluster, ShownContact};
@@ -35,3 +38,5 @@ pub use picture::{Picture, Rgb};
 pub use scene::{Look, Scene, ShownBody, Unit};
 pub use solid::Solid;
 pub use style::{Style, Theme};
+#[cfg(feature = "gui")]
+pub use window::{Numbers, WindowError, has_display, open};

@@ -1,8 +1,27 @@
-//! Arrows as small solids: always of the same thickness in the picture, and shaded like everything else.
+//! What is drawn of a moment: dots, and arrows as small solids, always of the same thickness in the picture.
+//!
+//! A size in pixels is that in a picture of [`NOMINAL_HEIGHT`]; whoever draws says how long it is in metres at a point.
 
 use glam::DVec3;
 
+use crate::picture::Rgb;
 use crate::raster::Corner;
+use crate::scene::Scene;
+use crate::style::Style;
+
+/// The height of a picture for which sizes in pixels are stated; others scale.
+pub(crate) const NOMINAL_HEIGHT: f64 = 800.0;
+/// Pixels.
+const DOT_RADIUS: f64 = 5.5;
+const GRIP_RADIUS: f64 = 3.3;
+const ANCHOR_RADIUS: f64 = 2.0;
+const ANCHOR_ROD_RADIUS: f64 = 1.0;
+const SHAFT_RADIUS: f64 = 2.2;
+const CLUSTER_SHAFT_RADIUS: f64 = 1.6;
+const LONGEST_ARROW: f64 = 150.0;
+const TURNING_CIRCLE: f64 = 42.0;
+/// The smallest turning arrow, of the largest.
+const LEAST_TURN: f64 = 0.35;
 
 /// Sides of a round thing.
 const SIDES: usize = 14;
@@ -15,6 +34,71 @@ const TURN_PARTS: usize = 30;
 
 /// Triangles, world.
 pub(crate) type Triangles = Vec<[Corner; 3]>;
+
+/// A dot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Dot {
+    /// World.
+    pub(crate) point: DVec3,
+    /// Pixels.
+    pub(crate) radius: f64,
+    pub(crate) colour: Rgb,
+}
+
+/// Everything that is drawn of a moment.
+#[derive(Debug, Default)]
+pub(crate) struct Marks {
+    pub(crate) dots: Vec<Dot>,
+    /// World.
+    pub(crate) solids: Vec<(Triangles, Rgb)>,
+}
+
+impl Marks {
+    /// Of the scene's moment, if it has one. `metres` says how long so many pixels are at a point of the world.
+    pub(crate) fn of(scene: &Scene, style: &Style, metres: &impl Fn(DVec3, f64) -> f64) -> Self {
+        let mut marks = Self::default();
+        let Some(moment) = &scene.moment else { return marks };
+        let colours = style.theme.colours();
+        let place = |p: DVec3| scene.moment_pose.point(p);
+        let turn = |v: DVec3| scene.moment_pose.vector(v);
+        if style.contacts {
+            marks.dots.extend(moment.contacts.iter().map(|contact| Dot {
+                point: place(contact.point),
+                radius: DOT_RADIUS,
+                colour: if contact.separation < 0.0 { colours.penetrating } else { colours.disjoint },
+            }));
+        }
+        if style.anchors {
+            for anchor in &moment.anchors {
+                let colour = if anchor.sliding { colours.sliding } else { colours.anchor };
+                let (point, held) = (place(anchor.anchor), place(anchor.held));
+                marks.dots.push(Dot { point, radius: ANCHOR_RADIUS, colour });
+                marks.solids.push((rod(point, held, metres(held, ANCHOR_ROD_RADIUS)), colour));
+            }
+        }
+        let arrow_of = |tail: DVec3, force: DVec3, radius: f64| {
+            let length = metres(tail, LONGEST_ARROW) / scene.force_scale.max(f64::MIN_POSITIVE);
+            arrow(tail, force * length, metres(tail, radius))
+        };
+        if style.clusters {
+            let arrows = moment.clusters.iter().map(|c| arrow_of(place(c.point), turn(c.force), CLUSTER_SHAFT_RADIUS));
+            marks.solids.extend(arrows.map(|arrow| (arrow, colours.cluster)));
+        }
+        if style.wrench {
+            let grip = place(moment.grip);
+            marks.solids.push((arrow_of(grip, turn(moment.wrench.force), SHAFT_RADIUS), colours.force));
+            let part = (moment.wrench.torque.length() / scene.torque_scale.max(f64::MIN_POSITIVE)).min(1.0);
+            if part > 0.0 {
+                let circle = metres(grip, TURNING_CIRCLE * (LEAST_TURN + (1.0 - LEAST_TURN) * part));
+                let axis = turn(moment.wrench.torque);
+                let turning = turning_arrow(grip, axis, circle, metres(grip, CLUSTER_SHAFT_RADIUS));
+                marks.solids.push((turning, colours.torque));
+            }
+            marks.dots.push(Dot { point: grip, radius: GRIP_RADIUS, colour: colours.force });
+        }
+        marks
+    }
+}
 
 /// An arrow from `tail` along `way`, its shaft `radius` metres thick. Short ones are all head, and smaller.
 pub(crate) fn arrow(tail: DVec3, way: DVec3, radius: f64) -> Triangles {
@@ -79,6 +163,38 @@ pub(crate) fn turning_arrow(center: DVec3, axis: DVec3, circle: f64, radius: f64
     triangles.extend(cone(at(end), at(end) + tangent * HEAD_LENGTH * radius, HEAD_RADIUS * radius));
     triangles
 }
+
+/// A ball of few faces, for dots where everything is a solid.
+#[cfg(feature = "gui")]
+pub(crate) fn ball(center: DVec3, radius: f64) -> Triangles {
+    let out = |ring: usize, k: usize| {
+        let (height, around) = (
+            std::f64::consts::PI * ring as f64 / BALL_RINGS as f64,
+            std::f64::consts::TAU * k as f64 / BALL_SIDES as f64,
+        );
+        DVec3::new(height.sin() * around.cos(), height.sin() * around.sin(), height.cos())
+    };
+    let corner = |out: DVec3| Corner { point: center + out * radius, normal: out };
+    let mut triangles = Vec::with_capacity(2 * BALL_RINGS * BALL_SIDES);
+    for ring in 0..BALL_RINGS {
+        for k in 0..BALL_SIDES {
+            let [a, b, c, d] = [(ring, k), (ring + 1, k), (ring + 1, k + 1), (ring, k + 1)].map(|(r, k)| out(r, k));
+            if ring + 1 < BALL_RINGS {
+                triangles.push([corner(a), corner(b), corner(c)]);
+            }
+            if ring > 0 {
+                triangles.push([corner(a), corner(c), corner(d)]);
+            }
+        }
+    }
+    triangles
+}
+
+/// Of a ball.
+#[cfg(feature = "gui")]
+const BALL_RINGS: usize = 5;
+#[cfg(feature = "gui")]
+const BALL_SIDES: usize = 9;
 
 /// Unit vectors round an axis.
 fn ring(along: DVec3) -> [DVec3; SIDES] {

@@ -14,7 +14,7 @@ use palpus::algebra::Pose;
 
 use crate::camera::Camera;
 use crate::letters::{self, Setting};
-use crate::marks::{self, Triangles};
+use crate::marks::{Dot, Marks, NOMINAL_HEIGHT, Triangles};
 use crate::moment::Moment;
 use crate::picture::{Picture, Rgb};
 use crate::raster::{Corner, Facing, Fragment, Layer, Lens, Light};
@@ -23,34 +23,22 @@ use crate::style::{Colours, Style, encoded, linear, piece_colour};
 
 /// Samples along each side of a pixel.
 const FINENESS: usize = 2;
-/// The height of a picture for which sizes in pixels are stated; others scale.
-const NOMINAL_HEIGHT: f64 = 800.0;
 /// Pixels.
-const DOT_RADIUS: f64 = 5.5;
-const SHAFT_RADIUS: f64 = 2.2;
-const CLUSTER_SHAFT_RADIUS: f64 = 1.6;
-const ANCHOR_RADIUS: f64 = 4.0;
 const WIRE_WIDTH: f64 = 0.7;
-const LONGEST_ARROW: f64 = 150.0;
-const TURNING_CIRCLE: f64 = 42.0;
 const MARGIN: f64 = 22.0;
 const TITLE_SIZE: f64 = 19.0;
 const WORD_SIZE: f64 = 13.0;
-/// The smallest turning arrow, of the largest.
-const LEAST_TURN: f64 = 0.35;
 /// How much of a mark is seen through a body.
-const HIDDEN: f32 = 0.38;
+pub(crate) const HIDDEN: f32 = 0.38;
 /// A mark this part of its depth behind a surface counts as before it: contacts lie between the two surfaces.
 const BEFORE: f32 = 0.997;
 const OUTLINE_STRENGTH: f64 = 0.6;
 const WIRE_STRENGTH: f64 = 0.55;
 /// How much a translucent body covers where it is looked at squarely, and where along.
-const COVER_SQUARE: f64 = 0.27;
-const COVER_ALONG: f64 = 0.72;
+pub(crate) const COVER_SQUARE: f64 = 0.27;
+pub(crate) const COVER_ALONG: f64 = 0.72;
 /// The same for where the device holds the probe.
-const GHOST_COVER: f64 = 0.35;
-/// A proxy this part of the probe's size from the device is drawn apart from it.
-const APART: f64 = 2e-3;
+pub(crate) const GHOST_COVER: f64 = 0.35;
 
 /// Draws `scene` as `camera` sees it, `width` by `height` pixels.
 pub fn paint(scene: &Scene, camera: &Camera, style: &Style, width: usize, height: usize) -> Picture {
@@ -76,9 +64,9 @@ pub fn paint(scene: &Scene, camera: &Camera, style: &Style, width: usize, height
         }
         cover(&mut light, &layer, |_| 1.0);
     }
-    if let Some(moment) = &scene.moment {
+    if scene.moment.is_some() {
         let mut layer = Layer::new(opaque.width, opaque.height);
-        brush.marks(&mut layer, scene, moment, style);
+        brush.marks(&mut layer, scene, style);
         layer.outline(linear(colours.outline), OUTLINE_STRENGTH);
         cover(&mut light, &layer, |k| if layer.nearness[k] >= opaque.nearness[k] * BEFORE { 1.0 } else { HIDDEN });
     }
@@ -133,11 +121,7 @@ impl Brush {
             self.body(layer, body, &body.pose, k as u16 + 1, facing, Some((COVER_SQUARE, COVER_ALONG)));
         }
         let (Some(moment), Some(probe), Facing::Front) = (&scene.moment, scene.bodies.first(), facing) else { return };
-        let (low, high) = probe.solid.bounds();
-        let apart = (moment.device.point(low) - moment.tool.point(low))
-            .length()
-            .max((moment.device.point(high) - moment.tool.point(high)).length());
-        if apart > APART * (high - low).length() {
+        if scene.is_device_apart(moment, probe) {
             let pose = scene.moment_pose * moment.device;
             let name = scene.bodies.len() as u16 + 1;
             self.body(layer, probe, &pose, name, facing, Some((0.5 * GHOST_COVER, GHOST_COVER)));
@@ -145,56 +129,20 @@ impl Brush {
     }
 
     /// Dots and arrows.
-    fn marks(&self, layer: &mut Layer, scene: &Scene, moment: &Moment, style: &Style) {
-        let place = |p: DVec3| scene.moment_pose.point(p);
-        let turn = |v: DVec3| scene.moment_pose.vector(v);
-        if style.contacts {
-            for contact in &moment.contacts {
-                let colour = if contact.separation < 0.0 { self.colours.penetrating } else { self.colours.disjoint };
-                self.dot(layer, place(contact.point), DOT_RADIUS, colour);
-            }
+    fn marks(&self, layer: &mut Layer, scene: &Scene, style: &Style) {
+        let marks = Marks::of(scene, style, &|point, pixels| self.lens.metres(point, pixels * self.samples));
+        for dot in &marks.dots {
+            self.dot(layer, dot);
         }
-        if style.anchors {
-            for anchor in &moment.anchors {
-                let colour = if anchor.sliding { self.colours.sliding } else { self.colours.anchor };
-                self.dot(layer, place(anchor.anchor), 0.5 * ANCHOR_RADIUS, colour);
-                let rod = marks::rod(place(anchor.anchor), place(anchor.held), self.metres(place(anchor.held), 1.0));
-                self.solid_mark(layer, &rod, colour);
-            }
+        for (triangles, colour) in &marks.solids {
+            self.solid_mark(layer, triangles, *colour);
         }
-        let arrow = |layer: &mut Layer, tail: DVec3, force: DVec3, radius: f64, colour: Rgb| {
-            let length = self.metres(tail, LONGEST_ARROW) / scene.force_scale.max(f64::MIN_POSITIVE);
-            let triangles = marks::arrow(tail, force * length, self.metres(tail, radius));
-            self.solid_mark(layer, &triangles, colour);
-        };
-        if style.clusters {
-            for cluster in &moment.clusters {
-                let force = turn(cluster.force);
-                arrow(layer, place(cluster.point), force, CLUSTER_SHAFT_RADIUS, self.colours.cluster);
-            }
-        }
-        if style.wrench {
-            let grip = place(moment.grip);
-            arrow(layer, grip, turn(moment.wrench.force), SHAFT_RADIUS, self.colours.force);
-            let part = (moment.wrench.torque.length() / scene.torque_scale.max(f64::MIN_POSITIVE)).min(1.0);
-            if part > 0.0 {
-                let circle = self.metres(grip, TURNING_CIRCLE * (LEAST_TURN + (1.0 - LEAST_TURN) * part));
-                let radius = self.metres(grip, CLUSTER_SHAFT_RADIUS);
-                let turning = marks::turning_arrow(grip, turn(moment.wrench.torque), circle, radius);
-                self.solid_mark(layer, &turning, self.colours.torque);
-            }
-            self.dot(layer, grip, 0.6 * DOT_RADIUS, self.colours.force);
-        }
-    }
-
-    fn metres(&self, point: DVec3, pixels: f64) -> f64 {
-        self.lens.metres(point, pixels * self.samples)
     }
 
     /// A dot like a small ball, in a ring, a little before its place.
-    fn dot(&self, layer: &mut Layer, point: DVec3, radius: f64, colour: Rgb) {
-        let (inner, outline) = (linear(colour), linear(self.colours.outline));
-        let radius = radius * self.samples;
+    fn dot(&self, layer: &mut Layer, dot: &Dot) {
+        let (inner, outline) = (linear(dot.colour), linear(self.colours.outline));
+        let (point, radius) = (dot.point, dot.radius * self.samples);
         let nearer = self.lens.metres(point, 0.5 * radius);
         layer.dot(&self.lens, MARK, point, radius, nearer, |part| {
             as_light(if part > 0.82 { outline } else { inner * (1.0 - 0.35 * part * part) }, 1.0)

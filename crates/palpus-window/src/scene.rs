@@ -89,7 +89,17 @@ impl ShownBody {
     }
 }
 
+/// A proxy this part of the probe's size from the device is drawn apart from it.
+const APART: f64 = 2e-3;
+
 impl Scene {
+    /// True if the device holds the probe elsewhere than where the proxy is, so that it is to be seen.
+    pub(crate) fn is_device_apart(&self, moment: &Moment, probe: &ShownBody) -> bool {
+        let (low, high) = probe.solid.bounds();
+        let apart = |p: DVec3| (moment.device.point(p) - moment.tool.point(p)).length();
+        apart(low).max(apart(high)) > APART * (high - low).length()
+    }
+
     /// Corners of the boxes about all bodies, world: what a camera frames.
     pub fn corners(&self) -> impl Iterator<Item = DVec3> + Clone {
         let boxes: Vec<(Pose, DVec3, DVec3)> = self

@@ -1,0 +1,122 @@
+//! The window beside a run, where there is a display and the program was built with one (feature `window`).
+
+use palpus::render::Settings;
+
+use crate::args::RunArguments;
+use crate::engine::Engine;
+use crate::stage::Stage;
+
+/// Why a run goes without a window; none if it may have one.
+pub(crate) fn reason_for_none(arguments: &RunArguments) -> Option<&'static str> {
+    let asked = [
+        (arguments.headless, "as asked"),
+        (arguments.json, "for --json"),
+        (arguments.fast, "for --fast"),
+        (arguments.screenshot.is_some(), "for --screenshot"),
+    ];
+    asked.into_iter().find(|(asked, _)| *asked).map(|(_, why)| why).or(here::reason_for_none())
+}
+
+#[cfg(feature = "window")]
+pub(crate) use here::Numbers;
+pub(crate) use here::Window;
+
+#[cfg(feature = "window")]
+mod here {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+
+    use palpus_device::{Newest, latest_of};
+    pub(crate) use palpus_window::Numbers;
+    use palpus_window::{Look, Moment, Scene, ShownBody, Solid, Theme, Unit, has_display, open};
+
+    use super::{Engine, Settings, Stage};
+
+    pub(super) fn reason_for_none() -> Option<&'static str> {
+        (!has_display()).then_some("no display")
+    }
+
+    /// What a window needs, made before the loop runs.
+    pub(crate) struct Window {
+        scene: Scene,
+        moments: Newest<Moment>,
+        closes: bool,
+    }
+
+    impl Window {
+        /// A window on `engine`, which from now on leaves its newest moment for it. `closes`: with the end of the run.
+        pub(crate) fn on(name: &str, stage: &Stage, settings: &Settings, engine: &mut Engine, closes: bool) -> Self {
+            let capacity = settings.capacity;
+            let (publisher, moments) = latest_of(move || Moment::new(capacity));
+            engine.publish(publisher);
+            let colours = ShownBody::colours(Theme::Dark);
+            let shown = |body, pose, colour, translucent| ShownBody {
+                solid: Arc::new(Solid::of_body(body)),
+                pose,
+                colour,
+                look: Look { translucent, ..Look::default() },
+            };
+            let start = stage.path.pose(0.0);
+            let scene = Scene {
+                bodies: vec![
+                    shown(&stage.probe, start, colours[0], false),
+                    shown(&stage.environment, stage.environment_pose, colours[1], true),
+                ],
+                moment_pose: stage.environment_pose,
+                // An arrow of a quarter of the limit is as long as arrows are in pictures; larger forces are longer.
+                force_scale: 0.25 * settings.limits.force,
+                torque_scale: settings.limits.torque,
+                title: name.to_owned(),
+                unit: Unit::Metre,
+                ..Scene::default()
+            };
+            Self { scene, moments, closes }
+        }
+
+        /// Shows it until the user closes it, on the main thread.
+        pub(crate) fn show(
+            self,
+            numbers: &mut dyn FnMut() -> Numbers,
+            over: &AtomicBool,
+            stop: &AtomicBool,
+        ) -> Result<(), String> {
+            open(self.scene, self.moments, numbers, over, &|| {
+                self.closes || stop.load(std::sync::atomic::Ordering::Relaxed)
+            })
+            .map_err(|error| error.to_string())
+        }
+    }
+}
+
+#[cfg(not(feature = "window"))]
+mod here {
+    use std::sync::atomic::AtomicBool;
+
+    use super::{Engine, Settings, Stage};
+
+    pub(super) fn reason_for_none() -> Option<&'static str> {
+        Some("built without the window, see --features window")
+    }
+
+    /// There is none.
+    pub(crate) enum Window {}
+
+    impl Window {
+        pub(crate) fn on(_: &str, _: &Stage, _: &Settings, _: &mut Engine, _: bool) -> Self {
+            unreachable!("a program without the window gives a reason for it before every run")
+        }
+
+        pub(crate) fn show(self, _: &mut dyn FnMut() -> Numbers, _: &AtomicBool, _: &AtomicBool) -> Result<(), String> {
+            match self {}
+        }
+    }
+
+    /// Nothing reads them.
+    pub(crate) struct Numbers;
+
+    impl From<crate::run::Live> for Numbers {
+        fn from(_: crate::run::Live) -> Self {
+            Self
+        }
+    }
+}

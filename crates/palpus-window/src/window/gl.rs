@@ -1,0 +1,367 @@
+//! The bodies and marks of a scene through OpenGL 3.3 or OpenGL ES 3.0, into whatever egui draws to.
+//!
+//! 1. A body's triangles are uploaded once, each corner with its normal, the colour of its piece, and which side of the
+//!    triangle it is opposite to.
+//! 2. In each frame: opaque bodies; the inner, then the outer sides of translucent ones; marks, first those parts that something
+//!    hides, pale, then the others.
+//!
+//! Light is that of `paint`. Places are taken into the view's frame in f64, so that f32 need not hold the world.
+#![allow(unsafe_code)] // The one file that talks to the graphics library; every call is glow's, on the thread that owns the context.
+
+use eframe::egui_glow::ShaderVersion;
+use eframe::glow::{self, HasContext};
+use glam::{DMat4, DVec3, DVec4};
+
+use crate::camera::Camera;
+use crate::marks::Triangles;
+use crate::paint::HIDDEN;
+use crate::picture::Rgb;
+use crate::solid::Solid;
+use crate::style::{linear, piece_colour};
+
+/// Numbers of a corner: place, normal, colour, sides.
+const CORNER: usize = 12;
+
+/// What one frame shows of one body.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct DrawnBody {
+    /// Which of the solids.
+    pub(crate) solid: usize,
+    /// From the body's frame to the view's.
+    pub(crate) model_view: DMat4,
+    /// Its colour, where pieces have none.
+    pub(crate) colour: Rgb,
+    pub(crate) pieces: bool,
+    pub(crate) wireframe: bool,
+    /// What it covers squarely and along, if it is translucent.
+    pub(crate) glass: Option<(f64, f64)>,
+}
+
+/// One frame.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Drawing {
+    pub(crate) projection: DMat4,
+    pub(crate) bodies: Vec<DrawnBody>,
+    /// Corners of the marks, view's frame.
+    pub(crate) marks: Vec<f32>,
+}
+
+impl Drawing {
+    /// Adds a mark whose triangles are in the world.
+    pub(crate) fn mark(&mut self, view: &DMat4, triangles: &Triangles, colour: Rgb) {
+        let colour = linear(colour);
+        for corner in triangles.iter().flatten() {
+            let (point, normal) = (view.transform_point3(corner.point), view.transform_vector3(corner.normal));
+            push_corner(&mut self.marks, point, normal, colour, DVec3::ONE);
+        }
+    }
+}
+
+/// From the view's frame to the picture, for a picture `aspect` times as wide as it is high.
+pub(crate) fn projection(camera: &Camera, aspect: f64) -> DMat4 {
+    let (nearest, farthest) = (camera.nearest(), camera.distance * FARTHEST);
+    let (tall, deep) = (camera.half_opening(), nearest - farthest);
+    DMat4::from_cols(
+        DVec4::new(1.0 / (tall * aspect), 0.0, 0.0, 0.0),
+        DVec4::new(0.0, 1.0 / tall, 0.0, 0.0),
+        DVec4::new(0.0, 0.0, (farthest + nearest) / deep, -1.0),
+        DVec4::new(0.0, 0.0, 2.0 * farthest * nearest / deep, 0.0),
+    )
+}
+
+/// What is farther than so many distances of the target is not seen.
+const FARTHEST: f64 = 40.0;
+
+/// From the world to the view's frame.
+pub(crate) fn view(camera: &Camera) -> DMat4 {
+    let [right, up, back] = camera.axes();
+    let axes = glam::DMat3::from_cols(right, up, back).transpose();
+    DMat4::from_mat3(axes) * DMat4::from_translation(-camera.eye())
+}
+
+fn push_corner(corners: &mut Vec<f32>, point: DVec3, normal: DVec3, colour: DVec3, sides: DVec3) {
+    for part in [point, normal, colour, sides] {
+        corners.extend(part.as_vec3().to_array());
+    }
+}
+
+fn corners_of(solid: &Solid, piece_lightness: f64) -> Vec<f32> {
+    let mut corners = Vec::with_capacity(solid.triangles.len() * 3 * CORNER);
+    for ((triangle, normals), piece) in solid.triangles.iter().zip(&solid.normals).zip(&solid.pieces) {
+        let colour = piece_colour(*piece, piece_lightness);
+        for (k, side) in [DVec3::X, DVec3::Y, DVec3::Z].into_iter().enumerate() {
+            push_corner(&mut corners, solid.vertices[triangle[k] as usize], normals[k], colour, side);
+        }
+    }
+    corners
+}
+
+/// Corners that the graphics library holds.
+struct Held {
+    array: glow::VertexArray,
+    buffer: glow::Buffer,
+    count: i32,
+}
+
+/// All that the graphics library holds for a scene.
+pub(crate) struct Artist {
+    program: glow::Program,
+    uniforms: Uniforms,
+    solids: Vec<Held>,
+    marks: Held,
+    /// What draws: its name.
+    pub(crate) renderer: String,
+}
+
+struct Uniforms {
+    projection: Option<glow::UniformLocation>,
+    model_view: Option<glow::UniformLocation>,
+    colour: Option<glow::UniformLocation>,
+    glass: Option<glow::UniformLocation>,
+    wire: Option<glow::UniformLocation>,
+}
+
+impl Artist {
+    /// Compiles the shaders and uploads the solids.
+    ///
+    /// # Errors
+    /// What the graphics library says.
+    pub(crate) fn new(gl: &glow::Context, solids: &[&Solid], piece_lightness: f64) -> Result<Self, String> {
+        // SAFETY: the context is current, as egui's creation of an app and its callbacks promise.
+        unsafe {
+            let program = program(gl)?;
+            let uniform = |name| gl.get_uniform_location(program, name);
+            let uniforms = Uniforms {
+                projection: uniform("u_projection"),
+                model_view: uniform("u_model_view"),
+                colour: uniform("u_colour"),
+                glass: uniform("u_glass"),
+                wire: uniform("u_wire"),
+            };
+            let mut held = Vec::new();
+            for solid in solids {
+                let mut mesh = Held::new(gl)?;
+                mesh.upload(gl, &corners_of(solid, piece_lightness), glow::STATIC_DRAW);
+                held.push(mesh);
+            }
+            let renderer = gl.get_parameter_string(glow::RENDERER);
+            Ok(Self { program, uniforms, solids: held, marks: Held::new(gl)?, renderer })
+        }
+    }
+
+    /// Draws into the viewport and the scissor that are set.
+    pub(crate) fn draw(&mut self, gl: &glow::Context, drawing: &Drawing) {
+        // SAFETY: as in `new`; the objects belong to this context, and buffers are as long as their counts say.
+        unsafe {
+            gl.use_program(Some(self.program));
+            gl.disable(glow::BLEND);
+            gl.enable(glow::DEPTH_TEST);
+            gl.depth_func(glow::LESS);
+            gl.depth_mask(true);
+            gl.clear_depth_f32(1.0);
+            gl.clear(glow::DEPTH_BUFFER_BIT);
+            self.matrix(gl, &self.uniforms.projection, &drawing.projection);
+            gl.disable(glow::CULL_FACE);
+            for body in drawing.bodies.iter().filter(|body| body.glass.is_none()) {
+                self.body(gl, body);
+            }
+            gl.enable(glow::BLEND);
+            gl.blend_func(glow::ONE, glow::ONE_MINUS_SRC_ALPHA);
+            gl.depth_mask(false);
+            gl.enable(glow::CULL_FACE);
+            for hidden_side in [glow::FRONT, glow::BACK] {
+                gl.cull_face(hidden_side);
+                for body in drawing.bodies.iter().filter(|body| body.glass.is_some()) {
+                    self.body(gl, body);
+                }
+            }
+            self.marks.upload(gl, &drawing.marks, glow::STREAM_DRAW);
+            self.matrix(gl, &self.uniforms.model_view, &DMat4::IDENTITY);
+            gl.uniform_4_f32(self.uniforms.colour.as_ref(), 0.0, 0.0, 0.0, 0.0);
+            gl.uniform_1_f32(self.uniforms.wire.as_ref(), 0.0);
+            gl.cull_face(glow::BACK);
+            for (test, covered, keeps) in [(glow::GREATER, HIDDEN, false), (glow::LEQUAL, 1.0, true)] {
+                gl.depth_func(test);
+                gl.depth_mask(keeps);
+                gl.uniform_2_f32(self.uniforms.glass.as_ref(), covered, covered);
+                self.marks.draw(gl);
+            }
+            // As egui expects it.
+            gl.depth_mask(true);
+            gl.depth_func(glow::LESS);
+            gl.disable(glow::DEPTH_TEST);
+            gl.disable(glow::CULL_FACE);
+        }
+    }
+
+    /// # Safety
+    /// The context is current and the program in use.
+    unsafe fn body(&self, gl: &glow::Context, body: &DrawnBody) {
+        let Some(held) = self.solids.get(body.solid) else { return };
+        let colour = linear(body.colour).as_vec3();
+        let (square, along) = body.glass.unwrap_or((1.0, 1.0));
+        // SAFETY: the caller's.
+        unsafe {
+            self.matrix(gl, &self.uniforms.model_view, &body.model_view);
+            let own = if body.pieces { 0.0 } else { 1.0 };
+            gl.uniform_4_f32(self.uniforms.colour.as_ref(), colour.x, colour.y, colour.z, own);
+            gl.uniform_2_f32(self.uniforms.glass.as_ref(), square as f32, along as f32);
+            gl.uniform_1_f32(self.uniforms.wire.as_ref(), if body.wireframe { 1.0 } else { 0.0 });
+            held.draw(gl);
+        }
+    }
+
+    /// # Safety
+    /// The context is current and the program in use.
+    unsafe fn matrix(&self, gl: &glow::Context, at: &Option<glow::UniformLocation>, matrix: &DMat4) {
+        // SAFETY: the caller's.
+        unsafe { gl.uniform_matrix_4_f32_slice(at.as_ref(), false, &matrix.as_mat4().to_cols_array()) };
+    }
+
+    /// Gives everything back.
+    pub(crate) fn destroy(&self, gl: &glow::Context) {
+        // SAFETY: as in `new`; nothing is drawn any more.
+        unsafe {
+            gl.delete_program(self.program);
+            for held in self.solids.iter().chain([&self.marks]) {
+                gl.delete_vertex_array(held.array);
+                gl.delete_buffer(held.buffer);
+            }
+        }
+    }
+}
+
+impl Held {
+    /// # Safety
+    /// The context is current.
+    unsafe fn new(gl: &glow::Context) -> Result<Self, String> {
+        // SAFETY: the caller's; the pointers lie within a corner.
+        unsafe {
+            let array = gl.create_vertex_array()?;
+            let buffer = gl.create_buffer()?;
+            gl.bind_vertex_array(Some(array));
+            gl.bind_buffer(glow::ARRAY_BUFFER, Some(buffer));
+            let real = size_of::<f32>() as i32;
+            for slot in 0..4 {
+                gl.enable_vertex_attrib_array(slot);
+                gl.vertex_attrib_pointer_f32(slot, 3, glow::FLOAT, false, CORNER as i32 * real, slot as i32 * 3 * real);
+            }
+            gl.bind_vertex_array(None);
+            Ok(Self { array, buffer, count: 0 })
+        }
+    }
+
+    /// # Safety
+    /// The context is current.
+    unsafe fn upload(&mut self, gl: &glow::Context, corners: &[f32], usage: u32) {
+        let bytes: Vec<u8> = corners.iter().flat_map(|part| part.to_ne_bytes()).collect();
+        // SAFETY: the caller's.
+        unsafe {
+            gl.bind_buffer(glow::ARRAY_BUFFER, Some(self.buffer));
+            gl.buffer_data_u8_slice(glow::ARRAY_BUFFER, &bytes, usage);
+            gl.bind_buffer(glow::ARRAY_BUFFER, None);
+        }
+        self.count = (corners.len() / CORNER) as i32;
+    }
+
+    /// # Safety
+    /// The context is current and a program in use.
+    unsafe fn draw(&self, gl: &glow::Context) {
+        // SAFETY: the caller's.
+        unsafe {
+            gl.bind_vertex_array(Some(self.array));
+            gl.draw_arrays(glow::TRIANGLES, 0, self.count);
+            gl.bind_vertex_array(None);
+        }
+    }
+}
+
+/// # Safety
+/// The context is current.
+unsafe fn program(gl: &glow::Context) -> Result<glow::Program, String> {
+    let version = ShaderVersion::get(gl);
+    if !version.is_new_shader_interface() {
+        return Err("OpenGL 3.0 or OpenGL ES 3.0 is needed".to_owned());
+    }
+    // SAFETY: the caller's.
+    unsafe {
+        let program = gl.create_program()?;
+        for (slot, name) in ["a_point", "a_normal", "a_colour", "a_sides"].into_iter().enumerate() {
+            gl.bind_attrib_location(program, slot as u32, name);
+        }
+        let mut shaders = Vec::new();
+        for (kind, source) in [(glow::VERTEX_SHADER, VERTEX), (glow::FRAGMENT_SHADER, FRAGMENT)] {
+            let shader = gl.create_shader(kind)?;
+            gl.shader_source(shader, &format!("{}\n{PRECISION}{source}", version.version_declaration()));
+            gl.compile_shader(shader);
+            if !gl.get_shader_compile_status(shader) {
+                return Err(gl.get_shader_info_log(shader));
+            }
+            gl.attach_shader(program, shader);
+            shaders.push(shader);
+        }
+        gl.link_program(program);
+        if !gl.get_program_link_status(program) {
+            return Err(gl.get_program_info_log(program));
+        }
+        for shader in shaders {
+            gl.detach_shader(program, shader);
+            gl.delete_shader(shader);
+        }
+        Ok(program)
+    }
+}
+
+const PRECISION: &str = "#ifdef GL_ES\nprecision highp float;\n#endif\n";
+
+const VERTEX: &str = "
+uniform mat4 u_projection;
+uniform mat4 u_model_view;
+in vec3 a_point;
+in vec3 a_normal;
+in vec3 a_colour;
+in vec3 a_sides;
+out vec3 v_point;
+out vec3 v_normal;
+out vec3 v_colour;
+out vec3 v_sides;
+void main() {
+    vec4 point = u_model_view * vec4(a_point, 1.0);
+    v_point = point.xyz;
+    v_normal = mat3(u_model_view) * a_normal;
+    v_colour = a_colour;
+    v_sides = a_sides;
+    gl_Position = u_projection * point;
+}
+";
+
+const FRAGMENT: &str = "
+uniform vec4 u_colour;
+uniform vec2 u_glass;
+uniform float u_wire;
+in vec3 v_point;
+in vec3 v_normal;
+in vec3 v_colour;
+in vec3 v_sides;
+out vec4 f_colour;
+void main() {
+    vec3 n = normalize(v_normal);
+    vec3 eye = normalize(-v_point);
+    if (dot(n, eye) < 0.0) { n = -n; }
+    vec3 key = vec3(-0.45, 0.62, 0.64);
+    vec3 fill = vec3(0.80, 0.05, 0.60);
+    float diffuse = 0.32 + 0.16 * n.y + 0.66 * max(dot(n, key), 0.0) + 0.26 * max(dot(n, fill), 0.0);
+    vec3 own = mix(v_colour, u_colour.rgb, u_colour.a);
+    float gloss = pow(max(dot(n, normalize(key + eye)), 0.0), 40.0);
+    vec3 light = own * diffuse + vec3(0.16 * gloss);
+    float slant = 1.0 - clamp(dot(n, eye), 0.0, 1.0);
+    float covered = mix(u_glass.x, u_glass.y, slant * slant);
+    vec3 sides = v_sides / max(fwidth(v_sides), vec3(1e-6));
+    if (u_wire > 0.5 && min(sides.x, min(sides.y, sides.z)) < 0.8) {
+        light = mix(light, vec3(0.02), 0.55);
+        covered = max(covered, 0.55);
+    }
+    vec3 seen = sqrt(clamp(light, 0.0, 1.0));
+    f_colour = vec4(seen * covered, covered);
+}
+";
