@@ -128,7 +128,7 @@ const NONE: u32 = u32::MAX;
 const SEARCHED: usize = 1 << 15;
 
 impl Front {
-    /// A front between two bodies of at most `places` node pairs, and memory for a full traversal that remembers as many, up to [`SEARCHED`].
+    /// A front between two bodies of at most `places` node pairs, and memory for a full traversal that remembers as many, up to a fixed size.
     pub fn new(a: Side<'_>, b: Side<'_>, places: usize) -> Self {
         // The whole tree of node pairs has one leaf for each pair of pieces.
         let leaves = a.pieces.len().saturating_mul(b.pieces.len());

@@ -110,7 +110,7 @@ impl PairQuery {
 
     /// The same, with contacts that are blended over tilts up to `angle` (rad, above 0 and below a right angle; `None`: exact).
     ///
-    /// The witness points of [`Self::contacts`] then move continuously through flat contact: see [`blend`].
+    /// The witness points of [`Self::contacts`] then move continuously through flat contact: see [`crate::depth::blend`].
     pub fn with_blend(self, angle: Option<f64>) -> Self {
         Self { blend_angle: angle, ..self }
     }

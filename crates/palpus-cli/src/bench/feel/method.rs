@@ -53,13 +53,21 @@ impl Tuning {
     }
 }
 
+/// The separation from which on a method pushes.
+#[derive(Clone, Copy)]
+pub(super) enum Skin {
+    /// From the contact tolerance on.
+    Tolerance,
+    /// From the tool's skin on.
+    Tool,
+}
+
 /// A method by name.
 #[derive(Clone, Copy)]
 pub(super) struct Entry {
     pub(super) name: &'static str,
     pub(super) summary: &'static str,
-    /// It pushes from the contact tolerance on, and not only from touch on.
-    pub(super) has_skin: bool,
+    pub(super) skin: Skin,
     /// It has dampers in its contacts.
     pub(super) has_damping: bool,
     /// Its energy is accounted for, and taken back from the first bit on. The poses of the open loop take no work, so that it has none.
@@ -81,7 +89,7 @@ pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "paper",
         summary: "exact linkage, direct rendering: the paper's",
-        has_skin: true,
+        skin: Skin::Tolerance,
         has_damping: true,
         is_passive: false,
         is_costly: false,
@@ -92,7 +100,7 @@ pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "smooth",
         summary: "smooth clustering, direct rendering",
-        has_skin: true,
+        skin: Skin::Tolerance,
         has_damping: true,
         is_passive: false,
         is_costly: false,
@@ -103,7 +111,7 @@ pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "coupled",
         summary: "exact linkage behind the virtual coupling, tuned to the device",
-        has_skin: true,
+        skin: Skin::Tool,
         has_damping: true,
         is_passive: false,
         is_costly: false,
@@ -114,7 +122,7 @@ pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "coupled-smooth",
         summary: "smooth clustering behind the same",
-        has_skin: true,
+        skin: Skin::Tool,
         has_damping: true,
         is_passive: false,
         is_costly: false,
@@ -125,7 +133,7 @@ pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "smooth-passive",
         summary: "smooth, with passivity",
-        has_skin: true,
+        skin: Skin::Tolerance,
         has_damping: false,
         is_passive: true,
         is_costly: false,
@@ -136,7 +144,7 @@ pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "coupled-passive",
         summary: "coupled-smooth, with passivity",
-        has_skin: true,
+        skin: Skin::Tool,
         has_damping: false,
         is_passive: true,
         is_costly: false,
@@ -147,7 +155,7 @@ pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "predicted",
         summary: "depth predicted along the motion from the last closest features (the paper's [16])",
-        has_skin: true,
+        skin: Skin::Tolerance,
         has_damping: false,
         is_passive: false,
         is_costly: false,
@@ -161,7 +169,7 @@ pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "voxel",
         summary: "a point shell in a map of voxels (the paper's [30])",
-        has_skin: true,
+        skin: Skin::Tolerance,
         has_damping: false,
         is_passive: false,
         is_costly: true,
@@ -170,7 +178,7 @@ pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "voxel-coupled",
         summary: "the same behind an explicit virtual coupling, as its paper renders",
-        has_skin: true,
+        skin: Skin::Tolerance,
         has_damping: false,
         is_passive: false,
         is_costly: true,
@@ -183,7 +191,7 @@ pub(super) const METHODS: [Entry; 10] = [
     Entry {
         name: "epa",
         summary: "one contact of the expanding polytope algorithm a pair of pieces, as with Coal",
-        has_skin: true,
+        skin: Skin::Tolerance,
         has_damping: false,
         is_passive: false,
         is_costly: false,

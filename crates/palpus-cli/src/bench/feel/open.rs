@@ -14,7 +14,7 @@ use palpus::algebra::Wrench;
 use palpus::render::ProbeState;
 
 use super::ground::{Ground, JUDGED, TICK};
-use super::method::{Entry, Tuning};
+use super::method::{Entry, Skin, Tuning};
 use super::row::{Rows, largest, mean, quantile};
 
 /// Forces of less than this part of the largest have no direction worth naming.
@@ -142,7 +142,10 @@ pub(super) fn is_missing(ground: &Ground, depth: f64, wrench: &Wrench, stiffness
 
 fn against_truth(ground: &Ground, entry: &Entry, wrenches: &[Wrench], add: Add<'_>) {
     let Some(truth) = &ground.truth else { return };
-    let skin = if entry.has_skin { ground.settings.contact_tolerance } else { 0.0 };
+    let skin = match entry.skin {
+        Skin::Tolerance => ground.settings.contact_tolerance,
+        Skin::Tool => ground.coupled.skin(),
+    };
     // The true force on a contact of unit stiffness, and the true torque about the grip where there is one.
     let true_of = |probe: &ProbeState| {
         let grip = probe.pose_ba.point(ground.settings.grip_a);
