@@ -357,7 +357,7 @@ fn forces_are_kept_within_the_arm_and_are_numbers() {
 fn goes_wrong(wrong: fn() -> Act) -> Vec<Told> {
     let service = Service::usual(move |count| if count == 20 { wrong() } else { Act::Answer });
     let mut device = service.open();
-    drive(&mut device, 60).unwrap();
+    drive(&mut device, 120).unwrap();
     drop(device);
     service.over.recv_timeout(Duration::from_secs(5)).unwrap();
     service.told()
@@ -367,7 +367,7 @@ fn goes_wrong(wrong: fn() -> Act) -> Vec<Told> {
 fn after_a_lost_answer_no_force_goes_out_that_does_not_know_a_newer_state() {
     let wrongs: [Case; 7] = [
         ("silence", || Act::Silence),
-        ("late", || Act::After(Duration::from_millis(12))),
+        ("late", || Act::After(Duration::from_millis(80))),
         ("no JSON", || Act::Say(vec!["{\"inverse3\": [".to_owned()])),
         ("no arm", || Act::Say(vec![json!({ "inverse3": [] }).to_string()])),
         ("text for a number", || {
