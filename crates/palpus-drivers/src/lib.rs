@@ -14,7 +14,7 @@
 
 mod axes;
 mod error;
-#[allow(unsafe_code)] // The way into libraries of others, and the only one.
+#[allow(unsafe_code, reason = "the way into libraries of others, and the only one")]
 mod ffi;
 mod force_dimension;
 mod found;

@@ -110,6 +110,10 @@ struct Case {
     path: fn(f64) -> Pose,
 }
 
+fn case(name: &'static str, probes: &[Arc<Body>], grounds: &[Arc<Body>], path: fn(f64) -> Pose) -> Case {
+    Case { name, probes: probes.to_vec(), grounds: grounds.to_vec(), path }
+}
+
 /// How far in it is: fully in the second half, mm to m.
 fn pressed(s: f64, millimetres: f64) -> f64 {
     1e-3 * millimetres * (2.0 * s).min(1.0)
@@ -162,12 +166,6 @@ fn finer(levels: usize) -> Vec<Case> {
     let (table, ball, block) =
         (cuts(shape::table(), 1), cuts(shape::sphere(BALL, 4), 1), cuts(shape::cuboid(BLOCK), 1));
     let balls = take([2, 3, 4].map(|cut| shape::sphere(BALL, cut)));
-    let case = |name, probes: &[Arc<Body>], grounds: &[Arc<Body>], path| Case {
-        name,
-        probes: probes.to_vec(),
-        grounds: grounds.to_vec(),
-        path,
-    };
     vec![
         case("ball on table", &balls, &table, ball_on_table),
         case("ring flat on table", &tori, &table, laid),
@@ -183,12 +181,6 @@ fn cut(levels: usize) -> Vec<Case> {
     let (table, block) = (cuts(shape::table(), levels), cuts(shape::cuboid(BLOCK), levels));
     let (tori, scans) = (cuts(torus(50, 20), levels), cuts(shape::scanned_torus(2000), levels));
     let (waves, balls) = (cuts(waves(24, 0.02, WAVE), levels), cuts(shape::sphere(BALL, 2), levels));
-    let case = |name, probes: &[Arc<Body>], grounds: &[Arc<Body>], path| Case {
-        name,
-        probes: probes.to_vec(),
-        grounds: grounds.to_vec(),
-        path,
-    };
     vec![
         case("ball on table", &balls, &table, ball_on_table),
         case("scan flat on table", &scans, &table, laid),

@@ -99,7 +99,7 @@ pub extern "C" fn dhdConfigLinearVelocity(ms: c_int, _: c_int, _: c_char) -> c_i
 }
 
 #[unsafe(no_mangle)]
-#[allow(clippy::too_many_arguments)]
+#[allow(clippy::too_many_arguments, reason = "the maker's signature")]
 pub extern "C" fn dhdSetForceAndTorqueAndGripperForce(
     fx: f64,
     fy: f64,

@@ -17,7 +17,7 @@
 //!
 //! [contact]
 //! tolerance = 1.0           # else 1 mm, whatever the unit
-//! cluster_radius = 4.0      # else 4 mm; of linkage
+//! cluster_radius = 4.0      # else 4 mm; of linkage, and how far friction holds on
 //! clustering = "smooth"     # forces that never jump when contacts meet; or "linkage", the paper's
 //! split_angle = 130         # degrees, or false for no cut; of linkage
 //! stiffness = 800           # N/m; left out, coupled: the device's largest force at half the skin; direct: 800

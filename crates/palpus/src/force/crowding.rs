@@ -5,7 +5,7 @@
 //! mesh's pieces happen to lie apart. Here there is no cluster and no event. Every contact pushes along its own direction, and
 //! those that push the same way have together the force of the deepest of them,
 //!
-//! F = Σᵢ k wᵢ · (maxⱼ κᵢⱼ wⱼ / Σⱼ κᵢⱼ wⱼ) · nᵢ, with w the engagements t − d, and κᵢⱼ = (nᵢ·nⱼ)²₊.
+//! F = Σᵢ k wᵢ · (maxⱼ κᵢⱼ wⱼ / Σⱼ κᵢⱼ wⱼ) · nᵢ, with w the engagements (t − d, or with a tool its skin less d, where positive), and κᵢⱼ = (nᵢ·nⱼ)²₊.
 //!
 //! * κᵢᵢ = 1: a contact alone keeps all of its force. k contacts with one direction push as one: what eq. 3–5 of \[K02\] say of a
 //!   cluster, force, direction and point, holds of them exactly.

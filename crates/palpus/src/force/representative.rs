@@ -18,7 +18,8 @@ pub struct Cluster {
     pub normal: DVec3,
     /// d (eq. 5): the separation of the deepest member, m.
     pub separation: f64,
-    /// t − d > 0, m.
+    /// m, what the normal force is in proportion to: t − d as [`represent`] makes it. The force stage puts in its place what smooth
+    /// clustering and the tool's skin leave of it, which may be 0.
     pub engagement: f64,
     /// Σ (t − dᵢ) over the members, m.
     pub weight: f64,

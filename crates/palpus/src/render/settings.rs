@@ -8,7 +8,8 @@ use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSe
 /// Everything that can be chosen about rendering; checked once, by [`Settings::validate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// t of \[K02\], m: bodies push each other from this separation on.
+    /// t of \[K02\], m: contacts are looked for up to this separation. Bodies push each other from it on, or with a coupling
+    /// from its skin on.
     pub contact_tolerance: f64,
     /// δ of \[K02\], m: contacts nearer than this share one force. 0: every contact has its own.
     pub cluster_radius: f64,

@@ -139,11 +139,6 @@ impl Tool {
         device.pose_ba
     }
 
-    /// Its velocity; the linear part is that of the centre of mass.
-    pub fn twist(&self) -> &Twist {
-        &self.twist
-    }
-
     /// Lets go of everything: the next step begins where the device is.
     pub fn clear(&mut self) {
         self.pose_ba = None;

@@ -1,0 +1,254 @@
+//! Friction of blocks and crowds with known answers.
+
+use super::super::represent;
+use super::super::testing::{Random, contact};
+use super::*;
+
+const SEED: u64 = 0xF21C;
+const T: f64 = 1e-3;
+const SETTINGS: FrictionSettings =
+    FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.3, tangential_stiffness: 1000.0 };
+const NORMAL_FORCE: f64 = 2.0;
+
+/// One tick of one cluster; the friction on a.
+fn tick(tracker: &mut FrictionTracker, contacts: &[Contact], pose_ba: Pose, normal_force: f64) -> DVec3 {
+    let members: Vec<u32> = (0..contacts.len() as u32).collect();
+    let directions: Vec<DVec3> = contacts.iter().map(|contact| contact.normal).collect();
+    let grasp = Grasp {
+        contacts,
+        members: &members,
+        clusters: &[represent(contacts, &members, &directions, 0, T)],
+        normal_forces: &[normal_force],
+        tolerance: T,
+        reach: 4e-3,
+        pose_ba,
+    };
+    tracker.update(&grasp, &SETTINGS);
+    tracker.grips().iter().map(|grip| grip.force).sum()
+}
+
+/// The lowest point of a block that stands at `x` on the plane z = 0.
+fn block(x: DVec3) -> (Contact, Pose) {
+    (contact((3, 8), x, DVec3::Z, 0.0), Pose::from_translation(x))
+}
+
+fn drag(tracker: &mut FrictionTracker, x: f64) -> f64 {
+    let (contact, pose) = block(DVec3::X * x);
+    tick(tracker, &[contact], pose, NORMAL_FORCE).x
+}
+
+#[test]
+fn a_dragged_block_sticks_then_slides_then_sticks_again() {
+    let mut tracker = FrictionTracker::new(8);
+    assert_eq!(drag(&mut tracker, 0.02), 0.0);
+    // Elastic up to μ_s F_n / k_t = 1 mm.
+    for k in 1..=9 {
+        let z = 1e-4 * f64::from(k);
+        assert!((drag(&mut tracker, 0.02 + z) + 1000.0 * z).abs() < 1e-9);
+        assert!(!tracker.adhesions()[0].sliding);
+    }
+    // Beyond: dragged along, at μ_s F_n and over the next millimetre less and less, to μ_d F_n.
+    let mut last = 1.0;
+    for k in 11..=40 {
+        let force = -drag(&mut tracker, 0.02 + 1e-4 * f64::from(k));
+        assert!(force <= last && last - force < 0.08 && tracker.adhesions()[0].sliding, "{force} N after {last} N");
+        last = force;
+    }
+    assert!((last - 0.6).abs() < 1e-9);
+    // At rest it is held, and holds up to the static limit from here.
+    assert!((drag(&mut tracker, 0.024) + 0.6).abs() < 1e-9);
+    assert!(!tracker.adhesions()[0].sliding);
+    assert!((drag(&mut tracker, 0.0243) + 0.9).abs() < 1e-9);
+    // Turning back unloads the same spring, through zero.
+    assert!((drag(&mut tracker, 0.0240) + 0.6).abs() < 1e-9);
+    assert!((drag(&mut tracker, 0.0230) - 0.4).abs() < 1e-9);
+    // Less load: what was stuck slides at once.
+    let (contact, pose) = block(DVec3::X * 0.0230);
+    for held in [0.05, 0.03] {
+        assert!((tick(&mut tracker, &[contact], pose, 0.1).x - held).abs() < 1e-12);
+    }
+    assert_eq!(tick(&mut tracker, &[contact], pose, 0.0), DVec3::ZERO);
+}
+
+#[test]
+fn the_friction_cone_holds_for_any_stream_of_contacts() {
+    let mut random = Random(SEED);
+    let mut tracker = FrictionTracker::new(64);
+    let mut pose = random.pose(0.1);
+    for round in 0..4000 {
+        let step = Pose::new(glam::DQuat::from_scaled_axis(random.point(0.05)), random.point(5e-4));
+        pose = step * pose;
+        let up = (DVec3::Z + random.point(0.3)).normalize();
+        let contacts: Vec<_> = (0..1 + random.below(12))
+            .map(|_| {
+                let pieces = (random.below(4) as u32, random.below(4) as u32);
+                let n = (up + random.point(0.5)).normalize();
+                contact(pieces, pose.translation + random.point(4e-3), n, random.between(-1e-3, 9e-4))
+            })
+            .collect();
+        let load = random.between(0.0, 5.0);
+        let friction = tick(&mut tracker, &contacts, pose, load);
+        let most = SETTINGS.static_coefficient * load;
+        assert!(friction.length() <= most * (1.0 + 1e-12), "seed {SEED:#x}, round {round}");
+        let normal = tracker.adhesions()[0].normal;
+        assert!(friction.dot(normal).abs() <= 1e-12 * most.max(1.0), "seed {SEED:#x}, round {round}");
+    }
+}
+
+#[test]
+fn a_million_ticks_of_trembling_do_not_move_a_block() {
+    let mut random = Random(SEED ^ 1);
+    let mut tracker = FrictionTracker::new(8);
+    drag(&mut tracker, 0.1);
+    let pushed = drag(&mut tracker, 0.1005);
+    for _ in 0..1_000_000 {
+        // Pressed and released, tilted and moved, below the static limit.
+        let x = DVec3::new(0.1005, 0.0, 0.0) + random.point(3e-4) * DVec3::new(1.0, 1.0, 2.0);
+        let (contact, pose) = block(x);
+        tick(&mut tracker, &[contact], pose, NORMAL_FORCE);
+        assert!(!tracker.adhesions()[0].sliding);
+    }
+    assert!((drag(&mut tracker, 0.1005) - pushed).abs() < 1e-8);
+}
+
+#[test]
+fn a_cluster_is_as_stiff_and_as_strong_as_one_contact() {
+    let shift = DVec3::X * 4e-4;
+    let many = |x: DVec3| -> Vec<Contact> {
+        (0..7u32)
+            .map(|k| contact((k, 0), x + DVec3::Y * (1e-4 * f64::from(k)), DVec3::Z, 1e-4 * f64::from(k)))
+            .collect()
+    };
+    let mut tracker = FrictionTracker::new(8);
+    tick(&mut tracker, &many(DVec3::ZERO), Pose::IDENTITY, NORMAL_FORCE);
+    let friction = tick(&mut tracker, &many(shift), Pose::from_translation(shift), NORMAL_FORCE);
+    assert!((friction + DVec3::X * 0.4).length() < 1e-12);
+    for (far, held) in [(3e-3, 1.0), (4e-3, 0.6)] {
+        let far = DVec3::X * far;
+        let friction = tick(&mut tracker, &many(far), Pose::from_translation(far), NORMAL_FORCE);
+        assert!((friction + DVec3::X * held).length() < 1e-12);
+    }
+}
+
+#[test]
+fn the_next_piece_takes_over_the_strain_and_a_lost_contact_is_forgotten() {
+    let mut tracker = FrictionTracker::new(8);
+    drag(&mut tracker, 0.0);
+    let before = drag(&mut tracker, 5e-4);
+    let (mut next, pose) = block(DVec3::X * 5e-4);
+    next.piece_b = 9;
+    assert!((tick(&mut tracker, &[next], pose, NORMAL_FORCE).x - before).abs() < 1e-12);
+    // Too far, and too opposed, to be the same.
+    next.piece_b = 10;
+    let far = Contact { point_a: next.point_a + DVec3::Y, point_b: next.point_b + DVec3::Y, ..next };
+    assert_eq!(tick(&mut tracker.clone(), &[far], pose, NORMAL_FORCE), DVec3::ZERO);
+    let opposed = Contact { normal: -DVec3::Z, ..next };
+    assert_eq!(tick(&mut tracker.clone(), &[opposed], pose, NORMAL_FORCE), DVec3::ZERO);
+    let grasp = Grasp {
+        contacts: &[],
+        members: &[],
+        clusters: &[],
+        normal_forces: &[],
+        tolerance: T,
+        reach: 4e-3,
+        pose_ba: pose,
+    };
+    tracker.update(&grasp, &SETTINGS);
+    assert!(tracker.adhesions().is_empty());
+    assert_eq!(tick(&mut tracker, &[next], pose, NORMAL_FORCE), DVec3::ZERO);
+}
+
+/// A flat contact of the given extent that has been turned by `angle` about the normal and moved by `along`.
+fn turn(tracker: &mut FrictionTracker, extent: f64, angle: f64, along: DVec3) -> (DVec3, f64) {
+    let flat = Contact { extent, ..contact((3, 8), along, DVec3::Z, 0.0) };
+    let force = tick(tracker, &[flat], Pose::new(DQuat::from_rotation_z(angle), along), NORMAL_FORCE);
+    (force, tracker.grips().iter().map(|grip| grip.torque.z).sum())
+}
+
+#[test]
+fn a_flat_contact_resists_twisting_up_to_its_load_at_its_lever() {
+    let extent = 0.1;
+    let lever = FRICTION_LEVER * extent;
+    let most = NORMAL_FORCE * lever;
+    let mut tracker = FrictionTracker::new(8);
+    assert_eq!(turn(&mut tracker, extent, 0.0, DVec3::ZERO), (DVec3::ZERO, 0.0));
+    // Elastic up to the static limit, at z_max / R.
+    let limit = SETTINGS.static_coefficient * NORMAL_FORCE / SETTINGS.tangential_stiffness / lever;
+    let (_, torque) = turn(&mut tracker, extent, 0.9 * limit, DVec3::ZERO);
+    assert!((torque + 0.9 * SETTINGS.static_coefficient * most).abs() < 1e-12);
+    // Beyond, dragged around, soon at the dynamic one, any number of turns.
+    turn(&mut tracker, extent, 2.5 * limit, DVec3::ZERO);
+    for k in 3..200 {
+        let (_, torque) = turn(&mut tracker, extent, limit * (1.0 + f64::from(k)), DVec3::ZERO);
+        assert!((torque + SETTINGS.dynamic_coefficient * most).abs() < 1e-12, "{k}");
+        assert!(tracker.adhesions()[0].sliding);
+    }
+    // At rest it is held where it stopped; and a point resists nothing.
+    let (_, held) = turn(&mut tracker, extent, limit * 200.0, DVec3::ZERO);
+    assert!((held + SETTINGS.dynamic_coefficient * most).abs() < 1e-12 && !tracker.adhesions()[0].sliding);
+    assert_eq!(turn(&mut tracker, 0.0, limit * 150.0, DVec3::ZERO).1, 0.0);
+}
+
+#[test]
+fn what_is_pushed_along_turns_easily() {
+    // Force and torque lie on the ellipsoid, in the direction of the motion.
+    let (extent, slide) = (0.1, DVec3::X * 5e-5);
+    let lever = FRICTION_LEVER * extent;
+    for turn_of_slide in [0.1, 1.0, 3.0] {
+        let mut tracker = FrictionTracker::new(8);
+        let angle = turn_of_slide * slide.x / lever;
+        let mut last = (DVec3::ZERO, 0.0);
+        for k in 0..300 {
+            last = turn(&mut tracker, extent, angle * f64::from(k), slide * f64::from(k));
+        }
+        let (force, torque) = last;
+        let most = SETTINGS.dynamic_coefficient * NORMAL_FORCE;
+        assert!((force.length().hypot(torque / lever) - most).abs() < 1e-9);
+        assert!((torque / lever / force.x - turn_of_slide).abs() < 1e-2, "{force} {torque}");
+    }
+}
+
+#[test]
+fn a_crowded_contact_holds_as_stiffly_as_its_share() {
+    // Smooth clustering: the same strain is the most for any share, so that k contacts at one place hold as one.
+    let shift = DVec3::X * 4e-4;
+    let held = |share: f64| {
+        let mut tracker = FrictionTracker::new(8);
+        let mut force = DVec3::ZERO;
+        for x in [DVec3::ZERO, shift] {
+            let (contact, pose_ba) = block(x);
+            let mut cluster = represent(&[contact], &[0], &[contact.normal], 0, T);
+            cluster.engagement *= share;
+            let grasp = Grasp {
+                contacts: &[contact],
+                members: &[0],
+                clusters: &[cluster],
+                normal_forces: &[share * NORMAL_FORCE],
+                tolerance: T,
+                reach: 4e-3,
+                pose_ba,
+            };
+            tracker.update(&grasp, &SETTINGS);
+            force = tracker.grips()[0].force;
+        }
+        force
+    };
+    assert!((held(0.25) - 0.25 * held(1.0)).length() < 1e-12 && held(1.0).x < -0.39);
+    assert_eq!(held(0.0), DVec3::ZERO);
+}
+
+#[test]
+fn turning_everything_turns_the_friction() {
+    let mut random = Random(SEED ^ 2);
+    for round in 0..20 {
+        let scene = random.pose(0.5);
+        let (mut here, mut there) = (FrictionTracker::new(8), FrictionTracker::new(8));
+        for _ in 0..30 {
+            let (contact, pose) = block(random.point(2e-3) * DVec3::new(1.0, 1.0, 0.1));
+            let friction = tick(&mut here, &[contact], pose, NORMAL_FORCE);
+            let contact = super::super::testing::moved(&contact, &scene);
+            let turned = tick(&mut there, &[contact], scene * pose, NORMAL_FORCE);
+            assert!((scene.vector(friction) - turned).length() < 1e-9, "seed {SEED:#x}, round {round}");
+        }
+    }
+}
