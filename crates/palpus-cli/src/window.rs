@@ -95,7 +95,7 @@ mod here {
     use super::{Engine, Settings, Stage};
 
     pub(super) fn reason_for_none() -> Option<&'static str> {
-        Some("built without the window, see --features window")
+        Some("built without the window: --no-default-features leaves it out")
     }
 
     /// There is none.
