@@ -16,6 +16,7 @@ mod picture;
 mod plots;
 mod prepare;
 mod query;
+mod recording;
 mod replay;
 mod run;
 mod safety;

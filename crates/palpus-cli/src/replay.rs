@@ -48,6 +48,9 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
         );
     }
     check_gaps(&recording)?;
+    if !recording.changes.is_empty() {
+        bail!("{} has changes of settings, which are not replayed yet", arguments.recording.display());
+    }
     let mut engine = engine(&recording, arguments)?;
     let header = &recording.header;
     let mut chain = safety::of_recording(&header.scene.more, 1.0 / header.rate_hz)?;

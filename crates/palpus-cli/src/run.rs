@@ -1,7 +1,5 @@
 //! `palpus run`: the closed loop.
 
-use std::fs::File;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -9,27 +7,25 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{anyhow, bail};
 use palpus::render::{Clustering, Settings};
 use palpus_device::{
     AfterFault, DeviceState, Engagement, FaultyDevice, HapticDevice, Newest, Phase, RealTimeClaims, RealTimeOptions,
-    Recorder, ReplayDevice, RunEnd, RunStatistics, SafetyOptions, Script, Servo, ServoOptions, ServoTick,
-    SimulatedDevice, SimulationSettings, Timing, claim, hand_preset, latest, record,
+    ReplayDevice, RunEnd, RunStatistics, SafetyOptions, Script, Servo, ServoOptions, ServoTick, SimulatedDevice,
+    SimulationSettings, Timing, claim, hand_preset, latest,
 };
 use palpus_io::scene::FilePolicy;
-use palpus_io::{RecordRow, RecordingHeader, RecordingWriter, read_recording};
+use palpus_io::{RecordRow, RecordingHeader, read_recording};
 
 use crate::args::RunArguments;
 use crate::engine::{Detail, Engine};
+use crate::recording::{Recording, Rows};
 use crate::stage::{self, Stage};
 use crate::summary::{self, Gatherer, Summary};
 #[cfg(feature = "window")]
 use crate::window::Numbers;
 use crate::window::Window;
 use crate::{devices, faults, output, picture, plots, safety, window};
-
-/// Rows that may wait for the writer: half a second at the highest rate.
-const QUEUED_ROWS: usize = 1 << 15;
 
 pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     if arguments.list {
@@ -109,13 +105,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
         turn(servo, engine, &mut device, &script, Beside { rows, claims, window, without, quiet: arguments.json })?;
     let summary = gatherer.finish(&statistics, &limits, claims.as_ref());
     if let Some(writing) = writing {
-        let written = writing.finish();
-        if let Some(error) = written.error {
-            return Err(anyhow!(error).context(format!("{} could not be written", arguments.record.display())));
-        }
-        if written.dropped > 0 {
-            output::note(format!("note: {} rows were not recorded, the disk was too slow", written.dropped));
-        }
+        writing.finish()?.iter().for_each(output::note);
     }
     report(arguments, &summary)?;
     if let Some(file) = &arguments.screenshot {
@@ -216,34 +206,6 @@ fn contacts_as_felt(settings: &Settings) -> String {
     )
 }
 
-/// A recording under way.
-struct Recording {
-    rows: Recorder<RecordRow>,
-    writing: palpus_device::Recording,
-}
-
-impl Recording {
-    fn start(path: &Path, header: &RecordingHeader) -> anyhow::Result<Self> {
-        let problem = || format!("{} could not be created; name another file with --record", path.display());
-        if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-            std::fs::create_dir_all(folder).with_context(problem)?;
-        }
-        let file = BufWriter::new(File::create(path).with_context(problem)?);
-        let mut writer = RecordingWriter::new(file, header).with_context(problem)?;
-        let mut written = 0u64;
-        let (rows, writing) = record(QUEUED_ROWS, move |row: &RecordRow| {
-            writer.write(row)?;
-            written += 1;
-            // A crash then loses a fraction of a second at most.
-            if written.is_multiple_of(FLUSH_EVERY) { writer.flush() } else { Ok(()) }
-        });
-        Ok(Self { rows, writing })
-    }
-}
-
-/// Rows between two flushes of the recording.
-const FLUSH_EVERY: u64 = 256;
-
 /// What the live line and the window show.
 #[derive(Clone, Copy, Default)]
 #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window shows all of it"))]
@@ -299,7 +261,7 @@ impl From<Live> for Numbers {
 
 /// What goes on beside the loop.
 struct Beside {
-    rows: Option<Recorder<RecordRow>>,
+    rows: Option<Rows>,
     claims: Option<RealTimeOptions>,
     window: Option<Window>,
     /// How long the run goes if the window cannot be opened, where its duration is not given.
@@ -341,7 +303,7 @@ fn turn(
             let mut observe = |tick: &ServoTick, detail: &Detail| {
                 gatherer.add(tick, detail);
                 if let Some(rows) = &mut rows {
-                    rows.push(row(tick, detail));
+                    rows.row(tick, detail);
                 }
                 now = now.after(tick, detail);
                 live.publish(now);
@@ -367,29 +329,6 @@ fn turn(
             loop_thread.join().map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))?;
         Ok(Turned { statistics, gatherer, claims, engine })
     })
-}
-
-fn row(tick: &ServoTick, detail: &Detail) -> RecordRow {
-    let Detail { tick: engine, .. } = detail;
-    let micros = |ns: u64| ns as f64 / 1e3;
-    RecordRow {
-        tick: tick.index,
-        time_ns: (tick.time * 1e9).round() as u64,
-        dt: engine.dt,
-        pose: tick.state.pose,
-        twist: tick.state.twist,
-        buttons: tick.state.buttons,
-        wrench: tick.wrench,
-        contacts: engine.contacts,
-        clusters: engine.clusters,
-        separation: engine.separation,
-        query_us: micros(engine.times.query),
-        depth_us: Some(micros(engine.times.depth)),
-        force_us: micros(engine.times.force),
-        total_us: micros(engine.times.total),
-        saturated: tick.saturated,
-        faults: tick.cuts.bits(),
-    }
 }
 
 /// Between two live lines.

@@ -24,9 +24,16 @@ pub struct Recorder<R> {
 impl<R: Copy> Recorder<R> {
     /// Puts a row into the queue, or drops and counts it when the queue is full. Never waits or allocates.
     pub fn push(&mut self, row: R) {
-        if self.queue.push(row).is_err() {
+        if !self.try_push(row) {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
+    }
+
+    /// Puts a row into the queue; false when it is full, and then nothing is counted: for what the caller holds and tries again. Never
+    /// waits or allocates.
+    #[must_use]
+    pub fn try_push(&mut self, row: R) -> bool {
+        self.queue.push(row).is_ok()
     }
 
     /// Rows dropped so far.

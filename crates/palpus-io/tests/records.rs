@@ -214,6 +214,33 @@ fn errors_name_line_and_column() {
 }
 
 #[test]
+fn changes_of_settings_come_back_at_their_ticks() {
+    let at = |tick| RecordRow { tick, ..plain() };
+    let stiffer = |stiffness| Settings { stiffness, ..settings() };
+    let mut writer = RecordingWriter::new(Vec::new(), &header()).unwrap();
+    writer.change(0, &stiffer(1.0));
+    writer.write(&at(0)).unwrap();
+    writer.change(1, &stiffer(2.0));
+    writer.change(1, &stiffer(0.1 + 0.2));
+    writer.change(3, &Settings { limits: Limits { force: f64::INFINITY, torque: 0.0 }, ..Settings::default() });
+    (1..5).for_each(|tick| writer.write(&at(tick)).unwrap());
+    writer.change(5, &stiffer(4.0));
+    let bytes = writer.finish().unwrap();
+    let read = read_recording_from(bytes.as_slice(), "run.csv").unwrap();
+    assert_eq!(read.rows.len(), 5);
+    let last = Settings { limits: Limits { force: f64::INFINITY, torque: 0.0 }, ..Settings::default() };
+    assert_eq!(read.changes, [(0, stiffer(1.0)), (1, stiffer(0.1 + 0.2)), (3, last)]);
+    let text = String::from_utf8(bytes).unwrap();
+    let wrong = error(text.replace("stiffness = 0.30000000000000004", "stiffness = -1").as_bytes()).to_string();
+    assert!(
+        wrong.contains("the change of settings is wrong: setting `stiffness` is -1") && !wrong.contains('\n'),
+        "{wrong}"
+    );
+    let line = text.lines().find(|line| line.starts_with("# change")).unwrap();
+    assert!(line.starts_with("# change = {") && line.contains("tick = 0") && line.contains("settings = {"), "{line}");
+}
+
+#[test]
 fn any_bytes_are_read_or_refused() {
     let good = recorded(&[plain(); 2]);
     let edits = prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 0..4);

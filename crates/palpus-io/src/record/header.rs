@@ -101,7 +101,7 @@ impl PoseText {
 /// The engine's [`Settings`] in TOML. That none is forgotten is what the test below is for: its literal names every field.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct RenderText {
+pub(super) struct RenderText {
     contact_tolerance: f64,
     cluster_radius: f64,
     /// Absent from recordings that were made before there was a choice.
@@ -177,7 +177,7 @@ struct LimitsText {
 }
 
 impl RenderText {
-    fn serialize<S: Serializer>(settings: &Settings, serializer: S) -> Result<S::Ok, S::Error> {
+    pub(super) fn serialize<S: Serializer>(settings: &Settings, serializer: S) -> Result<S::Ok, S::Error> {
         let Settings {
             contact_tolerance,
             cluster_radius,
@@ -235,7 +235,7 @@ impl RenderText {
         Serialize::serialize(&text, serializer)
     }
 
-    fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Settings, D::Error> {
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Settings, D::Error> {
         let text = <Self as Deserialize>::deserialize(deserializer)?;
         #[allow(
             clippy::needless_update,

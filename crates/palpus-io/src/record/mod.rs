@@ -16,10 +16,14 @@
 //! | `query_us`, `depth_us`, `force_us`, `total_us` | time of the stages, µs; `depth_us` may be empty (part of `query_us`) |
 //! | `saturated`, `faults` | 0 or 1; the safety chain's faults, one bit each |
 //!
+//! Between the ticks, a line `# change = { tick = N, settings = { … } }` ([`RecordingWriter::change`]) says that the engine's settings were others from
+//! tick N on.
+//!
 //! Numbers are written with the fewest digits that read back as the same double; the signs of zero and NaN are kept.
 //! Each line is handed over whole and ends in a line break: what a crash leaves behind is readable up to its last whole
 //! line, and [`read_recording`] says so in a notice.
 
+mod change;
 mod header;
 mod reader;
 mod writer;

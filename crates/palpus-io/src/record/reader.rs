@@ -6,9 +6,10 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
+use palpus::render::Settings;
 use serde::Deserialize;
 
-use super::{COLUMNS, FORMAT, RecordRow, RecordingHeader};
+use super::{COLUMNS, FORMAT, RecordRow, RecordingHeader, change};
 use crate::table::{Cells, TableError};
 
 /// The longest line that is taken for one of a recording.
@@ -21,6 +22,9 @@ pub struct Recording {
     pub header: RecordingHeader,
     /// Its ticks, as recorded.
     pub rows: Vec<RecordRow>,
+    /// From which tick on the engine had other settings than before, and which: in the order of the ticks. Those before the first
+    /// are in the header.
+    pub changes: Vec<(u64, Settings)>,
     /// Says that the last line was cut off and left out, if so.
     pub notice: Option<String>,
 }
@@ -40,6 +44,7 @@ pub fn read_recording_from(input: impl BufRead, name: &str) -> Result<Recording,
     let mut lines = Lines { input, name, line: 0, text: String::new() };
     let header = read_header(&mut lines)?;
     let mut rows = Vec::new();
+    let mut changes: Vec<(u64, Settings)> = Vec::new();
     let mut notice = None;
     while lines.next()? {
         if !lines.is_whole() {
@@ -50,9 +55,17 @@ pub fn read_recording_from(input: impl BufRead, name: &str) -> Result<Recording,
             ));
             break;
         }
-        rows.push(row(name, lines.line, lines.text.trim_end())?);
+        let text = lines.text.trim_end();
+        match text.strip_prefix("# ").filter(|comment| comment.starts_with(change::KEY)) {
+            Some(text) => {
+                changes.push(change::read(text).map_err(|problem| TableError::at(name, lines.line, problem))?)
+            }
+            None if text.starts_with('#') => {}
+            None => rows.push(row(name, lines.line, text)?),
+        }
     }
-    Ok(Recording { header, rows, notice })
+    changes.sort_by_key(|(tick, _)| *tick);
+    Ok(Recording { header, rows, changes, notice })
 }
 
 /// The lines of a stream, one at a time.

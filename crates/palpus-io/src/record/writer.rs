@@ -2,6 +2,9 @@
 
 use std::io::{self, Write};
 
+use palpus::render::Settings;
+
+use super::change::{self, Pending};
 use super::{COLUMNS, FORMAT, RecordRow, RecordingHeader};
 use crate::table::Line;
 
@@ -9,6 +12,7 @@ use crate::table::Line;
 pub struct RecordingWriter<W: Write> {
     out: W,
     line: Line,
+    pending: Pending,
 }
 
 impl<W: Write> RecordingWriter<W> {
@@ -29,11 +33,20 @@ impl<W: Write> RecordingWriter<W> {
         text.push('\n');
         out.write_all(text.as_bytes())?;
         out.flush()?;
-        Ok(Self { out, line: Line::default() })
+        Ok(Self { out, line: Line::default(), pending: Pending::default() })
+    }
+
+    /// The engine was told other settings between two ticks: those from tick `tick` on are stepped with them. Written before the next row
+    /// from there on, and not at all when none follows; of several before the same tick, only the last.
+    pub fn change(&mut self, tick: u64, settings: &Settings) {
+        self.pending.add(tick, settings);
     }
 
     /// Writes one tick as one whole line.
     pub fn write(&mut self, row: &RecordRow) -> io::Result<()> {
+        for (tick, settings) in self.pending.before(row.tick) {
+            writeln!(self.out, "# {}", change::write(tick, &settings)?)?;
+        }
         let line = &mut self.line;
         line.clear();
         line.cell(row.tick);

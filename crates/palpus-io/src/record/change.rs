@@ -1,0 +1,61 @@
+//! A change of the engine's settings within a recording, as text.
+
+use std::io;
+
+use palpus::render::Settings;
+use serde::{Deserialize, Serialize};
+
+use super::header::RenderText;
+
+/// What a change is called in every format.
+pub(super) const KEY: &str = "change";
+
+#[derive(Serialize, Deserialize)]
+struct Document {
+    change: Change,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Change {
+    /// The first tick that is stepped with the settings.
+    tick: u64,
+    /// All of them, not only those that differ.
+    #[serde(with = "RenderText")]
+    settings: Settings,
+}
+
+/// One line of TOML, `change = { … }`. Errors are of numbers that TOML cannot hold.
+pub(super) fn write(tick: u64, settings: &Settings) -> io::Result<String> {
+    let change = Change { tick, settings: *settings };
+    let value = toml::Value::try_from(change).map_err(io::Error::other)?;
+    Ok(format!("{KEY} = {value}"))
+}
+
+/// The tick and the settings of such a line, or what is wrong with it.
+pub(super) fn read(text: &str) -> Result<(u64, Settings), String> {
+    let document: Document =
+        toml::from_str(text).map_err(|error| format!("the change of settings is wrong: {}", error.message()))?;
+    let Change { tick, settings } = document.change;
+    Ok((tick, settings))
+}
+
+/// Changes that wait for the row from which they hold.
+#[derive(Debug, Default)]
+pub(super) struct Pending(Vec<(u64, Settings)>);
+
+impl Pending {
+    /// Adds a change; of several for one tick the last holds.
+    pub(super) fn add(&mut self, tick: u64, settings: &Settings) {
+        match self.0.last_mut() {
+            Some((last, waiting)) if *last == tick => *waiting = *settings,
+            _ => self.0.push((tick, *settings)),
+        }
+    }
+
+    /// Those that are to be written before the row of `tick`.
+    pub(super) fn before(&mut self, tick: u64) -> impl Iterator<Item = (u64, Settings)> {
+        let due = self.0.partition_point(|(from, _)| *from <= tick);
+        self.0.drain(..due)
+    }
+}
