@@ -60,6 +60,11 @@ impl HeldContacts {
         Self { entries: vec![entry; places], tick: 1 }
     }
 
+    /// True if it was made for any place at all.
+    pub(super) fn has_memory(&self) -> bool {
+        !self.entries.is_empty()
+    }
+
     /// What was not kept in the last tick is forgotten.
     pub(super) fn begin_tick(&mut self) {
         self.tick += 1;

@@ -115,6 +115,16 @@ impl PairQuery {
         Self { blend_angle: angle, ..self }
     }
 
+    /// From the next query on, contacts are blended over tilts up to `angle`: see [`Self::with_blend`].
+    pub fn set_blend(&mut self, angle: Option<f64>) {
+        self.blend_angle = angle;
+    }
+
+    /// True if there is memory to hold contacts when a deadline passes.
+    pub fn can_hold(&self) -> bool {
+        self.held.has_memory()
+    }
+
     /// The same, with memory to hold contacts when a deadline passes: see [`Self::run_until`].
     pub fn with_holding(self) -> Self {
         let held = HeldContacts::new(self.front.places());

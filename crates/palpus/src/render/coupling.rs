@@ -46,6 +46,10 @@ pub struct VirtualCoupling {
 }
 
 impl VirtualCoupling {
+    /// Ties nothing: stands in where there is none.
+    pub(super) const SLACK: Self =
+        Self { stiffness: 0.0, damping: 0.0, angular_stiffness: 0.0, angular_damping: 0.0, skin: 0.0, mass: 0.0 };
+
     /// For a device of these limits whose loop turns every `period` seconds, contacts of this tolerance (m), and a probe of this
     /// shape.
     pub fn tuned(limits: &Limits, period: f64, contact_tolerance: f64, probe: &MassProperties) -> Self {

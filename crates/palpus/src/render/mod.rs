@@ -1,5 +1,7 @@
 //! One tick: from the probe's state to the wrench in the hand \[K02 §4.3, §5\].
 
+#[cfg(test)]
+mod changed_tests;
 mod coupling;
 mod force_stage;
 #[cfg(test)]

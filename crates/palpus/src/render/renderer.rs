@@ -10,6 +10,8 @@
 //!
 //! With a time budget, the query ends in time, and what it did not reach is felt as it was (see [`Settings::time_budget`]).
 //!
+//! Settings may change between two steps ([`Renderer::set_settings`]); what is remembered of contacts stays.
+//!
 //! Nothing is allocated after [`Renderer::new`], and nothing that a device can say makes a step panic: a pose that is none
 //! gives no force, and is counted.
 
@@ -17,7 +19,9 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::{Forces, Motion, ProbeState, Scratch, Settings, SettingsError, Tick, Tool, force, saturate};
+use super::{
+    Forces, Motion, ProbeState, Scratch, Settings, SettingsError, Tick, Tool, VirtualCoupling, force, saturate,
+};
 use crate::algebra::{Clock, Deadline, Pose, Twist, Wrench};
 use crate::body::Body;
 use crate::force::{Centers, Contact, PairQuery, ShadingSettings, SmoothBody, shade};
@@ -32,9 +36,10 @@ pub struct Renderer {
     center_a: DVec3,
     /// Centre of mass of the environment.
     center_b: DVec3,
-    shading: Option<Shading>,
-    /// The probe as a body of its own, with a coupling.
-    tool: Option<Tool>,
+    /// What shading needs, whether or not it is on.
+    surfaces: Option<Surfaces>,
+    /// The probe as a body of its own; it rests while there is no coupling.
+    tool: Tool,
     query: PairQuery,
     scratch: Scratch,
     tick: Tick,
@@ -45,10 +50,11 @@ pub struct Renderer {
 
 /// The smooth surfaces of both bodies.
 #[derive(Clone, Debug)]
-struct Shading {
+struct Surfaces {
     a: SmoothBody,
     b: SmoothBody,
-    most_turn: f64,
+    /// For which they were made, rad.
+    crease_angle: f64,
 }
 
 impl Renderer {
@@ -56,8 +62,8 @@ impl Renderer {
     pub fn new(a: Arc<Body>, b: Arc<Body>, settings: Settings) -> Result<Self, SettingsError> {
         settings.validate()?;
         Ok(Self {
-            shading: settings.shading.map(|shading| Shading::new(&a, &b, &shading)),
-            tool: settings.coupling.map(|coupling| Tool::new(a.mass(), coupling, &settings)),
+            surfaces: settings.shading.map(|shading| Surfaces::new(&a, &b, shading.crease_angle)),
+            tool: Tool::new(a.mass(), settings.coupling.unwrap_or(VirtualCoupling::SLACK), &settings),
             query: query(&a, &b, &settings),
             after_query: 0,
             scratch: Scratch::new(settings.capacity),
@@ -69,6 +75,40 @@ impl Renderer {
             a,
             b,
         })
+    }
+
+    /// The same, able to take up shading at this crease angle (rad) later on, by [`Self::set_settings`]. Makes no difference where shading is on
+    /// from the start.
+    #[must_use]
+    pub fn with_surfaces(mut self, crease_angle: f64) -> Self {
+        if self.surfaces.is_none() {
+            self.surfaces = Some(Surfaces::new(&self.a, &self.b, crease_angle));
+        }
+        self
+    }
+
+    /// Goes on with other settings from the next step on. Contacts, friction and the tool are remembered and ticks counted on; a
+    /// coupling that was not there begins where the device is.
+    ///
+    /// Obtains no memory. What would need some is refused, like what cannot be: another `capacity`, a `time_budget` where there was
+    /// none, and shading at a crease angle other than that of [`Self::new`] or [`Self::with_surfaces`].
+    ///
+    /// # Errors
+    /// With the setting that cannot be; all are then as they were.
+    pub fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
+        settings.validate()?;
+        self.check_memory(settings)?;
+        self.query.set_blend(settings.blend_angle);
+        self.tool.set(self.a.mass(), settings.coupling.unwrap_or(VirtualCoupling::SLACK), settings);
+        // What rests does not wake up where it was.
+        if settings.coupling.is_none() {
+            self.tool.clear();
+        }
+        if settings.friction.is_none() {
+            self.scratch.clear();
+        }
+        self.settings = *settings;
+        Ok(())
     }
 
     /// One turn of the loop: what the probe's state feels like. `dt` is the time since the last step, s.
@@ -102,7 +142,7 @@ impl Renderer {
         &self.tick
     }
 
-    /// As given at construction.
+    /// Those of the next step.
     pub fn settings(&self) -> &Settings {
         &self.settings
     }
@@ -117,13 +157,32 @@ impl Renderer {
         &self.b
     }
 
+    /// rad: the crease angle at which shading can be on.
+    pub fn crease_angle(&self) -> Option<f64> {
+        self.surfaces.as_ref().map(|surfaces| surfaces.crease_angle)
+    }
+
     /// Forgets the past: after a jump of the probe, the next step is as the first was.
     pub fn clear(&mut self) {
         self.query.clear();
         self.scratch.clear();
-        if let Some(tool) = &mut self.tool {
-            tool.clear();
+        self.tool.clear();
+    }
+
+    /// Whether there is memory for these settings.
+    fn check_memory(&self, settings: &Settings) -> Result<(), SettingsError> {
+        let refused = |field, value, rule| Err(SettingsError { field, value, rule });
+        if settings.capacity != self.settings.capacity {
+            return refused("capacity", settings.capacity as f64, "what it was at the start");
         }
+        if let Some(budget) = settings.time_budget.filter(|_| !self.query.can_hold()) {
+            return refused("time_budget", budget as f64, "absent, as at the start");
+        }
+        let other = |shading: &ShadingSettings| self.crease_angle() != Some(shading.crease_angle);
+        if let Some(shading) = settings.shading.filter(other) {
+            return refused("shading.crease_angle", shading.crease_angle, "that for which surfaces were prepared");
+        }
+        Ok(())
     }
 
     /// Where the probe, or the tool in its place, is looked for; `None` if its state means nothing.
@@ -136,9 +195,9 @@ impl Renderer {
         if unmoving {
             self.tick.probe.twist = Twist::default();
         }
-        let (pose_ba, twist) = match &mut self.tool {
+        let (pose_ba, twist) = match self.settings.coupling {
             // What damps the tool is part of its own step.
-            Some(tool) => (tool.pose_ba(&self.tick.probe), Twist::default()),
+            Some(_) => (self.tool.pose_ba(&self.tick.probe), Twist::default()),
             None => (probe.pose_ba, self.tick.probe.twist),
         };
         self.tick.tool_ba = pose_ba;
@@ -170,8 +229,11 @@ impl Renderer {
     /// Stage 3.
     fn force(&mut self, motion: &Motion) {
         let Tick { contacts, forces, .. } = &mut self.tick;
-        let direction = |contact: &Contact| match &self.shading {
-            Some(shading) => shading.direction(contact, &self.a, &self.b, &motion.pose_ba),
+        let shading = self.surfaces.as_ref().zip(self.settings.shading);
+        let direction = |contact: &Contact| match shading {
+            Some((surfaces, ShadingSettings { most_turn, .. })) => {
+                surfaces.direction(contact, [&self.a, &self.b], &motion.pose_ba, most_turn)
+            }
             None => contact.normal,
         };
         force(contacts, motion, &self.settings, direction, &mut self.scratch, forces);
@@ -183,8 +245,8 @@ impl Renderer {
     /// Stage 4.
     fn couple(&mut self, motion: &Motion, dt: f64) {
         let Tick { probe, forces, counters, computed, .. } = &mut self.tick;
-        if let Some(tool) = &mut self.tool {
-            (*computed, counters.tool) = tool.step(probe, forces, dt);
+        if self.settings.coupling.is_some() {
+            (*computed, counters.tool) = self.tool.step(probe, forces, dt);
         } else {
             let grip = motion.pose_ba.point(self.settings.grip_a);
             *computed = forces.net.on_a.about(grip - motion.centers.a);
@@ -210,20 +272,20 @@ fn query(a: &Body, b: &Body, settings: &Settings) -> PairQuery {
     if settings.time_budget.is_some() { query.with_holding() } else { query }
 }
 
-impl Shading {
-    fn new(a: &Body, b: &Body, settings: &ShadingSettings) -> Self {
-        let smooth = |body: &Body| SmoothBody::new(body, settings.crease_angle);
-        Self { a: smooth(a), b: smooth(b), most_turn: settings.most_turn }
+impl Surfaces {
+    fn new(a: &Body, b: &Body, crease_angle: f64) -> Self {
+        let smooth = |body: &Body| SmoothBody::new(body, crease_angle);
+        Self { a: smooth(a), b: smooth(b), crease_angle }
     }
 
-    fn direction(&self, contact: &Contact, a: &Body, b: &Body, pose_ba: &Pose) -> DVec3 {
+    fn direction(&self, contact: &Contact, [a, b]: [&Body; 2], pose_ba: &Pose, most_turn: f64) -> DVec3 {
         let point_a = pose_ba.inverse().point(contact.point_a);
         let mut side_a = self.a.at(a, contact.piece_a, contact.features.a, point_a);
         if let Some(side) = &mut side_a {
             side.normal = pose_ba.vector(side.normal);
         }
         let side_b = self.b.at(b, contact.piece_b, contact.features.b, contact.point_b);
-        let mut direction = shade(contact.normal, side_a, side_b, self.most_turn);
+        let mut direction = shade(contact.normal, side_a, side_b, most_turn);
         if side_a.is_none() {
             let local = |v: DVec3| pose_ba.inverse().vector(-v);
             let (normal, goal) = (local(contact.normal), local(direction));

@@ -13,15 +13,15 @@ use crate::force::testing::Random;
 use crate::force::{FrictionSettings, ShadingSettings};
 
 const SEED: u64 = 0x7E4D;
-const DT: f64 = 1e-3;
+pub(super) const DT: f64 = 1e-3;
 const UNLIMITED: Limits = Limits { force: f64::INFINITY, torque: f64::INFINITY };
 
-fn body(soup: &PolygonSoup) -> Arc<Body> {
+pub(super) fn body(soup: &PolygonSoup) -> Arc<Body> {
     let (mesh, _) = Mesh::from_soup(soup).unwrap();
     Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap())
 }
 
-fn cuboid(low: DVec3, high: DVec3) -> Arc<Body> {
+pub(super) fn cuboid(low: DVec3, high: DVec3) -> Arc<Body> {
     let corner = |k: u32| DVec3::select(glam::BVec3::new(k & 1 != 0, k & 2 != 0, k & 4 != 0), high, low);
     let mut soup = PolygonSoup::new();
     soup.vertices.extend((0..8).map(corner));
@@ -32,7 +32,7 @@ fn cuboid(low: DVec3, high: DVec3) -> Arc<Body> {
 }
 
 /// A closed prism of `sides` sides around the z axis.
-fn drum(radius: f64, half_height: f64, sides: u32) -> Arc<Body> {
+pub(super) fn drum(radius: f64, half_height: f64, sides: u32) -> Arc<Body> {
     let mut soup = PolygonSoup::new();
     for k in 0..sides {
         let angle = TAU * f64::from(k) / f64::from(sides);
@@ -47,17 +47,17 @@ fn drum(radius: f64, half_height: f64, sides: u32) -> Arc<Body> {
 }
 
 /// A cube of 20 mm on a floor whose top is z = 0; its frame's origin is the middle of its bottom.
-fn cube_on_floor(settings: Settings) -> Renderer {
+pub(super) fn cube_on_floor(settings: Settings) -> Renderer {
     let cube = cuboid(DVec3::new(-0.01, -0.01, 0.0), DVec3::new(0.01, 0.01, 0.02));
     let floor = cuboid(DVec3::new(-0.1, -0.1, -0.05), DVec3::new(0.1, 0.1, 0.0));
     Renderer::new(cube, floor, settings).unwrap()
 }
 
-fn at(x: f64, z: f64) -> ProbeState {
+pub(super) fn at(x: f64, z: f64) -> ProbeState {
     ProbeState::at(Pose::from_translation(DVec3::new(x, 0.0, z)))
 }
 
-fn settings() -> Settings {
+pub(super) fn settings() -> Settings {
     Settings { limits: UNLIMITED, ..Settings::default() }
 }
 

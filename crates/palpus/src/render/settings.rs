@@ -1,11 +1,11 @@
-//! What a renderer is told once.
+//! What a renderer is told: at its construction, and when it is to go on otherwise.
 
 use glam::DVec3;
 
 use super::{Limits, Saturation, VirtualCoupling};
 use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSettings};
 
-/// Everything that can be chosen about rendering; checked once, by [`Settings::validate`].
+/// Everything that can be chosen about rendering; checked before it is taken up, by [`Settings::validate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// t of \[K02\], m: contacts are looked for up to this separation. Bodies push each other from it on, or with a coupling

@@ -114,18 +114,29 @@ struct Bond {
 impl Tool {
     /// A tool that will begin where the device is first seen; memory for `settings.capacity` contacts.
     pub fn new(probe: &MassProperties, coupling: VirtualCoupling, settings: &Settings) -> Self {
-        Self {
+        let mut tool = Self {
             coupling,
             limits: settings.limits,
-            contact_lag: settings.damping / settings.stiffness,
+            contact_lag: 0.0,
             grip_a: settings.grip_a,
             center_a: probe.center_of_mass,
-            inertia_a: probe.inertia * (coupling.mass / probe.volume),
+            inertia_a: DMat3::ZERO,
             pose_ba: None,
             twist: Twist::default(),
             pushes: Vec::with_capacity(settings.capacity),
             rubs: Vec::with_capacity(settings.capacity),
-        }
+        };
+        tool.set(probe, coupling, settings);
+        tool
+    }
+
+    /// Goes on with another coupling and other settings of the same capacity, where it is and as it moves.
+    pub fn set(&mut self, probe: &MassProperties, coupling: VirtualCoupling, settings: &Settings) {
+        self.coupling = coupling;
+        self.limits = settings.limits;
+        self.contact_lag = settings.damping / settings.stiffness;
+        self.grip_a = settings.grip_a;
+        self.inertia_a = probe.inertia * (coupling.mass / probe.volume);
     }
 
     /// Where it is; where the device is, before the first step and after [`Self::clear`].
