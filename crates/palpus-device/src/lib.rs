@@ -47,7 +47,7 @@ pub use servo::{
     StepOutcome, TickObserver, Timing, VirtualTime, WallTime,
 };
 pub use simulated::{
-    Apparatus, Encoder, HAND_PRESETS, HandImpedance, Intent, Jitter, SimulatedDevice, SimulationError,
+    Apparatus, Encoder, Guide, Guided, HAND_PRESETS, HandImpedance, Intent, Jitter, SimulatedDevice, SimulationError,
     SimulationSettings, hand_preset,
 };
 pub use spacemouse::{SpaceMouse, SpaceMouseError};

@@ -2,10 +2,13 @@
 
 use palpus::algebra::Pose;
 
-/// Where a hand intends the grip to be, as a pure function of time.
+/// Where a hand intends the grip to be.
 pub trait Intent {
-    /// The intended pose at `time` (s) in the device's frame.
+    /// The intended pose at `time` (s) in the device's frame: a pure function of time, until the next tick begins.
     fn pose(&self, time: f64) -> Pose;
+
+    /// A tick begins at `time`: whoever changes his mind does so now, and not by a step of the pose.
+    fn begin(&mut self, _time: f64) {}
 }
 
 impl<F: Fn(f64) -> Pose> Intent for F {

@@ -15,6 +15,7 @@
 
 mod dynamics;
 mod encoder;
+mod guided;
 mod hand;
 mod jitter;
 
@@ -30,6 +31,7 @@ use dynamics::Dynamics;
 
 pub use dynamics::Apparatus;
 pub use encoder::Encoder;
+pub use guided::{Guide, Guided};
 pub use hand::{HAND_PRESETS, HandImpedance, Intent, hand_preset};
 pub use jitter::Jitter;
 use jitter::Periods;
@@ -211,6 +213,7 @@ impl<I: Intent> SimulatedDevice<I> {
         let applied = self.written[self.settings.delay_ticks];
         let time = self.time();
         let period = self.uneven.as_mut().map_or(self.period, Periods::next);
+        self.intent.begin(time);
         let intent = &self.intent;
         self.dynamics.advance(&mut self.pose, &mut self.twist, &applied, (time, period), |t| intent.pose(t));
         self.elapsed += period;
