@@ -15,7 +15,7 @@ pub(crate) struct Engine {
     environment_pose: Pose,
     world_to_environment: Pose,
     clock: WallClock,
-    shot: Option<Shot>,
+    shots: Vec<Shot>,
     live: Option<Publisher<Moment>>,
 }
 
@@ -44,15 +44,15 @@ impl Engine {
             environment_pose: stage.environment_pose,
             world_to_environment: stage.environment_pose.inverse(),
             clock: WallClock::new(),
-            shot: None,
+            shots: Vec::new(),
             live: None,
         })
     }
 
-    /// Keeps what tick number `tick` has to show, for [`Engine::shown`].
+    /// Keeps what tick number `tick` has to show, for [`Engine::shown`] and [`Engine::kept`].
     pub(crate) fn keep(&mut self, tick: u64) {
         let moment = Moment::new(self.renderer.settings().capacity);
-        self.shot = Some(Shot { tick, taken: false, moment });
+        self.shots.push(Shot { tick, taken: false, moment });
     }
 
     /// Leaves what every tick has to show with `publisher`.
@@ -62,20 +62,21 @@ impl Engine {
     }
 
     /// What the kept tick has to show, or the last one, if there is none; `period` is a tick's, s.
-    pub(crate) fn shown(self, period: f64) -> Moment {
-        let grip_a = self.renderer.settings().grip_a;
-        match self.shot {
-            Some(mut shot) if shot.taken => {
-                shot.moment.time = shot.tick as f64 * period;
-                shot.moment
-            }
-            _ => {
-                let tick = self.renderer.tick();
-                let mut moment = Moment::new(tick.contacts.len());
-                moment.fill(tick, tick.index as f64 * period, grip_a);
-                moment
-            }
+    pub(crate) fn shown(mut self, period: f64) -> Moment {
+        if let Some(moment) = self.kept(period).into_iter().next() {
+            return moment;
         }
+        let grip_a = self.renderer.settings().grip_a;
+        let tick = self.renderer.tick();
+        let mut moment = Moment::new(tick.contacts.len());
+        moment.fill(tick, tick.index as f64 * period, grip_a);
+        moment
+    }
+
+    /// What the kept ticks that came have to show, in the order in which they were asked for; `period` is a tick's, s.
+    pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
+        let timed = |shot: Shot| Moment { time: shot.tick as f64 * period, ..shot.moment };
+        self.shots.drain(..).filter(|shot| shot.taken).map(timed).collect()
     }
 
     /// One tick: what the device is to push with.
@@ -84,7 +85,7 @@ impl Engine {
         let probe = self.probe_state(&state.pose, &state.twist);
         let grip_a = self.renderer.settings().grip_a;
         let tick = self.renderer.step(&probe, dt, &self.clock);
-        if let Some(shot) = self.shot.as_mut().filter(|shot| shot.tick == tick.index) {
+        for shot in self.shots.iter_mut().filter(|shot| shot.tick == tick.index) {
             shot.moment.fill(tick, 0.0, grip_a);
             shot.taken = true;
         }

@@ -12,7 +12,8 @@ use serde::Serialize;
 
 use crate::args::ReplayArguments;
 use crate::engine::Engine;
-use crate::{output, safety, stage};
+use crate::stage::{self, Stage};
+use crate::{output, safety};
 
 /// What `--json` says.
 #[derive(Serialize)]
@@ -39,23 +40,47 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
     if let Some(notice) = &recording.notice {
         output::note(format!("note: {notice}"));
     }
-    if recording.rows.is_empty() {
-        bail!("{} has no ticks to replay", arguments.recording.display());
-    }
     if recording.header.scene.render.time_budget.is_some() {
         output::note(
             "note: recorded with a time budget; steps that ran out of time were cut short by a clock and come out differently",
         );
     }
-    check_gaps(&recording)?;
-    if !recording.changes.is_empty() {
-        bail!("{} has changes of settings, which are not replayed yet", arguments.recording.display());
-    }
-    let mut engine = engine(&recording, arguments)?;
-    let header = &recording.header;
-    let mut chain = safety::of_recording(&header.scene.more, 1.0 / header.rate_hz)?;
     let mut report = Report { ticks: recording.rows.len(), identical: 0, first_divergence: None };
     let mut around = String::new();
+    let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
+    run_again(&recording, policy, &[], &mut |k, wrench, contacts| {
+        let row = &recording.rows[k];
+        if row.same_wrench(wrench) {
+            report.identical += 1;
+        } else if report.first_divergence.is_none() {
+            report.first_divergence = Some(divergence(row, wrench, contacts));
+            around = state_around(&recording.rows, k);
+        }
+    })?;
+    tell(&report, &around, arguments.json)?;
+    Ok(if report.first_divergence.is_none() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Runs the recording again and tells `each` of every tick: which row, the wrench for the device, contacts. The engine comes back with
+/// what the ticks `keep` have to show.
+pub(crate) fn run_again(
+    recording: &Recording,
+    policy: FilePolicy,
+    keep: &[u64],
+    each: &mut dyn FnMut(usize, &Wrench, u32),
+) -> anyhow::Result<(Stage, Engine)> {
+    if recording.rows.is_empty() {
+        bail!("the recording has no ticks to replay");
+    }
+    check_gaps(recording)?;
+    if !recording.changes.is_empty() {
+        bail!("the recording has changes of settings, which are not replayed yet");
+    }
+    let stage = stage_of(recording, policy)?;
+    let header = &recording.header;
+    let mut engine = Engine::new(&stage, header.scene.render)?;
+    keep.iter().for_each(|tick| engine.keep(*tick));
+    let mut chain = safety::of_recording(&header.scene.more, 1.0 / header.rate_hz)?;
     for (k, row) in recording.rows.iter().enumerate() {
         let state =
             DeviceState { pose: row.pose, twist: row.twist, buttons: row.buttons, time: row.time_ns as f64 * 1e-9 };
@@ -66,27 +91,21 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
             Some(chain) => chain.shape(&state, &outcome.wrench, told).wrench,
             None => outcome.wrench,
         };
-        if row.same_wrench(&wrench) {
-            report.identical += 1;
-        } else if report.first_divergence.is_none() {
-            report.first_divergence = Some(divergence(row, &wrench, outcome.detail.tick.contacts));
-            around = state_around(&recording.rows, k);
-        }
+        each(k, &wrench, outcome.detail.tick.contacts);
     }
-    tell(&report, &around, arguments.json)?;
-    Ok(if report.first_divergence.is_none() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok((stage, engine))
 }
 
-fn engine(recording: &Recording, arguments: &ReplayArguments) -> anyhow::Result<Engine> {
+/// The recorded scene, made ready again; refused if its meshes are others now.
+fn stage_of(recording: &Recording, policy: FilePolicy) -> anyhow::Result<Stage> {
     let recorded = &recording.header.scene;
-    let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
     let name = match &recorded.source {
         SceneSource::BuiltIn(name) | SceneSource::File(name) => name,
     };
     let mut stage = stage::prepare(name, policy).with_context(|| format!("the recorded scene `{name}` is not here"))?;
     stage::check_content(&stage, recorded)?;
     stage.environment_pose = recorded.environment.pose;
-    Engine::new(&stage, recorded.render)
+    Ok(stage)
 }
 
 /// What came before a tick decides its answer, so a replay needs every tick.
