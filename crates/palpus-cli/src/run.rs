@@ -255,6 +255,7 @@ impl From<Live> for Numbers {
             faults: live.faults,
             contacts: live.contacts,
             phase: live.phase,
+            ..Self::default()
         }
     }
 }

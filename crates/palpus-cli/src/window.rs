@@ -23,12 +23,17 @@ pub(crate) use here::Window;
 
 #[cfg(feature = "window")]
 mod here {
+    use std::path::{Path, PathBuf};
     use std::sync::Arc;
-    use std::sync::atomic::AtomicBool;
+    use std::sync::atomic::{AtomicBool, Ordering};
 
-    use palpus_device::{Newest, latest_of};
+    use palpus::algebra::Pose;
+    use palpus_device::{DeviceSpec, Newest, SimulationSettings, latest_of};
     pub(crate) use palpus_window::Numbers;
-    use palpus_window::{Look, Moment, Scene, ShownBody, Solid, Theme, Unit, has_display, open};
+    use palpus_window::{
+        Cap, FileKind, Loading, Look, Moment, Preset, Run, Scene, ShownBody, Solid, Theme, Unit, Wanted, has_display,
+        open,
+    };
 
     use super::{Engine, Settings, Stage};
 
@@ -40,6 +45,7 @@ mod here {
     pub(crate) struct Window {
         scene: Scene,
         moments: Newest<Moment>,
+        settings: Settings,
         closes: bool,
     }
 
@@ -70,7 +76,7 @@ mod here {
                 unit: Unit::Metre,
                 ..Scene::default()
             };
-            Self { scene, moments, closes }
+            Self { scene, moments, settings: *settings, closes }
         }
 
         /// Shows it until the user closes it, on the main thread.
@@ -80,10 +86,99 @@ mod here {
             over: &AtomicBool,
             stop: &AtomicBool,
         ) -> Result<(), String> {
-            open(self.scene, self.moments, numbers, over, &|| {
-                self.closes || stop.load(std::sync::atomic::Ordering::Relaxed)
-            })
-            .map_err(|error| error.to_string())
+            let spec = SimulationSettings::default().spec;
+            let mut run = Watched { numbers, over, stop, closes: self.closes, settings: self.settings, spec };
+            open(self.scene, self.moments, &mut run).map_err(|error| error.to_string())
+        }
+    }
+
+    /// A run that can be watched, and no more.
+    struct Watched<'a> {
+        numbers: &'a mut dyn FnMut() -> Numbers,
+        over: &'a AtomicBool,
+        stop: &'a AtomicBool,
+        closes: bool,
+        settings: Settings,
+        spec: DeviceSpec,
+    }
+
+    const NOT_YET: &str = "this run cannot be steered yet";
+
+    impl Run for Watched<'_> {
+        fn numbers(&mut self) -> Numbers {
+            (self.numbers)()
+        }
+
+        fn device(&self) -> &DeviceSpec {
+            &self.spec
+        }
+
+        fn settings(&self) -> Settings {
+            self.settings
+        }
+
+        fn set_settings(&mut self, _: &Settings) -> Result<(), String> {
+            Err(NOT_YET.to_owned())
+        }
+
+        fn presets(&self) -> Vec<Preset> {
+            vec![Preset { name: "palpus", settings: self.settings }]
+        }
+
+        fn can_guide(&self) -> bool {
+            false
+        }
+
+        fn guide(&mut self, _: Option<Pose>) {}
+
+        fn cap(&mut self) -> Cap {
+            Cap::None
+        }
+
+        fn pause(&mut self, _: bool) -> Result<(), String> {
+            Err(NOT_YET.to_owned())
+        }
+
+        fn is_paused(&self) -> bool {
+            false
+        }
+
+        fn step(&mut self, _: u64) {}
+
+        fn record(&mut self, _: bool) -> Result<PathBuf, String> {
+            Err(NOT_YET.to_owned())
+        }
+
+        fn recording(&self) -> Option<PathBuf> {
+            None
+        }
+
+        fn scenes(&self) -> Vec<(String, String)> {
+            Vec::new()
+        }
+
+        fn reader(&self) -> fn(&Path) -> Result<FileKind, String> {
+            |_| Err(NOT_YET.to_owned())
+        }
+
+        fn load(&mut self, _: Wanted) -> Result<(), String> {
+            Err(NOT_YET.to_owned())
+        }
+
+        fn loading(&mut self) -> Loading {
+            Loading::Idle
+        }
+
+        fn replaced(&mut self) -> Option<(Scene, Newest<Moment>)> {
+            None
+        }
+
+        fn is_over(&self) -> bool {
+            self.over.load(Ordering::Relaxed)
+        }
+
+        fn closes_when_over(&self) -> bool {
+            self.closes || self.stop.load(Ordering::Relaxed)
         }
     }
 }

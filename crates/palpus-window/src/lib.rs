@@ -39,4 +39,4 @@ pub use scene::{Look, Scene, ShownBody, Unit};
 pub use solid::Solid;
 pub use style::{Style, Theme};
 #[cfg(feature = "gui")]
-pub use window::{Numbers, WindowError, has_display, open};
+pub use window::{Cap, FileKind, Loading, Numbers, Part, Preset, Run, Wanted, WindowError, has_display, open};

@@ -1,59 +1,40 @@
 //! What the window shows in a frame, and what mouse and keys do.
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use eframe::egui::{self, Color32, Key, RichText, Sense};
-use eframe::egui_glow;
+use eframe::egui::{self, Key, RichText};
 use egui_plot::{Line, Plot};
 use palpus_device::{Newest, Phase};
 
-use super::Numbers;
-use super::gl::{Artist, Drawing, DrawnBody, projection, view};
 use super::history::{History, SPAN, Sample};
-use crate::camera::{Camera, View};
-use crate::marks::{self, Marks, NOMINAL_HEIGHT};
+use super::run::{Numbers, Run};
+use super::view3d::{View3d, colour};
+use crate::camera::View;
 use crate::moment::Moment;
-use crate::paint::{COVER_ALONG, COVER_SQUARE, GHOST_COVER};
 use crate::picture::{Picture, Rgb};
 use crate::scene::Scene;
 use crate::style::{Style, Theme};
 
-/// Between two frames; longer where the processor draws, which the loop needs.
-const FRAME: Duration = Duration::from_millis(16);
-const FRAME_OF_SOFTWARE: Duration = Duration::from_millis(40);
-/// rad the view turns for a pixel of the mouse.
-const TURN: f32 = 0.008;
-/// How much nearer a step of the wheel comes: the exponent for a pixel.
-const ZOOM: f32 = 0.0025;
 /// Over which time the rate is counted, s.
 const RATE_SPAN: f64 = 0.5;
 /// Points.
 const SIDE: f32 = 260.0;
 const KEYS_WIDTH: f32 = 420.0;
 const PLOTS: f32 = 190.0;
-/// Most balls that are drawn: a thousand dots say as much.
-const MOST_DOTS: usize = 1000;
-
 pub(super) struct Interface<'a> {
     scene: Scene,
     style: Style,
-    camera: Camera,
-    framed: bool,
+    view: View3d,
     moments: Newest<Moment>,
-    numbers: &'a mut dyn FnMut() -> Numbers,
-    over: &'a AtomicBool,
-    closes: &'a dyn Fn() -> bool,
+    run: &'a mut dyn Run,
     now: Numbers,
     frozen: bool,
     help: bool,
     history: History,
     counted: (Instant, u64),
     rate: f64,
-    artist: Arc<Mutex<Artist>>,
-    frame: Duration,
     said: Arc<Mutex<String>>,
     pictures: u32,
 }
@@ -63,35 +44,25 @@ impl<'a> Interface<'a> {
         creation: &eframe::CreationContext<'_>,
         scene: Scene,
         moments: Newest<Moment>,
-        numbers: &'a mut dyn FnMut() -> Numbers,
-        over: &'a AtomicBool,
-        closes: &'a dyn Fn() -> bool,
+        run: &'a mut dyn Run,
     ) -> Result<Self, String> {
-        let gl = creation.gl.as_ref().ok_or("there is no OpenGL here")?;
-        let solids: Vec<_> = scene.bodies.iter().map(|body| body.solid.as_ref()).collect();
         let style = Style { theme: Theme::Dark, ..Style::default() };
-        let artist = Artist::new(gl, &solids, style.theme.colours().piece_lightness)?;
-        let by_processor = ["llvmpipe", "softpipe", "SwiftShader"].iter().any(|name| artist.renderer.contains(name));
+        let view = View3d::new(creation, &scene, &style)?;
         creation.egui_ctx.set_theme(egui::ThemePreference::Dark);
         // Readable from two metres.
         creation.egui_ctx.set_zoom_factor(1.15);
         Ok(Self {
-            camera: Camera::framing(scene.corners(), View::Oblique, 1.5),
+            view,
             scene,
             style,
-            framed: false,
             moments,
-            numbers,
-            over,
-            closes,
+            run,
             now: Numbers::default(),
             frozen: false,
             help: false,
             history: History::default(),
             counted: (Instant::now(), 0),
             rate: 0.0,
-            artist: Arc::new(Mutex::new(artist)),
-            frame: if by_processor { FRAME_OF_SOFTWARE } else { FRAME },
             said: Arc::new(Mutex::new("? shows the keys".to_owned())),
             pictures: 0,
         })
@@ -102,7 +73,7 @@ impl<'a> Interface<'a> {
         if self.frozen {
             return;
         }
-        self.now = (self.numbers)();
+        self.now = self.run.numbers();
         let moment = self.moments.get();
         let overlapping = moment.contacts.iter().filter(|contact| contact.separation < 0.0).count();
         if let Some(probe) = self.scene.bodies.first_mut() {
@@ -132,7 +103,7 @@ impl<'a> Interface<'a> {
         let pressed = |key: Key| context.input(|input| input.key_pressed(key));
         for (key, view) in VIEWS {
             if pressed(key) {
-                self.camera.look(view);
+                self.view.look(view);
             }
         }
         for (key, on) in [
@@ -157,8 +128,7 @@ impl<'a> Interface<'a> {
             self.set_theme(context, if light { Theme::Light } else { Theme::Dark });
         }
         if pressed(Key::R) {
-            self.framed = false;
-            self.camera.look(View::Oblique);
+            self.view.see_everything();
         }
         if pressed(Key::S) {
             self.screenshot(context);
@@ -175,6 +145,7 @@ impl<'a> Interface<'a> {
         for (body, colour) in self.scene.bodies.iter_mut().zip([of_probe, of_environment]) {
             body.colour = colour;
         }
+        self.view.replace(&self.scene, &self.style);
     }
 
     /// The whole window as a file.
@@ -250,12 +221,11 @@ impl<'a> Interface<'a> {
         ui.horizontal_wrapped(|ui| {
             for ((_, view), name) in VIEWS.into_iter().zip(["front", "right", "top", "back", "left", "bottom"]) {
                 if ui.button(name).clicked() {
-                    self.camera.look(view);
+                    self.view.look(view);
                 }
             }
             if ui.button("reset (R)").clicked() {
-                self.framed = false;
-                self.camera.look(View::Oblique);
+                self.view.see_everything();
             }
         });
         ui.horizontal_wrapped(|ui| {
@@ -291,71 +261,9 @@ impl<'a> Interface<'a> {
 
     /// The middle: the scene, and what the mouse does to it.
     fn middle(&mut self, ui: &mut egui::Ui) {
-        let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
-        let size = rect.size();
-        let aspect = f64::from(size.x / size.y.max(1.0));
-        if !self.framed {
-            self.camera.frame(self.scene.corners(), aspect);
-            self.framed = true;
-        }
-        let moved = response.drag_delta();
-        let shift = ui.input(|input| input.modifiers.shift);
-        if response.dragged_by(egui::PointerButton::Primary) && !shift {
-            self.camera.orbit(f64::from(-moved.x * TURN), f64::from(moved.y * TURN));
-        } else if response.dragged() {
-            self.camera.pan(f64::from(moved.x), f64::from(moved.y), f64::from(size.y));
-        }
-        if response.hovered() {
-            let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
-            self.camera.zoom(f64::from((wheel * ZOOM).exp() * pinch));
-        }
-        let colours = self.style.theme.colours();
-        ui.painter().rect_filled(rect, 0.0, colour(colours.below));
-        let drawing = self.drawing(aspect, f64::from(size.y));
-        let artist = Arc::clone(&self.artist);
-        let callback = egui_glow::CallbackFn::new(move |_, painter| {
-            if let Ok(mut artist) = artist.lock() {
-                artist.draw(painter.gl(), &drawing);
-            }
-        });
-        ui.painter().add(egui::PaintCallback { rect, callback: Arc::new(callback) });
-    }
-
-    /// What the graphics library is told.
-    fn drawing(&self, aspect: f64, height: f64) -> Drawing {
-        let view = view(&self.camera);
-        let mut drawing = Drawing { projection: projection(&self.camera, aspect), ..Drawing::default() };
-        let placed = |pose: &palpus::algebra::Pose| {
-            view * glam::DMat4::from_rotation_translation(pose.rotation, pose.translation)
-        };
-        for (solid, body) in self.scene.bodies.iter().enumerate() {
-            let glass = body.look.translucent.then_some((COVER_SQUARE, COVER_ALONG));
-            let (pieces, wireframe) = (body.look.pieces, body.look.wireframe);
-            let model_view = placed(&body.pose);
-            drawing.bodies.push(DrawnBody { solid, model_view, colour: body.colour, pieces, wireframe, glass });
-        }
-        if let (Some(moment), Some(probe)) = (&self.scene.moment, self.scene.bodies.first())
-            && self.scene.is_device_apart(moment, probe)
-        {
-            let model_view = placed(&(self.scene.moment_pose * moment.device));
-            let glass = Some((0.5 * GHOST_COVER, GHOST_COVER));
-            drawing.bodies.push(DrawnBody { model_view, glass, wireframe: false, ..drawing.bodies[0] });
-        }
-        let [_, _, back] = self.camera.axes();
-        let eye = self.camera.eye();
-        let metres = |point: glam::DVec3, pixels: f64| {
-            let depth = (eye - point).dot(back).max(self.camera.nearest());
-            self.camera.metres_per_pixel(depth, NOMINAL_HEIGHT) * pixels * (NOMINAL_HEIGHT / height).max(1.0)
-        };
-        let marks = Marks::of(&self.scene, &self.style, &metres);
-        for dot in marks.dots.iter().take(MOST_DOTS) {
-            let radius = metres(dot.point, dot.radius);
-            drawing.mark(&view, &marks::ball(dot.point, radius), dot.colour);
-        }
-        for (triangles, colour) in &marks.solids {
-            drawing.mark(&view, triangles, *colour);
-        }
-        drawing
+        let area = self.view.place(ui, &self.scene);
+        self.view.navigate(ui, &area);
+        self.view.draw(ui, &area, &self.scene, &self.style, &[]);
     }
 }
 
@@ -374,15 +282,15 @@ impl eframe::App for Interface<'_> {
                 ui.label(KEYS);
             });
         }
-        if self.over.load(Ordering::Relaxed) && (self.closes)() {
+        if self.run.is_over() && self.run.closes_when_over() {
             context.send_viewport_cmd(egui::ViewportCommand::Close);
         }
-        context.request_repaint_after(self.frame);
+        context.request_repaint_after(self.view.frame());
     }
 
     fn on_exit(&mut self, gl: Option<&eframe::glow::Context>) {
-        if let (Some(gl), Ok(artist)) = (gl, self.artist.lock()) {
-            artist.destroy(gl);
+        if let Some(gl) = gl {
+            self.view.destroy(gl);
         }
     }
 }
@@ -399,10 +307,6 @@ const VIEWS: [(Key, View); 6] = [
 const KEYS: &str = "drag: turn\nshift, middle or right drag: move\nwheel: nearer\n1 to 6: standard views\nR: everything in view\n\
     Space: freeze the picture (the loop goes on)\nS: picture of the window\nC, A, F, H: contacts, cluster forces, force and torque, friction\n\
     P, W: pieces in colours, wires\nT: environment of glass\nL: light or dark\n?: these keys";
-
-fn colour(rgb: Rgb) -> Color32 {
-    Color32::from_rgb(rgb[0], rgb[1], rgb[2])
-}
 
 /// Where the engagement stands, and whether that is as it should be.
 fn said(phase: Phase) -> (&'static str, bool) {

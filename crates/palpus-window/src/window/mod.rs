@@ -1,7 +1,7 @@
 //! The window beside the servo loop.
 //!
-//! It reads the newest values that the servo thread has left ([`palpus_device::Newest`]) and nothing else: the loop neither
-//! waits for it nor knows of it. One function builds the interface, once a frame:
+//! It reads the newest values that the servo thread has left ([`palpus_device::Newest`]), and asks for what it wants through a
+//! [`Run`]: the loop never waits for it. One function builds the interface, once a frame:
 //!
 //! 1. take the newest moment and numbers, and remember the numbers for the plots;
 //! 2. keys;
@@ -13,41 +13,18 @@
 mod gl;
 mod history;
 mod interface;
+mod run;
+mod view3d;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::atomic::AtomicBool;
 
 use eframe::egui;
-use palpus_device::{Newest, Phase};
+use palpus_device::Newest;
 
 use crate::moment::Moment;
 use crate::scene::Scene;
 use interface::Interface;
-
-/// What the window says in words and plots, of one tick.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Numbers {
-    /// Since the run began.
-    pub ticks: u64,
-    /// s since the run began, counted in ticks.
-    pub time: f64,
-    /// N, as the device got it.
-    pub force: f64,
-    /// N·m.
-    pub torque: f64,
-    /// s: what finding contacts and depths took.
-    pub query: f64,
-    /// s: the longest step so far.
-    pub worst_step: f64,
-    /// Ticks whose wrench came more than a period late.
-    pub overruns: u64,
-    /// Ticks in which a fault took the force away.
-    pub faults: u64,
-    /// Contacts nearer than the tolerance.
-    pub contacts: u32,
-    /// Where the engagement stands.
-    pub phase: Phase,
-}
+pub use run::{Cap, FileKind, Loading, Numbers, Part, Preset, Run, Wanted};
 
 /// Why there is no window.
 #[derive(Debug, thiserror::Error)]
@@ -67,19 +44,12 @@ pub fn has_display() -> bool {
         .any(|name| std::env::var_os(name).is_some_and(|v| !v.is_empty()))
 }
 
-/// Shows `scene`, whose first body is the probe, until the user closes the window; must be called on the main thread.
-///
-/// `numbers` answers the newest ones. `over` says that the run has ended; the window then goes too if `closes` says so.
+/// Shows `scene`, whose first body is the probe and whose second the environment, until the user closes the window; must be called
+/// on the main thread. `run` is what goes on behind it.
 ///
 /// # Errors
 /// When no window can be opened here.
-pub fn open(
-    scene: Scene,
-    moments: Newest<Moment>,
-    numbers: &mut dyn FnMut() -> Numbers,
-    over: &AtomicBool,
-    closes: &dyn Fn() -> bool,
-) -> Result<(), WindowError> {
+pub fn open(scene: Scene, moments: Newest<Moment>, run: &mut dyn Run) -> Result<(), WindowError> {
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
             .with_title(format!("palpus — {}", scene.title))
@@ -88,15 +58,15 @@ pub fn open(
         depth_buffer: 24,
         ..eframe::NativeOptions::default()
     };
-    let run = || {
+    let show = || {
         eframe::run_native(
             "palpus",
             options,
-            Box::new(|creation| Ok(Box::new(Interface::new(creation, scene, moments, numbers, over, closes)?))),
+            Box::new(|creation| Ok(Box::new(Interface::new(creation, scene, moments, run)?))),
         )
     };
     // The window library panics where one of its shared libraries is missing.
-    match catch_unwind(AssertUnwindSafe(run)) {
+    match catch_unwind(AssertUnwindSafe(show)) {
         Ok(Ok(())) => Ok(()),
         Ok(Err(error)) => Err(WindowError::Unavailable(last_part(&error.to_string()))),
         Err(panic) => {

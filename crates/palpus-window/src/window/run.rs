@@ -1,0 +1,229 @@
+//! What the window may see of the run behind it, and ask of it.
+//!
+//! The window draws and asks; a [`Run`] answers. Every call comes from the window's thread and returns at once: what takes time (preparing a
+//! mesh) goes on elsewhere and is asked after in each frame, and what the servo loop is to do reaches it as a newest value, never by waiting.
+//! Frames: poses are the probe's in the world.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use palpus::algebra::{Pose, Twist};
+use palpus::render::Settings;
+use palpus_device::{Cuts, DeviceSpec, Newest, Phase};
+
+use crate::moment::Moment;
+use crate::scene::Scene;
+
+/// A run of the servo loop that is watched and steered. See the module's description for threads and frames.
+pub trait Run {
+    /// The newest numbers. Ticks are counted from the beginning of the run; they may begin anew when the scene is replaced.
+    fn numbers(&mut self) -> Numbers;
+
+    /// What is held, for its name, its limits and its workspace.
+    fn device(&self) -> &DeviceSpec;
+
+    /// The engine's settings as they are from the next tick on.
+    fn settings(&self) -> Settings;
+
+    /// Changes them, from the next tick on. Capacity and limits stay what they are.
+    ///
+    /// # Errors
+    /// In words, when they cannot be; the run then goes on as it was.
+    fn set_settings(&mut self, settings: &Settings) -> Result<(), String>;
+
+    /// Places to begin from: first palpus's own settings for this scene on this device, second the paper's; more are shown as they come.
+    fn presets(&self) -> Vec<Preset>;
+
+    /// True if a person at the window may move the probe: a simulated hand, not a device in a real one.
+    fn can_guide(&self) -> bool;
+
+    /// The simulated hand intends this pose of the probe from now on, and goes there as fast as hands do; `None`: it goes back to its script.
+    /// Does nothing where the probe cannot be guided.
+    fn guide(&mut self, held: Option<Pose>);
+
+    /// How far a SpaceMouse is being pushed, if there is one to guide the probe with.
+    fn cap(&mut self) -> Cap;
+
+    /// Stops the loop's time, with no force, or lets it go on.
+    ///
+    /// # Errors
+    /// In words, where it cannot be stopped.
+    fn pause(&mut self, paused: bool) -> Result<(), String>;
+
+    /// True while it stands.
+    fn is_paused(&self) -> bool;
+
+    /// While it stands: goes on by so many ticks, and stands again.
+    fn step(&mut self, ticks: u64);
+
+    /// Begins a recording in a file of its own, or ends it.
+    ///
+    /// # Errors
+    /// In words, when the file cannot be written.
+    fn record(&mut self, on: bool) -> Result<PathBuf, String>;
+
+    /// The file that is being written, while there is one.
+    fn recording(&self) -> Option<PathBuf>;
+
+    /// The built-in scenes: name, and what there is to feel.
+    fn scenes(&self) -> Vec<(String, String)>;
+
+    /// Reads a file that may be loaded, only to say what it is. The window calls the function on a thread of its own.
+    fn reader(&self) -> fn(&Path) -> Result<FileKind, String>;
+
+    /// Begins to prepare what is to be felt next, while the loop goes on with what there is.
+    ///
+    /// # Errors
+    /// In words, when it cannot even begin. What goes wrong later is told by [`Run::loading`].
+    fn load(&mut self, wanted: Wanted) -> Result<(), String>;
+
+    /// How far that has come. A failure is told until the next [`Run::load`].
+    fn loading(&mut self) -> Loading;
+
+    /// Once after what was wanted has taken the place of what there was: what is to be seen from now on.
+    fn replaced(&mut self) -> Option<(Scene, Newest<Moment>)>;
+
+    /// The loop has ended by itself.
+    fn is_over(&self) -> bool;
+
+    /// True if the window goes when the loop has ended.
+    fn closes_when_over(&self) -> bool;
+}
+
+/// What the window says in words and plots, of one tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Numbers {
+    /// Since the run began.
+    pub ticks: u64,
+    /// Ticks per second that the loop is to make.
+    pub rate_hz: f64,
+    /// s since the run began, counted in ticks.
+    pub time: f64,
+    /// N, as the device got it.
+    pub force: f64,
+    /// N·m.
+    pub torque: f64,
+    /// s: what finding contacts and depths took.
+    pub query: f64,
+    /// s: what computing forces took.
+    pub force_time: f64,
+    /// s: the longest step so far.
+    pub worst_step: f64,
+    /// Ticks whose wrench came more than a period late.
+    pub overruns: u64,
+    /// Times that a fault took the force away.
+    pub faults: u64,
+    /// Contacts nearer than the tolerance.
+    pub contacts: u32,
+    /// Groups of contacts that share a force.
+    pub clusters: u32,
+    /// m: of the deepest contact, negative where the bodies overlap; infinite when there is none.
+    pub separation: f64,
+    /// What the safety chain took away in this tick.
+    pub cuts: Cuts,
+    /// Where the engagement stands.
+    pub phase: Phase,
+}
+
+impl Default for Numbers {
+    /// Before the first tick.
+    fn default() -> Self {
+        Self {
+            ticks: 0,
+            rate_hz: 0.0,
+            time: 0.0,
+            force: 0.0,
+            torque: 0.0,
+            query: 0.0,
+            force_time: 0.0,
+            worst_step: 0.0,
+            overruns: 0,
+            faults: 0,
+            contacts: 0,
+            clusters: 0,
+            separation: f64::INFINITY,
+            cuts: Cuts::NONE,
+            phase: Phase::default(),
+        }
+    }
+}
+
+/// Settings by name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Preset {
+    /// As it stands on its button.
+    pub name: &'static str,
+    /// All of them.
+    pub settings: Settings,
+}
+
+/// What a SpaceMouse says.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Cap {
+    /// There is none.
+    #[default]
+    None,
+    /// There is one that may not be read; why, and what mends it.
+    Unusable(String),
+    /// How it is pushed: as a speed of the hand, m/s and rad/s, x to the right, y away from the user, z up.
+    Pushed(Twist),
+}
+
+/// What a file holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FileKind {
+    /// A scene, which says all there is to say.
+    Scene,
+    /// A mesh, whose unit nobody says.
+    Mesh {
+        /// Sides of the box about it, in the file's unit.
+        size: DVec3,
+        /// How many.
+        triangles: usize,
+    },
+}
+
+/// What is to be felt next.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Wanted {
+    /// A built-in scene, by name.
+    Scene(String),
+    /// A scene file.
+    SceneFile(PathBuf),
+    /// A mesh in the place of one of the two bodies; the other stays.
+    Mesh {
+        /// Where it is.
+        file: PathBuf,
+        /// Which of the two it becomes.
+        part: Part,
+        /// m, of the file's unit.
+        metres_per_unit: f64,
+    },
+}
+
+/// One of the two bodies.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Part {
+    /// What is held.
+    #[default]
+    Probe,
+    /// What it touches.
+    Environment,
+}
+
+/// How far preparing has come.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub enum Loading {
+    /// There is nothing to prepare.
+    #[default]
+    Idle,
+    /// It goes on.
+    UnderWay {
+        /// What is being done.
+        words: String,
+        /// How much is done, 0 to 1, where that can be said.
+        part: Option<f64>,
+    },
+    /// It failed, in words.
+    Failed(String),
+}

@@ -1,0 +1,278 @@
+//! A scene in three dimensions, turned, moved and neared by the mouse: the middle of every window that shows bodies.
+//!
+//! In each frame a window
+//!
+//! 1. gives the view its place ([`View3d::place`]), which the first time moves the eye to where everything is seen;
+//! 2. uses the mouse for what is its own, or leaves it to the eye ([`View3d::navigate`]);
+//! 3. has the scene drawn ([`View3d::draw`]), with marks of its own beside those of the scene.
+//!
+//! Whatever needs the graphics library happens while egui paints, when its context is current; so a replaced scene is uploaded in
+//! the next frame. Places in the window are egui's points.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use eframe::egui::{self, Color32, PointerButton, Pos2, Rect, Response, Sense};
+use eframe::{egui_glow, glow};
+use glam::{DMat4, DVec3};
+use palpus::algebra::Pose;
+
+use super::gl::{Artist, Drawing, DrawnBody, projection, view};
+use crate::camera::{Camera, View};
+use crate::marks::{self, Marks, NOMINAL_HEIGHT, Triangles};
+use crate::paint::{COVER_ALONG, COVER_SQUARE, GHOST_COVER};
+use crate::picture::Rgb;
+use crate::scene::Scene;
+use crate::solid::Solid;
+use crate::style::Style;
+
+/// Between two frames; longer where the processor draws, which the loop needs.
+const FRAME: Duration = Duration::from_millis(16);
+const FRAME_OF_SOFTWARE: Duration = Duration::from_millis(40);
+/// rad the view turns for a point of the mouse.
+const TURN: f32 = 0.008;
+/// How much nearer a step of the wheel comes: the exponent for a point.
+const ZOOM: f32 = 0.0025;
+/// Most balls that are drawn: a thousand dots say as much.
+const MOST_DOTS: usize = 1000;
+
+/// See the module's outline.
+pub(super) struct View3d {
+    camera: Camera,
+    framed: bool,
+    easel: Arc<Mutex<Easel>>,
+    frame: Duration,
+}
+
+/// What only the painting thread touches, while the graphics library listens.
+struct Easel {
+    artist: Artist,
+    piece_lightness: f64,
+    wanted: Option<Vec<Arc<Solid>>>,
+    trouble: Option<String>,
+}
+
+/// Where a view is in a frame, and what the mouse does there.
+pub(super) struct Area {
+    pub(super) rect: Rect,
+    pub(super) response: Response,
+}
+
+/// Half a line of the world.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ray {
+    pub(super) origin: DVec3,
+    /// Unit.
+    pub(super) direction: DVec3,
+}
+
+impl Area {
+    /// Points.
+    pub(super) fn size(&self) -> (f64, f64) {
+        (f64::from(self.rect.width()).max(1.0), f64::from(self.rect.height()).max(1.0))
+    }
+
+    fn aspect(&self) -> f64 {
+        let (width, height) = self.size();
+        width / height
+    }
+}
+
+impl View3d {
+    /// A view of what is in `scene`.
+    ///
+    /// # Errors
+    /// What the graphics library says.
+    pub(super) fn new(creation: &eframe::CreationContext<'_>, scene: &Scene, style: &Style) -> Result<Self, String> {
+        let gl = creation.gl.as_ref().ok_or("there is no OpenGL here")?;
+        let piece_lightness = style.theme.colours().piece_lightness;
+        let solids: Vec<&Solid> = scene.bodies.iter().map(|body| body.solid.as_ref()).collect();
+        let artist = Artist::new(gl, &solids, piece_lightness)?;
+        let by_processor = ["llvmpipe", "softpipe", "SwiftShader"].iter().any(|name| artist.renderer.contains(name));
+        Ok(Self {
+            camera: Camera::framing(scene.corners(), View::Oblique, 1.5),
+            framed: false,
+            easel: Arc::new(Mutex::new(Easel { artist, piece_lightness, wanted: None, trouble: None })),
+            frame: if by_processor { FRAME_OF_SOFTWARE } else { FRAME },
+        })
+    }
+
+    /// How long a frame is to last on this machine.
+    pub(super) fn frame(&self) -> Duration {
+        self.frame
+    }
+
+    /// Where the eye is.
+    pub(super) fn camera(&self) -> &Camera {
+        &self.camera
+    }
+
+    /// Looks from a standard side, at what is in the middle.
+    pub(super) fn look(&mut self, view: View) {
+        self.camera.look(view);
+    }
+
+    /// Brings everything into view, in the next frame, from the first side.
+    pub(super) fn see_everything(&mut self) {
+        self.framed = false;
+        self.camera.look(View::Oblique);
+    }
+
+    /// The bodies are others from now on, or in other colours; the eye stays where it is.
+    pub(super) fn replace(&mut self, scene: &Scene, style: &Style) {
+        if let Ok(mut easel) = self.easel.lock() {
+            easel.piece_lightness = style.theme.colours().piece_lightness;
+            easel.wanted = Some(scene.bodies.iter().map(|body| Arc::clone(&body.solid)).collect());
+        }
+    }
+
+    /// Why bodies are not drawn, once.
+    pub(super) fn trouble(&mut self) -> Option<String> {
+        self.easel.lock().ok()?.trouble.take()
+    }
+
+    /// Gives back what the graphics library holds.
+    pub(super) fn destroy(&self, gl: &glow::Context) {
+        if let Ok(easel) = self.easel.lock() {
+            easel.artist.destroy(gl);
+        }
+    }
+
+    /// Takes all the room that `ui` has.
+    pub(super) fn place(&mut self, ui: &mut egui::Ui, scene: &Scene) -> Area {
+        let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+        let area = Area { rect, response };
+        if !self.framed {
+            self.camera.frame(scene.corners(), area.aspect());
+            self.framed = true;
+        }
+        area
+    }
+
+    /// The mouse moves the eye: a drag turns it, with Shift or another button it moves it, the wheel brings it nearer.
+    pub(super) fn navigate(&mut self, ui: &egui::Ui, area: &Area) {
+        let response = &area.response;
+        let moved = response.drag_delta();
+        let shift = ui.input(|input| input.modifiers.shift);
+        if response.dragged_by(PointerButton::Primary) && !shift {
+            self.camera.orbit(f64::from(-moved.x * TURN), f64::from(moved.y * TURN));
+        } else if response.dragged() {
+            self.camera.pan(f64::from(moved.x), f64::from(moved.y), area.size().1);
+        }
+        if response.hovered() {
+            let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+            self.camera.zoom(f64::from((wheel * ZOOM).exp() * pinch));
+        }
+    }
+
+    /// From the eye through a place of the window.
+    pub(super) fn ray(&self, area: &Area, at: Pos2) -> Ray {
+        let (_, height) = area.size();
+        let metres = self.camera.metres_per_pixel(1.0, height);
+        let [right, up, back] = self.camera.axes();
+        let from_middle = at - area.rect.center();
+        let direction = right * (f64::from(from_middle.x) * metres) - up * (f64::from(from_middle.y) * metres) - back;
+        Ray { origin: self.camera.eye(), direction: direction.normalize() }
+    }
+
+    /// Where a point of the world is in the window; none if it is behind the eye.
+    pub(super) fn seen_at(&self, area: &Area, point: DVec3) -> Option<Pos2> {
+        let (width, height) = area.size();
+        let seen = self.camera.project(point, width, height)?;
+        Some(area.rect.min + egui::vec2(seen.x as f32, seen.y as f32))
+    }
+
+    /// How long a point of the window is at a point of the world, m.
+    pub(super) fn metres_per_point(&self, area: &Area, point: DVec3) -> f64 {
+        self.camera.metres_per_pixel(self.depth(point), area.size().1)
+    }
+
+    fn depth(&self, point: DVec3) -> f64 {
+        let [_, _, back] = self.camera.axes();
+        (self.camera.eye() - point).dot(back).max(self.camera.nearest())
+    }
+
+    /// Draws `scene`, and `more` marks in the world.
+    pub(super) fn draw(&self, ui: &egui::Ui, area: &Area, scene: &Scene, style: &Style, more: &[(Triangles, Rgb)]) {
+        background(ui, area.rect, style);
+        let mut drawing = self.drawing(area, scene, style);
+        let view = view(&self.camera);
+        for (triangles, colour) in more {
+            drawing.mark(&view, triangles, *colour);
+        }
+        let easel = Arc::clone(&self.easel);
+        let callback = egui_glow::CallbackFn::new(move |_, painter| {
+            if let Ok(mut easel) = easel.lock() {
+                easel.draw(painter.gl(), &drawing);
+            }
+        });
+        ui.painter().add(egui::PaintCallback { rect: area.rect, callback: Arc::new(callback) });
+    }
+
+    /// What the graphics library is told of the scene.
+    fn drawing(&self, area: &Area, scene: &Scene, style: &Style) -> Drawing {
+        let view = view(&self.camera);
+        let mut drawing = Drawing { projection: projection(&self.camera, area.aspect()), ..Drawing::default() };
+        let placed = |pose: &Pose| view * DMat4::from_rotation_translation(pose.rotation, pose.translation);
+        for (solid, body) in scene.bodies.iter().enumerate() {
+            let glass = body.look.translucent.then_some((COVER_SQUARE, COVER_ALONG));
+            let (pieces, wireframe) = (body.look.pieces, body.look.wireframe);
+            let model_view = placed(&body.pose);
+            drawing.bodies.push(DrawnBody { solid, model_view, colour: body.colour, pieces, wireframe, glass });
+        }
+        if let (Some(moment), Some(probe)) = (&scene.moment, scene.bodies.first())
+            && scene.is_device_apart(moment, probe)
+        {
+            let model_view = placed(&(scene.moment_pose * moment.device));
+            let glass = Some((0.5 * GHOST_COVER, GHOST_COVER));
+            drawing.bodies.push(DrawnBody { model_view, glass, wireframe: false, ..drawing.bodies[0] });
+        }
+        let (_, height) = area.size();
+        let metres = |point: DVec3, pixels: f64| {
+            let least = (NOMINAL_HEIGHT / height).max(1.0);
+            self.camera.metres_per_pixel(self.depth(point), NOMINAL_HEIGHT) * pixels * least
+        };
+        let marks = Marks::of(scene, style, &metres);
+        for dot in marks.dots.iter().take(MOST_DOTS) {
+            let radius = metres(dot.point, dot.radius);
+            drawing.mark(&view, &marks::ball(dot.point, radius), dot.colour);
+        }
+        for (triangles, colour) in &marks.solids {
+            drawing.mark(&view, triangles, *colour);
+        }
+        drawing
+    }
+}
+
+impl Easel {
+    fn draw(&mut self, gl: &glow::Context, drawing: &Drawing) {
+        if let Some(solids) = self.wanted.take() {
+            let solids: Vec<&Solid> = solids.iter().map(AsRef::as_ref).collect();
+            match Artist::new(gl, &solids, self.piece_lightness) {
+                Ok(artist) => std::mem::replace(&mut self.artist, artist).destroy(gl),
+                Err(error) => self.trouble = Some(error),
+            }
+        }
+        self.artist.draw(gl, drawing);
+    }
+}
+
+/// Lighter above than below, as in pictures.
+fn background(ui: &egui::Ui, rect: Rect, style: &Style) {
+    let colours = style.theme.colours();
+    let (above, below) = (colour(colours.above), colour(colours.below));
+    let mut mesh = egui::Mesh::default();
+    for (corner, colour) in
+        [(rect.left_top(), above), (rect.right_top(), above), (rect.right_bottom(), below), (rect.left_bottom(), below)]
+    {
+        mesh.colored_vertex(corner, colour);
+    }
+    mesh.add_triangle(0, 1, 2);
+    mesh.add_triangle(0, 2, 3);
+    ui.painter().add(mesh);
+}
+
+/// As egui writes it.
+pub(super) fn colour(rgb: Rgb) -> Color32 {
+    Color32::from_rgb(rgb[0], rgb[1], rgb[2])
+}
