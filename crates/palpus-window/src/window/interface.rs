@@ -169,7 +169,7 @@ impl<'a> Interface<'a> {
         let colours = self.style.theme.colours();
         ui.heading(&self.scene.title);
         let (phase, calm) = said(self.now.phase);
-        let over = self.over.load(Ordering::Relaxed);
+        let over = self.run.is_over();
         let words = if over {
             "the run is over"
         } else if self.frozen {
