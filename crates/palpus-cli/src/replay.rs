@@ -86,7 +86,7 @@ pub(crate) fn run_again(
             DeviceState { pose: row.pose, twist: row.twist, buttons: row.buttons, time: row.time_ns as f64 * 1e-9 };
         let outcome = engine.step(&state, row.dt);
         // Faults, which the device, the clock and the step's own trouble decide, are as recorded; all else the chain finds again.
-        let told = Cuts::from_bits(row.faults).and(Cuts::FAULTS);
+        let told = Cuts::from_bits(row.faults).and(Cuts::TOLD);
         let wrench = match &mut chain {
             Some(chain) => chain.shape(&state, &outcome.wrench, told).wrench,
             None => outcome.wrench,

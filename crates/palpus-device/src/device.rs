@@ -28,6 +28,12 @@ pub trait HapticDevice {
     /// When the device did not take it; the loop then ends as a fault.
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError>;
 
+    /// True if its time goes on by reads alone: while nobody reads it, nothing moves, and the wrench that it holds does nothing. A run with
+    /// it can stand still.
+    fn stands_unread(&self) -> bool {
+        false
+    }
+
     /// A handle by which another thread takes the force away when the loop does not answer any more; `None` when the device has no
     /// such way. It stays the same as long as the device is there.
     fn brake(&self) -> Option<Arc<dyn Brake>> {
@@ -76,6 +82,10 @@ impl<D: HapticDevice + ?Sized> HapticDevice for Box<D> {
 
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
         (**self).write(wrench)
+    }
+
+    fn stands_unread(&self) -> bool {
+        (**self).stands_unread()
     }
 
     fn brake(&self) -> Option<Arc<dyn Brake>> {

@@ -262,6 +262,10 @@ impl<D: HapticDevice> HapticDevice for FaultyDevice<D> {
         if self.dropped { Err(Self::lost()) } else { Ok(()) }
     }
 
+    fn stands_unread(&self) -> bool {
+        self.device.stands_unread()
+    }
+
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         self.device.brake()
     }

@@ -43,7 +43,7 @@ pub use safety::{
     SafetyChain, SafetyCounters, SafetyLimits, SafetyOptions, Shaped, Watch,
 };
 pub use servo::{
-    Energy, LATE, LoopTime, Percentiles, RunEnd, RunStatistics, Servo, ServoError, ServoOptions, ServoTick,
+    Energy, LATE, LoopTime, Percentiles, Reins, RunEnd, RunStatistics, Servo, ServoError, ServoOptions, ServoTick,
     StepOutcome, TickObserver, Timing, VirtualTime, WallTime,
 };
 pub use simulated::{

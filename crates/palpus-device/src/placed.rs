@@ -50,6 +50,10 @@ impl<D: HapticDevice> HapticDevice for PlacedDevice<D> {
         self.device.write(wrench)
     }
 
+    fn stands_unread(&self) -> bool {
+        self.device.stands_unread()
+    }
+
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         self.device.brake()
     }

@@ -33,4 +33,8 @@ impl HapticDevice for ReplayDevice {
     fn write(&mut self, _: &Wrench) -> Result<(), DeviceError> {
         Ok(())
     }
+
+    fn stands_unread(&self) -> bool {
+        true
+    }
 }

@@ -347,7 +347,11 @@ fn try_sequences(count: u64) {
         }] += 1;
     }
     for cut in Cut::ALL {
-        assert!(seen.has(cut) || matches!(cut, Cut::Passivity | Cut::Heat), "{} was never seen", cut.name());
+        assert!(
+            seen.has(cut) || matches!(cut, Cut::Passivity | Cut::Heat | Cut::Paused),
+            "{} was never seen",
+            cut.name()
+        );
     }
     assert!(faults > count && ends.iter().all(|end| u64::from(*end) * 100 > count), "{faults} faults, ends {ends:?}");
 }

@@ -1,6 +1,6 @@
 //! What the safety chain took away, by name.
 
-/// A reason for which the device got another wrench than was computed, in the order of the chain.
+/// A reason for which the device got another wrench than was computed, in the order of the chain; what is no part of it comes last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Cut {
@@ -34,11 +34,13 @@ pub enum Cut {
     Panic,
     /// The device failed a read or a write.
     Device,
+    /// Somebody has stopped the run for a while, with a device that does not stop with it.
+    Paused,
 }
 
 impl Cut {
     /// All of them, in the order of the chain.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 16] = [
         Self::NonFiniteState,
         Self::NonFiniteWrench,
         Self::PoseJump,
@@ -54,6 +56,7 @@ impl Cut {
         Self::Watchdog,
         Self::Panic,
         Self::Device,
+        Self::Paused,
     ];
 
     /// As it stands in summaries.
@@ -74,6 +77,7 @@ impl Cut {
             Self::Watchdog => "watchdog",
             Self::Panic => "panic",
             Self::Device => "device",
+            Self::Paused => "paused",
         }
     }
 
@@ -108,6 +112,8 @@ impl Cuts {
             | Cut::Panic.bit()
             | Cut::Device.bit(),
     );
+    /// What the chain is told, and cannot find out from states and wrenches: faults, and that the run is paused.
+    pub const TOLD: Self = Self(Self::FAULTS.0 | Cut::Paused.bit());
     /// Those that make the state's velocity a number not to be relied on.
     pub(super) const BLIND: Self =
         Self(Cut::NonFiniteState.bit() | Cut::PoseJump.bit() | Cut::FrozenState.bit() | Cut::DeviceClock.bit());

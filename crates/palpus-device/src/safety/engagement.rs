@@ -11,7 +11,8 @@
 //! ```
 //!
 //! There is a wrench in `Ramping` (a growing share) and `Engaged` (all of it) only. A fault takes it away in the tick in which
-//! it is seen, whatever the phase.
+//! it is seen, whatever the phase. A pause leads to `Idle` like a hand that lets go: buttons have to be pressed again, and
+//! without buttons it waits for a small wrench when the pause is over.
 
 /// How a person says that the device may push.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -84,6 +85,8 @@ pub(super) struct Event {
     pub(super) small: bool,
     /// A fault, and whether it ends the run.
     pub(super) fault: Option<AfterFault>,
+    /// Nobody may be pushed.
+    pub(super) paused: bool,
     pub(super) dt: f64,
 }
 
@@ -128,6 +131,7 @@ impl Machine {
             let stopped = self.phase == Phase::Stopped || after == AfterFault::Stop;
             return self.go(if stopped { Phase::Stopped } else { Phase::Faulted });
         }
+        self.asked &= !event.paused;
         let idle = !self.asked;
         match self.phase {
             Phase::Stopped => {}
@@ -169,12 +173,12 @@ mod tests {
     const DT: f64 = 1e-3;
 
     fn tick(machine: &mut Machine, buttons: u32, small: bool) -> Phase {
-        machine.advance(&Event { buttons, small, fault: None, dt: DT });
+        machine.advance(&Event { buttons, small, fault: None, paused: false, dt: DT });
         machine.phase()
     }
 
     fn fault(machine: &mut Machine, buttons: u32, after: AfterFault) -> Phase {
-        machine.advance(&Event { buttons, small: true, fault: Some(after), dt: DT });
+        machine.advance(&Event { buttons, small: true, fault: Some(after), paused: false, dt: DT });
         machine.phase()
     }
 
@@ -217,6 +221,32 @@ mod tests {
         assert_eq!(ticks(&mut machine, 100, 0b10, true), Phase::Idle);
         tick(&mut machine, 0, true);
         assert_eq!(tick(&mut machine, 0b10, true), Phase::Engaged);
+    }
+
+    #[test]
+    fn after_a_pause_it_is_engaged_anew() {
+        for (engagement, button) in
+            [(Engagement::Automatic, 0), (Engagement::Button(1), 1), (Engagement::DeadMan(1), 1)]
+        {
+            let mut machine = Machine::new(engagement, 0.01, 0.01);
+            tick(&mut machine, 0, true);
+            assert_eq!(ticks(&mut machine, 12, button, true), Phase::Engaged);
+            for _ in 0..5 {
+                machine.advance(&Event { buttons: button, small: true, fault: None, paused: true, dt: DT });
+                assert_eq!(machine.phase(), Phase::Idle);
+            }
+            if button == 0 {
+                assert_eq!(ticks(&mut machine, 30, 0, false), Phase::Waiting, "{engagement:?}");
+            } else {
+                assert_eq!(ticks(&mut machine, 30, button, true), Phase::Idle, "{engagement:?}: it is still pressed");
+                tick(&mut machine, 0, true);
+            }
+            assert_eq!(ticks(&mut machine, 12, button, true), Phase::Engaged, "{engagement:?}");
+        }
+        let mut machine = Machine::new(Engagement::Automatic, 0.0, 0.01);
+        assert_eq!(fault(&mut machine, 0, AfterFault::Stop), Phase::Stopped);
+        machine.advance(&Event { buttons: 0, small: true, fault: None, paused: true, dt: DT });
+        assert_eq!(machine.phase(), Phase::Stopped);
     }
 
     #[test]

@@ -21,7 +21,7 @@
 //! A wrench that no stage has a reason to touch comes out as it came in, to the bit.
 //!
 //! **Whose answer depends on what.** Stage 2 and 8 need the device and the clock ([`Gate`], [`Watch`]) and *tell* the chain what
-//! they found ([`Cuts::FAULTS`]). Everything else ([`SafetyChain::shape`]) is a pure function of what it was given since it was made:
+//! they found ([`Cuts::TOLD`]). Everything else ([`SafetyChain::shape`]) is a pure function of what it was given since it was made:
 //! a recording of states, cuts and wrenches can be computed again bit for bit.
 //!
 //! The thresholds are in [`SafetyLimits`], each a formula over what the device says of itself. Nothing here allocates after
@@ -182,6 +182,7 @@ impl SafetyChain {
             buttons: state.buttons,
             small: self.is_small(&wrench),
             fault: self.fault(cuts),
+            paused: cuts.has(Cut::Paused),
             dt: self.period,
         });
         let phase = self.machine.phase();

@@ -99,6 +99,14 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         Ok(shaped)
     }
 
+    /// The loop stands still with the device: what it holds is held for no time.
+    pub(super) fn stand(&mut self) {
+        self.held = None;
+        if let Some(guard) = &self.end.guard {
+            guard.watch.rest();
+        }
+    }
+
     /// Damps the grip for a moment, whatever the device says of it.
     pub(super) fn coast(&mut self, pace: &mut Pace, stop: &AtomicBool) {
         let ticks = (COAST / self.period).ceil() as u64;

@@ -15,29 +15,36 @@
 //! fault after which it is to stop, it first damps the grip for a moment. The loop does not allocate once the first tick
 //! has begun.
 //!
+//! Whoever has the run's [`Reins`] may stop it for a while. With a device that stands still while nobody reads it, the loop does so as well, goes on
+//! by single ticks if asked to, and then as if nothing had been. Any other device is held by somebody: the loop goes round, and the
+//! chain keeps the force away until engaged anew.
+//!
 //! The step is always given the nominal period: what a run computes then depends on what it was fed, not on the
 //! scheduler, and can be replayed bit for bit. What the chain makes of it can be, too, from the recorded states, the step's
 //! wrenches and the cuts of each tick.
 
 mod line;
 mod pace;
+mod reins;
 mod statistics;
 mod time;
 
 use std::any::Any;
 use std::ops::ControlFlow;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use palpus::algebra::Wrench;
 
 use crate::device::{DeviceState, HapticDevice};
-use crate::safety::{Cuts, Passivity, Phase, SafetyOptions, Shaped};
+use crate::safety::{Cut, Cuts, Passivity, Phase, SafetyOptions, Shaped};
 use line::Line;
 use pace::{Pace, Start};
 use statistics::Tally;
 
+pub use reins::Reins;
 pub use statistics::{Energy, LATE, Percentiles, RunEnd, RunStatistics};
 pub use time::{LoopTime, VirtualTime, WallTime};
 
@@ -155,6 +162,7 @@ impl<T> TickObserver<T> for () {
 /// The loop and all the memory it needs.
 pub struct Servo {
     options: ServoOptions,
+    reins: Arc<Reins>,
     passivity: Option<Box<dyn Passivity>>,
     tally: Tally,
 }
@@ -174,7 +182,7 @@ impl Servo {
         if options.safety.limits.is_some_and(|limits| !limits.is_valid()) {
             return Err(ServoError::Safety);
         }
-        Ok(Self { options, passivity: None, tally: Tally::new() })
+        Ok(Self { options, reins: Arc::default(), passivity: None, tally: Tally::new() })
     }
 
     /// With this in place of the usual third stage of the safety chain.
@@ -184,7 +192,12 @@ impl Servo {
         self
     }
 
-    /// Runs on the calling thread until the duration is over, `stop` is set, the device ends or something fails; the last
+    /// By which it is paused, taken on tick by tick, and ended, from any thread.
+    pub fn reins(&self) -> Arc<Reins> {
+        Arc::clone(&self.reins)
+    }
+
+    /// Runs on the calling thread until the duration is over, `stop` is set or the reins say so, the device ends or something fails; the last
     /// wrench written to `device` is zero.
     pub fn run<D, T, S, O>(&mut self, device: &mut D, step: S, observer: &mut O, stop: &AtomicBool) -> RunStatistics
     where
@@ -213,16 +226,18 @@ impl Servo {
         let period = 1.0 / rate_hz;
         let most = duration.map_or(u64::MAX, |seconds| (seconds * rate_hz).round() as u64);
         self.tally.restart(device.spec().delay, period);
-        let given = self.passivity.is_some();
+        let (given, stands) = (self.passivity.is_some(), device.stands_unread());
         let line = Line::new(&self.options, device, self.passivity.take(), time);
         let pace = Pace::start(timing, period, spin, time);
-        let mut turns = Turns { line, pace, time, period, index: 0, tally: &mut self.tally };
+        let mut turns =
+            Turns { line, pace, time, period, reins: &self.reins, stands, index: 0, tally: &mut self.tally };
         let mut count = 0;
         let mut end = loop {
             if count >= most {
                 break RunEnd::Duration;
             }
-            if stop.load(Ordering::Relaxed) {
+            turns.stand(stop);
+            if stop.load(Ordering::Relaxed) || self.reins.is_ended() {
                 break RunEnd::Stopped;
             }
             count += 1;
@@ -247,18 +262,37 @@ impl Servo {
     }
 }
 
+/// A loop that stands still looks this often whether it is to go on.
+const LOOK: Duration = Duration::from_millis(4);
+
 /// A run under way.
 struct Turns<'a, D: HapticDevice + ?Sized> {
     line: Line<'a, D>,
     pace: Pace,
     time: &'a dyn LoopTime,
     period: f64,
+    reins: &'a Reins,
+    /// The device stands still while it is not read.
+    stands: bool,
     /// Of the next tick.
     index: u64,
     tally: &'a mut Tally,
 }
 
 impl<D: HapticDevice + ?Sized> Turns<'_, D> {
+    /// Returns when the next tick may come: at once, unless the run is paused and can stand still.
+    fn stand(&mut self, stop: &AtomicBool) {
+        if !self.stands || !self.reins.is_paused() {
+            return;
+        }
+        self.line.stand();
+        let since = self.time.now();
+        while !(self.reins.take_step() || self.reins.is_ended() || stop.load(Ordering::Relaxed)) {
+            self.time.wait_until(self.time.now() + LOOK, Duration::ZERO);
+        }
+        self.pace.resume(since, self.time);
+    }
+
     /// One turn of the loop; breaks with the reason for which it was the last.
     fn turn<T, S, O>(&mut self, step: &mut S, observer: &mut O) -> ControlFlow<RunEnd>
     where
@@ -282,7 +316,9 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
         let (outcome, step_s) = self.caught(step, &state);
         let panicked = outcome.is_err();
         let computed = outcome.as_ref().map_or(Wrench::ZERO, |outcome| outcome.wrench);
-        let Shaped { wrench, cuts, phase } = match self.line.answer(&state, &computed, admitted.cuts, panicked) {
+        let mut found = admitted.cuts;
+        found.note(Cut::Paused, !self.stands && self.reins.is_paused());
+        let Shaped { wrench, cuts, phase } = match self.line.answer(&state, &computed, found, panicked) {
             Ok(shaped) => shaped,
             Err(error) => return ControlFlow::Break(RunEnd::DeviceFailed(error)),
         };

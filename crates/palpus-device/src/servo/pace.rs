@@ -52,6 +52,14 @@ impl Pace {
         Start { lateness, period, skipped }
     }
 
+    /// Goes on after the loop has stood still since `since`: the next tick is due now, and that time was none.
+    pub(super) fn resume(&mut self, since: Duration, time: &dyn LoopTime) {
+        let now = time.now();
+        self.begin += now.saturating_sub(since);
+        self.deadline = now;
+        self.last = None;
+    }
+
     /// True when the next tick's deadline has passed already.
     pub(super) fn is_overrun(&self, time: &dyn LoopTime) -> bool {
         self.timing == Timing::RealTime && time.now() > self.deadline

@@ -261,6 +261,10 @@ impl<I: Intent> HapticDevice for SimulatedDevice<I> {
         Ok(())
     }
 
+    fn stands_unread(&self) -> bool {
+        true
+    }
+
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         Some(self.brake.0.clone())
     }

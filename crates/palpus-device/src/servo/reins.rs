@@ -1,0 +1,216 @@
+//! What a run is held by from outside.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+/// Pauses a run, takes it on by single ticks, ends it; from any thread, without waiting. See [`super::Servo`].
+#[derive(Debug, Default)]
+pub struct Reins {
+    paused: AtomicBool,
+    /// Ticks that a paused run may still make.
+    ticks: AtomicU64,
+    ended: AtomicBool,
+}
+
+impl Reins {
+    /// Stops the run before its next tick, or lets it go on.
+    pub fn pause(&self, paused: bool) {
+        self.ticks.store(0, Ordering::Relaxed);
+        self.paused.store(paused, Ordering::Relaxed);
+    }
+
+    /// True from [`Self::pause`] on until it goes on.
+    pub fn is_paused(&self) -> bool {
+        self.paused.load(Ordering::Relaxed)
+    }
+
+    /// Lets a paused run make so many ticks more and stand still again. A device in somebody's hand does not stand still.
+    pub fn step(&self, ticks: u64) {
+        if self.is_paused() {
+            self.ticks.fetch_add(ticks, Ordering::Relaxed);
+        }
+    }
+
+    /// The run ends before its next tick, and so does any other of the same loop.
+    pub fn end(&self) {
+        self.ended.store(true, Ordering::Relaxed);
+    }
+
+    pub(super) fn is_ended(&self) -> bool {
+        self.ended.load(Ordering::Relaxed)
+    }
+
+    /// True if a tick may be made; a paused run has then made it.
+    pub(super) fn take_step(&self) -> bool {
+        let fewer = |ticks: u64| ticks.checked_sub(1);
+        !self.is_paused() || self.ticks.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fewer).is_ok()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+    use std::sync::Arc;
+    use std::thread::JoinHandle;
+    use std::time::Duration;
+
+    use glam::DVec3;
+    use palpus::algebra::{Pose, Wrench};
+
+    use super::*;
+    use crate::safety::{Cut, Cuts, Engagement, Phase, SafetyChain, SafetyOptions, Watch};
+    use crate::{
+        DeviceError, DeviceSpec, DeviceState, HapticDevice, LoopTime, RunEnd, RunStatistics, Servo, ServoOptions,
+        ServoTick, SimulatedDevice, SimulationSettings, StepOutcome, VirtualTime,
+    };
+
+    const RATE_HZ: f64 = 1000.0;
+
+    /// Virtual time in which somebody acts on the reins whenever a paused run has looked so many times.
+    struct Somebody<'a> {
+        time: VirtualTime,
+        reins: Arc<Reins>,
+        looks: Cell<u32>,
+        acts: &'a dyn Fn(u32, &Reins),
+    }
+
+    impl LoopTime for Somebody<'_> {
+        fn now(&self) -> Duration {
+            self.time.now()
+        }
+
+        fn wait_until(&self, deadline: Duration, spin: Duration) {
+            self.time.wait_until(deadline, spin);
+            if self.reins.is_paused() {
+                self.looks.set(self.looks.get() + 1);
+                (self.acts)(self.looks.get(), &self.reins);
+            }
+        }
+
+        fn guard(&self, watch: Arc<Watch>) -> Option<JoinHandle<()>> {
+            self.time.guard(watch)
+        }
+    }
+
+    fn simulated() -> SimulatedDevice<impl crate::Intent> {
+        let path = |time: f64| Pose::from_translation(DVec3::new(0.0, 0.0, 0.03 * (6.0 * time).cos()));
+        SimulatedDevice::new(SimulationSettings { rate_hz: RATE_HZ, ..Default::default() }, path).unwrap()
+    }
+
+    /// The same hand in a device that goes on by itself.
+    struct Real<D>(D);
+
+    impl<D: HapticDevice> HapticDevice for Real<D> {
+        fn spec(&self) -> &DeviceSpec {
+            self.0.spec()
+        }
+
+        fn read(&mut self) -> Result<DeviceState, DeviceError> {
+            self.0.read()
+        }
+
+        fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
+            self.0.write(wrench)
+        }
+    }
+
+    /// A wall below z = 0.
+    fn wall(state: &DeviceState) -> Wrench {
+        Wrench { torque: DVec3::ZERO, force: DVec3::Z * (-200.0 * state.pose.translation.z).max(0.0) }
+    }
+
+    /// A second and a half at a wall, paused at tick `pause_at` until somebody lets go.
+    fn run(
+        device: &mut dyn HapticDevice,
+        pause_at: u64,
+        acts: &dyn Fn(u32, &Reins),
+    ) -> (RunStatistics, Vec<ServoTick>) {
+        let mut servo = Servo::new(ServoOptions { duration: Some(1.5), ..Default::default() }).unwrap();
+        let reins = servo.reins();
+        let time = Somebody { time: VirtualTime::default(), reins: servo.reins(), looks: Cell::new(0), acts };
+        let mut ticks = Vec::new();
+        let mut observe = |tick: &ServoTick, (): &()| {
+            ticks.push(*tick);
+            if tick.index == pause_at {
+                reins.pause(true);
+            }
+        };
+        let step = |state: &DeviceState, _| StepOutcome::of(wall(state));
+        let statistics = servo.run_in(&time, device, step, &mut observe, &AtomicBool::new(false));
+        (statistics, ticks)
+    }
+
+    const NEVER: u64 = u64::MAX;
+
+    #[test]
+    fn a_simulated_hand_goes_on_after_a_pause_as_if_there_had_been_none() {
+        let (_, unpaused) = run(&mut simulated(), NEVER, &|_, _| ());
+        let pressed = unpaused.iter().position(|tick| tick.wrench.force.z > 1.0).unwrap() as u64;
+        // Two seconds in the midst of contact: longer than any watchdog waits.
+        let (statistics, paused) = run(&mut simulated(), pressed, &|looks, reins| reins.pause(looks < 500));
+        assert!(paused == unpaused);
+        assert_eq!((statistics.late_ticks, statistics.overruns, statistics.skipped), (0, 0, 0));
+        assert!(statistics.safety.faults() == 0 && statistics.end == RunEnd::Duration);
+        let period = statistics.period_us.unwrap();
+        assert!(period.max < 1001.0 && (statistics.duration_s - 1.5).abs() < 0.003, "{statistics:?}");
+    }
+
+    #[test]
+    fn a_paused_run_makes_the_ticks_that_it_is_told_to() {
+        let made = Cell::new(0);
+        let mut device = simulated();
+        let mut servo = Servo::new(ServoOptions::default()).unwrap();
+        let reins = servo.reins();
+        let acts = |looks: u32, reins: &Reins| match looks {
+            10 => {
+                assert_eq!(made.get(), 51);
+                reins.step(3);
+            }
+            20 => {
+                assert_eq!(made.get(), 54);
+                reins.step(1);
+                reins.step(1);
+            }
+            30 => {
+                assert_eq!(made.get(), 56);
+                reins.end();
+            }
+            _ => {}
+        };
+        let time = Somebody { time: VirtualTime::default(), reins: servo.reins(), looks: Cell::new(0), acts: &acts };
+        let mut observe = |tick: &ServoTick, (): &()| {
+            made.set(tick.index + 1);
+            if tick.index == 50 {
+                reins.step(7);
+                reins.pause(true);
+            }
+        };
+        let step = |_: &DeviceState, _| StepOutcome::of(Wrench::ZERO);
+        let statistics = servo.run_in(&time, &mut device, step, &mut observe, &AtomicBool::new(false));
+        assert_eq!((statistics.ticks, statistics.end, statistics.late_ticks), (56, RunEnd::Stopped, 0));
+    }
+
+    #[test]
+    fn a_device_in_a_hand_loses_its_force_for_the_pause_and_gets_it_back_by_engaging() {
+        let (_, unpaused) = run(&mut simulated(), NEVER, &|_, _| ());
+        let pressed = unpaused.iter().position(|tick| tick.wrench.force.z > 1.0).unwrap();
+        let (statistics, ticks) = run(&mut Real(simulated()), pressed as u64, &|looks, reins| reins.pause(looks < 100));
+        assert_eq!((statistics.ticks, statistics.safety.faults()), (1500, 0));
+        assert_eq!(statistics.safety.ticks(Cut::Paused), 99);
+        let limits = SafetyOptions::default().limits(simulated().spec(), RATE_HZ);
+        let steps = ticks.windows(2).map(|pair| pair[1].wrench.force.distance(pair[0].wrench.force));
+        assert!(steps.fold(0.0, f64::max) <= limits.force_slew / RATE_HZ * (1.0 + 1e-9));
+        let pause = &ticks[pressed + 1..pressed + 100];
+        assert!(pause.iter().all(|tick| tick.phase == Phase::Idle && tick.cuts.has(Cut::Paused)));
+        assert!(pause[10..].iter().all(|tick| tick.wrench == Wrench::ZERO));
+        // Pressed as it is, it waits; then it ramps.
+        assert_eq!(ticks[pressed + 101].phase, Phase::Waiting);
+        assert!(ticks[pressed + 101..].iter().any(|tick| tick.phase == Phase::Ramping));
+        assert_eq!(ticks.last().unwrap().phase, Phase::Engaged);
+        // What was recorded of it is enough to compute it again.
+        let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), 1.0 / RATE_HZ);
+        for tick in &ticks {
+            let told = Cuts::from_bits(tick.cuts.bits()).and(Cuts::TOLD);
+            assert_eq!(chain.shape(&tick.state, &tick.computed, told).wrench, tick.wrench, "tick {}", tick.index);
+        }
+    }
+}
