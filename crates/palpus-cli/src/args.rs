@@ -39,6 +39,8 @@ pub(crate) enum Command {
     View(ViewArguments),
     /// Runs a recording again and compares every wrench bit for bit.
     Replay(ReplayArguments),
+    /// Writes a built-in scene as files (meshes, scene file, the hand's poses), to start your own from.
+    Export(ExportArguments),
     /// Tells which haptic devices are there, and what it would take to have the others.
     Devices(DevicesArguments),
     /// Tells whether this machine can hold the loop, and what would help.
@@ -348,6 +350,15 @@ pub(crate) struct ReplayArguments {
     /// Prints one JSON document and nothing else.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  palpus export spoon-cup mine && palpus run mine/scene.toml")]
+pub(crate) struct ExportArguments {
+    /// The scene; see `palpus run --list`.
+    pub(crate) scene: String,
+    /// The folder for tool.obj, part.obj, hand.csv and scene.toml, which may not be there yet.
+    pub(crate) folder: PathBuf,
 }
 
 #[derive(Debug, Args)]

@@ -9,6 +9,7 @@ mod clock;
 mod devices;
 mod doctor;
 mod engine;
+mod export;
 mod faults;
 mod inspect;
 mod output;
@@ -57,6 +58,7 @@ fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Inspect(inspect) => inspect::inspect(&inspect),
         Command::View(view) => picture::view(&view),
         Command::Replay(replay) => replay::replay(&replay),
+        Command::Export(arguments) => export::export(&arguments),
         Command::Devices(arguments) => devices::devices(&arguments),
         Command::Doctor(doctor) => doctor::doctor(&doctor),
         Command::Bench(bench) => bench::bench(&bench),

@@ -6,6 +6,7 @@
 //!
 //! * `camera` — where the eye is: orbit, pan, zoom, standard views.
 //! * `solid` — a body as triangles with a normal per corner and a piece per triangle; whole, or its pieces apart.
+//! * `coarse` — the same in fewer triangles, for machines whose processor draws.
 //! * `moment` — what one tick has to show; filled in the servo thread without obtaining memory.
 //! * `scene` — bodies, a moment, a caption.
 //! * `raster` — triangles into a layer of colours and depths.
@@ -18,6 +19,7 @@
 //! Lengths are metres, frames are named where they stand; "view" is the eye's frame: x right, y up, z towards the viewer.
 
 mod camera;
+mod coarse;
 mod letters;
 mod marks;
 mod moment;

@@ -1,0 +1,99 @@
+//! `palpus export`: a built-in scene as files, to start one's own from.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::Path;
+use std::process::ExitCode;
+
+use anyhow::{Context, anyhow, bail};
+use palpus::body::PolygonSoup;
+use palpus_io::write_obj_groups;
+use palpus_scenes::Scene;
+
+use crate::args::ExportArguments;
+use crate::output;
+
+/// Files are in millimetres, as most meshes are.
+const UNITS_PER_METRE: f64 = 1e3;
+/// Seconds from one pose of a hand's file to the next.
+const POSE_PERIOD: f64 = 0.5;
+
+pub(crate) fn export(arguments: &ExportArguments) -> anyhow::Result<ExitCode> {
+    let scene = palpus_scenes::scene(&arguments.scene)
+        .ok_or_else(|| anyhow!("there is no built-in scene `{}`; see palpus run --list", arguments.scene))?;
+    let folder = &arguments.folder;
+    let problem = || format!("{} could not be made; name another folder", folder.display());
+    fs::create_dir_all(folder).with_context(problem)?;
+    let files = [
+        ("tool.obj", obj("tool", &scene.probe)?),
+        ("part.obj", obj("part", &scene.environment)?),
+        ("hand.csv", hand(&scene)),
+        ("scene.toml", text(&scene)),
+    ];
+    for (name, content) in files {
+        write_new(&folder.join(name), &content)?;
+    }
+    let file = folder.join("scene.toml");
+    output::line(format!("{}: tool.obj, part.obj, hand.csv and scene.toml", folder.display()));
+    output::line(format!("palpus run {}", file.display()));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes a file that is not there yet: what someone has changed is not overwritten.
+fn write_new(file: &Path, content: &str) -> anyhow::Result<()> {
+    if file.exists() {
+        bail!("{} is there already; name another folder, or move it away", file.display());
+    }
+    fs::write(file, content).with_context(|| format!("{} could not be written", file.display()))
+}
+
+fn obj(name: &str, soup: &PolygonSoup) -> anyhow::Result<String> {
+    let mut soup = soup.clone();
+    for vertex in &mut soup.vertices {
+        *vertex *= UNITS_PER_METRE;
+    }
+    let mut bytes = Vec::new();
+    write_obj_groups(&mut bytes, [(name, soup)])?;
+    Ok(String::from_utf8(bytes)?)
+}
+
+/// The scripted hand, once through.
+fn hand(scene: &Scene) -> String {
+    let mut text = String::from("tx,ty,tz,qx,qy,qz,qw\n");
+    let count = (scene.path.duration() / POSE_PERIOD).ceil() as usize;
+    for k in 0..=count {
+        let pose = scene.path.pose((k as f64 * POSE_PERIOD).min(scene.path.duration()));
+        let ([x, y, z], q) = ((pose.translation * UNITS_PER_METRE).to_array(), pose.rotation);
+        // A string takes everything.
+        let _ = writeln!(text, "{x:?},{y:?},{z:?},{:?},{:?},{:?},{:?}", q.x, q.y, q.z, q.w);
+    }
+    text
+}
+
+fn text(scene: &Scene) -> String {
+    let contact = &scene.contact;
+    let millimetres = |metres: f64| metres * UNITS_PER_METRE;
+    let friction = contact.friction.map_or(String::new(), |friction| {
+        format!(
+            "friction = {{ static = {:?}, dynamic = {:?} }}\n",
+            friction.static_coefficient, friction.dynamic_coefficient
+        )
+    });
+    let [x, y, z] = (scene.start.translation * UNITS_PER_METRE).to_array();
+    let q = scene.start.rotation;
+    format!(
+        "# {}\nunit = \"mm\"\n\n[probe]                     # what the hand holds, at the origin of its mesh\nmesh = \"tool.obj\"\n\
+         position = [{x:?}, {y:?}, {z:?}]\norientation = [{:?}, {:?}, {:?}, {:?}]  # quaternion x, y, z, w\n\n\
+         [environment]               # what it touches\nmesh = \"part.obj\"\n\n\
+         [contact]\ntolerance = {:?}             # mm: contacts are looked for from this distance on\n{friction}shading = {}\n\n\
+         [hand]                      # the simulated hand: leave `path` out and it feels its way from the start to the part\n\
+         preset = \"normal\"           # relaxed, normal, firm, tight, none\npath = \"hand.csv\"\n",
+        scene.summary,
+        q.x,
+        q.y,
+        q.z,
+        q.w,
+        millimetres(contact.tolerance),
+        contact.shading,
+    )
+}

@@ -1,0 +1,155 @@
+//! A solid with fewer triangles, for machines whose processor draws.
+//!
+//! 1. Corners that fall into the same cell of a grid and whose normals look to the same side become one, in their middle: a thin wall's
+//!    two sides stay two.
+//! 2. Triangles with fewer than three corners left are gone, and so are copies.
+//! 3. The cell's size is searched for, so that about as many triangles are left as are asked for.
+//!
+//! J. Rossignac, P. Borrel, *Multi-resolution 3D approximations for rendering complex scenes*, 1993, with the sides of 1. added. It is
+//! for the eye alone: the engine keeps the whole mesh.
+
+use std::collections::{HashMap, HashSet};
+
+use glam::DVec3;
+
+use crate::solid::Solid;
+
+/// Halvings of the interval in which the cell's size is looked for.
+const ROUNDS: usize = 6;
+/// The most cells along the longest side.
+const MOST_CELLS: f64 = 2048.0;
+
+/// What of a solid is left in one cell, on one side.
+struct Corner {
+    sum: DVec3,
+    normal: DVec3,
+    count: f64,
+}
+
+impl Solid {
+    /// This solid in at most `most` triangles, if it has more; for the eye alone.
+    pub fn coarse(&self, most: usize) -> Option<Self> {
+        if self.triangles.len() <= most {
+            return None;
+        }
+        let (mut few, mut many) = (1.0, MOST_CELLS);
+        let mut best = self.in_cells(few);
+        for _ in 0..ROUNDS {
+            let cells = f64::sqrt(few * many);
+            let coarse = self.in_cells(cells);
+            if coarse.triangles.len() <= most {
+                few = cells;
+                best = coarse;
+            } else {
+                many = cells;
+            }
+        }
+        Some(best)
+    }
+
+    /// Steps 1 and 2, for a grid of `cells` cells along the longest side.
+    fn in_cells(&self, cells: f64) -> Self {
+        let (low, high) = self.bounds();
+        let scale = cells / (high - low).max_element().max(f64::MIN_POSITIVE);
+        let mut numbers: HashMap<([i32; 3], i32), u32> = HashMap::new();
+        let mut corners: Vec<Corner> = Vec::new();
+        let mut seen = HashSet::new();
+        let mut coarse = Self::default();
+        let mut of_triangle = Vec::new();
+        for (t, triangle) in self.triangles.iter().enumerate() {
+            let [a, b, c] = triangle.map(|v| self.vertices[v as usize]);
+            let flat = (b - a).cross(c - a);
+            let mut kept = [0; 3];
+            for k in 0..3 {
+                let point = self.vertices[triangle[k] as usize];
+                let cell = ((point - low) * scale).to_array().map(|part| part as i32);
+                let key = (cell, side(self.normals[t][k]));
+                let number = *numbers.entry(key).or_insert_with(|| {
+                    corners.push(Corner { sum: DVec3::ZERO, normal: DVec3::ZERO, count: 0.0 });
+                    corners.len() as u32 - 1
+                });
+                let corner = &mut corners[number as usize];
+                corner.sum += point;
+                corner.normal += self.normals[t][k] * flat.length();
+                corner.count += 1.0;
+                kept[k] = number;
+            }
+            let [a, b, c] = kept;
+            if a == b || b == c || c == a {
+                continue;
+            }
+            // The same whichever corner is named first.
+            let turn = (0..3).min_by_key(|k| kept[*k]).unwrap_or(0);
+            if seen.insert([kept[turn], kept[(turn + 1) % 3], kept[(turn + 2) % 3]]) {
+                coarse.triangles.push(kept);
+                coarse.pieces.push(self.pieces[t]);
+                of_triangle.push(t);
+            }
+        }
+        coarse.vertices = corners.iter().map(|corner| corner.sum / corner.count).collect();
+        let normal = |number: u32, own: DVec3| corners[number as usize].normal.normalize_or(own);
+        coarse.normals = (coarse.triangles.iter().zip(of_triangle))
+            .map(|(kept, t)| [0, 1, 2].map(|k| normal(kept[k], self.normals[t][k])))
+            .collect();
+        coarse
+    }
+}
+
+/// Which of the six directions of a cube's faces a normal is nearest to.
+fn side(normal: DVec3) -> i32 {
+    let size = normal.abs();
+    let axis = if size.x >= size.y && size.x >= size.z {
+        0
+    } else if size.y >= size.z {
+        1
+    } else {
+        2
+    };
+    2 * axis + i32::from(normal[axis as usize] < 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A ball of radius 1 in rings.
+    fn ball(rings: u32, round: u32) -> Solid {
+        let mut solid = Solid::default();
+        for i in 0..=rings {
+            let (sin, cos) = (f64::from(i) / f64::from(rings) * std::f64::consts::PI).sin_cos();
+            for k in 0..round {
+                let (y, x) = (f64::from(k) / f64::from(round) * std::f64::consts::TAU).sin_cos();
+                solid.vertices.push(DVec3::new(x * sin, y * sin, cos));
+            }
+        }
+        for i in 0..rings {
+            for k in 0..round {
+                let at = |i: u32, k: u32| i * round + k % round;
+                for triangle in [[at(i, k), at(i + 1, k), at(i + 1, k + 1)], [at(i, k), at(i + 1, k + 1), at(i, k + 1)]]
+                {
+                    solid.triangles.push(triangle);
+                    solid.normals.push(triangle.map(|v| solid.vertices[v as usize].normalize()));
+                    solid.pieces.push(0);
+                }
+            }
+        }
+        solid
+    }
+
+    #[test]
+    fn a_coarse_ball_is_a_ball() {
+        let fine = ball(100, 200);
+        let most = 10_000;
+        let coarse = fine.coarse(most).expect("it has 40 000");
+        assert!(coarse.triangles.len() <= most && coarse.triangles.len() > most / 4, "{}", coarse.triangles.len());
+        assert_eq!(coarse.normals.len(), coarse.triangles.len());
+        assert_eq!(coarse.pieces.len(), coarse.triangles.len());
+        for triangle in &coarse.triangles {
+            for v in triangle {
+                let r = coarse.vertices[*v as usize].length();
+                assert!((0.97..1.0 + 1e-9).contains(&r), "{r}");
+            }
+        }
+        assert!(coarse.coarse(most).is_none());
+    }
+}
