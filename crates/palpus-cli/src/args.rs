@@ -35,7 +35,7 @@ pub(crate) enum Command {
     Prepare(PrepareArguments),
     /// Tells the health, mass properties and pieces of a model.
     Inspect(InspectArguments),
-    /// Makes a picture of a model: its convex pieces, together or apart.
+    /// Shows a model: its convex pieces together or apart, the Gauss map of a piece, how deep it is felt; in a window or as a picture.
     View(ViewArguments),
     /// Runs a recording again and compares every wrench bit for bit.
     Replay(ReplayArguments),
@@ -210,20 +210,47 @@ pub(crate) enum Direction {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  palpus view cup.obj --screenshot cup.png\n  palpus view cup.obj --exploded --dark --screenshot pieces.png"
+    after_help = "Examples:\n  palpus view cup.obj                                    a window\n  palpus view cup.obj --screenshot cup.png\n  palpus view cup.obj --exploded --dark --screenshot pieces.png\n  palpus view cup.obj --gauss 3 --screenshot gauss.png\n  palpus view cup.obj --depth --axis z --offset 12.5 --screenshot depth.png\n\nDepth: at each point of the plane a probe as small as a point asks the query of the servo loop for its deepest contact. Beside it the distance to the mesh, and what is missing between the two."
 )]
 pub(crate) struct ViewArguments {
     /// The model.
     pub(crate) model: PathBuf,
-    /// Where the picture goes (PNG).
+    /// Where the picture goes (PNG); without, a window opens.
     #[arg(long, value_name = "FILE")]
-    pub(crate) screenshot: PathBuf,
+    pub(crate) screenshot: Option<PathBuf>,
     /// Shows the convex pieces apart, by this part of their distance from the middle.
     #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "0.6")]
     pub(crate) exploded: Option<f64>,
+    /// Shows a piece and its Gauss map: which directions it owns of the mesh, and which only its hull has. Pieces count from 0
+    /// [default piece: the one with most faces].
+    #[arg(long, value_name = "PIECE", num_args = 0..=1, conflicts_with_all = ["exploded", "depth"])]
+    pub(crate) gauss: Option<Option<u32>>,
+    /// Shows how deep the body is felt on a plane through it, beside the true depth where the mesh is closed.
+    #[arg(long, conflicts_with = "exploded")]
+    pub(crate) depth: bool,
+    /// Across which axis of the model the plane lies.
+    #[arg(long, value_enum, default_value_t = AxisName::Y, value_name = "AXIS")]
+    pub(crate) axis: AxisName,
+    /// Where on the axis, in model units [default: the middle of the model].
+    #[arg(long, value_name = "OFFSET", allow_negative_numbers = true, requires = "depth")]
+    pub(crate) offset: Option<f64>,
+    /// Points along the plane's longer side at which the body is felt.
+    #[arg(long, default_value_t = 320, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=4096), requires = "depth")]
+    pub(crate) fineness: u32,
     /// How the picture looks.
     #[command(flatten)]
     pub(crate) picture: PictureArguments,
+}
+
+/// An axis of a model.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum AxisName {
+    /// The plane is seen along −x.
+    X,
+    /// The plane is seen along +y.
+    Y,
+    /// The plane is seen along −z.
+    Z,
 }
 
 /// How the hand meets the contacts.

@@ -25,6 +25,7 @@ mod stage;
 mod summary;
 mod sweeps;
 mod threads;
+mod view;
 mod window;
 
 use std::process::ExitCode;
@@ -56,7 +57,7 @@ fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Query(query) => query::query(&query),
         Command::Prepare(prepare) => prepare::prepare(&prepare),
         Command::Inspect(inspect) => inspect::inspect(&inspect),
-        Command::View(view) => picture::view(&view),
+        Command::View(view) => view::view(&view),
         Command::Replay(replay) => replay::replay(&replay),
         Command::Export(arguments) => export::export(&arguments),
         Command::Devices(arguments) => devices::devices(&arguments),

@@ -1,27 +1,23 @@
 //! Pictures of runs and models, for those who have no display or want a file: what was asked for → a scene → PNG.
 
 use std::path::Path;
-use std::process::ExitCode;
 use std::sync::Arc;
 
 use anyhow::{Context, bail};
+use glam::DVec3;
 use palpus::algebra::Pose;
-use palpus::body::{Body, BodySettings};
-use palpus_window::{Camera, Look, Moment, Scene, ShownBody, Solid, Style, Theme, Unit, View, paint};
+use palpus::body::Body;
+use palpus_window::{
+    Camera, Look, Moment, Picture, PieceOf, Scene, Section, SectionOf, ShownBody, Solid, Style, Theme, Unit, View,
+    before_own_faces, paint, paint_gauss, paint_section,
+};
 
-use crate::args::{Direction, PictureArguments, ViewArguments};
+use crate::args::{Direction, PictureArguments};
+use crate::output;
 use crate::stage::Stage;
-use crate::{bodies, output};
 
 /// The arrows of a picture are as long as they may be for the largest force in it, but not for less than this, N.
 const LEAST_FORCE_SCALE: f64 = 0.1;
-
-/// `palpus view`: a model, its convex pieces in colours, together or apart.
-pub(crate) fn view(arguments: &ViewArguments) -> anyhow::Result<ExitCode> {
-    let body = bodies::prepare_file(&arguments.model, &BodySettings::default())?.body;
-    write_model(&arguments.model, &body, arguments.exploded, &arguments.screenshot, &arguments.picture)?;
-    Ok(ExitCode::SUCCESS)
-}
 
 /// A model's picture. `spread`: its pieces apart by so much of their distance from the middle.
 pub(crate) fn write_model(
@@ -38,15 +34,50 @@ pub(crate) fn write_model(
     };
     let [colour, _] = ShownBody::colours(style.theme);
     let look = Look { pieces: !asked.plain, wireframe: asked.wireframe, translucent: false };
-    let name = model.file_name().unwrap_or(model.as_os_str()).to_string_lossy().into_owned();
     let scene = Scene {
         bodies: vec![ShownBody { solid: Arc::new(solid), pose: Pose::IDENTITY, colour, look }],
-        title: name,
+        title: model_name(model),
         caption: format!("{} triangles in {} convex pieces", body.mesh().triangles().len(), body.pieces().len()),
         unit: Unit::Model,
         ..Scene::default()
     };
     write(&scene, asked, &style, file)
+}
+
+/// What a model file is called in pictures.
+pub(crate) fn model_name(model: &Path) -> String {
+    model.file_name().unwrap_or(model.as_os_str()).to_string_lossy().into_owned()
+}
+
+/// A piece of a model, and its Gauss map.
+pub(crate) fn write_gauss(
+    model: &Path,
+    body: &Body,
+    piece: u32,
+    file: &Path,
+    asked: &PictureArguments,
+) -> anyhow::Result<()> {
+    let [width, height] = asked.size.0;
+    // Seen from where it can be touched, unless a side is named.
+    let from = match asked.from {
+        Direction::Oblique => before_own_faces(body, piece),
+        side => Camera::framing([DVec3::ZERO].into_iter(), side.into(), 1.0),
+    };
+    let shown = PieceOf { body, piece, name: &model_name(model), unit: Unit::Model };
+    keep(&paint_gauss(&shown, &from, &style(asked), width, height), file)
+}
+
+/// How deep a model is felt on a plane.
+pub(crate) fn write_section(
+    model: &Path,
+    body: &Body,
+    section: &Section,
+    file: &Path,
+    asked: &PictureArguments,
+) -> anyhow::Result<()> {
+    let [width, height] = asked.size.0;
+    let shown = SectionOf { section, body, name: &model_name(model), unit: Unit::Model };
+    keep(&paint_section(&shown, &style(asked), width, height), file)
 }
 
 /// A run's picture: both bodies in the world, and what went on between them at `moment`.
@@ -111,7 +142,11 @@ fn write(scene: &Scene, asked: &PictureArguments, style: &Style, file: &Path) ->
     let [width, height] = asked.size.0;
     let mut camera = Camera::framing(scene.corners(), asked.from.into(), width as f64 / height as f64);
     camera.zoom(asked.zoom);
-    let picture = paint(scene, &camera, style, width, height);
+    keep(&paint(scene, &camera, style, width, height), file)
+}
+
+/// Writes a picture, in a folder that is made if need be, and says where it is.
+fn keep(picture: &Picture, file: &Path) -> anyhow::Result<()> {
     if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         std::fs::create_dir_all(folder).with_context(|| format!("{} could not be created", folder.display()))?;
     }

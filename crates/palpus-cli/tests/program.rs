@@ -339,6 +339,12 @@ fn pictures_are_made_without_a_display_and_are_the_same_again() {
     assert_eq!(first, fs::read(shot(view, "cube.png")).expect("a picture"));
     assert_eq!(png_size(&shot(&["inspect", "cube.obj", "--picture", "seen/cube.png"], "seen/cube.png")), [1280, 800]);
 
+    let square = ["view", "cube.obj", "--size", "240x160"];
+    let gauss = fs::read(shot(&[&square[..], &["--gauss", "--screenshot", "gauss.png"]].concat(), "gauss.png"));
+    let depth = ["--depth", "--axis", "z", "--offset", "-0.5", "--fineness", "24", "--screenshot", "depth.png"];
+    let depth = fs::read(shot(&[&square[..], &depth].concat(), "depth.png"));
+    assert_ne!(gauss.expect("a picture"), depth.expect("a picture"));
+
     let run = |at: &str, name: &str| {
         let common = ["run", "pen-sphere", "--fast", "--no-record", "--duration", "0.3", "--size", "200x150"];
         fs::read(shot(&[&common[..], &["--at", at, "--screenshot", name, "--no-words"]].concat(), name))
@@ -354,7 +360,10 @@ fn pictures_that_cannot_be_are_refused() {
     folder.file("cube.obj", CUBE);
     let run = ["run", "pen-sphere", "--fast", "--no-record", "--duration", "0.1", "--screenshot", "p.png"];
     for (arguments, code, word) in [
-        (&["view", "cube.obj"][..], 2, "--screenshot"),
+        (&["view", "cube.obj"][..], 1, "--screenshot"),
+        (&["view", "cube.obj", "--gauss", "7", "--screenshot", "p.png"], 1, "--gauss 7"),
+        (&["view", "cube.obj", "--depth", "--offset", "3", "--screenshot", "p.png"], 1, "from -1 to 1"),
+        (&["view", "cube.obj", "--depth", "--gauss", "--screenshot", "p.png"], 2, "--gauss"),
         (&["view", "cube.obj", "--screenshot", "p.png", "--size", "9x99999"], 2, "1280x800"),
         (&["view", "cube.obj", "--screenshot", "p.png", "--zoom", "0"], 1, "--zoom"),
         (&["run", "--at", "1"], 2, "--screenshot"),

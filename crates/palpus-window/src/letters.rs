@@ -118,6 +118,9 @@ fn strokes(letter: char) -> &'static str {
         '@' => "33 36 16 14 34 44 47 38 18 07 03 12 42",
         '~' => "04 15 34 45",
         'µ' => "06 00|03 12 32 43|46 42",
+        '²' => "08 18 17 06 16",
+        '³' => "08 18 16 06|07 17",
+        '≥' => "07 45 03|02 42",
         '°' => "08 18 17 07 08",
         '×' => "03 36|06 33",
         '→' => "05 45|36 45 34",
@@ -188,12 +191,24 @@ pub(crate) fn disc(picture: &mut Picture, x: f64, y: f64, radius: f64, colour: R
     draw(picture, &[((x, y), (x, y))], radius, colour, 1.0);
 }
 
+/// A line of straight parts, each pixel covered once.
+pub(crate) fn line(picture: &mut Picture, points: &[(f64, f64)], radius: f64, colour: Rgb) {
+    let parts: Vec<Segment> = points.windows(2).map(|pair| (pair[0], pair[1])).collect();
+    draw(picture, &parts, radius, colour, 1.0);
+}
+
+/// Straight lines, each pixel covered once.
+pub(crate) fn rules(picture: &mut Picture, parts: &[Segment], radius: f64, colour: Rgb, strength: f64) {
+    draw(picture, parts, radius, colour, strength);
+}
+
 /// A straight line.
 pub(crate) fn rule(picture: &mut Picture, from: (f64, f64), to: (f64, f64), radius: f64, colour: Rgb) {
     draw(picture, &[(from, to)], radius, colour, 1.0);
 }
 
-type Segment = ((f64, f64), (f64, f64));
+/// From one place to another, pixels.
+pub(crate) type Segment = ((f64, f64), (f64, f64));
 
 /// Covers what is within `radius` of any of the segments, each pixel once.
 fn draw(picture: &mut Picture, segments: &[Segment], radius: f64, colour: Rgb, strength: f64) {
@@ -242,7 +257,8 @@ mod tests {
 
     #[test]
     fn every_letter_that_is_used_exists_and_keeps_to_the_grid() {
-        for letter in (33u8..127).map(char::from).filter(|c| !"$&^`{|}".contains(*c)).chain("µ°×·→–".chars()) {
+        for letter in (33u8..127).map(char::from).filter(|c| !"$&^`{|}".contains(*c)).chain("µ°×·→–²³≥".chars())
+        {
             assert_ne!(strokes(letter), UNKNOWN, "{letter}");
             for (x, y) in lines(letter).into_iter().flatten() {
                 assert!((0.0..=4.0).contains(&x) && (-2.0..=6.0).contains(&y), "{letter}: {x} {y}");

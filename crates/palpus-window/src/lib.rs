@@ -13,6 +13,9 @@
 //! * `marks` — dots, arrows, a turning arrow, in the size that the picture needs.
 //! * `letters` — a font of strokes.
 //! * `paint` — the layers put together: bodies, then translucent bodies, then marks, then words.
+//! * `piece`, `gauss` — one convex piece: its numbers, and its Gauss map on the sphere of directions.
+//! * `section`, `section_picture` — how deep a body is felt on a plane through it, and that as a picture.
+//! * `sheet` — a page for what is drawn flat.
 //! * `picture`, `png` — pixels, and how they are kept.
 //! * `window` — with the feature `gui`: the same scene, live, through the machine's graphics library, beside the servo loop.
 //!
@@ -20,24 +23,33 @@
 
 mod camera;
 mod coarse;
+mod gauss;
 mod letters;
 mod marks;
 mod moment;
 mod paint;
 mod picture;
+mod piece;
 mod png;
 mod raster;
 mod scene;
+mod section;
+mod section_picture;
+mod sheet;
 mod solid;
 mod style;
 #[cfg(feature = "gui")]
 mod window;
 
 pub use camera::{Camera, Projected, View};
+pub use gauss::{PieceOf, before_own_faces, paint_gauss, paint_gauss_half};
 pub use moment::{Moment, ShownAnchor, ShownCluster, ShownContact};
 pub use paint::paint;
 pub use picture::{Picture, Rgb};
+pub use piece::{PieceNumbers, richest_piece};
 pub use scene::{Look, Scene, ShownBody, Unit};
+pub use section::{Axis, Feeler, Felt, POINT, Section, SectionNumbers, SectionPlane};
+pub use section_picture::{SectionOf, Shown, contour_step, depth_colour, paint_section, paint_section_panel};
 pub use solid::Solid;
 pub use style::{Style, Theme};
 #[cfg(feature = "gui")]

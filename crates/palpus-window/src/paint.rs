@@ -287,7 +287,7 @@ fn legend(moment: &Moment, style: &Style, colours: &Colours) -> Vec<(Rgb, &'stat
 }
 
 /// The largest of 1, 2 or 5 times a power of ten that is not longer, and its name.
-fn round_length(most: f64, unit: Unit) -> (f64, String) {
+pub(crate) fn round_length(most: f64, unit: Unit) -> (f64, String) {
     let mut decade = -12i32;
     while 10f64.powi(decade + 1) <= most && decade < 12 {
         decade += 1;

@@ -45,6 +45,15 @@ impl Picture {
         self.pixels[at..at + 3].copy_from_slice(&colour);
     }
 
+    /// Lays another picture over this one, its upper left corner at column `x` of row `y`; what does not fit is cut off.
+    pub(crate) fn put(&mut self, other: &Self, x: usize, y: usize) {
+        let wide = other.width.min(self.width.saturating_sub(x));
+        for row in 0..other.height.min(self.height.saturating_sub(y)) {
+            let (to, from) = (3 * ((y + row) * self.width + x), 3 * row * other.width);
+            self.pixels[to..to + 3 * wide].copy_from_slice(&other.pixels[from..from + 3 * wide]);
+        }
+    }
+
     /// Red, green and blue of every pixel.
     pub fn bytes(&self) -> &[u8] {
         &self.pixels

@@ -5,7 +5,7 @@
 //! 2. *Apart*: the faces of every convex piece, moved away from the body's middle.
 
 use glam::DVec3;
-use palpus::body::Body;
+use palpus::body::{Body, Polytope};
 
 /// cos 40°: triangles that turn by more look like an edge.
 const CREASE: f64 = 0.766;
@@ -48,24 +48,25 @@ impl Solid {
         let middle = (bounds.min + bounds.max) * 0.5;
         let mut solid = Self::default();
         for (k, piece) in body.polytopes().iter().enumerate() {
-            let shift = (piece.centroid() - middle) * spread;
-            let first = solid.vertices.len() as u32;
-            solid.vertices.extend(piece.vertices().iter().map(|v| *v + shift));
-            for f in 0..piece.face_count() as u32 {
-                // A rim has no width.
-                if piece.is_rim(f) {
-                    continue;
-                }
-                let normal = piece.plane(f).normal;
-                let corners: Vec<u32> = piece.face_vertices(f).iter().collect();
-                for pair in corners.windows(2).skip(1) {
-                    solid.triangles.push([first + corners[0], first + pair[0], first + pair[1]]);
-                    solid.normals.push([normal; 3]);
-                    solid.pieces.push(k as u32);
-                }
-            }
+            solid.add_faces(piece, k as u32, (piece.centroid() - middle) * spread, |_| true);
         }
         solid
+    }
+
+    /// Adds those faces of a piece that `which` asks for, moved by `shift`.
+    pub(crate) fn add_faces(&mut self, piece: &Polytope, k: u32, shift: DVec3, which: impl Fn(u32) -> bool) {
+        let first = self.vertices.len() as u32;
+        self.vertices.extend(piece.vertices().iter().map(|v| *v + shift));
+        // A rim has no width.
+        for f in (0..piece.face_count() as u32).filter(|&f| !piece.is_rim(f) && which(f)) {
+            let normal = piece.plane(f).normal;
+            let corners: Vec<u32> = piece.face_vertices(f).iter().collect();
+            for pair in corners.windows(2).skip(1) {
+                self.triangles.push([first + corners[0], first + pair[0], first + pair[1]]);
+                self.normals.push([normal; 3]);
+                self.pieces.push(k);
+            }
+        }
     }
 
     /// The lower and the upper corner of the box about all vertices.

@@ -3,10 +3,14 @@
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use palpus::algebra::{NoClock, Pose};
-use palpus::body::Body;
+use palpus::algebra::{Alone, NoClock, Pose};
+use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::render::{ProbeState, Renderer, Settings};
-use palpus_window::{Camera, Look, Moment, Picture, Scene, ShownBody, Solid, Style, Theme, View, paint};
+use palpus_window::{
+    Axis, Camera, Look, Moment, Picture, PieceOf, Scene, Section, SectionOf, SectionPlane, Shown, ShownBody, Solid,
+    Style, Theme, Unit, View, before_own_faces, depth_colour, paint, paint_gauss, paint_gauss_half, paint_section,
+    paint_section_panel,
+};
 
 const WIDTH: usize = 320;
 const HEIGHT: usize = 200;
@@ -175,4 +179,93 @@ fn whatever_is_asked_for_there_is_a_picture() {
     let nothing = Scene::default();
     let camera = Camera::framing(nothing.corners(), View::Top, 1.0);
     assert_eq!(paint(&nothing, &camera, &Style::default(), 16, 16).width(), 16);
+}
+
+/// A block in the shape of an L, two units wide.
+fn l_block() -> Body {
+    let outline = [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)];
+    let vertices = [0.0, 1.0].iter().flat_map(|&z| outline.map(|(x, y)| DVec3::new(x, y, z))).collect();
+    let mut soup = PolygonSoup { vertices, ..PolygonSoup::new() };
+    soup.push_face(&[5, 4, 3, 2, 1, 0]);
+    soup.push_face(&[6, 7, 8, 9, 10, 11]);
+    for k in 0..6 {
+        soup.push_face(&[k, (k + 1) % 6, 6 + (k + 1) % 6, 6 + k]);
+    }
+    Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("a block")
+}
+
+#[test]
+fn the_gauss_map_is_coloured_where_directions_are_owned_and_grey_elsewhere() {
+    let body = l_block();
+    let (size, middle) = (240, 120.0);
+    for piece in 0..body.polytopes().len() as u32 {
+        let own = body.own_normals(piece);
+        let camera = Camera::framing([DVec3::ZERO].into_iter(), View::Oblique, 1.0);
+        let picture = paint_gauss_half(&body, piece, &camera, Theme::Light, size);
+        assert_eq!(picture, paint_gauss_half(&body, piece, &camera, Theme::Light, size));
+        let [right, up, back] = camera.axes();
+        // Of directions that are owned and that are not: how many, and how many have the colour.
+        let (mut seen, mut right_colour) = ([0, 0], [0, 0]);
+        for (x, y) in (0..size).step_by(3).flat_map(|y| (0..size).step_by(3).map(move |x| (x, y))) {
+            let (u, v) = ((x as f64 + 0.5 - middle) / (0.96 * middle), (middle - y as f64 - 0.5) / (0.96 * middle));
+            if u.hypot(v) > 0.95 {
+                continue;
+            }
+            let direction = right * u + up * v + back * (1.0 - u * u - v * v).sqrt();
+            let [r, g, b] = picture.pixel(x, y).map(i32::from);
+            let owned = own.vertex_owns(own.polytope().support(direction), direction);
+            let is_grey = (r - g).abs() < 8 && (g - b).abs() < 12;
+            seen[usize::from(owned)] += 1;
+            right_colour[usize::from(owned)] += i32::from(is_grey != owned);
+        }
+        assert!(seen[1] > 300, "piece {piece}: {seen:?}");
+        // Points and arcs of the faces stand over the regions.
+        assert!((0..2).all(|k| 10 * right_colour[k] >= 8 * seen[k]), "piece {piece}: {right_colour:?} of {seen:?}");
+    }
+}
+
+#[test]
+fn the_page_of_a_piece_has_words_and_two_spheres_at_any_size() {
+    let body = l_block();
+    let shown = PieceOf { body: &body, piece: 0, name: "l.obj", unit: Unit::Model };
+    let camera = before_own_faces(&body, 0);
+    for (width, height) in [(640, 400), (16, 16), (40, 300), (300, 40)] {
+        let page = paint_gauss(&shown, &camera, &Style::default(), width, height);
+        assert_eq!((page.width(), page.height()), (width, height));
+    }
+    let with = paint_gauss(&shown, &camera, &Style::default(), WIDTH, HEIGHT);
+    let without = paint_gauss(&shown, &camera, &Style { words: false, ..Style::default() }, WIDTH, HEIGHT);
+    assert!(differences(&with, &without).len() > 1000);
+}
+
+#[test]
+fn a_section_is_coloured_by_depth_inside_and_pale_outside() {
+    let body = l_block();
+    let plane = SectionPlane::through(&body, Axis::Z, 0.5);
+    let section = Section::of(&body, plane, 96, &Alone, &mut |_| ()).expect("a feeler");
+    let numbers = section.numbers();
+    assert!(numbers.unseen == 0 && (numbers.deepest - 0.5).abs() < 0.05, "{numbers:?}");
+    let shown = SectionOf { section: &section, body: &body, name: "l.obj", unit: Unit::Model };
+    let (width, height) = (section.columns * 2, section.rows * 2);
+    for which in [Shown::Felt, Shown::True] {
+        let panel = paint_section_panel(&shown, which, 0.5, Theme::Light, width, height);
+        let at = |x: f64, y: f64| {
+            let column = 2.0 * ((x - section.low[0]) / section.cell + 0.5);
+            panel.pixel(column as usize, height - 1 - (2.0 * ((y - section.low[1]) / section.cell + 0.5)) as usize)
+        };
+        let near = |colour: [u8; 3], part: f64| {
+            let wanted = depth_colour(part);
+            colour.iter().zip(wanted).map(|(a, b)| (i32::from(*a) - i32::from(b)).abs()).max().unwrap_or(0) < 16
+        };
+        // Half way in along the long arm the nearest face is 0.3 away; contour lines stand elsewhere.
+        assert!(near(at(1.57, 0.27), 0.54), "{which:?}: {:?}", at(1.57, 0.27));
+        assert!(near(at(1.57, 0.07), 0.14), "{which:?}: {:?}", at(1.57, 0.07));
+        let [r, g, b] = at(1.8, 1.8);
+        assert!(r > 180 && g > 180 && b > 180, "the notch is outside: {r} {g} {b}");
+    }
+    let page = paint_section(&shown, &Style::default(), 400, 250);
+    assert_eq!(page, paint_section(&shown, &Style::default(), 400, 250));
+    for (width, height) in [(16, 16), (300, 40), (40, 300)] {
+        assert_eq!(paint_section(&shown, &Style::default(), width, height).width(), width);
+    }
 }

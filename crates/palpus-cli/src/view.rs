@@ -1,0 +1,64 @@
+//! `palpus view`: a model, its pieces, the Gauss map of one of them, how deep it is felt; as a picture or in a window.
+
+use std::process::ExitCode;
+
+use anyhow::bail;
+use palpus::body::{Body, BodySettings};
+use palpus_window::{Axis, Section, SectionPlane, richest_piece};
+
+use crate::args::{AxisName, ViewArguments};
+use crate::threads::Threads;
+use crate::{bodies, picture};
+
+pub(crate) fn view(arguments: &ViewArguments) -> anyhow::Result<ExitCode> {
+    let Some(file) = &arguments.screenshot else {
+        bail!("a window is not there yet; --screenshot FILE makes a picture without one");
+    };
+    let body = bodies::prepare_file(&arguments.model, &BodySettings::default())?.body;
+    let (model, asked) = (&arguments.model, &arguments.picture);
+    if let Some(piece) = arguments.gauss {
+        picture::write_gauss(model, &body, chosen_piece(&body, piece)?, file, asked)?;
+    } else if arguments.depth {
+        let plane = chosen_plane(&body, arguments)?;
+        let section = Section::of(&body, plane, arguments.fineness as usize, &Threads::all(), &mut |_| ())?;
+        picture::write_section(model, &body, &section, file, asked)?;
+    } else {
+        picture::write_model(model, &body, arguments.exploded, file, asked)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The piece that was asked for, or the one with most faces.
+fn chosen_piece(body: &Body, asked: Option<u32>) -> anyhow::Result<u32> {
+    let count = body.polytopes().len();
+    match (asked, richest_piece(body)) {
+        (Some(piece), _) if (piece as usize) < count => Ok(piece),
+        (Some(piece), Some(_)) => bail!("--gauss {piece}: there is no such piece; this model has 0 to {}", count - 1),
+        (None, Some(richest)) => Ok(richest),
+        (_, None) => bail!("this model has no pieces"),
+    }
+}
+
+/// The plane that was asked for, or one through the middle.
+fn chosen_plane(body: &Body, arguments: &ViewArguments) -> anyhow::Result<SectionPlane> {
+    let axis = arguments.axis.into();
+    let [low, middle, high] = [0.0, 0.5, 1.0].map(|part| SectionPlane::through(body, axis, part));
+    match arguments.offset {
+        None => Ok(middle),
+        Some(offset) if (low.offset..=high.offset).contains(&offset) => Ok(SectionPlane { axis, offset }),
+        Some(offset) => {
+            let (low, high) = (low.offset, high.offset);
+            bail!("--offset {offset}: the model reaches from {low} to {high} along {}", axis.name())
+        }
+    }
+}
+
+impl From<AxisName> for Axis {
+    fn from(name: AxisName) -> Self {
+        match name {
+            AxisName::X => Self::X,
+            AxisName::Y => Self::Y,
+            AxisName::Z => Self::Z,
+        }
+    }
+}
