@@ -1,5 +1,6 @@
 //! `palpus replay`: a recording once more, every wrench compared bit for bit.
 
+use std::ops::ControlFlow;
 use std::process::ExitCode;
 
 use anyhow::{Context, bail};
@@ -69,6 +70,18 @@ pub(crate) fn run_again(
     keep: &[u64],
     each: &mut dyn FnMut(usize, &Wrench, u32),
 ) -> anyhow::Result<(Stage, Engine)> {
+    let stage = replayable(recording, policy)?;
+    let mut engine = Engine::new(&stage, recording.header.scene.render)?;
+    keep.iter().for_each(|tick| engine.keep(*tick));
+    run_again_on(recording, &mut engine, &mut |k, wrench, contacts| {
+        each(k, wrench, contacts);
+        ControlFlow::Continue(())
+    })?;
+    Ok((stage, engine))
+}
+
+/// The recorded scene, ready to be run again, if it can be.
+pub(crate) fn replayable(recording: &Recording, policy: FilePolicy) -> anyhow::Result<Stage> {
     if recording.rows.is_empty() {
         bail!("the recording has no ticks to replay");
     }
@@ -76,10 +89,16 @@ pub(crate) fn run_again(
     if !recording.changes.is_empty() {
         bail!("the recording has changes of settings, which are not replayed yet");
     }
-    let stage = stage_of(recording, policy)?;
+    stage_of(recording, policy)
+}
+
+/// Runs a recording that is [`replayable`] on an engine of its stage, until `each` breaks off.
+pub(crate) fn run_again_on(
+    recording: &Recording,
+    engine: &mut Engine,
+    each: &mut dyn FnMut(usize, &Wrench, u32) -> ControlFlow<()>,
+) -> anyhow::Result<()> {
     let header = &recording.header;
-    let mut engine = Engine::new(&stage, header.scene.render)?;
-    keep.iter().for_each(|tick| engine.keep(*tick));
     let mut chain = safety::of_recording(&header.scene.more, 1.0 / header.rate_hz)?;
     for (k, row) in recording.rows.iter().enumerate() {
         let state =
@@ -91,9 +110,11 @@ pub(crate) fn run_again(
             Some(chain) => chain.shape(&state, &outcome.wrench, told).wrench,
             None => outcome.wrench,
         };
-        each(k, &wrench, outcome.detail.tick.contacts);
+        if each(k, &wrench, outcome.detail.tick.contacts).is_break() {
+            break;
+        }
     }
-    Ok((stage, engine))
+    Ok(())
 }
 
 /// The recorded scene, made ready again; refused if its meshes are others now.

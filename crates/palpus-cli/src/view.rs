@@ -12,7 +12,7 @@ use crate::{bodies, picture};
 
 pub(crate) fn view(arguments: &ViewArguments) -> anyhow::Result<ExitCode> {
     let Some(file) = &arguments.screenshot else {
-        bail!("a window is not there yet; --screenshot FILE makes a picture without one");
+        bail!("there is no window here; --screenshot FILE makes a picture without one");
     };
     let body = bodies::prepare_file(&arguments.model, &BodySettings::default())?.body;
     let (model, asked) = (&arguments.model, &arguments.picture);

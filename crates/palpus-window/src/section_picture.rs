@@ -190,7 +190,7 @@ fn outside_step(section: &Section, unit: Unit) -> f64 {
 }
 
 /// A length as it is said: three digits and a unit.
-fn length_name(length: f64, unit: Unit) -> String {
+pub(crate) fn length_name(length: f64, unit: Unit) -> String {
     let digits = |value: f64| {
         let decade = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
         format!("{value:.*}", (2 - decade).clamp(0, 12) as usize)
@@ -279,7 +279,7 @@ fn paint_panel(
             let part = value / range.deepest.max(f64::MIN_POSITIVE);
             let colour = match kind {
                 Kind::Outside => outside_colour(theme, value / size),
-                Kind::Unseen if ((x as f64 + y as f64) / stripe) as usize % 2 == 0 => UNSEEN,
+                Kind::Unseen if (((x as f64 + y as f64) / stripe) as usize).is_multiple_of(2) => UNSEEN,
                 Kind::Unseen => depth_colour(0.0),
                 Kind::Deep if which == Shown::Missing => missing_colour(theme, part),
                 Kind::Deep => depth_colour(part),
