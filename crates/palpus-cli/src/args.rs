@@ -6,6 +6,8 @@ use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use palpus::render::Clustering;
 use palpus_io::scene::CouplingMode;
 
+use crate::soak::Span;
+
 /// 6-degree-of-freedom haptic rendering between triangle meshes.
 ///
 /// Without a command: a spoon in a cup, felt by a simulated hand at 1 kHz (`palpus run spoon-cup`).
@@ -45,6 +47,8 @@ pub(crate) enum Command {
     Devices(DevicesArguments),
     /// Tells whether this machine can hold the loop, and what would help.
     Doctor(DoctorArguments),
+    /// Runs the loop in real time for hours, in a hand that wanders, and reports how it held.
+    Soak(SoakArguments),
     /// Reproduces the paper's table and figures on this machine, and times the engine step.
     #[command(subcommand)]
     Bench(BenchCommand),
@@ -386,6 +390,46 @@ pub(crate) struct ExportArguments {
     pub(crate) scene: String,
     /// The folder for tool.obj, part.obj, hand.csv and scene.toml, which may not be there yet.
     pub(crate) folder: PathBuf,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  palpus soak --duration 10m\n  palpus soak my-scene.toml --duration 1h --hand firm\n  palpus soak --models models --duration 1h     the paper's armadillo and intestine, out of a folder\n\nThe report (soak.json, soak.md, soak.html, plots) is written anew every minute. Ctrl-C ends the run with its report.\nExit status: 0 the loop held, 1 it did not: a fault, an allocation in the loop, more than 0.1 % of ticks late by over 0.5 ms\nand more than of the bare timer."
+)]
+pub(crate) struct SoakArguments {
+    /// A built-in scene (`palpus run --list`) or a scene file (TOML).
+    #[arg(default_value = "intestine")]
+    pub(crate) scene: String,
+    /// How long: 90s, 10m, 1h, 1h30m.
+    #[arg(long, default_value = "10m", value_name = "TIME")]
+    pub(crate) duration: Span,
+    /// How long the bare timer is measured before and after; 0 leaves it out.
+    #[arg(long, default_value = "20s", value_name = "TIME")]
+    pub(crate) timer: Span,
+    /// What the hand's way is drawn from.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// The simulated hand: relaxed, normal, firm or tight [default: the scene's, or normal].
+    #[arg(long, value_name = "PRESET")]
+    pub(crate) hand: Option<String>,
+    /// Ticks per second [default: the scene's, or 1000].
+    #[arg(long, value_name = "HZ")]
+    pub(crate) rate: Option<f64>,
+    /// A folder with armadillo_31240.obj and intestine_colon_male_24846.obj, which are then the scene; its file is left in --out.
+    #[arg(long, value_name = "DIR", conflicts_with = "scene")]
+    pub(crate) models: Option<PathBuf>,
+    /// Lets the scene file name meshes outside its own folder.
+    #[arg(long)]
+    pub(crate) allow_outside: bool,
+    /// Where the report goes.
+    #[arg(long, default_value = "palpus-out/soak", value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Asks the system for neither real-time priority nor locked memory nor a core of its own.
+    #[arg(long)]
+    pub(crate) no_realtime: bool,
+    /// Prints one JSON document and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

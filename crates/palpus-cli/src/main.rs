@@ -21,6 +21,7 @@ mod recording;
 mod replay;
 mod run;
 mod safety;
+mod soak;
 mod stage;
 mod summary;
 mod sweeps;
@@ -62,6 +63,7 @@ fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Export(arguments) => export::export(&arguments),
         Command::Devices(arguments) => devices::devices(&arguments),
         Command::Doctor(doctor) => doctor::doctor(&doctor),
+        Command::Soak(arguments) => soak::soak(&arguments),
         Command::Bench(bench) => bench::bench(&bench),
         Command::Completions { shell } => {
             args::completions(shell);

@@ -10,7 +10,7 @@ use palpus::force::{FrictionSettings, PairQuery, ShadingSettings};
 use palpus::render::{Limits, Settings, VirtualCoupling};
 use palpus_device::DeviceSpec;
 use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
-use palpus_io::scene::{CouplingMode, FilePolicy, SceneCoupling, SceneFile, read_scene};
+use palpus_io::scene::{CouplingMode, FilePolicy, SceneBody, SceneCoupling, SceneFile, read_scene};
 use palpus_io::{ContentHash, read_poses};
 use palpus_scenes::{HandPath, Key, Scene, Tremor};
 
@@ -130,14 +130,14 @@ fn of_built_in(scene: &Scene) -> anyhow::Result<Stage> {
 }
 
 fn of_file(path: &Path, file: &SceneFile) -> anyhow::Result<Stage> {
-    let body_settings =
-        BodySettings { scale: file.metres_per_unit, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-    let prepare = |mesh: &Path| -> anyhow::Result<(Arc<Body>, ContentHash)> {
-        let prepared = bodies::prepare_file(mesh, &body_settings)?;
+    let prepare = |body: &SceneBody| -> anyhow::Result<(Arc<Body>, ContentHash)> {
+        let settings =
+            BodySettings { scale: body.metres_per_unit, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
+        let prepared = bodies::prepare_file(&body.mesh, &settings)?;
         Ok((Arc::new(prepared.body), prepared.hash))
     };
-    let (probe, probe_hash) = prepare(&file.probe.mesh)?;
-    let (environment, environment_hash) = prepare(&file.environment.mesh)?;
+    let (probe, probe_hash) = prepare(&file.probe)?;
+    let (environment, environment_hash) = prepare(&file.environment)?;
     let hand = file.hand.preset.name();
     let intended = match &file.hand.path {
         Some(poses) => through(poses, file)?,

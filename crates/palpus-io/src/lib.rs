@@ -5,6 +5,7 @@
 
 pub mod cache;
 mod exact;
+pub mod hand;
 pub mod mesh;
 pub mod query;
 pub mod record;
@@ -12,6 +13,7 @@ pub mod scene;
 mod table;
 
 pub use cache::{BodyCache, BodyKey, CacheMiss};
+pub use hand::{HandFile, RecordedHand, read_hand};
 pub use mesh::{ContentHash, MeshFileError, MeshFormat, MeshProblem, Place, read_mesh, write_obj_groups};
 pub use query::{ContactWriter, QueryRow, QueryWriter, read_poses};
 pub use record::{RecordRow, Recording, RecordingHeader, RecordingWriter, read_recording};

@@ -65,7 +65,7 @@ fn every_documented_key_is_read() {
         (scene.render.limits, scene.render.split_angle),
         (Settings::default().limits, Settings::default().split_angle)
     );
-    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 34, "a key was added: check it above");
+    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 36, "a key was added: check it above");
 }
 
 #[test]
@@ -88,6 +88,8 @@ fn every_length_follows_the_unit() {
         grip = [0, 10, 0]
         [environment]
         mesh = "b.obj"
+        unit = 0.15
+        position = [1, 0, 0]
         [contact]
         tolerance = 0.5
         cluster_radius = 0
@@ -100,6 +102,9 @@ fn every_length_follows_the_unit() {
     assert_eq!(scene.probe.pose.translation, DVec3::new(1.0, 2.0, -3.0) * 0.0254);
     assert!(scene.probe.pose.is_valid());
     assert_eq!(scene.render.grip_a, DVec3::Y * 10.0 * 0.0254);
+    // A mesh may have its own unit; where it stands is the scene's.
+    assert_eq!((scene.probe.metres_per_unit, scene.environment.metres_per_unit), (0.0254, 0.15));
+    assert_eq!(scene.environment.pose.translation, DVec3::X * 0.0254);
     assert_eq!((scene.render.contact_tolerance, scene.render.cluster_radius), (0.5 * 0.0254, 0.0));
     assert_eq!((scene.render.split_angle, scene.hand.tremor), (None, 0.01 * 0.0254));
     assert_eq!(scene.render.clustering, Clustering::Smooth);

@@ -1,7 +1,8 @@
 //! The paper's scenes and scripted hands as code: what you watch is what is tested is what is timed.
 //!
 //! * [`shape`] — meshes as code, in metres: closed, outward, manifold, free of self-intersection, the same on every call.
-//! * [`HandPath`] — scripted hands: pure functions from time to the pose that a hand intends.
+//! * [`HandPath`] — scripted hands: pure functions from time to the pose that a hand intends; [`Wander`] — one that never ends; [`tour`] — a path
+//!   over a body of which nothing is known.
 //! * [`sweep`] — how deep a body can be felt, and how truly.
 //! * [`truth`] — what contacts there truly are, where that can be said in closed form.
 //! * [`scenes`], [`trials`], [`scene`] — a probe, an environment, how they touch and how the hand moves, by name.
@@ -11,8 +12,10 @@ mod path;
 mod scene;
 pub mod shape;
 pub mod sweep;
+mod tour;
 pub mod truth;
 
 pub use catalogue::{SceneEntry, scene, scenes, trials};
-pub use path::{HandPath, Key, Tremor};
+pub use path::{HandPath, Key, Tremor, Wander};
 pub use scene::{ContactSettings, Friction, Scene};
+pub use tour::tour;

@@ -14,6 +14,8 @@ use std::process::ExitCode;
 use palpus_io::RecordRow;
 
 use crate::args::BenchCommand;
+pub(crate) use table::find as find_model;
+
 use crate::plots::{BLUE, Figure, GREEN, Panel, Series, VERMILION, bands};
 
 pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {

@@ -79,7 +79,7 @@ fn row(model: &'static str, source: String, prepared: &Prepared) -> Row {
 }
 
 /// The file in the folder or one of its own folders.
-pub(super) fn find(folder: &Path, file: &str) -> Option<PathBuf> {
+pub(crate) fn find(folder: &Path, file: &str) -> Option<PathBuf> {
     let direct = folder.join(file);
     if direct.is_file() {
         return Some(direct);

@@ -6,7 +6,7 @@ use serde::Serialize;
 
 /// Times of all cores and of this program, in the kernel's ticks, at an instant.
 #[derive(Clone, Debug)]
-pub(super) struct Snapshot {
+pub(crate) struct Snapshot {
     all: u64,
     busy: u64,
     stolen: u64,
@@ -18,7 +18,7 @@ pub(super) struct Snapshot {
 
 /// A program that kept the machine busy.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Program {
+pub(crate) struct Program {
     name: String,
     /// Cores' worth of work.
     cores: f64,
@@ -26,16 +26,16 @@ pub(super) struct Program {
 
 /// What else the machine did during the measurement.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Load {
-    pub(super) cores: u64,
+pub(crate) struct Load {
+    pub(crate) cores: u64,
     /// Cores' worth of work by others.
-    pub(super) others_cores: f64,
+    pub(crate) others_cores: f64,
     /// Share of the time that the machine around a virtual machine took.
-    pub(super) stolen_share: f64,
+    pub(crate) stolen_share: f64,
     /// Running or waiting threads, over the last minute.
-    pub(super) load_average: Option<f64>,
+    pub(crate) load_average: Option<f64>,
     /// The programs that did the most of that, as far as they ran all the while.
-    pub(super) busiest: Vec<Program>,
+    pub(crate) busiest: Vec<Program>,
 }
 
 /// Programs that are named.
@@ -44,7 +44,7 @@ const NAMED: usize = 3;
 const LEAST_NAMED: f64 = 0.05;
 
 impl Load {
-    pub(super) fn in_words(&self) -> String {
+    pub(crate) fn in_words(&self) -> String {
         let Self { cores, others_cores, stolen_share, load_average, .. } = self;
         let average = load_average.map_or(String::new(), |load| format!("; load average {load:.1}"));
         let stolen = match stolen_share {
@@ -55,14 +55,14 @@ impl Load {
     }
 
     /// In brackets, the busiest first; nothing when there is none.
-    pub(super) fn busiest_in_words(&self) -> String {
+    pub(crate) fn busiest_in_words(&self) -> String {
         let each: Vec<String> = self.busiest.iter().map(|p| format!("{} {:.1}", p.name, p.cores)).collect();
         if each.is_empty() { String::new() } else { format!(" ({})", each.join(", ")) }
     }
 }
 
 impl Snapshot {
-    pub(super) fn take() -> Option<Self> {
+    pub(crate) fn take() -> Option<Self> {
         let all = read_to_string("/proc/stat").ok()?;
         let own = read_to_string("/proc/self/stat").ok()?;
         let snapshot = Self::of(&all, &own)?;
@@ -124,7 +124,7 @@ fn busiest(before: &Snapshot, after: &Snapshot, ticks_per_core: f64) -> Vec<Prog
 }
 
 /// What others did between two instants.
-pub(super) fn between(before: Option<Snapshot>, after: Option<Snapshot>) -> Option<Load> {
+pub(crate) fn between(before: Option<Snapshot>, after: Option<Snapshot>) -> Option<Load> {
     let (before, after) = before.zip(after)?;
     let all = after.all.saturating_sub(before.all).max(1) as f64;
     let busiest = busiest(&before, &after, all / after.cores.max(1) as f64);

@@ -6,8 +6,6 @@ use anyhow::anyhow;
 use palpus_device::{LATE, LoopTime, RealTimeClaims, RealTimeOptions, ServoOptions, WallTime, claim};
 use serde::Serialize;
 
-use super::RATE_HZ;
-
 /// How late turns began, µs; percentiles as usual.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct Timer {
@@ -32,23 +30,33 @@ impl Timer {
 }
 
 /// Runs the bare loop for `duration` seconds on a thread of its own, with all that `palpus run` claims for its loop.
-pub(super) fn measure(duration: f64) -> anyhow::Result<(Timer, RealTimeClaims)> {
-    let turns = (duration * RATE_HZ).round() as usize;
+pub(super) fn measure(duration: f64, rate_hz: f64) -> anyhow::Result<(Timer, Option<RealTimeClaims>)> {
+    let (lateness, claims) = lateness(duration, rate_hz, Some(RealTimeOptions::default()))?;
+    Ok((of(lateness), claims))
+}
+
+/// How late each turn of a bare loop began, ns, and what the system granted it of what was asked for.
+pub(crate) fn lateness(
+    duration: f64,
+    rate_hz: f64,
+    options: Option<RealTimeOptions>,
+) -> anyhow::Result<(Vec<u64>, Option<RealTimeClaims>)> {
+    let turns = (duration * rate_hz).round() as usize;
     let thread = std::thread::Builder::new().name("timer".to_owned()).spawn(move || {
         // Written to once, so that no page of it is waited for later.
         let mut lateness = vec![1; turns];
         lateness.clear();
-        let claims = claim(&RealTimeOptions::default());
-        run(turns, &mut lateness);
-        (of(lateness), claims)
+        let claims = options.as_ref().map(claim);
+        run(turns, rate_hz, &mut lateness);
+        (lateness, claims)
     })?;
     thread.join().map_err(|_| anyhow!("the measuring thread failed; please report this"))
 }
 
-fn run(turns: usize, lateness: &mut Vec<u64>) {
+fn run(turns: usize, rate_hz: f64, lateness: &mut Vec<u64>) {
     let time = WallTime::new();
     let spin = ServoOptions::default().spin;
-    let period = Duration::from_secs_f64(1.0 / RATE_HZ);
+    let period = Duration::from_secs_f64(1.0 / rate_hz);
     let mut deadline = time.now() + period;
     for _ in 0..turns {
         time.wait_until(deadline, spin);

@@ -6,12 +6,14 @@
 //!
 //! [probe]                   # body a, held in the hand
 //! mesh = "spoon.obj"        # beside this file or below
+//! unit = "mm"               # of this mesh alone, if it has another one; lengths here stay in the scene's
 //! position = [0, 0, 0]      # where it starts: its mesh's origin in the world
 //! orientation = [0, 0, 0, 1]   # unit quaternion x, y, z, w
 //! grip = [0, 0, 0]          # where the hand holds it, in its mesh's frame
 //!
 //! [environment]             # body b
 //! mesh = "cup.obj"
+//! unit = "mm"               # likewise
 //! position = [0, 0, 0]
 //! orientation = [0, 0, 0, 1]
 //!
@@ -54,7 +56,7 @@
 //! 2. An unknown key is an error that names the nearest valid one: a mistyped key that did nothing would be felt, not
 //!    seen.
 //! 3. Lengths are multiplied by the unit, degrees become radians. This is the only place where units are converted;
-//!    what comes out is SI, and meshes are to be multiplied by [`SceneFile::metres_per_unit`].
+//!    what comes out is SI, and meshes are to be multiplied by their [`SceneBody::metres_per_unit`].
 //! 4. Files that a scene names must lie in its folder or below, also behind symbolic links, unless the caller says
 //!    [`FilePolicy::Anywhere`]: a scene from elsewhere must not make the program read other files.
 
@@ -73,7 +75,7 @@ pub use read::{parse_scene, read_scene};
 /// A scene, in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneFile {
-    /// Metres for each unit of the mesh files: what to multiply their coordinates by.
+    /// Metres for each unit of the scene's lengths, and of the meshes that have none of their own.
     pub metres_per_unit: f64,
     /// Body a.
     pub probe: SceneBody,
@@ -94,6 +96,8 @@ pub struct SceneFile {
 pub struct SceneBody {
     /// Its mesh file, with the scene file's folder in front.
     pub mesh: PathBuf,
+    /// Metres for each unit of that file: what to multiply its coordinates by.
+    pub metres_per_unit: f64,
     /// Its frame in the world at the start, m; the mesh's own frame when the file doesn't say.
     pub pose: Pose,
 }

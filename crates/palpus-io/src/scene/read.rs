@@ -65,7 +65,8 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     let files = Files { folder: path.parent().unwrap_or(Path::new("")), policy, check };
 
     let top = Section::top(source, &root, &["unit", "probe", "environment", "contact", "coupling", "device", "hand"])?;
-    let unit = read_unit(&top)?;
+    let unit = read_unit(&top)?
+        .ok_or_else(|| top.error("unit is missing: a mesh file has none, so say unit = \"mm\" (or cm, m, inch, …)"))?;
     let (probe, grip) = read_probe(&top, unit, files)?;
     let environment = read_environment(&top, unit, files)?;
     let mut render = Settings { grip_a: grip, ..Settings::default() };
@@ -82,28 +83,27 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     Ok(SceneFile { metres_per_unit: unit, probe, environment, render, coupling, rate_hz, hand })
 }
 
-/// Metres for each unit of length of the file.
-fn read_unit(top: &Section<'_>) -> Result<f64, SceneError> {
-    if top.is_text("unit") {
-        let (name, span) = top.text("unit")?.unwrap_or_default();
+/// Metres for each unit of length of the file, or of one mesh.
+fn read_unit(section: &Section<'_>) -> Result<Option<f64>, SceneError> {
+    if section.is_text("unit") {
+        let (name, span) = section.text("unit")?.unwrap_or_default();
         let unknown =
-            |names| top.error_at(&span, format!("{name:?} is no unit; use one of {names}, or metres as a number"));
-        return unit::metres(name).map_err(unknown);
+            |names| section.error_at(&span, format!("{name:?} is no unit; use one of {names}, or metres as a number"));
+        return unit::metres(name).map(Some).map_err(unknown);
     }
-    let metres = top.number("unit", "the metres in one unit, from 1e-9 to 1e9", |x| (1e-9..=1e9).contains(&x))?;
-    metres.ok_or_else(|| top.error("unit is missing: a mesh file has none, so say unit = \"mm\" (or cm, m, inch, …)"))
+    section.number("unit", "the metres in one unit, from 1e-9 to 1e9", |x| (1e-9..=1e9).contains(&x))
 }
 
 /// Body a and, in metres, where it is held.
 fn read_probe(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<(SceneBody, DVec3), SceneError> {
-    let section = top.section("probe", &["mesh", "position", "orientation", "grip"])?;
+    let section = top.section("probe", &["mesh", "unit", "position", "orientation", "grip"])?;
     let body = read_body(&section, "probe", unit, files)?;
     let grip = section.vector("grip")?.map_or(DVec3::ZERO, |grip| DVec3::from_array(grip.into_inner()) * unit);
     Ok((body, grip))
 }
 
 fn read_environment(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneBody, SceneError> {
-    let section = top.section("environment", &["mesh", "position", "orientation"])?;
+    let section = top.section("environment", &["mesh", "unit", "position", "orientation"])?;
     read_body(&section, "environment", unit, files)
 }
 
@@ -123,7 +123,8 @@ fn read_body(section: &Section<'_>, name: &str, unit: f64, files: Files<'_>) -> 
             return Err(section.error_at(&quaternion.span(), problem));
         }
     }
-    Ok(SceneBody { mesh, pose: Pose::new(rotation, translation) })
+    let metres_per_unit = read_unit(section)?.unwrap_or(unit);
+    Ok(SceneBody { mesh, metres_per_unit, pose: Pose::new(rotation, translation) })
 }
 
 fn read_contact(

@@ -10,12 +10,15 @@
 
 mod quintic;
 mod tremor;
+mod wander;
 
-use glam::{DQuat, DVec3, DVec4};
+use glam::{DMat4, DQuat, DVec3, DVec4};
 use palpus::algebra::{Pose, Twist};
 
 use quintic::{Quintic, Reach};
 pub use tremor::Tremor;
+pub(crate) use tremor::draw;
+pub use wander::Wander;
 
 /// A pose that a scripted hand reaches at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -85,6 +88,23 @@ impl HandPath {
     /// The same path with a tremor on top.
     pub fn with_tremor(self, tremor: Tremor) -> Self {
         Self { tremor: Some(tremor), ..self }
+    }
+
+    /// The same path in another frame, in which its own stands at `pose`.
+    #[must_use]
+    pub fn placed(mut self, pose: &Pose) -> Self {
+        let turn = DMat4::from_cols(
+            (pose.rotation * DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0)).into(),
+            (pose.rotation * DQuat::from_xyzw(0.0, 1.0, 0.0, 0.0)).into(),
+            (pose.rotation * DQuat::from_xyzw(0.0, 0.0, 1.0, 0.0)).into(),
+            (pose.rotation * DQuat::from_xyzw(0.0, 0.0, 0.0, 1.0)).into(),
+        );
+        for segment in &mut self.segments {
+            segment.translation = segment.translation.map(|c| pose.rotation * c);
+            segment.translation.shift(pose.translation);
+            segment.rotation = segment.rotation.map(|c| turn * c);
+        }
+        self
     }
 
     /// Seconds from the first key to the last (of one turn, when cyclic).

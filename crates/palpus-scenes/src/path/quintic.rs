@@ -48,6 +48,16 @@ impl<V: Copy + Add<Output = V> + Sub<Output = V> + Mul<f64, Output = V>> Quintic
         ((((c5 * t + c4) * t + c3) * t + c2) * t + c1) * t + c0
     }
 
+    /// Each coefficient through a linear map.
+    pub(super) fn map(&self, linear: impl Fn(V) -> V) -> Self {
+        Self { coefficients: self.coefficients.map(linear) }
+    }
+
+    /// Moved by a constant.
+    pub(super) fn shift(&mut self, by: V) {
+        self.coefficients[0] = self.coefficients[0] + by;
+    }
+
     /// The derivative, per second.
     pub(super) fn rate(&self, t: f64) -> V {
         let [_, c1, c2, c3, c4, c5] = self.coefficients;

@@ -44,7 +44,7 @@ impl Tremor {
 }
 
 /// The next number in \[0, 1) of the SplitMix64 sequence (Steele, Lea, Flood 2014).
-fn draw(state: &mut u64) -> f64 {
+pub(crate) fn draw(state: &mut u64) -> f64 {
     *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let mut z = *state;
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);

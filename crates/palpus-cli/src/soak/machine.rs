@@ -1,0 +1,118 @@
+//! What the machine did meanwhile: the program's memory, the cores' frequency, other load. Known on Linux; `None` elsewhere.
+
+use std::fs::read_to_string;
+use std::time::Duration;
+
+use serde::Serialize;
+
+/// The machine at an instant.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(super) struct Sample {
+    /// Memory of the program that is in the machine's, bytes.
+    pub(super) resident: Option<u64>,
+    /// Of the cores, in the mean.
+    pub(super) mhz: Option<f64>,
+    /// Running or waiting threads, over the last minute.
+    pub(super) load_average: Option<f64>,
+}
+
+impl Sample {
+    pub(super) fn take() -> Self {
+        let read = |path: &str| read_to_string(path).ok();
+        Self {
+            resident: read("/proc/self/statm").and_then(|text| resident(&text)),
+            mhz: frequency().or_else(|| read("/proc/cpuinfo").and_then(|text| mean_mhz(&text))),
+            load_average: read("/proc/loadavg").and_then(|text| text.split_whitespace().next()?.parse().ok()),
+        }
+    }
+}
+
+/// Bytes out of the second number of `/proc/self/statm`, which is of pages.
+fn resident(statm: &str) -> Option<u64> {
+    let pages: u64 = statm.split_whitespace().nth(1)?.parse().ok()?;
+    Some(pages * PAGE)
+}
+
+/// Of the processors that palpus runs on with Linux; others have larger pages, and then less is said than there is.
+const PAGE: u64 = 4096;
+
+/// As the kernel steers the cores, MHz.
+fn frequency() -> Option<f64> {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    let of = |core: usize| -> Option<f64> {
+        let path = format!("/sys/devices/system/cpu/cpu{core}/cpufreq/scaling_cur_freq");
+        Some(read_to_string(path).ok()?.trim().parse::<f64>().ok()? / 1e3)
+    };
+    let all: Vec<f64> = (0..cores).map_while(of).collect();
+    mean(&all)
+}
+
+/// As the processor says.
+fn mean_mhz(cpuinfo: &str) -> Option<f64> {
+    let of = |line: &str| line.strip_prefix("cpu MHz")?.split_once(':')?.1.trim().parse().ok();
+    let all: Vec<f64> = cpuinfo.lines().filter_map(of).collect();
+    mean(&all)
+}
+
+fn mean(all: &[f64]) -> Option<f64> {
+    (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
+}
+
+/// Samples over a run of any length in memory that is there from the start: when it is full, every second one goes, and the next ones come half as often.
+#[derive(Debug)]
+pub(super) struct Watch {
+    every: Duration,
+    next: Duration,
+}
+
+/// Between two samples, in the beginning.
+const FIRST: Duration = Duration::from_secs(5);
+/// Samples that are kept at the most.
+pub(super) const KEPT: usize = 1024;
+
+impl Watch {
+    pub(super) fn new() -> Self {
+        Self { every: FIRST, next: Duration::ZERO }
+    }
+
+    /// Adds a sample if it is time for one.
+    pub(super) fn look(&mut self, elapsed: Duration, samples: &mut Vec<(f64, Sample)>) {
+        if elapsed < self.next {
+            return;
+        }
+        self.next += self.every;
+        if samples.len() >= KEPT {
+            let mut keep = false;
+            samples.retain(|_| {
+                keep = !keep;
+                keep
+            });
+            self.every *= 2;
+        }
+        samples.push((elapsed.as_secs_f64(), Sample::take()));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_where_they_stand() {
+        assert_eq!(resident("5000 250 30 1 0 60 0\n"), Some(250 * 4096));
+        assert_eq!(resident(""), None);
+        assert_eq!(mean_mhz("processor\t: 0\ncpu MHz\t\t: 2000.0\n\ncpu MHz\t\t: 3000.5\n"), Some(2500.25));
+        assert_eq!(mean_mhz("Features: neon"), None);
+    }
+
+    #[test]
+    fn samples_are_thinned_and_stay_few() {
+        let (mut watch, mut samples) = (Watch::new(), Vec::with_capacity(KEPT));
+        for seconds in 0..20_000 {
+            watch.look(Duration::from_secs(seconds), &mut samples);
+        }
+        assert!((KEPT / 2..=KEPT).contains(&samples.len()), "{}", samples.len());
+        assert!(samples.windows(2).all(|pair| pair[0].0 < pair[1].0));
+        assert_eq!(samples.capacity(), KEPT);
+    }
+}

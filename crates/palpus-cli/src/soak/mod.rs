@@ -1,0 +1,209 @@
+//! `palpus soak`: the loop in real time for as long as one likes, in a hand that wanders, and an account of it.
+//!
+//! 1. The bare timer is measured, as `palpus doctor` does: what this machine does to any loop.
+//! 2. The scene's loop runs in real time with everything that `palpus run` has: simulated device, safety chain, watchdog, priority. The hand
+//!    ([`scene`]) wanders about the scene, in and out of contact, for ever, the same for the same seed.
+//! 3. The servo thread keeps an account ([`tally`]) in memory that is there from the start, and hands it over once in an interval, a minute
+//!    in a long run. This thread looks at the machine meanwhile ([`machine`]): memory, frequency, other load.
+//! 4. After every interval the report ([`report`], [`figures`]) is written anew, so that a crash leaves one.
+//! 5. When the time is over, or at Ctrl-C, the bare timer is measured again.
+//!
+//! Exit status 1 when the loop did not hold: a fault, an allocation in the loop, too many late ticks.
+
+mod buckets;
+mod figures;
+mod machine;
+mod report;
+mod scene;
+mod tally;
+mod words;
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+use std::time::{Duration, Instant};
+
+use anyhow::{anyhow, bail};
+use palpus_device::{
+    DeviceState, HandImpedance, Newest, RealTimeClaims, RealTimeOptions, RunStatistics, Servo, ServoOptions, ServoTick,
+    SimulatedDevice, SimulationSettings, claim, hand_preset, latest_of,
+};
+
+use crate::args::SoakArguments;
+use crate::doctor::timer;
+use crate::engine::{Detail, Engine};
+use crate::output;
+use buckets::Buckets;
+use machine::Watch;
+use report::{Report, Stretch};
+use scene::Ground;
+use tally::{Interval, Tally};
+pub(crate) use words::Span;
+
+/// Ticks per second when nobody says.
+const DEFAULT_RATE_HZ: f64 = 1000.0;
+/// The report's intervals are a minute, in short runs a part of them.
+const INTERVAL: Duration = Duration::from_secs(60);
+const INTERVALS_AT_LEAST: u32 = 20;
+const SHORTEST_INTERVAL: Duration = Duration::from_millis(500);
+/// How often this thread looks whether there is something to do.
+const LOOK: Duration = Duration::from_millis(100);
+
+pub(crate) fn soak(arguments: &SoakArguments) -> anyhow::Result<ExitCode> {
+    let ground = scene::prepare(arguments)?;
+    let rate_hz = arguments.rate.or(ground.stage.rate_hz).unwrap_or(DEFAULT_RATE_HZ);
+    let duration = arguments.duration.0;
+    let interval = INTERVAL.min(duration / INTERVALS_AT_LEAST).max(SHORTEST_INTERVAL);
+    let mut report = Report::new(arguments, &ground, rate_hz, interval)?;
+    let tell = |text: String| {
+        if !arguments.json {
+            output::note(text);
+        }
+    };
+    tell(report.announced());
+    let timer = arguments.timer.0;
+    let real_time = !arguments.no_realtime;
+    report.before = bare(timer, rate_hz, real_time, &tell, "before")?;
+    let stop = stop_at_ctrl_c();
+    let run = Run { duration, interval, rate_hz, real_time };
+    let (statistics, claims) = run.turn(&ground, arguments, &mut report, &stop)?;
+    report.end(&statistics, claims.as_ref());
+    report.write()?;
+    if !timer.is_zero() {
+        report.after = bare(timer, rate_hz, real_time, &tell, "after")?;
+        report.write()?;
+    }
+    if arguments.json {
+        output::json(&report.document())?;
+    } else {
+        report.print();
+    }
+    Ok(if report.held() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The bare timer for so long, as the loop would have it.
+fn bare(
+    duration: Duration,
+    rate_hz: f64,
+    real_time: bool,
+    tell: &dyn Fn(String),
+    when: &str,
+) -> anyhow::Result<Option<Stretch>> {
+    if duration.is_zero() {
+        return Ok(None);
+    }
+    tell(format!("{:.0} s of a bare timer {when}", duration.as_secs_f64()));
+    let options = real_time.then(RealTimeOptions::default);
+    let (lateness, _) = timer::lateness(duration.as_secs_f64(), rate_hz, options)?;
+    let mut buckets = Buckets::default();
+    lateness.iter().for_each(|nanos| buckets.add(*nanos));
+    Ok(Some(Stretch::of(&buckets)))
+}
+
+fn stop_at_ctrl_c() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    // When there is a handler already, Ctrl-C simply ends the process; the last report stays.
+    let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+    stop
+}
+
+/// How to run.
+struct Run {
+    duration: Duration,
+    interval: Duration,
+    rate_hz: f64,
+    real_time: bool,
+}
+
+impl Run {
+    /// Runs the loop on a thread of its own while this one keeps the report.
+    fn turn(
+        &self,
+        ground: &Ground,
+        arguments: &SoakArguments,
+        report: &mut Report,
+        stop: &AtomicBool,
+    ) -> anyhow::Result<(RunStatistics, Option<RealTimeClaims>)> {
+        let mut device = self.device(ground, arguments)?;
+        let spec = SimulationSettings::default().spec;
+        let mut engine = Engine::new(&ground.stage, ground.stage.settings_for(&spec, self.rate_hz))?;
+        // The wall's time ends it, not the number of ticks: a loop that is late makes fewer of them.
+        let mut servo = Servo::new(ServoOptions { rate_hz: self.rate_hz, ..ServoOptions::default() })?;
+        let (publisher, newest) = latest_of(Interval::default);
+        let mut tally = Tally::new(self.interval, publisher);
+        let over = AtomicBool::new(false);
+        let (granted, claimed) = mpsc::channel();
+        let options = self.real_time.then(RealTimeOptions::default);
+        std::thread::scope(|scope| {
+            let over = &over;
+            let thread = std::thread::Builder::new().name("servo".to_owned()).spawn_scoped(scope, move || {
+                // The other end is there until this thread is joined.
+                let _ = granted.send(options.as_ref().map(claim));
+                let step = |state: &DeviceState, dt| engine.step(state, dt);
+                tally.begin();
+                let mut observe = |tick: &ServoTick, detail: &Detail| tally.add(tick, detail);
+                let statistics = servo.run(&mut device, step, &mut observe, stop);
+                over.store(true, Ordering::Relaxed);
+                (statistics, tally.finish())
+            })?;
+            let claims = claimed.recv().ok().flatten();
+            let kept = self.keep(report, newest, over, stop);
+            // Whatever became of the report, the loop is not left alone.
+            stop.store(true, Ordering::Relaxed);
+            let (statistics, last) =
+                thread.join().map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))?;
+            kept?;
+            report.add(&last, machine::Sample::take());
+            Ok((statistics, claims))
+        })
+    }
+
+    fn device(
+        &self,
+        ground: &Ground,
+        arguments: &SoakArguments,
+    ) -> anyhow::Result<SimulatedDevice<impl palpus_device::Intent + use<>>> {
+        let name = arguments.hand.as_deref().or(ground.stage.hand).unwrap_or("normal");
+        let Some(hand) = hand_preset(name) else {
+            bail!("there is no hand `{name}`; hands are relaxed, normal, firm, tight and none");
+        };
+        if hand == HandImpedance::NONE {
+            bail!("a hand that wanders has to hold the device; take another one than `none`");
+        }
+        let wander = ground.hand.clone();
+        let settings = SimulationSettings { rate_hz: self.rate_hz, hand, ..SimulationSettings::default() };
+        Ok(SimulatedDevice::new(settings, move |time| wander.pose(time))?)
+    }
+
+    /// Keeps the report until the loop is over; stops it when its time is.
+    fn keep(
+        &self,
+        report: &mut Report,
+        mut newest: Newest<Interval>,
+        over: &AtomicBool,
+        stop: &AtomicBool,
+    ) -> anyhow::Result<()> {
+        let begun = Instant::now();
+        let mut watch = Watch::new();
+        while !over.load(Ordering::Relaxed) {
+            std::thread::sleep(LOOK);
+            if begun.elapsed() >= self.duration {
+                stop.store(true, Ordering::Relaxed);
+            }
+            report.see(&mut watch, begun.elapsed());
+            if let Some(interval) = newest.take() {
+                report.add(interval, machine::Sample::take());
+                report.write()?;
+                if output::watched() {
+                    output::live(&report.live());
+                }
+            }
+        }
+        if output::watched() {
+            output::live_end();
+        }
+        Ok(())
+    }
+}

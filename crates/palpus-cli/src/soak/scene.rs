@@ -1,0 +1,88 @@
+//! Where the hand wanders.
+//!
+//! Scenes with a path of their own, the built-in ones and files with `[hand] path`, are wandered about along it. In a scene file without one
+//! the hand finds its places itself ([`palpus_scenes::tour`]).
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use palpus_io::read_scene;
+use palpus_io::scene::FilePolicy;
+use palpus_scenes::{HandPath, Wander, tour};
+
+use crate::args::SoakArguments;
+use crate::bench::find_model;
+use crate::stage::{self, Stage};
+
+/// How far the hand strays from its path along each axis, in contact tolerances; usually a quarter of it.
+const STRAY_TOLERANCES: f64 = 12.0;
+/// And how far it turns, rad.
+const STRAY_TURN: f64 = 0.25;
+
+/// The paper's pair, and how it is placed here: metres per unit of each file.
+const PAIR: [(&str, f64); 2] = [("armadillo_31240.obj", 0.15), ("intestine_colon_male_24846.obj", 1.0)];
+/// What it is called.
+const PAIR_NAME: &str = "armadillo-intestine";
+
+/// A scene and the hand in it.
+pub(super) struct Ground {
+    pub(super) name: String,
+    pub(super) stage: Stage,
+    pub(super) hand: Wander,
+}
+
+pub(super) fn prepare(arguments: &SoakArguments) -> anyhow::Result<Ground> {
+    let (name, scene, policy) = match &arguments.models {
+        Some(folder) => (PAIR_NAME.to_owned(), write_pair(folder, &arguments.out)?, FilePolicy::Anywhere),
+        None if arguments.allow_outside => (arguments.scene.clone(), arguments.scene.clone(), FilePolicy::Anywhere),
+        None => (arguments.scene.clone(), arguments.scene.clone(), FilePolicy::Inside),
+    };
+    let stage = stage::prepare(&scene, policy)?;
+    let path = if palpus_scenes::scene(&scene).is_some() || read_scene(Path::new(&scene), policy)?.hand.path.is_some() {
+        stage.path.clone()
+    } else {
+        found(&stage, arguments.seed)?
+    };
+    let shift = STRAY_TOLERANCES * stage.settings.contact_tolerance;
+    Ok(Ground { name, hand: Wander::about(&path, shift, STRAY_TURN, arguments.seed), stage })
+}
+
+/// A path over places that the probe finds by itself.
+fn found(stage: &Stage, seed: u64) -> anyhow::Result<HandPath> {
+    let start = stage.environment_pose.inverse() * stage.path.pose(0.0);
+    let path = tour(&stage.probe, &stage.environment, start, stage.settings.contact_tolerance, seed);
+    let Some(path) = path else {
+        bail!(
+            "the probe does not meet the environment on its way to it; place it elsewhere, or give the scene a [hand] path"
+        );
+    };
+    Ok(path.placed(&stage.environment_pose))
+}
+
+/// Writes the scene file of the paper's pair, whose meshes are in `models` or a folder in it; answers its name.
+fn write_pair(models: &Path, out: &Path) -> anyhow::Result<String> {
+    let mut meshes = Vec::new();
+    for (file, _) in PAIR {
+        let Some(path) = find_model(models, file) else {
+            bail!("{file} is neither in {} nor in a folder in it", models.display());
+        };
+        let path = path.canonicalize().with_context(|| format!("{} cannot be read", path.display()))?;
+        let Some(path) = path.to_str() else { bail!("a scene file cannot name {}", path.display()) };
+        meshes.push(toml::Value::from(path).to_string());
+    }
+    let [(_, probe), (_, environment)] = PAIR;
+    let text = format!(
+        "# The armadillo of [K02] at 15 cm, felt along a colon. Its meshes are elsewhere: palpus run FILE --allow-outside\n\
+         unit = \"m\"\n\n\
+         [probe]\nmesh = {}\nunit = {probe}\nposition = [0.013, 0.19, 0.32]\n\n\
+         [environment]\nmesh = {}\nunit = {environment:?}\n\n\
+         [contact]\ntolerance = 0.002\nfriction = {{ static = 0.4, dynamic = 0.3 }}\n",
+        meshes[0], meshes[1]
+    );
+    let file = out.join(format!("{PAIR_NAME}.toml"));
+    let problem = || format!("{} could not be written; name another folder with --out", file.display());
+    fs::create_dir_all(out).with_context(problem)?;
+    fs::write(&file, text).with_context(problem)?;
+    Ok(file.to_string_lossy().into_owned())
+}

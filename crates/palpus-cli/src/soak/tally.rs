@@ -1,0 +1,125 @@
+//! The account of the servo thread: intervals of fixed size, handed over through an exchange that nobody waits for.
+
+use std::time::{Duration, Instant};
+
+use palpus_device::{LATE, Phase, Publisher, SafetyCounters, ServoTick};
+
+use super::buckets::Buckets;
+use crate::engine::Detail;
+
+/// What happened in an interval.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Interval {
+    /// s on the wall since the loop began, at its beginning and its end.
+    pub(super) span: [f64; 2],
+    pub(super) ticks: u64,
+    pub(super) lateness: Buckets,
+    pub(super) step: Buckets,
+    /// Ticks that began more than half a millisecond late.
+    pub(super) late: u64,
+    /// Ticks that wrote their wrench more than a period after they were due.
+    pub(super) overruns: u64,
+    pub(super) contacts: u64,
+    pub(super) contacts_max: u32,
+    /// Ticks with a contact.
+    pub(super) touching: u64,
+    /// Times that contact began.
+    pub(super) touches: u64,
+    /// N, of all ticks together.
+    pub(super) force: f64,
+    pub(super) force_max: f64,
+    pub(super) torque_max: f64,
+    /// m.
+    pub(super) depth_max: f64,
+    pub(super) allocations: u64,
+    pub(super) cuts: SafetyCounters,
+    /// Times that a fault took the wrench away.
+    pub(super) faults: u64,
+    /// Distance marches and depth walks that did not end as they should, contacts without room, tools put back.
+    pub(super) trouble: u64,
+}
+
+/// Keeps the account of the interval under way.
+pub(super) struct Tally {
+    length: Duration,
+    publisher: Publisher<Interval>,
+    begun: Instant,
+    end: Duration,
+    now: Interval,
+    touching: bool,
+    faulted: bool,
+}
+
+impl Tally {
+    pub(super) fn new(length: Duration, publisher: Publisher<Interval>) -> Self {
+        Self {
+            length,
+            publisher,
+            begun: Instant::now(),
+            end: length,
+            now: Interval::default(),
+            touching: false,
+            faulted: false,
+        }
+    }
+
+    /// The loop begins now.
+    pub(super) fn begin(&mut self) {
+        self.begun = Instant::now();
+    }
+
+    /// Adds a tick, and hands the interval over when it is its last.
+    pub(super) fn add(&mut self, tick: &ServoTick, detail: &Detail) {
+        let now = &mut self.now;
+        now.ticks += 1;
+        now.lateness.add((tick.lateness_s * 1e9) as u64);
+        now.step.add((tick.step_s * 1e9) as u64);
+        now.late += u64::from(tick.lateness_s > LATE.as_secs_f64());
+        now.overruns += u64::from(tick.overrun);
+        let engine = &detail.tick;
+        now.contacts += u64::from(engine.contacts);
+        now.contacts_max = now.contacts_max.max(engine.contacts);
+        let touching = engine.contacts > 0;
+        now.touching += u64::from(touching);
+        now.touches += u64::from(touching && !self.touching);
+        self.touching = touching;
+        let force = tick.wrench.force.length();
+        now.force += force;
+        now.force_max = now.force_max.max(force);
+        now.torque_max = now.torque_max.max(tick.wrench.torque.length());
+        now.depth_max = now.depth_max.max(-engine.separation);
+        now.allocations += detail.allocations;
+        now.cuts.add(tick.cuts);
+        let faulted = matches!(tick.phase, Phase::Faulted | Phase::Stopped);
+        now.faults += u64::from(faulted && !self.faulted);
+        self.faulted = faulted;
+        let (query, tool) = (&engine.counters.query, &engine.counters.tool);
+        now.trouble += u64::from(query.traversal.march_fallbacks)
+            + u64::from(query.walk_stops)
+            + u64::from(query.traversal.dropped)
+            + u64::from(tool.reset);
+        let elapsed = self.begun.elapsed();
+        if elapsed >= self.end {
+            let mut done = self.finish_at(elapsed);
+            self.publisher.publish_with(|slot| std::mem::swap(slot, &mut done));
+        }
+    }
+
+    /// What there is of the last interval.
+    pub(super) fn finish(mut self) -> Interval {
+        let elapsed = self.begun.elapsed();
+        self.finish_at(elapsed)
+    }
+
+    fn finish_at(&mut self, elapsed: Duration) -> Interval {
+        let begin = elapsed.as_secs_f64();
+        self.now.span[1] = begin;
+        let done = self.now;
+        self.now = Interval { span: [begin, begin], ..Interval::default() };
+        // Whole intervals that went by without a tick are left out.
+        while self.end <= elapsed {
+            self.end += self.length;
+        }
+        done
+    }
+}

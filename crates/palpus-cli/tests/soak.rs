@@ -1,0 +1,65 @@
+//! `palpus soak`, as who leaves it running meets it.
+
+use std::path::PathBuf;
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+fn palpus(arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
+    command.arg("--no-cache").args(arguments).output().expect("the program starts")
+}
+
+fn folder(name: &str) -> PathBuf {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_dir_all(&folder);
+    folder
+}
+
+#[test]
+fn a_soak_leaves_its_report() {
+    let out = folder("soak");
+    let out = out.to_str().expect("a name");
+    let output = palpus(&["soak", "peg-hole", "--duration", "2s", "--timer", "0.2", "--out", out, "--json"]);
+    let report: Value = serde_json::from_slice(&output.stdout).expect("one JSON document");
+    // Whether a loop holds is up to the machine that the test runs on; what it says of it is not.
+    assert_eq!(output.status.code(), Some(i32::from(report["held"] != true)));
+    assert_eq!(report["failures"].as_array().map(Vec::is_empty), report["held"].as_bool());
+    assert_eq!((&report["scene"], &report["finished"]), (&"peg-hole".into(), &true.into()));
+    assert_eq!(report["allocations"], 0);
+    assert!(report["ran_s"].as_f64().is_some_and(|ran| (1.9..60.0).contains(&ran)), "{}", report["ran_s"]);
+    let ticks: f64 = report["ticks"].as_f64().expect("ticks");
+    assert!(ticks > 0.0 && report["lateness"]["turns"].as_f64() == Some(ticks));
+    for bare in ["timer_before", "timer_after"] {
+        assert_eq!(report[bare]["turns"], 200, "{bare}");
+    }
+    let rows = report["over_time"].as_array().expect("rows");
+    assert!(rows.len() >= 2 && rows.iter().all(|row| row["rate_hz"].as_f64().is_some_and(|rate| rate > 0.0)));
+    assert!(cfg!(not(target_os = "linux")) || rows[0]["machine"]["resident"].as_u64().is_some_and(|bytes| bytes > 0));
+
+    let page = std::fs::read_to_string(format!("{out}/soak.html")).expect("a page");
+    assert!(page.contains("<svg") && page.contains("peg-hole") && !page.contains("http-equiv"));
+    let words = std::fs::read_to_string(format!("{out}/soak.md")).expect("a Markdown file");
+    for part in ["verdict", "late by", "timer before", "step", "cuts", "memory", "time.svg", "lateness.svg"] {
+        assert!(words.contains(part), "{part} in\n{words}");
+    }
+    assert!(!words.contains("http://"));
+}
+
+#[test]
+fn what_is_typed_wrong_is_said() {
+    let said = |arguments: &[&str]| {
+        let output = palpus(arguments);
+        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+    };
+    let (code, text) = said(&["soak", "--duration", "1x"]);
+    assert!(code == Some(2) && text.contains("1h30m"), "{text}");
+    let (code, text) = said(&["soak", "no-such"]);
+    assert!(code == Some(1) && text.contains("built-in scenes are"), "{text}");
+    let out = folder("soak-wrong");
+    let out = out.to_str().expect("a name");
+    let (code, text) = said(&["soak", "--models", "/no/such", "--out", out]);
+    assert!(code == Some(1) && text.contains("armadillo_31240.obj is neither"), "{text}");
+    let (code, text) = said(&["soak", "peg-hole", "--hand", "none", "--timer", "0", "--out", out]);
+    assert!(code == Some(1) && text.contains("has to hold the device"), "{text}");
+}

@@ -1,0 +1,173 @@
+//! A hand that never comes to an end: to and fro along a scripted path, and off it.
+//!
+//! 1. How far along the path the hand is grows with time, faster and slower, and now and then falls back; beyond the end of a path that is no
+//!    cycle it comes back the same way. A path's ends are at rest, so that its turning there is smooth.
+//! 2. Position and rotation stray from it, so that the hand seeks contacts and leaves them where the script does not.
+//! 3. All of that is sums of sines up to 2 Hz, of which frequencies and phases are drawn from a seed: the same hand for
+//!    the same seed, and no repetition in a year.
+//! 4. The script's own tremor stays, by the hand's time.
+
+use std::f64::consts::TAU;
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::Pose;
+
+use super::{HandPath, Tremor, draw};
+
+/// Sines of each coordinate.
+const SINES: usize = 8;
+/// Hz: slower ones are held for as long as a hand stays anywhere.
+const LOWEST_HZ: f64 = 0.05;
+/// Hz: voluntary movements of a hand have little above.
+const HIGHEST_HZ: f64 = 2.0;
+/// Hz: from here on the amplitudes fall with the frequency, so that slow sines move the hand far and fast ones little.
+const KNEE_HZ: f64 = 0.4;
+/// The most by which the pace along the path is off, of the path's own: beyond 1, so that the hand goes back at times.
+const PACE: f64 = 1.4;
+/// s in which the straying begins: the hand starts where the path does.
+const BEGINNING: f64 = 2.0;
+
+/// An endless hand about a path; see the module's outline.
+#[derive(Clone, Debug)]
+pub struct Wander {
+    /// Without its tremor.
+    path: HandPath,
+    tremor: Option<Tremor>,
+    pace: Waves,
+    shift: [Waves; 3],
+    turn: [Waves; 3],
+}
+
+/// A sum of sines that stays within an amplitude.
+#[derive(Clone, Copy, Debug)]
+struct Waves([Wave; SINES]);
+
+#[derive(Clone, Copy, Debug, Default)]
+struct Wave {
+    amplitude: f64,
+    /// rad/s.
+    frequency: f64,
+    /// rad.
+    phase: f64,
+}
+
+impl Waves {
+    fn new(most: f64, state: &mut u64) -> Self {
+        let mut waves = [Wave::default(); SINES];
+        for wave in &mut waves {
+            let hertz = LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(draw(state));
+            *wave = Wave { amplitude: 1.0 / (1.0 + hertz / KNEE_HZ), frequency: TAU * hertz, phase: TAU * draw(state) };
+        }
+        let sum: f64 = waves.iter().map(|wave| wave.amplitude).sum();
+        waves.iter_mut().for_each(|wave| wave.amplitude *= most / sum);
+        Self(waves)
+    }
+
+    fn at(&self, time: f64) -> f64 {
+        self.0.iter().map(|wave| wave.amplitude * (wave.frequency * time + wave.phase).sin()).sum()
+    }
+
+    /// From time 0 to `time`.
+    fn integral(&self, time: f64) -> f64 {
+        let one = |wave: &Wave| {
+            wave.amplitude / wave.frequency * (wave.phase.cos() - (wave.frequency * time + wave.phase).cos())
+        };
+        self.0.iter().map(one).sum()
+    }
+}
+
+impl Wander {
+    /// About `path`, at most `shift` (m) off along each axis and turned by at most `turn` (rad) about each; both usually a quarter of that.
+    pub fn about(path: &HandPath, shift: f64, turn: f64, seed: u64) -> Self {
+        let mut state = seed;
+        let mut waves = |most| Waves::new(most, &mut state);
+        Self {
+            path: HandPath { tremor: None, ..path.clone() },
+            tremor: path.tremor,
+            pace: waves(PACE),
+            shift: [waves(shift), waves(shift), waves(shift)],
+            turn: [waves(turn), waves(turn), waves(turn)],
+        }
+    }
+
+    /// Where the hand intends the probe to be at `time` (s, from 0 on): at the path's start at first.
+    pub fn pose(&self, time: f64) -> Pose {
+        let time = time.max(0.0);
+        let script = self.path.pose(self.along(time));
+        let begun = (time / BEGINNING).min(1.0);
+        let begun = begun * begun * begun * (10.0 + begun * (6.0 * begun - 15.0));
+        let strayed = |waves: &[Waves; 3]| DVec3::from_array([0, 1, 2].map(|axis| waves[axis].at(time))) * begun;
+        let mut translation = script.translation + strayed(&self.shift);
+        if let Some(tremor) = &self.tremor {
+            translation += tremor.displacement(time);
+        }
+        let turned = DQuat::from_scaled_axis(strayed(&self.turn));
+        Pose { rotation: (turned * script.rotation).normalize(), translation }
+    }
+
+    /// The path's own time.
+    fn along(&self, time: f64) -> f64 {
+        let along = time + self.pace.integral(time);
+        if self.path.is_cyclic() {
+            return along;
+        }
+        let whole = self.path.duration();
+        let lap = along.rem_euclid(2.0 * whole);
+        if lap <= whole { lap } else { 2.0 * whole - lap }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use palpus::algebra::rotation_between;
+
+    use super::*;
+    use crate::scene;
+
+    const SEED: u64 = 0x50a1;
+    const SHIFT: f64 = 5e-3;
+    const TURN: f64 = 0.2;
+
+    #[test]
+    fn the_same_seed_is_the_same_hand_and_another_is_another() {
+        let path = scene("spoon-cup").expect("a built-in scene").path;
+        let [hand, same, other] = [SEED, SEED, SEED + 1].map(|seed| Wander::about(&path, SHIFT, TURN, seed));
+        assert!(hand.pose(0.0).translation.distance(path.pose(0.0).translation) < 1e-12);
+        for time in [0.5, 77.0, 3600.0] {
+            assert_eq!(hand.pose(time), same.pose(time), "seed {SEED}");
+            assert!(hand.pose(time).translation.distance(other.pose(time).translation) > 1e-5, "{time}, seed {SEED}");
+        }
+    }
+
+    #[test]
+    fn it_moves_smoothly_stays_near_its_path_and_goes_on_for_hours() {
+        for name in ["spoon-cup", "torus-torus", "intestine"] {
+            let path = scene(name).expect("a built-in scene").path;
+            let hand = Wander::about(&path, SHIFT, TURN, SEED);
+            for hour in [0.0, 1.0, 100.0] {
+                let (begin, h) = (hour * 3600.0, 1e-3);
+                let mut last: Option<DVec3> = None;
+                let mut moved: f64 = 0.0;
+                for k in 0..20_000 {
+                    let time = begin + f64::from(k) * h;
+                    let (now, next) = (hand.pose(time), hand.pose(time + h));
+                    assert!(now.is_valid(), "{name} at {time}, seed {SEED}");
+                    let velocity = (next.translation - now.translation) / h;
+                    let turned = rotation_between(now.rotation, next.rotation).length() / h;
+                    assert!(
+                        velocity.length() < 0.6 && turned < 12.0,
+                        "{name} at {time}, seed {SEED}: {velocity}, {turned}"
+                    );
+                    // No jump of the velocity: what a tick changes is an acceleration of a hand.
+                    let step = last.map_or(0.0, |last| last.distance(velocity));
+                    assert!(step < 0.03, "{name} at {time}, seed {SEED}: {step} m/s in a millisecond");
+                    last = Some(velocity);
+                    moved = moved.max(velocity.length());
+                    let script = hand.path.pose(hand.along(time)).translation;
+                    assert!(now.translation.distance(script) < 3f64.sqrt() * (SHIFT + 1e-4), "{name} at {time}");
+                }
+                assert!(moved > 0.01, "{name} stands still after {hour} h, seed {SEED}");
+            }
+        }
+    }
+}

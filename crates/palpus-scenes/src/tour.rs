@@ -1,0 +1,197 @@
+//! A path for two bodies of which nothing is known but where one stands: it touches the other here and there.
+//!
+//! 1. From the start towards the nearest point of the other body until they touch (conservative advancement: the nearest distance can always
+//!    be travelled).
+//! 2. Off along the normal there, sideways and turned by a little, drawn from a seed; and in again to the next place of touch. Ways on which the
+//!    bodies would meet are not gone.
+//! 3. At every place the probe is pressed in by a few tolerances, rubbed sideways and lifted.
+//!
+//! So the path leads over the surface as a random walk does, inside a hollow as well as outside.
+
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::{NoClock, Pose};
+use palpus::body::Body;
+use palpus::force::PairQuery;
+
+use crate::path::{HandPath, Key, draw};
+
+/// Places of touch; a path of several minutes.
+const PLACES: usize = 40;
+/// Tries for the next place, before the walk ends.
+const TRIES: usize = 30;
+/// Of the tolerance: how far the probe is lifted off.
+const LIFT: f64 = 6.0;
+/// Of the lift: how far it goes sideways, at least and at most.
+const SIDEWAYS: [f64; 2] = [1.0, 6.0];
+/// rad: how far it turns on the way.
+const TURN: f64 = 0.4;
+/// Of the tolerance: how deep the hand means to press, at least and at most.
+const PRESS: [f64; 2] = [1.0, 4.0];
+/// Of the tolerance: how far it rubs.
+const RUB: f64 = 4.0;
+/// m/s.
+const SPEED: f64 = 0.04;
+/// s between two keys, at least.
+const SHORTEST: f64 = 0.25;
+/// Steps of an advance; it converges linearly, and a grazing one may be cut short.
+const MOST_ADVANCES: usize = 200;
+/// Of the tolerance: a gap that counts as touching.
+const TOUCHING: f64 = 0.1;
+/// Poses of a way that are looked at.
+const LOOKS: usize = 6;
+
+/// A path of `a` in b's frame over places where the two touch, beginning at `start`; the same for the same seed. `None` when `a` does not
+/// find `b` from there.
+pub fn tour(a: &Arc<Body>, b: &Arc<Body>, start: Pose, tolerance: f64, seed: u64) -> Option<HandPath> {
+    let mut walk = Walk { a, b, pair: PairQuery::new(a, b, 1 << 14), tolerance, state: seed };
+    let (gap, normal) = walk.nearest(&start)?;
+    let first = walk.advance(start, -normal, gap + tolerance)?;
+    let mut keys = vec![Key::rest(0.0, start)];
+    walk.press(&mut keys, &first);
+    let mut place = first;
+    for _ in 1..PLACES {
+        let Some(next) = (0..TRIES).find_map(|_| walk.next(&place)) else { break };
+        walk.press(&mut keys, &next);
+        place = next;
+    }
+    if let Some(last) = keys.last_mut() {
+        last.rest = true;
+    }
+    Some(HandPath::through(&keys))
+}
+
+/// Where the bodies touch.
+struct Place {
+    touch: Pose,
+    lifted: Pose,
+    /// From b into a.
+    normal: DVec3,
+}
+
+struct Walk<'a> {
+    a: &'a Arc<Body>,
+    b: &'a Arc<Body>,
+    pair: PairQuery,
+    tolerance: f64,
+    state: u64,
+}
+
+impl Walk<'_> {
+    /// The nearest distance at a pose, and the normal there.
+    fn nearest(&mut self, pose: &Pose) -> Option<(f64, DVec3)> {
+        let mut counters = self.pair.run(self.a, self.b, pose, 0.0, &NoClock);
+        let nearest = self.pair.nearest(self.a, self.b, pose, &mut counters)?;
+        Some((nearest.separation, nearest.normal))
+    }
+
+    /// Where the probe touches, coming `from` there along `way`, which is of length 1.
+    fn advance(&mut self, from: Pose, way: DVec3, most: f64) -> Option<Place> {
+        let mut travel = 0.0;
+        for _ in 0..MOST_ADVANCES {
+            let touch = Pose { translation: from.translation + way * travel, ..from };
+            let (gap, normal) = self.nearest(&touch)?;
+            if gap <= TOUCHING * self.tolerance {
+                let lifted = Pose { translation: touch.translation + normal * (LIFT * self.tolerance), ..touch };
+                return Some(Place { touch, lifted, normal });
+            }
+            travel += gap;
+            if travel > most {
+                return None;
+            }
+        }
+        None
+    }
+
+    /// Another place, near this one.
+    fn next(&mut self, place: &Place) -> Option<Place> {
+        let lift = LIFT * self.tolerance;
+        let aside = place.normal.cross(self.vector()).normalize_or(place.normal.any_orthonormal_vector());
+        let far = lift * (SIDEWAYS[0] + (SIDEWAYS[1] - SIDEWAYS[0]) * draw(&mut self.state));
+        let turn = DQuat::from_scaled_axis(self.vector() * TURN);
+        let middle = self.a.mass().center_of_mass;
+        let rotation = (turn * place.lifted.rotation).normalize();
+        let center = place.lifted.point(middle) + aside * far;
+        let over = Pose { rotation, translation: center - rotation * middle };
+        if !self.is_free(&place.lifted, &over) {
+            return None;
+        }
+        let next = self.advance(over, -place.normal, 4.0 * lift)?;
+        (self.is_free(&over, &next.lifted) && self.is_free(&place.lifted, &next.lifted)).then_some(next)
+    }
+
+    /// True when the bodies are apart on the way from one pose to another.
+    fn is_free(&mut self, from: &Pose, to: &Pose) -> bool {
+        (0..=LOOKS).all(|k| {
+            let part = k as f64 / LOOKS as f64;
+            let rotation = from.rotation.slerp(to.rotation, part);
+            let pose = Pose { rotation, translation: from.translation.lerp(to.translation, part) };
+            self.nearest(&pose).is_some_and(|(gap, _)| gap > self.tolerance)
+        })
+    }
+
+    /// To the place, in, sideways and off again.
+    fn press(&mut self, keys: &mut Vec<Key>, place: &Place) {
+        let deep = self.tolerance * (PRESS[0] + (PRESS[1] - PRESS[0]) * draw(&mut self.state));
+        let aside = place.normal.cross(self.vector()).normalize_or(place.normal.any_orthonormal_vector());
+        let at = |shift: DVec3| Pose { translation: place.touch.translation + shift, ..place.touch };
+        let (inward, rub) = (-place.normal * deep, aside * (RUB * self.tolerance));
+        for pose in [place.lifted, at(inward), at(inward + rub), at(inward - rub), place.lifted] {
+            let Some(last) = keys.last() else { return };
+            let far = last.pose.translation.distance(pose.translation);
+            keys.push(Key::through(last.time + (far / SPEED).max(SHORTEST), pose));
+        }
+    }
+
+    /// In the cube \[−1, 1)³.
+    fn vector(&mut self) -> DVec3 {
+        let mut number = || 2.0 * draw(&mut self.state) - 1.0;
+        DVec3::new(number(), number(), number())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use palpus::body::{BodySettings, PolygonSoup};
+
+    use super::*;
+    use crate::shape::{sphere, torus};
+
+    const SEED: u64 = 0x70c4;
+
+    fn body(soup: PolygonSoup) -> Arc<Body> {
+        Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("a sound shape"))
+    }
+
+    #[test]
+    fn a_tour_touches_at_many_places_and_leaves_them() {
+        let body =
+            |soup| Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("a sound shape"));
+        let (a, b) = (body(sphere(0.01, 1)), body(torus()));
+        let tolerance = 1e-3;
+        let start = Pose { translation: DVec3::new(0.04, 0.0, 0.05), ..Pose::IDENTITY };
+        let path = tour(&a, &b, start, tolerance, SEED).expect("the sphere finds the torus");
+        assert_eq!(path.pose(0.0), start);
+        assert!(path.duration() > 30.0, "{} s, seed {SEED}", path.duration());
+        let mut pair = PairQuery::new(&a, &b, 1 << 10);
+        let (mut touches, mut inside) = (0, false);
+        for k in 0..(path.duration() / 0.02) as u32 {
+            let pose = path.pose(f64::from(k) * 0.02);
+            let mut counters = pair.run(&a, &b, &pose, 0.0, &NoClock);
+            let gap = pair.nearest(&a, &b, &pose, &mut counters).map_or(f64::INFINITY, |nearest| nearest.separation);
+            touches += u32::from(gap < 0.0 && !inside);
+            inside = gap < 0.0 || inside && gap < tolerance;
+        }
+        assert!(touches > 20, "{touches} touches, seed {SEED}");
+        let again = tour(&a, &b, start, tolerance, SEED).expect("again");
+        assert_eq!(again.pose(17.0), path.pose(17.0), "seed {SEED}");
+    }
+
+    #[test]
+    fn above_a_hole_the_rim_is_found() {
+        let (a, b) = (body(sphere(0.005, 1)), body(torus()));
+        let above = Pose { translation: DVec3::new(0.0, 0.0, 0.1), ..Pose::IDENTITY };
+        assert!(tour(&a, &b, above, 1e-3, SEED).is_some_and(|path| path.duration() > 30.0), "seed {SEED}");
+    }
+}
