@@ -8,7 +8,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{Clock, NoClock, Pose, Twist};
 use palpus::body::{Body, BodySettings, Mesh, PolygonSoup};
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Clustering, ProbeState, Renderer, Settings, VirtualCoupling};
+use palpus::render::{Clustering, Duo, ProbeState, Renderer, Settings, VirtualCoupling};
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 
 #[global_allocator]
@@ -97,4 +97,38 @@ fn a_step_does_not_allocate() {
     assert_eq!(allocations_of_this_thread(), before, "allocations in steps");
     assert!(late > 50 && sub_steps > 100, "{late} late, {sub_steps} sub-steps");
     assert!(touching > 50 && touching < 400 && most > 5 && overlapping > 50, "{touching} {most} {overlapping}");
+}
+
+#[test]
+fn a_step_of_two_tools_does_not_allocate() {
+    let settings = Settings {
+        friction: Some(FrictionSettings {
+            static_coefficient: 0.5,
+            dynamic_coefficient: 0.4,
+            tangential_stiffness: 600.0,
+        }),
+        shading: Some(ShadingSettings { crease_angle: 0.6, most_turn: 0.5 }),
+        damping: 1.0,
+        ..Settings::default()
+    };
+    let (probe, environment) = (torus(0.04, 0.012, 20, 10), torus(0.04, 0.012, 24, 12));
+    let coupling = VirtualCoupling::tuned(&settings.limits, 1e-3, 1e-3, probe.mass());
+    let coupled = Settings { coupling: Some(coupling), stiffness: 5000.0, ..settings };
+    let probes = [probe.clone(), probe];
+    let mut duos = [[settings; 2], [coupled; 2], [coupled, settings]]
+        .map(|settings| Duo::new(probes.clone(), environment.clone(), settings).expect("the settings are valid"));
+    let before = allocations_of_this_thread();
+    let (mut touching, mut most) = (0, 0);
+    for k in 0..400 {
+        let second = path(k + 150);
+        let aside = Pose { translation: second.pose_ba.translation + DVec3::Y * 0.03, ..second.pose_ba };
+        for duo in &mut duos {
+            let ticks = duo.step(&[path(k), ProbeState { pose_ba: aside, ..second }], 1e-3, &NoClock);
+            assert!(ticks.iter().all(|tick| tick.commanded.is_finite()));
+            touching += u32::from(ticks[0].contacts_between > 0);
+            most = most.max(ticks[1].contacts.len());
+        }
+    }
+    assert_eq!(allocations_of_this_thread(), before, "allocations in steps");
+    assert!(touching > 50 && most > 5, "{touching} {most}");
 }

@@ -2,6 +2,7 @@
 
 mod clock;
 mod closest;
+mod definite;
 mod plane;
 mod pose;
 mod rotation;
@@ -13,6 +14,7 @@ mod workers;
 
 pub use clock::{Clock, Deadline, NoClock};
 pub use closest::{SegmentSegment, closest_on_segment, closest_on_triangle, closest_segment_segment};
+pub use definite::solve_definite;
 pub use plane::Plane;
 pub use pose::{Placement, Pose};
 pub use rotation::{rotation_between, rotation_vector};

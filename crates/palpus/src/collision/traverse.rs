@@ -69,6 +69,37 @@ pub struct TraversalCounters {
     pub restarted: u32,
 }
 
+impl std::ops::AddAssign for TraversalCounters {
+    fn add_assign(&mut self, other: Self) {
+        let Self {
+            node_pairs,
+            hull_tests,
+            leaf_tests,
+            march_steps,
+            march_fallbacks,
+            dropped,
+            woken,
+            split,
+            merged,
+            crowded,
+            postponed,
+            restarted,
+        } = other;
+        self.node_pairs += node_pairs;
+        self.hull_tests += hull_tests;
+        self.leaf_tests += leaf_tests;
+        self.march_steps += march_steps;
+        self.march_fallbacks += march_fallbacks;
+        self.dropped += dropped;
+        self.woken += woken;
+        self.split += split;
+        self.merged += merged;
+        self.crowded += crowded;
+        self.postponed += postponed;
+        self.restarted += restarted;
+    }
+}
+
 /// The working memory of traversals between one pair of bodies.
 #[derive(Clone, Debug)]
 pub struct Traversal {

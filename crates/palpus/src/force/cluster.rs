@@ -50,6 +50,16 @@ pub struct LinkageCounters {
     pub cut_groups: u32,
 }
 
+impl std::ops::AddAssign for LinkageCounters {
+    fn add_assign(&mut self, other: Self) {
+        let Self { admitted, dropped, non_finite, cut_groups } = other;
+        self.admitted += admitted;
+        self.dropped += dropped;
+        self.non_finite += non_finite;
+        self.cut_groups += cut_groups;
+    }
+}
+
 /// Clusters of the last run, and the memory to find them.
 #[derive(Clone, Debug)]
 pub struct Linkage {

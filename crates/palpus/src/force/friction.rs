@@ -131,6 +131,16 @@ pub struct FrictionCounters {
     pub unsought: u32,
 }
 
+impl std::ops::AddAssign for FrictionCounters {
+    fn add_assign(&mut self, other: Self) {
+        let Self { sliding, inherited, fresh, unsought } = other;
+        self.sliding += sliding;
+        self.inherited += inherited;
+        self.fresh += fresh;
+        self.unsought += unsought;
+    }
+}
+
 /// Adhesions of the last tick, by pieces. An adhesion ends with its contact.
 #[derive(Clone, Debug)]
 pub struct FrictionTracker {

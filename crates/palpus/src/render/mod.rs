@@ -1,8 +1,12 @@
 //! One tick: from the probe's state to the wrench in the hand \[K02 §4.3, §5\].
 
+mod between;
 #[cfg(test)]
 mod changed_tests;
 mod coupling;
+mod duo;
+#[cfg(test)]
+mod duo_tests;
 mod force_stage;
 #[cfg(test)]
 mod force_stage_tests;
@@ -13,11 +17,14 @@ mod saturate;
 mod scratch;
 mod settings;
 mod tick;
+mod together;
 mod tool;
 #[cfg(test)]
 mod tool_tests;
+mod touches;
 
 pub use coupling::VirtualCoupling;
+pub use duo::Duo;
 pub use force_stage::{Forces, Motion, force};
 pub use renderer::Renderer;
 pub use saturate::{Limits, Saturated, Saturation, saturate};

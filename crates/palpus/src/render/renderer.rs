@@ -19,6 +19,7 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+use super::together::Side;
 use super::{
     Forces, Motion, ProbeState, Scratch, Settings, SettingsError, Tick, Tool, VirtualCoupling, force, saturate,
 };
@@ -50,7 +51,7 @@ pub struct Renderer {
 
 /// The smooth surfaces of both bodies.
 #[derive(Clone, Debug)]
-struct Surfaces {
+pub(super) struct Surfaces {
     a: SmoothBody,
     b: SmoothBody,
     /// For which they were made, rad.
@@ -114,9 +115,7 @@ impl Renderer {
     /// One turn of the loop: what the probe's state feels like. `dt` is the time since the last step, s.
     pub fn step(&mut self, probe: &ProbeState, dt: f64, clock: &impl Clock) -> &Tick {
         let begin = clock.now_ns();
-        self.tick.begin(self.steps, probe, dt);
-        self.steps += 1;
-        match self.motion(probe) {
+        match self.begin(probe, dt) {
             Some(motion) => {
                 self.query(&motion.pose_ba, &self.deadline(begin, clock));
                 let queried = clock.now_ns();
@@ -185,6 +184,32 @@ impl Renderer {
         Ok(())
     }
 
+    /// Begins a tick: answers what [`Self::motion`] does.
+    pub(super) fn begin(&mut self, probe: &ProbeState, dt: f64) -> Option<Motion> {
+        self.tick.begin(self.steps, probe, dt);
+        self.steps += 1;
+        self.motion(probe)
+    }
+
+    /// The tick under way.
+    pub(super) fn tick_mut(&mut self) -> &mut Tick {
+        &mut self.tick
+    }
+
+    /// Room in each tick for `capacity` contacts more.
+    pub(super) fn make_room(&mut self, capacity: usize) {
+        self.tick = Tick::new(self.settings.capacity + capacity);
+    }
+
+    /// In a step that moves another tool as well: a tool with a coupling as it has begun the step of `h` seconds, or how the probe moves.
+    pub(super) fn side(&mut self, motion: &Motion, h: f64) -> Side<'_> {
+        if self.settings.coupling.is_none() {
+            return Side::Driven(motion.twist);
+        }
+        let begun = self.tool.begin(&self.tick.probe, &self.tick.forces, h);
+        Side::Held(&mut self.tool, begun)
+    }
+
     /// Where the probe, or the tool in its place, is looked for; `None` if its state means nothing.
     fn motion(&mut self, probe: &ProbeState) -> Option<Motion> {
         let unmoving = !(probe.twist.angular.is_finite() && probe.twist.linear.is_finite());
@@ -216,7 +241,7 @@ impl Renderer {
     }
 
     /// Stages 1 and 2.
-    fn query<C: Clock>(&mut self, pose_ba: &Pose, deadline: &Deadline<C>) {
+    pub(super) fn query<C: Clock>(&mut self, pose_ba: &Pose, deadline: &Deadline<C>) {
         let tolerance = self.settings.contact_tolerance;
         let counters = self.query.run_until(&self.a, &self.b, pose_ba, tolerance, deadline);
         self.tick.unseen_separation = self.query.unseen_separation();
@@ -227,7 +252,7 @@ impl Renderer {
     }
 
     /// Stage 3.
-    fn force(&mut self, motion: &Motion) {
+    pub(super) fn force(&mut self, motion: &Motion) {
         let Tick { contacts, forces, .. } = &mut self.tick;
         let shading = self.surfaces.as_ref().zip(self.settings.shading);
         let direction = |contact: &Contact| match shading {
@@ -243,7 +268,7 @@ impl Renderer {
     }
 
     /// Stage 4.
-    fn couple(&mut self, motion: &Motion, dt: f64) {
+    pub(super) fn couple(&mut self, motion: &Motion, dt: f64) {
         let Tick { probe, forces, counters, computed, .. } = &mut self.tick;
         if self.settings.coupling.is_some() {
             (*computed, counters.tool) = self.tool.step(probe, forces, dt);
@@ -254,7 +279,7 @@ impl Renderer {
     }
 
     /// Stage 5.
-    fn saturate(&mut self) {
+    pub(super) fn saturate(&mut self) {
         let saturated = saturate(self.tick.computed, &self.settings.limits, self.settings.saturation);
         self.tick.commanded = saturated.wrench;
         let counters = &mut self.tick.counters;
@@ -267,18 +292,20 @@ impl Renderer {
     }
 }
 
-fn query(a: &Body, b: &Body, settings: &Settings) -> PairQuery {
+/// The query of a pair of bodies.
+pub(super) fn query(a: &Body, b: &Body, settings: &Settings) -> PairQuery {
     let query = PairQuery::new(a, b, settings.capacity).with_blend(settings.blend_angle).with_guard();
     if settings.time_budget.is_some() { query.with_holding() } else { query }
 }
 
 impl Surfaces {
-    fn new(a: &Body, b: &Body, crease_angle: f64) -> Self {
+    pub(super) fn new(a: &Body, b: &Body, crease_angle: f64) -> Self {
         let smooth = |body: &Body| SmoothBody::new(body, crease_angle);
         Self { a: smooth(a), b: smooth(b), crease_angle }
     }
 
-    fn direction(&self, contact: &Contact, [a, b]: [&Body; 2], pose_ba: &Pose, most_turn: f64) -> DVec3 {
+    /// Where `contact` pushes a, in b's frame.
+    pub(super) fn direction(&self, contact: &Contact, [a, b]: [&Body; 2], pose_ba: &Pose, most_turn: f64) -> DVec3 {
         let point_a = pose_ba.inverse().point(contact.point_a);
         let mut side_a = self.a.at(a, contact.piece_a, contact.features.a, point_a);
         if let Some(side) = &mut side_a {

@@ -87,6 +87,10 @@ pub struct Tick {
     pub unseen_separation: f64,
     /// Clusters, their forces, and the wrenches on both bodies.
     pub forces: Forces,
+    /// Of the contacts, the last so many are with another tool ([`super::Duo`]): what stands there for the piece of b is that tool's.
+    pub contacts_between: u32,
+    /// What another tool does to this one, about this one's centre of mass; part of [`Forces::net`].
+    pub from_other: Wrench,
     /// Where the time went.
     pub times: StageTimes,
     /// What happened.
@@ -110,6 +114,8 @@ pub struct TickSummary {
     pub computed: Wrench,
     /// Number of contacts.
     pub contacts: u32,
+    /// How many of them are with another tool.
+    pub contacts_between: u32,
     /// Number of clusters.
     pub clusters: u32,
     /// Separation of the deepest contact, m; infinite when there is none.
@@ -134,6 +140,8 @@ impl Tick {
             computed: Wrench::ZERO,
             contacts: Vec::with_capacity(capacity),
             unseen_separation: f64::INFINITY,
+            contacts_between: 0,
+            from_other: Wrench::ZERO,
             forces: Forces::new(capacity),
             times: StageTimes::default(),
             counters: Counters::default(),
@@ -160,6 +168,7 @@ impl Tick {
             commanded: self.commanded,
             computed: self.computed,
             contacts: self.contacts.len() as u32,
+            contacts_between: self.contacts_between,
             clusters: self.forces.clusters.len() as u32,
             separation: self.separation(),
             unseen_separation: self.unseen_separation,
@@ -178,6 +187,8 @@ impl Tick {
         self.computed = Wrench::ZERO;
         self.contacts.clear();
         self.unseen_separation = f64::INFINITY;
+        self.contacts_between = 0;
+        self.from_other = Wrench::ZERO;
         self.forces.clear();
         self.times = StageTimes::default();
         self.counters = Counters::default();

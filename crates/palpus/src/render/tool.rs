@@ -21,8 +21,9 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+use super::touches::Touches;
 use super::{Forces, Limits, ProbeState, Settings, VirtualCoupling};
-use crate::algebra::tolerance::{COUPLING_ROUNDS, COUPLING_SETTLED};
+use crate::algebra::tolerance::COUPLING_ROUNDS;
 use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench, rotation_between};
 use crate::body::MassProperties;
 
@@ -56,42 +57,19 @@ pub struct Tool {
     pose_ba: Option<Pose>,
     /// Its linear part is that of the centre of mass.
     twist: Twist,
-    pushes: Vec<Push>,
-    rubs: Vec<Rub>,
+    touches: Touches,
 }
 
-/// A cluster's normal force, linearised.
+/// A step that has begun.
 #[derive(Clone, Copy, Debug)]
-struct Push {
-    /// From the centre of mass, m.
-    offset: DVec3,
-    normal: DVec3,
-    /// N, now; negative beyond the skin.
-    force: f64,
-    /// N/m.
-    stiffness: f64,
-    /// N, at the end of the step: 0 if it lets go.
-    predicted: f64,
-}
-
-/// A member's friction, linearised.
-#[derive(Clone, Copy, Debug)]
-struct Rub {
-    offset: DVec3,
-    normal: DVec3,
-    /// z, m.
-    strain: DVec3,
-    /// φ, rad.
-    twist: f64,
-    /// R, m.
-    lever: f64,
-    /// N/m while it sticks.
-    stiffness: f64,
-    /// N/m: of the line from no strain to the force at the end of the step.
-    secant: f64,
-    coefficient: f64,
-    /// Which push carries it.
-    cluster: u32,
+pub(super) struct Begun {
+    /// Where the tool is.
+    pose: Pose,
+    bond: Bond,
+    /// Steps 1 and 2.
+    system: SpatialMatrix,
+    /// Their right side times h.
+    load: Wrench,
 }
 
 /// Step 2, ready to be added.
@@ -123,8 +101,7 @@ impl Tool {
             inertia_a: DMat3::ZERO,
             pose_ba: None,
             twist: Twist::default(),
-            pushes: Vec::with_capacity(settings.capacity),
-            rubs: Vec::with_capacity(settings.capacity),
+            touches: Touches::new(settings.capacity),
         };
         tool.set(probe, coupling, settings);
         tool
@@ -159,49 +136,50 @@ impl Tool {
     ///
     /// Answers the wrench on the device about its grip, in b's frame.
     pub fn step(&mut self, device: &ProbeState, forces: &Forces, h: f64) -> (Wrench, ToolCounters) {
-        let pose = self.pose_ba(device);
         if !(h > 0.0 && h.is_finite()) {
             return (Wrench::ZERO, ToolCounters::default());
         }
-        self.gather(forces, pose.point(self.center_a));
-        let bond = self.bond(device, &pose);
-        let (system, load) = self.unhindered(&bond, &pose, h);
+        let begun = self.begin(device, forces, h);
         let mut counters = ToolCounters::default();
-        let Some(twist) = self.settle(&system, &load, h, &mut counters) else {
+        let Some(twist) = self.settle(&begun, h, &mut counters) else {
             self.clear();
             counters.reset = 1;
             return (Wrench::ZERO, counters);
         };
-        let felt = -bond.wrench(&twist, h);
-        self.advance(&pose, twist, h);
-        (felt, counters)
+        (self.end(&begun, twist, h), counters)
     }
 
-    /// Steps 3 and 4, as far as they do not depend on the solution.
-    fn gather(&mut self, forces: &Forces, center: DVec3) {
-        self.pushes.clear();
-        self.rubs.clear();
-        for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
-            let offset = cluster.midpoint - center;
-            // Negative where it does not push yet.
-            let force = stiffness * (self.coupling.skin - cluster.separation);
-            self.pushes.push(Push { offset, normal: cluster.normal, force, stiffness, predicted: force });
-            let Some(grips) = forces.grips.get(cluster.members()) else { continue };
-            for grip in grips.iter().filter(|grip| grip.stiffness > 0.0) {
-                let twisting = grip.stiffness * grip.lever * grip.lever;
-                self.rubs.push(Rub {
-                    offset: grip.point - center,
-                    normal: cluster.normal,
-                    strain: -grip.force / grip.stiffness,
-                    twist: if twisting > 0.0 { -grip.torque.dot(cluster.normal) / twisting } else { 0.0 },
-                    lever: grip.lever,
-                    stiffness: grip.stiffness,
-                    secant: grip.stiffness,
-                    coefficient: grip.coefficient,
-                    cluster: k as u32,
-                });
-            }
-        }
+    /// The step's system as far as it does not depend on which contacts press and which slide.
+    pub(super) fn begin(&mut self, device: &ProbeState, forces: &Forces, h: f64) -> Begun {
+        let pose = self.pose_ba(device);
+        self.touches.gather(forces, pose.point(self.center_a), self.coupling.skin);
+        let bond = self.bond(device, &pose);
+        let (system, load) = self.unhindered(&bond, &pose, h);
+        Begun { pose, bond, system, load }
+    }
+
+    /// The step's system with the contacts that press and hold as of now.
+    pub(super) fn hindered(&self, begun: &Begun, h: f64) -> (SpatialMatrix, Wrench) {
+        let (mut system, mut load) = (begun.system, begun.load);
+        self.touches.add_to(&mut system, &mut load, h, self.contact_lag);
+        (system, load)
+    }
+
+    /// Which contacts press and slide if the tool moves with `twist`; true if that is news.
+    pub(super) fn revise(&mut self, twist: &Twist, h: f64) -> bool {
+        self.touches.revise(twist, h, self.contact_lag)
+    }
+
+    /// Contacts that let go within the step.
+    pub(super) fn released(&self) -> u32 {
+        self.touches.released()
+    }
+
+    /// Moves the tool with `twist`, the step's solution; answers the wrench on the device about its grip.
+    pub(super) fn end(&mut self, begun: &Begun, twist: Twist, h: f64) -> Wrench {
+        let felt = -begun.bond.wrench(&twist, h);
+        self.advance(&begun.pose, twist, h);
+        felt
     }
 
     fn bond(&self, device: &ProbeState, pose: &Pose) -> Bond {
@@ -236,59 +214,20 @@ impl Tool {
     }
 
     /// Steps 3 to 5: the velocity at the end of the step.
-    fn settle(
-        &mut self,
-        unhindered: &SpatialMatrix,
-        load: &Wrench,
-        h: f64,
-        counters: &mut ToolCounters,
-    ) -> Option<Twist> {
+    fn settle(&mut self, begun: &Begun, h: f64, counters: &mut ToolCounters) -> Option<Twist> {
         let mut twist = Twist::default();
         for round in 1..=COUPLING_ROUNDS {
-            let (mut system, mut load) = (*unhindered, *load);
-            for push in self.pushes.iter().filter(|push| push.predicted > 0.0) {
-                system.add_along(push.normal, push.offset, h * push.stiffness * (h + self.contact_lag));
-                load = load + Wrench::of_force_at(push.normal * (push.force * h), push.offset);
-            }
-            for rub in self.rubs.iter().filter(|rub| rub.secant > 0.0) {
-                system.add_at(rub.offset, h * h * rub.secant);
-                system.add_along(rub.normal, rub.offset, -h * h * rub.secant);
-                let twisting = rub.secant * rub.lever * rub.lever;
-                system.add_turning_about(rub.normal, h * h * twisting);
-                let held = Wrench::of_force_at(rub.strain * (-rub.secant * h), rub.offset);
-                load = load + held + Wrench { torque: rub.normal * (-twisting * rub.twist * h), force: DVec3::ZERO };
-            }
+            let (system, load) = self.hindered(begun, h);
             twist = system.solve(&load)?;
             counters.rounds = round;
             if !self.revise(&twist, h) {
-                counters.released = self.pushes.iter().filter(|push| push.predicted <= 0.0).count() as u32;
+                counters.released = self.released();
                 return Some(twist);
             }
         }
         counters.unsettled = 1;
-        counters.released = self.pushes.iter().filter(|push| push.predicted <= 0.0).count() as u32;
+        counters.released = self.released();
         Some(twist)
-    }
-
-    /// What pushes and rubs are at the end of the step if the tool moves with `twist`; true if that is news.
-    fn revise(&mut self, twist: &Twist, h: f64) -> bool {
-        let mut news = false;
-        for push in &mut self.pushes {
-            let speed = push.normal.dot(twist.at(push.offset));
-            let predicted = (push.force - push.stiffness * (h + self.contact_lag) * speed).max(0.0);
-            news |= (predicted > 0.0) != (push.predicted > 0.0);
-            push.predicted = predicted;
-        }
-        for rub in &mut self.rubs {
-            let strain = rub.strain + twist.at(rub.offset).reject_from_normalized(rub.normal) * h;
-            let most = rub.coefficient * self.pushes[rub.cluster as usize].predicted;
-            let turned = rub.twist + twist.angular.dot(rub.normal) * h;
-            let length = strain.length().hypot(rub.lever * turned);
-            let secant = if rub.stiffness * length > most { most / length } else { rub.stiffness };
-            news |= (secant - rub.secant).abs() > COUPLING_SETTLED * rub.stiffness;
-            rub.secant = secant;
-        }
-        news
     }
 
     /// Moves the tool from `pose` for `h` seconds.

@@ -44,3 +44,48 @@ pub struct QueryCounters {
     /// Time in the depth walks, ns.
     pub depth_ns: u64,
 }
+
+impl std::ops::AddAssign for QueryCounters {
+    fn add_assign(&mut self, other: Self) {
+        let Self {
+            traversal,
+            walks,
+            walk_steps,
+            walk_stops,
+            unproven,
+            moved,
+            disbelieved,
+            stood_in,
+            inadmissible,
+            admissible_stops,
+            virtual_closest,
+            held,
+            unseen,
+            sub_steps,
+            kept_side,
+            blended,
+            blend_stops,
+            query_ns,
+            depth_ns,
+        } = other;
+        self.traversal += traversal;
+        self.walks += walks;
+        self.walk_steps += walk_steps;
+        self.walk_stops += walk_stops;
+        self.unproven += unproven;
+        self.moved += moved;
+        self.disbelieved += disbelieved;
+        self.stood_in += stood_in;
+        self.inadmissible += inadmissible;
+        self.admissible_stops += admissible_stops;
+        self.virtual_closest += virtual_closest;
+        self.held += held;
+        self.unseen += unseen;
+        self.sub_steps += sub_steps;
+        self.kept_side += kept_side;
+        self.blended += blended;
+        self.blend_stops += blend_stops;
+        self.query_ns += query_ns;
+        self.depth_ns += depth_ns;
+    }
+}

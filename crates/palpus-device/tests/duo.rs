@@ -1,0 +1,138 @@
+//! Two simulated hands with a tool each: pressed against each other they lie still, pushed along nobody brakes them, and neither hand is given energy.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use palpus::algebra::{NoClock, Pose, Wrench, rotation_between};
+use palpus::body::{Body, BodySettings};
+use palpus::force::FrictionSettings;
+use palpus::render::{Duo, Limits, ProbeState, Settings, VirtualCoupling};
+use palpus_device::{HandImpedance, HapticDevice, Jitter, SimulatedDevice, SimulationSettings};
+use palpus_scenes::shape;
+
+const SEED: u64 = 0xd0e;
+const TICK: f64 = 1e-3;
+/// Sides of the blocks, m.
+const SIZE: DVec3 = DVec3::new(0.04, 0.03, 0.02);
+
+/// Two blocks through couplings as the simulated device bears them, over a table that is far below.
+fn duo(friction: bool) -> Duo {
+    let make = |soup| Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("a body"));
+    let (block, table) = (make(shape::cuboid(SIZE)), make(shape::table()));
+    let spec = SimulationSettings::default().spec;
+    let limits = Limits { force: spec.force_max, torque: spec.torque_max };
+    let usual = Settings::default();
+    let stiffness = VirtualCoupling::contact_stiffness(&limits, usual.contact_tolerance).expect("a limit");
+    let settings = Settings {
+        stiffness,
+        limits,
+        friction: friction.then_some(FrictionSettings {
+            static_coefficient: 0.4,
+            dynamic_coefficient: 0.3,
+            tangential_stiffness: stiffness,
+        }),
+        coupling: Some(VirtualCoupling::tuned(&limits, TICK, usual.contact_tolerance, block.mass())),
+        ..usual
+    };
+    Duo::new([block.clone(), block], table, [settings; 2]).expect("valid settings")
+}
+
+/// What a loop was like.
+struct Felt {
+    forces: [Vec<DVec3>; 2],
+    /// J: the most that was ever given to each hand, and to both together.
+    generated: [f64; 2],
+    together: f64,
+    touched: u32,
+}
+
+/// `seconds` of the closed loop with two hands, its servo uneven like a logged one.
+fn run(duo: &mut Duo, hands: [HandImpedance; 2], intent: impl Fn(usize, f64) -> Pose + Copy, seconds: f64) -> Felt {
+    let default = SimulationSettings::default();
+    let mut devices = [0, 1].map(|k| {
+        let settings = SimulationSettings { hand: hands[k], jitter: Some(Jitter::logged(SEED)), ..default.clone() };
+        SimulatedDevice::new(settings, move |time: f64| intent(k, time)).expect("usual settings")
+    });
+    let mut felt = Felt { forces: [Vec::new(), Vec::new()], generated: [0.0; 2], together: 0.0, touched: 0 };
+    let (mut work, mut last, mut time) = ([0.0; 2], [None::<(Pose, Wrench)>; 2], 0.0);
+    for _ in 0..(seconds / TICK) as usize {
+        let states = devices.each_mut().map(|device| device.read().expect("it is simulated"));
+        for k in 0..2 {
+            let pose = devices[k].true_pose();
+            if let Some((before, acted)) = last[k] {
+                work[k] += acted.force.dot(pose.translation - before.translation);
+                work[k] += acted.torque.dot(rotation_between(before.rotation, pose.rotation));
+                felt.generated[k] = felt.generated[k].max(work[k]);
+            }
+        }
+        felt.together = felt.together.max(work[0] + work[1]);
+        let dt = if states[0].time > time { states[0].time - time } else { TICK };
+        time = states[0].time;
+        let probes = states.map(|state| ProbeState { pose_ba: state.pose, twist: state.twist });
+        let ticks = duo.step(&probes, dt, &NoClock);
+        felt.touched += u32::from(ticks[0].from_other.force != DVec3::ZERO);
+        for k in 0..2 {
+            devices[k].write(&ticks[k].commanded).expect("it is finite");
+            last[k] = Some((devices[k].true_pose(), devices[k].applied()));
+            felt.forces[k].push(ticks[k].commanded.force);
+        }
+    }
+    felt
+}
+
+/// Root of the mean square of what is above 10 Hz, as a part of the mean: a mean over a tenth of a second is taken off.
+fn cycle(forces: &[DVec3]) -> (f64, f64) {
+    const WINDOW: usize = 101;
+    let mean = forces.iter().sum::<DVec3>().length() / forces.len() as f64;
+    let squares = forces
+        .windows(WINDOW)
+        .map(|window| (window[WINDOW / 2] - window.iter().sum::<DVec3>() / WINDOW as f64).length_squared());
+    let (sum, count) = squares.fold((0.0, 0), |(sum, count), square| (sum + square, count + 1));
+    ((sum / f64::from(count)).sqrt() / mean, mean)
+}
+
+/// Where tool `k` is intended: `press` m into the other one, moved by `along`.
+fn opposed(k: usize, press: f64, along: DVec3) -> Pose {
+    let side = if k == 0 { -1.0 } else { 1.0 };
+    Pose::from_translation(DVec3::new(side * (SIZE.x / 2.0 - press), 0.0, 0.1) + along)
+}
+
+#[test]
+fn tools_pressed_against_each_other_lie_still_in_all_hands() {
+    let hands = [HandImpedance::RELAXED, HandImpedance::NORMAL, HandImpedance::FIRM, HandImpedance::TIGHT];
+    for first in hands {
+        for second in hands {
+            for friction in [false, true] {
+                let stiffness = 1.0 / (1.0 / first.stiffness + 1.0 / second.stiffness);
+                // Hands that press with 1.5 N.
+                let press = 0.5 * 1.5 / stiffness;
+                let intent =
+                    |k: usize, time: f64| opposed(k, (press + 2e-3) * (time / 0.5).min(1.0) - 2e-3, DVec3::ZERO);
+                let felt = run(&mut duo(friction), [first, second], intent, 5.0);
+                for forces in &felt.forces {
+                    let (share, mean) = cycle(&forces[4000..]);
+                    let hands = format!("{} and {} N/m, seed {SEED:#x}", first.stiffness, second.stiffness);
+                    assert!(mean > 0.5, "{hands}: {mean} N");
+                    assert!(share < 0.01, "{hands}: {share} of {mean} N");
+                }
+                let (one, other) = (felt.forces[0][4999], felt.forces[1][4999]);
+                assert!((one + other).length() < 0.05 * one.length(), "{one} and {other}, seed {SEED:#x}");
+            }
+        }
+    }
+}
+
+#[test]
+fn hands_that_carry_one_another_along_are_given_no_energy() {
+    for friction in [false, true] {
+        let intent = |k: usize, time: f64| {
+            let along = DVec3::new((3.0 * time).sin(), 0.5 * (2.0 * time).sin(), 0.3 * (5.0 * time).sin()) * 0.02;
+            let press = 0.004 * (time / 0.5).min(1.0) * (1.0 + 0.9 * (7.0 * time).sin());
+            opposed(k, press - 1e-3, along)
+        };
+        let felt = run(&mut duo(friction), [HandImpedance::NORMAL; 2], intent, 30.0);
+        assert!(felt.touched > 20_000, "{} ticks", felt.touched);
+        // One hand may well be moved by the other; both together get nothing.
+        assert!(felt.together <= 1e-6, "{} J, {:?}, seed {SEED:#x}", felt.together, felt.generated);
+    }
+}

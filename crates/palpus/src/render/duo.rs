@@ -1,0 +1,231 @@
+//! Two tools in one scene, each held through a device of its own: both feel the environment, and they feel each other.
+//!
+//! A turn of both is one step, at one instant:
+//!
+//! 1. *Query* and *depth*, three times: each tool with the environment, and the tools with each other (once for both).
+//! 2. *Force*, three times: every pair of bodies by itself (`between.rs`), so that what the one tool gives the other takes.
+//! 3. *Couple*: where the tools do not touch, each as if it were alone, to the bit. Where they do, one implicit step moves both
+//!    (`together.rs`); a tool without a coupling is where its device is and moves as that does.
+//! 4. *Saturate*: each within its own device's limits.
+//!
+//! Why one step for both, and not two loops that tell each other where their tools were last? Because of what `together.rs` says at its end.
+//! The devices may be as different as they like; the rate of the loop is the same for both.
+
+use std::sync::Arc;
+
+use super::between::{Between, mirrored};
+use super::together::{Shared, Side, settle};
+use super::{Motion, ProbeState, Renderer, Settings, SettingsError, Tick, ToolCounters};
+use crate::algebra::{Clock, Deadline, Wrench};
+use crate::body::Body;
+
+/// Renders the contact of two probes with an environment and with each other. The environment's frame is the scene's.
+#[derive(Clone, Debug)]
+pub struct Duo {
+    tools: [Renderer; 2],
+    between: Between,
+    /// What the stages after the queries took last time, ns.
+    after_query: u64,
+}
+
+/// Of the time for queries each of the three gets its part, and what those before it have left over.
+const QUERIES: u64 = 3;
+
+impl Duo {
+    /// Two tools of these settings, which may differ; between the two the softer and nearer ones hold, and otherwise the first one's. Fails if a setting cannot be.
+    pub fn new(probes: [Arc<Body>; 2], environment: Arc<Body>, settings: [Settings; 2]) -> Result<Self, SettingsError> {
+        let between = Between::new([&probes[0], &probes[1]], &settings);
+        let [first, second] = probes;
+        let mut tools =
+            [Renderer::new(first, environment.clone(), settings[0])?, Renderer::new(second, environment, settings[1])?];
+        for tool in &mut tools {
+            tool.make_room(between.settings().capacity);
+        }
+        Ok(Self { tools, between, after_query: 0 })
+    }
+
+    /// The same, able to take up shading at this crease angle (rad) later on, by [`Self::set_settings`].
+    #[must_use]
+    pub fn with_surfaces(mut self, crease_angle: f64) -> Self {
+        self.tools = self.tools.map(|tool| tool.with_surfaces(crease_angle));
+        self.between.prepare_surfaces([self.tools[0].probe(), self.tools[1].probe()], crease_angle);
+        self
+    }
+
+    /// Goes on with other settings of one tool (0 or 1) from the next step on: see [`Renderer::set_settings`].
+    ///
+    /// # Errors
+    /// With the setting that cannot be; all are then as they were.
+    pub fn set_settings(&mut self, tool: usize, settings: &Settings) -> Result<(), SettingsError> {
+        self.tools[tool].set_settings(settings)?;
+        self.between.set_settings(&[*self.tools[0].settings(), *self.tools[1].settings()]);
+        Ok(())
+    }
+
+    /// One turn of the loop: what the states of both probes feel like. `dt` is the time since the last step, s.
+    ///
+    /// A probe whose pose is none feels nothing and is not there for the other one.
+    pub fn step(&mut self, probes: &[ProbeState; 2], dt: f64, clock: &impl Clock) -> [&Tick; 2] {
+        let begin = clock.now_ns();
+        let motions = [0, 1].map(|k| self.tools[k].begin(&probes[k], dt));
+        self.query(&motions, begin, clock);
+        let queried = clock.now_ns();
+        for (tool, motion) in self.tools.iter_mut().zip(&motions) {
+            if let Some(motion) = motion {
+                tool.force(motion);
+            }
+        }
+        if let [Some(first), Some(second)] = motions {
+            self.between.force([self.tools[0].probe(), self.tools[1].probe()], &[first, second]);
+        }
+        let forced = clock.now_ns();
+        self.couple(&motions, dt);
+        let coupled = clock.now_ns();
+        for (tool, _) in self.tools.iter_mut().zip(&motions).filter(|(_, motion)| motion.is_some()) {
+            tool.saturate();
+        }
+        let saturated = clock.now_ns();
+        self.after_query = saturated - queried;
+        for tool in &mut self.tools {
+            let times = &mut tool.tick_mut().times;
+            times.force = forced - queried;
+            times.couple = coupled - forced;
+            times.saturate = saturated - coupled;
+            times.total = saturated - begin;
+        }
+        self.ticks()
+    }
+
+    /// The last ticks. What they have in common, and the time of the whole step, is in both.
+    pub fn ticks(&self) -> [&Tick; 2] {
+        self.tools.each_ref().map(Renderer::tick)
+    }
+
+    /// Those of the next step.
+    pub fn settings(&self) -> [&Settings; 2] {
+        self.tools.each_ref().map(Renderer::settings)
+    }
+
+    /// What holds between the two tools.
+    pub fn settings_between(&self) -> &Settings {
+        self.between.settings()
+    }
+
+    /// Both probes.
+    pub fn probes(&self) -> [&Body; 2] {
+        self.tools.each_ref().map(Renderer::probe)
+    }
+
+    /// The environment.
+    pub fn environment(&self) -> &Body {
+        self.tools[0].environment()
+    }
+
+    /// Forgets the past: the next step is as the first was.
+    pub fn clear(&mut self) {
+        self.tools.iter_mut().for_each(Renderer::clear);
+        self.between.clear();
+    }
+
+    /// Stages 1 and 2 of the paper, for all three pairs of bodies.
+    fn query<C: Clock>(&mut self, motions: &[Option<Motion>; 2], begin: u64, clock: &C) {
+        let budget = self.between.settings().time_budget.map(|budget| budget.saturating_sub(self.after_query));
+        let until = |part: u64| match budget {
+            Some(budget) => Deadline::at(clock, begin + budget * part / QUERIES),
+            None => Deadline::never(clock),
+        };
+        for (k, (tool, motion)) in self.tools.iter_mut().zip(motions).enumerate() {
+            match motion {
+                Some(motion) => tool.query(&motion.pose_ba, &until(k as u64 + 1)),
+                None => tool.clear(),
+            }
+        }
+        let [Some(first), Some(second)] = motions else {
+            self.between.clear();
+            return;
+        };
+        let bodies = [self.tools[0].probe(), self.tools[1].probe()];
+        let counters = self.between.query(bodies, &[*first, *second], &until(QUERIES));
+        for tool in &mut self.tools {
+            let tick = tool.tick_mut();
+            tick.counters.query += counters;
+            tick.times.query += counters.query_ns;
+            tick.times.depth += counters.depth_ns;
+            tick.unseen_separation = tick.unseen_separation.min(self.between.unseen_separation());
+        }
+    }
+
+    /// Stage 3 of the module's outline.
+    fn couple(&mut self, motions: &[Option<Motion>; 2], dt: f64) {
+        let touching = !self.between.forces.clusters.is_empty();
+        let [Some(first), Some(second)] = motions.each_ref().map(|motion| motion.as_ref().filter(|_| touching)) else {
+            for (tool, motion) in self.tools.iter_mut().zip(motions) {
+                if let Some(motion) = motion {
+                    tool.couple(motion, dt);
+                }
+            }
+            return;
+        };
+        let coupled = self.tools.each_ref().map(|tool| tool.settings().coupling.is_some());
+        if coupled.contains(&true) {
+            self.couple_together([first, second], dt);
+        }
+        self.share();
+        for (k, motion) in [first, second].into_iter().enumerate().filter(|(k, _)| !coupled[*k]) {
+            self.tools[k].couple(motion, dt);
+        }
+    }
+
+    /// The step of both.
+    fn couple_together(&mut self, [first, second]: [&Motion; 2], h: f64) {
+        if !(h > 0.0 && h.is_finite()) {
+            return;
+        }
+        let damping = self.between.settings();
+        let lag = damping.damping / damping.stiffness;
+        let shift = first.centers.a - second.centers.a;
+        let [one, other] = &mut self.tools;
+        let mut sides = [one.side(first, h), other.side(second, h)];
+        let mut shared = Shared { touches: &mut self.between.touches, shift, lag };
+        let mut counters = ToolCounters::default();
+        let settled = settle(&mut sides, &mut shared, h, &mut counters);
+        let between = shared.touches.released();
+        let mut felt = [None; 2];
+        for (k, side) in sides.into_iter().enumerate() {
+            felt[k] = match (side, settled) {
+                (Side::Driven(_), _) => None,
+                (Side::Held(tool, begun), Some(twists)) => {
+                    let released = tool.released() + between;
+                    Some((tool.end(&begun, twists[k], h), ToolCounters { released, ..counters }))
+                }
+                (Side::Held(tool, _), None) => {
+                    tool.clear();
+                    Some((Wrench::ZERO, ToolCounters { reset: 1, ..counters }))
+                }
+            };
+        }
+        for (tool, felt) in self.tools.iter_mut().zip(felt) {
+            if let Some((computed, counters)) = felt {
+                let tick = tool.tick_mut();
+                (tick.computed, tick.counters.tool) = (computed, counters);
+            }
+        }
+    }
+
+    /// Shows each tool's tick what happened between the two.
+    fn share(&mut self) {
+        let Between { contacts, forces, .. } = &self.between;
+        for (k, tool) in self.tools.iter_mut().enumerate() {
+            let turned = k == 1;
+            let tick = tool.tick_mut();
+            let own = tick.contacts.len();
+            tick.forces.append(forces, own, turned);
+            tick.contacts.extend(contacts.iter().map(|contact| if turned { mirrored(contact) } else { *contact }));
+            tick.contacts_between = contacts.len() as u32;
+            tick.from_other = if turned { forces.net.on_b } else { forces.net.on_a };
+            tick.counters.linkage += forces.linkage;
+            tick.counters.friction += forces.adhesion;
+            tick.counters.cancelled_normals += forces.cancelled_normals;
+        }
+    }
+}

@@ -1,0 +1,389 @@
+//! Two tools: alone each as ever, together equal and opposite, at rest still, and pushed along without a brake.
+
+use std::sync::Arc;
+
+use glam::{DQuat, DVec3};
+
+use super::{Duo, Limits, ProbeState, Renderer, Settings, Tick, VirtualCoupling};
+use crate::algebra::{NoClock, Pose, Twist, Wrench};
+use crate::body::{Body, BodySettings, Mesh, PolygonSoup};
+use crate::force::FrictionSettings;
+use crate::force::testing::Random;
+
+const SEED: u64 = 0xD00;
+const DT: f64 = 1e-3;
+const LIMITS: Limits = Limits { force: 8.5, torque: 0.188 };
+/// Half sizes of the tools, m.
+const HALF: DVec3 = DVec3::new(0.02, 0.015, 0.01);
+const FRICTION: FrictionSettings =
+    FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.4, tangential_stiffness: 800.0 };
+
+fn add_box(soup: &mut PolygonSoup, low: DVec3, high: DVec3) {
+    let base = soup.vertices.len() as u32;
+    soup.vertices
+        .extend((0..8u32).map(|k| DVec3::select(glam::BVec3::new(k & 1 != 0, k & 2 != 0, k & 4 != 0), high, low)));
+    for face in [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]] {
+        soup.push_face(&face.map(|k| base + k));
+    }
+}
+
+fn boxes(list: &[(DVec3, DVec3)], at: &Pose) -> Arc<Body> {
+    let mut soup = PolygonSoup::new();
+    for (low, high) in list {
+        add_box(&mut soup, *low, *high);
+    }
+    for vertex in &mut soup.vertices {
+        *vertex = at.point(*vertex);
+    }
+    let (mesh, _) = Mesh::from_soup(&soup).unwrap();
+    Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap())
+}
+
+fn block() -> Arc<Body> {
+    boxes(&[(-HALF, HALF)], &Pose::IDENTITY)
+}
+
+/// Its top is z = 0.
+const FLOOR: (DVec3, DVec3) = (DVec3::new(-0.2, -0.2, -0.05), DVec3::new(0.2, 0.2, 0.0));
+
+fn direct() -> Settings {
+    Settings { limits: Limits { force: f64::INFINITY, torque: f64::INFINITY }, ..Settings::default() }
+}
+
+fn coupled(body: &Body) -> Settings {
+    let settings = Settings::default();
+    Settings {
+        limits: LIMITS,
+        stiffness: VirtualCoupling::contact_stiffness(&LIMITS, settings.contact_tolerance).unwrap(),
+        coupling: Some(VirtualCoupling::tuned(&LIMITS, DT, settings.contact_tolerance, body.mass())),
+        ..settings
+    }
+}
+
+/// Two blocks over a floor.
+fn blocks(change: impl Fn(&mut Settings), coupling: bool) -> Duo {
+    let block = block();
+    let mut settings = if coupling { coupled(&block) } else { direct() };
+    change(&mut settings);
+    Duo::new([block.clone(), block], boxes(&[FLOOR], &Pose::IDENTITY), [settings; 2]).unwrap()
+}
+
+fn at(x: f64, y: f64, z: f64) -> Pose {
+    Pose::from_translation(DVec3::new(x, y, z))
+}
+
+fn still(pose: Pose) -> ProbeState {
+    ProbeState::at(pose)
+}
+
+/// The sum of what two tools do to each other, about the first one's centre of mass: force, torque.
+fn imbalance(ticks: [&Tick; 2]) -> (f64, f64) {
+    let [first, second] = ticks;
+    // The blocks' centres of mass are their frames' origins.
+    let apart = first.tool_ba.translation - second.tool_ba.translation;
+    let sum = first.from_other + second.from_other.about(apart);
+    (sum.force.length(), sum.torque.length())
+}
+
+fn wandering(random: &mut Random, pose: &mut Pose) -> ProbeState {
+    *pose = Pose::new(DQuat::from_scaled_axis(random.point(0.01)), random.point(4e-4)) * *pose;
+    ProbeState { pose_ba: *pose, twist: Twist { angular: random.point(0.5), linear: random.point(0.1) } }
+}
+
+#[test]
+fn tools_that_do_not_touch_are_alone_to_the_bit() {
+    for coupling in [false, true] {
+        let block = block();
+        let floor = boxes(&[FLOOR], &Pose::IDENTITY);
+        let settings = Settings { friction: Some(FRICTION), ..if coupling { coupled(&block) } else { direct() } };
+        let mut duo = Duo::new([block.clone(), block.clone()], floor.clone(), [settings; 2]).unwrap();
+        let mut alone = [0, 1].map(|_| Renderer::new(block.clone(), floor.clone(), settings).unwrap());
+        let mut random = Random(SEED);
+        let mut poses = [at(-0.1, 0.0, 0.0105), at(0.1, 0.0, 0.0102)];
+        let mut felt = 0;
+        for k in 0..300 {
+            let states = poses.each_mut().map(|pose| wandering(&mut random, pose));
+            let ticks = duo.step(&states, DT, &NoClock);
+            for (tick, (renderer, state)) in ticks.iter().zip(alone.iter_mut().zip(&states)) {
+                let expected = renderer.step(state, DT, &NoClock);
+                assert_eq!((tick.commanded, tick.tool_ba), (expected.commanded, expected.tool_ba), "tick {k}");
+                assert_eq!((tick.contacts_between, tick.from_other), (0, Wrench::ZERO));
+                felt += u32::from(tick.commanded != Wrench::ZERO);
+            }
+        }
+        assert!(felt > 100, "seed {SEED:#x}: {felt}");
+    }
+}
+
+#[test]
+fn what_one_tool_gives_the_other_takes() {
+    let mut touching = 0;
+    for (round, friction) in [None, Some(FRICTION)].into_iter().cycle().take(4).enumerate() {
+        let mut duo = blocks(
+            |settings| {
+                settings.friction = friction;
+                settings.damping = 2.0;
+            },
+            round >= 2,
+        );
+        let mut random = Random(SEED ^ 1);
+        // Beside each other, both on the floor.
+        let mut poses = [at(-0.0201, 0.0, 0.0101), at(0.0201, 0.002, 0.0102)];
+        for k in 0..400 {
+            let states = poses.each_mut().map(|pose| wandering(&mut random, pose));
+            let ticks = duo.step(&states, DT, &NoClock);
+            let (force, torque) = imbalance(ticks);
+            let size = 1.0 + ticks[0].from_other.force.length();
+            assert!(force < 1e-9 * size && torque < 1e-9 * size, "seed {SEED:#x}, tick {k}: {force} {torque}");
+            assert_eq!(ticks[0].contacts_between, ticks[1].contacts_between);
+            for tick in ticks {
+                let Tick { contacts, forces, contacts_between, .. } = tick;
+                assert_eq!(forces.members.len(), contacts.len());
+                let own = contacts.len() - *contacts_between as usize;
+                for (k, cluster) in forces.clusters.iter().enumerate() {
+                    for &member in &forces.members[cluster.members()] {
+                        assert!((contacts[member as usize].normal.dot(cluster.normal) - 1.0).abs() < 1e-9);
+                        assert_eq!((member as usize) < own, k < forces.clusters.len() - forces_between(tick));
+                    }
+                }
+                for contact in contacts {
+                    let gap = contact.point_a - contact.point_b - contact.separation * contact.normal;
+                    assert!(gap.length() < 1e-9, "{contact:?}");
+                }
+            }
+            touching += u32::from(ticks[0].from_other.force.length() > 0.1);
+        }
+    }
+    assert!(touching > 200, "seed {SEED:#x}: {touching}");
+}
+
+/// Clusters with the other tool: smooth clustering has one for each contact.
+fn forces_between(tick: &Tick) -> usize {
+    tick.contacts_between as usize
+}
+
+#[test]
+fn a_tool_that_is_a_part_of_the_environment_feels_like_it() {
+    const WALL: (DVec3, DVec3) = (DVec3::new(0.03, -0.1, 0.001), DVec3::new(0.06, 0.1, 0.08));
+    let block = block();
+    // Standing in the corner, which pushes in two directions; and at the wall alone, which holds it by friction too.
+    for (z, friction) in [(HALF.z - 5e-4, None), (0.04, Some(FRICTION))] {
+        let settings = Settings { friction, damping: 3.0, ..direct() };
+        let whole = boxes(&[FLOOR, WALL], &Pose::IDENTITY);
+        let mut one = Renderer::new(block.clone(), whole, settings).unwrap();
+        let parts = [block.clone(), boxes(&[WALL], &Pose::IDENTITY)];
+        let mut duo = Duo::new(parts, boxes(&[FLOOR], &Pose::IDENTITY), [settings; 2]).unwrap();
+        let (mut random, mut felt) = (Random(SEED ^ 2), 0.0f64);
+        let rest = at(0.03 - HALF.x + 3e-4, 0.0, z);
+        for k in 0..300 {
+            let slide = DVec3::Y * (1e-5 * f64::from(k));
+            let pose =
+                Pose::new(DQuat::from_scaled_axis(random.point(0.01)), rest.translation + slide + random.point(2e-4));
+            let state =
+                ProbeState { pose_ba: pose, twist: Twist { angular: random.point(0.1), linear: random.point(0.05) } };
+            let expected = one.step(&state, DT, &NoClock).commanded;
+            let [tick, _] = duo.step(&[state, still(Pose::IDENTITY)], DT, &NoClock);
+            let error = (tick.commanded.force - expected.force).length();
+            assert!(error < 1e-9, "seed {SEED:#x}, tick {k}: {} and {}", tick.commanded.force, expected.force);
+            assert!((tick.commanded.torque - expected.torque).length() < 1e-10);
+            felt = felt.max(expected.force.y.abs());
+        }
+        assert!(felt > if friction.is_some() { 0.2 } else { 0.0 }, "{felt}");
+    }
+}
+
+#[test]
+fn in_a_moved_frame_everything_is_the_same() {
+    let moved = Pose::new(DQuat::from_scaled_axis(DVec3::new(0.7, -0.4, 1.1)), DVec3::new(0.3, -0.2, 0.5));
+    for coupling in [false, true] {
+        let block = block();
+        // The blend's directions are those of the environment's own frame.
+        let settings = Settings {
+            friction: Some(FRICTION),
+            blend_angle: None,
+            ..if coupling { coupled(&block) } else { direct() }
+        };
+        let duo = |at: &Pose| Duo::new([block.clone(), block.clone()], boxes(&[FLOOR], at), [settings; 2]).unwrap();
+        let (mut here, mut there) = (duo(&Pose::IDENTITY), duo(&moved));
+        let mut most = 0.0f64;
+        for k in 0..300 {
+            let s = f64::from(k) / 300.0;
+            let linear = DVec3::new(0.05 * (6.0 * s).cos(), 0.02, 0.0);
+            let first = Pose::new(
+                DQuat::from_rotation_z(0.1 + 0.05 * s) * DQuat::from_rotation_y(0.02) * DQuat::from_rotation_x(-0.013),
+                DVec3::new(-0.021 + 1.5e-3 * (6.0 * s).sin(), 0.004 * s, 0.0104),
+            );
+            let states = [
+                ProbeState { pose_ba: first, twist: Twist { angular: DVec3::Z * 0.1, linear } },
+                still(Pose::new(
+                    DQuat::from_rotation_z(-0.03) * DQuat::from_rotation_x(0.03),
+                    DVec3::new(0.02, 0.003, 0.0107),
+                )),
+            ];
+            let turned = states.map(|state| ProbeState {
+                pose_ba: moved * state.pose_ba,
+                twist: Twist { angular: moved.vector(state.twist.angular), linear: moved.vector(state.twist.linear) },
+            });
+            let expected = here.step(&states, DT, &NoClock).map(|tick| tick.commanded.rotated(&moved));
+            let found = there.step(&turned, DT, &NoClock).map(|tick| tick.commanded);
+            for (found, expected) in found.iter().zip(&expected) {
+                assert!((found.force - expected.force).length() < 2e-5, "{coupling}, tick {k}: {found:?} {expected:?}");
+                assert!(
+                    (found.torque - expected.torque).length() < 2e-6,
+                    "{coupling}, tick {k}: {found:?} {expected:?}"
+                );
+            }
+            most = most.max(here.ticks()[0].from_other.force.length());
+        }
+        assert!(most > 0.1, "they hardly touch: {most}");
+    }
+}
+
+#[test]
+fn at_rest_a_pair_stays_at_rest() {
+    // Apart, within the tolerance but not the skin, and just touching.
+    for gap in [0.01, 5e-4, 1.0001e-4] {
+        let mut duo = blocks(|settings| settings.friction = Some(FRICTION), true);
+        let poses = [at(-HALF.x - gap / 2.0, 0.0, 0.1), at(HALF.x + gap / 2.0, 0.001, 0.1)];
+        for k in 0..200 {
+            let ticks = duo.step(&poses.map(still), DT, &NoClock);
+            for (tick, pose) in ticks.iter().zip(&poses) {
+                assert!((tick.tool_ba.translation - pose.translation).length() < 1e-12, "tick {k}, gap {gap}");
+                assert!(tick.commanded.force.length() < 1e-9 && tick.commanded.torque.length() < 1e-10);
+            }
+            assert_eq!(ticks[0].contacts_between > 0, gap < 1e-3);
+        }
+    }
+}
+
+/// The force on the first tool when both are pressed `overlap` into each other and move along at `velocity`.
+fn pressed(duo: &mut Duo, overlap: f64, velocity: DVec3, ticks: u32) -> [Wrench; 2] {
+    let x = HALF.x - overlap / 2.0;
+    for k in 0..ticks {
+        let s = f64::from(k) * DT;
+        // Together slowly, then along.
+        let x = x + 0.005 * (1.0 - 10.0 * s).max(0.0);
+        let along = velocity * (s - 0.2).max(0.0);
+        let moving = if s > 0.2 { velocity } else { DVec3::ZERO };
+        let state = |x: f64| ProbeState {
+            pose_ba: Pose::from_translation(DVec3::new(x, 0.0, 0.1) + along),
+            twist: Twist { angular: DVec3::ZERO, linear: moving },
+        };
+        duo.step(&[state(-x), state(x)], DT, &NoClock);
+    }
+    duo.ticks().map(|tick| tick.commanded)
+}
+
+#[test]
+fn pressed_against_each_other_three_springs_in_a_row_balance() {
+    let mut duo = blocks(|_| (), true);
+    let settings = *duo.settings_between();
+    let coupling = settings.coupling.unwrap();
+    let [first, second] = pressed(&mut duo, 4e-3, DVec3::ZERO, 3000);
+    // The contact begins one skin before the blocks meet.
+    let row = 1.0 / (2.0 / coupling.stiffness + 1.0 / settings.stiffness);
+    let expected = row * (4e-3 + coupling.skin);
+    assert!((first.force - DVec3::NEG_X * expected).length() < 1e-6 * expected, "{first:?}, not {expected}");
+    assert!((second.force - DVec3::X * expected).length() < 1e-6 * expected, "{second:?}");
+    assert!(first.torque.length() < 1e-6 && second.torque.length() < 1e-6);
+    let tools = duo.ticks().map(|tick| tick.counters.tool);
+    assert!(tools.iter().all(|tool| (tool.unsettled, tool.reset) == (0, 0)), "{tools:?}");
+}
+
+#[test]
+fn pushed_along_they_press_as_at_rest() {
+    // In two steps with each other's last pose, 0.1 m/s would cost tens of newtons.
+    let standing = pressed(&mut blocks(|_| (), true), 4e-3, DVec3::ZERO, 1200);
+    for velocity in [DVec3::X * 0.1, DVec3::X * 0.4, DVec3::new(-0.1, 0.2, 0.3)] {
+        let moving = pressed(&mut blocks(|settings| settings.friction = Some(FRICTION), true), 4e-3, velocity, 1200);
+        for (moving, standing) in moving.iter().zip(&standing) {
+            assert!((moving.force - standing.force).length() < 1e-3, "{velocity}: {moving:?}, {standing:?}");
+        }
+    }
+}
+
+#[test]
+fn a_tool_against_a_driven_one_is_a_tool_against_a_wall() {
+    let block = block();
+    let floor = boxes(&[FLOOR], &Pose::IDENTITY);
+    let held = coupled(&block);
+    let driven = Settings { coupling: None, ..held };
+    for driven_first in [false, true] {
+        let settings = if driven_first { [driven, held] } else { [held, driven] };
+        let mut duo = Duo::new([block.clone(), block.clone()], floor.clone(), settings).unwrap();
+        let coupling = held.coupling.unwrap();
+        let felt = pressed(&mut duo, 4e-3, DVec3::ZERO, 3000)[usize::from(driven_first)].force;
+        let row = 1.0 / (1.0 / coupling.stiffness + 1.0 / duo.settings_between().stiffness);
+        let expected = row * (4e-3 + coupling.skin);
+        let direction = if driven_first { DVec3::X } else { DVec3::NEG_X };
+        assert!((felt - direction * expected).length() < 1e-6 * expected, "{felt}, not {expected}");
+        let [first, second] = duo.ticks();
+        assert_eq!(first.from_other.force, -second.from_other.force);
+    }
+}
+
+#[test]
+fn friction_holds_what_moves_differently_and_not_what_moves_together() {
+    let mut duo = blocks(|settings| settings.friction = Some(FRICTION), false);
+    let both = |shift: DVec3, along: DVec3| {
+        let place = |x: f64, by: DVec3| still(Pose::from_translation(DVec3::new(x, 0.0, 0.1) + by));
+        [place(-HALF.x + 5e-4, along + shift), place(HALF.x - 5e-4, along)]
+    };
+    // 2 mm deep at 800 N/m.
+    let mut force =
+        |shift: f64, along: f64| duo.step(&both(DVec3::Y * shift, DVec3::Z * along), DT, &NoClock)[0].commanded.force;
+    let rest = force(0.0, 0.0);
+    assert!((rest + DVec3::X * 1.6).length() < 1e-9, "{rest}");
+    for k in 0..50 {
+        assert!((force(0.0, 1e-3 * f64::from(k)) - rest).length() < 1e-9);
+    }
+    assert!((force(0.5e-3, 0.05) - DVec3::new(-1.6, -0.4, 0.0)).length() < 1e-9);
+}
+
+#[test]
+fn a_pose_that_is_none_is_not_there_for_the_other() {
+    let mut duo = blocks(|_| (), true);
+    let mut alone = blocks(|_| (), true);
+    let away = still(at(0.1, 0.1, 0.1));
+    let nowhere = still(Pose::from_translation(DVec3::NAN));
+    for k in 0..100 {
+        let first = still(at(-HALF.x, 0.0, HALF.z - 1e-5 * f64::from(k)));
+        let [tick, none] = duo.step(&[first, nowhere], DT, &NoClock);
+        let expected = alone.step(&[first, away], DT, &NoClock)[0].commanded;
+        assert_eq!(tick.commanded, expected);
+        assert_eq!((none.commanded, none.counters.bad_state), (Wrench::ZERO, 1));
+    }
+    // And back again, against the other.
+    let ticks = duo.step(&[still(at(-HALF.x, 0.0, 0.1)), still(at(HALF.x - 1e-4, 0.0, 0.1))], DT, &NoClock);
+    assert!(ticks.iter().all(|tick| tick.commanded.is_finite()));
+}
+
+#[test]
+fn nonsense_steps_are_survived() {
+    let mut duo = blocks(|_| (), true);
+    pressed(&mut duo, 2e-3, DVec3::ZERO, 400);
+    let states = [still(at(-HALF.x + 1e-3, 0.0, 0.1)), still(at(HALF.x - 1e-3, 0.0, 0.1))];
+    for dt in [0.0, f64::NAN, f64::INFINITY, -1.0, 1e300] {
+        for tick in duo.step(&states, dt, &NoClock) {
+            assert!(tick.commanded.is_finite() && tick.tool_ba.is_valid(), "{dt}");
+        }
+    }
+    duo.clear();
+    for tick in duo.step(&states, DT, &NoClock) {
+        assert!(tick.commanded.is_finite());
+    }
+}
+
+#[test]
+fn settings_change_for_one_tool_and_for_what_is_between() {
+    let mut duo = blocks(|_| (), false);
+    let states = [still(at(-HALF.x + 5e-4, 0.0, 0.1)), still(at(HALF.x - 5e-4, 0.0, 0.1))];
+    let soft = Settings { stiffness: 400.0, ..*duo.settings()[1] };
+    let force = |duo: &mut Duo| duo.step(&states, DT, &NoClock)[0].commanded.force.length();
+    assert!((force(&mut duo) - 1.6).abs() < 1e-9);
+    duo.set_settings(1, &soft).unwrap();
+    assert!((force(&mut duo) - 0.8).abs() < 1e-9);
+    let bad = Settings { capacity: 7, ..soft };
+    assert_eq!(duo.set_settings(0, &bad).unwrap_err().field, "capacity");
+    assert!((force(&mut duo) - 0.8).abs() < 1e-9);
+}

@@ -1,0 +1,127 @@
+//! Contacts as a tool's implicit step sees them: linear in the velocity at the end of the step (outline in `tool.rs`, 3 and 4).
+//!
+//! All are about one point, the tool's centre of mass. Whose velocity it is does not matter here: that of a tool over a resting environment,
+//! or that of one tool with respect to another.
+
+use glam::DVec3;
+
+use super::Forces;
+use crate::algebra::tolerance::COUPLING_SETTLED;
+use crate::algebra::{SpatialMatrix, Twist, Wrench};
+
+/// The linearised contacts of one pair of bodies.
+#[derive(Clone, Debug)]
+pub(super) struct Touches {
+    pushes: Vec<Push>,
+    rubs: Vec<Rub>,
+}
+
+/// A cluster's normal force, linearised.
+#[derive(Clone, Copy, Debug)]
+struct Push {
+    /// From the centre of mass, m.
+    offset: DVec3,
+    normal: DVec3,
+    /// N, now; negative beyond the skin.
+    force: f64,
+    /// N/m.
+    stiffness: f64,
+    /// N, at the end of the step: 0 if it lets go.
+    predicted: f64,
+}
+
+/// A member's friction, linearised.
+#[derive(Clone, Copy, Debug)]
+struct Rub {
+    offset: DVec3,
+    normal: DVec3,
+    /// z, m.
+    strain: DVec3,
+    /// φ, rad.
+    twist: f64,
+    /// R, m.
+    lever: f64,
+    /// N/m while it sticks.
+    stiffness: f64,
+    /// N/m: of the line from no strain to the force at the end of the step.
+    secant: f64,
+    coefficient: f64,
+    /// Which push carries it.
+    cluster: u32,
+}
+
+impl Touches {
+    /// Memory for `capacity` contacts.
+    pub(super) fn new(capacity: usize) -> Self {
+        Self { pushes: Vec::with_capacity(capacity), rubs: Vec::with_capacity(capacity) }
+    }
+
+    /// What `forces` are now, about `center`; contacts push from a separation of `skin` on. As far as it does not depend on the solution.
+    pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, skin: f64) {
+        self.pushes.clear();
+        self.rubs.clear();
+        for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
+            let offset = cluster.midpoint - center;
+            // Negative where it does not push yet.
+            let force = stiffness * (skin - cluster.separation);
+            self.pushes.push(Push { offset, normal: cluster.normal, force, stiffness, predicted: force });
+            let Some(grips) = forces.grips.get(cluster.members()) else { continue };
+            for grip in grips.iter().filter(|grip| grip.stiffness > 0.0) {
+                let twisting = grip.stiffness * grip.lever * grip.lever;
+                self.rubs.push(Rub {
+                    offset: grip.point - center,
+                    normal: cluster.normal,
+                    strain: -grip.force / grip.stiffness,
+                    twist: if twisting > 0.0 { -grip.torque.dot(cluster.normal) / twisting } else { 0.0 },
+                    lever: grip.lever,
+                    stiffness: grip.stiffness,
+                    secant: grip.stiffness,
+                    coefficient: grip.coefficient,
+                    cluster: k as u32,
+                });
+            }
+        }
+    }
+
+    /// Adds what presses and holds to a step of `h` seconds; `lag` (s) is the contacts' damping over their stiffness.
+    pub(super) fn add_to(&self, system: &mut SpatialMatrix, load: &mut Wrench, h: f64, lag: f64) {
+        for push in self.pushes.iter().filter(|push| push.predicted > 0.0) {
+            system.add_along(push.normal, push.offset, h * push.stiffness * (h + lag));
+            *load = *load + Wrench::of_force_at(push.normal * (push.force * h), push.offset);
+        }
+        for rub in self.rubs.iter().filter(|rub| rub.secant > 0.0) {
+            system.add_at(rub.offset, h * h * rub.secant);
+            system.add_along(rub.normal, rub.offset, -h * h * rub.secant);
+            let twisting = rub.secant * rub.lever * rub.lever;
+            system.add_turning_about(rub.normal, h * h * twisting);
+            let held = Wrench::of_force_at(rub.strain * (-rub.secant * h), rub.offset);
+            *load = *load + held + Wrench { torque: rub.normal * (-twisting * rub.twist * h), force: DVec3::ZERO };
+        }
+    }
+
+    /// What pushes and rubs are at the end of the step if the tool moves with `twist`; true if that is news.
+    pub(super) fn revise(&mut self, twist: &Twist, h: f64, lag: f64) -> bool {
+        let mut news = false;
+        for push in &mut self.pushes {
+            let speed = push.normal.dot(twist.at(push.offset));
+            let predicted = (push.force - push.stiffness * (h + lag) * speed).max(0.0);
+            news |= (predicted > 0.0) != (push.predicted > 0.0);
+            push.predicted = predicted;
+        }
+        for rub in &mut self.rubs {
+            let strain = rub.strain + twist.at(rub.offset).reject_from_normalized(rub.normal) * h;
+            let most = rub.coefficient * self.pushes[rub.cluster as usize].predicted;
+            let turned = rub.twist + twist.angular.dot(rub.normal) * h;
+            let length = strain.length().hypot(rub.lever * turned);
+            let secant = if rub.stiffness * length > most { most / length } else { rub.stiffness };
+            news |= (secant - rub.secant).abs() > COUPLING_SETTLED * rub.stiffness;
+            rub.secant = secant;
+        }
+        news
+    }
+
+    /// How many let go within the step.
+    pub(super) fn released(&self) -> u32 {
+        self.pushes.iter().filter(|push| push.predicted <= 0.0).count() as u32
+    }
+}
