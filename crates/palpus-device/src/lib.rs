@@ -32,6 +32,7 @@ mod spacemouse;
 pub use device::{Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, known_devices};
 pub use faulty::{Fault, FaultyDevice, Script};
 pub use found::{Finding, FindingState, known_device, look};
+pub use haply::message as haply_messages;
 pub use haply::{HAPLY_ADDRESS, HaplyCounts, HaplyDevice, HaplyError, HaplyOptions};
 pub use latest::{Newest, Publisher, latest, latest_of};
 pub use placed::PlacedDevice;

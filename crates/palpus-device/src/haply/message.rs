@@ -22,58 +22,70 @@ const UNIT_SLACK: f64 = 1e-2;
 
 /// An arm of the inventory.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Arm {
-    pub(super) id: String,
-    pub(super) kind: ArmKind,
+pub struct Arm {
+    /// What it is called in messages; 1 to 64 bytes.
+    pub id: String,
+    /// Which it is.
+    pub kind: ArmKind,
     /// What keeps it from being used.
-    pub(super) trouble: Option<String>,
+    pub trouble: Option<String>,
     /// Worth writing down.
-    pub(super) notes: Vec<String>,
+    pub notes: Vec<String>,
 }
 
 /// Which arm.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum ArmKind {
+pub enum ArmKind {
+    /// The Inverse3.
     Inverse3,
+    /// The Inverse3x.
     Inverse3x,
+    /// The Minverse.
     Minverse,
+    /// Another, or one of which it is not said.
     Unknown,
 }
 
 /// A grip of the inventory.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Grip {
-    pub(super) id: String,
+pub struct Grip {
+    /// What it is called in messages; 1 to 64 bytes.
+    pub id: String,
     /// The array that it was found in first.
-    pub(super) kind: &'static str,
+    pub kind: &'static str,
     /// How many the loop sees.
-    pub(super) buttons: u8,
+    pub buttons: u8,
 }
 
 /// What there is.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Inventory {
-    pub(super) arms: Vec<Arm>,
-    pub(super) grips: Vec<Grip>,
+pub struct Inventory {
+    /// In the order of the message.
+    pub arms: Vec<Arm>,
+    /// Each once.
+    pub grips: Vec<Grip>,
 }
 
 /// A state, as far as it is of use.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Sample {
+pub struct Sample {
     /// m.
-    pub(super) position: DVec3,
+    pub position: DVec3,
     /// m/s.
-    pub(super) velocity: DVec3,
+    pub velocity: DVec3,
     /// Of the grip, when the message has it.
-    pub(super) rotation: Option<DQuat>,
+    pub rotation: Option<DQuat>,
     /// Of the grip, likewise.
-    pub(super) buttons: Option<u32>,
+    pub buttons: Option<u32>,
     /// The arm says that it can push.
-    pub(super) ready: bool,
+    pub ready: bool,
 }
 
 /// The inventory that comes first.
-pub(super) fn inventory(text: &str) -> Result<Inventory, String> {
+///
+/// # Errors
+/// In words, when the text is none.
+pub fn inventory(text: &str) -> Result<Inventory, String> {
     let root = parse(text)?;
     let mut inventory = Inventory::default();
     for entry in entries(&root, "inverse3") {
@@ -97,8 +109,11 @@ pub(super) fn inventory(text: &str) -> Result<Inventory, String> {
     Ok(inventory)
 }
 
-/// What a message says of `arm` and `grip`; in words why not.
-pub(super) fn sample(text: &str, arm: &str, grip: Option<&str>) -> Result<Sample, String> {
+/// What a message says of `arm` and `grip`.
+///
+/// # Errors
+/// In words, when it does not say where the arm is.
+pub fn sample(text: &str, arm: &str, grip: Option<&str>) -> Result<Sample, String> {
     let root = parse(text)?;
     let entry = entries(&root, "inverse3")
         .find(|entry| id(entry) == Some(arm))

@@ -28,7 +28,7 @@ mod address;
 mod exchange;
 mod grip;
 mod look;
-mod message;
+pub mod message;
 mod version;
 mod wire;
 

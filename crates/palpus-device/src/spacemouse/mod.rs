@@ -103,6 +103,14 @@ impl SpaceMouse {
         Err(SpaceMouseError::NotHere)
     }
 
+    /// A device whose reports come out of `source`, one a read: for systems and ways other than Linux's hidraw.
+    ///
+    /// A read must not wait: without a report it fails as [`ErrorKind::WouldBlock`]. Any other failure, and an end, is a device that
+    /// is lost.
+    pub fn of_reports(source: impl Read + Send + 'static, name: impl Into<String>) -> Self {
+        Self::of(Box::new(source), name.into(), Instant::now())
+    }
+
     fn of(source: Box<dyn Read + Send>, name: String, now: Instant) -> Self {
         let spec = spec_of(name);
         Self { source, spec, cap: Cap::default(), pose: Pose::IDENTITY, opened: now, read: now, heard: now }

@@ -1,0 +1,47 @@
+//! From the bytes of a mesh file to a body, the way that the program goes.
+
+use std::cell::OnceCell;
+use std::path::PathBuf;
+
+use palpus::body::{Body, BodySettings};
+use palpus_io::read_mesh;
+
+use crate::{Folder, Seed, check, mesh_samples};
+
+/// Of the meshes of which a body is made: making one takes far longer than reading a file.
+const MOST_VERTICES: usize = 64;
+const MOST_CORNERS: usize = 160;
+
+thread_local! {
+    static FOLDER: OnceCell<Folder> = const { OnceCell::new() };
+}
+
+/// Reads `data` as a file of this extension, and makes a body of it if it is a small mesh.
+pub fn read_and_build(data: &[u8], extension: &str) {
+    let path: PathBuf = FOLDER.with(|folder| {
+        let folder = folder.get_or_init(|| Folder::new("mesh"));
+        folder.file(&format!("mesh.{extension}"), data)
+    });
+    let soup = match read_mesh(&path) {
+        Ok(soup) => soup,
+        Err(error) => return check::error(&error.to_string(), &path.display().to_string()),
+    };
+    check::soup(&soup);
+    if soup.vertices.len() > MOST_VERTICES || soup.face_vertices.len() > MOST_CORNERS {
+        return;
+    }
+    // Of measuring and of touching, by a byte that means little.
+    let touching = data.last().is_some_and(|byte| byte % 2 == 0);
+    let flatness = if touching { BodySettings::HAPTIC } else { BodySettings::EXACT };
+    match Body::from_soup(&soup, &BodySettings { flatness, ..BodySettings::default() }, &mut |_| ()) {
+        Ok(body) => check::body(&body),
+        Err(error) => assert!(!error.to_string().is_empty()),
+    }
+}
+
+/// The samples of these extensions.
+pub fn seeds(extensions: &[&str]) -> Vec<Seed> {
+    let samples = mesh_samples().into_iter().enumerate();
+    let wanted = samples.filter(|(_, (extension, _))| extensions.contains(extension));
+    wanted.map(|(k, (extension, bytes))| (format!("{k}.{extension}"), bytes)).collect()
+}

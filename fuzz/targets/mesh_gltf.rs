@@ -1,0 +1,15 @@
+//! glTF and GLB files, read and made bodies of. Buffers beside the file are asked for, and are not there.
+#![no_main]
+
+use palpus_fuzz::{Allowance, Seed, mesh_file, target};
+
+fn run(data: &[u8]) {
+    mesh_file::read_and_build(data, "gltf");
+}
+
+fn seeds() -> Vec<Seed> {
+    mesh_file::seeds(&["gltf", "glb"])
+}
+
+// A glTF may place one mesh many times, up to four million corners.
+target!(run: run, allowance: Allowance { per_byte: 100, always: 400 << 20 }, seeds: seeds);

@@ -1,0 +1,15 @@
+//! PLY files, read and made bodies of.
+#![no_main]
+
+use palpus_fuzz::{Allowance, Seed, mesh_file, target};
+
+fn run(data: &[u8]) {
+    mesh_file::read_and_build(data, "ply");
+}
+
+fn seeds() -> Vec<Seed> {
+    mesh_file::seeds(&["ply"])
+}
+
+// A file is read whole, and what is made of it is some times as large; then a body of up to 64 corners.
+target!(run: run, allowance: Allowance { per_byte: 40, always: 8 << 20 }, seeds: seeds);

@@ -1,0 +1,75 @@
+//! Two small bodies on a way of any poses: contacts are finite and true to themselves, with and without proofs, blending and a
+//! deadline; and the nearest pair is.
+#![no_main]
+
+use std::cell::Cell;
+
+use palpus::algebra::{Clock, Deadline, Pose};
+use palpus::force::{PairQuery, Proof};
+use palpus_fuzz::{Allowance, Bytes, Seed, check, target};
+
+/// A clock of which each look takes a while.
+struct Slow(Cell<u64>, u64);
+
+impl Clock for Slow {
+    fn now_ns(&self) -> u64 {
+        self.0.set(self.0.get() + self.1);
+        self.0.get()
+    }
+}
+
+fn run(data: &[u8]) {
+    let mut bytes = Bytes::new(data);
+    let (Some(a), Some(b)) = (bytes.body(), bytes.body()) else { return };
+    let flags = bytes.byte();
+    let proof = if flags & 1 != 0 { Proof::Prove } else { Proof::None };
+    let blend = (flags & 2 != 0).then(|| bytes.between(1.8e-3, 0.35));
+    let capacity = if flags & 4 != 0 { 1 + bytes.below(8) } else { 256 };
+    let mut query = PairQuery::new(&a, &b, capacity).with_proof(proof).with_blend(blend);
+    if flags & 8 != 0 {
+        query = query.with_guard();
+    }
+    let hurried = flags & 16 != 0;
+    if hurried {
+        query = query.with_holding();
+    }
+    let clock = Slow(Cell::new(0), u64::from(bytes.byte()));
+    let scale = a.size().max(b.size());
+    let tolerance = scale * bytes.between(1e-6, 0.3);
+    let mut pose = Pose::IDENTITY;
+    for _ in 0..6 {
+        // Small steps and jumps.
+        pose = if bytes.byte() < 128 {
+            let step = bytes.pose(scale * 1e-2);
+            Pose::new(step.rotation, pose.translation + step.translation)
+        } else {
+            bytes.pose(0.5 * scale)
+        };
+        let until = if hurried { clock.now_ns() + 4 * u64::from(bytes.short()) } else { u64::MAX };
+        let mut counters = query.run_until(&a, &b, &pose, tolerance, &Deadline::at(&clock, until));
+        let size = a.size() + b.size() + pose.translation.length();
+        assert!(query.contacts().len() <= capacity);
+        check::contacts(query.contacts(), tolerance, size);
+        assert!(!query.unseen_separation().is_nan());
+        if !hurried {
+            let nearest = query.nearest(&a, &b, &pose, &mut counters);
+            check::contacts(nearest.as_slice(), f64::INFINITY, size);
+        }
+        if bytes.rarely() {
+            query.clear();
+        }
+        if bytes.is_empty() {
+            break;
+        }
+    }
+}
+
+fn seeds() -> Vec<Seed> {
+    // Two stars, and a way into each other.
+    let star = [1, 3, 0, 128, 64, 120, 64, 120, 64, 120, 64];
+    let way: Vec<u8> = (0..6u8).flat_map(|k| [200, 70 + k, 103, 100, 100, 120 - k, 100, 110 - 3 * k, 0, 0]).collect();
+    let all = |flags: u8| [&star[..], &star, &[flags, 9, 200, 128, 3], &way].concat();
+    [0, 1, 2, 10, 16, 31].map(|flags| (format!("stars-{flags}"), all(flags))).into()
+}
+
+target!(run: run, allowance: Allowance { per_byte: 0, always: 128 << 20 }, seeds: seeds);
