@@ -1,42 +1,49 @@
-//! What the window shows in a frame, and what mouse and keys do.
+//! What the window shows in a frame, and what mouse and keys do. The module's description has the outline.
 
-use std::path::PathBuf;
-use std::sync::{Arc, Mutex};
-use std::time::Instant;
+use eframe::egui::{self, CornerRadius, Frame, Margin, Panel, ScrollArea, Ui};
+use palpus_device::Newest;
 
-use eframe::egui::{self, Key, RichText};
-use egui_plot::{Line, Plot};
-use palpus_device::{Newest, Phase};
-
-use super::history::{History, SPAN, Sample};
-use super::run::{Numbers, Run};
-use super::view3d::{View3d, colour};
-use crate::camera::View;
+use super::bar::{self, Bar};
+use super::dress::dress;
+use super::feel::Feel;
+use super::hand::Hand;
+use super::history::{History, Sample, State};
+use super::keys::{self, Action};
+use super::opening::Opening;
+use super::overlay::{self, Notices};
+use super::run::{Loading, Run};
+use super::status::Status;
+use super::view3d::View3d;
+use super::{plots, shot};
 use crate::moment::Moment;
-use crate::picture::{Picture, Rgb};
-use crate::scene::Scene;
+use crate::scene::{Scene, ShownBody};
 use crate::style::{Style, Theme};
 
-/// Over which time the rate is counted, s.
-const RATE_SPAN: f64 = 0.5;
 /// Points.
-const SIDE: f32 = 260.0;
-const KEYS_WIDTH: f32 = 420.0;
-const PLOTS: f32 = 190.0;
+const SIDE: f32 = 340.0;
+const PLOTS: f32 = 176.0;
+/// In a low window the plots are lower, and the scene keeps its room.
+const LOW: f32 = 760.0;
+const LOW_PLOTS: f32 = 132.0;
+const SIDE_MARGIN: i8 = 14;
+
+/// All that the window is.
 pub(super) struct Interface<'a> {
     scene: Scene,
     style: Style,
     view: View3d,
     moments: Newest<Moment>,
     run: &'a mut dyn Run,
-    now: Numbers,
+    hand: Hand,
+    feel: Feel,
+    status: Status,
+    history: History,
+    opening: Option<Opening>,
+    notices: Notices,
+    /// The failure that has been told.
+    failure: Option<String>,
     frozen: bool,
     help: bool,
-    history: History,
-    counted: (Instant, u64),
-    rate: f64,
-    said: Arc<Mutex<String>>,
-    pictures: u32,
 }
 
 impl<'a> Interface<'a> {
@@ -48,35 +55,50 @@ impl<'a> Interface<'a> {
     ) -> Result<Self, String> {
         let style = Style { theme: Theme::Dark, ..Style::default() };
         let view = View3d::new(creation, &scene, &style)?;
-        creation.egui_ctx.set_theme(egui::ThemePreference::Dark);
-        // Readable from two metres.
-        creation.egui_ctx.set_zoom_factor(1.15);
+        dress(&creation.egui_ctx, style.theme);
+        let notices = Notices::default();
+        notices.tell("? shows all keys");
         Ok(Self {
             view,
             scene,
             style,
             moments,
+            hand: Hand::default(),
+            feel: Feel::of(run),
             run,
-            now: Numbers::default(),
+            status: Status::default(),
+            history: History::default(),
+            opening: None,
+            notices,
+            failure: None,
             frozen: false,
             help: false,
-            history: History::default(),
-            counted: (Instant::now(), 0),
-            rate: 0.0,
-            said: Arc::new(Mutex::new("? shows the keys".to_owned())),
-            pictures: 0,
         })
     }
 
     /// Step 1.
     fn take_newest(&mut self) {
+        if let Some((scene, moments)) = self.run.replaced() {
+            self.replace(scene, moments);
+        }
+        let loading = self.run.loading();
+        let failure = if let Loading::Failed(why) = loading { Some(why) } else { None };
+        if failure != self.failure {
+            if let Some(why) = &failure {
+                self.notices.complain(why);
+            }
+            self.failure = failure;
+        }
+        if let Some(why) = self.view.trouble() {
+            self.notices.complain(format!("the bodies cannot be drawn: {why}"));
+        }
         if self.frozen {
             return;
         }
-        self.now = self.run.numbers();
+        let now = self.run.numbers();
+        self.status.take(now);
         let moment = self.moments.get();
-        let overlapping = moment.contacts.iter().filter(|contact| contact.separation < 0.0).count();
-        if let Some(probe) = self.scene.bodies.first_mut() {
+        if let Some(probe) = self.scene.bodies.first_mut().filter(|_| moment.tool.is_valid()) {
             probe.pose = self.scene.moment_pose * moment.tool;
         }
         match &mut self.scene.moment {
@@ -84,204 +106,190 @@ impl<'a> Interface<'a> {
             none => *none = Some(moment.clone()),
         }
         self.history.push(Sample {
-            time: self.now.time,
-            force: self.now.force,
-            torque: self.now.torque * 1e3,
-            query: self.now.query * 1e6,
-            contacts: f64::from(self.now.contacts),
-            overlapping: overlapping as f64,
+            time: now.time,
+            force: now.force,
+            torque: now.torque * 1e3,
+            query: now.query * 1e6,
+            force_time: now.force_time * 1e6,
+            contacts: f64::from(now.contacts),
+            state: match now.separation {
+                separation if separation < 0.0 => State::Penetrating,
+                _ if now.contacts > 0 => State::Disjoint,
+                _ => State::Free,
+            },
         });
-        let passed = self.counted.0.elapsed().as_secs_f64();
-        if passed > RATE_SPAN {
-            self.rate = (self.now.ticks - self.counted.1) as f64 / passed;
-            self.counted = (Instant::now(), self.now.ticks);
+    }
+
+    /// Another scene, seen in the way that the last one was.
+    fn replace(&mut self, mut scene: Scene, moments: Newest<Moment>) {
+        let colours = ShownBody::colours(self.style.theme);
+        for (k, body) in scene.bodies.iter_mut().enumerate() {
+            body.colour = colours.get(k).copied().unwrap_or(body.colour);
+            body.look = self.scene.bodies.get(k).map_or(body.look, |before| before.look);
+        }
+        self.scene = scene;
+        self.moments = moments;
+        self.view.replace(&self.scene, &self.style);
+        self.view.see_everything();
+        self.hand.forget();
+        self.feel = Feel::of(self.run);
+        self.history.clear();
+        self.frozen = false;
+        self.notices.tell(format!("now: {}", self.scene.title));
+    }
+
+    /// Step 2, and what buttons ask for.
+    fn act(&mut self, context: &egui::Context, action: Action) {
+        match action {
+            Action::Pause => {
+                let paused = !self.run.is_paused();
+                self.notices.check(self.run.pause(paused));
+            }
+            Action::Tick => {
+                if self.run.is_paused() || self.notices.check(self.run.pause(true)).is_some() {
+                    self.run.step(1);
+                }
+            }
+            Action::Record => self.record(),
+            Action::Picture => self.picture(context),
+            Action::Open => self.opening = Some(Opening::new(None, self.run)),
+            Action::Script if self.help => self.help = false,
+            Action::Script => self.hand.give_back(self.run),
+            Action::Freeze => self.frozen ^= true,
+            Action::Keys => self.help ^= true,
+            Action::Theme => {
+                self.set_theme(context, if self.style.theme == Theme::Dark { Theme::Light } else { Theme::Dark });
+            }
+            Action::Look(view) => self.view.look(view),
+            Action::Everything => self.view.see_everything(),
+            Action::Contacts => self.style.contacts ^= true,
+            Action::Clusters => self.style.clusters ^= true,
+            Action::Wrench => self.style.wrench ^= true,
+            Action::Anchors => self.style.anchors ^= true,
+            Action::Pieces => self.scene.bodies.iter_mut().for_each(|body| body.look.pieces ^= true),
+            Action::Wires => self.scene.bodies.iter_mut().for_each(|body| body.look.wireframe ^= true),
+            Action::Glass => {
+                if let Some(environment) = self.scene.bodies.get_mut(1) {
+                    environment.look.translucent ^= true;
+                }
+            }
+            of_settings => {
+                self.notices.check(self.feel.act(of_settings, self.run));
+            }
         }
     }
 
-    /// Step 2.
-    fn keys(&mut self, context: &egui::Context) {
-        let pressed = |key: Key| context.input(|input| input.key_pressed(key));
-        for (key, view) in VIEWS {
-            if pressed(key) {
-                self.view.look(view);
+    fn record(&mut self) {
+        let on = self.run.recording().is_none();
+        if let Some(file) = self.notices.check(self.run.record(on)) {
+            let what = if on { "recording into" } else { "recorded:" };
+            self.notices.tell(format!("{what} {}", file.display()));
+        }
+    }
+
+    /// The whole window as a file.
+    fn picture(&self, context: &egui::Context) {
+        let notices = self.notices.clone();
+        context.request_screenshot(move |image| {
+            if let Some(file) = notices.check(shot::keep(&image)) {
+                notices.tell(format!("written: {}", file.display()));
             }
-        }
-        for (key, on) in [
-            (Key::Space, &mut self.frozen),
-            (Key::Questionmark, &mut self.help),
-            (Key::C, &mut self.style.contacts),
-            (Key::A, &mut self.style.clusters),
-            (Key::F, &mut self.style.wrench),
-            (Key::H, &mut self.style.anchors),
-        ] {
-            *on ^= pressed(key);
-        }
-        for body in &mut self.scene.bodies {
-            body.look.pieces ^= pressed(Key::P);
-            body.look.wireframe ^= pressed(Key::W);
-        }
-        if let Some(environment) = self.scene.bodies.get_mut(1) {
-            environment.look.translucent ^= pressed(Key::T);
-        }
-        if pressed(Key::L) {
-            let light = self.style.theme == Theme::Dark;
-            self.set_theme(context, if light { Theme::Light } else { Theme::Dark });
-        }
-        if pressed(Key::R) {
-            self.view.see_everything();
-        }
-        if pressed(Key::S) {
-            self.screenshot(context);
-        }
+        });
     }
 
     fn set_theme(&mut self, context: &egui::Context, theme: Theme) {
         self.style.theme = theme;
-        context.set_theme(match theme {
-            Theme::Light => egui::ThemePreference::Light,
-            Theme::Dark => egui::ThemePreference::Dark,
-        });
-        let [of_probe, of_environment] = crate::scene::ShownBody::colours(theme);
-        for (body, colour) in self.scene.bodies.iter_mut().zip([of_probe, of_environment]) {
+        dress(context, theme);
+        for (body, colour) in self.scene.bodies.iter_mut().zip(ShownBody::colours(theme)) {
             body.colour = colour;
         }
         self.view.replace(&self.scene, &self.style);
     }
 
-    /// The whole window as a file.
-    fn screenshot(&mut self, context: &egui::Context) {
-        self.pictures += 1;
-        let file = PathBuf::from(format!("palpus-out/window-{}.png", self.pictures));
-        let said = Arc::clone(&self.said);
-        context.request_screenshot(move |image| {
-            let words = match kept(&image, &file) {
-                Ok(()) => format!("written: {}", file.display()),
-                Err(error) => format!("{} could not be written: {error}", file.display()),
-            };
-            if let Ok(mut said) = said.lock() {
-                *said = words;
-            }
-        });
+    /// Step 3, at the right.
+    fn side(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        self.status.show(ui, self.run, self.style.theme);
+        ui.separator();
+        let said = self.feel.show(ui, self.run, actions);
+        self.notices.check(said);
     }
 
-    /// The right side: how it goes, what to show, from where.
-    fn side(&mut self, ui: &mut egui::Ui) {
-        let colours = self.style.theme.colours();
-        ui.heading(&self.scene.title);
-        let (phase, calm) = said(self.now.phase);
-        let over = self.run.is_over();
-        let words = if over {
-            "the run is over"
-        } else if self.frozen {
-            "frozen: the loop goes on"
-        } else {
-            phase
-        };
-        let colour = if calm && !over { colour(colours.disjoint) } else { colour(colours.sliding) };
-        ui.label(RichText::new(words).color(colour).strong());
-        ui.separator();
-        let now = &self.now;
-        let rows = [
-            ("rate", format!("{:.0} Hz", self.rate)),
-            ("longest step", format!("{:.0} µs", now.worst_step * 1e6)),
-            ("late ticks", now.overruns.to_string()),
-            ("faults", now.faults.to_string()),
-            ("contacts", now.contacts.to_string()),
-            ("clusters", self.scene.moment.as_ref().map_or(0, |moment| moment.clusters.len()).to_string()),
-            ("force", format!("{:.2} N", now.force)),
-            ("torque", format!("{:.1} mN·m", now.torque * 1e3)),
-            ("query", format!("{:.1} µs", now.query * 1e6)),
-            ("time", format!("{:.1} s", now.time)),
-        ];
-        egui::Grid::new("numbers").num_columns(2).spacing([24.0, 4.0]).show(ui, |ui| {
-            for (name, value) in rows {
-                ui.label(name);
-                ui.label(RichText::new(value).monospace().strong());
-                ui.end_row();
-            }
-        });
-        ui.separator();
-        for (words, shown) in [
-            ("contacts (C)", &mut self.style.contacts),
-            ("forces of clusters (A)", &mut self.style.clusters),
-            ("force and torque (F)", &mut self.style.wrench),
-            ("where friction holds (H)", &mut self.style.anchors),
-        ] {
-            ui.checkbox(shown, words);
-        }
-        for (body, name) in self.scene.bodies.iter_mut().zip(["probe", "environment"]) {
-            ui.horizontal(|ui| {
-                ui.label(name);
-                ui.toggle_value(&mut body.look.pieces, "pieces");
-                ui.toggle_value(&mut body.look.wireframe, "wires");
-                ui.toggle_value(&mut body.look.translucent, "glass");
-            });
-        }
-        ui.separator();
-        ui.horizontal_wrapped(|ui| {
-            for ((_, view), name) in VIEWS.into_iter().zip(["front", "right", "top", "back", "left", "bottom"]) {
-                if ui.button(name).clicked() {
-                    self.view.look(view);
-                }
-            }
-            if ui.button("reset (R)").clicked() {
-                self.view.see_everything();
-            }
-        });
-        ui.horizontal_wrapped(|ui| {
-            ui.toggle_value(&mut self.frozen, "freeze (Space)");
-            if ui.button("picture (S)").clicked() {
-                self.screenshot(&ui.ctx().clone());
-            }
-            if ui.button("light / dark (L)").clicked() {
-                let theme = if self.style.theme == Theme::Dark { Theme::Light } else { Theme::Dark };
-                self.set_theme(&ui.ctx().clone(), theme);
-            }
-        });
-        ui.separator();
-        if let Ok(said) = self.said.lock() {
-            ui.label(said.as_str());
-        }
-    }
-
-    /// Below: the last seconds.
-    fn plots(&self, ui: &mut egui::Ui) {
-        let colours = self.style.theme.colours();
-        let end = self.history.end().max(SPAN);
-        ui.columns(4, |columns| {
-            let of = |f: fn(&Sample) -> f64| self.history.curve(f);
-            plot(&mut columns[0], "force, N", end, vec![(of(|s| s.force), colours.force, 0.0)]);
-            plot(&mut columns[1], "torque, mN·m", end, vec![(of(|s| s.torque), colours.torque, 0.0)]);
-            plot(&mut columns[2], "query, µs", end, vec![(of(|s| s.query), colours.cluster, 0.0)]);
-            let both =
-                vec![(of(|s| s.contacts), colours.disjoint, 0.3), (of(|s| s.overlapping), colours.penetrating, 0.5)];
-            plot(&mut columns[3], "contacts: apart and overlapping", end, both);
-        });
-    }
-
-    /// The middle: the scene, and what the mouse does to it.
-    fn middle(&mut self, ui: &mut egui::Ui) {
+    /// Step 3, in the middle. `is_free`: no control is chosen, no dialog is open.
+    fn middle(&mut self, ui: &mut Ui, is_free: bool, actions: &mut Vec<Action>) {
         let area = self.view.place(ui, &self.scene);
-        self.view.navigate(ui, &area);
+        let keys = is_free || area.response.has_focus();
+        if area.response.has_focus() {
+            // Arrows move the probe, not on to another control.
+            let filter = egui::EventFilter { horizontal_arrows: true, vertical_arrows: true, ..Default::default() };
+            ui.memory_mut(|memory| memory.set_focus_lock_filter(area.response.id, filter));
+        }
+        let is_taken = self.hand.act(ui, &area, &self.view, &self.scene, keys, self.run);
+        if !is_taken {
+            self.view.navigate(ui, &area);
+        }
+        if self.hand.touches() {
+            ui.set_cursor_icon(if is_taken { egui::CursorIcon::Grabbing } else { egui::CursorIcon::Grab });
+        }
         self.view.draw(ui, &area, &self.scene, &self.style, &[]);
+        self.hand.draw(ui, &area, &self.view, &self.scene, self.style.theme.colours().ink);
+        overlay::legend(ui, area.rect, &self.scene, &self.style);
+        overlay::whose(ui, area.rect, self.run.can_guide(), self.hand.holds(), self.hand.cap_trouble(), actions);
+        overlay::told(ui, area.rect, self.run, &self.notices);
+        if ui.input(|input| !input.raw.hovered_files.is_empty()) {
+            overlay::drop_here(ui, area.rect, &self.style);
+        }
+    }
+
+    /// What stands over everything.
+    fn dialogs(&mut self, context: &egui::Context) {
+        let dropped = context.input(|input| input.raw.dropped_files.first().map(|file| file.path().to_path_buf()));
+        if let Some(path) = dropped {
+            self.opening = Some(Opening::new(Some(&path), self.run));
+        }
+        if let Some(mut opening) = self.opening.take() {
+            match opening.show(context, self.run) {
+                Ok(true) => self.opening = Some(opening),
+                Ok(false) => {}
+                Err(why) => self.notices.complain(why),
+            }
+        }
+        if self.help {
+            let modal = egui::Modal::new(egui::Id::unique("keys")).show(context, keys::list);
+            self.help = !modal.should_close();
+        }
     }
 }
 
 impl eframe::App for Interface<'_> {
-    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+    fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
         let context = ui.ctx().clone();
         self.take_newest();
-        self.keys(&context);
-        egui::Panel::right("side").default_size(SIDE).show(ui, |ui| {
-            egui::ScrollArea::vertical().show(ui, |ui| self.side(ui));
+        let is_open = self.opening.is_some();
+        let chosen = context.memory(|memory| memory.focused().is_some());
+        let mut actions = if is_open { Vec::new() } else { keys::asked(&context, chosen) };
+        let height = ui.available_height();
+        let margin =
+            |side: i8, upright: i8| Frame::side_top_panel(ui.style()).inner_margin(Margin::symmetric(side, upright));
+        let (of_bar, of_side, of_plots) = (margin(10, 0), margin(SIDE_MARGIN, 8), margin(4, 2));
+        Panel::top("bar").exact_size(bar::HEIGHT).frame(of_bar).show(ui, |ui| {
+            let Self { run, style, scene, frozen, .. } = self;
+            Bar { run: &**run, style, bodies: &mut scene.bodies, frozen: *frozen }.show(ui, &mut actions);
         });
-        egui::Panel::bottom("plots").exact_size(PLOTS).show(ui, |ui| self.plots(ui));
-        egui::CentralPanel::no_frame().show(ui, |ui| self.middle(ui));
-        if self.help {
-            egui::Window::new("keys").default_width(KEYS_WIDTH).open(&mut self.help).show(&context, |ui| {
-                ui.label(KEYS);
-            });
+        Panel::right("side").exact_size(SIDE).resizable(false).frame(of_side).show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| self.side(ui, &mut actions));
+        });
+        let plots_height = if height < LOW { LOW_PLOTS } else { PLOTS };
+        Panel::bottom("plots").exact_size(plots_height).resizable(false).frame(of_plots).show(ui, |ui| {
+            plots::show(ui, &self.history, self.style.theme);
+        });
+        let frame = Frame::NONE.corner_radius(CornerRadius::ZERO);
+        egui::CentralPanel::default().frame(frame).show(ui, |ui| {
+            self.middle(ui, !chosen && !is_open && !self.help, &mut actions);
+        });
+        for action in actions {
+            self.act(&context, action);
         }
+        self.dialogs(&context);
         if self.run.is_over() && self.run.closes_when_over() {
             context.send_viewport_cmd(egui::ViewportCommand::Close);
         }
@@ -293,65 +301,4 @@ impl eframe::App for Interface<'_> {
             self.view.destroy(gl);
         }
     }
-}
-
-const VIEWS: [(Key, View); 6] = [
-    (Key::Num1, View::Front),
-    (Key::Num2, View::Right),
-    (Key::Num3, View::Top),
-    (Key::Num4, View::Back),
-    (Key::Num5, View::Left),
-    (Key::Num6, View::Bottom),
-];
-
-const KEYS: &str = "drag: turn\nshift, middle or right drag: move\nwheel: nearer\n1 to 6: standard views\nR: everything in view\n\
-    Space: freeze the picture (the loop goes on)\nS: picture of the window\nC, A, F, H: contacts, cluster forces, force and torque, friction\n\
-    P, W: pieces in colours, wires\nT: environment of glass\nL: light or dark\n?: these keys";
-
-/// Where the engagement stands, and whether that is as it should be.
-fn said(phase: Phase) -> (&'static str, bool) {
-    match phase {
-        Phase::Engaged => ("engaged", true),
-        Phase::Idle => ("press a button to feel it", true),
-        Phase::Waiting => ("out of contact first", false),
-        Phase::Ramping => ("engaging", true),
-        Phase::Faulted => ("a fault: no force", false),
-        Phase::Stopped => ("stopped by a fault", false),
-    }
-}
-
-/// One plot: its curves, their colours, and how much of what is below them is filled.
-fn plot(ui: &mut egui::Ui, title: &str, end: f64, curves: Vec<(Vec<[f64; 2]>, Rgb, f32)>) {
-    ui.label(title);
-    Plot::new(title)
-        .allow_drag(false)
-        .allow_zoom(false)
-        .allow_scroll(false)
-        .allow_boxed_zoom(false)
-        .include_y(0.0)
-        .include_y(LEAST_RANGE)
-        .include_x(end - SPAN)
-        .include_x(end)
-        .show(ui, |plot| {
-            for (points, rgb, filled) in curves {
-                let line = Line::new(title, points).color(colour(rgb));
-                plot.line(if filled > 0.0 { line.fill(0.0).fill_alpha(filled) } else { line });
-            }
-        });
-}
-
-/// So that noise about zero does not fill a plot.
-const LEAST_RANGE: f64 = 0.5;
-
-/// Writes what was on the screen.
-fn kept(image: &egui::ColorImage, file: &std::path::Path) -> std::io::Result<()> {
-    if let Some(folder) = file.parent() {
-        std::fs::create_dir_all(folder)?;
-    }
-    let [width, height] = image.size;
-    let mut picture = Picture::new(width, height, [0; 3]);
-    for (k, pixel) in image.pixels.iter().enumerate() {
-        picture.set_pixel(k % width, k / width, [pixel.r(), pixel.g(), pixel.b()]);
-    }
-    picture.write_png(file)
 }

@@ -10,10 +10,23 @@
 //!
 //! A machine without a display, or whose graphics library is missing or too old, is an error that says so.
 
+mod bar;
+mod dress;
+mod feel;
 mod gl;
+mod hand;
 mod history;
+mod icon;
 mod interface;
+mod keys;
+mod opening;
+mod overlay;
+mod pick;
+mod plots;
+mod quantity;
 mod run;
+mod shot;
+mod status;
 mod view3d;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};

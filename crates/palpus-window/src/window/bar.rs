@@ -1,0 +1,116 @@
+//! Above everything: what can be asked of the run, always in the same place.
+
+use eframe::egui::containers::menu::{MenuButton, MenuConfig};
+use eframe::egui::{Align, Button, Layout, PopupCloseBehavior, Ui, vec2};
+
+use super::icon::{self, Icon};
+use super::keys::Action;
+use super::run::Run;
+use crate::camera::View;
+use crate::scene::ShownBody;
+use crate::style::{Style, Theme};
+
+/// Points.
+pub(super) const HEIGHT: f32 = 44.0;
+const BUTTON: [f32; 2] = [102.0, 32.0];
+const NARROW: [f32; 2] = [52.0, 32.0];
+const VIEWS: [(View, &str); 6] = [
+    (View::Front, "front (1)"),
+    (View::Right, "right (2)"),
+    (View::Top, "top (3)"),
+    (View::Back, "back (4)"),
+    (View::Left, "left (5)"),
+    (View::Bottom, "bottom (6)"),
+];
+
+/// What the bar shows as it is.
+pub(super) struct Bar<'a> {
+    pub(super) run: &'a dyn Run,
+    pub(super) style: &'a mut Style,
+    pub(super) bodies: &'a mut [ShownBody],
+    pub(super) frozen: bool,
+}
+
+impl Bar<'_> {
+    /// What its buttons ask for is added to `actions`.
+    pub(super) fn show(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        ui.horizontal_centered(|ui| {
+            let text = ui.visuals().text_color();
+            let mut button = |ui: &mut Ui, icon, words: &str, is_on, ink, hint: &str, action: Action| {
+                if icon::button(ui, icon, words, is_on, ink, BUTTON).on_hover_text(hint).clicked() {
+                    actions.push(action);
+                }
+            };
+            let paused = self.run.is_paused();
+            let (icon, words) = if paused { (Icon::GoOn, "go on") } else { (Icon::Pause, "pause") };
+            button(ui, icon, words, paused, text, "the loop's time stands still (Space)", Action::Pause);
+            button(ui, Icon::Tick, "one tick", false, text, "one tick, and stand still (.)", Action::Tick);
+            let red = ui.visuals().error_fg_color;
+            match self.run.recording() {
+                Some(file) => {
+                    let hint = format!("ends {} (E)", file.display());
+                    button(ui, Icon::Stop, "recording", true, red, &hint, Action::Record);
+                }
+                None => {
+                    let hint = "every tick into a file that replays bit for bit (E)";
+                    button(ui, Icon::Record, "record", false, red, hint, Action::Record);
+                }
+            }
+            let hint = "of the whole window, as a PNG file (S)";
+            button(ui, Icon::Picture, "picture", false, text, hint, Action::Picture);
+            button(ui, Icon::Open, "open", false, text, "a mesh, a scene file or another scene (O)", Action::Open);
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                let mut button = |ui: &mut Ui, text: &str, hint: &str, action: Action| {
+                    let button = Button::new(text).min_size(NARROW.into());
+                    if ui.add(button).on_hover_text(hint).clicked() {
+                        actions.push(action);
+                    }
+                };
+                button(ui, "?", "all keys (?)", Action::Keys);
+                let light = if self.style.theme == Theme::Dark { "light" } else { "dark" };
+                button(ui, light, "light or dark (L)", Action::Theme);
+                let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
+                let view = Button::new("view").min_size(NARROW.into());
+                MenuButton::from_button(view).config(config).ui(ui, |ui| self.view(ui, actions));
+            });
+        });
+    }
+
+    /// What is seen, and from where.
+    fn view(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
+        for (words, shown) in [
+            ("contacts (C)", &mut self.style.contacts),
+            ("forces of clusters (A)", &mut self.style.clusters),
+            ("force and torque (F)", &mut self.style.wrench),
+            ("where friction holds (H)", &mut self.style.anchors),
+        ] {
+            ui.checkbox(shown, words);
+        }
+        let mut frozen = self.frozen;
+        if ui.checkbox(&mut frozen, "hold the picture (Z)").changed() {
+            actions.push(Action::Freeze);
+        }
+        ui.separator();
+        for (body, name) in self.bodies.iter_mut().zip(["probe", "environment"]) {
+            ui.label(name);
+            ui.horizontal(|ui| {
+                ui.toggle_value(&mut body.look.pieces, "pieces (P)");
+                ui.toggle_value(&mut body.look.wireframe, "wires (W)");
+                ui.toggle_value(&mut body.look.translucent, "glass (T)");
+            });
+        }
+        ui.separator();
+        for row in VIEWS.chunks(3) {
+            ui.horizontal(|ui| {
+                for (view, name) in row {
+                    if ui.add(Button::new(*name).min_size(vec2(90.0, 0.0))).clicked() {
+                        actions.push(Action::Look(*view));
+                    }
+                }
+            });
+        }
+        if ui.button("everything in view (R)").clicked() {
+            actions.push(Action::Everything);
+        }
+    }
+}

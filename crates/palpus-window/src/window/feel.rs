@@ -1,0 +1,226 @@
+//! What is felt, and how it is changed: presets, switches and sliders.
+//!
+//! The panel shows the run's settings as they are and asks for others only when something was moved.
+
+use std::ops::RangeInclusive;
+
+use eframe::egui::{Grid, RichText, Slider, Ui};
+use palpus::force::{FrictionSettings, ShadingSettings};
+use palpus::render::{Clustering, Settings};
+
+use super::keys::Action;
+use super::quantity::{Fitting, Quantity};
+use super::run::{Preset, Run};
+
+/// Points.
+const SLIDER: f32 = 96.0;
+/// Where nobody says: degrees, and coefficients.
+const USUAL_CREASE: f64 = 40.0;
+const MOST_TURN: f64 = 45.0;
+const USUAL_FRICTION: (f64, f64) = (0.4, 0.3);
+
+/// See the module's outline.
+pub(super) struct Feel {
+    presets: Vec<Preset>,
+    fitting: Fitting,
+    /// The setting that keys change.
+    chosen: usize,
+}
+
+impl Feel {
+    pub(super) fn of(run: &dyn Run) -> Self {
+        let presets = run.presets();
+        let fitting = Fitting::of(&presets, &run.settings());
+        Self { presets, fitting, chosen: 0 }
+    }
+
+    /// What keys and buttons ask for.
+    ///
+    /// # Errors
+    /// What the run says against it.
+    pub(super) fn act(&mut self, action: Action, run: &mut dyn Run) -> Result<(), String> {
+        let now = run.settings();
+        let mut wanted = now;
+        match action {
+            Action::Preset(k) => match self.presets.get(k) {
+                Some(preset) => wanted = preset.settings,
+                None => return Err("there is no such preset for this scene".to_owned()),
+            },
+            Action::Coupling => {
+                wanted = self.fitting.switched(&now).ok_or("this device has no coupling to be had")?;
+            }
+            Action::Clustering => {
+                wanted.clustering = match now.clustering {
+                    Clustering::Smooth => Clustering::Linkage,
+                    Clustering::Linkage => Clustering::Smooth,
+                }
+            }
+            Action::Shading => wanted.shading = if now.shading.is_some() { None } else { Some(self.usual_shading()) },
+            Action::Friction => {
+                wanted.friction = if now.friction.is_some() { None } else { Some(self.usual_friction(&now)) }
+            }
+            Action::EarlierSetting => self.choose(&now, Quantity::ALL.len() - 1),
+            Action::LaterSetting => self.choose(&now, 1),
+            Action::Less | Action::More => {
+                let quantity = Quantity::ALL[self.chosen];
+                if let Some(value) = quantity.get(&now) {
+                    let range = quantity.range(&self.fitting, &now);
+                    quantity.set(&mut wanted, range.pressed(value, action == Action::More));
+                }
+            }
+            _ => {}
+        }
+        apply(run, &now, &wanted)
+    }
+
+    /// Goes on by `step`, round and round, to a setting that applies.
+    fn choose(&mut self, now: &Settings, step: usize) {
+        for _ in 0..Quantity::ALL.len() {
+            self.chosen = (self.chosen + step) % Quantity::ALL.len();
+            if Quantity::ALL[self.chosen].get(now).is_some() {
+                return;
+            }
+        }
+    }
+
+    fn usual_shading(&self) -> ShadingSettings {
+        let of_presets = self.presets.iter().find_map(|preset| preset.settings.shading);
+        of_presets
+            .unwrap_or(ShadingSettings { crease_angle: USUAL_CREASE.to_radians(), most_turn: MOST_TURN.to_radians() })
+    }
+
+    fn usual_friction(&self, now: &Settings) -> FrictionSettings {
+        let of_presets = self.presets.iter().find_map(|preset| preset.settings.friction);
+        let (static_coefficient, dynamic_coefficient) =
+            of_presets.map_or(USUAL_FRICTION, |friction| (friction.static_coefficient, friction.dynamic_coefficient));
+        // As stiff sideways as into the surface.
+        FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness: now.stiffness }
+    }
+
+    /// The panel; what its buttons ask for is added to `actions`.
+    ///
+    /// # Errors
+    /// What the run says against a slider.
+    pub(super) fn show(&mut self, ui: &mut Ui, run: &mut dyn Run, actions: &mut Vec<Action>) -> Result<(), String> {
+        let now = run.settings();
+        let mut wanted = now;
+        ui.horizontal(|ui| {
+            for (k, (preset, key)) in self.presets.iter().zip(["B", "V", "", ""]).enumerate() {
+                let is_on = Settings { limits: now.limits, capacity: now.capacity, ..preset.settings } == now;
+                if ui
+                    .selectable_label(is_on, preset.name)
+                    .on_hover_text(format!("all settings as in this one ({key})"))
+                    .clicked()
+                {
+                    actions.push(Action::Preset(k));
+                }
+            }
+        });
+        let mut switch =
+            |ui: &mut Ui, action: Action, key: &str, is_first: bool, names: [&str; 2], words: [&str; 2]| {
+                ui.horizontal(|ui| {
+                    for (k, (name, words)) in names.into_iter().zip(words).enumerate() {
+                        let is_on = is_first == (k == 0);
+                        let response = ui.selectable_label(is_on, name).on_hover_text(format!("{words} ({key})"));
+                        if response.clicked() && !is_on {
+                            actions.push(action);
+                        }
+                    }
+                });
+            };
+        switch(
+            ui,
+            Action::Coupling,
+            "D",
+            now.coupling.is_some(),
+            ["coupled", "direct"],
+            ["a tool on a spring meets the contacts: palpus's way", "the device itself meets them: the paper's way"],
+        );
+        switch(
+            ui,
+            Action::Clustering,
+            "K",
+            now.clustering == Clustering::Smooth,
+            ["smooth", "linkage"],
+            ["contacts share a force without jumps: palpus's way", "contacts are grouped by distance: the paper's way"],
+        );
+        ui.horizontal(|ui| {
+            for (words, is_on, action, key) in [
+                ("friction", now.friction.is_some(), Action::Friction, "I"),
+                ("shading", now.shading.is_some(), Action::Shading, "X"),
+            ] {
+                let mut ticked = is_on;
+                if ui.checkbox(&mut ticked, words).on_hover_text(key).changed() {
+                    actions.push(action);
+                }
+            }
+        });
+        ui.add_space(4.0);
+        self.sliders(ui, &now, &mut wanted);
+        apply(run, &now, &wanted)
+    }
+
+    fn sliders(&self, ui: &mut Ui, now: &Settings, wanted: &mut Settings) {
+        ui.spacing_mut().slider_width = SLIDER;
+        Grid::new("settings").num_columns(2).spacing([8.0, 5.0]).show(ui, |ui| {
+            for (k, quantity) in Quantity::ALL.into_iter().enumerate() {
+                let Some(mut value) = quantity.get(now) else { continue };
+                let name = RichText::new(quantity.name());
+                let name = if k == self.chosen { name.strong().underline() } else { name };
+                let label = ui.label(name).on_hover_text(quantity.words());
+                let range = quantity.range(&self.fitting, now);
+                let slider = Slider::new(&mut value, range.low..=range.high)
+                    .logarithmic(range.logarithmic)
+                    .suffix(quantity.unit())
+                    .custom_formatter(rounded)
+                    .custom_parser(parsed);
+                if ui.add(slider).labelled_by(label.id).on_hover_text(quantity.words()).changed() {
+                    quantity.set(wanted, value);
+                }
+                ui.end_row();
+            }
+        });
+    }
+}
+
+fn apply(run: &mut dyn Run, now: &Settings, wanted: &Settings) -> Result<(), String> {
+    if wanted == now {
+        return Ok(());
+    }
+    // Limits and room are the device's and the run's.
+    let wanted = Settings { limits: now.limits, capacity: now.capacity, ..*wanted };
+    run.set_settings(&wanted)
+}
+
+/// Three figures.
+fn rounded(value: f64, _: RangeInclusive<usize>) -> String {
+    match value {
+        v if v >= 9995.0 => format!("{:.0}k", v / 1e3),
+        v if v >= 99.95 => format!("{v:.0}"),
+        v if v >= 9.995 => format!("{v:.1}"),
+        v if v >= 0.9995 || v == 0.0 => format!("{v:.2}"),
+        v => format!("{v:.3}"),
+    }
+}
+
+/// The opposite of [`rounded`].
+fn parsed(text: &str) -> Option<f64> {
+    let text = text.trim();
+    match text.strip_suffix('k') {
+        Some(thousands) => thousands.trim().parse::<f64>().ok().map(|value| value * 1e3),
+        None => text.parse().ok(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn values_keep_three_figures() {
+        let words = [0.0, 0.1234, 1.0, 12.34, 123.4, 1234.0, 170e3].map(|value| rounded(value, 0..=3));
+        assert_eq!(words, ["0.00", "0.123", "1.00", "12.3", "123", "1234", "170k"]);
+        let read = words.map(|text| parsed(&text));
+        assert_eq!(read, [0.0, 0.123, 1.0, 12.3, 123.0, 1234.0, 170e3].map(Some));
+    }
+}

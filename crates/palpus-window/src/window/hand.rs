@@ -1,0 +1,289 @@
+//! The hand at the window: mouse, keys and a SpaceMouse move the pose that the simulated hand is to hold the probe in.
+//!
+//! 1. *Mouse*: a drag that begins on the probe moves it in the view's plane, with the wheel nearer and farther; with the right button, Shift or Alt
+//!    it turns it about the point that was taken; with Ctrl it rolls.
+//! 2. *Keys*: arrows, PageUp and PageDown along the view's axes, with Ctrl about them.
+//! 3. *SpaceMouse*: along and about the view's axes, as fast as it is pushed.
+//!
+//! The first of these takes the probe over from the script where the device holds it then; the hand stays where it was left until it is
+//! given back. The probe follows by its springs, so it feels what is in its way: the drawn spring goes from where it is to where it is to be.
+
+use eframe::egui::{self, Key, PointerButton, Pos2, Stroke};
+use glam::{DQuat, DVec3};
+use palpus::algebra::Pose;
+
+use super::dress::thin;
+use super::pick::probe_at;
+use super::run::{Cap, Run};
+use super::view3d::{Area, View3d, colour};
+use crate::picture::Rgb;
+use crate::scene::Scene;
+
+/// rad the probe turns for a point of the mouse.
+const TURN: f64 = 0.01;
+/// Points beside the probe at which it still is taken.
+const BESIDE: f64 = 9.0;
+/// Parts of the view's height that a key goes in a second, and how fast it turns, rad/s.
+const KEY_SPEED: f64 = 0.22;
+const KEY_TURN: f64 = 0.9;
+/// What Shift leaves of both.
+const SLOWLY: f64 = 0.2;
+/// s: the most that a key acts on in one frame.
+const LONGEST_FRAME: f64 = 0.1;
+/// Of the drawn spring: points, and parts of the whole.
+const COIL: f32 = 4.5;
+const COILS: usize = 9;
+const ENDS: f32 = 0.12;
+const POINTS_OF_COIL: usize = 12;
+/// Points: a shorter one is not drawn.
+const LEAST_SPRING: f32 = 5.0;
+
+/// See the module's outline.
+#[derive(Default)]
+pub(super) struct Hand {
+    /// Where the probe is to be, world; none: where the script says.
+    held: Option<Pose>,
+    grabbed: Option<Grab>,
+    over_probe: bool,
+    /// Where the spring ends on the probe, in its frame.
+    spring_a: DVec3,
+    /// Why a SpaceMouse does nothing.
+    cap_trouble: Option<String>,
+}
+
+#[derive(Clone, Copy)]
+struct Grab {
+    button: PointerButton,
+    turns: bool,
+}
+
+/// How a hand goes on in a frame.
+struct Motion {
+    /// World, m.
+    linear: DVec3,
+    turn: DQuat,
+}
+
+impl Hand {
+    /// True while the probe is not the script's.
+    pub(super) fn holds(&self) -> bool {
+        self.held.is_some()
+    }
+
+    /// True while the mouse is over the probe or drags it.
+    pub(super) fn touches(&self) -> bool {
+        self.over_probe || self.grabbed.is_some()
+    }
+
+    /// Why a SpaceMouse does nothing, if one is there.
+    pub(super) fn cap_trouble(&self) -> Option<&str> {
+        self.cap_trouble.as_deref()
+    }
+
+    /// The hand follows its script again.
+    pub(super) fn give_back(&mut self, run: &mut dyn Run) {
+        self.grabbed = None;
+        if self.held.take().is_some() {
+            run.guide(None);
+        }
+    }
+
+    /// The scene is another one: nothing is held.
+    pub(super) fn forget(&mut self) {
+        *self = Self::default();
+    }
+
+    /// Moves what is held by everything that moves it. True if the mouse is the hand's, not the eye's, in this frame. `keys`: arrows are
+    /// for the hand, not for a control.
+    pub(super) fn act(
+        &mut self,
+        ui: &egui::Ui,
+        area: &Area,
+        view: &View3d,
+        scene: &Scene,
+        keys: bool,
+        run: &mut dyn Run,
+    ) -> bool {
+        if !run.can_guide() {
+            return false;
+        }
+        let before = self.held;
+        let taken = self.mouse(ui, area, view, scene);
+        let [right, up, back] = view.camera().axes();
+        let frame = ui.input(|input| f64::from(input.stable_dt)).min(LONGEST_FRAME);
+        if let Some(motion) = keys.then(|| by_keys(ui, area, view, frame)).flatten() {
+            self.go(scene, &motion);
+        }
+        match run.cap() {
+            Cap::None => self.cap_trouble = None,
+            Cap::Unusable(why) => self.cap_trouble = Some(why),
+            Cap::Pushed(twist) => {
+                self.cap_trouble = None;
+                let along_view = |v: DVec3| right * v.x - back * v.y + up * v.z;
+                let (linear, turn) = (along_view(twist.linear) * frame, along_view(twist.angular) * frame);
+                if linear != DVec3::ZERO || turn != DVec3::ZERO {
+                    self.go(scene, &Motion { linear, turn: DQuat::from_scaled_axis(turn) });
+                }
+            }
+        }
+        if self.held != before {
+            run.guide(self.held);
+        }
+        taken
+    }
+
+    fn mouse(&mut self, ui: &egui::Ui, area: &Area, view: &View3d, scene: &Scene) -> bool {
+        let response = &area.response;
+        let (modifiers, pressed, wheel) =
+            ui.input(|input| (input.modifiers, input.pointer.press_origin(), input.smooth_scroll_delta().y));
+        let on_probe = |at: Pos2| {
+            let reach = |point: DVec3| BESIDE * view.metres_per_point(area, point);
+            probe_at(scene, &view.ray(area, at), reach)
+        };
+        for button in [PointerButton::Primary, PointerButton::Secondary] {
+            let begins = response.drag_started_by(button) && self.grabbed.is_none();
+            if let Some(point_a) = pressed.filter(|_| begins).and_then(on_probe) {
+                let turns = button == PointerButton::Secondary || modifiers.shift || modifiers.alt || modifiers.ctrl;
+                self.grabbed = Some(Grab { button, turns });
+                self.spring_a = point_a;
+                self.held.get_or_insert_with(|| of_device(scene));
+            }
+        }
+        let Some(grab) = self.grabbed else {
+            self.over_probe = !response.dragged() && response.hover_pos().is_some_and(|at| on_probe(at).is_some());
+            return false;
+        };
+        if response.dragged_by(grab.button) {
+            let moved = response.drag_delta();
+            let (x, y) = (f64::from(moved.x), f64::from(moved.y));
+            let [right, up, back] = view.camera().axes();
+            let metres = view.metres_per_point(area, self.target());
+            let deeper = back * (-f64::from(wheel) * metres);
+            let motion = match (grab.turns, modifiers.ctrl) {
+                (false, _) => Motion { linear: (right * x - up * y) * metres + deeper, turn: DQuat::IDENTITY },
+                (true, false) => {
+                    let turn = DQuat::from_axis_angle(up, x * TURN) * DQuat::from_axis_angle(right, y * TURN);
+                    Motion { linear: deeper, turn }
+                }
+                (true, true) => Motion { linear: deeper, turn: DQuat::from_axis_angle(back, -x * TURN) },
+            };
+            self.go(scene, &motion);
+        } else {
+            self.grabbed = None;
+        }
+        true
+    }
+
+    /// Where the spring's free end is, world.
+    fn target(&self) -> DVec3 {
+        self.held.map_or(DVec3::ZERO, |held| held.point(self.spring_a))
+    }
+
+    /// Moves what is held, from where the device is if it was the script's.
+    fn go(&mut self, scene: &Scene, motion: &Motion) {
+        if self.held.is_none() {
+            self.spring_a = grip_a(scene);
+        }
+        let held = self.held.get_or_insert_with(|| of_device(scene));
+        let pivot = held.point(self.spring_a);
+        let translation = pivot + motion.turn * (held.translation - pivot) + motion.linear;
+        *held = Pose { rotation: (motion.turn * held.rotation).normalize(), translation };
+    }
+
+    /// Draws the spring from the probe to where it is to be.
+    pub(super) fn draw(&self, ui: &egui::Ui, area: &Area, view: &View3d, scene: &Scene, ink: Rgb) {
+        let (Some(held), Some(probe)) = (self.held, scene.bodies.first()) else { return };
+        let ends = [probe.pose.point(self.spring_a), held.point(self.spring_a)];
+        let [Some(from), Some(to)] = ends.map(|end| view.seen_at(area, end)) else { return };
+        let painter = ui.painter_at(area.rect);
+        painter.circle_filled(from, 3.0, colour(ink));
+        painter.circle_stroke(to, 6.0, Stroke::new(2.0, colour(ink)));
+        if from.distance(to) > LEAST_SPRING {
+            painter.line(spring(from, to), Stroke::new(1.6, thin(ink, 0.85)));
+        }
+    }
+}
+
+/// Where the device holds the probe, world.
+fn of_device(scene: &Scene) -> Pose {
+    match (&scene.moment, scene.bodies.first()) {
+        (Some(moment), _) => scene.moment_pose * moment.device,
+        (None, Some(probe)) => probe.pose,
+        (None, None) => Pose::IDENTITY,
+    }
+}
+
+/// Where the hand holds the probe, in the probe's frame.
+fn grip_a(scene: &Scene) -> DVec3 {
+    scene.moment.as_ref().map_or(DVec3::ZERO, |moment| moment.tool.inverse().point(moment.grip))
+}
+
+fn by_keys(ui: &egui::Ui, area: &Area, view: &View3d, frame: f64) -> Option<Motion> {
+    let (along, modifiers) = ui.input(|input| {
+        let axis = |more, less| f64::from(u8::from(input.key_down(more))) - f64::from(u8::from(input.key_down(less)));
+        let along = DVec3::new(
+            axis(Key::ArrowRight, Key::ArrowLeft),
+            axis(Key::ArrowUp, Key::ArrowDown),
+            axis(Key::PageDown, Key::PageUp),
+        );
+        (along, input.modifiers)
+    });
+    if along == DVec3::ZERO {
+        return None;
+    }
+    let [right, up, back] = view.camera().axes();
+    let frame = if modifiers.shift { frame * SLOWLY } else { frame };
+    if modifiers.ctrl {
+        // As if the near side were pushed that way.
+        let axis = right * -along.y + up * along.x - back * along.z;
+        return Some(Motion { linear: DVec3::ZERO, turn: DQuat::from_scaled_axis(axis * KEY_TURN * frame) });
+    }
+    let height = view.metres_per_point(area, view.camera().target) * area.size().1;
+    let linear = (right * along.x + up * along.y + back * along.z) * (height * KEY_SPEED * frame);
+    Some(Motion { linear, turn: DQuat::IDENTITY })
+}
+
+/// A coil between two places.
+fn spring(from: Pos2, to: Pos2) -> Vec<Pos2> {
+    let along = to - from;
+    let across = along.normalized().rot90() * COIL;
+    let waves = COILS * POINTS_OF_COIL;
+    let coil = (0..=waves).map(|k| {
+        let part = k as f32 / waves as f32;
+        let sine = (part * COILS as f32 * std::f32::consts::TAU).sin();
+        from + along * (ENDS + (1.0 - 2.0 * ENDS) * part) + across * sine
+    });
+    std::iter::once(from).chain(coil).chain(std::iter::once(to)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::moment::Moment;
+
+    fn scene() -> Scene {
+        let mut moment = Moment::new(1);
+        moment.device = Pose::from_translation(DVec3::new(1.0, 2.0, 3.0));
+        moment.tool = moment.device;
+        moment.grip = DVec3::new(1.0, 2.0, 4.0);
+        Scene { moment: Some(moment), moment_pose: Pose::from_translation(DVec3::X), ..Scene::default() }
+    }
+
+    #[test]
+    fn the_hand_takes_over_where_the_device_is_and_turns_about_the_grip() {
+        let mut hand = Hand::default();
+        hand.go(&scene(), &Motion { linear: DVec3::ZERO, turn: DQuat::from_rotation_x(0.5) });
+        let held = hand.held.expect("it holds");
+        assert!((held.point(DVec3::Z) - DVec3::new(2.0, 2.0, 4.0)).length() < 1e-12, "the grip stays");
+        hand.go(&scene(), &Motion { linear: DVec3::Y, turn: DQuat::IDENTITY });
+        let held = hand.held.expect("it holds");
+        assert!((held.point(DVec3::Z) - DVec3::new(2.0, 3.0, 4.0)).length() < 1e-12, "and moves");
+    }
+
+    #[test]
+    fn a_spring_reaches_from_end_to_end() {
+        let (from, to) = (Pos2::new(3.0, 4.0), Pos2::new(90.0, -20.0));
+        let points = spring(from, to);
+        assert_eq!((points[0], points[points.len() - 1]), (from, to));
+    }
+}

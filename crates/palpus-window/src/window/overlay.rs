@@ -1,0 +1,162 @@
+//! What stands over the scene: what its colours mean, whose the probe is, what is being prepared, and what there is to tell.
+
+use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
+
+use eframe::egui::{self, Align2, FontId, ProgressBar, Rect, RichText, Ui, UiBuilder, pos2, vec2};
+
+use super::dress::thin;
+use super::keys::Action;
+use super::run::{Loading, Run};
+use super::view3d::colour;
+use crate::picture::Rgb;
+use crate::scene::Scene;
+use crate::style::{Colours, Style};
+
+/// How long something told stays, and an error.
+const TOLD: Duration = Duration::from_secs(6);
+const TOLD_ERROR: Duration = Duration::from_secs(15);
+/// Points.
+const MARGIN: f32 = 14.0;
+const LINE: f32 = 21.0;
+const LETTERS: f32 = 14.5;
+const PROGRESS: f32 = 420.0;
+
+/// What there is to tell, from whatever thread.
+#[derive(Clone, Default)]
+pub(super) struct Notices(Arc<Mutex<Option<Notice>>>);
+
+struct Notice {
+    words: String,
+    is_error: bool,
+    since: Instant,
+}
+
+impl Notices {
+    pub(super) fn tell(&self, words: impl Into<String>) {
+        self.set(words.into(), false);
+    }
+
+    pub(super) fn complain(&self, words: impl Into<String>) {
+        self.set(words.into(), true);
+    }
+
+    /// Complains if there is something to complain of.
+    pub(super) fn check<T>(&self, result: Result<T, String>) -> Option<T> {
+        result.map_err(|error| self.complain(error)).ok()
+    }
+
+    fn set(&self, words: String, is_error: bool) {
+        if let Ok(mut notice) = self.0.lock() {
+            *notice = Some(Notice { words, is_error, since: Instant::now() });
+        }
+    }
+
+    fn now(&self) -> Option<(String, bool)> {
+        let notice = self.0.lock().ok()?;
+        let notice = notice.as_ref()?;
+        let span = if notice.is_error { TOLD_ERROR } else { TOLD };
+        (notice.since.elapsed() < span).then(|| (notice.words.clone(), notice.is_error))
+    }
+}
+
+/// Below at the left: what the colours mean.
+pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
+    let colours = style.theme.colours();
+    let lines = meanings(scene, style, &colours);
+    let painter = ui.painter_at(rect);
+    for (k, (rgb, words)) in lines.iter().rev().enumerate() {
+        let left = rect.left() + MARGIN;
+        let y = rect.bottom() - MARGIN - LINE * (k as f32 + 0.5);
+        painter.circle_filled(pos2(left + 6.0, y), 5.5, colour(*rgb));
+        let font = FontId::proportional(LETTERS);
+        painter.text(pos2(left + 20.0, y), Align2::LEFT_CENTER, *words, font, colour(colours.ink));
+    }
+}
+
+fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'static str)> {
+    let body = |k: usize| scene.bodies.get(k).map(|body| body.colour);
+    let mut lines = Vec::new();
+    lines.extend(body(0).map(|rgb| (rgb, "probe")));
+    lines.extend(body(1).map(|rgb| (rgb, "environment")));
+    if style.contacts {
+        lines.extend([(colours.disjoint, "contact, apart"), (colours.penetrating, "contact, overlapping")]);
+    }
+    if style.clusters {
+        lines.push((colours.cluster, "force of a cluster"));
+    }
+    if style.wrench {
+        lines.extend([(colours.force, "force on the hand"), (colours.torque, "torque on the hand")]);
+    }
+    if style.anchors && scene.moment.as_ref().is_some_and(|moment| !moment.anchors.is_empty()) {
+        lines.extend([(colours.anchor, "friction holds"), (colours.sliding, "friction slides")]);
+    }
+    lines
+}
+
+/// Above at the left: whose the probe is, and how to change that.
+pub(super) fn whose(
+    ui: &mut Ui,
+    rect: Rect,
+    can_guide: bool,
+    holds: bool,
+    cap: Option<&str>,
+    actions: &mut Vec<Action>,
+) {
+    let place = Rect::from_min_max(rect.min + vec2(MARGIN, MARGIN), pos2(rect.right() - MARGIN, rect.top() + 90.0));
+    let mut ui = ui.new_child(UiBuilder::new().max_rect(place));
+    if holds {
+        ui.horizontal(|ui| {
+            ui.label(RichText::new("the probe is yours").strong());
+            if ui.button("back to the script (Esc)").clicked() {
+                actions.push(Action::Script);
+            }
+        });
+    } else if can_guide {
+        ui.label("drag the probe, or move it with the arrow keys");
+    }
+    if let Some(why) = cap {
+        ui.label(RichText::new(why).small().color(ui.visuals().warn_fg_color));
+    }
+}
+
+/// Below in the middle: what is being prepared, and what there is to tell.
+pub(super) fn told(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Notices) {
+    let mut bottom = rect.bottom() - MARGIN;
+    if let Some((words, is_error)) = notices.now() {
+        let ink = if is_error { ui.visuals().error_fg_color } else { ui.visuals().text_color() };
+        let height = card(ui, rect, bottom, |ui| {
+            ui.label(RichText::new(words).color(ink));
+        });
+        bottom -= height + 8.0;
+    }
+    if let Loading::UnderWay { words, part } = run.loading() {
+        card(ui, rect, bottom, |ui| {
+            ui.set_width(PROGRESS.min(rect.width() - 60.0));
+            let bar = ProgressBar::new(part.unwrap_or(0.0) as f32).text(words);
+            ui.add(if part.is_some() { bar } else { bar.animate(true) });
+        });
+    }
+}
+
+/// Something raised, centered above `bottom`; its height.
+fn card(ui: &mut Ui, rect: Rect, bottom: f32, contents: impl FnOnce(&mut Ui)) -> f32 {
+    let id = ui.scope_id().with(("card", bottom as i32));
+    let response = egui::Area::new(id)
+        .fixed_pos(pos2(rect.center().x, bottom))
+        .pivot(Align2::CENTER_BOTTOM)
+        .constrain_to(rect)
+        .show(ui.ctx(), |ui| {
+            egui::Frame::popup(ui.style()).show(ui, contents);
+        });
+    response.response.rect.height()
+}
+
+/// Over everything while a file is held over the window.
+pub(super) fn drop_here(ui: &Ui, rect: Rect, style: &Style) {
+    let colours = style.theme.colours();
+    let painter = ui.painter_at(rect);
+    painter.rect_filled(rect, 0.0, thin(colours.below, 0.8));
+    let font = FontId::proportional(26.0);
+    painter.text(rect.center(), Align2::CENTER_CENTER, "let go: a mesh or a scene", font, colour(colours.ink));
+}

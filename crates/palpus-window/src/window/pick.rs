@@ -1,0 +1,111 @@
+//! Which body is under the mouse, and where.
+
+use glam::DVec3;
+use palpus::algebra::Pose;
+
+use super::view3d::Ray;
+use crate::scene::{Scene, ShownBody};
+use crate::solid::Solid;
+
+/// The point of the probe under `ray`, in the probe's frame: the nearest on its triangles, or a corner that is nearly there, for what is thin.
+/// None where the environment is opaque and nearer. `metres` says how far beside the ray counts as nearly, at a point of the world.
+pub(super) fn probe_at(scene: &Scene, ray: &Ray, metres: impl Fn(DVec3) -> f64) -> Option<DVec3> {
+    let probe = scene.bodies.first()?;
+    let local = ray.within(&probe.pose);
+    let (distance, point) = match first_hit(&probe.solid, &local) {
+        Some(distance) => (distance, local.at(distance)),
+        None => nearly(&probe.solid, &local, |point| metres(probe.pose.point(point)))?,
+    };
+    let hides = |body: &ShownBody| {
+        !body.look.translucent && first_hit(&body.solid, &ray.within(&body.pose)).is_some_and(|d| d < distance)
+    };
+    (!scene.bodies.iter().skip(1).any(hides)).then_some(point)
+}
+
+impl Ray {
+    /// The same in the frame of a body that stands so.
+    fn within(&self, pose: &Pose) -> Self {
+        let inverse = pose.inverse();
+        Self { origin: inverse.point(self.origin), direction: inverse.vector(self.direction) }
+    }
+
+    fn at(&self, distance: f64) -> DVec3 {
+        self.origin + self.direction * distance
+    }
+}
+
+/// How far along the ray the solid begins.
+fn first_hit(solid: &Solid, ray: &Ray) -> Option<f64> {
+    let of = |triangle: &[u32; 3]| hit(triangle.map(|v| solid.vertices[v as usize]), ray);
+    solid.triangles.iter().filter_map(of).min_by(f64::total_cmp)
+}
+
+/// Where a ray goes through a triangle \[Möller, Trumbore 1997\], from either side.
+fn hit([a, b, c]: [DVec3; 3], ray: &Ray) -> Option<f64> {
+    let (u, v) = (b - a, c - a);
+    let p = ray.direction.cross(v);
+    let determinant = u.dot(p);
+    if determinant == 0.0 {
+        return None;
+    }
+    let from_a = ray.origin - a;
+    let along_u = from_a.dot(p) / determinant;
+    let q = from_a.cross(u);
+    let along_v = ray.direction.dot(q) / determinant;
+    let distance = v.dot(q) / determinant;
+    (along_u >= 0.0 && along_v >= 0.0 && along_u + along_v <= 1.0 && distance > 0.0).then_some(distance)
+}
+
+/// The corner that is least beside the ray, if it is within reach.
+fn nearly(solid: &Solid, ray: &Ray, reach: impl Fn(DVec3) -> f64) -> Option<(f64, DVec3)> {
+    let beside = |point: &DVec3| {
+        let distance = (*point - ray.origin).dot(ray.direction);
+        (distance > 0.0).then(|| ((*point - ray.at(distance)).length(), distance, *point))
+    };
+    let nearest = solid.vertices.iter().filter_map(beside).min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.filter(|(beside, _, point)| *beside < reach(*point)).map(|(_, distance, point)| (distance, point))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Look;
+    use palpus::body::Body;
+    use std::sync::Arc;
+
+    fn cube(at: DVec3, translucent: bool) -> ShownBody {
+        let corner = |k: u32| DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2 & 1)) - 0.5;
+        let points: Vec<DVec3> = (0..8).map(corner).collect();
+        let solid = Arc::new(Solid::of_body(&Body::from_convex(&points).expect("a cube")));
+        ShownBody {
+            solid,
+            pose: Pose::from_translation(at),
+            colour: [0; 3],
+            look: Look { translucent, ..Look::default() },
+        }
+    }
+
+    #[test]
+    fn the_nearest_side_is_hit_unless_something_opaque_hides_it() {
+        let ray = |x: f64| Ray { origin: DVec3::new(x, 3.0, 10.0), direction: -DVec3::Z };
+        let pick = |translucent, x| {
+            let scene = Scene {
+                bodies: vec![cube(DVec3::new(2.0, 3.0, 0.0), false), cube(DVec3::new(2.0, 3.0, 4.0), translucent)],
+                ..Scene::default()
+            };
+            probe_at(&scene, &ray(x), |_| 0.1)
+        };
+        let on_top = pick(true, 2.25).expect("it is hit");
+        assert!((on_top - DVec3::new(0.25, 0.0, 0.5)).length() < 1e-12, "{on_top}");
+        assert_eq!(pick(false, 2.25), None);
+        assert_eq!(pick(true, 3.5), None);
+    }
+
+    #[test]
+    fn a_corner_that_is_nearly_hit_counts() {
+        let scene = Scene { bodies: vec![cube(DVec3::ZERO, false)], ..Scene::default() };
+        let ray = Ray { origin: DVec3::new(0.55, 0.5, 9.0), direction: -DVec3::Z };
+        assert_eq!(probe_at(&scene, &ray, |_| 0.1), Some(DVec3::splat(0.5)));
+        assert_eq!(probe_at(&scene, &ray, |_| 0.01), None);
+    }
+}

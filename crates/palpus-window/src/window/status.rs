@@ -1,0 +1,127 @@
+//! How the run goes: its state in words, and the numbers of the loop.
+
+use std::time::{Duration, Instant};
+
+use eframe::egui::{self, Color32, Grid, RichText, Ui};
+use palpus_device::{Cut, Phase};
+
+use super::dress::{large, small};
+use super::run::{Numbers, Run};
+use super::view3d::colour;
+use crate::style::Theme;
+
+/// Over which time the rate is counted.
+const RATE_SPAN: Duration = Duration::from_millis(500);
+/// How long a cut stays on the screen after its last tick.
+const CUT_SPAN: Duration = Duration::from_millis(1500);
+/// Points.
+const VALUE: f32 = 20.0;
+
+/// What the window remembers of the numbers that it saw.
+pub(super) struct Status {
+    now: Numbers,
+    counted: (Instant, u64),
+    rate: f64,
+    /// When each cut was last seen.
+    cuts: [Option<Instant>; Cut::ALL.len()],
+}
+
+impl Default for Status {
+    fn default() -> Self {
+        Self { now: Numbers::default(), counted: (Instant::now(), 0), rate: 0.0, cuts: [None; Cut::ALL.len()] }
+    }
+}
+
+impl Status {
+    /// Takes in the newest numbers.
+    pub(super) fn take(&mut self, now: Numbers) {
+        self.now = now;
+        let passed = self.counted.0.elapsed();
+        if passed > RATE_SPAN {
+            self.rate = now.ticks.saturating_sub(self.counted.1) as f64 / passed.as_secs_f64();
+            self.counted = (Instant::now(), now.ticks);
+        }
+        for cut in now.cuts.iter() {
+            self.cuts[cut as usize] = Some(Instant::now());
+        }
+    }
+
+    /// Cuts of the last moments, except that of the engagement, which the state tells.
+    fn cuts(&self) -> impl Iterator<Item = Cut> {
+        Cut::ALL.into_iter().filter(|cut| {
+            *cut != Cut::Engagement && self.cuts[*cut as usize].is_some_and(|seen| seen.elapsed() < CUT_SPAN)
+        })
+    }
+
+    /// The panel.
+    pub(super) fn show(&self, ui: &mut Ui, run: &dyn Run, theme: Theme) {
+        let (words, is_well) = if run.is_over() {
+            ("the run has ended", true)
+        } else if run.is_paused() {
+            ("stands still", true)
+        } else {
+            said(self.now.phase)
+        };
+        let colours = theme.colours();
+        let lamp = match (is_well, run.is_paused() || run.is_over()) {
+            (true, false) => colours.disjoint,
+            (true, true) => colours.faint,
+            (false, _) => colours.sliding,
+        };
+        ui.horizontal(|ui| {
+            let (rect, _) = ui.allocate_exact_size(egui::vec2(16.0, 34.0), egui::Sense::hover());
+            ui.painter().circle_filled(rect.center(), 7.0, colour(lamp));
+            ui.label(large(words));
+        });
+        let rate = if self.now.rate_hz > 0.0 { format!(", {:.0} Hz", self.now.rate_hz) } else { String::new() };
+        ui.label(small(format!("{}{rate}", run.device().name)));
+        self.numbers(ui);
+        let cuts: Vec<&str> = self.cuts().map(Cut::name).collect();
+        let words = if cuts.is_empty() { String::new() } else { format!("cut: {}", cuts.join(", ").replace('_', " ")) };
+        // Always there, so that nothing below it moves.
+        ui.label(RichText::new(words).small().color(ui.visuals().warn_fg_color));
+    }
+
+    fn numbers(&self, ui: &mut Ui) {
+        let now = &self.now;
+        let (text, bad) = (ui.visuals().strong_text_color(), ui.visuals().error_fg_color);
+        let counted = |n: u64| (n.to_string(), if n > 0 { bad } else { text });
+        let separation = match now.separation {
+            separation if separation.is_finite() => format!("{:.2} mm", separation * 1e3),
+            _ => "–".to_owned(),
+        };
+        let rows: [[(&str, (String, Color32)); 3]; 2] = [
+            [
+                ("rate", (format!("{:.0} Hz", self.rate), text)),
+                ("worst tick", (format!("{:.0} µs", now.worst_step * 1e6), text)),
+                ("time", (format!("{:.1} s", now.time), text)),
+            ],
+            [("late ticks", counted(now.overruns)), ("faults", counted(now.faults)), ("distance", (separation, text))],
+        ];
+        let width = ui.available_width() / 3.0;
+        Grid::new("numbers").num_columns(3).min_col_width(width - 4.0).spacing([4.0, 3.0]).show(ui, |ui| {
+            for row in rows {
+                for (name, (value, colour)) in row {
+                    ui.vertical(|ui| {
+                        ui.spacing_mut().item_spacing.y = 0.0;
+                        ui.label(small(name));
+                        ui.label(RichText::new(value).size(VALUE).color(colour));
+                    });
+                }
+                ui.end_row();
+            }
+        });
+    }
+}
+
+/// Where the engagement stands, and whether that is as it should be.
+fn said(phase: Phase) -> (&'static str, bool) {
+    match phase {
+        Phase::Engaged => ("engaged", true),
+        Phase::Idle => ("press its button", true),
+        Phase::Waiting => ("out of contact first", false),
+        Phase::Ramping => ("engaging", true),
+        Phase::Faulted => ("a fault: no force", false),
+        Phase::Stopped => ("stopped by a fault", false),
+    }
+}
