@@ -22,12 +22,15 @@ const BELOW: f32 = 0.16;
 /// s between two marks of time.
 const MARK: f64 = 2.0;
 
+/// What of a sample, and its colour.
+type Curve = (fn(&Sample) -> f64, Rgb);
+
 /// One chart: what it is called, its curves, and how its newest value is told.
 struct Chart {
     title: &'static str,
     /// What the second curve is.
     second: Option<&'static str>,
-    curves: Vec<(fn(&Sample) -> f64, Rgb)>,
+    curves: Vec<Curve>,
     said: fn(&Sample) -> String,
     /// The scale reaches at least so far, so that noise about zero does not fill it.
     least: f64,
