@@ -16,6 +16,6 @@ mod tour;
 pub mod truth;
 
 pub use catalogue::{SceneEntry, scene, scenes, trials};
-pub use path::{HandPath, Key, Tremor, Wander};
+pub use path::{HandPath, Key, Placement, RecordedPathError, Tremor, Wander};
 pub use scene::{ContactSettings, Friction, Scene};
 pub use tour::tour;

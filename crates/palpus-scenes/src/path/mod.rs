@@ -9,6 +9,7 @@
 //! 4. A tremor may be added: sines between 8 and 12 Hz, drawn from a seed.
 
 mod quintic;
+mod recorded;
 mod tremor;
 mod wander;
 
@@ -16,6 +17,7 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 use palpus::algebra::{Pose, Twist};
 
 use quintic::{Quintic, Reach};
+pub use recorded::{Placement, RecordedPathError};
 pub use tremor::Tremor;
 pub(crate) use tremor::draw;
 pub use wander::Wander;

@@ -1,0 +1,319 @@
+//! The path of a recorded hand.
+//!
+//! 1. Recordings stutter (samples at odd times, positions to a tenth of a millisecond's way) and have gaps. Where samples are dense they are
+//!    averaged over 10 ms to each side, by a triangle, and a key is set every 10 ms: a movement of 12 Hz, the fastest of a hand, keeps 95 % of
+//!    its size, and what the recorder added goes. Where samples are sparse they are the keys.
+//! 2. In a gap nobody knows what the hand did. It comes to rest, moves over and sets out again with the speed that it had after the gap.
+//! 3. At the ends it sets out from rest and comes to rest, within 0.3 s.
+//! 4. Between keys the path is that of [`HandPath`]: position, velocity and acceleration have no steps.
+//!
+//! The hand is set down where the scene wants it to begin: positions are shifted and scaled, the grip is turned within the hand; the world's axes stay.
+
+use glam::{DQuat, DVec3, DVec4};
+use palpus::algebra::Pose;
+
+use super::{HandPath, Key};
+
+/// How a recorded hand is set down.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// Where it begins.
+    pub start: Pose,
+    /// Its positions are scaled by this.
+    pub scale: f64,
+    /// Times as fast.
+    pub speed: f64,
+}
+
+impl Placement {
+    /// As recorded, from `start` on.
+    pub fn at(start: Pose) -> Self {
+        Self { start, scale: 1.0, speed: 1.0 }
+    }
+}
+
+/// Why samples are no hand's path.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum RecordedPathError {
+    /// Two are needed.
+    #[error("a hand's path needs two samples or more")]
+    TooFew,
+    /// Or a pose or a time is not finite.
+    #[error("the times of the samples must increase, and all numbers must be finite")]
+    Samples,
+    /// Of the placement.
+    #[error("scale and speed of a recorded hand must be positive")]
+    Placement,
+    /// A path of so many keys would take gigabytes.
+    #[error("the recording is too long; cut a part out of it")]
+    TooLong,
+}
+
+/// s: between two keys where samples are dense, and the half width of what is averaged.
+const KEY: f64 = 0.01;
+/// s: a median distance of samples up to which they are dense.
+const DENSE: f64 = 0.02;
+/// s, and medians: what is longer is a gap.
+const GAP: f64 = 0.15;
+const GAP_MEDIANS: f64 = 8.0;
+/// s in which the hand comes to rest before a gap, and sets out after it; at most a third of the gap.
+const STOP: f64 = 0.3;
+/// Keys of a path at the most: five hours.
+const MOST_KEYS: usize = 2_000_000;
+
+impl HandPath {
+    /// The path of a hand of which samples were recorded: seconds and poses, times increasing.
+    ///
+    /// # Errors
+    /// When there are too few or too many samples, times do not increase, or a number is none.
+    pub fn recorded(samples: &[(f64, Pose)], placement: &Placement) -> Result<Self, RecordedPathError> {
+        let samples = placed(samples, placement)?;
+        let mut gaps: Vec<f64> = samples.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
+        gaps.sort_unstable_by(f64::total_cmp);
+        let median = gaps[gaps.len() / 2];
+        let longest = GAP.max(GAP_MEDIANS * median);
+        let mut keys: Vec<Key> = Vec::new();
+        for stretch in samples.chunk_by(|a, b| b.time - a.time <= longest) {
+            let begin = keys.len();
+            if median <= DENSE {
+                averaged(stretch, &mut keys)?;
+            } else {
+                keys.extend(stretch.iter().map(|sample| Key::through(sample.time, sample.pose())));
+            }
+            joined(&mut keys, begin);
+        }
+        if keys.len() > MOST_KEYS {
+            return Err(RecordedPathError::TooLong);
+        }
+        at_rest(&mut keys);
+        Ok(Self::through(&keys))
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+struct Sample {
+    time: f64,
+    translation: DVec3,
+    /// On the hemisphere of the one before it.
+    rotation: DVec4,
+}
+
+impl Sample {
+    fn pose(&self) -> Pose {
+        Pose { rotation: DQuat::from_vec4(self.rotation).normalize(), translation: self.translation }
+    }
+}
+
+fn placed(samples: &[(f64, Pose)], placement: &Placement) -> Result<Vec<Sample>, RecordedPathError> {
+    let Placement { start, scale, speed } = placement;
+    let is_size = |x: f64| x > 0.0 && x.is_finite();
+    if !(is_size(*scale) && is_size(*speed) && start.is_valid()) {
+        return Err(RecordedPathError::Placement);
+    }
+    let [(begun, first), _, ..] = samples else { return Err(RecordedPathError::TooFew) };
+    let turn = first.rotation.conjugate() * start.rotation;
+    let mut placed: Vec<Sample> = Vec::with_capacity(samples.len());
+    for (time, pose) in samples {
+        let sample = Sample {
+            time: (time - begun) / speed,
+            translation: start.translation + (pose.translation - first.translation) * *scale,
+            rotation: (pose.rotation * turn).into(),
+        };
+        let last = placed.last();
+        let later = last.is_none_or(|last| sample.time > last.time);
+        if !(later && pose.is_valid() && sample.time.is_finite() && sample.translation.is_finite()) {
+            return Err(RecordedPathError::Samples);
+        }
+        let flip = last.is_some_and(|last| last.rotation.dot(sample.rotation) < 0.0);
+        placed.push(Sample { rotation: if flip { -sample.rotation } else { sample.rotation }, ..sample });
+    }
+    Ok(placed)
+}
+
+/// Keys every [`KEY`] over a stretch of dense samples, from its first to its last.
+fn averaged(stretch: &[Sample], keys: &mut Vec<Key>) -> Result<(), RecordedPathError> {
+    let [first, .., last] = stretch else {
+        keys.extend(stretch.iter().map(|sample| Key::through(sample.time, sample.pose())));
+        return Ok(());
+    };
+    let span = last.time - first.time;
+    if span / KEY > MOST_KEYS as f64 {
+        return Err(RecordedPathError::TooLong);
+    }
+    let count = (span / KEY).floor().max(1.0) as usize;
+    let mut from = 0;
+    keys.push(Key::through(first.time, first.pose()));
+    for k in 1..count {
+        let time = first.time + span * k as f64 / count as f64;
+        while stretch[from].time < time - KEY {
+            from += 1;
+        }
+        let near = stretch[from..].iter().take_while(|sample| sample.time <= time + KEY);
+        let (mut weight, mut moment, mut sum) = (0.0, 0.0, (DVec3::ZERO, DVec4::ZERO));
+        for sample in near {
+            let share = 1.0 - (sample.time - time).abs() / KEY;
+            weight += share;
+            moment += share * (sample.time - time);
+            sum = (sum.0 + sample.translation * share, sum.1 + sample.rotation * share);
+        }
+        // Where samples are few, what is near lies to one side: the mean is that of another time.
+        let (time, sample) = if weight > 0.0 {
+            let mean = Sample { time, translation: sum.0 / weight, rotation: sum.1 / weight };
+            (time + moment / weight, mean)
+        } else {
+            (stretch[from].time, stretch[from])
+        };
+        if keys.last().is_none_or(|last| time > last.time + KEY / 4.0) {
+            keys.push(Key::through(time, sample.pose()));
+        }
+    }
+    keys.pop_if(|key| last.time < key.time + KEY / 4.0);
+    keys.push(Key::through(last.time, last.pose()));
+    Ok(())
+}
+
+/// From rest before the gap to rest after it, where a stretch that begins at key `begin` follows another one.
+fn joined(keys: &mut Vec<Key>, begin: usize) {
+    if begin == 0 || begin >= keys.len() {
+        return;
+    }
+    let (before, after) = (keys[begin - 1], keys[begin]);
+    let stop = STOP.min((after.time - before.time) / 3.0);
+    // What decelerates evenly goes half as far.
+    let ended = moved(&before, begin.checked_sub(2).map(|k| &keys[k]), stop);
+    let begun = moved(&after, keys.get(begin + 1), -stop);
+    keys.splice(begin..begin, [ended, begun]);
+}
+
+/// The key at rest, `after` seconds from `key`, that is reached from its velocity, which is that between it and the `other` one.
+fn moved(key: &Key, other: Option<&Key>, after: f64) -> Key {
+    let mut pose = key.pose;
+    if let Some(other) = other {
+        let velocity = (key.pose.translation - other.pose.translation) / (key.time - other.time);
+        pose.translation += velocity * (after / 2.0);
+    }
+    Key::rest(key.time + after, pose)
+}
+
+/// From rest at the first key, and to rest at the last: of the keys near them the hand makes one move. Times begin at 0.
+fn at_rest(keys: &mut Vec<Key>) {
+    let (Some(first), Some(last)) = (keys.first().copied(), keys.last().copied()) else { return };
+    let near = STOP.min((last.time - first.time) / 4.0);
+    let is_end = |key: &Key| key.time <= first.time || key.time >= last.time;
+    keys.retain(|key| is_end(key) || (key.time >= first.time + near && key.time <= last.time - near));
+    for key in keys.iter_mut() {
+        key.rest |= is_end(key);
+        key.time -= first.time;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::TAU;
+
+    use palpus::algebra::rotation_between;
+
+    use super::*;
+
+    const SEED: u64 = 0x4a4e;
+
+    /// A hand that draws an 8, sampled at odd times and rounded as recorders do.
+    fn drawn(rate_hz: f64, seconds: f64, gap: Option<[f64; 2]>) -> Vec<(f64, Pose)> {
+        let mut state = SEED;
+        let mut samples = Vec::new();
+        for k in 0..(seconds * rate_hz) as u32 {
+            let time = (f64::from(k) + 0.8 * super::super::draw(&mut state)) / rate_hz;
+            if gap.is_some_and(|[begin, end]| (begin..end).contains(&time)) {
+                continue;
+            }
+            let pose = eight(time);
+            let rounded = (pose.translation * 1e4).round() / 1e4;
+            samples.push((time, Pose { translation: rounded, ..pose }));
+        }
+        samples
+    }
+
+    fn eight(time: f64) -> Pose {
+        let (a, b) = ((TAU * 0.7 * time).sin(), (TAU * 1.4 * time).sin());
+        Pose::new(DQuat::from_scaled_axis(DVec3::new(a, 0.3 * b, 0.0)), DVec3::new(0.1 * a, 0.05 * b, 1.0))
+    }
+
+    /// The largest change of velocity and of angular velocity in a millisecond.
+    fn steps(path: &HandPath) -> [f64; 2] {
+        let mut largest = [0f64; 2];
+        let mut last = path.twist(0.0);
+        for k in 1..(path.duration() * 1e3) as u32 {
+            let twist = path.twist(f64::from(k) * 1e-3);
+            largest[0] = largest[0].max(twist.linear.distance(last.linear));
+            largest[1] = largest[1].max(twist.angular.distance(last.angular));
+            last = twist;
+        }
+        largest
+    }
+
+    #[test]
+    fn a_stuttering_recording_becomes_the_hand_that_was_recorded() {
+        for rate in [300.0, 500.0, 1000.0, 30.0] {
+            let samples = drawn(rate, 4.0, None);
+            let first = samples[0];
+            let path = HandPath::recorded(&samples, &Placement::at(first.1)).expect("a path");
+            let [linear, angular] = steps(&path);
+            assert!(linear < 0.03 && angular < 0.3, "{rate} Hz: {linear} m/s, {angular} rad/s, seed {SEED}");
+            for k in 0..310 {
+                let time = 0.4 + f64::from(k) * 0.01;
+                let (now, then) = (path.pose(time - first.0), eight(time));
+                let far = now.translation.distance(then.translation);
+                assert!(far < 0.7e-3, "{rate} Hz at {time} s: {far} m, seed {SEED}");
+                let turned = rotation_between(now.rotation, then.rotation).length();
+                assert!(turned < 0.02, "{rate} Hz at {time} s: {turned} rad");
+            }
+        }
+    }
+
+    #[test]
+    fn in_a_gap_the_hand_rests_and_goes_on() {
+        let samples = drawn(300.0, 20.0, Some([6.3, 17.1]));
+        let path = HandPath::recorded(&samples, &Placement::at(samples[0].1)).expect("a path");
+        let [linear, angular] = steps(&path);
+        assert!(linear < 0.03 && angular < 0.3, "{linear} m/s, {angular} rad/s, seed {SEED}");
+        // Nowhere farther than the hand ever was, and where it was in the end.
+        for k in 0..2000 {
+            let pose = path.pose(f64::from(k) * 0.01);
+            assert!(pose.translation.distance(DVec3::Z) < 0.25, "{}", pose.translation);
+        }
+        let far = path.pose(19.0 - samples[0].0).translation.distance(eight(19.0).translation);
+        assert!(far < 1e-3, "{far}, seed {SEED}");
+    }
+
+    #[test]
+    fn it_is_set_down_scaled_and_quickened() {
+        let samples = drawn(500.0, 4.0, None);
+        let start = Pose::new(DQuat::from_rotation_x(1.0), DVec3::new(0.0, 0.0, 0.1));
+        let placement = Placement { start, scale: 0.1, speed: 2.0 };
+        let path = HandPath::recorded(&samples, &placement).expect("a path");
+        assert!(path.pose(0.0).translation.distance(start.translation) < 1e-3);
+        assert!(rotation_between(path.pose(0.0).rotation, start.rotation).length() < 0.02);
+        assert!((path.duration() - 2.0).abs() < 0.01, "{}", path.duration());
+        for k in 0..200 {
+            assert!(path.pose(f64::from(k) * 0.01).translation.distance(start.translation) < 0.03);
+        }
+    }
+
+    #[test]
+    fn what_is_no_hand_is_refused() {
+        let pose = Pose::IDENTITY;
+        let at = Placement::at(pose);
+        let error = |samples: &[(f64, Pose)], at: &Placement| HandPath::recorded(samples, at).expect_err("an error");
+        assert_eq!(error(&[(0.0, pose)], &at), RecordedPathError::TooFew);
+        assert_eq!(error(&[(0.0, pose), (0.0, pose)], &at), RecordedPathError::Samples);
+        assert_eq!(error(&[(0.0, pose), (f64::NAN, pose)], &at), RecordedPathError::Samples);
+        let two = [(0.0, pose), (1.0, pose)];
+        for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            assert_eq!(error(&two, &Placement { scale, ..at }), RecordedPathError::Placement);
+        }
+        assert!(HandPath::recorded(&two, &at).is_ok());
+        // Days of samples, a millisecond apart at times far away.
+        let far = [(0.0, pose), (1e-3, pose), (2e-3, pose), (1e9, pose)];
+        assert!(HandPath::recorded(&far, &at).is_ok());
+    }
+}
