@@ -86,6 +86,16 @@ pub(crate) struct RunArguments {
     /// The simulated hand: relaxed, normal, firm, tight or none [default: the scene's, or normal].
     #[arg(long, value_name = "PRESET")]
     pub(crate) hand: Option<String>,
+    /// A file that the simulated hand follows: poses (CSV, half a second apart) or a recorded hand at its own pace (CSV with a
+    /// time, or TUM's `timestamp tx ty tz qx qy qz qw`), which begins where the scene does.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) hand_path: Option<PathBuf>,
+    /// Scales the way of a recorded hand.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "hand_path", value_parser = factor)]
+    pub(crate) hand_scale: f64,
+    /// So many times as fast.
+    #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "hand_path", value_parser = factor)]
+    pub(crate) hand_speed: f64,
     /// How the hand meets the contacts: through a virtual coupling, or directly as in the paper [default: the scene's, or
     /// coupled].
     #[arg(long, value_enum, value_name = "MODE")]
@@ -142,6 +152,12 @@ pub(crate) struct RunArguments {
     /// Prints the summary as one JSON document and nothing else.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// A factor that is one.
+fn factor(text: &str) -> Result<f64, String> {
+    let factor = text.parse().ok().filter(|factor| (1e-3..=1e3).contains(factor));
+    factor.ok_or_else(|| "a factor is a number from 0.001 to 1000".to_owned())
 }
 
 /// How pictures look.

@@ -11,6 +11,7 @@ mod doctor;
 mod engine;
 mod export;
 mod faults;
+mod hand_path;
 mod inspect;
 mod output;
 mod picture;

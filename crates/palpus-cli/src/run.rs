@@ -34,6 +34,9 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     }
     let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
     let mut stage = stage::prepare(&arguments.scene, policy)?;
+    if let Some(file) = &arguments.hand_path {
+        stage.follow(file, arguments.hand_scale, arguments.hand_speed)?;
+    }
     if let Some(rendering) = arguments.rendering {
         stage.coupling.mode = rendering.into();
     }

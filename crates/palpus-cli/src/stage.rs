@@ -9,12 +9,13 @@ use palpus::body::{Body, BodySettings};
 use palpus::force::{FrictionSettings, PairQuery, ShadingSettings};
 use palpus::render::{Limits, Settings, VirtualCoupling};
 use palpus_device::DeviceSpec;
+use palpus_io::ContentHash;
 use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
 use palpus_io::scene::{CouplingMode, FilePolicy, SceneBody, SceneCoupling, SceneFile, read_scene};
-use palpus_io::{ContentHash, read_poses};
 use palpus_scenes::{HandPath, Key, Scene, Tremor};
 
 use crate::bodies;
+use crate::hand_path::{Following, follow};
 
 /// Everything that a run needs.
 pub(crate) struct Stage {
@@ -66,6 +67,14 @@ impl Stage {
             friction.tangential_stiffness = self.coupling.friction_stiffness.unwrap_or(settings.stiffness);
         }
         settings
+    }
+
+    /// Has the simulated hand follow a file from now on, from where the scene begins.
+    pub(crate) fn follow(&mut self, file: &Path, scale: f64, speed: f64) -> anyhow::Result<()> {
+        let metres_per_unit = self.recorded.metres_per_unit;
+        let (start, size) = (self.path.pose(0.0), self.probe.size());
+        self.path = follow(file, &Following { start, metres_per_unit, scale, speed, size })?;
+        Ok(())
     }
 }
 
@@ -140,7 +149,7 @@ fn of_file(path: &Path, file: &SceneFile) -> anyhow::Result<Stage> {
     let (environment, environment_hash) = prepare(&file.environment)?;
     let hand = file.hand.preset.name();
     let intended = match &file.hand.path {
-        Some(poses) => through(poses, file)?,
+        Some(poses) => follow(poses, &following(file, &probe))?,
         None => approach(&probe, &environment, file.probe.pose, file.environment.pose, file.render.contact_tolerance),
     };
     let intended = if file.hand.tremor > 0.0 {
@@ -170,27 +179,15 @@ fn of_file(path: &Path, file: &SceneFile) -> anyhow::Result<Stage> {
     })
 }
 
-/// Seconds from one pose of a hand's file to the next.
-const POSE_PERIOD: f64 = 0.5;
-
-/// The path through a file of poses, half a second from one to the next.
-fn through(poses: &Path, file: &SceneFile) -> anyhow::Result<HandPath> {
-    let poses_file = poses;
-    let poses = read_poses(poses_file)?;
-    if poses.len() < 2 {
-        bail!("{} has {} poses; a hand's path needs two or more", poses_file.display(), poses.len());
+/// How the scene's file says that a file of a hand is followed.
+fn following(file: &SceneFile, probe: &Body) -> Following {
+    Following {
+        start: file.probe.pose,
+        metres_per_unit: file.metres_per_unit,
+        scale: file.hand.path_scale.unwrap_or(1.0),
+        speed: file.hand.path_speed.unwrap_or(1.0),
+        size: probe.size(),
     }
-    let last = poses.len() - 1;
-    let keys: Vec<Key> = poses
-        .iter()
-        .enumerate()
-        .map(|(k, pose)| {
-            let metric = Pose { translation: pose.translation * file.metres_per_unit, ..*pose };
-            let time = k as f64 * POSE_PERIOD;
-            if k == 0 || k == last { Key::rest(time, metric) } else { Key::through(time, metric) }
-        })
-        .collect();
-    Ok(HandPath::through(&keys))
 }
 
 /// A hand for a scene without a path: from the start towards the environment until the bodies touch, a little deeper, and

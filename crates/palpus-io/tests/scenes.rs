@@ -59,13 +59,14 @@ fn every_documented_key_is_read() {
     let scene = parse(&documented()).unwrap();
     assert_eq!((scene.rate_hz, scene.hand.preset, scene.hand.seed), (1000.0, HandPreset::Normal, 1));
     assert_eq!(scene.hand.path.as_deref(), Some(Path::new("set/stir.csv")));
+    assert_eq!((scene.hand.path_scale, scene.hand.path_speed), (Some(1.0), Some(1.0)));
     assert_eq!((scene.coupling.angular_damping, scene.render.time_budget), (Some(0.005), Some(300_000)));
     assert_eq!(scene.coupling.skin, Some(0.1e-3));
     assert_eq!(
         (scene.render.limits, scene.render.split_angle),
         (Settings::default().limits, Settings::default().split_angle)
     );
-    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 36, "a key was added: check it above");
+    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 38, "a key was added: check it above");
 }
 
 #[test]

@@ -47,7 +47,9 @@
 //!
 //! [hand]
 //! preset = "normal"         # or relaxed, firm, tight, none
-//! path = "stir.csv"         # poses that the hand follows
+//! path = "stir.csv"         # what the hand follows: poses half a second apart, or a recorded hand ([`crate::hand`])
+//! path_scale = 1            # of a recorded hand's way
+//! path_speed = 1            # so many times as fast
 //! tremor = 0                # a length
 //! seed = 1
 //! ```
@@ -141,9 +143,13 @@ pub enum CouplingMode {
 pub struct SceneHand {
     /// How it holds.
     pub preset: HandPreset,
-    /// A file of poses that it follows, with the scene file's folder in front; `None` for the scene's own motion. The
-    /// poses are in the file's unit: multiply their translations by [`SceneFile::metres_per_unit`].
+    /// A file that it follows ([`crate::read_hand`]), with the scene file's folder in front; `None` for the scene's own motion. Poses
+    /// without times are in the scene's unit: multiply their translations by [`SceneFile::metres_per_unit`].
     pub path: Option<PathBuf>,
+    /// What a recorded hand's way is multiplied by.
+    pub path_scale: Option<f64>,
+    /// How many times as fast as recorded.
+    pub path_speed: Option<f64>,
     /// Amplitude of its tremor, m; 0 for none.
     pub tremor: f64,
     /// Of everything random in it.

@@ -254,17 +254,21 @@ fn read_device(top: &Section<'_>, render: &mut Settings) -> Result<f64, SceneErr
 }
 
 fn read_hand(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneHand, SceneError> {
-    let hand = top.section("hand", &["preset", "path", "tremor", "seed"])?;
+    let hand = top.section("hand", &["preset", "path", "path_scale", "path_speed", "tremor", "seed"])?;
     use HandPreset::{Firm, None as NoHand, Normal, Relaxed, Tight};
     let presets = [Relaxed, Normal, Firm, Tight, NoHand].map(|preset| (preset.name(), preset));
     let path = match hand.text("path")? {
         Some((path, span)) => Some(resolve(&hand, path, &span, files)?),
         None => None,
     };
+    let factor = |key| hand.number(key, "from 0.001 to 1000", |x| (1e-3..=1e3).contains(&x));
+    let (path_scale, path_speed) = (factor("path_scale")?, factor("path_speed")?);
     let whole = |x: f64| x.fract() == 0.0 && (0.0..=f64::from(u32::MAX)).contains(&x);
     Ok(SceneHand {
         preset: hand.choice("preset", &presets)?.unwrap_or_default(),
         path,
+        path_scale,
+        path_speed,
         tremor: hand.number("tremor", "0 or greater", |x| x >= 0.0)?.unwrap_or(0.0) * unit,
         seed: hand.number("seed", "a whole number from 0 to 4294967295", whole)?.unwrap_or(0.0) as u32,
     })

@@ -1,7 +1,7 @@
 //! The path of a recorded hand.
 //!
 //! 1. Recordings stutter (samples at odd times, positions to a tenth of a millisecond's way) and have gaps. Where samples are dense they are
-//!    averaged over 10 ms to each side, by a triangle, and a key is set every 10 ms: a movement of 12 Hz, the fastest of a hand, keeps 95 % of
+//!    averaged over 15 ms to each side, by a triangle, and a key is set every 10 ms: a movement of 12 Hz, the fastest of a hand, keeps nine tenths of
 //!    its size, and what the recorder added goes. Where samples are sparse they are the keys.
 //! 2. In a gap nobody knows what the hand did. It comes to rest, moves over and sets out again with the speed that it had after the gap.
 //! 3. At the ends it sets out from rest and comes to rest, within 0.3 s.
@@ -42,22 +42,30 @@ pub enum RecordedPathError {
     #[error("the times of the samples must increase, and all numbers must be finite")]
     Samples,
     /// Of the placement.
-    #[error("scale and speed of a recorded hand must be positive")]
+    #[error("scale and speed of a recorded hand must be from 0.001 to 1000")]
     Placement,
     /// A path of so many keys would take gigabytes.
     #[error("the recording is too long; cut a part out of it")]
     TooLong,
 }
 
-/// s: between two keys where samples are dense, and the half width of what is averaged.
+/// s: between two keys where samples are dense.
 const KEY: f64 = 0.01;
+/// s: half the width of what is averaged.
+const WIDTH: f64 = 0.015;
+/// Points to each side at which that is looked at: 2.5 ms apart, as samples are.
+const POINTS: i32 = 5;
 /// s: a median distance of samples up to which they are dense.
 const DENSE: f64 = 0.02;
-/// s, and medians: what is longer is a gap.
-const GAP: f64 = 0.15;
+/// s, and medians: what is longer is a gap. Over shorter ones the hand goes straight.
+const GAP: f64 = 1.0;
 const GAP_MEDIANS: f64 = 8.0;
 /// s in which the hand comes to rest before a gap, and sets out after it; at most a third of the gap.
 const STOP: f64 = 0.3;
+/// s: a sample that comes sooner after another is the same one.
+const SAME: f64 = 1e-4;
+/// What scale and speed may be at the most; and at least, one over it.
+const FACTOR: f64 = 1e3;
 /// Keys of a path at the most: five hours.
 const MOST_KEYS: usize = 2_000_000;
 
@@ -106,7 +114,7 @@ impl Sample {
 
 fn placed(samples: &[(f64, Pose)], placement: &Placement) -> Result<Vec<Sample>, RecordedPathError> {
     let Placement { start, scale, speed } = placement;
-    let is_size = |x: f64| x > 0.0 && x.is_finite();
+    let is_size = |x: f64| (1.0 / FACTOR..=FACTOR).contains(&x);
     if !(is_size(*scale) && is_size(*speed) && start.is_valid()) {
         return Err(RecordedPathError::Placement);
     }
@@ -124,13 +132,16 @@ fn placed(samples: &[(f64, Pose)], placement: &Placement) -> Result<Vec<Sample>,
         if !(later && pose.is_valid() && sample.time.is_finite() && sample.translation.is_finite()) {
             return Err(RecordedPathError::Samples);
         }
+        if last.is_some_and(|last| sample.time < last.time + SAME) {
+            continue;
+        }
         let flip = last.is_some_and(|last| last.rotation.dot(sample.rotation) < 0.0);
         placed.push(Sample { rotation: if flip { -sample.rotation } else { sample.rotation }, ..sample });
     }
-    Ok(placed)
+    if placed.len() < 2 { Err(RecordedPathError::TooFew) } else { Ok(placed) }
 }
 
-/// Keys every [`KEY`] over a stretch of dense samples, from its first to its last.
+/// Keys every [`KEY`] over a stretch of dense samples, from its first to its last: means of the lines between samples.
 fn averaged(stretch: &[Sample], keys: &mut Vec<Key>) -> Result<(), RecordedPathError> {
     let [first, .., last] = stretch else {
         keys.extend(stretch.iter().map(|sample| Key::through(sample.time, sample.pose())));
@@ -145,31 +156,31 @@ fn averaged(stretch: &[Sample], keys: &mut Vec<Key>) -> Result<(), RecordedPathE
     keys.push(Key::through(first.time, first.pose()));
     for k in 1..count {
         let time = first.time + span * k as f64 / count as f64;
-        while stretch[from].time < time - KEY {
+        while from + 2 < stretch.len() && stretch[from + 1].time < time - WIDTH {
             from += 1;
         }
-        let near = stretch[from..].iter().take_while(|sample| sample.time <= time + KEY);
-        let (mut weight, mut moment, mut sum) = (0.0, 0.0, (DVec3::ZERO, DVec4::ZERO));
-        for sample in near {
-            let share = 1.0 - (sample.time - time).abs() / KEY;
+        let (mut at, mut weight, mut sum) = (from, 0.0, (DVec3::ZERO, DVec4::ZERO));
+        for point in -POINTS..=POINTS {
+            let part = f64::from(point) / f64::from(POINTS + 1);
+            let share = 1.0 - part.abs();
+            let then = (time + part * WIDTH).clamp(first.time, last.time);
+            while at + 2 < stretch.len() && stretch[at + 1].time < then {
+                at += 1;
+            }
+            let (translation, rotation) = between(&stretch[at], &stretch[at + 1], then);
             weight += share;
-            moment += share * (sample.time - time);
-            sum = (sum.0 + sample.translation * share, sum.1 + sample.rotation * share);
+            sum = (sum.0 + translation * share, sum.1 + rotation * share);
         }
-        // Where samples are few, what is near lies to one side: the mean is that of another time.
-        let (time, sample) = if weight > 0.0 {
-            let mean = Sample { time, translation: sum.0 / weight, rotation: sum.1 / weight };
-            (time + moment / weight, mean)
-        } else {
-            (stretch[from].time, stretch[from])
-        };
-        if keys.last().is_none_or(|last| time > last.time + KEY / 4.0) {
-            keys.push(Key::through(time, sample.pose()));
-        }
+        keys.push(Key::through(time, Sample { time, translation: sum.0 / weight, rotation: sum.1 / weight }.pose()));
     }
-    keys.pop_if(|key| last.time < key.time + KEY / 4.0);
     keys.push(Key::through(last.time, last.pose()));
     Ok(())
+}
+
+/// On the line from one sample to the next.
+fn between(a: &Sample, b: &Sample, time: f64) -> (DVec3, DVec4) {
+    let part = ((time - a.time) / (b.time - a.time)).clamp(0.0, 1.0);
+    (a.translation.lerp(b.translation, part), a.rotation.lerp(b.rotation, part))
 }
 
 /// From rest before the gap to rest after it, where a stretch that begins at key `begin` follows another one.
@@ -308,10 +319,11 @@ mod tests {
         assert_eq!(error(&[(0.0, pose), (0.0, pose)], &at), RecordedPathError::Samples);
         assert_eq!(error(&[(0.0, pose), (f64::NAN, pose)], &at), RecordedPathError::Samples);
         let two = [(0.0, pose), (1.0, pose)];
-        for scale in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        for scale in [0.0, -1.0, 1e-4, f64::NAN, f64::INFINITY] {
             assert_eq!(error(&two, &Placement { scale, ..at }), RecordedPathError::Placement);
         }
         assert!(HandPath::recorded(&two, &at).is_ok());
+        assert_eq!(error(&[(0.0, pose), (1e-9, pose)], &at), RecordedPathError::TooFew);
         // Days of samples, a millisecond apart at times far away.
         let far = [(0.0, pose), (1e-3, pose), (2e-3, pose), (1e9, pose)];
         assert!(HandPath::recorded(&far, &at).is_ok());
