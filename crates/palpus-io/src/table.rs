@@ -122,15 +122,6 @@ impl<'a> Cells<'a> {
             TableError { column: Some(column.to_owned()), ..TableError::at(self.file, self.line, problem) }
         })
     }
-
-    /// The next `N` cells.
-    pub(crate) fn array<T: Cell + Copy + Default, const N: usize>(&mut self) -> Result<[T; N], TableError> {
-        let mut values = [T::default(); N];
-        for value in &mut values {
-            *value = self.next()?;
-        }
-        Ok(values)
-    }
 }
 
 /// One line of a table being written.

@@ -1,11 +1,14 @@
 //! What a recording says about itself.
 
+use std::io;
+
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::{Clustering, Limits, Saturation, Settings, VirtualCoupling};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
+use super::FORMAT;
 use crate::mesh::ContentHash;
 
 /// What was run, on what, and how.
@@ -63,6 +66,44 @@ pub struct RecordedBody {
     /// Its placement in the world at the start, m.
     #[serde(with = "PoseText")]
     pub pose: Pose,
+}
+
+/// The format's number, which decides how the rest is read.
+#[derive(Deserialize)]
+struct Version {
+    format: i64,
+}
+
+/// Why a header was not read.
+pub(super) struct HeaderError {
+    /// Of the header's text, from 1; 0 when unknown.
+    pub(super) line: u64,
+    /// What is wrong, on one line.
+    pub(super) problem: String,
+}
+
+impl RecordingHeader {
+    /// As TOML, with the format's number before it. Errors are of what TOML cannot hold (a very large integer in `more`).
+    pub(super) fn to_text(&self) -> io::Result<String> {
+        Ok(format!("format = {FORMAT}\n{}", toml::to_string(self).map_err(io::Error::other)?))
+    }
+
+    /// The header that such a text spells.
+    pub(super) fn of_text(text: &str) -> Result<Self, HeaderError> {
+        let wrong = |error: toml::de::Error| HeaderError {
+            line: error.span().map_or(0, |span| 1 + text[..span.start.min(text.len())].matches('\n').count() as u64),
+            problem: format!("the header is wrong: {}", error.message().replace('\n', " ")),
+        };
+        let version: Version = toml::from_str(text).map_err(wrong)?;
+        if version.format != FORMAT {
+            let problem = format!(
+                "recordings of format {} are not read, only {FORMAT}; use the palpus that wrote it",
+                version.format
+            );
+            return Err(HeaderError { line: 1, problem });
+        }
+        toml::from_str(text).map_err(wrong)
+    }
 }
 
 /// Seeds use all 64 bits and TOML's integers have 63.

@@ -1,8 +1,16 @@
-//! Recordings of runs: a CSV file that any program opens, and from which a run can be repeated bit for bit.
+//! Recordings of runs: tables that other programs open, and from which a run can be repeated bit for bit.
 //!
-//! 1. A header in TOML, each line behind `# `: what was run, on what, how ([`RecordingHeader`]).
-//! 2. A line with the names of the columns ([`COLUMNS`]).
-//! 3. One line a tick ([`RecordRow`]):
+//! What a recording holds, whatever its format: a header ([`RecordingHeader`]: what was run, on what, how), one row a tick
+//! ([`RecordRow`], [`COLUMNS`]), and the changes of the engine's settings between ticks ([`Recording::changes`]). Three formats
+//! hold it, to the bit ([`RecordingFormat`]):
+//!
+//! 1. CSV: the header in TOML, each line behind `# `; a line with the names of the columns; one line a tick. A change of settings is
+//!    a line `# change = { tick = N, settings = { … } }` between the ticks. Numbers have the fewest digits that read back as the
+//!    same double.
+//! 2. Parquet: the columns, and a column `change` that is empty but for the ticks from which other settings hold; the header is
+//!    the file's metadata `palpus`.
+//! 3. MCAP: ROS 2 messages for robotics tools (pose, twist, wrench), the whole rows on a channel of their own, changes of settings on
+//!    another; the header is the metadata record `palpus`.
 //!
 //! | columns | meaning |
 //! |---|---|
@@ -16,62 +24,39 @@
 //! | `query_us`, `depth_us`, `force_us`, `total_us` | time of the stages, µs; `depth_us` may be empty (part of `query_us`) |
 //! | `saturated`, `faults` | 0 or 1; the safety chain's faults, one bit each |
 //!
-//! Between the ticks, a line `# change = { tick = N, settings = { … } }` ([`RecordingWriter::change`]) says that the engine's settings were others from
-//! tick N on.
+//! A program that is killed loses what [`RecordingWriter`] has not handed over: less than a second. What it leaves behind is
+//! whole up to there in every format; a piece that was being written at that very moment is left out, with a notice.
 //!
-//! Numbers are written with the fewest digits that read back as the same double; the signs of zero and NaN are kept.
-//! Each line is handed over whole and ends in a line break: what a crash leaves behind is readable up to its last whole
-//! line, and [`read_recording`] says so in a notice.
+//! Recordings may come from strangers. No reader panics, and memory stays within a small multiple of the file's size: nothing is
+//! compressed (a file that is, is refused), no length in a file is trusted before its bytes are there, no bytes are read twice, and
+//! nesting is bounded (TOML's by its parser, Thrift's by ours). There is no reader of ours above a library's: those of the crates
+//! `parquet` and `mcap` obtain memory for lengths that a file only claims.
 
 mod change;
+mod columns;
+mod csv;
 mod header;
+mod mcap;
+mod parquet;
 mod reader;
 mod writer;
 
 use palpus::algebra::{Pose, Twist, Wrench};
 
+pub use columns::COLUMNS;
 pub use header::{RecordedBody, RecordedScene, RecordingHeader, SceneSource};
 pub use reader::{Recording, read_recording, read_recording_from};
-pub use writer::RecordingWriter;
+pub use writer::{RecordingFormat, RecordingWriter};
 
 /// Version of the format, the header's first entry.
 pub const FORMAT: i64 = 1;
 
-/// The columns, in their order.
-pub const COLUMNS: [&str; 32] = [
-    "tick",
-    "time_ns",
-    "dt",
-    "device_tx",
-    "device_ty",
-    "device_tz",
-    "device_qx",
-    "device_qy",
-    "device_qz",
-    "device_qw",
-    "angular_x",
-    "angular_y",
-    "angular_z",
-    "linear_x",
-    "linear_y",
-    "linear_z",
-    "buttons",
-    "torque_x",
-    "torque_y",
-    "torque_z",
-    "force_x",
-    "force_y",
-    "force_z",
-    "contacts",
-    "clusters",
-    "separation",
-    "query_us",
-    "depth_us",
-    "force_us",
-    "total_us",
-    "saturated",
-    "faults",
-];
+/// Bytes for a place in a file.
+struct Piece {
+    /// Where they go; what stands there is written over.
+    at: u64,
+    bytes: Vec<u8>,
+}
 
 /// One tick of a recording; see the module's description for frames and units.
 #[derive(Clone, Copy, Debug, PartialEq)]

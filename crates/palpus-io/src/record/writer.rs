@@ -1,83 +1,149 @@
-//! Writes a recording, line by line.
+//! Writes a recording in any format.
 
-use std::io::{self, Write};
+use std::fs::File;
+use std::io::{self, Seek, SeekFrom, Write};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 use palpus::render::Settings;
 
 use super::change::{self, Pending};
-use super::{COLUMNS, FORMAT, RecordRow, RecordingHeader};
-use crate::table::Line;
+use super::{Piece, RecordRow, RecordingHeader, csv, mcap, parquet};
 
-/// Writes a recording to any stream. Not for the servo thread: it allocates and waits for the stream.
-pub struct RecordingWriter<W: Write> {
-    out: W,
-    line: Line,
-    pending: Pending,
+/// The most that a program that is killed loses of its recording, with what is still on its way to the writer: under a second.
+const BETWEEN_PIECES: Duration = Duration::from_millis(700);
+
+/// Rows that wait at most: a run that goes as fast as it can makes many in no time.
+const MOST_WAITING: usize = 1 << 14;
+
+/// The formats of a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum RecordingFormat {
+    /// A table of text.
+    Csv,
+    /// A table of columns, for data frames.
+    Parquet,
+    /// Messages, for robotics tools.
+    Mcap,
 }
 
-impl<W: Write> RecordingWriter<W> {
-    /// Writes the header and flushes it. `out` should be buffered. Errors are those of `out`, or a header that TOML
-    /// cannot hold (a very large integer in `more`).
-    pub fn new(mut out: W, header: &RecordingHeader) -> io::Result<Self> {
-        let toml = toml::to_string(header).map_err(io::Error::other)?;
-        let mut text = format!("# format = {FORMAT}\n");
-        for line in toml.lines() {
-            text.push('#');
-            if !line.is_empty() {
-                text.push(' ');
-                text.push_str(line);
-            }
-            text.push('\n');
-        }
-        text.push_str(&COLUMNS.join(","));
-        text.push('\n');
-        out.write_all(text.as_bytes())?;
-        out.flush()?;
-        Ok(Self { out, line: Line::default(), pending: Pending::default() })
+impl RecordingFormat {
+    /// The format that a file's name asks for: `.csv`, `.parquet` or `.mcap`.
+    pub fn of_name(path: &Path) -> Option<Self> {
+        let extension = path.extension()?.to_str()?;
+        let formats = [("csv", Self::Csv), ("parquet", Self::Parquet), ("mcap", Self::Mcap)];
+        formats.iter().find(|(name, _)| extension.eq_ignore_ascii_case(name)).map(|(_, format)| *format)
     }
 
-    /// The engine was told other settings between two ticks: those from tick `tick` on are stepped with them. Written before the next row
-    /// from there on, and not at all when none follows; of several before the same tick, only the last.
+    /// The format of a file that begins like this. What is neither Parquet nor MCAP can only be CSV.
+    pub fn of_content(beginning: &[u8]) -> Self {
+        if beginning.starts_with(parquet::MAGIC) {
+            Self::Parquet
+        } else if beginning.starts_with(mcap::MAGIC) {
+            Self::Mcap
+        } else {
+            Self::Csv
+        }
+    }
+}
+
+/// Writes a recording. Not for the servo thread: it allocates and waits for the stream.
+///
+/// Rows are gathered and handed over in one piece, which leaves a whole file each time; see [`RecordingWriter::flush`].
+pub struct RecordingWriter<W: Write + Seek> {
+    out: W,
+    encoder: Encoder,
+    pending: Pending,
+    waiting: usize,
+    handed_over: Instant,
+    /// Of the file, where there is one that can be made smaller at its end.
+    path: Option<PathBuf>,
+}
+
+enum Encoder {
+    Csv(csv::Writer),
+    Parquet(parquet::Writer),
+    Mcap(mcap::Writer),
+}
+
+impl RecordingWriter<File> {
+    /// Creates a file for a recording in the format that its name asks for (CSV when it asks for none), and writes the header. Errors are
+    /// those of the file, or a header that TOML cannot hold.
+    pub fn create(path: &Path, header: &RecordingHeader) -> io::Result<Self> {
+        let format = RecordingFormat::of_name(path).unwrap_or(RecordingFormat::Csv);
+        let writer = Self::new(File::create(path)?, format, header)?;
+        Ok(Self { path: Some(path.to_owned()), ..writer })
+    }
+}
+
+impl<W: Write + Seek> RecordingWriter<W> {
+    /// Writes the header to `out`, which must be empty and need not be buffered. Errors are those of `out`, or a header that TOML
+    /// cannot hold (a very large integer in `more`).
+    pub fn new(out: W, format: RecordingFormat, header: &RecordingHeader) -> io::Result<Self> {
+        let text = header.to_text()?;
+        let encoder = match format {
+            RecordingFormat::Csv => Encoder::Csv(csv::Writer::new(&text)),
+            RecordingFormat::Parquet => Encoder::Parquet(parquet::Writer::new(&text)),
+            RecordingFormat::Mcap => Encoder::Mcap(mcap::Writer::new(&text)),
+        };
+        let pending = Pending::default();
+        let mut writer = Self { out, encoder, pending, waiting: 0, handed_over: Instant::now(), path: None };
+        writer.flush()?;
+        Ok(writer)
+    }
+
+    /// The engine was told other settings between two ticks: those from tick `tick` on are stepped with them. Written with the next
+    /// row from there on, and not at all when none follows; of several before the same tick, only the last.
     pub fn change(&mut self, tick: u64, settings: &Settings) {
         self.pending.add(tick, settings);
     }
 
-    /// Writes one tick as one whole line.
+    /// Takes one tick, and hands over what has gathered when it is time to.
     pub fn write(&mut self, row: &RecordRow) -> io::Result<()> {
         for (tick, settings) in self.pending.before(row.tick) {
-            writeln!(self.out, "# {}", change::write(tick, &settings)?)?;
+            let text = change::write(tick, &settings)?;
+            match &mut self.encoder {
+                Encoder::Csv(writer) => writer.change(&text),
+                Encoder::Parquet(writer) => writer.change(&text),
+                Encoder::Mcap(writer) => writer.change(tick, &text, row.time_ns),
+            }
         }
-        let line = &mut self.line;
-        line.clear();
-        line.cell(row.tick);
-        line.cell(row.time_ns);
-        line.numbers([row.dt]);
-        line.numbers(row.pose.translation.to_array());
-        line.numbers(row.pose.rotation.to_array());
-        line.numbers([row.twist.angular, row.twist.linear].iter().flat_map(|v| v.to_array()));
-        line.cell(row.buttons);
-        line.numbers([row.wrench.torque, row.wrench.force].iter().flat_map(|v| v.to_array()));
-        line.cell(row.contacts);
-        line.cell(row.clusters);
-        line.numbers([row.separation, row.query_us]);
-        match row.depth_us {
-            Some(depth_us) => line.numbers([depth_us]),
-            None => line.cell(""),
+        match &mut self.encoder {
+            Encoder::Csv(writer) => writer.row(row),
+            Encoder::Parquet(writer) => writer.row(row),
+            Encoder::Mcap(writer) => writer.row(row),
         }
-        line.numbers([row.force_us, row.total_us]);
-        line.cell(u8::from(row.saturated));
-        line.cell(row.faults);
-        self.out.write_all(line.end())
+        self.waiting += 1;
+        self.flush_when_due()
     }
 
-    /// Hands what is buffered to the system: call it now and then, so that a crash loses little.
+    /// Hands over what has gathered, if it has waited for long: to be called now and then where no rows come.
+    pub fn flush_when_due(&mut self) -> io::Result<()> {
+        let due = self.waiting >= MOST_WAITING || (self.waiting > 0 && self.handed_over.elapsed() >= BETWEEN_PIECES);
+        if due { self.flush() } else { Ok(()) }
+    }
+
+    /// Hands over what has gathered, in one piece after which the file is whole.
     pub fn flush(&mut self) -> io::Result<()> {
+        let Piece { at, bytes } = match &mut self.encoder {
+            Encoder::Csv(writer) => writer.flush(),
+            Encoder::Parquet(writer) => writer.flush(),
+            Encoder::Mcap(writer) => writer.flush(),
+        };
+        self.waiting = 0;
+        self.handed_over = Instant::now();
+        self.out.seek(SeekFrom::Start(at))?;
+        self.out.write_all(&bytes)?;
         self.out.flush()
     }
 
-    /// Flushes and gives `out` back.
+    /// Hands over the rest and gives `out` back. A Parquet file is then made smaller: into a new file beside it, which takes its
+    /// place.
     pub fn finish(mut self) -> io::Result<W> {
-        self.out.flush()?;
+        self.flush()?;
+        if let (Some(path), Encoder::Parquet(writer)) = (&self.path, &self.encoder) {
+            parquet::compact(writer, path)?;
+        }
         Ok(self.out)
     }
 }

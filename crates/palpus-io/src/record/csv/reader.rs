@@ -1,0 +1,114 @@
+//! Reads a recording of text.
+//!
+//! A file from a stranger: no line may be longer than [`LONGEST_LINE`], so that memory stays within a small multiple of the
+//! file's own size.
+
+use std::io::{BufRead, Read};
+
+use crate::TableError;
+use crate::record::columns::{COLUMNS, Take, take};
+use crate::record::{Recording, RecordingHeader, change};
+use crate::table::Cells;
+
+/// The longest line that is taken for one of a recording.
+const LONGEST_LINE: u64 = 1 << 16;
+
+/// Reads a recording; `name` is how errors call the file.
+///
+/// A last line without a line break was being written when the program ended: it is left out, with a notice.
+pub(in crate::record) fn read(input: impl BufRead, name: &str) -> Result<Recording, TableError> {
+    let mut lines = Lines { input, name, line: 0, text: String::new() };
+    let header = header(&mut lines)?;
+    let mut recording = Recording::empty(header);
+    while lines.next()? {
+        let line = lines.line;
+        if !lines.is_whole() {
+            let whole = recording.rows.len();
+            let notice =
+                format!("{name}, line {line}: the last line was cut off and is left out; {whole} ticks are whole");
+            recording.notice = Some(notice);
+            break;
+        }
+        let text = lines.text.trim_end();
+        match text.strip_prefix("# ").filter(|comment| comment.starts_with(change::KEY)) {
+            Some(text) => {
+                let change = change::read(text).map_err(|problem| TableError::at(name, line, problem))?;
+                recording.changes.push(change);
+            }
+            None if text.starts_with('#') => {}
+            None => recording.rows.push(take(&mut Cells::new(name, line, &COLUMNS, text)?)?),
+        }
+    }
+    Ok(recording)
+}
+
+/// The lines of a stream, one at a time.
+struct Lines<'a, R> {
+    input: R,
+    name: &'a str,
+    line: u64,
+    text: String,
+}
+
+impl<R: BufRead> Lines<'_, R> {
+    /// Goes to the next line; false at the end.
+    fn next(&mut self) -> Result<bool, TableError> {
+        self.text.clear();
+        self.line += 1;
+        let read = self.input.by_ref().take(LONGEST_LINE).read_line(&mut self.text);
+        let read = read.map_err(|error| TableError::at(self.name, self.line, format!("cannot be read ({error})")))?;
+        if read as u64 == LONGEST_LINE {
+            let problem = "the line is far too long; is it a recording?";
+            return Err(TableError::at(self.name, self.line, problem));
+        }
+        Ok(read > 0)
+    }
+
+    /// True when the line has its line break.
+    fn is_whole(&self) -> bool {
+        self.text.ends_with('\n')
+    }
+}
+
+/// Reads up to and with the line of column names.
+fn header<R: BufRead>(lines: &mut Lines<'_, R>) -> Result<RecordingHeader, TableError> {
+    let name = lines.name;
+    let mut toml = String::new();
+    while lines.next()? {
+        let text = lines.text.trim_end();
+        let Some(entry) = text.strip_prefix('#') else {
+            if !lines.is_whole() || text != COLUMNS.join(",") {
+                let problem = format!("the columns must be {}; was it written by another version?", COLUMNS.join(","));
+                return Err(TableError::at(name, lines.line, problem));
+            }
+            return RecordingHeader::of_text(&toml).map_err(|error| TableError::at(name, error.line, error.problem));
+        };
+        toml.push_str(entry.strip_prefix(' ').unwrap_or(entry));
+        toml.push('\n');
+    }
+    Err(TableError::at(name, lines.line, "the file ends before the line of column names; it is no whole recording"))
+}
+
+impl Take for Cells<'_> {
+    type Error = TableError;
+
+    fn long(&mut self) -> Result<u64, TableError> {
+        self.next()
+    }
+
+    fn whole(&mut self) -> Result<u32, TableError> {
+        self.next()
+    }
+
+    fn double(&mut self) -> Result<f64, TableError> {
+        self.next()
+    }
+
+    fn optional(&mut self) -> Result<Option<f64>, TableError> {
+        self.next()
+    }
+
+    fn flag(&mut self) -> Result<bool, TableError> {
+        self.next()
+    }
+}

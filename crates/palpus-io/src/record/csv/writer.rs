@@ -1,0 +1,79 @@
+//! A recording as lines of text.
+
+use crate::record::columns::{COLUMNS, Put, put};
+use crate::record::{Piece, RecordRow};
+use crate::table::Line;
+
+/// Makes lines of rows.
+#[derive(Default)]
+pub(in crate::record) struct Writer {
+    line: Line,
+    lines: Vec<u8>,
+    /// Bytes handed out.
+    written: u64,
+}
+
+impl Writer {
+    /// The file so far: the header, each line behind `# `, and the names of the columns.
+    pub(in crate::record) fn new(header: &str) -> Self {
+        let mut writer = Self::default();
+        header.lines().for_each(|line| writer.comment(line));
+        writer.lines.extend(COLUMNS.join(",").bytes());
+        writer.lines.push(b'\n');
+        writer
+    }
+
+    fn comment(&mut self, text: &str) {
+        self.lines.push(b'#');
+        if !text.is_empty() {
+            self.lines.push(b' ');
+            self.lines.extend(text.bytes());
+        }
+        self.lines.push(b'\n');
+    }
+
+    /// A change of settings, which holds from the next row on.
+    pub(in crate::record) fn change(&mut self, text: &str) {
+        self.comment(text);
+    }
+
+    /// A tick, as one whole line.
+    pub(in crate::record) fn row(&mut self, row: &RecordRow) {
+        self.line.clear();
+        put(row, &mut self.line);
+        self.lines.extend(self.line.end());
+    }
+
+    /// What has come since the last time.
+    pub(in crate::record) fn flush(&mut self) -> Piece {
+        let bytes = std::mem::take(&mut self.lines);
+        let at = self.written;
+        self.written += bytes.len() as u64;
+        Piece { at, bytes }
+    }
+}
+
+impl Put for Line {
+    fn long(&mut self, value: u64) {
+        self.cell(value);
+    }
+
+    fn whole(&mut self, value: u32) {
+        self.cell(value);
+    }
+
+    fn double(&mut self, value: f64) {
+        self.numbers([value]);
+    }
+
+    fn optional(&mut self, value: Option<f64>) {
+        match value {
+            Some(value) => self.numbers([value]),
+            None => self.cell(""),
+        }
+    }
+
+    fn flag(&mut self, value: bool) {
+        self.cell(u8::from(value));
+    }
+}

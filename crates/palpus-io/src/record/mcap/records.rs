@@ -1,0 +1,70 @@
+//! The records of which an MCAP file is made: a byte that says which, the length of what follows, and that.
+
+/// First and last bytes of a file.
+pub(in crate::record) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
+
+/// What a record begins with.
+pub(super) mod opcode {
+    pub(crate) const HEADER: u8 = 0x01;
+    pub(crate) const FOOTER: u8 = 0x02;
+    pub(crate) const SCHEMA: u8 = 0x03;
+    pub(crate) const CHANNEL: u8 = 0x04;
+    pub(crate) const MESSAGE: u8 = 0x05;
+    pub(crate) const CHUNK: u8 = 0x06;
+    pub(crate) const MESSAGE_INDEX: u8 = 0x07;
+    pub(crate) const CHUNK_INDEX: u8 = 0x08;
+    pub(crate) const STATISTICS: u8 = 0x0B;
+    pub(crate) const METADATA: u8 = 0x0C;
+    pub(crate) const METADATA_INDEX: u8 = 0x0D;
+    pub(crate) const SUMMARY_OFFSET: u8 = 0x0E;
+    pub(crate) const DATA_END: u8 = 0x0F;
+}
+
+/// Appends a record of what `body` appends.
+pub(super) fn record(out: &mut Vec<u8>, opcode: u8, body: impl FnOnce(&mut Vec<u8>)) {
+    out.push(opcode);
+    counted::<8>(out, body);
+}
+
+/// Appends the length, in `N` bytes, of what `body` appends, and that.
+pub(super) fn counted<const N: usize>(out: &mut Vec<u8>, body: impl FnOnce(&mut Vec<u8>)) {
+    let at = out.len();
+    out.extend([0; N]);
+    body(out);
+    let length = (out.len() - at - N) as u64;
+    out[at..at + N].copy_from_slice(&length.to_le_bytes()[..N]);
+}
+
+/// Appends text with its length before.
+pub(super) fn text(out: &mut Vec<u8>, text: &str) {
+    counted::<4>(out, |out| out.extend(text.bytes()));
+}
+
+/// Values read one after another; `None` where the bytes end early.
+pub(super) struct Values<'a>(pub(super) &'a [u8]);
+
+impl<'a> Values<'a> {
+    pub(super) fn number<const N: usize>(&mut self) -> Option<u64> {
+        let (bytes, rest) = self.0.split_first_chunk::<N>()?;
+        self.0 = rest;
+        Some(bytes.iter().rev().fold(0, |number, byte| number << 8 | u64::from(*byte)))
+    }
+
+    /// Bytes with their length, of `N` bytes, before.
+    pub(super) fn counted<const N: usize>(&mut self) -> Option<&'a [u8]> {
+        let length = usize::try_from(self.number::<N>()?).ok()?;
+        let (bytes, rest) = self.0.split_at_checked(length)?;
+        self.0 = rest;
+        Some(bytes)
+    }
+
+    pub(super) fn text(&mut self) -> Option<&'a str> {
+        std::str::from_utf8(self.counted::<4>()?).ok()
+    }
+
+    /// The next record: its opcode and what it holds.
+    pub(super) fn record(&mut self) -> Option<(u8, &'a [u8])> {
+        let opcode = self.number::<1>()? as u8;
+        Some((opcode, self.counted::<8>()?))
+    }
+}

@@ -1,0 +1,359 @@
+//! What a Parquet file says of itself in its footer, and each page in its header.
+
+use super::thrift::{self, Fields, Input, Kind as Thrift};
+use crate::record::columns::{COLUMNS, Kind, kinds};
+
+/// First and last bytes of a file.
+pub(in crate::record) const MAGIC: &[u8] = b"PAR1";
+
+/// Of the file's metadata, under which the header stands.
+const KEY: &str = "palpus";
+
+/// Columns of a file: the recording's and the changes.
+pub(super) const WIDTH: usize = COLUMNS.len() + 1;
+
+/// What a column of a file is.
+pub(super) struct Column {
+    pub(super) name: &'static str,
+    /// `None`: text.
+    pub(super) kind: Option<Kind>,
+}
+
+/// The columns of a file, in their order.
+pub(super) fn columns() -> [Column; WIDTH] {
+    let kinds = kinds();
+    std::array::from_fn(|k| match COLUMNS.get(k) {
+        Some(name) => Column { name, kind: Some(kinds[k]) },
+        None => Column { name: crate::record::change::KEY, kind: None },
+    })
+}
+
+impl Column {
+    /// Parquet's physical type.
+    fn physical(&self) -> i32 {
+        match self.kind {
+            Some(Kind::Flag) => 0,
+            Some(Kind::Whole) => 1,
+            Some(Kind::Long) => 2,
+            Some(Kind::Double | Kind::Optional) => 5,
+            None => 6,
+        }
+    }
+
+    /// What it stands for: text, or a number without a sign.
+    fn converted(&self) -> Option<i32> {
+        match self.kind {
+            None => Some(0),
+            Some(Kind::Whole) => Some(13),
+            Some(Kind::Long) => Some(14),
+            _ => None,
+        }
+    }
+
+    /// True when rows may be without.
+    pub(super) fn is_optional(&self) -> bool {
+        matches!(self.kind, None | Some(Kind::Optional))
+    }
+
+    /// Bytes of each value, where all have as many.
+    pub(super) fn width(&self) -> Option<usize> {
+        match self.kind {
+            Some(Kind::Whole) => Some(4),
+            Some(Kind::Long | Kind::Double) => Some(8),
+            _ => None,
+        }
+    }
+}
+
+/// One column of a row group: a page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Chunk {
+    /// In the file.
+    pub(super) at: u64,
+    /// With the page's header.
+    pub(super) length: u64,
+}
+
+/// Where a row group is.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Group {
+    pub(super) rows: u64,
+    /// Of each column, one behind the other.
+    pub(super) chunks: Vec<Chunk>,
+}
+
+impl Group {
+    /// In the file.
+    pub(super) fn at(&self) -> u64 {
+        self.chunks.first().map_or(0, |chunk| chunk.at)
+    }
+
+    /// Of all columns.
+    pub(super) fn length(&self) -> u64 {
+        self.chunks.iter().map(|chunk| chunk.length).sum()
+    }
+
+    /// The same group elsewhere.
+    pub(super) fn moved(&self, to: u64) -> Self {
+        let from = self.at();
+        let moved = |chunk: &Chunk| Chunk { at: chunk.at - from + to, length: chunk.length };
+        Self { rows: self.rows, chunks: self.chunks.iter().map(moved).collect() }
+    }
+}
+
+/// A footer.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) struct Footer {
+    pub(super) header: String,
+    pub(super) groups: Vec<Group>,
+}
+
+/// Appends a footer, its length and the magic.
+pub(super) fn write_footer(out: &mut Vec<u8>, header: &str, groups: &[Group]) {
+    let begin = out.len();
+    let columns = columns();
+    thrift::write(out, |file| {
+        file.int(1, 1);
+        // The root, which has no column of its own, and the columns.
+        let schema: Vec<Option<&Column>> = std::iter::once(None).chain(columns.iter().map(Some)).collect();
+        file.structures(2, &schema, |column, element| write_element(*column, element));
+        file.long(3, groups.iter().map(|group| group.rows).sum());
+        file.structures(4, groups, |group, out| write_group(group, &columns, out));
+        file.structures(5, &[header], |header, pair| {
+            pair.text(1, KEY);
+            pair.text(2, header);
+        });
+        file.text(6, concat!("palpus version ", env!("CARGO_PKG_VERSION")));
+    });
+    let length = (out.len() - begin) as u32;
+    out.extend(length.to_le_bytes());
+    out.extend(MAGIC);
+}
+
+fn write_element(column: Option<&Column>, element: &mut Fields<'_>) {
+    let Some(column) = column else {
+        element.text(4, "recording");
+        element.int(5, WIDTH as i32);
+        return;
+    };
+    element.int(1, column.physical());
+    element.int(3, i32::from(column.is_optional()));
+    element.text(4, column.name);
+    if let Some(converted) = column.converted() {
+        element.int(6, converted);
+    }
+}
+
+fn write_group(group: &Group, columns: &[Column], out: &mut Fields<'_>) {
+    let chunks: Vec<(&Chunk, &Column)> = group.chunks.iter().zip(columns).collect();
+    out.structures(1, &chunks, |(chunk, column), out| {
+        out.long(2, chunk.at);
+        out.structure(3, |out| {
+            out.int(1, column.physical());
+            // Plain; run lengths for what is there and what is not.
+            out.ints(2, &[0, 3]);
+            out.texts(3, column.name);
+            // Not compressed.
+            out.int(4, 0);
+            out.long(5, group.rows);
+            out.long(6, chunk.length);
+            out.long(7, chunk.length);
+            out.long(9, chunk.at);
+        });
+    });
+    out.long(2, group.length());
+    out.long(3, group.rows);
+}
+
+/// The footer that `bytes` hold, without length and magic; or what is wrong with it.
+pub(super) fn read_footer(bytes: &[u8]) -> Result<Footer, String> {
+    let mut header = None;
+    let mut groups = Vec::new();
+    let mut schema = Vec::new();
+    let mut input = Input(bytes);
+    input
+        .structure(|number, kind, input| {
+            match (number, kind) {
+                (2, LIST) => each(input, |input| {
+                    schema.push(read_element(input)?);
+                    Some(())
+                })?,
+                (4, LIST) => each(input, |input| {
+                    groups.push(read_group(input)?);
+                    Some(())
+                })?,
+                (5, LIST) => each(input, |input| {
+                    if let Some(value) = read_pair(input)? {
+                        header = Some(value);
+                    }
+                    Some(())
+                })?,
+                _ => return Some(false),
+            }
+            Some(true)
+        })
+        .ok_or("the footer is damaged")?;
+    let header = header.ok_or("it has no header of palpus (metadata `palpus`); is it a recording?")?;
+    check_schema(&schema)?;
+    if groups.iter().any(|group: &Read| group.is_compressed) {
+        return Err(
+            "it was written by another program (its columns are compressed); only palpus's own are read".to_owned()
+        );
+    }
+    Ok(Footer { header, groups: groups.into_iter().map(|read| read.group).collect() })
+}
+
+const LIST: u8 = Thrift::List as u8;
+const TEXT: u8 = Thrift::Text as u8;
+const INT: u8 = Thrift::Int as u8;
+const LONG: u8 = Thrift::Long as u8;
+const STRUCT: u8 = Thrift::Struct as u8;
+
+/// Reads the structs of a list.
+fn each<'a>(input: &mut Input<'a>, mut item: impl FnMut(&mut Input<'a>) -> Option<()>) -> Option<()> {
+    let (kind, length) = input.list()?;
+    if kind != STRUCT {
+        return None;
+    }
+    for _ in 0..length {
+        item(input)?;
+    }
+    Some(())
+}
+
+/// Name, type, repetition and meaning of an element of the schema.
+type Element = (String, Option<i64>, Option<i64>, Option<i64>);
+
+fn read_element(input: &mut Input<'_>) -> Option<Element> {
+    let mut element: Element = Default::default();
+    input.structure(|number, kind, input| {
+        match (number, kind) {
+            (1, INT) => element.1 = Some(input.int()?),
+            (3, INT) => element.2 = Some(input.int()?),
+            (4, TEXT) => element.0 = input.text()?.to_owned(),
+            (6, INT) => element.3 = Some(input.int()?),
+            _ => return Some(false),
+        }
+        Some(true)
+    })?;
+    Some(element)
+}
+
+/// The columns must be ours, all of them, in our order.
+fn check_schema(schema: &[Element]) -> Result<(), String> {
+    let columns = columns();
+    let is_ours = schema.len() == WIDTH + 1
+        && schema[1..].iter().zip(&columns).all(|((name, physical, repetition, converted), column)| {
+            name == column.name
+                && *physical == Some(column.physical().into())
+                && *repetition == Some(column.is_optional().into())
+                && *converted == column.converted().map(i64::from)
+        });
+    let problem = || {
+        format!(
+            "the columns must be {},{}; was it written by another version?",
+            COLUMNS.join(","),
+            crate::record::change::KEY
+        )
+    };
+    if is_ours { Ok(()) } else { Err(problem()) }
+}
+
+/// The value of a pair under our key.
+fn read_pair(input: &mut Input<'_>) -> Option<Option<String>> {
+    let (mut key, mut value) = ("", "");
+    input.structure(|number, kind, input| {
+        match (number, kind) {
+            (1, TEXT) => key = input.text()?,
+            (2, TEXT) => value = input.text()?,
+            _ => return Some(false),
+        }
+        Some(true)
+    })?;
+    Some((key == KEY).then(|| value.to_owned()))
+}
+
+struct Read {
+    group: Group,
+    is_compressed: bool,
+}
+
+fn read_group(input: &mut Input<'_>) -> Option<Read> {
+    let mut read = Read { group: Group { rows: 0, chunks: Vec::new() }, is_compressed: false };
+    input.structure(|number, kind, input| {
+        match (number, kind) {
+            (1, LIST) => each(input, |input| read_chunk(input, &mut read))?,
+            (3, LONG) => read.group.rows = input.size()?,
+            _ => return Some(false),
+        }
+        Some(true)
+    })?;
+    (read.group.chunks.len() == WIDTH).then_some(read)
+}
+
+fn read_chunk(input: &mut Input<'_>, read: &mut Read) -> Option<()> {
+    let mut chunk = Chunk { at: 0, length: 0 };
+    let mut compressed = false;
+    input.structure(|number, kind, input| {
+        if (number, kind) != (3, STRUCT) {
+            return Some(false);
+        }
+        input.structure(|number, kind, input| {
+            match (number, kind) {
+                (4, INT) => compressed = input.int()? != 0,
+                (7, LONG) => chunk.length = input.size()?,
+                (9, LONG) => chunk.at = input.size()?,
+                _ => return Some(false),
+            }
+            Some(true)
+        })?;
+        Some(true)
+    })?;
+    read.is_compressed |= compressed;
+    // A footer may claim many groups, but a row takes a column each.
+    if read.group.chunks.len() >= WIDTH {
+        return None;
+    }
+    read.group.chunks.push(chunk);
+    Some(())
+}
+
+/// Appends a page's header: `length` bytes for so many rows.
+pub(super) fn write_page(out: &mut Vec<u8>, rows: usize, length: usize) {
+    thrift::write(out, |page| {
+        page.int(1, 0);
+        page.int(2, length as i32);
+        page.int(3, length as i32);
+        page.structure(5, |page| {
+            page.int(1, rows as i32);
+            // Plain, and both levels by run length.
+            page.int(2, 0);
+            page.int(3, 3);
+            page.int(4, 3);
+        });
+    });
+}
+
+/// Rows of the page that `input` begins with, and its length; `None` when it is not one of ours.
+pub(super) fn read_page(input: &mut Input<'_>) -> Option<(u64, u64)> {
+    let (mut rows, mut length, mut raw, mut is_plain) = (None, None, None, false);
+    input.structure(|number, kind, input| {
+        match (number, kind) {
+            (1, INT) if input.int()? != 0 => return None,
+            (1, INT) => {}
+            (2, INT) => raw = Some(input.size()?),
+            (3, INT) => length = Some(input.size()?),
+            (5, STRUCT) => input.structure(|number, kind, input| {
+                match (number, kind) {
+                    (1, INT) => rows = Some(input.size()?),
+                    (2, INT) => is_plain = input.int()? == 0,
+                    _ => return Some(false),
+                }
+                Some(true)
+            })?,
+            _ => return Some(false),
+        }
+        Some(true)
+    })?;
+    (is_plain && raw == length).then_some((rows?, length?))
+}

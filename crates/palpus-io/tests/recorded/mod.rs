@@ -1,0 +1,135 @@
+//! Recordings for the tests of recordings.
+#![allow(dead_code, unreachable_pub, reason = "each test file uses a part of it")]
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::{Pose, Twist, Wrench};
+use palpus::body::PolygonSoup;
+use palpus::force::{FrictionSettings, ShadingSettings};
+use palpus::render::{Clustering, Limits, Saturation, Settings, VirtualCoupling};
+use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
+use palpus_io::{ContentHash, RecordRow, RecordingHeader};
+use proptest::prelude::*;
+use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
+
+/// Seed of every random test here.
+pub const SEED: [u8; 32] = *b"palpus-io recordings bit for bit";
+
+pub fn runner(cases: u32) -> TestRunner {
+    let config = Config { cases, failure_persistence: None, ..Config::default() };
+    TestRunner::new_with_rng(config, TestRng::from_seed(RngAlgorithm::ChaCha, &SEED))
+}
+
+/// Every field of the settings, none at its default: a field that the header forgets comes back changed.
+pub fn settings() -> Settings {
+    Settings {
+        contact_tolerance: 0.1 + 0.2,
+        cluster_radius: 1e-300,
+        clustering: Clustering::Smooth,
+        split_angle: None,
+        stiffness: 1.0 / 3.0,
+        damping: 2.5,
+        blend_angle: Some(0.07),
+        shading: Some(ShadingSettings { crease_angle: 0.7, most_turn: 0.3 }),
+        friction: Some(FrictionSettings {
+            static_coefficient: 0.4,
+            dynamic_coefficient: 0.3,
+            tangential_stiffness: 123.0,
+        }),
+        limits: Limits { force: f64::INFINITY, torque: 0.1 },
+        saturation: Saturation::UnderActuated,
+        grip_a: DVec3::new(-0.0, 0.5, 3e-9),
+        capacity: 77,
+        time_budget: Some(123_456),
+        coupling: Some(VirtualCoupling {
+            stiffness: 1000.0 / 3.0,
+            damping: 0.0,
+            angular_stiffness: 0.1,
+            angular_damping: 1e-9,
+            skin: 1e-5,
+            mass: 0.0,
+        }),
+    }
+}
+
+pub fn header() -> RecordingHeader {
+    let body = |mesh: &str, x| RecordedBody {
+        mesh: mesh.to_owned(),
+        content: ContentHash::of_soup(&PolygonSoup::from_triangles(vec![DVec3::splat(x)], &[[0, 0, 0]])),
+        pose: Pose {
+            rotation: DQuat::from_xyzw(0.1, 0.2, 0.3, 0.927_361_849_549_570_4),
+            translation: DVec3::new(x, -0.0, 1e-17),
+        },
+    };
+    let mut more = toml::Table::new();
+    more.insert("coupling".to_owned(), toml::Table::from_iter([("mass".to_owned(), toml::Value::Float(0.1))]).into());
+    more.insert("note".to_owned(), "two\nlines # and\t\"quotes\" \u{2028}".into());
+    RecordingHeader {
+        palpus_version: "0.1.0".to_owned(),
+        device: "sim".to_owned(),
+        rate_hz: 1000.0,
+        seed: u64::MAX,
+        scene: RecordedScene {
+            source: SceneSource::File("Tassen/süß, klein.toml".to_owned()),
+            metres_per_unit: 0.001,
+            probe: body("spoon.obj", 0.25),
+            environment: body("cup.obj", 4.0),
+            render: settings(),
+            more,
+        },
+    }
+}
+
+pub fn row(bits: [u64; 25], whole: [u32; 5], depth: bool) -> RecordRow {
+    let x = |k: usize| f64::from_bits(bits[k]);
+    let vec = |k: usize| DVec3::new(x(k), x(k + 1), x(k + 2));
+    RecordRow {
+        tick: bits[0],
+        time_ns: bits[1],
+        dt: x(24),
+        pose: Pose { rotation: DQuat::from_xyzw(x(3), x(4), x(5), x(6)), translation: vec(0) },
+        twist: Twist { angular: vec(7), linear: vec(10) },
+        buttons: whole[0],
+        wrench: Wrench { torque: vec(13), force: vec(16) },
+        contacts: whole[1],
+        clusters: whole[2],
+        separation: x(19),
+        query_us: x(20),
+        depth_us: depth.then(|| x(21)),
+        force_us: x(22),
+        total_us: x(23),
+        saturated: whole[3] % 2 == 1,
+        faults: whole[4],
+    }
+}
+
+/// All numbers of a row as bits, since NaN is not equal to itself.
+pub fn bits(row: &RecordRow) -> Vec<u64> {
+    let mut all = vec![row.tick, row.time_ns];
+    let mut push = |values: &[f64]| all.extend(values.iter().map(|x| x.to_bits()));
+    push(&row.pose.translation.to_array());
+    push(&row.pose.rotation.to_array());
+    for v in [row.twist.angular, row.twist.linear, row.wrench.torque, row.wrench.force] {
+        push(&v.to_array());
+    }
+    push(&[row.dt, row.separation, row.query_us, row.depth_us.unwrap_or(-1.0), row.force_us, row.total_us]);
+    let whole = [row.buttons, row.contacts, row.clusters, u32::from(row.saturated), row.faults];
+    all.extend(whole.map(u64::from));
+    all
+}
+
+/// A row of ones.
+pub fn plain() -> RecordRow {
+    row([1f64.to_bits(); 25], [1; 5], true)
+}
+
+/// Rows of any bits, odd ones often.
+pub fn any_row() -> impl Strategy<Value = RecordRow> {
+    let special = prop::sample::select(vec![0.0, -0.0, f64::NAN, -f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 5e-324]);
+    let number = prop_oneof![special.prop_map(f64::to_bits), any::<u64>(), any::<f64>().prop_map(f64::to_bits)];
+    (
+        prop::collection::vec(number, 25).prop_map(|bits| <[u64; 25]>::try_from(bits).unwrap()),
+        any::<[u32; 5]>(),
+        any::<bool>(),
+    )
+        .prop_map(|(bits, whole, depth)| row(bits, whole, depth))
+}
