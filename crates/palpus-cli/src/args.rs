@@ -41,6 +41,8 @@ pub(crate) enum Command {
     View(ViewArguments),
     /// Runs a recording again and compares every wrench bit for bit.
     Replay(ReplayArguments),
+    /// Writes a recording in another format: CSV, Parquet or MCAP.
+    Convert(ConvertArguments),
     /// Writes a built-in scene as files (meshes, scene file, the hand's poses), to start your own from.
     Export(ExportArguments),
     /// Tells which haptic devices are there, and what it would take to have the others.
@@ -119,7 +121,7 @@ pub(crate) struct RunArguments {
     /// Ticks per second [default: the scene's, or 1000].
     #[arg(long, value_name = "HZ")]
     pub(crate) rate: Option<f64>,
-    /// Where the recording goes (CSV).
+    /// Where the recording goes; its name chooses the format: .csv, .parquet (data frames) or .mcap (robotics tools).
     #[arg(long, default_value = "palpus-out/run.csv", value_name = "FILE")]
     pub(crate) record: PathBuf,
     /// Writes no recording and no plot.
@@ -389,7 +391,7 @@ pub(crate) struct InspectArguments {
 #[derive(Debug, Args)]
 #[command(after_help = "Example:\n  palpus run spoon-cup --record run.csv && palpus replay run.csv")]
 pub(crate) struct ReplayArguments {
-    /// The recording.
+    /// The recording, of any format, whatever its name.
     pub(crate) recording: PathBuf,
     /// Lets the recorded scene file name meshes outside its own folder.
     #[arg(long)]
@@ -397,6 +399,17 @@ pub(crate) struct ReplayArguments {
     /// Prints one JSON document and nothing else.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  palpus convert run.csv run.parquet\n  palpus convert run.parquet run.mcap\n\nNothing is lost on the way: each can be replayed bit for bit. What the formats hold is in docs/recordings.md."
+)]
+pub(crate) struct ConvertArguments {
+    /// The recording, of any format, whatever its name.
+    pub(crate) recording: PathBuf,
+    /// Where it goes: a name that ends in .csv, .parquet or .mcap.
+    pub(crate) out: PathBuf,
 }
 
 #[derive(Debug, Args)]

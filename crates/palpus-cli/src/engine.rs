@@ -1,7 +1,7 @@
 //! The engine as the step of a servo loop: device state in, wrench for the device out.
 
 use palpus::algebra::{Pose, Twist};
-use palpus::render::{ProbeState, Renderer, Settings, TickSummary};
+use palpus::render::{ProbeState, Renderer, Settings, SettingsError, TickSummary};
 use palpus_alloc::allocations_of_this_thread;
 use palpus_device::{DeviceState, Publisher, StepOutcome};
 use palpus_window::Moment;
@@ -47,6 +47,16 @@ impl Engine {
             shots: Vec::new(),
             live: None,
         })
+    }
+
+    /// The same, able to take up shading later on, at this crease angle (rad) if it has no other.
+    pub(crate) fn with_surfaces(self, crease_angle: f64) -> Self {
+        Self { renderer: self.renderer.with_surfaces(crease_angle), ..self }
+    }
+
+    /// Goes on with other settings from the next step on; see [`Renderer::set_settings`].
+    pub(crate) fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
+        self.renderer.set_settings(settings)
     }
 
     /// Keeps what tick number `tick` has to show, for [`Engine::shown`] and [`Engine::kept`].

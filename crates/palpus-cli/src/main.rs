@@ -6,7 +6,9 @@ mod args;
 mod bench;
 mod bodies;
 mod clock;
+mod convert;
 mod devices;
+mod divergence;
 mod doctor;
 mod engine;
 mod export;
@@ -61,6 +63,7 @@ fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Inspect(inspect) => inspect::inspect(&inspect),
         Command::View(view) => view::view(&view),
         Command::Replay(replay) => replay::replay(&replay),
+        Command::Convert(arguments) => convert::convert(&arguments),
         Command::Export(arguments) => export::export(&arguments),
         Command::Devices(arguments) => devices::devices(&arguments),
         Command::Doctor(doctor) => doctor::doctor(&doctor),

@@ -2,28 +2,26 @@
 //!
 //! 1. The servo thread hands over every tick ([`Rows::row`]) and, between two ticks, every change of the engine's settings
 //!    ([`Rows::change`]), through one bounded queue that keeps their order. It never waits.
-//! 2. A thread of its own writes them ([`palpus_device::record`]).
+//! 2. A thread of its own writes them ([`palpus_device::record`]), piece by piece ([`RecordingWriter`]): a program that is
+//!    killed leaves a whole file, without its last second at most.
 //! 3. [`Writing::finish`] writes the rest and says what was left out.
 //!
 //! A row that finds the queue full is dropped and counted. A change is held and offered again before the next row: it
 //! says itself from which tick on it holds, so that it may come late but must not be missing.
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use palpus::render::Settings;
-use palpus_device::{Recorder, ServoTick, record};
+use palpus_device::{Recorder, ServoTick, Sink, record};
 use palpus_io::{RecordRow, RecordingHeader, RecordingWriter};
 
 use crate::engine::Detail;
 
 /// Entries that may wait for the writer: half a second at the highest rate.
 const QUEUED: usize = 1 << 15;
-
-/// Rows between two flushes of the recording: a crash then loses a fraction of a second at most.
-const FLUSH_EVERY: u64 = 256;
 
 /// What goes through the queue.
 #[derive(Clone, Copy)]
@@ -87,6 +85,28 @@ fn row(tick: &ServoTick, detail: &Detail) -> RecordRow {
     }
 }
 
+/// Writes the entries.
+struct Pen(Option<RecordingWriter<File>>);
+
+impl Sink<Entry> for Pen {
+    fn write(&mut self, entry: &Entry) -> io::Result<()> {
+        match (entry, &mut self.0) {
+            (Entry::Row(row), Some(writer)) => writer.write(row)?,
+            (Entry::Change(tick, settings), Some(writer)) => writer.change(*tick, settings),
+            (_, None) => {}
+        }
+        Ok(())
+    }
+
+    fn idle(&mut self) -> io::Result<()> {
+        self.0.as_mut().map_or(Ok(()), RecordingWriter::flush_when_due)
+    }
+
+    fn finish(&mut self) -> io::Result<()> {
+        self.0.take().map_or(Ok(()), |writer| writer.finish().map(drop))
+    }
+}
+
 /// A recording under way.
 pub(crate) struct Recording {
     /// For the servo thread.
@@ -108,20 +128,8 @@ impl Recording {
         if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
             std::fs::create_dir_all(folder).with_context(problem)?;
         }
-        let file = BufWriter::new(File::create(path).with_context(problem)?);
-        let mut writer = RecordingWriter::new(file, header).with_context(problem)?;
-        let mut written = 0u64;
-        let (queue, thread) = record(QUEUED, move |entry: &Entry| match entry {
-            Entry::Change(tick, settings) => {
-                writer.change(*tick, settings);
-                Ok(())
-            }
-            Entry::Row(row) => {
-                writer.write(row)?;
-                written += 1;
-                if written.is_multiple_of(FLUSH_EVERY) { writer.flush() } else { Ok(()) }
-            }
-        });
+        let writer = RecordingWriter::create(path, header).with_context(problem)?;
+        let (queue, thread) = record(QUEUED, Pen(Some(writer)));
         let rows = Rows { queue, waiting: None };
         Ok(Self { rows, writing: Writing { path: path.to_owned(), thread } })
     }

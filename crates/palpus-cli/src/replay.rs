@@ -8,33 +8,13 @@ use palpus::algebra::Wrench;
 use palpus_device::{Cuts, DeviceState};
 use palpus_io::record::SceneSource;
 use palpus_io::scene::FilePolicy;
-use palpus_io::{RecordRow, Recording, read_recording};
-use serde::Serialize;
+use palpus_io::{Recording, read_recording};
 
 use crate::args::ReplayArguments;
+use crate::divergence::{self, Comparison};
 use crate::engine::Engine;
 use crate::stage::{self, Stage};
 use crate::{output, safety};
-
-/// What `--json` says.
-#[derive(Serialize)]
-struct Report {
-    ticks: usize,
-    identical: usize,
-    /// The first tick whose wrench differs.
-    first_divergence: Option<Divergence>,
-}
-
-#[derive(Serialize)]
-struct Divergence {
-    tick: u64,
-    recorded_force: [f64; 3],
-    replayed_force: [f64; 3],
-    recorded_torque: [f64; 3],
-    replayed_torque: [f64; 3],
-    recorded_contacts: u32,
-    replayed_contacts: u32,
-}
 
 pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
     let recording = read_recording(&arguments.recording)?;
@@ -46,20 +26,16 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
             "note: recorded with a time budget; steps that ran out of time were cut short by a clock and come out differently",
         );
     }
-    let mut report = Report { ticks: recording.rows.len(), identical: 0, first_divergence: None };
-    let mut around = String::new();
+    let mut comparison = Comparison::new(&recording);
     let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
-    run_again(&recording, policy, &[], &mut |k, wrench, contacts| {
-        let row = &recording.rows[k];
-        if row.same_wrench(wrench) {
-            report.identical += 1;
-        } else if report.first_divergence.is_none() {
-            report.first_divergence = Some(divergence(row, wrench, contacts));
-            around = state_around(&recording.rows, k);
-        }
-    })?;
-    tell(&report, &around, arguments.json)?;
-    Ok(if report.first_divergence.is_none() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    run_again(&recording, policy, &[], &mut |row, wrench, contacts| comparison.add(row, wrench, contacts))?;
+    let report = comparison.report();
+    if arguments.json {
+        output::json(&report)?;
+    } else {
+        divergence::print(&report);
+    }
+    Ok(if report.is_identical() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 /// Runs the recording again and tells `each` of every tick: which row, the wrench for the device, contacts. The engine comes back with
@@ -71,7 +47,7 @@ pub(crate) fn run_again(
     each: &mut dyn FnMut(usize, &Wrench, u32),
 ) -> anyhow::Result<(Stage, Engine)> {
     let stage = replayable(recording, policy)?;
-    let mut engine = Engine::new(&stage, recording.header.scene.render)?;
+    let mut engine = engine_of(recording, &stage)?;
     keep.iter().for_each(|tick| engine.keep(*tick));
     run_again_on(recording, &mut engine, &mut |k, wrench, contacts| {
         each(k, wrench, contacts);
@@ -86,13 +62,20 @@ pub(crate) fn replayable(recording: &Recording, policy: FilePolicy) -> anyhow::R
         bail!("the recording has no ticks to replay");
     }
     check_gaps(recording)?;
-    if !recording.changes.is_empty() {
-        bail!("the recording has changes of settings, which are not replayed yet");
-    }
     stage_of(recording, policy)
 }
 
-/// Runs a recording that is [`replayable`] on an engine of its stage, until `each` breaks off.
+/// The engine as it was when the recording began, able to take up what the recording's changes bring.
+pub(crate) fn engine_of(recording: &Recording, stage: &Stage) -> anyhow::Result<Engine> {
+    let engine = Engine::new(stage, recording.header.scene.render)?;
+    let crease_angle = recording.changes.iter().find_map(|(_, settings)| Some(settings.shading?.crease_angle));
+    Ok(match crease_angle {
+        Some(angle) => engine.with_surfaces(angle),
+        None => engine,
+    })
+}
+
+/// Runs a recording that is [`replayable`] on an [`engine_of`] it, until `each` breaks off.
 pub(crate) fn run_again_on(
     recording: &Recording,
     engine: &mut Engine,
@@ -100,7 +83,11 @@ pub(crate) fn run_again_on(
 ) -> anyhow::Result<()> {
     let header = &recording.header;
     let mut chain = safety::of_recording(&header.scene.more, 1.0 / header.rate_hz)?;
+    let mut changes = recording.changes.iter().peekable();
     for (k, row) in recording.rows.iter().enumerate() {
+        while let Some((tick, settings)) = changes.next_if(|(tick, _)| *tick <= row.tick) {
+            engine.set_settings(settings).with_context(|| format!("the settings from tick {tick} on cannot be set"))?;
+        }
         let state =
             DeviceState { pose: row.pose, twist: row.twist, buttons: row.buttons, time: row.time_ns as f64 * 1e-9 };
         let outcome = engine.step(&state, row.dt);
@@ -136,68 +123,6 @@ fn check_gaps(recording: &Recording) -> anyhow::Result<()> {
             bail!(
                 "tick {k} is missing from the recording (the disk was too slow, it was cut, or the step panicked); it can't be replayed"
             );
-        }
-    }
-    Ok(())
-}
-
-fn divergence(row: &RecordRow, wrench: &Wrench, contacts: u32) -> Divergence {
-    Divergence {
-        tick: row.tick,
-        recorded_force: row.wrench.force.to_array(),
-        replayed_force: wrench.force.to_array(),
-        recorded_torque: row.wrench.torque.to_array(),
-        replayed_torque: wrench.torque.to_array(),
-        recorded_contacts: row.contacts,
-        replayed_contacts: contacts,
-    }
-}
-
-/// Ticks shown on each side of the first divergence.
-const AROUND: usize = 3;
-
-fn state_around(rows: &[RecordRow], k: usize) -> String {
-    let mut text = String::from("   tick  contacts  clusters  separation (mm)   force (N)  position (mm)\n");
-    for row in &rows[k.saturating_sub(AROUND)..(k + AROUND + 1).min(rows.len())] {
-        let position = row.pose.translation * 1e3;
-        text += &format!(
-            "{} {:6}  {:8}  {:8}  {:15.6}  {:10.6}  {:.4} {:.4} {:.4}\n",
-            if row.tick == rows[k].tick { '>' } else { ' ' },
-            row.tick,
-            row.contacts,
-            row.clusters,
-            row.separation * 1e3,
-            row.wrench.force.length(),
-            position.x,
-            position.y,
-            position.z
-        );
-    }
-    text
-}
-
-fn tell(report: &Report, around: &str, json: bool) -> anyhow::Result<()> {
-    if json {
-        return output::json(report);
-    }
-    match &report.first_divergence {
-        None => output::line(format!("all {} wrenches are the same, bit for bit", report.ticks)),
-        Some(first) => {
-            let differing = report.ticks - report.identical;
-            output::line(format!("{differing} of {} wrenches differ; the first is tick {}:", report.ticks, first.tick));
-            output::line(format!(
-                "  force   recorded {:?}\n          replayed {:?}",
-                first.recorded_force, first.replayed_force
-            ));
-            output::line(format!(
-                "  torque  recorded {:?}\n          replayed {:?}",
-                first.recorded_torque, first.replayed_torque
-            ));
-            output::line(format!(
-                "  contacts recorded {}, replayed {}",
-                first.recorded_contacts, first.replayed_contacts
-            ));
-            output::line(around);
         }
     }
     Ok(())

@@ -37,7 +37,7 @@ pub use haply::{HAPLY_ADDRESS, HaplyCounts, HaplyDevice, HaplyError, HaplyOption
 pub use latest::{Newest, Publisher, latest, latest_of};
 pub use placed::PlacedDevice;
 pub use realtime::{Claimed, RealTimeClaims, RealTimeOptions, claim};
-pub use recorder::{Recorder, Recording, RecordingSummary, record};
+pub use recorder::{Recorder, Recording, RecordingSummary, Sink, record};
 pub use replay::ReplayDevice;
 pub use safety::{
     Admitted, AfterFault, AfterPanic, Cut, Cuts, EnergyAccount, Engagement, Gate, LimitLine, Passivity, Phase,

@@ -2,7 +2,8 @@
 //!
 //! 1. The servo thread pushes rows into a bounded queue: no lock, no allocation, no waiting. A full queue drops the row
 //!    and counts it.
-//! 2. A writer thread takes them out in order and hands them to the caller's function.
+//! 2. A writer thread takes them out in order and hands them to the caller's [`Sink`], which is also told when there is
+//!    nothing to take.
 //! 3. [`Recording::finish`] lets the writer drain the queue and says what was written and what was dropped.
 
 use std::io;
@@ -13,6 +14,28 @@ use std::time::Duration;
 
 /// How long the writer sleeps when it finds the queue empty: a few ticks, so that a queue of a second never fills.
 const IDLE: Duration = Duration::from_millis(2);
+
+/// Where the rows of a recording go. All of it is called on the writer's thread; after the first error nothing more.
+pub trait Sink<R>: Send + 'static {
+    /// Writes a row.
+    fn write(&mut self, row: &R) -> io::Result<()>;
+
+    /// There is no row to write at the moment: what was kept back may have to go now. Called every few milliseconds.
+    fn idle(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+
+    /// There was no error, and no row will come any more.
+    fn finish(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+impl<R, W: FnMut(&R) -> io::Result<()> + Send + 'static> Sink<R> for W {
+    fn write(&mut self, row: &R) -> io::Result<()> {
+        self(row)
+    }
+}
 
 /// The servo thread's end of a recording.
 #[derive(Debug)]
@@ -53,7 +76,7 @@ pub struct Recording {
 /// What became of a recording.
 #[derive(Debug)]
 pub struct RecordingSummary {
-    /// Rows handed to the writing function without an error.
+    /// Rows handed to the sink without an error.
     pub written: u64,
     /// Rows that found the queue full, because the writer was too slow or had failed.
     pub dropped: u64,
@@ -61,12 +84,11 @@ pub struct RecordingSummary {
     pub error: Option<io::Error>,
 }
 
-/// Starts a thread that hands every row pushed into the answered [`Recorder`] to `write`, in order, through a queue of
-/// `capacity` rows. `write` is called on that thread; after its first error it is not called again.
-pub fn record<R, W>(capacity: usize, mut write: W) -> (Recorder<R>, Recording)
+/// Starts a thread that hands every row pushed into the answered [`Recorder`] to `sink`, in order, through a queue of
+/// `capacity` rows.
+pub fn record<R>(capacity: usize, mut sink: impl Sink<R>) -> (Recorder<R>, Recording)
 where
     R: Copy + Send + 'static,
-    W: FnMut(&R) -> io::Result<()> + Send + 'static,
 {
     let (producer, mut consumer) = rtrb::RingBuffer::new(capacity);
     let finished = Arc::new(AtomicBool::new(false));
@@ -74,22 +96,32 @@ where
     let ending = Arc::clone(&finished);
     let writer = std::thread::spawn(move || {
         let mut written = 0;
-        loop {
-            // Read before the queue is drained: what was pushed before the end was announced is still written.
-            let last_round = ending.load(Ordering::Acquire) || consumer.is_abandoned();
-            while let Ok(row) = consumer.pop() {
-                if let Err(error) = write(&row) {
-                    return (written, Some(error));
-                }
-                written += 1;
-            }
-            if last_round {
-                return (written, None);
-            }
-            std::thread::sleep(IDLE);
-        }
+        let ended = drain(&mut sink, &mut consumer, &ending, &mut written);
+        (written, ended.err())
     });
     (Recorder { queue: producer, dropped: Arc::clone(&dropped) }, Recording { writer, finished, dropped })
+}
+
+/// Takes rows out of the queue until there will be no more, and counts them.
+fn drain<R>(
+    sink: &mut impl Sink<R>,
+    queue: &mut rtrb::Consumer<R>,
+    ending: &AtomicBool,
+    written: &mut u64,
+) -> io::Result<()> {
+    loop {
+        // Read before the queue is drained: what was pushed before the end was announced is still written.
+        let last_round = ending.load(Ordering::Acquire) || queue.is_abandoned();
+        while let Ok(row) = queue.pop() {
+            sink.write(&row)?;
+            *written += 1;
+        }
+        if last_round {
+            return sink.finish();
+        }
+        sink.idle()?;
+        std::thread::sleep(IDLE);
+    }
 }
 
 impl Recording {

@@ -27,7 +27,7 @@ fn read(bytes: &[u8]) -> Result<Recording, TableError> {
 }
 
 fn at(tick: u64) -> RecordRow {
-    RecordRow { tick, time_ns: tick * 1_000_000, depth_us: (tick % 3 > 0).then_some(0.1), ..plain() }
+    RecordRow { tick, time_ns: tick * 1_000_000, depth_us: (!tick.is_multiple_of(3)).then_some(0.1), ..plain() }
 }
 
 /// A recording of so many ticks, in pieces of three, with a change before every fifth.
@@ -168,9 +168,7 @@ fn a_piece_half_written_over_the_old_end_is_left_out() {
 fn a_file_is_written_by_its_name_and_read_by_its_content() {
     let folder = std::env::temp_dir().join(format!("palpus-records-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
-    for (name, begin) in
-        [("run.csv", "# format"), ("run.PARQUET", "PAR1"), ("run.mcap", "\u{89}MCAP0\r\n"), ("run", "# ")]
-    {
+    for (name, begin) in [("run.csv", "# format"), ("run.PARQUET", "PAR1"), ("run.mcap", "\u{89}MCAP0\r\n")] {
         let path = folder.join(name);
         let mut writer = RecordingWriter::create(&path, &header()).unwrap();
         for tick in 0..1000 {
@@ -192,6 +190,9 @@ fn a_file_is_written_by_its_name_and_read_by_its_content() {
             assert!(bytes.len() < 1000 * 260 + 8000, "{}", bytes.len());
         }
     }
+    assert!(
+        RecordingWriter::create(&folder.join("run.txt"), &header()).err().unwrap().to_string().contains(".parquet")
+    );
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 1, "nothing is left beside it");
     std::fs::remove_dir_all(&folder).unwrap();
 }

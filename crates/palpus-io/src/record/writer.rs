@@ -67,10 +67,15 @@ enum Encoder {
 }
 
 impl RecordingWriter<File> {
-    /// Creates a file for a recording in the format that its name asks for (CSV when it asks for none), and writes the header. Errors are
-    /// those of the file, or a header that TOML cannot hold.
+    /// Creates a file for a recording in the format that its name asks for, and writes the header. Errors are those of the file, a name
+    /// that asks for no format, or a header that TOML cannot hold.
     pub fn create(path: &Path, header: &RecordingHeader) -> io::Result<Self> {
-        let format = RecordingFormat::of_name(path).unwrap_or(RecordingFormat::Csv);
+        let format = RecordingFormat::of_name(path).ok_or_else(|| {
+            io::Error::new(
+                io::ErrorKind::InvalidInput,
+                "its name must end in .csv, .parquet or .mcap, which choose the format",
+            )
+        })?;
         let writer = Self::new(File::create(path)?, format, header)?;
         Ok(Self { path: Some(path.to_owned()), ..writer })
     }
