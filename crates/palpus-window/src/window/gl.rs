@@ -1,12 +1,16 @@
 //! The bodies and marks of a scene through OpenGL 3.3 or OpenGL ES 3.0, into whatever egui draws to.
 //!
-//! 1. A body's triangles are uploaded once, each corner with its normal, the colour of its piece, and which side of the
-//!    triangle it is opposite to.
+//! 1. A body's triangles are uploaded once, each corner with its normal and the colour of its piece; corners that agree in both are
+//!    one, which a processor that draws works out once. Where the sides of triangles are to be seen, they are uploaded again, each
+//!    corner for itself, with the side of the triangle that it is opposite to.
 //! 2. In each frame: opaque bodies; the inner, then the outer sides of translucent ones; marks, first those parts that something
 //!    hides, pale, then the others.
 //!
 //! Light is that of `paint`. Places are taken into the view's frame in f64, so that f32 need not hold the world.
 #![allow(unsafe_code)] // The one file that talks to the graphics library; every call is glow's, on the thread that owns the context.
+
+use std::collections::HashMap;
+use std::sync::Arc;
 
 use eframe::egui_glow::ShaderVersion;
 use eframe::glow::{self, HasContext};
@@ -21,6 +25,11 @@ use crate::style::{linear, piece_colour};
 
 /// Numbers of a corner: place, normal, colour, sides.
 const CORNER: usize = 12;
+
+/// Libraries that draw with the processor, by what is in their names.
+const PROCESSORS: [&str; 3] = ["llvmpipe", "softpipe", "SwiftShader"];
+/// Triangles of a body that a processor draws; larger bodies are drawn coarser ([`Solid::coarse`]).
+const MOST_BY_PROCESSOR: usize = 30_000;
 
 /// What one frame shows of one body.
 #[derive(Clone, Copy, Debug)]
@@ -85,7 +94,27 @@ fn push_corner(corners: &mut Vec<f32>, point: DVec3, normal: DVec3, colour: DVec
     }
 }
 
-fn corners_of(solid: &Solid, piece_lightness: f64) -> Vec<f32> {
+/// The corners of a solid, each once, and the three of each triangle.
+fn shared_corners(solid: &Solid, piece_lightness: f64) -> (Vec<f32>, Vec<u32>) {
+    let mut numbers = HashMap::new();
+    let (mut corners, mut indices) = (Vec::new(), Vec::with_capacity(solid.triangles.len() * 3));
+    for ((triangle, normals), piece) in solid.triangles.iter().zip(&solid.normals).zip(&solid.pieces) {
+        for k in 0..3 {
+            let normal = normals[k].as_vec3().to_array().map(f32::to_bits);
+            let next = numbers.len() as u32;
+            let number = *numbers.entry((triangle[k], *piece, normal)).or_insert(next);
+            if number == next {
+                let colour = piece_colour(*piece, piece_lightness);
+                push_corner(&mut corners, solid.vertices[triangle[k] as usize], normals[k], colour, DVec3::ONE);
+            }
+            indices.push(number);
+        }
+    }
+    (corners, indices)
+}
+
+/// The corners of a solid, triangle by triangle, each with the side that it is opposite to.
+fn apart_corners(solid: &Solid, piece_lightness: f64) -> Vec<f32> {
     let mut corners = Vec::with_capacity(solid.triangles.len() * 3 * CORNER);
     for ((triangle, normals), piece) in solid.triangles.iter().zip(&solid.normals).zip(&solid.pieces) {
         let colour = piece_colour(*piece, piece_lightness);
@@ -100,17 +129,30 @@ fn corners_of(solid: &Solid, piece_lightness: f64) -> Vec<f32> {
 struct Held {
     array: glow::VertexArray,
     buffer: glow::Buffer,
+    /// Which corners, where they are shared.
+    order: Option<glow::Buffer>,
     count: i32,
+}
+
+/// A body's triangles.
+struct HeldSolid {
+    solid: Arc<Solid>,
+    shared: Held,
+    /// Made when the sides of triangles are first asked for.
+    apart: Option<Held>,
 }
 
 /// All that the graphics library holds for a scene.
 pub(crate) struct Artist {
     program: glow::Program,
     uniforms: Uniforms,
-    solids: Vec<Held>,
+    solids: Vec<HeldSolid>,
+    piece_lightness: f64,
     marks: Held,
     /// What draws: its name.
     pub(crate) renderer: String,
+    /// It is the processor, which the loop needs.
+    pub(crate) by_processor: bool,
 }
 
 struct Uniforms {
@@ -126,10 +168,12 @@ impl Artist {
     ///
     /// # Errors
     /// What the graphics library says.
-    pub(crate) fn new(gl: &glow::Context, solids: &[&Solid], piece_lightness: f64) -> Result<Self, String> {
+    pub(crate) fn new(gl: &glow::Context, solids: &[Arc<Solid>], piece_lightness: f64) -> Result<Self, String> {
         // SAFETY: the context is current, as egui's creation of an app and its callbacks promise.
         unsafe {
-            let program = program(gl)?;
+            let renderer = gl.get_parameter_string(glow::RENDERER);
+            let by_processor = PROCESSORS.iter().any(|name| renderer.contains(name));
+            let program = program(gl, by_processor)?;
             let uniform = |name| gl.get_uniform_location(program, name);
             let uniforms = Uniforms {
                 projection: uniform("u_projection"),
@@ -140,12 +184,15 @@ impl Artist {
             };
             let mut held = Vec::new();
             for solid in solids {
-                let mut mesh = Held::new(gl)?;
-                mesh.upload(gl, &corners_of(solid, piece_lightness), glow::STATIC_DRAW);
-                held.push(mesh);
+                let coarse = by_processor.then(|| solid.coarse(MOST_BY_PROCESSOR)).flatten();
+                let solid = &coarse.map_or_else(|| Arc::clone(solid), Arc::new);
+                let mut shared = Held::new(gl)?;
+                let (corners, order) = shared_corners(solid, piece_lightness);
+                shared.upload(gl, &corners, glow::STATIC_DRAW);
+                shared.share(gl, &order)?;
+                held.push(HeldSolid { solid: Arc::clone(solid), shared, apart: None });
             }
-            let renderer = gl.get_parameter_string(glow::RENDERER);
-            Ok(Self { program, uniforms, solids: held, marks: Held::new(gl)?, renderer })
+            Ok(Self { program, uniforms, solids: held, piece_lightness, marks: Held::new(gl)?, renderer, by_processor })
         }
     }
 
@@ -162,6 +209,9 @@ impl Artist {
             gl.clear(glow::DEPTH_BUFFER_BIT);
             self.matrix(gl, &self.uniforms.projection, &drawing.projection);
             gl.disable(glow::CULL_FACE);
+            for body in &drawing.bodies {
+                self.apart(gl, body);
+            }
             for body in drawing.bodies.iter().filter(|body| body.glass.is_none()) {
                 self.body(gl, body);
             }
@@ -194,6 +244,24 @@ impl Artist {
         }
     }
 
+    /// Uploads what the sides of a body's triangles need, where they are to be seen. A library without room for it draws none.
+    ///
+    /// # Safety
+    /// The context is current.
+    unsafe fn apart(&mut self, gl: &glow::Context, body: &DrawnBody) {
+        let lightness = self.piece_lightness;
+        let Some(held) = self.solids.get_mut(body.solid).filter(|held| body.wireframe && held.apart.is_none()) else {
+            return;
+        };
+        // SAFETY: the caller's.
+        unsafe {
+            if let Ok(mut apart) = Held::new(gl) {
+                apart.upload(gl, &apart_corners(&held.solid, lightness), glow::STATIC_DRAW);
+                held.apart = Some(apart);
+            }
+        }
+    }
+
     /// # Safety
     /// The context is current and the program in use.
     unsafe fn body(&self, gl: &glow::Context, body: &DrawnBody) {
@@ -207,7 +275,7 @@ impl Artist {
             gl.uniform_4_f32(self.uniforms.colour.as_ref(), colour.x, colour.y, colour.z, own);
             gl.uniform_2_f32(self.uniforms.glass.as_ref(), square as f32, along as f32);
             gl.uniform_1_f32(self.uniforms.wire.as_ref(), if body.wireframe { 1.0 } else { 0.0 });
-            held.draw(gl);
+            held.apart.as_ref().filter(|_| body.wireframe).unwrap_or(&held.shared).draw(gl);
         }
     }
 
@@ -223,9 +291,11 @@ impl Artist {
         // SAFETY: as in `new`; nothing is drawn any more.
         unsafe {
             gl.delete_program(self.program);
-            for held in self.solids.iter().chain([&self.marks]) {
+            let solids = self.solids.iter().flat_map(|solid| [Some(&solid.shared), solid.apart.as_ref()]).flatten();
+            for held in solids.chain([&self.marks]) {
                 gl.delete_vertex_array(held.array);
                 gl.delete_buffer(held.buffer);
+                held.order.into_iter().for_each(|order| gl.delete_buffer(order));
             }
         }
     }
@@ -247,7 +317,7 @@ impl Held {
                 gl.vertex_attrib_pointer_f32(slot, 3, glow::FLOAT, false, CORNER as i32 * real, slot as i32 * 3 * real);
             }
             gl.bind_vertex_array(None);
-            Ok(Self { array, buffer, count: 0 })
+            Ok(Self { array, buffer, order: None, count: 0 })
         }
     }
 
@@ -264,13 +334,35 @@ impl Held {
         self.count = (corners.len() / CORNER) as i32;
     }
 
+    /// From now on the triangles are of the corners that `order` names.
+    ///
+    /// # Safety
+    /// The context is current.
+    unsafe fn share(&mut self, gl: &glow::Context, order: &[u32]) -> Result<(), String> {
+        let bytes: Vec<u8> = order.iter().flat_map(|number| number.to_ne_bytes()).collect();
+        // SAFETY: the caller's; the numbers are of corners that were uploaded.
+        unsafe {
+            let buffer = gl.create_buffer()?;
+            gl.bind_vertex_array(Some(self.array));
+            gl.bind_buffer(glow::ELEMENT_ARRAY_BUFFER, Some(buffer));
+            gl.buffer_data_u8_slice(glow::ELEMENT_ARRAY_BUFFER, &bytes, glow::STATIC_DRAW);
+            gl.bind_vertex_array(None);
+            self.order = Some(buffer);
+        }
+        self.count = order.len() as i32;
+        Ok(())
+    }
+
     /// # Safety
     /// The context is current and a program in use.
     unsafe fn draw(&self, gl: &glow::Context) {
         // SAFETY: the caller's.
         unsafe {
             gl.bind_vertex_array(Some(self.array));
-            gl.draw_arrays(glow::TRIANGLES, 0, self.count);
+            match self.order {
+                Some(_) => gl.draw_elements(glow::TRIANGLES, self.count, glow::UNSIGNED_INT, 0),
+                None => gl.draw_arrays(glow::TRIANGLES, 0, self.count),
+            }
             gl.bind_vertex_array(None);
         }
     }
@@ -278,7 +370,7 @@ impl Held {
 
 /// # Safety
 /// The context is current.
-unsafe fn program(gl: &glow::Context) -> Result<glow::Program, String> {
+unsafe fn program(gl: &glow::Context, by_processor: bool) -> Result<glow::Program, String> {
     let version = ShaderVersion::get(gl);
     if !version.is_new_shader_interface() {
         return Err("OpenGL 3.0 or OpenGL ES 3.0 is needed".to_owned());
@@ -292,7 +384,11 @@ unsafe fn program(gl: &glow::Context) -> Result<glow::Program, String> {
         let mut shaders = Vec::new();
         for (kind, source) in [(glow::VERTEX_SHADER, VERTEX), (glow::FRAGMENT_SHADER, FRAGMENT)] {
             let shader = gl.create_shader(kind)?;
-            gl.shader_source(shader, &format!("{}\n{PRECISION}{source}", version.version_declaration()));
+            let per_corner = if by_processor { PER_CORNER } else { "" };
+            gl.shader_source(
+                shader,
+                &format!("{}\n{PRECISION}{per_corner}{LIT}{source}", version.version_declaration()),
+            );
             gl.compile_shader(shader);
             if !gl.get_shader_compile_status(shader) {
                 return Err(gl.get_shader_info_log(shader));
@@ -314,6 +410,27 @@ unsafe fn program(gl: &glow::Context) -> Result<glow::Program, String> {
 
 const PRECISION: &str = "#ifdef GL_ES\nprecision highp float;\n#endif\n";
 
+/// Where a processor draws: light is worked out for corners, not for every pixel of every small triangle.
+const PER_CORNER: &str = "#define PER_CORNER\n";
+
+/// Light and cover of a place, for both shaders.
+const LIT: &str = "
+uniform vec4 u_colour;
+uniform vec2 u_glass;
+vec4 lit(vec3 point, vec3 normal, vec3 colour) {
+    vec3 n = normalize(normal);
+    vec3 eye = normalize(-point);
+    if (dot(n, eye) < 0.0) { n = -n; }
+    vec3 key = vec3(-0.45, 0.62, 0.64);
+    vec3 fill = vec3(0.80, 0.05, 0.60);
+    float diffuse = 0.32 + 0.16 * n.y + 0.66 * max(dot(n, key), 0.0) + 0.26 * max(dot(n, fill), 0.0);
+    vec3 own = mix(colour, u_colour.rgb, u_colour.a);
+    float gloss = pow(max(dot(n, normalize(key + eye)), 0.0), 40.0);
+    float slant = 1.0 - clamp(dot(n, eye), 0.0, 1.0);
+    return vec4(own * diffuse + vec3(0.16 * gloss), mix(u_glass.x, u_glass.y, slant * slant));
+}
+";
+
 const VERTEX: &str = "
 uniform mat4 u_projection;
 uniform mat4 u_model_view;
@@ -321,47 +438,55 @@ in vec3 a_point;
 in vec3 a_normal;
 in vec3 a_colour;
 in vec3 a_sides;
+out vec3 v_sides;
+#ifdef PER_CORNER
+out vec4 v_lit;
+#else
 out vec3 v_point;
 out vec3 v_normal;
 out vec3 v_colour;
-out vec3 v_sides;
+#endif
 void main() {
     vec4 point = u_model_view * vec4(a_point, 1.0);
+    vec3 normal = mat3(u_model_view) * a_normal;
+#ifdef PER_CORNER
+    v_lit = lit(point.xyz, normal, a_colour);
+    v_lit.rgb = sqrt(clamp(v_lit.rgb, 0.0, 1.0));
+#else
     v_point = point.xyz;
-    v_normal = mat3(u_model_view) * a_normal;
+    v_normal = normal;
     v_colour = a_colour;
+#endif
     v_sides = a_sides;
     gl_Position = u_projection * point;
 }
 ";
 
 const FRAGMENT: &str = "
-uniform vec4 u_colour;
-uniform vec2 u_glass;
 uniform float u_wire;
+in vec3 v_sides;
+#ifdef PER_CORNER
+in vec4 v_lit;
+#else
 in vec3 v_point;
 in vec3 v_normal;
 in vec3 v_colour;
-in vec3 v_sides;
+#endif
 out vec4 f_colour;
 void main() {
-    vec3 n = normalize(v_normal);
-    vec3 eye = normalize(-v_point);
-    if (dot(n, eye) < 0.0) { n = -n; }
-    vec3 key = vec3(-0.45, 0.62, 0.64);
-    vec3 fill = vec3(0.80, 0.05, 0.60);
-    float diffuse = 0.32 + 0.16 * n.y + 0.66 * max(dot(n, key), 0.0) + 0.26 * max(dot(n, fill), 0.0);
-    vec3 own = mix(v_colour, u_colour.rgb, u_colour.a);
-    float gloss = pow(max(dot(n, normalize(key + eye)), 0.0), 40.0);
-    vec3 light = own * diffuse + vec3(0.16 * gloss);
-    float slant = 1.0 - clamp(dot(n, eye), 0.0, 1.0);
-    float covered = mix(u_glass.x, u_glass.y, slant * slant);
-    vec3 sides = v_sides / max(fwidth(v_sides), vec3(1e-6));
-    if (u_wire > 0.5 && min(sides.x, min(sides.y, sides.z)) < 0.8) {
-        light = mix(light, vec3(0.02), 0.55);
-        covered = max(covered, 0.55);
+#ifdef PER_CORNER
+    vec4 seen = v_lit;
+#else
+    vec4 seen = lit(v_point, v_normal, v_colour);
+    seen.rgb = sqrt(clamp(seen.rgb, 0.0, 1.0));
+#endif
+    if (u_wire > 0.5) {
+        vec3 sides = v_sides / max(fwidth(v_sides), vec3(1e-6));
+        if (min(sides.x, min(sides.y, sides.z)) < 0.8) {
+            seen.rgb = mix(seen.rgb, vec3(0.14), 0.55);
+            seen.a = max(seen.a, 0.55);
+        }
     }
-    vec3 seen = sqrt(clamp(light, 0.0, 1.0));
-    f_colour = vec4(seen * covered, covered);
+    f_colour = vec4(seen.rgb * seen.a, seen.a);
 }
 ";

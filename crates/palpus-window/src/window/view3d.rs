@@ -28,7 +28,7 @@ use crate::style::Style;
 
 /// Between two frames; longer where the processor draws, which the loop needs.
 const FRAME: Duration = Duration::from_millis(16);
-const FRAME_OF_SOFTWARE: Duration = Duration::from_millis(40);
+const FRAME_OF_PROCESSOR: Duration = Duration::from_millis(30);
 /// rad the view turns for a point of the mouse.
 const TURN: f32 = 0.008;
 /// How much nearer a step of the wheel comes: the exponent for a point.
@@ -86,14 +86,13 @@ impl View3d {
     pub(super) fn new(creation: &eframe::CreationContext<'_>, scene: &Scene, style: &Style) -> Result<Self, String> {
         let gl = creation.gl.as_ref().ok_or("there is no OpenGL here")?;
         let piece_lightness = style.theme.colours().piece_lightness;
-        let solids: Vec<&Solid> = scene.bodies.iter().map(|body| body.solid.as_ref()).collect();
+        let solids: Vec<Arc<Solid>> = scene.bodies.iter().map(|body| Arc::clone(&body.solid)).collect();
         let artist = Artist::new(gl, &solids, piece_lightness)?;
-        let by_processor = ["llvmpipe", "softpipe", "SwiftShader"].iter().any(|name| artist.renderer.contains(name));
         Ok(Self {
             camera: Camera::framing(scene.corners(), View::Oblique, 1.5),
             framed: false,
+            frame: if artist.by_processor { FRAME_OF_PROCESSOR } else { FRAME },
             easel: Arc::new(Mutex::new(Easel { artist, piece_lightness, wanted: None, trouble: None })),
-            frame: if by_processor { FRAME_OF_SOFTWARE } else { FRAME },
         })
     }
 
@@ -247,7 +246,6 @@ impl View3d {
 impl Easel {
     fn draw(&mut self, gl: &glow::Context, drawing: &Drawing) {
         if let Some(solids) = self.wanted.take() {
-            let solids: Vec<&Solid> = solids.iter().map(AsRef::as_ref).collect();
             match Artist::new(gl, &solids, self.piece_lightness) {
                 Ok(artist) => std::mem::replace(&mut self.artist, artist).destroy(gl),
                 Err(error) => self.trouble = Some(error),
