@@ -45,6 +45,8 @@ pub(crate) enum Command {
     Convert(ConvertArguments),
     /// Writes a built-in scene as files (meshes, scene file, the hand's poses), to start your own from.
     Export(ExportArguments),
+    /// Makes one HTML page of a recorded run, or of the whole reproduction of the paper; it needs no network and can be mailed.
+    Report(ReportArguments),
     /// Tells which haptic devices are there, and what it would take to have the others.
     Devices(DevicesArguments),
     /// Tells whether this machine can hold the loop, and what would help.
@@ -462,6 +464,34 @@ pub(crate) struct SoakArguments {
 }
 
 #[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  palpus run peg-hole --record peg.csv && palpus report peg.csv\n  palpus report palpus-out\n  palpus report --reproduce                    everything, under 20 minutes on two quiet cores\n  palpus report docs/report --reproduce --models ../models\n\nThe peers of the reproduction are Python's: pip install numpy coal mujoco. What is not here is said to be missing, and figures from the\ndocuments stand in its place, marked as such."
+)]
+pub(crate) struct ReportArguments {
+    /// A recording, or a folder with recordings or with a reproduction [default: palpus-out; with --reproduce: palpus-out/report].
+    #[arg(value_name = "PATH")]
+    pub(crate) path: Option<PathBuf>,
+    /// Where the page goes [default: beside the recording, ending in .html; report.html in the folder of a reproduction].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// Lets the recorded scene file name meshes outside its own folder.
+    #[arg(long)]
+    pub(crate) allow_outside: bool,
+    /// Measures the paper's table and figures, and all that goes beyond it, and makes a page of that.
+    #[arg(long)]
+    pub(crate) reproduce: bool,
+    /// In two minutes: fewer ticks, fewer hands, no peers that have to be built.
+    #[arg(long, requires = "reproduce")]
+    pub(crate) quick: bool,
+    /// A folder with real meshes for Table 1 and for the pairs beside Coal.
+    #[arg(long, value_name = "DIR", requires = "reproduce")]
+    pub(crate) models: Option<PathBuf>,
+    /// Only this step, as the page calls it; what others measured before stays. May be given several times.
+    #[arg(long, value_name = "STEP", requires = "reproduce")]
+    pub(crate) only: Vec<String>,
+}
+
+#[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  palpus devices\n  palpus devices --json | jq .missing")]
 pub(crate) struct DevicesArguments {
     /// Prints one JSON document and nothing else.
@@ -471,7 +501,7 @@ pub(crate) struct DevicesArguments {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum BenchCommand {
-    /// Writes the paper's Table 1 and Figures 5 and 6, measured here, as SVG, CSV, text and JSON.
+    /// Writes the paper's Table 1 and Figures 4, 5 and 6, measured here, as PNG, SVG, CSV, text and JSON.
     #[command(after_help = "Example:\n  palpus bench figures --out figures")]
     Figures {
         /// Where the files go.

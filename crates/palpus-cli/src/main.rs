@@ -22,6 +22,7 @@ mod prepare;
 mod query;
 mod recording;
 mod replay;
+mod report;
 mod run;
 mod safety;
 mod soak;
@@ -65,6 +66,7 @@ fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Replay(replay) => replay::replay(&replay),
         Command::Convert(arguments) => convert::convert(&arguments),
         Command::Export(arguments) => export::export(&arguments),
+        Command::Report(report) => report::report(&report),
         Command::Devices(arguments) => devices::devices(&arguments),
         Command::Doctor(doctor) => doctor::doctor(&doctor),
         Command::Soak(arguments) => soak::soak(&arguments),

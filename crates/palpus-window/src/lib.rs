@@ -16,7 +16,7 @@
 //! * `piece`, `gauss` — one convex piece: its numbers, and its Gauss map on the sphere of directions.
 //! * `section`, `section_picture` — how deep a body is felt on a plane through it, and that as a picture.
 //! * `sheet` — a page for what is drawn flat.
-//! * `picture`, `png` — pixels, and how they are kept.
+//! * `picture`, `png`, `palette` — pixels, and how they are kept.
 //! * `window` — with the feature `gui`: the same scene, live, through the machine's graphics library, beside the servo loop.
 //!
 //! Lengths are metres, frames are named where they stand; "view" is the eye's frame: x right, y up, z towards the viewer.
@@ -28,6 +28,7 @@ mod letters;
 mod marks;
 mod moment;
 mod paint;
+mod palette;
 mod picture;
 mod piece;
 mod png;

@@ -4,6 +4,7 @@
 
 use glam::DVec3;
 
+use crate::moment::ShownCluster;
 use crate::picture::Rgb;
 use crate::raster::Corner;
 use crate::scene::Scene;
@@ -81,8 +82,13 @@ impl Marks {
             arrow(tail, force * length, metres(tail, radius))
         };
         if style.clusters {
-            let arrows = moment.clusters.iter().map(|c| arrow_of(place(c.point), turn(c.force), CLUSTER_SHAFT_RADIUS));
-            marks.solids.extend(arrows.map(|arrow| (arrow, colours.cluster)));
+            let colour = |separation: f64| match style.clusters_as_contacts {
+                false => colours.cluster,
+                true if separation < 0.0 => colours.penetrating,
+                true => colours.disjoint,
+            };
+            let arrow = |c: &ShownCluster| arrow_of(place(c.point), turn(c.force), CLUSTER_SHAFT_RADIUS);
+            marks.solids.extend(moment.clusters.iter().map(|c| (arrow(c), colour(c.separation))));
         }
         if style.wrench {
             let grip = place(moment.grip);

@@ -23,6 +23,8 @@ pub struct ShownCluster {
     pub point: DVec3,
     /// N, on the probe.
     pub force: DVec3,
+    /// m, of its deepest contact; negative where the bodies overlap.
+    pub separation: f64,
 }
 
 /// Where friction holds.
@@ -92,6 +94,7 @@ impl Moment {
         refill(&mut self.clusters, forces.clusters.iter().zip(&forces.normal_forces), |(cluster, size)| ShownCluster {
             point: cluster.midpoint,
             force: *size * cluster.normal,
+            separation: cluster.separation,
         });
         refill(&mut self.anchors, forces.grips.iter(), |grip| {
             // The force is −stiffness times the way from the anchor to the point that it holds.

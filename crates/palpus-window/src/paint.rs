@@ -277,7 +277,11 @@ fn legend(moment: &Moment, style: &Style, colours: &Colours) -> Vec<(Rgb, &'stat
     let rows = [
         (contacts(false), colours.disjoint, "apart"),
         (contacts(true), colours.penetrating, "overlapping"),
-        (style.clusters && !moment.clusters.is_empty(), colours.cluster, "forces of clusters"),
+        (
+            style.clusters && !style.clusters_as_contacts && !moment.clusters.is_empty(),
+            colours.cluster,
+            "forces of clusters",
+        ),
         (force, colours.force, "force at the grip"),
         (torque, colours.torque, "torque"),
         (anchors(false), colours.anchor, "friction holds"),

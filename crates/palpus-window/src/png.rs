@@ -8,6 +8,9 @@ use flate2::write::ZlibEncoder;
 const SIGNATURE: [u8; 8] = [0x89, b'P', b'N', b'G', b'\r', b'\n', 0x1a, b'\n'];
 /// Bits a channel, true colour, deflate, adaptive filters, not interlaced.
 const KIND: [u8; 5] = [8, 2, 0, 0, 0];
+/// The same, with a number in a palette instead of a colour.
+const INDEXED: [u8; 5] = [8, 3, 0, 0, 0];
+const FILTER_NONE: u8 = 0;
 /// Every row is stored as differences to the row above: smooth shading becomes small numbers.
 const FILTER_UP: u8 = 2;
 
@@ -20,6 +23,31 @@ pub(crate) fn write_png(out: &mut impl Write, width: u32, height: u32, pixels: &
     header.extend_from_slice(&KIND);
     write_chunk(out, *b"IHDR", &header)?;
     write_chunk(out, *b"IDAT", &deflated(width as usize * 3, pixels)?)?;
+    write_chunk(out, *b"IEND", &[])
+}
+
+/// Writes a picture of few colours: `palette` has red, green and blue of each, `indices` names one for every pixel.
+pub(crate) fn write_indexed_png(
+    out: &mut impl Write,
+    width: u32,
+    height: u32,
+    palette: &[u8],
+    indices: &[u8],
+) -> io::Result<()> {
+    out.write_all(&SIGNATURE)?;
+    let mut header = Vec::with_capacity(13);
+    header.extend_from_slice(&width.to_be_bytes());
+    header.extend_from_slice(&height.to_be_bytes());
+    header.extend_from_slice(&INDEXED);
+    write_chunk(out, *b"IHDR", &header)?;
+    write_chunk(out, *b"PLTE", palette)?;
+    let mut stream = ZlibEncoder::new(Vec::new(), Compression::best());
+    for row in indices.chunks_exact((width as usize).max(1)) {
+        // Differences of numbers mean nothing.
+        stream.write_all(&[FILTER_NONE])?;
+        stream.write_all(row)?;
+    }
+    write_chunk(out, *b"IDAT", &stream.finish()?)?;
     write_chunk(out, *b"IEND", &[])
 }
 

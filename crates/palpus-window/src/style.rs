@@ -13,6 +13,8 @@ pub struct Style {
     pub contacts: bool,
     /// The force of each cluster as an arrow.
     pub clusters: bool,
+    /// These arrows have the colours of contacts, as in the paper's Figure 4, instead of one of their own.
+    pub clusters_as_contacts: bool,
     /// The wrench at the grip as an arrow and a turning arrow.
     pub wrench: bool,
     /// Where friction holds.
@@ -23,7 +25,15 @@ pub struct Style {
 
 impl Default for Style {
     fn default() -> Self {
-        Self { theme: Theme::Light, contacts: true, clusters: true, wrench: true, anchors: true, words: true }
+        Self {
+            theme: Theme::Light,
+            contacts: true,
+            clusters: true,
+            clusters_as_contacts: false,
+            wrench: true,
+            anchors: true,
+            words: true,
+        }
     }
 }
 

@@ -18,7 +18,7 @@ use palpus_scenes::shape;
 
 use super::random::Random;
 use crate::output;
-use crate::plots::{BLUE, Figure, Panel, Series, VERMILION, write_svg};
+use crate::plots::{BLUE, Drawn, Figure, Panel, Series, VERMILION, write_svg};
 
 /// Of the shapes and poses of the first plot.
 const SEED: u64 = 0xdeb7_0001;
@@ -67,11 +67,12 @@ fn local(path: &Path) -> anyhow::Result<()> {
         x_label: "poses, by how much the walk misses (%, the last twentieth)",
         bands: Vec::new(),
         log_x: false,
+        marks: Vec::new(),
         panels: vec![Panel {
             title: "depth of the walk over the least depth",
             unit: "% too deep",
             series: vec![Series { label: "excess", color: BLUE, points }],
-            thick_in_bands: false,
+            drawn: Drawn::Lines,
         }],
     };
     write_svg(&figure, path)
@@ -111,6 +112,7 @@ fn tilting(path: &Path) -> anyhow::Result<()> {
         x_label: "tilt (degrees)",
         bands: Vec::new(),
         log_x: false,
+        marks: Vec::new(),
         panels: vec![Panel {
             title: "contact point along the box",
             unit: "mm",
@@ -118,7 +120,7 @@ fn tilting(path: &Path) -> anyhow::Result<()> {
                 Series { label: "exact", color: VERMILION, points: exact },
                 Series { label: "blended", color: BLUE, points: blended },
             ],
-            thick_in_bands: false,
+            drawn: Drawn::Lines,
         }],
     };
     write_svg(&figure, path)

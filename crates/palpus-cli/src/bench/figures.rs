@@ -1,4 +1,4 @@
-//! `palpus bench figures`: Table 1, Figure 5 and Figure 6 of the paper.
+//! `palpus bench figures`: Table 1, Figures 4, 5 and 6 of the paper.
 //!
 //! The scripted hands move the probe directly, without a device between, so that the same poses are queried on every
 //! machine. Times are this machine's.
@@ -14,14 +14,15 @@ use palpus::force::{Contact, PairQuery};
 use palpus::render::{Clustering, ProbeState, Renderer, Settings, TickSummary};
 use palpus_io::scene::FilePolicy;
 
+use super::figure_4::figure_4;
 use super::table;
 use crate::clock::WallClock;
-use crate::plots::{BLUE, Figure, GREEN, Panel, Series, VERMILION, bands, write_svg};
+use crate::plots::{BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION, bands, write_svg};
 use crate::stage::{self, Stage};
 use crate::{output, query};
 
 /// s.
-const TICK: f64 = 1e-3;
+pub(super) const TICK: f64 = 1e-3;
 
 pub(super) fn figures(out: &Path, models: Option<&Path>) -> anyhow::Result<ExitCode> {
     fs::create_dir_all(out).with_context(|| format!("{} could not be created", out.display()))?;
@@ -30,9 +31,13 @@ pub(super) fn figures(out: &Path, models: Option<&Path>) -> anyhow::Result<ExitC
     fs::write(out.join("table1.txt"), format!("{text}\n"))?;
     fs::write(out.join("table1.json"), serde_json::to_string_pretty(&rows)?)?;
     output::line(&text);
+    figure_4(out)?;
     figure_5(out)?;
     figure_6(out)?;
-    output::line(format!("written to {}: table1, figure5 and figure6 as text, JSON, CSV and SVG", out.display()));
+    output::line(format!(
+        "written to {}: table1 and figures 4, 5 and 6 as text, JSON, PNG, CSV and SVG",
+        out.display()
+    ));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -67,6 +72,7 @@ fn figure_5(out: &Path) -> anyhow::Result<()> {
         x_label: "tick (1 ms)",
         bands: intervals,
         log_x: false,
+        marks: Vec::new(),
         panels: vec![
             Panel {
                 title: "time of the contact query and of the force computation",
@@ -75,7 +81,7 @@ fn figure_5(out: &Path) -> anyhow::Result<()> {
                     Series { label: "contact query", color: BLUE, points: curve(&query_us) },
                     Series { label: "force", color: VERMILION, points: curve(&force_us) },
                 ],
-                thick_in_bands: false,
+                drawn: Drawn::Lines,
             },
             Panel {
                 title: "contacts",
@@ -84,7 +90,7 @@ fn figure_5(out: &Path) -> anyhow::Result<()> {
                     Series { label: "contacts", color: BLUE, points: curve(&|tick| f64::from(tick.contacts)) },
                     Series { label: "clusters", color: GREEN, points: curve(&|tick| f64::from(tick.clusters)) },
                 ],
-                thick_in_bands: false,
+                drawn: Drawn::Lines,
             },
         ],
     };
@@ -144,12 +150,13 @@ fn figure_6(out: &Path) -> anyhow::Result<()> {
             .map(|(axis, (label, color))| Series { label, color, points: curve(&|contact| value(contact)[axis]) })
             .collect()
     };
-    let panel = |title, unit, series| Panel { title, unit, series, thick_in_bands: true };
+    let panel = |title, unit, series| Panel { title, unit, series, drawn: Drawn::ThickInBands };
     let figure = Figure {
         title: "Figure 6: a pen is drawn over a sphere (thick and shaded: penetrating)".to_owned(),
         x_label: "tick (1 ms)",
         bands: bands(contacts.iter().enumerate().map(|(k, contact)| (k as f64, contact.separation < 0.0))),
         log_x: false,
+        marks: Vec::new(),
         panels: vec![
             panel("(a) contact point", "mm", axes(&|contact| contact.midpoint() * 1e3)),
             panel("(b) contact normal", "", axes(&|contact| contact.normal)),
@@ -163,6 +170,7 @@ fn figure_6(out: &Path) -> anyhow::Result<()> {
     write_svg(&figure, &out.join("figure6.svg"))
 }
 
-fn ticks(stage: &Stage) -> usize {
+/// Of the scene's script.
+pub(super) fn ticks(stage: &Stage) -> usize {
     (stage.path.duration() / TICK).round() as usize
 }

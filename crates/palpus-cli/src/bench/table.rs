@@ -49,7 +49,7 @@ pub(super) fn measure(models: Option<&Path>) -> anyhow::Result<Vec<Row>> {
         [("torus", shape::torus()), ("cup", shape::cup()), ("spoon", shape::spoon()), ("intestine", shape::intestine())]
     {
         let prepared = bodies::prepare_soup(model, &soup, &BodySettings::default())?;
-        rows.push(row(model, "palpus scene".to_owned(), &prepared));
+        rows.push(row(model, "built-in scene".to_owned(), &prepared));
     }
     if let Some(folder) = models {
         for (model, file) in FILES {

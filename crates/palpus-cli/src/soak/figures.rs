@@ -1,11 +1,11 @@
 //! The plots of a soak: over time, and how late the turns were.
 
 use super::report::{Report, Row, Stretch};
-use crate::plots::{self, BLUE, Figure, GREEN, Panel, Series, VERMILION};
+use crate::plots::{self, BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION};
 
 /// Both, as SVG.
-pub(super) fn of(report: &Report) -> anyhow::Result<[String; 2]> {
-    Ok([plots::svg(&over_time(report))?, plots::svg(&how_late(report))?])
+pub(super) fn of(report: &Report) -> [String; 2] {
+    [over_time(report), how_late(report)].map(|figure| plots::svg(&figure).as_str().to_owned())
 }
 
 fn over_time(report: &Report) -> Figure {
@@ -13,7 +13,7 @@ fn over_time(report: &Report) -> Figure {
         let points = report.rows.iter().map(|row| ((row.begin_s + row.end_s) / 120.0, of(row))).collect();
         Series { label, color, points }
     };
-    let panel = |title, unit, series| Panel { title, unit, series, thick_in_bands: false };
+    let panel = |title, unit, series| Panel { title, unit, series, drawn: Drawn::Lines };
     let megabytes = |bytes: Option<u64>| bytes.map_or(f64::NAN, |bytes| bytes as f64 / 1048576.0);
     let memory = report.samples.iter().map(|(time, sample)| (time / 60.0, megabytes(sample.resident))).collect();
     Figure {
@@ -21,6 +21,7 @@ fn over_time(report: &Report) -> Figure {
         x_label: "time (min)",
         log_x: false,
         bands: Vec::new(),
+        marks: Vec::new(),
         panels: vec![
             panel("rate", "Hz", vec![curve("rate", BLUE, &|row| row.rate_hz)]),
             panel(
@@ -68,11 +69,12 @@ fn how_late(report: &Report) -> Figure {
         x_label: "late by more than (µs)",
         log_x: true,
         bands: Vec::new(),
+        marks: Vec::new(),
         panels: vec![Panel {
             title: "share of turns that are later (−3: one in a thousand)",
             unit: "power of ten",
             series: curves,
-            thick_in_bands: false,
+            drawn: Drawn::Lines,
         }],
     }
 }

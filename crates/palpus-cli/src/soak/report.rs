@@ -458,7 +458,7 @@ impl Report {
 
     /// Writes everything anew; whoever reads meanwhile reads the last one.
     pub(super) fn write(&self) -> anyhow::Result<()> {
-        let [time, late] = figures::of(self)?;
+        let [time, late] = figures::of(self);
         replace(&self.folder.join("soak.json"), &serde_json::to_string_pretty(&self.document())?)?;
         replace(&self.folder.join("time.svg"), &time)?;
         replace(&self.folder.join("lateness.svg"), &late)?;

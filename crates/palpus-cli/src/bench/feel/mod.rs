@@ -8,6 +8,7 @@
 
 mod closed;
 mod figure;
+mod glance;
 mod ground;
 mod held;
 mod method;
@@ -60,10 +61,15 @@ pub(super) fn feel(wanted: &Wanted<'_>) -> anyhow::Result<ExitCode> {
     let mut figures = Vec::new();
     for (k, ground) in grounds.iter().enumerate() {
         let curves: Vec<_> = entries.iter().map(|entry| entry.name).zip(of_scene(k)).collect();
-        figures.push((ground.name, figure::of_scene(ground, &curves)?));
+        figures.push((ground.name, figure::of_scene(ground, &curves)));
     }
     let rows: Vec<Row> = outcomes.into_iter().flat_map(|outcome| outcome.rows).collect();
     report::write(wanted.out, &grounds, &entries, &rows, &figures, wanted.quick)?;
+    if let Some(glance) = glance::markdown(&rows) {
+        let path = wanted.out.join("glance.md");
+        fs::write(&path, &glance).with_context(|| format!("{} could not be written", path.display()))?;
+        output::line(glance);
+    }
     output::line(format!("written to {}: feel.md, feel.html, feel.csv, feel.json and the plots", wanted.out.display()));
     Ok(ExitCode::SUCCESS)
 }

@@ -13,6 +13,7 @@ use super::ground::Ground;
 use super::held::HARDEST;
 use super::method::Entry;
 use super::row::Row;
+use crate::plots::{Svg, escaped};
 
 /// A column: its head, the measures in it (parted by a stroke), by what they are multiplied, and how many digits matter.
 struct Column {
@@ -102,11 +103,11 @@ struct Table {
 }
 
 /// A part of the page: a heading, what is to be said, tables, and plots.
-struct Section {
+struct Section<'a> {
     title: String,
     text: String,
     tables: Vec<Table>,
-    figures: Vec<String>,
+    figures: &'a [Svg],
 }
 
 #[derive(Serialize)]
@@ -121,7 +122,7 @@ pub(super) fn write(
     grounds: &[Ground],
     entries: &[Entry],
     rows: &[Row],
-    figures: &[(&str, Vec<String>)],
+    figures: &[(&str, Vec<Svg>)],
     quick: bool,
 ) -> anyhow::Result<()> {
     let sections = sections(grounds, entries, rows, figures, quick);
@@ -139,19 +140,19 @@ pub(super) fn write(
     for (scene, figures) in figures {
         for (kind, figure) in ["open", "held"].iter().zip(figures) {
             let path = out.join(format!("{scene}_{kind}.svg"));
-            fs::write(&path, figure).with_context(|| format!("{} could not be written", path.display()))?;
+            fs::write(&path, figure.as_str()).with_context(|| format!("{} could not be written", path.display()))?;
         }
     }
     Ok(())
 }
 
-fn sections(
+fn sections<'a>(
     grounds: &[Ground],
     entries: &[Entry],
     rows: &[Row],
-    figures: &[(&str, Vec<String>)],
+    figures: &'a [(&str, Vec<Svg>)],
     quick: bool,
-) -> Vec<Section> {
+) -> Vec<Section<'a>> {
     let mut sections = vec![introduction(grounds, entries, rows, quick)];
     for (ground, (_, figures)) in grounds.iter().zip(figures) {
         let pick = Pick { rows, scene: ground.name };
@@ -171,12 +172,12 @@ fn sections(
             short(ground.settings.stiffness, 4),
             if ground.settings.friction.is_some() { "with friction" } else { "no friction" },
         );
-        sections.push(Section { title: ground.name.to_owned(), text, tables, figures: figures.clone() });
+        sections.push(Section { title: ground.name.to_owned(), text, tables, figures });
     }
     sections
 }
 
-fn introduction(grounds: &[Ground], entries: &[Entry], rows: &[Row], quick: bool) -> Section {
+fn introduction(grounds: &[Ground], entries: &[Entry], rows: &[Row], quick: bool) -> Section<'static> {
     let mut text = String::from("Methods: ");
     let methods: Vec<String> = entries.iter().map(|entry| format!("{}: {}", entry.name, entry.summary)).collect();
     text += &methods.join("; ");
@@ -200,7 +201,7 @@ fn introduction(grounds: &[Ground], entries: &[Entry], rows: &[Row], quick: bool
     let mut tables = vec![across("Open loop", &SUMMARY, ""), across("In a normal hand", &SUMMARY_OF_HANDS, "normal")];
     tables.push(across("Nobody holds it", &SUMMARY_OF_HANDS, "none"));
     tables.retain(|table| !table.rows.is_empty());
-    Section { title: "What contact feels like".to_owned(), text, tables, figures: Vec::new() }
+    Section { title: "What contact feels like".to_owned(), text, tables, figures: &[] }
 }
 
 fn heads(first: &[&str], columns: &[Column]) -> Vec<String> {
@@ -324,7 +325,7 @@ fn short(value: f64, digits: usize) -> String {
     format!("{value:.decimals$}")
 }
 
-fn markdown(sections: &[Section]) -> String {
+fn markdown(sections: &[Section<'_>]) -> String {
     let mut text = String::new();
     for (k, section) in sections.iter().enumerate() {
         text += &format!("{} {}\n\n{}\n\n", if k == 0 { "#" } else { "##" }, section.title, section.text);
@@ -345,7 +346,7 @@ table{border-collapse:collapse;margin:.4em 0 1.4em;font-size:13px}th,td{border-b
 th{background:#f4f4f4;vertical-align:bottom;max-width:11em}td:first-child,th:first-child{text-align:left}svg{max-width:100%;height:auto}\
 @media(prefers-color-scheme:dark){body{color:#ddd;background:#1b1b1b}th{background:#2a2a2a}th,td{border-color:#444}svg{background:#fff}}";
 
-fn html(sections: &[Section]) -> String {
+fn html(sections: &[Section<'_>]) -> String {
     let mut text = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>What contact feels like</title><style>{STYLE}</style></head><body>\n"
     );
@@ -362,17 +363,13 @@ fn html(sections: &[Section]) -> String {
             }
             text += "</table>\n";
         }
-        for figure in &section.figures {
-            text += figure;
+        for figure in section.figures {
+            text += figure.as_str();
             text += "\n";
         }
     }
     text += "</body></html>\n";
     text
-}
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 #[cfg(test)]

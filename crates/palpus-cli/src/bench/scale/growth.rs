@@ -14,7 +14,7 @@ use super::timing::{self, Times};
 use super::{Bodies, Effort, Row};
 use crate::bench::random::Random;
 use crate::bodies;
-use crate::plots::{BLUE, Figure, GREEN, Panel, Series, VERMILION, write_svg};
+use crate::plots::{BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION, write_svg};
 
 /// Of the sides from which the ball comes.
 const SEED: u64 = 0x5ca1_e002;
@@ -149,11 +149,12 @@ fn figure(title: String, x_label: &'static str, rows: &[Row], x: &dyn Fn(&Row) -
         color,
         points: rows.iter().map(|row| (x(row), y(&row.times))).collect(),
     };
-    let panel = |title, unit, series| Panel { title, unit, series, thick_in_bands: false };
+    let panel = |title, unit, series| Panel { title, unit, series, drawn: Drawn::Lines };
     Figure {
         title,
         x_label,
         log_x: true,
+        marks: Vec::new(),
         bands: Vec::new(),
         panels: vec![
             panel(

@@ -1,0 +1,43 @@
+//! What a report says of the build: the compiler, the target, and in a release build the commit. Never fails for want of them.
+
+#![allow(clippy::print_stdout, reason = "this is how a build script talks to cargo")]
+
+use std::path::Path;
+use std::process::Command;
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    let rustc = std::env::var("RUSTC").unwrap_or_else(|_| "rustc".to_owned());
+    tell("PALPUS_RUSTC", said(&rustc, &["--version"]));
+    tell("PALPUS_TARGET", std::env::var("TARGET").ok());
+    let profile = std::env::var("PROFILE").ok();
+    // While one works on it every commit would build the program anew.
+    let commit = (profile.as_deref() == Some("release")).then(commit).flatten();
+    tell("PALPUS_PROFILE", profile);
+    tell("PALPUS_COMMIT", commit);
+}
+
+fn tell(name: &str, value: Option<String>) {
+    println!("cargo::rustc-env={name}={}", value.unwrap_or_default());
+}
+
+/// The commit that is checked out, if this is a clone of the repository and git is there.
+fn commit() -> Option<String> {
+    let commit = said("git", &["rev-parse", "--short=12", "HEAD"])?;
+    let branch = said("git", &["symbolic-ref", "-q", "HEAD"]);
+    for name in ["HEAD"].into_iter().chain(branch.as_deref()) {
+        let path = said("git", &["rev-parse", "--git-path", name])?;
+        // Cargo runs this again and again for a file that is not there.
+        if Path::new(&path).exists() {
+            println!("cargo::rerun-if-changed={path}");
+        }
+    }
+    let changed = !said("git", &["status", "--porcelain", "--untracked-files=no"]).unwrap_or_default().is_empty();
+    Some(if changed { format!("{commit}, changed since") } else { commit })
+}
+
+/// The first line that a program prints, or nothing.
+fn said(program: &str, arguments: &[&str]) -> Option<String> {
+    let output = Command::new(program).args(arguments).output().ok().filter(|output| output.status.success())?;
+    Some(String::from_utf8(output.stdout).ok()?.lines().next().unwrap_or("").trim().to_owned())
+}

@@ -1,0 +1,111 @@
+//! Where an axis has its ticks, and what stands there.
+
+use std::ops::Range;
+
+/// A tick: where on the axis, and what stands there.
+pub(super) struct Tick {
+    pub(super) at: f64,
+    pub(super) label: String,
+}
+
+/// Ticks at round numbers, about `wanted` of them.
+pub(super) fn even(range: &Range<f64>, wanted: usize) -> Vec<Tick> {
+    let raw = (range.end - range.start) / wanted.max(1) as f64;
+    if !(raw > 0.0 && raw.is_finite()) {
+        return Vec::new();
+    }
+    let power = 10f64.powf(raw.log10().floor());
+    let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|times| times * power).find(|step| *step >= raw).unwrap_or(raw);
+    let decimals = (-(step.log10() + 1e-9).floor()).max(0.0) as usize;
+    let (first, last) = ((range.start / step).ceil() as i64, (range.end / step).floor() as i64);
+    let tick = |k: i64| {
+        let at = k as f64 * step;
+        Tick { at, label: grouped(&format!("{at:.decimals$}")) }
+    };
+    (first..=last).map(tick).collect()
+}
+
+/// Ticks of an axis of logarithms: powers of ten, and 2 and 5 times them where there are few.
+pub(super) fn powers(range: &Range<f64>) -> Vec<Tick> {
+    let decades = range.end - range.start;
+    if !decades.is_finite() {
+        return Vec::new();
+    }
+    let (factors, stride): (&[f64], i32) = match decades {
+        _ if decades <= FEW_DECADES => (&[1.0, 2.0, 5.0], 1),
+        _ if decades <= MANY_DECADES => (&[1.0], 1),
+        _ => (&[1.0], (decades / MANY_DECADES).ceil() as i32),
+    };
+    let (first, last) = (range.start.floor() as i32, range.end.ceil() as i32);
+    let mut ticks = Vec::new();
+    for power in (first..=last).step_by(stride.unsigned_abs() as usize) {
+        for factor in factors {
+            let value = factor * 10f64.powi(power);
+            let at = value.log10();
+            if (range.start..=range.end).contains(&at) {
+                ticks.push(Tick { at, label: short(value) });
+            }
+        }
+    }
+    ticks
+}
+
+/// So many powers of ten have room for 2 and 5 between them.
+const FEW_DECADES: f64 = 3.0;
+/// More ticks than this are too many.
+const MANY_DECADES: f64 = 9.0;
+
+/// The number with the letter of its thousands.
+fn short(value: f64) -> String {
+    match value {
+        _ if value >= 0.999e6 => format!("{} M", value / 1e6),
+        _ if value >= 0.999e4 => format!("{:.0} k", value / 1e3),
+        _ if value >= 0.999 => format!("{value:.0}"),
+        _ => format!("{:.*}", (-(value.log10() + 1e-9).floor()).max(0.0) as usize, value),
+    }
+}
+
+/// With a minus that is one, no −0, and a thin space at the thousands from five figures on.
+fn grouped(text: &str) -> String {
+    let (sign, digits) = text.strip_prefix('-').map_or(("", text), |rest| ("−", rest));
+    if digits.chars().all(|c| matches!(c, '0' | '.')) {
+        return digits.to_owned();
+    }
+    let (whole, part) = digits.split_once('.').map_or((digits, ""), |(whole, _)| (whole, &digits[whole.len()..]));
+    if whole.len() < 5 {
+        return format!("{sign}{digits}");
+    }
+    let mut grouped = String::new();
+    for (k, digit) in whole.chars().enumerate() {
+        if k > 0 && (whole.len() - k).is_multiple_of(3) {
+            grouped.push('\u{202f}');
+        }
+        grouped.push(digit);
+    }
+    format!("{sign}{grouped}{part}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(ticks: &[Tick]) -> Vec<&str> {
+        ticks.iter().map(|tick| tick.label.as_str()).collect()
+    }
+
+    #[test]
+    fn ticks_are_round_and_within() {
+        assert_eq!(labels(&even(&(0.0..10.0), 5)), ["0", "2", "4", "6", "8", "10"]);
+        assert_eq!(labels(&even(&(-0.3..0.3), 5)), ["−0.2", "0.0", "0.2"]);
+        assert_eq!(labels(&even(&(0.0..42_000.0), 4)), ["0", "20\u{202f}000", "40\u{202f}000"]);
+        assert!(even(&(1.0..1.0), 5).is_empty() && even(&(0.0..f64::NAN), 5).is_empty());
+    }
+
+    #[test]
+    fn powers_of_ten_have_names() {
+        assert_eq!(labels(&powers(&(0.9..2.1))), ["10", "20", "50", "100"]);
+        assert_eq!(labels(&powers(&(-1.0..0.5))), ["0.1", "0.2", "0.5", "1", "2"]);
+        assert_eq!(labels(&powers(&(2.9..6.1))), ["1000", "10 k", "100 k", "1 M"]);
+        assert!(powers(&(-30.0..30.0)).len() < 12);
+    }
+}

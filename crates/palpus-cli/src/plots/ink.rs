@@ -1,0 +1,72 @@
+//! Colours of plots, on white and on black.
+
+use std::fmt::Write;
+
+/// A colour, by its place in the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Ink(usize);
+
+pub(crate) const BLUE: Ink = Ink(0);
+/// See [`BLUE`].
+pub(crate) const VERMILION: Ink = Ink(1);
+/// See [`BLUE`].
+pub(crate) const GREEN: Ink = Ink(2);
+
+/// On white, and on black: they stay apart for the colour-blind (after Okabe and Ito).
+const INKS: [[&str; 2]; 10] = [
+    ["#0072b2", "#56a8e8"],
+    ["#d55e00", "#ff8a3d"],
+    ["#009e73", "#2fcf9f"],
+    ["#cc79a7", "#e69ac3"],
+    ["#964b00", "#c98d4f"],
+    ["#003c82", "#8fb4f0"],
+    ["#787878", "#a0a4aa"],
+    ["#e69f00", "#f2bd45"],
+    ["#56b4e9", "#9ad4f7"],
+    ["#000000", "#f0f0f0"],
+];
+
+/// What a plot has beside curves: its class, which property the colour is of, on white, and on black.
+const REST: [(&str, &str, [&str; 2]); 6] = [
+    ("paper", "fill", ["#ffffff", "#171a20"]),
+    ("ink", "fill", ["#1c212b", "#e6e9ee"]),
+    ("faint", "fill", ["#626b79", "#9aa2b1"]),
+    ("grid", "stroke", ["#e4e7ec", "#2c313a"]),
+    ("mark", "stroke", ["#626b79", "#9aa2b1"]),
+    ("band", "fill", ["#fae2da", "#4a2a22"]),
+];
+
+impl Ink {
+    /// The `k`-th of those that stay apart; after the last comes the first.
+    pub(crate) const fn nth(k: usize) -> Self {
+        Self(k % INKS.len())
+    }
+
+    /// On white.
+    pub(super) fn light(self) -> &'static str {
+        INKS[self.0][0]
+    }
+
+    /// The class of a curve, and that of a filled thing.
+    pub(super) fn classes(self) -> [String; 2] {
+        [format!("s{}", self.0), format!("f{}", self.0)]
+    }
+}
+
+/// The colour on white of what is no curve.
+pub(super) fn light(class: &str) -> &'static str {
+    REST.iter().find(|rest| rest.0 == class).map_or("#000000", |rest| rest.2[0])
+}
+
+/// For a reader whose system is dark. What is printed stays light.
+pub(super) fn dark_style() -> String {
+    let mut text = String::from("@media screen and (prefers-color-scheme:dark){");
+    for (class, property, [_, dark]) in REST {
+        // Writing to a string cannot fail.
+        let _ = write!(text, ".plot .{class}{{{property}:{dark}}}");
+    }
+    for (k, [_, dark]) in INKS.iter().enumerate() {
+        let _ = write!(text, ".plot .s{k}{{stroke:{dark}}}.plot .f{k}{{fill:{dark}}}");
+    }
+    text + "}"
+}

@@ -1,0 +1,186 @@
+//! Plots as SVG: stacked panels over a common horizontal axis, with the penetrating intervals shaded.
+//!
+//! 1. *What is plotted* is said by values: a [`Figure`] of [`Panel`]s of [`Series`] ([`mod@self`]).
+//! 2. *Ticks* at round numbers, or at 1, 2 and 5 times powers of ten ([`axis`]).
+//! 3. *Drawing* ([`draw`]): long curves are thinned to the least and the largest value of each bin, so that no peak is lost and a figure
+//!    stays small. Colours are light by themselves and dark where the reader's system is ([`ink`]).
+
+mod axis;
+mod draw;
+mod ink;
+mod run;
+
+use std::ops::Range;
+use std::path::Path;
+
+use anyhow::Context;
+
+pub(crate) use draw::{Svg, escaped, svg};
+pub(crate) use ink::{BLUE, GREEN, Ink, VERMILION};
+pub(crate) use run::{query_us, run_figure, run_histograms, seconds};
+
+/// One curve of a panel.
+pub(crate) struct Series {
+    /// What it is, with its unit.
+    pub(crate) label: &'static str,
+    /// Its colour.
+    pub(crate) color: Ink,
+    /// (x, y); a `NaN` y interrupts the curve.
+    pub(crate) points: Vec<(f64, f64)>,
+}
+
+/// How a panel's series are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Drawn {
+    /// As curves.
+    Lines,
+    /// As curves that are thick within the shaded intervals (the paper's Figure 6).
+    ThickInBands,
+    /// As a histogram: x are the middles of even bins of the axis, y numbers of samples, by their logarithm.
+    Bars,
+}
+
+/// One panel of a figure.
+pub(crate) struct Panel {
+    /// Above the panel.
+    pub(crate) title: &'static str,
+    /// Beside the title.
+    pub(crate) unit: &'static str,
+    /// The curves, drawn in this order.
+    pub(crate) series: Vec<Series>,
+    /// How.
+    pub(crate) drawn: Drawn,
+}
+
+/// A place on the horizontal axis that is named.
+pub(crate) struct Mark {
+    /// Where.
+    pub(crate) x: f64,
+    /// What is there; a letter or two, above the first panel.
+    pub(crate) label: String,
+}
+
+/// A figure: panels from top to bottom.
+pub(crate) struct Figure {
+    /// Above all; nothing if empty.
+    pub(crate) title: String,
+    /// Below the horizontal axis.
+    pub(crate) x_label: &'static str,
+    /// x is drawn by its logarithm; it is then positive.
+    pub(crate) log_x: bool,
+    /// Intervals of x in which the bodies penetrate.
+    pub(crate) bands: Vec<Range<f64>>,
+    /// Named places.
+    pub(crate) marks: Vec<Mark>,
+    /// Top to bottom.
+    pub(crate) panels: Vec<Panel>,
+}
+
+/// The intervals of x over which `inside` holds, from samples in order of x.
+pub(crate) fn bands(samples: impl Iterator<Item = (f64, bool)>) -> Vec<Range<f64>> {
+    let mut bands = Vec::new();
+    let mut open: Option<Range<f64>> = None;
+    for (x, inside) in samples {
+        match (&mut open, inside) {
+            (Some(band), true) => band.end = x,
+            (None, true) => open = Some(x..x),
+            (Some(band), false) => {
+                band.end = x;
+                bands.extend(open.take());
+            }
+            (None, false) => {}
+        }
+    }
+    bands.extend(open);
+    bands
+}
+
+/// Bins of a histogram.
+const BINS: usize = 60;
+
+/// What is smaller than the largest by more powers of ten is counted with the smallest that are shown: it is rounding.
+const DECADES: f64 = 5.0;
+
+/// How many of the positive `values` lie in each of even bins of their logarithm: the middles, and the numbers.
+pub(crate) fn histogram(values: impl Iterator<Item = f64> + Clone) -> Vec<(f64, f64)> {
+    let logs = values.filter(|value| *value > 0.0 && value.is_finite()).map(f64::log10);
+    let (low, high) = logs.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+    if low > high {
+        return Vec::new();
+    }
+    let low = low.max(high - DECADES);
+    // One value only is one bin, of a tenth of a decade.
+    let width = ((high - low) / BINS as f64).max(0.1 / BINS as f64);
+    let mut counts = vec![0.0; BINS];
+    for log in logs {
+        counts[(((log - low) / width).max(0.0) as usize).min(BINS - 1)] += 1.0;
+    }
+    let middle = |k: usize| 10f64.powf(low + (k as f64 + 0.5) * width);
+    counts.into_iter().enumerate().map(|(k, count)| (middle(k), count)).collect()
+}
+
+/// Writes the figure to `path`.
+pub(crate) fn write_svg(figure: &Figure, path: &Path) -> anyhow::Result<()> {
+    std::fs::write(path, svg(figure).as_str()).with_context(|| format!("{} could not be written", path.display()))
+}
+
+impl Figure {
+    /// Points as they lie on the horizontal axis.
+    fn on_axis(&self, points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+        points.iter().map(|&(x, y)| (self.place(x), y)).collect()
+    }
+
+    /// Where x lies on the horizontal axis.
+    fn place(&self, x: f64) -> f64 {
+        if self.log_x { x.log10() } else { x }
+    }
+
+    fn x_range(&self) -> Range<f64> {
+        let series = self.panels.iter().flat_map(|panel| &panel.series);
+        let xs = series.flat_map(|series| &series.points).map(|point| self.place(point.0)).filter(|x| x.is_finite());
+        let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+        if low < high { low..high } else { 0.0..1.0 }
+    }
+}
+
+impl Panel {
+    fn y_range(&self) -> Range<f64> {
+        let values = self.series.iter().flat_map(|s| &s.points).map(|p| p.1).filter(|y| y.is_finite());
+        let (low, high) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
+        if self.drawn == Drawn::Bars {
+            return LEAST_COUNT.log10()..(1.3 * high.max(10.0)).log10();
+        }
+        if low > high {
+            return 0.0..1.0;
+        }
+        let (low, high) = (low.min(0.0), high.max(0.0));
+        let room = if high > low { 0.06 * (high - low) } else { 1.0 };
+        let floor = if low < 0.0 { low - room } else { low };
+        floor..high + room
+    }
+}
+
+/// Where bars stand on, so that one sample is seen.
+const LEAST_COUNT: f64 = 0.7;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_open_and_close_with_the_samples() {
+        let samples = [(0.0, false), (1.0, true), (2.0, true), (3.0, false), (4.0, false), (5.0, true)];
+        assert_eq!(bands(samples.into_iter()), vec![1.0..3.0, 5.0..5.0]);
+    }
+
+    #[test]
+    fn a_histogram_counts_every_positive_value_once() {
+        let values = (0..1000).map(|k| f64::from(k) - 10.0);
+        let bars = histogram(values);
+        assert_eq!(bars.len(), BINS);
+        assert_eq!(bars.iter().map(|bar| bar.1).sum::<f64>(), 989.0);
+        assert!(bars.windows(2).all(|pair| pair[0].0 < pair[1].0));
+        assert_eq!(histogram([5.0; 7].into_iter()).iter().map(|bar| bar.1).sum::<f64>(), 7.0);
+        assert!(histogram([0.0, -1.0, f64::NAN, f64::INFINITY].into_iter()).is_empty());
+    }
+}

@@ -1,0 +1,99 @@
+//! The plots of a recorded run.
+
+use glam::DVec3;
+use palpus_io::RecordRow;
+
+use super::{BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION, bands, histogram};
+
+/// What a run felt like: force, torque, contacts, separation, times.
+pub(crate) fn run_figure(name: &str, rows: &[RecordRow]) -> Figure {
+    let curve = |value: &dyn Fn(&RecordRow) -> f64| -> Vec<(f64, f64)> {
+        rows.iter().map(|row| (seconds(row), value(row))).collect()
+    };
+    let axes = |value: &dyn Fn(&RecordRow) -> DVec3| {
+        [("x", VERMILION), ("y", GREEN), ("z", BLUE)]
+            .into_iter()
+            .enumerate()
+            .map(|(axis, (label, color))| Series { label, color, points: curve(&|row| value(row)[axis]) })
+            .collect()
+    };
+    let series = |label, color, points| Series { label, color, points };
+    let panel = |title, unit, series| Panel { title, unit, series, drawn: Drawn::Lines };
+    let title =
+        if name.is_empty() { String::new() } else { format!("{name}: what the hand felt (shaded: penetrating)") };
+    Figure {
+        title,
+        x_label: "time (s)",
+        bands: bands(rows.iter().map(|row| (seconds(row), row.separation < 0.0))),
+        marks: Vec::new(),
+        log_x: false,
+        panels: vec![
+            panel("force", "N", axes(&|row| row.wrench.force)),
+            panel("torque", "mN·m", axes(&|row| row.wrench.torque * 1e3)),
+            panel(
+                "contacts and their clusters",
+                "number",
+                vec![
+                    series("contacts", BLUE, curve(&|row| f64::from(row.contacts))),
+                    series("clusters", GREEN, curve(&|row| f64::from(row.clusters))),
+                ],
+            ),
+            panel(
+                "separation: least distance, or minus the greatest depth",
+                "mm",
+                // Nothing is near where it is infinite.
+                vec![series("separation", BLUE, curve(&|row| row.separation * 1e3))],
+            ),
+            panel(
+                "contact query and force computation, the slowest 1 % cut off",
+                "µs",
+                vec![
+                    series("contact query", BLUE, cut(curve(&query_us))),
+                    series("force", VERMILION, cut(curve(&|row| row.force_us))),
+                ],
+            ),
+        ],
+    }
+}
+
+/// How long steps took, and by how much the force changed from tick to tick: how many of each.
+pub(crate) fn run_histograms(rows: &[RecordRow]) -> [Figure; 2] {
+    let one = |title, x_label, label, points| Figure {
+        title: String::new(),
+        x_label,
+        log_x: true,
+        bands: Vec::new(),
+        marks: Vec::new(),
+        panels: vec![Panel {
+            title,
+            unit: "ticks",
+            series: vec![Series { label, color: BLUE, points }],
+            drawn: Drawn::Bars,
+        }],
+    };
+    let steps = rows.windows(2).map(|pair| pair[1].wrench.force.distance(pair[0].wrench.force) * 1e3);
+    [
+        one("how long steps took", "engine step (µs)", "step", histogram(rows.iter().map(|row| row.total_us))),
+        one("by how much the force changed", "change of the force in a tick (mN)", "change", histogram(steps)),
+    ]
+}
+
+/// Tolerance query and depth: what the paper calls the contact query.
+pub(crate) fn query_us(row: &RecordRow) -> f64 {
+    row.query_us + row.depth_us.unwrap_or(0.0)
+}
+
+/// Since the run began.
+pub(crate) fn seconds(row: &RecordRow) -> f64 {
+    row.time_ns as f64 * 1e-9
+}
+
+/// The curve without what sticks out of it: the operating system's pauses would flatten all the rest.
+fn cut(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
+    let mut values: Vec<f64> = points.iter().map(|point| point.1).collect();
+    values.sort_by(f64::total_cmp);
+    if let Some(&ceiling) = values.get(values.len() * 99 / 100) {
+        points.iter_mut().for_each(|point| point.1 = point.1.min(ceiling));
+    }
+    points
+}

@@ -1,0 +1,91 @@
+//! `palpus report`: one HTML page that needs nothing else: of a recorded run, or of the whole reproduction of the paper.
+//!
+//! * `html`, `style.css` — the only place that writes tags; whatever stands in a recording is a stranger's text.
+//! * `numbers` — how numbers are said.
+//! * `pictures` — moments as pictures of few colours, light and dark.
+//! * `run` — the page of one recording.
+//! * `reproduce` — everything is run and measured, and the page of that.
+
+mod html;
+mod numbers;
+mod pictures;
+mod reproduce;
+mod run;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, bail};
+use palpus_io::scene::FilePolicy;
+
+pub(crate) use pictures::{Frame, Shot, of_moment};
+
+use self::run::Run;
+use crate::args::ReportArguments;
+use crate::output;
+
+pub(crate) fn report(arguments: &ReportArguments) -> anyhow::Result<ExitCode> {
+    let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
+    if arguments.reproduce {
+        let folder = arguments.path.as_deref().unwrap_or(Path::new(REPRODUCTION));
+        reproduce::reproduce(arguments, folder)?;
+        write(&arguments.out.clone().unwrap_or_else(|| folder.join("report.html")), &reproduce::page(folder)?)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let path = arguments.path.as_deref().unwrap_or(Path::new(RUNS));
+    if reproduce::is_in(path) {
+        write(&arguments.out.clone().unwrap_or_else(|| path.join("report.html")), &reproduce::page(path)?)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let recordings = if path.is_dir() { recordings_in(path)? } else { vec![path.to_owned()] };
+    match (&recordings[..], &arguments.out) {
+        ([], _) => bail!("{} holds no recording; `palpus run --record FILE` makes one", path.display()),
+        ([recording], out) => {
+            let out = out.clone().unwrap_or_else(|| recording.with_extension("html"));
+            write(&out, &Run::of(recording, policy)?.page()?)?;
+        }
+        (_, Some(_)) => bail!("{} holds {} recordings; name one of them with --out", path.display(), recordings.len()),
+        (several, None) => {
+            for recording in several {
+                write(&recording.with_extension("html"), &Run::of(recording, policy)?.page()?)?;
+            }
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Where recordings go when nobody says.
+const RUNS: &str = "palpus-out";
+
+/// Where a reproduction goes when nobody says.
+const REPRODUCTION: &str = "palpus-out/report";
+
+/// The recordings in a folder, by name.
+fn recordings_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
+    let entries = std::fs::read_dir(folder).with_context(|| format!("{} could not be read", folder.display()))?;
+    let mut files: Vec<PathBuf> =
+        entries.filter_map(|entry| Some(entry.ok()?.path())).filter(|p| is_recording(p)).collect();
+    files.sort();
+    Ok(files)
+}
+
+/// True if the file begins as recordings do; other tables may lie beside them.
+fn is_recording(path: &Path) -> bool {
+    use std::io::Read;
+    let mut begin = [0; FIRST_LINE.len()];
+    let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut begin));
+    read.is_ok() && begin == *FIRST_LINE
+}
+
+/// How every recording begins.
+const FIRST_LINE: &[u8; 11] = b"# format = ";
+
+fn write(path: &Path, page: &str) -> anyhow::Result<()> {
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        std::fs::create_dir_all(folder).with_context(|| format!("{} could not be created", folder.display()))?;
+    }
+    std::fs::write(path, page)
+        .with_context(|| format!("{} could not be written; name another file", path.display()))?;
+    output::line(format!("{} ({} kB): open it in any browser", path.display(), page.len().div_ceil(1000)));
+    Ok(())
+}

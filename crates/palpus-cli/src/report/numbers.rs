@@ -1,0 +1,78 @@
+//! Numbers as they are said.
+
+/// With so many digits that matter, thousands set apart, and no more zeros than needed.
+pub(super) fn said(value: f64, digits: usize) -> String {
+    if value.is_nan() {
+        return "unknown".to_owned();
+    }
+    if !value.is_finite() {
+        return if value > 0.0 { "∞" } else { "−∞" }.to_owned();
+    }
+    if value == 0.0 {
+        return "0".to_owned();
+    }
+    let size = value.abs().log10().floor() as i32;
+    if !(SMALL..=LARGE).contains(&size) {
+        return format!("{value:.*e}", digits.saturating_sub(1)).replace('-', "−");
+    }
+    let decimals = (digits as i32 - 1 - size).max(0) as usize;
+    grouped(&format!("{value:.decimals$}"))
+}
+
+/// Powers of ten beyond which a number is said by its power.
+const SMALL: i32 = -5;
+const LARGE: i32 = 8;
+
+/// A count.
+pub(super) fn counted(count: u64) -> String {
+    grouped(&count.to_string())
+}
+
+/// How many of what: `1 contact`, `2 contacts`.
+pub(super) fn number_of(count: u64, one: &str) -> String {
+    format!("{} {one}{}", counted(count), if count == 1 { "" } else { "s" })
+}
+
+/// A minus that is one, and a thin space at the thousands from five digits on.
+fn grouped(text: &str) -> String {
+    let (sign, digits) = text.strip_prefix('-').map_or(("", text), |rest| ("−", rest));
+    let whole = digits.split('.').next().unwrap_or(digits);
+    let mut said = sign.to_owned();
+    for (k, digit) in whole.chars().enumerate() {
+        if k > 0 && whole.len() > 4 && (whole.len() - k).is_multiple_of(3) {
+            said.push('\u{202f}');
+        }
+        said.push(digit);
+    }
+    said + &digits[whole.len()..]
+}
+
+/// A share of a time: seconds, or minutes and seconds.
+pub(super) fn duration(seconds: f64) -> String {
+    if seconds < 100.0 {
+        return format!("{} s", said(seconds, 2));
+    }
+    format!("{:.0} min {:.0} s", (seconds / 60.0).floor(), seconds % 60.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn digits_that_matter_are_said() {
+        for (value, digits, text) in [
+            (0.0, 3, "0"),
+            (1234.5, 3, "1234"),
+            (-12_345.6, 3, "−12\u{202f}346"),
+            (0.012_345, 3, "0.0123"),
+            (1.2345e-7, 2, "1.2e−7"),
+            (f64::INFINITY, 2, "∞"),
+            (f64::NAN, 2, "unknown"),
+        ] {
+            assert_eq!(said(value, digits), text);
+        }
+        assert_eq!((counted(906_016).as_str(), number_of(1, "tick").as_str()), ("906\u{202f}016", "1 tick"));
+        assert_eq!(duration(125.0), "2 min 5 s");
+    }
+}

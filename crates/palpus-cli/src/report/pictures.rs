@@ -1,0 +1,110 @@
+//! Pictures of a moment for a page: light and dark, of few colours, whole or near the contacts.
+
+use std::sync::Arc;
+
+use anyhow::Context;
+use glam::DVec3;
+use palpus_window::{Camera, Look, Moment, Scene, ShownBody, Solid, Style, Theme, Unit, View, paint};
+
+use super::numbers::{number_of, said};
+use crate::stage::Stage;
+
+/// The same picture twice, as PNG files.
+pub(crate) struct Shots {
+    pub(crate) light: Vec<u8>,
+    pub(crate) dark: Vec<u8>,
+}
+
+/// What of a scene is in the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Frame {
+    /// Both bodies.
+    Whole,
+    /// What is about the contacts.
+    Contacts,
+}
+
+/// How a moment is to be seen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shot {
+    pub(crate) frame: Frame,
+    pub(crate) view: View,
+    /// Of the longest turning arrow, N·m.
+    pub(crate) torque_max: f64,
+    /// As the paper's Figure 4 has it: forces of clusters in the colours of contacts, and nothing else.
+    pub(crate) as_in_the_paper: bool,
+}
+
+/// Pixels.
+const WIDTH: usize = 960;
+const HEIGHT: usize = 600;
+/// The arrows of a picture are as long as they may be for the largest force in it, but not for less than this, N.
+const LEAST_FORCE_SCALE: f64 = 0.1;
+/// Of the probe's size: at least so much about the contacts is in the picture to each side.
+const LEAST_REACH: f64 = 0.16;
+/// Of the farthest contact: so much farther reaches the picture.
+const MARGIN: f64 = 1.4;
+
+/// Paints `moment` of the stage.
+pub(crate) fn of_moment(stage: &Stage, moment: &Moment, shot: &Shot) -> anyhow::Result<Shots> {
+    let probe = Arc::new(Solid::of_body(&stage.probe));
+    let environment = Arc::new(Solid::of_body(&stage.environment));
+    let paint_in = |theme: Theme| -> anyhow::Result<Vec<u8>> {
+        let [of_probe, of_environment] = ShownBody::colours(theme);
+        let shown = |solid: &Arc<Solid>, pose, colour, translucent| ShownBody {
+            solid: Arc::clone(solid),
+            pose,
+            colour,
+            look: Look { translucent, ..Look::default() },
+        };
+        let largest = moment.clusters.iter().map(|cluster| cluster.force.length()).fold(0.0, f64::max);
+        let scene = Scene {
+            bodies: vec![
+                shown(&probe, stage.environment_pose * moment.tool, of_probe, false),
+                // What happens is mostly behind it.
+                shown(&environment, stage.environment_pose, of_environment, true),
+            ],
+            moment_pose: stage.environment_pose,
+            force_scale: largest.max(moment.wrench.force.length()).max(LEAST_FORCE_SCALE),
+            torque_scale: shot.torque_max,
+            moment: Some(moment.clone()),
+            unit: Unit::Metre,
+            ..Scene::default()
+        };
+        let aspect = WIDTH as f64 / HEIGHT as f64;
+        let camera = match about_contacts(stage, moment).filter(|_| shot.frame == Frame::Contacts) {
+            Some(corners) => Camera::framing(corners.into_iter(), shot.view, aspect),
+            None => Camera::framing(scene.corners(), shot.view, aspect),
+        };
+        // Words stand beside pictures, where they can be read at any size.
+        let all = Style { theme, words: false, ..Style::default() };
+        let paper = Style { clusters_as_contacts: true, wrench: false, anchors: false, ..all };
+        let style = if shot.as_in_the_paper { paper } else { all };
+        paint(&scene, &camera, &style, WIDTH, HEIGHT).small_png().context("a picture could not be packed")
+    };
+    Ok(Shots { light: paint_in(Theme::Light)?, dark: paint_in(Theme::Dark)? })
+}
+
+/// Corners of a box about all contacts, world.
+fn about_contacts(stage: &Stage, moment: &Moment) -> Option<Vec<DVec3>> {
+    let points: Vec<DVec3> =
+        moment.contacts.iter().map(|contact| stage.environment_pose.point(contact.point)).collect();
+    let low = points.iter().copied().reduce(DVec3::min)?;
+    let high = points.iter().copied().reduce(DVec3::max)?;
+    let half = (MARGIN * 0.5 * (high - low).length()).max(LEAST_REACH * stage.probe.size());
+    let middle = 0.5 * (low + high);
+    let sign = |bit: usize| if bit == 0 { -half } else { half };
+    Some((0..8).map(|k| middle + DVec3::new(sign(k & 1), sign(k & 2), sign(k & 4))).collect())
+}
+
+/// What is to be seen, in words.
+pub(super) fn caption(moment: &Moment) -> String {
+    format!(
+        "{} s: {} in {}, {} N and {} mN·m at the grip",
+        said(moment.time, 4),
+        number_of(moment.contact_count as u64, "contact"),
+        number_of(moment.clusters.len() as u64, "cluster"),
+        said(moment.wrench.force.length(), 3),
+        said(moment.wrench.torque.length() * 1e3, 3)
+    )
+}

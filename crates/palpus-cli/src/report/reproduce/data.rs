@@ -1,0 +1,83 @@
+//! What the steps left behind, as the page needs it. What is not there is simply none.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+
+use super::ran::{FILE, Outcome, Ran};
+
+/// The folder of a reproduction.
+pub(super) struct Data<'a> {
+    pub(super) folder: &'a Path,
+}
+
+impl Data<'_> {
+    pub(super) fn path(&self, id: &str, file: &str) -> PathBuf {
+        self.folder.join("data").join(id).join(file)
+    }
+
+    pub(super) fn bytes(&self, id: &str, file: &str) -> Option<Vec<u8>> {
+        fs::read(self.path(id, file)).ok()
+    }
+
+    pub(super) fn text(&self, id: &str, file: &str) -> Option<String> {
+        fs::read_to_string(self.path(id, file)).ok()
+    }
+
+    pub(super) fn json<T: DeserializeOwned>(&self, id: &str, file: &str) -> Option<T> {
+        serde_json::from_str(&self.text(id, file)?).ok()
+    }
+
+    /// What came of a step.
+    pub(super) fn ran(&self, id: &str) -> Option<Ran> {
+        self.json(id, FILE)
+    }
+
+    pub(super) fn is_done(&self, id: &str) -> bool {
+        self.ran(id).is_some_and(|ran| ran.outcome == Outcome::Done)
+    }
+
+    /// The columns of a table of numbers, by name.
+    pub(super) fn columns(&self, id: &str, file: &str) -> Option<Columns> {
+        let text = self.text(id, file)?;
+        let mut lines = text.lines();
+        let names: Vec<String> = lines.next()?.split(',').map(str::to_owned).collect();
+        let row = |line: &str| line.split(',').map(|cell| cell.parse().unwrap_or(f64::NAN)).collect::<Vec<f64>>();
+        Some(Columns { names, rows: lines.map(row).collect() })
+    }
+}
+
+/// A table of numbers.
+pub(super) struct Columns {
+    names: Vec<String>,
+    rows: Vec<Vec<f64>>,
+}
+
+impl Columns {
+    /// The values under a name; none if it is not there.
+    pub(super) fn of(&self, name: &str) -> Vec<f64> {
+        let place = self.names.iter().position(|known| known == name);
+        let value = |row: &Vec<f64>| place.and_then(|place| row.get(place)).copied();
+        self.rows.iter().filter_map(value).collect()
+    }
+}
+
+/// The least value that `share` of all are not above; no number of none.
+pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
+    let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    sorted.sort_by(f64::total_cmp);
+    let place = (share * sorted.len() as f64).ceil() as usize;
+    sorted.get(place.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(f64::NAN)
+}
+
+/// A number within a document, by the names on the way to it.
+pub(super) fn number(document: &Value, way: &[&str]) -> Option<f64> {
+    way.iter().try_fold(document, |value, name| value.get(name))?.as_f64()
+}
+
+/// A text within a document.
+pub(super) fn word<'v>(document: &'v Value, way: &[&str]) -> Option<&'v str> {
+    way.iter().try_fold(document, |value, name| value.get(name))?.as_str()
+}

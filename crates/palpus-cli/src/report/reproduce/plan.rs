@@ -1,0 +1,280 @@
+//! What is run for a reproduction: one command of this program a step, or a script that sets others beside it. Steps run one after another:
+//! most of them measure times.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// What a reproduction is to do.
+pub(super) struct Wanted<'a> {
+    /// Absolute.
+    pub(super) out: &'a Path,
+    /// Meshes that are not ours to give away.
+    pub(super) models: Option<&'a Path>,
+    pub(super) quick: bool,
+}
+
+/// A command, and what it is for.
+pub(super) struct Step {
+    /// Also the name of its folder in `data`.
+    pub(super) id: &'static str,
+    pub(super) what: &'static str,
+    /// About so many seconds on two quiet cores.
+    pub(super) about: f64,
+    /// What to run, or why not.
+    pub(super) command: Result<Invocation, String>,
+    /// Its exit status says something else than that it failed.
+    pub(super) may_fail: bool,
+}
+
+/// A program and its arguments, as they are and as they are shown.
+pub(super) struct Invocation {
+    pub(super) program: OsString,
+    pub(super) arguments: Vec<OsString>,
+    pub(super) shown: String,
+}
+
+impl Invocation {
+    fn new(program: impl Into<OsString>, shown: &str) -> Self {
+        Self { program: program.into(), arguments: Vec::new(), shown: shown.to_owned() }
+    }
+
+    fn arg(mut self, argument: &str) -> Self {
+        self.arguments.push(argument.into());
+        self.shown += " ";
+        self.shown += argument;
+        self
+    }
+
+    fn args(self, arguments: &[&str]) -> Self {
+        arguments.iter().fold(self, |invocation, argument| invocation.arg(argument))
+    }
+
+    /// A path that is shown by another name: where things lie is nobody's business.
+    fn path(mut self, path: impl Into<OsString>, shown: &str) -> Self {
+        self.arguments.push(path.into());
+        self.shown += " ";
+        self.shown += shown;
+        self
+    }
+}
+
+/// Pairs that are timed beside Coal, with ticks of palpus and of Coal, and about how long that takes, s. Coal needs up to a second a tick.
+pub(super) const PAIRS: [(&str, &str, [u32; 2], f64); 6] = [
+    ("coal-spoon-cup", "spoon-cup", [20_000, 2000], 6.0),
+    ("coal-armadillo-intestine", "armadillo-intestine", [20_000, 1000], 25.0),
+    ("coal-nut-bolt", "nut-bolt", [1000, 10], 60.0),
+    ("coal-gears", "gears", [4000, 10], 25.0),
+    ("coal-drill-blade", "drill-blade", [2000, 100], 60.0),
+    ("coal-lucy-embryo", "lucy-embryo", [2000, 200], 90.0),
+];
+
+/// The first of [`PAIRS`] is quick.
+const QUICK_PAIR: [u32; 2] = [4000, 500];
+
+/// The steps of [`plan`], in their order.
+pub(super) const STEPS: [&str; 14] = [
+    "doctor",
+    "figures",
+    "run",
+    "depth",
+    "feel",
+    "triangles",
+    "contacts",
+    PAIRS[0].0,
+    PAIRS[1].0,
+    PAIRS[2].0,
+    PAIRS[3].0,
+    PAIRS[4].0,
+    PAIRS[5].0,
+    "convex",
+];
+
+/// Everything, in the order in which it is run.
+pub(super) fn plan(wanted: &Wanted<'_>) -> Vec<Step> {
+    let quick = wanted.quick;
+    let mut steps = vec![doctor(wanted), figures(wanted), run(wanted)];
+    steps.push(Step {
+        id: "depth",
+        what: "penetration depth: the walk against the proof",
+        about: 10.0,
+        command: Ok(wanted.palpus(&["bench", "depth", "--out"]).path(wanted.folder("depth"), "DIR/data/depth")),
+        may_fail: false,
+    });
+    let feel = wanted.palpus(&["bench", "feel", "--out"]).path(wanted.folder("feel"), "DIR/data/feel");
+    steps.push(Step {
+        id: "feel",
+        what: "what contact feels like: every method on every scene in every hand",
+        about: if quick { 25.0 } else { 290.0 },
+        command: Ok(if quick { feel.arg("--quick") } else { feel }),
+        may_fail: false,
+    });
+    steps.extend(scale(wanted));
+    steps.extend(pairs(wanted));
+    steps.push(convex(wanted));
+    steps
+}
+
+impl Wanted<'_> {
+    /// Where a step leaves its files.
+    pub(super) fn folder(&self, id: &str) -> PathBuf {
+        self.out.join("data").join(id)
+    }
+
+    /// This program with arguments.
+    fn palpus(&self, arguments: &[&str]) -> Invocation {
+        // A program that has been replaced since it was started is found by its name, as a user would.
+        let program = std::env::current_exe().unwrap_or_else(|_| "palpus".into());
+        Invocation::new(program, "palpus").args(arguments)
+    }
+}
+
+fn doctor(wanted: &Wanted<'_>) -> Step {
+    let seconds = if wanted.quick { "1.5" } else { "5" };
+    Step {
+        id: "doctor",
+        what: "is this machine fit for 1 kHz",
+        about: if wanted.quick { 4.0 } else { 11.0 },
+        command: Ok(wanted.palpus(&["doctor", "--json", "--duration", seconds])),
+        may_fail: true,
+    }
+}
+
+fn figures(wanted: &Wanted<'_>) -> Step {
+    let command = wanted.palpus(&["bench", "figures", "--out"]).path(wanted.folder("figures"), "DIR/data/figures");
+    let command = match wanted.models {
+        Some(models) if !wanted.quick => command.arg("--models").path(models, "MODELS"),
+        _ => command,
+    };
+    Step {
+        id: "figures",
+        what: "the paper's Table 1 and Figures 4, 5 and 6",
+        about: if wanted.quick { 10.0 } else { 20.0 },
+        command: Ok(command),
+        may_fail: false,
+    }
+}
+
+fn run(wanted: &Wanted<'_>) -> Step {
+    let seconds = if wanted.quick { "3" } else { "10" };
+    Step {
+        id: "run",
+        what: "a spoon in a cup at 1 kHz in real time",
+        about: if wanted.quick { 4.0 } else { 11.0 },
+        command: Ok(wanted
+            .palpus(&["run", "spoon-cup", "--headless", "--duration", seconds, "--record"])
+            .path(wanted.folder("run").join("run.csv"), "DIR/data/run/run.csv")),
+        may_fail: false,
+    }
+}
+
+fn scale(wanted: &Wanted<'_>) -> Vec<Step> {
+    let sweep = |id: &'static str, what, only: &str, about| {
+        let command = wanted.palpus(&["bench", "scale", "--only", only, "--out"]);
+        let command = command.path(wanted.folder(id), &format!("DIR/data/{id}"));
+        let command = if wanted.quick { command.args(&["--ticks", "2000", "--passes", "2"]) } else { command };
+        let too_long = wanted.quick && only == "triangles";
+        let why = || "preparing 906 000 triangles takes longer than a quick reproduction".to_owned();
+        Step { id, what, about, command: if too_long { Err(why()) } else { Ok(command) }, may_fail: false }
+    };
+    let about = |full| if wanted.quick { 10.0 } else { full };
+    vec![
+        sweep("triangles", "the engine step against the number of triangles", "triangles", about(110.0)),
+        sweep("contacts", "the engine step against the number of contacts", "contacts", about(30.0)),
+    ]
+}
+
+fn pairs(wanted: &Wanted<'_>) -> Vec<Step> {
+    let missing = if wanted.models.is_none() {
+        Some("it needs --models FOLDER with the real meshes, which are not ours to give away".to_owned())
+    } else {
+        script_missing("coal_scale.py", "numpy, coal")
+    };
+    let step = |k: usize| {
+        let (id, name, ticks, about) = PAIRS[k];
+        let [ticks, of_coal] = if wanted.quick { QUICK_PAIR } else { ticks };
+        let command = match (&missing, wanted.models, wanted.quick && k > 0) {
+            (Some(why), ..) => Err(why.clone()),
+            (_, _, true) => Err("left out of a quick reproduction".to_owned()),
+            (_, None, _) => Err(String::new()),
+            (None, Some(models), false) => {
+                let program = std::env::current_exe().unwrap_or_else(|_| "palpus".into());
+                Ok(Invocation::new("python3", "python3")
+                    .arg("benches/peers/coal_scale.py")
+                    .path(program, "palpus")
+                    .path(models, "MODELS")
+                    .arg("--out")
+                    .path(wanted.folder(id), &format!("DIR/data/{id}"))
+                    .args(&["--only", name, "--ticks", &ticks.to_string(), "--coal-ticks", &of_coal.to_string()]))
+            }
+        };
+        Step { id, what: "the engine step beside Coal's query on the same poses", about, command, may_fail: false }
+    };
+    (0..PAIRS.len()).map(step).collect()
+}
+
+fn convex(wanted: &Wanted<'_>) -> Step {
+    let with_peers = script_missing("convex_peers.py", "numpy, coal, mujoco");
+    let has_cargo = runs("cargo", &["--version"]);
+    let here = Path::new("crates/palpus/benches/convex/main.rs").is_file();
+    let command = if wanted.quick {
+        Err("left out of a quick reproduction: the bench has to be built first".to_owned())
+    } else if !has_cargo || !here {
+        Err("it needs cargo, and this to be run in a clone of palpus".to_owned())
+    } else if with_peers.is_none() {
+        Ok(Invocation::new("python3", "python3")
+            .args(&["benches/peers/convex_peers.py", "--markdown"])
+            .path(wanted.folder("convex").join("convex.md"), "DIR/data/convex/convex.md"))
+    } else {
+        Ok(Invocation::new("cargo", "cargo")
+            .args(&["bench", "-q", "-p", "palpus", "--bench", "convex", "--", "--out"])
+            .path(wanted.folder("convex").join("convex.csv"), "DIR/data/convex/convex.csv"))
+    };
+    Step { id: "convex", what: "convex pairs beside parry, Coal and MuJoCo", about: 240.0, command, may_fail: false }
+}
+
+/// Why a script beside the sources cannot run, if it can't.
+fn script_missing(script: &str, modules: &str) -> Option<String> {
+    if !Path::new("benches/peers").join(script).is_file() {
+        return Some(format!("benches/peers/{script} is not here; run this in a clone of palpus"));
+    }
+    let can = runs("python3", &["-c", &format!("import {modules}")]);
+    (!can).then(|| format!("python3 with {modules} is not here (pip install {})", modules.replace(',', "")))
+}
+
+fn runs(program: &str, arguments: &[&str]) -> bool {
+    let mut command = Command::new(program);
+    command.args(arguments).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
+    command.status().is_ok_and(|status| status.success())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_shown_tells_no_places() {
+        for quick in [false, true] {
+            let wanted = Wanted { out: Path::new("/secret/out"), models: Some(Path::new("/secret/models")), quick };
+            let steps = plan(&wanted);
+            for step in &steps {
+                if let Ok(command) = &step.command {
+                    assert!(!command.shown.contains("/secret"), "{}", command.shown);
+                    assert!(
+                        command.shown.starts_with("palpus ")
+                            || command.shown.contains("python3")
+                            || command.shown.contains("cargo")
+                    );
+                }
+            }
+            assert_eq!(steps.iter().map(|step| step.id).collect::<Vec<_>>(), STEPS);
+        }
+    }
+
+    #[test]
+    fn a_reproduction_takes_less_than_twenty_minutes() {
+        let of = |quick| plan(&Wanted { out: Path::new("o"), models: Some(Path::new("m")), quick });
+        let about = |quick| of(quick).iter().filter(|step| step.command.is_ok()).map(|step| step.about).sum::<f64>();
+        assert!(about(false) < 1100.0 && about(true) < 110.0, "{} {}", about(false), about(true));
+    }
+}

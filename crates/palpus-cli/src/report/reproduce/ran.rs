@@ -1,0 +1,99 @@
+//! Runs a step and keeps what came of it beside its files, so that a page can be made of them at any time.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Stdio};
+use std::time::Instant;
+
+use anyhow::Context;
+use serde::{Deserialize, Serialize};
+
+use super::plan::{Step, Wanted};
+use super::{machine, when};
+use crate::output;
+
+/// What came of a step.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Outcome {
+    Done,
+    Failed,
+    Skipped,
+}
+
+/// A step that was dealt with.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub(super) struct Ran {
+    /// Of the reproduction: when it began. What has the same was measured in the same run.
+    pub(super) run: String,
+    pub(super) command: String,
+    pub(super) outcome: Outcome,
+    /// Why not, or what went wrong.
+    pub(super) why: String,
+    pub(super) seconds: f64,
+    pub(super) finished: String,
+    /// Load average when it began: what else the machine had to do.
+    pub(super) load: Option<f64>,
+    pub(super) quick: bool,
+}
+
+/// The file in a step's folder.
+pub(super) const FILE: &str = "ran.json";
+/// What the command printed.
+pub(super) const SAID: &str = "said.txt";
+
+/// Runs the step. It may fail: that is said on the page, and the others go on.
+pub(super) fn run(step: &Step, wanted: &Wanted<'_>, run: &str) -> anyhow::Result<Ran> {
+    let folder = wanted.folder(step.id);
+    // What an earlier run left must not stand for this one.
+    if folder.exists() {
+        fs::remove_dir_all(&folder).with_context(|| format!("{} could not be emptied", folder.display()))?;
+    }
+    fs::create_dir_all(&folder).with_context(|| format!("{} could not be created", folder.display()))?;
+    let begin = Instant::now();
+    let load = machine::load();
+    let (command, outcome, why) = match &step.command {
+        Err(why) => (String::new(), Outcome::Skipped, why.clone()),
+        Ok(invocation) => {
+            let said = fs::File::create(folder.join(SAID)).context("what a step prints could not be kept")?;
+            let mut command = Command::new(&invocation.program);
+            command.args(&invocation.arguments).stdin(Stdio::null()).stdout(said);
+            // A window would wait to be closed.
+            command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+            let (outcome, why) = match command.status() {
+                Ok(status) if status.success() || step.may_fail => (Outcome::Done, String::new()),
+                Ok(status) => (Outcome::Failed, format!("it ended with {status}")),
+                Err(error) => (Outcome::Failed, format!("it could not be started: {error}")),
+            };
+            (invocation.shown.clone(), outcome, why)
+        }
+    };
+    let ran = Ran {
+        run: run.to_owned(),
+        command,
+        outcome,
+        why,
+        seconds: begin.elapsed().as_secs_f64(),
+        finished: when::now(),
+        load,
+        quick: wanted.quick,
+    };
+    keep(&folder.join(FILE), &ran)?;
+    Ok(ran)
+}
+
+/// Writes `value` as JSON.
+pub(super) fn keep(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
+    let text = serde_json::to_string_pretty(value)?;
+    fs::write(path, text).with_context(|| format!("{} could not be written", path.display()))
+}
+
+/// Tells the user how far it is.
+pub(super) fn tell(k: usize, count: usize, step: &Step) {
+    match &step.command {
+        Ok(invocation) => {
+            output::note(format!("[{}/{count}] {} (about {:.0} s): {}", k + 1, step.what, step.about, invocation.shown))
+        }
+        Err(why) => output::note(format!("[{}/{count}] {} is left out: {why}", k + 1, step.id)),
+    }
+}

@@ -1,0 +1,328 @@
+//! The sections beyond the paper: a run in real time, feel, scale, peers, penetration depth; and what all of it ran on.
+
+use palpus_io::scene::FilePolicy;
+use serde_json::Value;
+
+use super::data::{Data, number, word};
+use super::plan::{PAIRS, STEPS};
+use super::ran::{Outcome, Ran, SAID};
+use super::stored::{CONVEX, MEASURED_ON, SCALE, only, tables};
+use super::{Reproduction, origin};
+use crate::report::html::{Html, Table, Tone};
+use crate::report::numbers::{duration, said};
+use crate::report::run::Run;
+
+/// The closed loop in real time on this machine.
+pub(super) fn run(html: &mut Html, data: &Data<'_>, run: &str) -> anyhow::Result<()> {
+    let recording = data.path("run", "run.csv");
+    let read = recording.is_file().then(|| Run::of(&recording, FilePolicy::Inside)).transpose()?;
+    html.section("run", "A spoon in a cup at 1 kHz, in real time", |section| {
+        section.paragraph(
+            "The closed loop as a user meets it: a simulated device in a simulated hand, an ordinary thread of this machine, palpus's default \
+             rendering. `palpus report` makes a page of its own of any recording.",
+        );
+        origin(section, data, "run", run);
+        if let Some(read) = &read {
+            read.badges(section);
+            read.tiles(section);
+            read.plots(section);
+        }
+    });
+    Ok(())
+}
+
+/// Figures of feel.
+pub(super) fn feel(html: &mut Html, data: &Data<'_>, run: &str) {
+    html.section("feel", "What contact feels like", |section| {
+        section.paragraph(
+            "Every method on every scene in every simulated hand: one tick of delay, encoder steps of 0.03 mm, the pace of a logged servo. Nothing \
+             here reads a clock, so that these figures are the same on any machine, bit for bit but for its floating point. `paper`: exact linkage, \
+             direct rendering; `coupled-smooth`: palpus's default; `predicted` and `voxel`: the two earlier methods that the paper compares itself with, built \
+             from their papers; `epa`: one contact of EPA for each pair of pieces.",
+        );
+        origin(section, data, "feel", run);
+        if let Some(glance) = data.text("feel", "glance.md") {
+            for table in tables(&glance, "") {
+                section.table(&Table { title: "The figures that say the most".to_owned(), naming: 1, ..table });
+            }
+        }
+        for (file, caption) in [
+            ("rails_open.svg", "Two contacts become one: a knife slides over two ridges that draw together, depth stays the same"),
+            ("torus-torus_open.svg", "Ring in ring, the same poses for all methods"),
+        ] {
+            if let Some(svg) = data.bytes("feel", file) {
+                section.drawing(&svg, caption);
+            }
+        }
+        let Some(all) = data.text("feel", "feel.md") else { return };
+        for table in tables(&all, "What contact feels like") {
+            let title = match table.title.as_str() {
+                "Open loop" => "All scenes, open loop: the same poses for all methods",
+                "In a normal hand" => "All scenes in a normal hand",
+                "Nobody holds it" => "Scenes in which nobody holds the probe",
+                _ => "",
+            };
+            section.folded(title, |inner| {
+                inner.table(&Table { title: String::new(), naming: 2, ..table });
+            });
+        }
+    });
+}
+
+/// The step against triangles and contacts.
+pub(super) fn scale(html: &mut Html, data: &Data<'_>, run: &str) {
+    html.section("scale", "What a step depends on", |section| {
+        section.paragraph(
+            "A ball of 4 cm slides on a torus as a scanner would leave it. Against triangles: of 1 k to 906 k triangles, with the tolerance at which \
+             4 contacts are felt on each. Against contacts: at 100 k triangles, the tolerance growing. A step is query, depth and force.",
+        );
+        for (id, caption) in [("triangles", "The step against triangles"), ("contacts", "The step against contacts")] {
+            section.heading(caption);
+            origin(section, data, id, run);
+            if let Some(svg) = data.bytes(id, &format!("{id}.svg")) {
+                section.drawing(&svg, "");
+            }
+            let Some(rows) = data.json::<Vec<Value>>(id, &format!("{id}.json")) else { continue };
+            section.table(&Table {
+                head: ["", "triangles", "tolerance (mm)", "contacts a tick", "half of all (µs)", "99 %", "99.9 %", "largest"]
+                    .map(str::to_owned)
+                    .to_vec(),
+                rows: rows.iter().map(scale_row).collect(),
+                naming: 1,
+                ..Table::default()
+            });
+        }
+    });
+}
+
+fn scale_row(row: &Value) -> Vec<String> {
+    let value =
+        |name: &str, factor: f64, digits| number(row, &[name]).map_or(String::new(), |n| said(n * factor, digits));
+    vec![
+        word(row, &["name"]).unwrap_or("").to_owned(),
+        value("triangles_b", 1.0, 6),
+        value("tolerance", 1e3, 3),
+        value("contacts", 1.0, 3),
+        value("p50", 1.0, 3),
+        value("p99", 1.0, 3),
+        value("p999", 1.0, 3),
+        value("max", 1.0, 3),
+    ]
+}
+
+/// Real pairs beside Coal.
+pub(super) fn pairs(html: &mut Html, data: &Data<'_>, run: &str) {
+    html.section("pairs", "Real pairs, beside Coal", |section| {
+        section.paragraph(
+            "The engine's step (query, depth and force) in sustained contact beside Coal's OBB-tree tolerance query on the same poses in the same \
+             process of measuring; microseconds. Coal counts pairs of triangles, palpus pairs of convex pieces. Of each tick the least of three passes; the cost \
+             of an empty call through Python is subtracted from Coal's.",
+        );
+        let measured: Vec<Table> = PAIRS
+            .iter()
+            .filter(|(id, ..)| data.is_done(id))
+            .filter_map(|(id, ..)| tables(&data.text(id, "coal_scale.md")?, "").into_iter().next())
+            .collect();
+        if let Some(first) = measured.first() {
+            let done = PAIRS.iter().find(|(id, ..)| data.is_done(id)).map_or("", |(id, ..)| *id);
+            origin(section, data, done, run);
+            let rows = measured.iter().flat_map(|table| table.rows.clone()).collect();
+            section.table(&Table { title: "Measured by this reproduction (µs)".to_owned(), rows, naming: 1, ..first.clone() });
+        }
+        if measured.len() < PAIRS.len() {
+            for table in tables(SCALE, "Real pairs") {
+                if measured.is_empty() {
+                    origin(section, data, PAIRS[0].0, run);
+                }
+                let is_new = |row: &[String]| !measured.iter().any(|table| names_same(&table.rows, row));
+                let rest = only(table, is_new);
+                is_stored(section, "docs/scale.md");
+                section.table(&Table { title: "From the documents (µs)".to_owned(), naming: 1, ..rest });
+            }
+        }
+    });
+}
+
+/// A pair's name is written with either dash.
+fn names_same(rows: &[Vec<String>], row: &[String]) -> bool {
+    let plain = |name: &str| name.replace('–', "-");
+    rows.iter().any(|known| known.first().map(|name| plain(name)) == row.first().map(|name| plain(name)))
+}
+
+fn is_stored(html: &mut Html, file: &str) {
+    html.element("p", "origin", |p| {
+        p.badge(Tone::Warning, &format!("not measured in this run: figures of {MEASURED_ON}"));
+        p.prose(&format!("from `{file}`, measured on a quiet 2-core x86-64 machine"));
+    });
+}
+
+/// Penetration depth and distance of convex pairs, beside others.
+pub(super) fn convex(html: &mut Html, data: &Data<'_>, run: &str) {
+    html.section("convex", "Convex pairs, beside parry, Coal and MuJoCo", |section| {
+        section.paragraph(
+            "Penetration depth and distance of two convex hulls, microseconds, half of all poses / 99 %. Along coherent motion, which is what a hand \
+             does, palpus's walk starts where it ended; `proven` adds the certificate that no direction is shorter. The paper says about 100 µs for a depth on its \
+             machine, regardless of the hulls' size.",
+        );
+        origin(section, data, "convex", run);
+        let measured = data.text("convex", "convex.md").filter(|_| data.is_done("convex"));
+        let all = match &measured {
+            Some(text) => tables(text, ""),
+            None => tables(CONVEX, ""),
+        };
+        if measured.is_none() {
+            if let Some(table) = parry_alone(data) {
+                section.table(&table);
+            }
+            is_stored(section, "benches/peers/convex_peers.md");
+        }
+        for table in &all {
+            let rolling = only(table.clone(), |row| matches!(row.get(1).map(String::as_str), Some("rolling" | "apart")));
+            section.table(&Table { naming: 2, ..rolling });
+        }
+        section.folded("All motions: sliding, rolling, deep, and without history (cold)", |inner| {
+            for table in all {
+                inner.table(&Table { naming: 2, ..table });
+            }
+        });
+    });
+}
+
+/// What the bench alone leaves, where Python's peers are not here.
+fn parry_alone(data: &Data<'_>) -> Option<Table> {
+    let text = data.text("convex", "convex.csv")?;
+    let row = |line: &str| {
+        let cells: Vec<&str> = line.split(',').collect();
+        let micros =
+            |k: usize| cells.get(k).and_then(|ns| ns.parse::<f64>().ok()).map_or(String::new(), |ns| said(ns / 1e3, 3));
+        let name = |k: usize| cells.get(k).copied().unwrap_or("").to_owned();
+        vec![name(0), name(1), name(2), micros(4), micros(5)]
+    };
+    Some(Table {
+        title: "palpus and parry".to_owned(),
+        head: ["shape", "motion", "method", "half of all (µs)", "99 %"].map(str::to_owned).to_vec(),
+        rows: text.lines().skip(1).map(row).collect(),
+        naming: 3,
+    })
+}
+
+/// How often the walk is only local, and what the blend of witnesses does.
+pub(super) fn depth(html: &mut Html, data: &Data<'_>, run: &str) {
+    html.section("depth", "Penetration depth: how true, how smooth", |section| {
+        section.paragraph(
+            "The paper's walk finds a local minimum of the depth, often the least there is. How often it is not, from a cold start, for random poses of two \
+             rounded hulls of 100 vertices; and what the blended contact point does that an exact one cannot: move continuously while a box tilts through \
+             flat on a table.",
+        );
+        origin(section, data, "depth", run);
+        if let Some(svg) = data.bytes("depth", "depth_local.svg") {
+            section.drawing(&svg, "By how much the walk misses the least depth, the worst twentieth of all poses");
+        }
+        if let Some(svg) = data.bytes("depth", "depth_witness.svg") {
+            section.drawing(&svg, "Where a tilting box touches a table: exactly, and blended over 5°");
+        }
+        if let Some(text) = data.text("depth", SAID) {
+            section.said(text.lines().next().unwrap_or(""));
+        }
+    });
+}
+
+/// Machine, versions, and every command.
+pub(super) fn made(html: &mut Html, data: &Data<'_>, reproduction: &Reproduction) {
+    html.section("made", "How this was made", |section| {
+        section.paragraph(&format!(
+            "`{}`, begun {}, took {}. DIR is the folder of the reproduction, MODELS the folder with the real meshes.",
+            reproduction.command,
+            reproduction.run,
+            duration(reproduction.seconds)
+        ));
+        section.heading("Machine");
+        section.facts(&[&reproduction.machine[..], &from_doctor(data)[..]].concat());
+        section.heading("Program");
+        section.facts(&reproduction.versions);
+        section.heading("Seeds");
+        section.facts(&SEEDS.map(|(what, seed)| (what.to_owned(), seed.to_owned())));
+        section.heading("Commands, in their order");
+        let row = |id: &&'static str| data.ran(id).map(|ran| command_row(id, &ran, &reproduction.run));
+        section.table(&Table {
+            head: ["step", "command", "what came of it", "took", "load when it began"].map(str::to_owned).to_vec(),
+            rows: STEPS.iter().filter_map(row).collect(),
+            naming: 3,
+            ..Table::default()
+        });
+    });
+}
+
+/// Of everything that is random.
+const SEEDS: [(&str, &str); 6] = [
+    ("scripted hands' tremor", "5 and others, in palpus-scenes"),
+    ("the servo's pace in the feel suite", "0xfee1_0001"),
+    ("penetration depth: shapes and poses", "0xdeb7_0001"),
+    ("scale: the sides from which the ball comes", "0x5ca1_e002"),
+    ("pairs: the sides from which bodies meet", "0x5ca1_e001"),
+    ("convex pairs: shapes and poses", "0x5eed_c03e"),
+];
+
+fn command_row(id: &str, ran: &Ran, run: &str) -> Vec<String> {
+    let what = match ran.outcome {
+        Outcome::Done if ran.run == run => "measured in this run".to_owned(),
+        Outcome::Done => format!("measured on {}", ran.finished),
+        Outcome::Failed => format!("failed: {}", ran.why),
+        Outcome::Skipped => format!("left out: {}", ran.why),
+    };
+    let took = if ran.outcome == Outcome::Skipped { String::new() } else { duration(ran.seconds) };
+    let command = if ran.command.is_empty() { String::new() } else { format!("`{}`", ran.command) };
+    vec![id.to_owned(), command, what, took, ran.load.map_or(String::new(), |load| said(load, 2))]
+}
+
+/// What the doctor found.
+fn from_doctor(data: &Data<'_>) -> Vec<(String, String)> {
+    let Some(found) = data.json::<Value>("doctor", SAID) else { return Vec::new() };
+    let mut facts = Vec::new();
+    let mut add = |name: &str, value: String| facts.push((name.to_owned(), value));
+    if let Some(words) = word(&found, &["verdict", "words"]) {
+        let notes = found.get("verdict").and_then(|verdict| verdict.get("notes")).and_then(Value::as_array);
+        let notes: Vec<&str> = notes.into_iter().flatten().filter_map(|note| word(note, &["what"])).collect();
+        add("verdict of the doctor", [vec![words], notes].concat().join(" · "));
+    }
+    let micros = |way: &[&str]| number(&found, way).map_or_else(|| "?".to_owned(), |us| format!("{} µs", said(us, 3)));
+    add(
+        "a bare timer at 1 kHz is late by",
+        format!(
+            "{} (half), {} (99.9 %), {} (worst)",
+            micros(&["timer", "p50_us"]),
+            micros(&["timer", "p999_us"]),
+            micros(&["timer", "max_us"])
+        ),
+    );
+    let governors = found.get("machine").and_then(|machine| machine.get("governors"));
+    add(
+        "governor",
+        governors.and_then(Value::as_array).map_or_else(|| "not known here".to_owned(), |all| governor_names(all)),
+    );
+    if let Some(is) = found.get("machine").and_then(|m| m.get("real_time_kernel")).and_then(Value::as_bool) {
+        add("real-time kernel", if is { "yes" } else { "no" }.to_owned());
+    }
+    if let Some(is) = found.get("machine").and_then(|m| m.get("virtual_machine")).and_then(Value::as_bool) {
+        add("virtual machine", if is { "yes" } else { "no" }.to_owned());
+    }
+    if let Some(cores) = number(&found, &["load", "others_cores"]) {
+        add("other programs kept busy meanwhile", format!("{} cores", said(cores, 2)));
+    }
+    facts
+}
+
+fn governor_names(all: &[Value]) -> String {
+    let name = |governor: &Value| governor.get(0).and_then(Value::as_str).map(str::to_owned);
+    all.iter().filter_map(name).collect::<Vec<_>>().join(", ")
+}
+
+/// The doctor's word on the machine, as a badge; nothing if it was not asked.
+pub(super) fn fitness(data: &Data<'_>) -> Option<(Tone, &'static str)> {
+    let found = data.json::<Value>("doctor", SAID)?;
+    match word(&found, &["verdict", "fitness"])? {
+        "fit" => Some((Tone::Good, "machine fit for 1 kHz")),
+        "fit_with_notes" => Some((Tone::Plain, "machine fit for 1 kHz, with notes")),
+        _ => Some((Tone::Warning, "machine not fit for 1 kHz as it was")),
+    }
+}

@@ -1,0 +1,50 @@
+//! The date, as much of the calendar as a report needs.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// Now, as `2026-11-21 10:30 UTC`.
+pub(super) fn now() -> String {
+    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    said(seconds)
+}
+
+fn said(seconds: u64) -> String {
+    let (year, month, day) = date(seconds / 86_400);
+    let minutes = seconds / 60;
+    format!("{year}-{month:02}-{day:02} {:02}:{:02} UTC", minutes / 60 % 24, minutes % 60)
+}
+
+/// The Gregorian date so many days after 1970-01-01. Years begin in March, so that the leap day is a year's last.
+fn date(days: u64) -> (u64, u64, u64) {
+    let days = days + DAYS_TO_1970;
+    let era = days / DAYS_OF_400_YEARS;
+    let of_era = days % DAYS_OF_400_YEARS;
+    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let from_march = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * from_march + 2) / 5 + 1;
+    let month = if from_march < 10 { from_march + 3 } else { from_march - 9 };
+    (era * 400 + year_of_era + u64::from(month <= 2), month, day)
+}
+
+/// From 1 March of the year 0.
+const DAYS_TO_1970: u64 = 719_468;
+const DAYS_OF_400_YEARS: u64 = 146_097;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_the_calendars() {
+        for (seconds, text) in [
+            (0, "1970-01-01 00:00 UTC"),
+            (951_782_400, "2000-02-29 00:00 UTC"),
+            (1_709_251_199, "2024-02-29 23:59 UTC"),
+            (4_102_444_800, "2100-01-01 00:00 UTC"),
+        ] {
+            assert_eq!(said(seconds), text);
+        }
+        assert!(now().ends_with(" UTC"));
+    }
+}

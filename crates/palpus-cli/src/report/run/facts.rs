@@ -1,0 +1,171 @@
+//! What a recording says of itself, as names and values.
+
+use palpus::render::{Clustering, Saturation, Settings};
+use palpus_io::RecordingHeader;
+use palpus_io::record::SceneSource;
+use toml::Value;
+
+use super::super::numbers::said;
+
+type Facts = Vec<(String, String)>;
+
+fn fact(name: &str, value: impl Into<String>) -> (String, String) {
+    (name.to_owned(), value.into())
+}
+
+/// Which scene, which device, which version.
+pub(super) fn of_header(header: &RecordingHeader) -> Facts {
+    let scene = &header.scene;
+    let source = match &scene.source {
+        SceneSource::BuiltIn(name) => format!("{name} (built in)"),
+        SceneSource::File(path) => path.clone(),
+    };
+    vec![
+        fact("scene", source),
+        fact("device", header.device.clone()),
+        fact("rate", format!("{} Hz", said(header.rate_hz, 4))),
+        fact("probe", format!("{}, content {}", scene.probe.mesh, scene.probe.content)),
+        fact("environment", format!("{}, content {}", scene.environment.mesh, scene.environment.content)),
+        fact("unit of the mesh files", format!("{} m", said(scene.metres_per_unit, 6))),
+        fact("seed", header.seed.to_string()),
+        fact("recorded by", format!("palpus {}", header.palpus_version)),
+    ]
+}
+
+/// The scene's name as it stands above everything.
+pub(super) fn name(header: &RecordingHeader) -> &str {
+    match &header.scene.source {
+        SceneSource::BuiltIn(name) | SceneSource::File(name) => name,
+    }
+}
+
+/// The engine's settings.
+pub(super) fn of_settings(settings: &Settings) -> Facts {
+    let millimetres = |metres: f64| format!("{} mm", said(metres * 1e3, 4));
+    let degrees = |radians: f64| format!("{}°", said(radians.to_degrees(), 4));
+    let none = || "none".to_owned();
+    let grip = settings.grip_a * 1e3;
+    let mut facts = vec![
+        fact("contact tolerance", millimetres(settings.contact_tolerance)),
+        fact("cluster radius", millimetres(settings.cluster_radius)),
+        fact(
+            "clustering",
+            match settings.clustering {
+                Clustering::Linkage => "exact linkage (the paper's)",
+                Clustering::Smooth => "smooth",
+            },
+        ),
+        fact("clusters are split beyond", settings.split_angle.map_or_else(none, degrees)),
+        fact("contact stiffness", format!("{} N/m", said(settings.stiffness, 4))),
+        fact("contact damping", format!("{} N·s/m", said(settings.damping, 4))),
+        fact("flat contacts are blended over", settings.blend_angle.map_or_else(none, degrees)),
+        fact(
+            "force shading",
+            settings.shading.map_or_else(none, |shading| {
+                format!(
+                    "creases from {}, turns by at most {}",
+                    degrees(shading.crease_angle),
+                    degrees(shading.most_turn)
+                )
+            }),
+        ),
+        fact(
+            "friction",
+            settings.friction.map_or_else(none, |friction| {
+                format!(
+                    "static {}, dynamic {}, {} N/m",
+                    said(friction.static_coefficient, 3),
+                    said(friction.dynamic_coefficient, 3),
+                    said(friction.tangential_stiffness, 4)
+                )
+            }),
+        ),
+    ];
+    facts.push(fact(
+        "virtual coupling",
+        settings.coupling.map_or_else(
+            || "none: direct rendering (the paper's)".to_owned(),
+            |coupling| {
+                format!(
+                    "{} N/m, {} N·s/m, {} N·m/rad, {} N·m·s/rad, skin {}, tool of {} g",
+                    said(coupling.stiffness, 4),
+                    said(coupling.damping, 3),
+                    said(coupling.angular_stiffness, 3),
+                    said(coupling.angular_damping, 3),
+                    millimetres(coupling.skin),
+                    said(coupling.mass * 1e3, 3)
+                )
+            },
+        ),
+    ));
+    facts.extend([
+        fact(
+            "device's limits",
+            format!("{} N, {} mN·m", said(settings.limits.force, 3), said(settings.limits.torque * 1e3, 3)),
+        ),
+        fact(
+            "kept by",
+            match settings.saturation {
+                Saturation::Separate => "cutting force and torque apart",
+                Saturation::Joint => "one factor for force and torque",
+                Saturation::UnderActuated => "leaving the torque out: the device drives three axes",
+            },
+        ),
+        fact(
+            "grip, in the probe's frame",
+            format!("{} / {} / {} mm", said(grip.x, 4), said(grip.y, 4), said(grip.z, 4)),
+        ),
+        fact("room for contacts", settings.capacity.to_string()),
+        fact(
+            "time budget of a step",
+            settings.time_budget.map_or_else(none, |ns| format!("{} µs", said(ns as f64 / 1e3, 4))),
+        ),
+    ]);
+    facts
+}
+
+/// Settings that differ between two, by name: what it was, what it is.
+pub(super) fn changed(before: &Settings, after: &Settings) -> String {
+    let pairs = of_settings(before).into_iter().zip(of_settings(after));
+    let each = pairs.filter(|(then, now)| then != now).map(|(then, now)| format!("{}: {} → {}", then.0, then.1, now.1));
+    each.collect::<Vec<_>>().join("; ")
+}
+
+/// Whatever else decided the run, by dotted names.
+pub(super) fn of_more(table: &toml::Table) -> Facts {
+    let mut facts = Vec::new();
+    flatten("", table, &mut facts);
+    facts
+}
+
+fn flatten(prefix: &str, table: &toml::Table, facts: &mut Facts) {
+    for (name, value) in table {
+        let name = if prefix.is_empty() { name.clone() } else { format!("{prefix}.{name}") };
+        match value {
+            Value::Table(inner) => flatten(&name, inner, facts),
+            Value::String(text) => facts.push((name, text.clone())),
+            Value::Float(number) => facts.push((name, said(*number, 5))),
+            other => facts.push((name, other.to_string())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_changed_is_said_and_nothing_else() {
+        let before = Settings::default();
+        let after = Settings { stiffness: 1200.0, ..before };
+        assert_eq!(changed(&before, &after), "contact stiffness: 800.0 N/m → 1200 N/m");
+        assert_eq!(changed(&before, &before), "");
+    }
+
+    #[test]
+    fn tables_within_tables_have_dotted_names() {
+        let table: toml::Table = toml::from_str("a = 1\n[b]\nc = \"<x>\"\n[b.d]\ne = true").unwrap();
+        let facts = of_more(&table);
+        assert_eq!(facts, [fact("a", "1"), fact("b.c", "<x>"), fact("b.d.e", "true")]);
+    }
+}

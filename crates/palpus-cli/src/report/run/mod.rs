@@ -1,0 +1,340 @@
+//! The page of one recorded run.
+//!
+//! 1. The recording is read, and measured from its rows ([`measures`]).
+//! 2. The engine runs again from it: every wrench is compared bit for bit, and moments worth a picture are kept.
+//! 3. Pictures are painted without a display; plots, tables and facts ([`facts`]) stand around them.
+//!
+//! What cannot be done is said on the page, which is made in any case: a recording whose meshes are gone still has its rows.
+
+mod facts;
+mod measures;
+
+use std::path::Path;
+
+use palpus_io::scene::FilePolicy;
+use palpus_io::{Recording, read_recording};
+use palpus_window::{Moment, View};
+
+use self::measures::{Choice, Measures, choices};
+use super::html::{Html, Table, Tone};
+use super::numbers::{counted, duration, number_of, said};
+use super::pictures::{self, Frame, Shot};
+use crate::plots::{self, Mark};
+use crate::replay::run_again;
+use crate::stage::Stage;
+
+/// A run, ready to be told.
+pub(super) struct Run {
+    file: String,
+    recording: Recording,
+    measures: Measures,
+    choices: Vec<Choice>,
+    again: Result<Again, String>,
+}
+
+/// What came of running it again.
+struct Again {
+    stage: Stage,
+    moments: Vec<Moment>,
+    identical: usize,
+    first_difference: Option<u64>,
+}
+
+impl Run {
+    /// Reads a recording and runs it again.
+    pub(super) fn of(path: &Path, policy: FilePolicy) -> anyhow::Result<Self> {
+        let recording = read_recording(path)?;
+        let choices = choices(&recording.rows);
+        let again = again(&recording, policy, &choices).map_err(|error| {
+            let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
+            causes.join(": ")
+        });
+        let file = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
+        Ok(Self { file, measures: Measures::of(&recording.rows), choices, again, recording })
+    }
+
+    /// The whole page.
+    pub(super) fn page(&self) -> anyhow::Result<String> {
+        let name = facts::name(&self.recording.header);
+        let title = format!("{name}: a run of {}", duration(self.measures.duration_s));
+        let mut page = Html::new();
+        page.element("header", "", |header| {
+            header.element("h1", "", |h1| {
+                h1.text(&title);
+            });
+            header.element("p", "lead", |lead| {
+                lead.text(&self.subtitle());
+            });
+            self.badges(header);
+        });
+        self.tell(&mut page)?;
+        page.element("footer", "", |footer| {
+            footer.prose(&format!(
+                "Made by palpus {} from the recording `{}`. This page loads nothing: it can be mailed and kept.",
+                env!("CARGO_PKG_VERSION"),
+                self.file.replace('`', "'")
+            ));
+        });
+        Ok(page.page(&title))
+    }
+
+    fn subtitle(&self) -> String {
+        let header = &self.recording.header;
+        format!(
+            "device {}, {} Hz, {} rendering; recorded by palpus {}",
+            header.device,
+            said(header.rate_hz, 4),
+            if header.scene.render.coupling.is_some() { "coupled" } else { "direct" },
+            header.palpus_version
+        )
+    }
+
+    /// What matters first, in a word or two each.
+    pub(super) fn badges(&self, html: &mut Html) {
+        html.element("p", "", |badges| {
+            match &self.again {
+                Ok(Again { first_difference: None, .. }) => badges.badge(Tone::Good, "replays bit for bit"),
+                Ok(Again { first_difference: Some(tick), .. }) => {
+                    badges.badge(Tone::Bad, &format!("replays differently from tick {tick} on"))
+                }
+                Err(_) => badges.badge(Tone::Warning, "could not be replayed"),
+            };
+            match self.measures.fault_ticks() {
+                0 => badges.badge(Tone::Good, "no faults"),
+                ticks => badges.badge(Tone::Bad, &format!("faults in {}", number_of(ticks, "tick"))),
+            };
+            if self.recording.notice.is_some() {
+                badges.badge(Tone::Warning, "the recording was cut off");
+            }
+            if !self.recording.changes.is_empty() {
+                let changes = number_of(self.recording.changes.len() as u64, "change");
+                badges.badge(Tone::Plain, &format!("{changes} of settings"));
+            }
+        });
+    }
+
+    /// Everything below the title.
+    fn tell(&self, html: &mut Html) -> anyhow::Result<()> {
+        self.tiles(html);
+        let parts = [
+            ("moments", "Moments"),
+            ("felt", "What the hand felt"),
+            ("cuts", "Faults and cuts"),
+            ("again", "Run again"),
+            ("settings", "Scene, device, settings"),
+        ];
+        let has_moments = self.again.as_ref().is_ok_and(|again| !again.moments.is_empty());
+        let there = parts.into_iter().filter(|(id, _)| has_moments || *id != "moments");
+        html.contents(&there.map(|(id, title)| (id, title.to_owned())).collect::<Vec<_>>());
+        self.moments(html)?;
+        html.section("felt", "What the hand felt", |section| {
+            section.paragraph(
+                "Shaded: the bodies penetrate; elsewhere they are apart. With the virtual coupling the tool is held outside and only the hand \
+                 goes in. The numbered lines are the moments above; `s`: settings changed.",
+            );
+            self.plots(section);
+        });
+        html.section("cuts", "Faults and cuts", |section| self.cuts(section));
+        html.section("again", "Run again", |section| self.replayed(section));
+        html.section("settings", "Scene, device, settings", |section| self.settings(section));
+        Ok(())
+    }
+
+    /// The numbers that are seen first.
+    pub(super) fn tiles(&self, html: &mut Html) {
+        let m = &self.measures;
+        let depth = match m.least_separation {
+            s if s < 0.0 => ("deepest contact", format!("{} mm", said(-s * 1e3, 3))),
+            s if s.is_finite() => ("never penetrating; nearest", format!("{} mm", said(s * 1e3, 3))),
+            _ => ("nearest", "never near".to_owned()),
+        };
+        let period = 1e6 / self.recording.header.rate_hz;
+        let slow = if m.step.p999 > period { Tone::Warning } else { Tone::Plain };
+        let tile = |what: &str, value: String, tone| (what.to_owned(), value, tone);
+        html.tiles(&[
+            tile("ticks", counted(m.ticks), Tone::Plain),
+            tile("ticks a second", format!("{} Hz", said(m.rate_hz, 4)), Tone::Plain),
+            tile("engine step, half of all", format!("{} µs", said(m.step.p50, 3)), Tone::Plain),
+            tile("engine step, 99.9 %", format!("{} µs", said(m.step.p999, 3)), slow),
+            tile("largest force", format!("{} N", said(m.force_max, 3)), Tone::Plain),
+            tile("largest torque", format!("{} mN·m", said(m.torque_max * 1e3, 3)), Tone::Plain),
+            tile("largest step of the force", format!("{} mN", said(m.force_step_max * 1e3, 3)), Tone::Plain),
+            tile("most contacts", counted(m.contacts_max.into()), Tone::Plain),
+            tile(depth.0, depth.1, Tone::Plain),
+        ]);
+        html.folded("All numbers of the run", |inner| {
+            let time = |name: &str, micros: &measures::Micros| {
+                let each = [micros.p50, micros.p99, micros.p999, micros.max].map(|value| said(value, 3));
+                [vec![name.to_owned()], each.to_vec()].concat()
+            };
+            let head = ["time (µs)", "half of all", "99 %", "99.9 %", "largest"].map(str::to_owned).to_vec();
+            let rows = vec![
+                time("engine step", &m.step),
+                time("contact query", &m.query),
+                time("force computation", &m.force),
+                time("from tick to tick", &m.period),
+            ];
+            inner.table(&Table { head, rows, naming: 1, ..Table::default() });
+            let fact = |name: &str, value: String| (name.to_owned(), value);
+            let share = |ticks: u64| {
+                format!("{} ({} %)", number_of(ticks, "tick"), said(100.0 * ticks as f64 / m.ticks.max(1) as f64, 3))
+            };
+            inner.facts(&[
+                fact("duration", format!("{} s", said(m.duration_s, 5))),
+                fact("in contact", share(m.touching)),
+                fact("penetrating", share(m.penetrating)),
+                fact("contacts a tick", format!("mean {}, most {}", said(m.contacts_mean, 3), m.contacts_max)),
+                fact("most clusters", m.clusters_max.to_string()),
+                fact("largest step of the torque", format!("{} mN·m", said(m.torque_step_max * 1e3, 3))),
+                fact("cut to the device's limits", share(m.saturated)),
+            ]);
+        });
+    }
+
+    fn moments(&self, html: &mut Html) -> anyhow::Result<()> {
+        let Ok(again) = &self.again else { return Ok(()) };
+        if again.moments.is_empty() {
+            return Ok(());
+        }
+        let mut shots = Vec::new();
+        for (k, (choice, moment)) in self.choices.iter().zip(&again.moments).enumerate() {
+            let torque_max = self.recording.header.scene.render.limits.torque;
+            let what = format!("{}: {}, at {}", k + 1, choice.what, pictures::caption(moment));
+            let frames: &[Frame] = if k == 0 { &[Frame::Whole, Frame::Contacts] } else { &[Frame::Contacts] };
+            for frame in frames {
+                let shot = Shot { frame: *frame, view: View::Oblique, torque_max, as_in_the_paper: false };
+                shots.push((what.clone(), pictures::of_moment(&again.stage, moment, &shot)?));
+            }
+        }
+        html.section("moments", "Moments", |section| {
+            section.element("div", "shots", |all| {
+                for (what, shot) in &shots {
+                    all.picture_pair(&shot.light, &shot.dark, what);
+                }
+            });
+            section.key(&[
+                ("disjoint", "contact, apart"),
+                ("penetrating", "contact, overlapping"),
+                ("cluster", "force of a cluster"),
+                ("force", "force at the grip"),
+                ("torque", "torque"),
+                ("anchor", "friction holds"),
+                ("sliding", "friction slides"),
+            ]);
+        });
+        Ok(())
+    }
+
+    /// Force, torque, contacts, separation, times; and the histograms.
+    pub(super) fn plots(&self, html: &mut Html) {
+        let rows = &self.recording.rows;
+        if rows.len() < 2 {
+            html.paragraph("Too few ticks for a plot.");
+            return;
+        }
+        let mut figure = plots::run_figure("", rows);
+        let time_of = |tick: u64| rows.iter().find(|row| row.tick >= tick).map(plots::seconds);
+        let moments = self.choices.iter().enumerate();
+        let moments = moments.filter_map(|(k, choice)| Some((time_of(choice.tick)?, (k + 1).to_string())));
+        let changes = self.recording.changes.iter().filter_map(|(tick, _)| Some((time_of(*tick)?, "s".to_owned())));
+        figure.marks = moments.chain(changes).map(|(x, label)| Mark { x, label }).collect();
+        html.plot(&plots::svg(&figure), "");
+        for histogram in plots::run_histograms(rows) {
+            html.plot(&plots::svg(&histogram), "");
+        }
+    }
+
+    fn cuts(&self, html: &mut Html) {
+        if self.measures.cuts.is_empty() {
+            html.paragraph(
+                "The safety chain had no reason to touch a wrench: what was computed is what the device got.",
+            );
+            return;
+        }
+        let row = |cut: &measures::CutTime| {
+            vec![
+                cut.cut.name().replace('_', " "),
+                if cut.cut.is_fault() { "fault" } else { "shaping" }.to_owned(),
+                counted(cut.ticks),
+                said(cut.first, 4),
+                said(cut.last, 4),
+            ]
+        };
+        html.paragraph(
+            "A fault takes the force away within its tick, and it comes back only through engagement. All else shapes the wrench and \
+             goes on; engagement at the beginning is every run's.",
+        );
+        html.table(&Table {
+            head: ["what was cut", "kind", "ticks", "first at (s)", "last at (s)"].map(str::to_owned).to_vec(),
+            rows: self.measures.cuts.iter().map(row).collect(),
+            naming: 2,
+            ..Table::default()
+        });
+    }
+
+    fn replayed(&self, html: &mut Html) {
+        match &self.again {
+            Ok(Again { identical, first_difference: None, .. }) => html.paragraph(&format!(
+                "The engine ran again from the recorded device states while this page was made: all {} wrenches came out the same, bit for bit.",
+                counted(*identical as u64)
+            )),
+            Ok(Again { identical, first_difference: Some(tick), .. }) => html.paragraph(&format!(
+                "The engine ran again from the recorded device states while this page was made: {} of {} wrenches came out the same; \
+                 the first that differs is that of tick {tick}. Another version, another build or another processor may round otherwise.",
+                counted(*identical as u64),
+                counted(self.measures.ticks)
+            )),
+            Err(why) => html.element("p", "", |p| {
+                p.text("It could not be run again, and there are no pictures: ").text(why);
+            }),
+        };
+        if let Some(notice) = &self.recording.notice {
+            html.element("p", "", |p| {
+                p.text(notice);
+            });
+        }
+        html.element("p", "", |p| {
+            p.text("By hand: ").element("code", "", |code| {
+                code.text(&format!("palpus replay {}", self.file));
+            });
+        });
+    }
+
+    fn settings(&self, html: &mut Html) {
+        let header = &self.recording.header;
+        html.facts(&facts::of_header(header));
+        html.heading("The engine's settings");
+        html.facts(&facts::of_settings(&header.scene.render));
+        if !self.recording.changes.is_empty() {
+            html.heading("Changes within the run");
+            let mut before = header.scene.render;
+            let mut list = Vec::new();
+            for (tick, settings) in &self.recording.changes {
+                list.push((format!("from tick {tick}"), facts::changed(&before, settings)));
+                before = *settings;
+            }
+            html.facts(&list);
+        }
+        let more = facts::of_more(&header.scene.more);
+        if !more.is_empty() {
+            html.folded("Whatever else decided the run: safety chain, device", |inner| {
+                inner.facts(&more);
+            });
+        }
+    }
+}
+
+fn again(recording: &Recording, policy: FilePolicy, choices: &[Choice]) -> anyhow::Result<Again> {
+    let keep: Vec<u64> = choices.iter().map(|choice| choice.tick).collect();
+    let (mut identical, mut first_difference) = (0, None);
+    let (stage, mut engine) = run_again(recording, policy, &keep, &mut |k, wrench, _| {
+        let row = &recording.rows[k];
+        if row.same_wrench(wrench) {
+            identical += 1;
+        } else {
+            first_difference = first_difference.or(Some(row.tick));
+        }
+    })?;
+    let moments = engine.kept(1.0 / recording.header.rate_hz);
+    Ok(Again { stage, moments, identical, first_difference })
+}
