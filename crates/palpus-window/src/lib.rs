@@ -54,4 +54,4 @@ pub use section_picture::{SectionOf, Shown, contour_step, depth_colour, paint_se
 pub use solid::Solid;
 pub use style::{Style, Theme};
 #[cfg(feature = "gui")]
-pub use window::{Cap, FileKind, Loading, Numbers, Part, Preset, Run, Wanted, WindowError, has_display, open};
+pub use window::{Cap, FileKind, Loading, Numbers, Painted, Part, Preset, Run, Wanted, WindowError, has_display, open};

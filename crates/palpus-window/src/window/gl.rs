@@ -7,15 +7,15 @@
 //!    hides, pale, then the others.
 //!
 //! Light is that of `paint`. Places are taken into the view's frame in f64, so that f32 need not hold the world.
-#![allow(unsafe_code)] // The one file that talks to the graphics library; every call is glow's, on the thread that owns the context.
+#![allow(unsafe_code)] // This file and `shader` talk to the graphics library; every call is glow's, on the thread that owns the context.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use eframe::egui_glow::ShaderVersion;
 use eframe::glow::{self, HasContext};
 use glam::{DMat4, DVec3, DVec4};
 
+use super::shader::program;
 use crate::camera::Camera;
 use crate::marks::Triangles;
 use crate::paint::HIDDEN;
@@ -196,6 +196,11 @@ impl Artist {
         }
     }
 
+    /// Of all bodies, as they are drawn.
+    pub(crate) fn triangles(&self) -> usize {
+        self.solids.iter().map(|held| held.solid.triangles.len()).sum()
+    }
+
     /// Draws into the viewport and the scissor that are set.
     pub(crate) fn draw(&mut self, gl: &glow::Context, drawing: &Drawing) {
         // SAFETY: as in `new`; the objects belong to this context, and buffers are as long as their counts say.
@@ -367,126 +372,3 @@ impl Held {
         }
     }
 }
-
-/// # Safety
-/// The context is current.
-unsafe fn program(gl: &glow::Context, by_processor: bool) -> Result<glow::Program, String> {
-    let version = ShaderVersion::get(gl);
-    if !version.is_new_shader_interface() {
-        return Err("OpenGL 3.0 or OpenGL ES 3.0 is needed".to_owned());
-    }
-    // SAFETY: the caller's.
-    unsafe {
-        let program = gl.create_program()?;
-        for (slot, name) in ["a_point", "a_normal", "a_colour", "a_sides"].into_iter().enumerate() {
-            gl.bind_attrib_location(program, slot as u32, name);
-        }
-        let mut shaders = Vec::new();
-        for (kind, source) in [(glow::VERTEX_SHADER, VERTEX), (glow::FRAGMENT_SHADER, FRAGMENT)] {
-            let shader = gl.create_shader(kind)?;
-            let per_corner = if by_processor { PER_CORNER } else { "" };
-            gl.shader_source(
-                shader,
-                &format!("{}\n{PRECISION}{per_corner}{LIT}{source}", version.version_declaration()),
-            );
-            gl.compile_shader(shader);
-            if !gl.get_shader_compile_status(shader) {
-                return Err(gl.get_shader_info_log(shader));
-            }
-            gl.attach_shader(program, shader);
-            shaders.push(shader);
-        }
-        gl.link_program(program);
-        if !gl.get_program_link_status(program) {
-            return Err(gl.get_program_info_log(program));
-        }
-        for shader in shaders {
-            gl.detach_shader(program, shader);
-            gl.delete_shader(shader);
-        }
-        Ok(program)
-    }
-}
-
-const PRECISION: &str = "#ifdef GL_ES\nprecision highp float;\n#endif\n";
-
-/// Where a processor draws: light is worked out for corners, not for every pixel of every small triangle.
-const PER_CORNER: &str = "#define PER_CORNER\n";
-
-/// Light and cover of a place, for both shaders.
-const LIT: &str = "
-uniform vec4 u_colour;
-uniform vec2 u_glass;
-vec4 lit(vec3 point, vec3 normal, vec3 colour) {
-    vec3 n = normalize(normal);
-    vec3 eye = normalize(-point);
-    if (dot(n, eye) < 0.0) { n = -n; }
-    vec3 key = vec3(-0.45, 0.62, 0.64);
-    vec3 fill = vec3(0.80, 0.05, 0.60);
-    float diffuse = 0.32 + 0.16 * n.y + 0.66 * max(dot(n, key), 0.0) + 0.26 * max(dot(n, fill), 0.0);
-    vec3 own = mix(colour, u_colour.rgb, u_colour.a);
-    float gloss = pow(max(dot(n, normalize(key + eye)), 0.0), 40.0);
-    float slant = 1.0 - clamp(dot(n, eye), 0.0, 1.0);
-    return vec4(own * diffuse + vec3(0.16 * gloss), mix(u_glass.x, u_glass.y, slant * slant));
-}
-";
-
-const VERTEX: &str = "
-uniform mat4 u_projection;
-uniform mat4 u_model_view;
-in vec3 a_point;
-in vec3 a_normal;
-in vec3 a_colour;
-in vec3 a_sides;
-out vec3 v_sides;
-#ifdef PER_CORNER
-out vec4 v_lit;
-#else
-out vec3 v_point;
-out vec3 v_normal;
-out vec3 v_colour;
-#endif
-void main() {
-    vec4 point = u_model_view * vec4(a_point, 1.0);
-    vec3 normal = mat3(u_model_view) * a_normal;
-#ifdef PER_CORNER
-    v_lit = lit(point.xyz, normal, a_colour);
-    v_lit.rgb = sqrt(clamp(v_lit.rgb, 0.0, 1.0));
-#else
-    v_point = point.xyz;
-    v_normal = normal;
-    v_colour = a_colour;
-#endif
-    v_sides = a_sides;
-    gl_Position = u_projection * point;
-}
-";
-
-const FRAGMENT: &str = "
-uniform float u_wire;
-in vec3 v_sides;
-#ifdef PER_CORNER
-in vec4 v_lit;
-#else
-in vec3 v_point;
-in vec3 v_normal;
-in vec3 v_colour;
-#endif
-out vec4 f_colour;
-void main() {
-#ifdef PER_CORNER
-    vec4 seen = v_lit;
-#else
-    vec4 seen = lit(v_point, v_normal, v_colour);
-    seen.rgb = sqrt(clamp(seen.rgb, 0.0, 1.0));
-#endif
-    if (u_wire > 0.5) {
-        vec3 sides = v_sides / max(fwidth(v_sides), vec3(1e-6));
-        if (min(sides.x, min(sides.y, sides.z)) < 0.8) {
-            seen.rgb = mix(seen.rgb, vec3(0.14), 0.55);
-            seen.a = max(seen.a, 0.55);
-        }
-    }
-    f_colour = vec4(seen.rgb * seen.a, seen.a);
-}
-";

@@ -297,6 +297,7 @@ impl eframe::App for Interface<'_> {
     }
 
     fn on_exit(&mut self, gl: Option<&eframe::glow::Context>) {
+        self.run.painted(self.view.painted());
         if let Some(gl) = gl {
             self.view.destroy(gl);
         }

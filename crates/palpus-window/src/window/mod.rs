@@ -25,6 +25,7 @@ mod pick;
 mod plots;
 mod quantity;
 mod run;
+mod shader;
 mod shot;
 mod status;
 mod view3d;
@@ -37,7 +38,7 @@ use palpus_device::Newest;
 use crate::moment::Moment;
 use crate::scene::Scene;
 use interface::Interface;
-pub use run::{Cap, FileKind, Loading, Numbers, Part, Preset, Run, Wanted};
+pub use run::{Cap, FileKind, Loading, Numbers, Painted, Part, Preset, Run, Wanted};
 
 /// Why there is no window.
 #[derive(Debug, thiserror::Error)]

@@ -88,6 +88,22 @@ pub trait Run {
 
     /// True if the window goes when the loop has ended.
     fn closes_when_over(&self) -> bool;
+
+    /// Told when the window goes: how it was drawn.
+    fn painted(&mut self, _: Painted) {}
+}
+
+/// How a window was drawn.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Painted {
+    /// Frames.
+    pub frames: u64,
+    /// Frames a second, from the first frame to the last; 0 with fewer than two.
+    pub rate_hz: f64,
+    /// What drew them, as the graphics library calls it.
+    pub renderer: String,
+    /// Triangles of the bodies, as they are drawn.
+    pub triangles: usize,
 }
 
 /// What the window says in words and plots, of one tick.

@@ -10,7 +10,7 @@
 //! the next frame. Places in the window are egui's points.
 
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use eframe::egui::{self, Color32, PointerButton, Pos2, Rect, Response, Sense};
 use eframe::{egui_glow, glow};
@@ -18,6 +18,7 @@ use glam::{DMat4, DVec3};
 use palpus::algebra::Pose;
 
 use super::gl::{Artist, Drawing, DrawnBody, projection, view};
+use super::run::Painted;
 use crate::camera::{Camera, View};
 use crate::marks::{self, Marks, NOMINAL_HEIGHT, Triangles};
 use crate::paint::{COVER_ALONG, COVER_SQUARE, GHOST_COVER};
@@ -50,6 +51,9 @@ struct Easel {
     piece_lightness: f64,
     wanted: Option<Vec<Arc<Solid>>>,
     trouble: Option<String>,
+    frames: u64,
+    /// When the first and the last frame were drawn.
+    drawn: Option<[Instant; 2]>,
 }
 
 /// Where a view is in a frame, and what the mouse does there.
@@ -92,7 +96,14 @@ impl View3d {
             camera: Camera::framing(scene.corners(), View::Oblique, 1.5),
             framed: false,
             frame: if artist.by_processor { FRAME_OF_PROCESSOR } else { FRAME },
-            easel: Arc::new(Mutex::new(Easel { artist, piece_lightness, wanted: None, trouble: None })),
+            easel: Arc::new(Mutex::new(Easel {
+                artist,
+                piece_lightness,
+                wanted: None,
+                trouble: None,
+                frames: 0,
+                drawn: None,
+            })),
         })
     }
 
@@ -128,6 +139,18 @@ impl View3d {
     /// Why bodies are not drawn, once.
     pub(super) fn trouble(&mut self) -> Option<String> {
         self.easel.lock().ok()?.trouble.take()
+    }
+
+    /// How it has been drawn so far.
+    pub(super) fn painted(&self) -> Painted {
+        let Ok(easel) = self.easel.lock() else { return Painted::default() };
+        let seconds = easel.drawn.map_or(0.0, |[first, last]| (last - first).as_secs_f64());
+        Painted {
+            frames: easel.frames,
+            rate_hz: if seconds > 0.0 { (easel.frames - 1) as f64 / seconds } else { 0.0 },
+            renderer: easel.artist.renderer.clone(),
+            triangles: easel.artist.triangles(),
+        }
     }
 
     /// Gives back what the graphics library holds.
@@ -252,6 +275,9 @@ impl Easel {
             }
         }
         self.artist.draw(gl, drawing);
+        let now = Instant::now();
+        self.frames += 1;
+        self.drawn.get_or_insert([now, now])[1] = now;
     }
 }
 
