@@ -71,7 +71,7 @@ impl Command {
     }
 }
 
-#[derive(Debug, Parser)]
+#[derive(Clone, Debug, Parser)]
 #[command(
     after_help = "Examples:\n  palpus run                             a spoon in a cup for ten seconds\n  palpus run peg-hole --hand firm --json\n  palpus run my-scene.toml --record run.csv\n  palpus run intestine --fast --duration 60\n  palpus run peg-hole --screenshot peg.png --at 2.5"
 )]

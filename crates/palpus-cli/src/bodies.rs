@@ -32,15 +32,44 @@ pub(crate) fn use_cache(yes: bool) {
     CACHE.get_or_init(|| if yes { BodyCache::of_user() } else { None });
 }
 
+/// How preparing says how far it has come.
+pub(crate) enum Teller<'a> {
+    /// By a bar in the terminal.
+    Bar,
+    /// By calls, with the name of what is prepared and the part that is done, 0 to 1.
+    #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a window shows it"))]
+    Calls(&'a dyn Fn(&str, f64)),
+}
+
 /// Reads and prepares a model file, in model units.
 pub(crate) fn prepare_file(path: &Path, settings: &BodySettings) -> anyhow::Result<Prepared> {
+    prepare_file_telling(path, settings, &Teller::Bar)
+}
+
+/// The same, saying how far it has come as `teller` does.
+pub(crate) fn prepare_file_telling(
+    path: &Path,
+    settings: &BodySettings,
+    teller: &Teller<'_>,
+) -> anyhow::Result<Prepared> {
     let soup = read_mesh(path)?;
     let name = path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
-    prepare_soup(&name, &soup, settings).with_context(|| format!("{} cannot be prepared", path.display()))
+    prepare_soup_telling(&name, &soup, settings, teller)
+        .with_context(|| format!("{} cannot be prepared", path.display()))
 }
 
 /// Prepares polygons; `name` stands beside the bar.
 pub(crate) fn prepare_soup(name: &str, soup: &PolygonSoup, settings: &BodySettings) -> anyhow::Result<Prepared> {
+    prepare_soup_telling(name, soup, settings, &Teller::Bar)
+}
+
+/// The same, saying how far it has come as `teller` does.
+pub(crate) fn prepare_soup_telling(
+    name: &str,
+    soup: &PolygonSoup,
+    settings: &BodySettings,
+    teller: &Teller<'_>,
+) -> anyhow::Result<Prepared> {
     let begin = Instant::now();
     let threads = Threads::all();
     let hash = ContentHash::of_soup(soup);
@@ -54,10 +83,16 @@ pub(crate) fn prepare_soup(name: &str, soup: &PolygonSoup, settings: &BodySettin
         }
         _ => {}
     }
-    let bar = bar(name);
-    let mut progress = |done: f64| bar.set_position((done * BAR_STEPS) as u64);
-    let body = Body::from_soup_with(soup, settings, &threads, &mut progress);
-    bar.finish_and_clear();
+    let body = match teller {
+        Teller::Bar => {
+            let bar = bar(name);
+            let mut progress = |done: f64| bar.set_position((done * BAR_STEPS) as u64);
+            let body = Body::from_soup_with(soup, settings, &threads, &mut progress);
+            bar.finish_and_clear();
+            body
+        }
+        Teller::Calls(tell) => Body::from_soup_with(soup, settings, &threads, &mut |done| tell(name, done)),
+    };
     let prepared = prepared(body?, false);
     if let Some(cache) = cache
         && let Err(error) = cache.store(&key, &prepared.body)

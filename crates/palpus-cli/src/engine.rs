@@ -3,7 +3,7 @@
 use palpus::algebra::{Pose, Twist};
 use palpus::render::{ProbeState, Renderer, Settings, SettingsError, TickSummary};
 use palpus_alloc::allocations_of_this_thread;
-use palpus_device::{DeviceState, Publisher, StepOutcome};
+use palpus_device::{DeviceState, Newest, Publisher, StepOutcome};
 use palpus_window::Moment;
 
 use crate::clock::WallClock;
@@ -17,6 +17,7 @@ pub(crate) struct Engine {
     clock: WallClock,
     shots: Vec<Shot>,
     live: Option<Publisher<Moment>>,
+    asked: Option<Newest<Settings>>,
 }
 
 /// A tick that is kept to be shown.
@@ -33,6 +34,8 @@ pub(crate) struct Detail {
     pub(crate) tick: TickSummary,
     /// Times that the step obtained memory.
     pub(crate) allocations: u64,
+    /// The settings that were new in this step.
+    pub(crate) changed: Option<Settings>,
 }
 
 impl Engine {
@@ -46,6 +49,7 @@ impl Engine {
             clock: WallClock::new(),
             shots: Vec::new(),
             live: None,
+            asked: None,
         })
     }
 
@@ -54,9 +58,25 @@ impl Engine {
         Self { renderer: self.renderer.with_surfaces(crease_angle), ..self }
     }
 
+    /// rad: at which shading can be on.
+    pub(crate) fn crease_angle(&self) -> Option<f64> {
+        self.renderer.crease_angle()
+    }
+
+    /// Before each step the newest settings are taken from `asked`.
+    pub(crate) fn steer(&mut self, asked: Newest<Settings>) {
+        self.asked = Some(asked);
+    }
+
     /// Goes on with other settings from the next step on; see [`Renderer::set_settings`].
     pub(crate) fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
         self.renderer.set_settings(settings)
+    }
+
+    /// The settings that have been asked for since the last step, if they can be.
+    fn changed(&mut self) -> Option<Settings> {
+        let settings = *self.asked.as_mut()?.take()?;
+        self.set_settings(&settings).is_ok().then_some(settings)
     }
 
     /// Keeps what tick number `tick` has to show, for [`Engine::shown`] and [`Engine::kept`].
@@ -92,6 +112,7 @@ impl Engine {
     /// One tick: what the device is to push with.
     pub(crate) fn step(&mut self, state: &DeviceState, dt: f64) -> StepOutcome<Detail> {
         let before = allocations_of_this_thread();
+        let changed = self.changed();
         let probe = self.probe_state(&state.pose, &state.twist);
         let grip_a = self.renderer.settings().grip_a;
         let tick = self.renderer.step(&probe, dt, &self.clock);
@@ -106,7 +127,7 @@ impl Engine {
         let saturated = tick.counters.saturated_force + tick.counters.saturated_torque > 0;
         let summary = tick.summary();
         let allocations = allocations_of_this_thread() - before;
-        StepOutcome { wrench, saturated, detail: Detail { tick: summary, allocations } }
+        StepOutcome { wrench, saturated, detail: Detail { tick: summary, allocations, changed } }
     }
 
     /// The probe in the environment's frame.

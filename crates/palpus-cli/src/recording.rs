@@ -46,7 +46,6 @@ impl Rows {
 
     /// Records that the ticks from number `tick` on are stepped with these settings; to be called before that tick's
     /// row. Never waits or allocates.
-    #[allow(dead_code, reason = "runs that can be steered call it")]
     pub(crate) fn change(&mut self, tick: u64, settings: &Settings) {
         self.waiting = Some((tick, *settings));
         self.offer();
@@ -136,6 +135,11 @@ impl Recording {
 }
 
 impl Writing {
+    /// The file.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Writes what is still in the queue; answers what there is to say of the recording, a line each.
     pub(crate) fn finish(self) -> anyhow::Result<Vec<String>> {
         let written = self.thread.finish();

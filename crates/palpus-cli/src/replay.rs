@@ -118,6 +118,13 @@ fn stage_of(recording: &Recording, policy: FilePolicy) -> anyhow::Result<Stage> 
 
 /// What came before a tick decides its answer, so a replay needs every tick.
 fn check_gaps(recording: &Recording) -> anyhow::Result<()> {
+    if let Some(first) = recording.rows.first().filter(|row| row.tick > 0) {
+        bail!(
+            "the recording was begun in the course of a run, at tick {}: what the engine remembered then of the ticks before is not in it, so it can be \
+             read but not replayed; a recording from the beginning of a run can",
+            first.tick
+        );
+    }
     for (k, row) in recording.rows.iter().enumerate() {
         if row.tick != k as u64 {
             bail!(

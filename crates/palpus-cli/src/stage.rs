@@ -14,7 +14,7 @@ use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
 use palpus_io::scene::{CouplingMode, FilePolicy, SceneBody, SceneCoupling, SceneFile, read_scene};
 use palpus_scenes::{HandPath, Key, Scene, Tremor};
 
-use crate::bodies;
+use crate::bodies::{self, Teller};
 use crate::hand_path::{Following, follow};
 
 /// Everything that a run needs.
@@ -43,12 +43,17 @@ impl Stage {
     /// The engine's settings on this device, at this many ticks per second: within the tighter of both limits, and with the
     /// coupling that the scene asks for; what it leaves open comes from the device.
     pub(crate) fn settings_for(&self, spec: &DeviceSpec, rate_hz: f64) -> Settings {
+        self.settings_in(self.coupling.mode, spec, rate_hz)
+    }
+
+    /// The same, coupled or direct whatever the scene says.
+    pub(crate) fn settings_in(&self, mode: CouplingMode, spec: &DeviceSpec, rate_hz: f64) -> Settings {
         let limits = Limits {
             force: self.settings.limits.force.min(spec.force_max),
             torque: self.settings.limits.torque.min(spec.torque_max),
         };
         let mut settings = Settings { limits, ..self.settings };
-        if self.coupling.mode == CouplingMode::Direct {
+        if mode == CouplingMode::Direct {
             return settings;
         }
         let SceneCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass, .. } = self.coupling;
@@ -76,26 +81,39 @@ impl Stage {
         self.path = follow(file, &Following { start, metres_per_unit, scale, speed, size })?;
         Ok(())
     }
+
+    /// rad: edges sharper than this stay sharp when shading is on, the scene's own or what is usual.
+    pub(crate) fn crease_angle(&self) -> f64 {
+        self.settings.shading.map_or(USUAL_CREASE_DEGREES.to_radians(), |shading| shading.crease_angle)
+    }
 }
+
+/// As scene files have it that do not say.
+const USUAL_CREASE_DEGREES: f64 = 40.0;
 
 /// Force shading turns a direction by no more than this, so that it cannot push into the surface.
 const MOST_SHADING_TURN_DEGREES: f64 = 45.0;
 
 /// Finds and prepares the scene called `name`: a built-in one, or a scene file by path.
 pub(crate) fn prepare(name: &str, policy: FilePolicy) -> anyhow::Result<Stage> {
+    prepare_telling(name, policy, &Teller::Bar)
+}
+
+/// The same, saying how far it has come as `teller` does.
+pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_>) -> anyhow::Result<Stage> {
     if let Some(scene) = palpus_scenes::scene(name) {
-        return of_built_in(&scene);
+        return of_built_in(&scene, teller);
     }
     let path = Path::new(name);
     if path.exists() || path.extension().is_some() {
         let file = read_scene(path, policy)?;
-        return of_file(path, &file);
+        return of_file(path, &file, teller);
     }
     let names: Vec<&str> = palpus_scenes::scenes().iter().map(|scene| scene.name).collect();
     bail!("there is no scene called `{name}`; built-in scenes are {}, or name a scene file (TOML)", names.join(", "))
 }
 
-fn of_built_in(scene: &Scene) -> anyhow::Result<Stage> {
+fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<Stage> {
     let contact = &scene.contact;
     let settings = Settings {
         contact_tolerance: contact.tolerance,
@@ -114,8 +132,8 @@ fn of_built_in(scene: &Scene) -> anyhow::Result<Stage> {
         ..Settings::default()
     };
     let body_settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-    let probe = bodies::prepare_soup("the probe", &scene.probe, &body_settings)?;
-    let environment = bodies::prepare_soup("the environment", &scene.environment, &body_settings)?;
+    let probe = bodies::prepare_soup_telling("the probe", &scene.probe, &body_settings, teller)?;
+    let environment = bodies::prepare_soup_telling("the environment", &scene.environment, &body_settings, teller)?;
     let body = |part: &str, content, pose| RecordedBody { mesh: format!("{}/{part}", scene.name), content, pose };
     let recorded = RecordedScene {
         source: SceneSource::BuiltIn(scene.name.to_owned()),
@@ -138,11 +156,11 @@ fn of_built_in(scene: &Scene) -> anyhow::Result<Stage> {
     })
 }
 
-fn of_file(path: &Path, file: &SceneFile) -> anyhow::Result<Stage> {
+fn of_file(path: &Path, file: &SceneFile, teller: &Teller<'_>) -> anyhow::Result<Stage> {
     let prepare = |body: &SceneBody| -> anyhow::Result<(Arc<Body>, ContentHash)> {
         let settings =
             BodySettings { scale: body.metres_per_unit, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-        let prepared = bodies::prepare_file(&body.mesh, &settings)?;
+        let prepared = bodies::prepare_file_telling(&body.mesh, &settings, teller)?;
         Ok((Arc::new(prepared.body), prepared.hash))
     };
     let (probe, probe_hash) = prepare(&file.probe)?;

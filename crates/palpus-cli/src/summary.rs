@@ -50,7 +50,7 @@ pub(crate) struct Summary {
     saturated_ticks: u64,
     faults: u64,
     energy_generated_j: f64,
-    allocations: u64,
+    pub(crate) allocations: u64,
     safety: SafetyReport,
     trouble: Trouble,
     end: String,

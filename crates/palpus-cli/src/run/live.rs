@@ -1,0 +1,119 @@
+//! What is shown of a run while it goes: the newest numbers, and the line in the terminal.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use palpus_device::{Cuts, Phase, ServoTick};
+
+use super::Session;
+use crate::engine::Detail;
+use crate::output;
+
+/// What the live line and the window show.
+#[derive(Clone, Copy)]
+#[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window shows all of it"))]
+pub(crate) struct Live {
+    pub(crate) ticks: u64,
+    pub(crate) rate_hz: f64,
+    pub(crate) time: f64,
+    pub(crate) query_ns: u64,
+    pub(crate) force_ns: u64,
+    pub(crate) contacts: u32,
+    pub(crate) clusters: u32,
+    pub(crate) separation: f64,
+    pub(crate) force: f64,
+    pub(crate) torque: f64,
+    pub(crate) worst_step_s: f64,
+    pub(crate) overruns: u64,
+    pub(crate) faults: u64,
+    pub(crate) cuts: Cuts,
+    pub(crate) phase: Phase,
+}
+
+impl Live {
+    /// Before the first tick.
+    pub(crate) fn new(rate_hz: f64) -> Self {
+        Self {
+            ticks: 0,
+            rate_hz,
+            time: 0.0,
+            query_ns: 0,
+            force_ns: 0,
+            contacts: 0,
+            clusters: 0,
+            separation: f64::INFINITY,
+            force: 0.0,
+            torque: 0.0,
+            worst_step_s: 0.0,
+            overruns: 0,
+            faults: 0,
+            cuts: Cuts::NONE,
+            phase: Phase::default(),
+        }
+    }
+
+    /// After one tick more.
+    pub(crate) fn after(&self, tick: &ServoTick, detail: &Detail) -> Self {
+        let faulted = tick.phase == Phase::Faulted && self.phase != Phase::Faulted;
+        let engine = &detail.tick;
+        Self {
+            ticks: tick.index + 1,
+            rate_hz: self.rate_hz,
+            time: tick.time,
+            query_ns: engine.times.query + engine.times.depth,
+            force_ns: engine.times.force,
+            contacts: engine.contacts,
+            clusters: engine.clusters,
+            separation: engine.separation,
+            force: tick.wrench.force.length(),
+            torque: tick.wrench.torque.length(),
+            worst_step_s: self.worst_step_s.max(tick.step_s),
+            overruns: self.overruns + u64::from(tick.overrun),
+            faults: self.faults + u64::from(faulted),
+            cuts: tick.cuts,
+            phase: tick.phase,
+        }
+    }
+}
+
+/// Between two live lines.
+const LIVE_PERIOD: Duration = Duration::from_millis(100);
+
+/// Shows the newest values until the run is over: a line drawn over on a terminal, nothing elsewhere. Stops it at `end`.
+pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instant>) {
+    let shown = output::watched();
+    let mut last = session.live().ticks;
+    while !session.is_over() {
+        std::thread::sleep(LIVE_PERIOD);
+        if end.is_some_and(|end| Instant::now() >= end) {
+            stop.store(true, Ordering::Relaxed);
+        }
+        let live = session.live();
+        if shown {
+            output::live(&format!(
+                "{:6.0} Hz   query {:7.1} µs   {:3} contacts   {:5.2} N   {}",
+                (live.ticks - last) as f64 / LIVE_PERIOD.as_secs_f64(),
+                live.query_ns as f64 / 1e3,
+                live.contacts,
+                live.force,
+                said(live.phase),
+            ));
+        }
+        last = live.ticks;
+    }
+    if shown {
+        output::live_end();
+    }
+}
+
+/// Why there is no force, or not the whole.
+fn said(phase: Phase) -> &'static str {
+    match phase {
+        Phase::Engaged => "",
+        Phase::Idle => "press a button to feel it",
+        Phase::Waiting => "out of contact first",
+        Phase::Ramping => "engaging",
+        Phase::Faulted => "a fault: no force",
+        Phase::Stopped => "stopped by a fault",
+    }
+}

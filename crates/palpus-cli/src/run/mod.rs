@@ -1,0 +1,156 @@
+//! `palpus run`: the closed loop.
+//!
+//! 1. What was typed and a stage become a [`Plan`]: device, thresholds, settings.
+//! 2. A plan becomes a [`Session`], which owns the servo thread and is steered by newest values.
+//! 3. A window or a line in the terminal shows it ([`live`]); the window may have it followed by another one ([`crate::window`]).
+//! 4. What it was like is printed and plotted.
+
+mod live;
+mod plan;
+mod replayed;
+mod servo_thread;
+mod session;
+#[cfg(test)]
+mod session_tests;
+
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+#[cfg(feature = "window")]
+use std::time::{Duration, Instant};
+
+use anyhow::bail;
+use palpus_device::{RealTimeOptions, RunEnd};
+use palpus_io::read_recording;
+use palpus_io::scene::FilePolicy;
+
+use crate::args::RunArguments;
+use crate::{output, picture, plots, safety, stage, summary, window};
+
+pub(crate) use live::Live;
+pub(crate) use plan::Plan;
+#[cfg(feature = "window")]
+pub(crate) use session::free;
+pub(crate) use session::{Beginning, Ended, Session};
+
+pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
+    if arguments.list {
+        list();
+        return Ok(ExitCode::SUCCESS);
+    }
+    let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
+    let headless = window::reason_for_none(arguments);
+    let mut stage = stage::prepare(&arguments.scene, policy)?;
+    if let Some(file) = &arguments.hand_path {
+        stage.follow(file, arguments.hand_scale, arguments.hand_speed)?;
+    }
+    let plan = Plan::new(arguments, &arguments.scene, stage, headless.is_none())?;
+    if arguments.limits {
+        safety::print(plan.spec(), &plan.limits, arguments.json)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let mut engine = plan.engine(headless.is_none())?;
+    if let Some(at) = arguments.at {
+        let seconds = arguments.duration.unwrap_or(DEFAULT_SECONDS);
+        if !(0.0..seconds).contains(&at) {
+            bail!("--at {at} is not within the {seconds} s of the run; see --duration");
+        }
+        engine.keep((at * plan.rate_hz).round() as u64);
+    }
+    if !arguments.json {
+        plan.announce(arguments, headless);
+    }
+    let stop = interrupted();
+    let ended = match headless {
+        Some(_) => {
+            let mut session = Session::start(plan, engine, &beginning(arguments), &stop)?;
+            if !arguments.json {
+                session.tell_claims();
+                live::watch(&mut session, &stop, None);
+            }
+            vec![session.wait()?]
+        }
+        None => window::run(arguments, plan, engine, &stop)?,
+    };
+    finish(arguments, ended)
+}
+
+/// Ticks per second when nobody says.
+const DEFAULT_RATE_HZ: f64 = 1000.0;
+
+/// How long a run without a window goes when nobody says, s.
+const DEFAULT_SECONDS: f64 = 10.0;
+
+fn list() {
+    for scene in palpus_scenes::scenes() {
+        output::line(format!("{:12} {}", scene.name, scene.summary));
+    }
+}
+
+/// Set by Ctrl-C.
+fn interrupted() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let asked = Arc::clone(&stop);
+    // When there is a handler already, Ctrl-C simply ends the process; that is no reason not to run.
+    let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
+    stop
+}
+
+/// How a run begins that was typed so.
+pub(crate) fn beginning(arguments: &RunArguments) -> Beginning<'_> {
+    Beginning {
+        record: (!arguments.no_record).then_some(arguments.record.as_path()),
+        claims: (!arguments.fast && !arguments.no_realtime).then(RealTimeOptions::default),
+        paused: false,
+    }
+}
+
+/// Goes on in the terminal with a session for which no window could be opened.
+#[cfg(feature = "window")]
+pub(crate) fn go_on_without_window(
+    arguments: &RunArguments,
+    mut session: Session,
+    why: &str,
+    stop: &AtomicBool,
+) -> anyhow::Result<Ended> {
+    output::note(format!("no window could be opened here ({why}); headless"));
+    let end = arguments.duration.is_none().then(|| Instant::now() + Duration::from_secs_f64(DEFAULT_SECONDS));
+    live::watch(&mut session, stop, end);
+    session.wait()
+}
+
+/// Says what the runs were like, one after the other.
+fn finish(arguments: &RunArguments, ended: Vec<Ended>) -> anyhow::Result<ExitCode> {
+    let mut failed = false;
+    for run in ended {
+        run.notes.iter().for_each(output::note);
+        report(arguments, &run)?;
+        if let Some(file) = &arguments.screenshot {
+            let Ended { name, stage, engine, settings, rate_hz, .. } = run;
+            let moment = engine.shown(1.0 / rate_hz);
+            picture::write_run(&name, &stage, settings.limits.torque, moment, file, &arguments.picture)?;
+        }
+        failed |= matches!(run.end, RunEnd::DeviceFailed(_) | RunEnd::Panicked(_) | RunEnd::Faulted(_));
+    }
+    Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
+}
+
+fn report(arguments: &RunArguments, run: &Ended) -> anyhow::Result<()> {
+    if arguments.json {
+        return output::json(&run.summary);
+    }
+    summary::print(&run.summary);
+    for file in &run.recordings {
+        let plot = file.with_extension("svg");
+        let recording = read_recording(file)?;
+        if recording.rows.len() > 1 {
+            plots::write_svg(&crate::bench::run_figure(&run.name, &recording.rows), &plot)?;
+            output::line(format!("{:>14}  {} (plot: {})", "recorded", file.display(), plot.display()));
+            // What came before its first tick is not in it.
+            if recording.rows[0].tick == 0 {
+                output::line(format!("{:>14}  palpus replay {}", "again", file.display()));
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,194 @@
+//! What a run is to be, before it begins: a stage, a device, thresholds and settings.
+
+use std::path::Path;
+
+use anyhow::{anyhow, bail};
+use palpus::render::{Clustering, Settings};
+use palpus_device::{
+    AfterFault, DeviceSpec, DeviceState, Engagement, FaultyDevice, Guide, Guided, HapticDevice, Publisher,
+    ReplayDevice, SafetyLimits, SafetyOptions, Script, ServoOptions, SimulatedDevice, SimulationSettings, Timing,
+    hand_preset, latest,
+};
+use palpus_io::{RecordRow, RecordingHeader, read_recording};
+
+use super::{DEFAULT_RATE_HZ, DEFAULT_SECONDS, replayed};
+use crate::args::RunArguments;
+use crate::engine::Engine;
+use crate::stage::Stage;
+use crate::{devices, faults, output, safety};
+
+/// A run that can begin.
+pub(crate) struct Plan {
+    /// Of the scene.
+    pub(crate) name: String,
+    pub(crate) stage: Stage,
+    pub(crate) rate_hz: f64,
+    pub(crate) options: ServoOptions,
+    pub(crate) limits: SafetyLimits,
+    pub(crate) settings: Settings,
+    pub(crate) device: FaultyDevice<Box<dyn HapticDevice + Send>>,
+    /// Moves the simulated hand, if there is one that can be moved.
+    pub(crate) guide: Option<Publisher<Guide>>,
+    pub(crate) script: Script,
+    /// Of a recording from the beginning.
+    pub(crate) header: RecordingHeader,
+    engagement: Engagement,
+    notes: Vec<String>,
+}
+
+impl Plan {
+    /// A run on `stage`, which is called `name`. `endless`: until it is stopped, where nobody said how long.
+    pub(crate) fn new(arguments: &RunArguments, name: &str, mut stage: Stage, endless: bool) -> anyhow::Result<Self> {
+        if let Some(rendering) = arguments.rendering {
+            stage.coupling.mode = rendering.into();
+        }
+        if let Some(clustering) = arguments.clustering {
+            stage.settings.clustering = clustering.into();
+        }
+        let rate_hz = arguments.rate.or(stage.rate_hz).unwrap_or(DEFAULT_RATE_HZ);
+        let script = faults::script(&arguments.fault, rate_hz)?;
+        let Opened { device, guide, notes } = open(arguments, &stage, rate_hz)?;
+        let device = FaultyDevice::new(device, &script);
+        let settings = stage.settings_for(device.spec(), rate_hz);
+        let mut options = ServoOptions {
+            rate_hz,
+            timing: if arguments.fast { Timing::Simulated } else { Timing::RealTime },
+            duration: if endless { arguments.duration } else { Some(arguments.duration.unwrap_or(DEFAULT_SECONDS)) },
+            safety: SafetyOptions {
+                after_fault: if arguments.stop_on_fault { AfterFault::Stop } else { AfterFault::Reengage },
+                ..SafetyOptions::default()
+            },
+            ..ServoOptions::default()
+        };
+        let mut limits = options.safety.limits(device.spec(), rate_hz);
+        if arguments.passive {
+            limits.allowance = 0.0;
+        }
+        options.safety.limits = Some(limits);
+        let engagement = options.safety.engagement(device.spec());
+        let mut header = header(&stage, settings, &arguments.device, rate_hz);
+        safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
+        devices::recorded(&notes, &mut header.scene.more);
+        replayed::record_spec(device.spec(), &mut header.scene.more);
+        let name = name.to_owned();
+        Ok(Self { name, stage, rate_hz, options, limits, settings, device, guide, script, header, engagement, notes })
+    }
+
+    /// What the device says of itself.
+    pub(crate) fn spec(&self) -> &DeviceSpec {
+        self.device.spec()
+    }
+
+    /// An engine for it. `steerable`: with all that changes of settings may need later on.
+    pub(crate) fn engine(&self, steerable: bool) -> anyhow::Result<Engine> {
+        let engine = Engine::new(&self.stage, self.settings)?;
+        Ok(if steerable { engine.with_surfaces(self.stage.crease_angle()) } else { engine })
+    }
+
+    /// Says what is about to run; `headless` is why there is no window.
+    pub(crate) fn announce(&self, arguments: &RunArguments, headless: Option<&str>) {
+        let (stage, spec) = (&self.stage, self.spec());
+        let size = |body: &palpus::body::Body| (body.mesh().triangles().len(), body.pieces().len());
+        let ((ta, pa), (tb, pb)) = (size(&stage.probe), size(&stage.environment));
+        output::note(format!("{}: probe {ta} triangles in {pa} convex pieces, environment {tb} in {pb}", self.name));
+        let pace = if arguments.fast { "as fast as it goes" } else { "in real time" };
+        let how = headless.map_or("in a window".to_owned(), |why| format!("headless ({why})"));
+        let until = match self.options.duration {
+            None => "until the window is closed".to_owned(),
+            Some(seconds) => format!("for {seconds} s"),
+        };
+        output::note(format!("{how}: {} at {:.0} Hz {pace} {until}; Ctrl-C ends it", spec.name, self.rate_hz));
+        if self.device.brake().is_none() && spec.force_max > 0.0 && !arguments.device.starts_with("replay:") {
+            output::note(
+                "note: this device has no brake; should the loop stall, it holds its force until the loop goes on",
+            );
+        }
+        self.notes.iter().for_each(output::note);
+        if let Some(not_felt) = devices::not_felt(spec) {
+            output::note(format!("note: {not_felt}"));
+        }
+        if self.engagement != Engagement::Automatic {
+            output::note("forces come when you press a button of the device");
+        }
+        output::note(contacts_as_felt(&self.settings));
+    }
+}
+
+/// A device and what there is to know of it.
+struct Opened {
+    device: Box<dyn HapticDevice + Send>,
+    guide: Option<Publisher<Guide>>,
+    notes: Vec<String>,
+}
+
+fn open(arguments: &RunArguments, stage: &Stage, rate_hz: f64) -> anyhow::Result<Opened> {
+    let mut notes = Vec::new();
+    if let Some(file) = arguments.device.strip_prefix("replay:") {
+        let device = replay(Path::new(file))?;
+        return Ok(Opened { device, guide: None, notes });
+    }
+    if arguments.device != "sim" {
+        if arguments.fast {
+            bail!("only `sim` and `replay:FILE` run faster than time; leave --fast out");
+        }
+        let device = devices::open(&arguments.device, stage.path.pose(0.0), !arguments.no_realtime, &mut notes)?
+            .ok_or_else(|| anyhow!("there is no device `{}`; there are: {}", arguments.device, devices::NAMES))?;
+        return Ok(Opened { device, guide: None, notes });
+    }
+    let name = arguments.hand.as_deref().or(stage.hand).unwrap_or("normal");
+    let Some(hand) = hand_preset(name) else {
+        bail!("there is no hand `{name}`; hands are relaxed, normal, firm, tight and none");
+    };
+    let path = stage.path.clone();
+    let settings = SimulationSettings { rate_hz, hand, ..SimulationSettings::default() };
+    let (publisher, guide) = latest(Guide::Script);
+    let intent = Guided::new(move |time: f64| path.pose(time), guide);
+    let device = Box::new(SimulatedDevice::new(settings, intent)?);
+    // Who holds nothing cannot be led by it.
+    Ok(Opened { device, guide: Some(publisher).filter(|_| hand.stiffness > 0.0), notes })
+}
+
+/// The hand of a recording, in a device of the limits of that which was recorded.
+fn replay(file: &Path) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
+    let recording = read_recording(file)?;
+    let state = |row: &RecordRow| DeviceState {
+        pose: row.pose,
+        twist: row.twist,
+        buttons: row.buttons,
+        time: row.time_ns as f64 * 1e-9,
+    };
+    let spec = replayed::spec_of(&recording.header.scene.more);
+    Ok(Box::new(ReplayDevice::new(spec, recording.rows.iter().map(state).collect())))
+}
+
+fn header(stage: &Stage, settings: Settings, device: &str, rate_hz: f64) -> RecordingHeader {
+    let mut scene = stage.recorded.clone();
+    scene.render = settings;
+    RecordingHeader {
+        palpus_version: env!("CARGO_PKG_VERSION").to_owned(),
+        device: device.to_owned(),
+        rate_hz,
+        seed: 0,
+        scene,
+    }
+}
+
+/// How contacts come to the hand.
+fn contacts_as_felt(settings: &Settings) -> String {
+    let clustering = match settings.clustering {
+        Clustering::Linkage => "linkage clusters",
+        Clustering::Smooth => "smooth clustering",
+    };
+    let Some(coupling) = settings.coupling else {
+        return format!("direct rendering: contacts of {:.0} N/m, {clustering}", settings.stiffness);
+    };
+    format!(
+        "coupled: {:.0} N/m and {:.1} N·s/m, {:.2} N·m/rad and {:.2} mN·m·s/rad, tool of {:.1} g; contacts of {:.0} N/m, {clustering}",
+        coupling.stiffness,
+        coupling.damping,
+        coupling.angular_stiffness,
+        coupling.angular_damping * 1e3,
+        coupling.mass * 1e3,
+        settings.stiffness
+    )
+}

@@ -1,0 +1,164 @@
+//! Sessions that are steered while they go.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use clap::Parser;
+use palpus::algebra::Pose;
+use palpus::force::{FrictionSettings, ShadingSettings};
+use palpus::render::Settings;
+use palpus_device::Guide;
+use palpus_io::read_recording;
+use palpus_io::scene::FilePolicy;
+
+use super::{Beginning, Ended, Plan, Session};
+use crate::args::RunArguments;
+use crate::replay::run_again;
+use crate::stage;
+
+/// A folder of its own for one test, gone when the test is over.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("palpus-session-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("a temporary folder");
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// A session on `scene` in simulated time, paused before its first tick.
+fn paused(scene: &str, record: Option<PathBuf>) -> Session {
+    crate::bodies::use_cache(false);
+    let arguments = RunArguments::parse_from(["run", scene, "--fast"]);
+    let stage = stage::prepare(scene, FilePolicy::Inside).expect("a built-in scene");
+    let plan = Plan::new(&arguments, scene, stage, true).expect("a plan");
+    let engine = plan.engine(true).expect("an engine");
+    let beginning = Beginning { record: record.as_deref(), claims: None, paused: true };
+    Session::start(plan, engine, &beginning, &Arc::new(AtomicBool::new(false))).expect("a session")
+}
+
+/// Long: the machine may have other things to do.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Takes the session on to the end of so many ticks.
+fn run_to(session: &mut Session, ticks: u64) {
+    let made = session.live().ticks;
+    session.reins().step(ticks - made);
+    let begin = Instant::now();
+    while session.live().ticks < ticks {
+        assert!(begin.elapsed() < PATIENCE, "the loop does not go on");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Replays `file`: how many of its wrenches come out the same, of how many.
+fn replayed(file: &std::path::Path) -> anyhow::Result<(usize, usize)> {
+    let recording = read_recording(file)?;
+    let mut same = 0;
+    run_again(&recording, FilePolicy::Inside, &[], &mut |k, wrench, _| {
+        same += usize::from(recording.rows[k].same_wrench(wrench));
+    })?;
+    Ok((same, recording.rows.len()))
+}
+
+const SHADING: ShadingSettings = ShadingSettings { crease_angle: 0.3, most_turn: 0.7 };
+const FRICTION: FrictionSettings =
+    FrictionSettings { static_coefficient: 0.6, dynamic_coefficient: 0.5, tangential_stiffness: 900.0 };
+
+#[test]
+fn settings_changed_in_a_run_come_back_bit_for_bit_and_cost_no_memory() {
+    let folder = Folder::new("changes");
+    let file = folder.0.join("run.csv");
+    let mut session = paused("spoon-cup", Some(file.clone()));
+    let [(_, usual), (_, paper)] = session.presets();
+    assert_eq!(*session.settings(), usual);
+    let shading = (session.settings().shading.is_none()).then_some(SHADING);
+    for (k, change) in [
+        Settings { friction: Some(FRICTION), ..usual },
+        Settings { shading, ..usual },
+        paper,
+        Settings { stiffness: 1200.0, contact_tolerance: 2e-3, ..paper },
+        Settings { friction: None, shading: None, blend_angle: None, ..usual },
+        usual,
+    ]
+    .iter()
+    .enumerate()
+    {
+        run_to(&mut session, 400 * (k as u64 + 1));
+        session.set_settings(change).expect("it can be");
+        if k == 2 {
+            let at = Pose { translation: session.stage().path.pose(0.0).translation, ..Pose::IDENTITY };
+            session.guide().expect("a hand").publish(Guide::Held(at));
+        }
+    }
+    run_to(&mut session, 3000);
+    let Ended { summary, recordings, notes, .. } = session.end().expect("it ends");
+    assert_eq!(summary.ticks, 3000);
+    assert_eq!(summary.allocations, 0, "the loop allocates");
+    assert_eq!(recordings, std::slice::from_ref(&file));
+    assert!(notes.is_empty(), "{notes:?}");
+    let changes = read_recording(&file).expect("a recording").changes;
+    let ticks: Vec<u64> = changes.iter().map(|change| change.0).collect();
+    assert_eq!(ticks, [400, 800, 1200, 1600, 2000, 2400]);
+    assert_eq!(replayed(&file).expect("it can be replayed"), (3000, 3000));
+}
+
+#[test]
+fn settings_that_cannot_be_are_refused_and_the_run_goes_on() {
+    let mut session = paused("pen-sphere", None);
+    let usual = *session.settings();
+    assert!(session.set_settings(&Settings { stiffness: -1.0, ..usual }).is_err());
+    assert_eq!(*session.settings(), usual);
+    // What memory and device decide stays.
+    let other = Settings { capacity: 7, limits: palpus::render::Limits { force: 1e3, torque: 1e3 }, ..usual };
+    session.set_settings(&other).expect("the rest can be");
+    assert_eq!(*session.settings(), usual);
+    run_to(&mut session, 100);
+    assert_eq!(session.end().expect("it ends").summary.ticks, 100);
+}
+
+#[test]
+fn recordings_come_and_go_and_overwrite_nothing() {
+    let folder = Folder::new("recordings");
+    let file = folder.0.join("run.csv");
+    let mut session = paused("pen-sphere", Some(file.clone()));
+    run_to(&mut session, 200);
+    assert_eq!(session.recording(), Some(file.as_path()));
+    assert_eq!(session.stop_recording().expect("it ends"), Some(file.clone()));
+    run_to(&mut session, 300);
+    assert_eq!(session.recording(), None);
+    let stiffer = Settings { stiffness: 3000.0, ..*session.settings() };
+    session.set_settings(&stiffer).expect("it can be");
+    let second = session.record(&file).expect("a file");
+    assert_eq!(second, folder.0.join("run-2.csv"));
+    run_to(&mut session, 500);
+    session.set_settings(&Settings { stiffness: 2000.0, ..stiffer }).expect("it can be");
+    run_to(&mut session, 600);
+    let third = session.record(&file).expect("another file");
+    assert_eq!(third, folder.0.join("run-3.csv"));
+    run_to(&mut session, 700);
+    let ended = session.end().expect("it ends");
+    assert_eq!(ended.recordings, [file.clone(), second.clone(), third.clone()]);
+
+    let ticks = |file| {
+        let recording = read_recording(file).expect("a recording");
+        let ends = [recording.rows.first(), recording.rows.last()].map(|row| row.expect("a row").tick);
+        (ends, recording.header.scene.render.stiffness, recording.changes.len())
+    };
+    let usual = read_recording(&file).expect("a recording").header.scene.render.stiffness;
+    assert_eq!(ticks(&file), ([0, 199], usual, 0));
+    assert_eq!(ticks(&second), ([300, 599], 3000.0, 1));
+    assert_eq!(ticks(&third), ([600, 699], 2000.0, 0));
+    assert_eq!(replayed(&file).expect("it was recorded from the start"), (200, 200));
+    let refused = replayed(&second).expect_err("it was not").to_string();
+    assert!(refused.contains("tick 300") && refused.contains("in the course of"), "{refused}");
+}

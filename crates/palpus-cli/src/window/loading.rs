@@ -1,0 +1,123 @@
+//! What is to be felt next, prepared on a thread of its own while the present run goes on.
+
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+
+use anyhow::anyhow;
+use palpus_window::Loading;
+
+/// Work that was begun, how far it is, and what came of it.
+pub(super) struct Loader<T> {
+    told: Arc<Mutex<Loading>>,
+    thread: Option<JoinHandle<anyhow::Result<T>>>,
+}
+
+/// How the work says what is done, and which part of it, 0 to 1, where that can be said.
+pub(super) type Tell<'a> = &'a dyn Fn(&str, Option<f64>);
+
+impl<T: Send + 'static> Loader<T> {
+    /// Nothing to do yet.
+    pub(super) fn new() -> Self {
+        Self { told: Arc::default(), thread: None }
+    }
+
+    /// Begins `work`, which is called `words` until it says more.
+    ///
+    /// # Errors
+    /// While other work is under way.
+    pub(super) fn begin(
+        &mut self,
+        words: &str,
+        work: impl FnOnce(Tell<'_>) -> anyhow::Result<T> + Send + 'static,
+    ) -> Result<(), String> {
+        if self.thread.is_some() {
+            return Err("something else is being prepared; wait for it".to_owned());
+        }
+        set(&self.told, Loading::UnderWay { words: words.to_owned(), part: None });
+        let told = Arc::clone(&self.told);
+        let tell = move |words: &str, part: Option<f64>| {
+            set(&told, Loading::UnderWay { words: words.to_owned(), part });
+        };
+        let thread = std::thread::Builder::new().name("prepare".to_owned()).spawn(move || work(&tell));
+        self.thread = Some(thread.map_err(|error| format!("no thread to prepare it: {error}"))?);
+        Ok(())
+    }
+
+    /// How far it is.
+    pub(super) fn told(&self) -> Loading {
+        self.told.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// What came of it, once, when it is done; what is done with it then is told as the same work.
+    pub(super) fn take(&mut self) -> Option<anyhow::Result<T>> {
+        let thread = self.thread.take_if(|thread| thread.is_finished())?;
+        let failed = |_| anyhow!("it could not be prepared; please report this");
+        Some(thread.join().map_err(failed).and_then(|result| result))
+    }
+
+    /// It is over, well or with an error.
+    pub(super) fn end(&self, result: anyhow::Result<()>) {
+        set(&self.told, result.map_or_else(|error| Loading::Failed(one_line(&error)), |()| Loading::Idle));
+    }
+}
+
+fn set(told: &Mutex<Loading>, loading: Loading) {
+    *told.lock().unwrap_or_else(PoisonError::into_inner) = loading;
+}
+
+/// An error and its causes.
+pub(super) fn one_line(error: &anyhow::Error) -> String {
+    format!("{error:#}").lines().map(str::trim).collect::<Vec<_>>().join(" ")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc;
+    use std::time::Duration;
+
+    use super::*;
+
+    fn done<T: Send + 'static>(loader: &mut Loader<T>) -> anyhow::Result<T> {
+        loop {
+            if let Some(result) = loader.take() {
+                return result;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    #[test]
+    fn work_tells_how_far_it_is_and_is_done_once() {
+        let mut loader = Loader::new();
+        assert_eq!(loader.told(), Loading::Idle);
+        let (go, wait) = mpsc::channel::<()>();
+        let (said, heard) = mpsc::channel::<()>();
+        loader
+            .begin("reading", move |tell| {
+                tell("half way", Some(0.5));
+                said.send(())?;
+                wait.recv()?;
+                Ok(7)
+            })
+            .expect("it begins");
+        heard.recv().expect("it says so");
+        assert_eq!(loader.told(), Loading::UnderWay { words: "half way".to_owned(), part: Some(0.5) });
+        assert!(loader.take().is_none() && loader.begin("more", |_| Ok(8)).is_err());
+        go.send(()).expect("it waits");
+        assert_eq!(done(&mut loader).expect("it is well"), 7);
+        loader.end(Ok(()));
+        assert!(loader.told() == Loading::Idle && loader.take().is_none());
+    }
+
+    #[test]
+    fn a_failure_is_one_line_until_something_else_begins() {
+        let mut loader = Loader::<()>::new();
+        let fail = |_: Tell<'_>| Err(anyhow!("line 3:\n  no number").context("cup.obj cannot be read"));
+        loader.begin("reading", fail).expect("it begins");
+        let result = done(&mut loader);
+        loader.end(result);
+        assert_eq!(loader.told(), Loading::Failed("cup.obj cannot be read: line 3: no number".to_owned()));
+        loader.begin("reading", |_| Ok(())).expect("it begins");
+        assert!(matches!(loader.told(), Loading::UnderWay { .. }));
+    }
+}

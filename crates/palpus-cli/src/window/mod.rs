@@ -1,0 +1,121 @@
+//! The window beside a run, where there is a display and the program was built with one (feature `window`).
+//!
+//! The window has the main thread. It draws what the servo thread leaves, and asks for what it wants of a [`steered::Steered`], which has
+//! the session: settings, the hand, pauses, recordings, and another scene in place of this one, prepared on a thread of its own ([`loading`]).
+
+#[cfg(feature = "window")]
+mod dropped;
+#[cfg(feature = "window")]
+mod loading;
+#[cfg(feature = "window")]
+mod steered;
+
+use crate::args::RunArguments;
+
+/// Why a run goes without a window; none if it may have one.
+pub(crate) fn reason_for_none(arguments: &RunArguments) -> Option<&'static str> {
+    let asked = [
+        (arguments.headless, "as asked"),
+        (arguments.json, "for --json"),
+        (arguments.fast, "for --fast"),
+        (arguments.screenshot.is_some(), "for --screenshot"),
+    ];
+    asked.into_iter().find(|(asked, _)| *asked).map(|(_, why)| why).or(here::reason_for_none())
+}
+
+pub(crate) use here::run;
+
+#[cfg(feature = "window")]
+mod here {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+
+    use palpus_device::{Newest, latest_of};
+    use palpus_window::{Look, Moment, Scene, ShownBody, Solid, Theme, Unit, has_display, open};
+
+    use super::steered::Steered;
+    use crate::args::RunArguments;
+    use crate::engine::Engine;
+    use crate::run::{self, Beginning, Ended, Plan, Session};
+
+    pub(super) fn reason_for_none() -> Option<&'static str> {
+        (!has_display()).then_some("no display")
+    }
+
+    /// Runs `plan`, and whatever follows it, in a window until that is closed; in the terminal if none can be opened.
+    pub(crate) fn run(
+        arguments: &RunArguments,
+        plan: Plan,
+        engine: Engine,
+        stop: &Arc<AtomicBool>,
+    ) -> anyhow::Result<Vec<Ended>> {
+        let (session, scene, moments) = begin(plan, engine, &run::beginning(arguments), stop)?;
+        session.tell_claims();
+        let mut steered = Steered::new(arguments, session, stop);
+        match open(scene, moments, &mut steered) {
+            Ok(()) => steered.end(),
+            Err(why) => match steered.into_session() {
+                Some(session) => Ok(vec![run::go_on_without_window(arguments, session, &why.to_string(), stop)?]),
+                None => anyhow::bail!("no window could be opened here ({why})"),
+            },
+        }
+    }
+
+    /// Starts a session that can be seen: what there is to see, and what changes of it.
+    pub(super) fn begin(
+        plan: Plan,
+        mut engine: Engine,
+        beginning: &Beginning<'_>,
+        stop: &Arc<AtomicBool>,
+    ) -> anyhow::Result<(Session, Scene, Newest<Moment>)> {
+        let capacity = plan.settings.capacity;
+        let (publisher, moments) = latest_of(move || Moment::new(capacity));
+        engine.publish(publisher);
+        let scene = scene(&plan);
+        let session = Session::start(plan, engine, beginning, stop)?;
+        Ok((session, scene, moments))
+    }
+
+    /// What there is to see of a plan before it runs.
+    fn scene(plan: &Plan) -> Scene {
+        let (stage, limits) = (&plan.stage, &plan.settings.limits);
+        let colours = ShownBody::colours(Theme::Dark);
+        let shown = |body, pose, colour, translucent| ShownBody {
+            solid: Arc::new(Solid::of_body(body)),
+            pose,
+            colour,
+            look: Look { translucent, ..Look::default() },
+        };
+        Scene {
+            bodies: vec![
+                shown(&stage.probe, stage.path.pose(0.0), colours[0], false),
+                shown(&stage.environment, stage.environment_pose, colours[1], true),
+            ],
+            moment_pose: stage.environment_pose,
+            // An arrow of a quarter of the limit is as long as arrows are in pictures; larger forces are longer.
+            force_scale: 0.25 * limits.force,
+            torque_scale: limits.torque,
+            title: plan.name.clone(),
+            unit: Unit::Metre,
+            ..Scene::default()
+        }
+    }
+}
+
+#[cfg(not(feature = "window"))]
+mod here {
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+
+    use crate::args::RunArguments;
+    use crate::engine::Engine;
+    use crate::run::{Ended, Plan};
+
+    pub(super) fn reason_for_none() -> Option<&'static str> {
+        Some("built without the window: --no-default-features leaves it out")
+    }
+
+    pub(crate) fn run(_: &RunArguments, _: Plan, _: Engine, _: &Arc<AtomicBool>) -> anyhow::Result<Vec<Ended>> {
+        unreachable!("a program without the window gives a reason for it before every run")
+    }
+}

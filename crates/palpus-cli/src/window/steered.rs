@@ -1,0 +1,302 @@
+//! What the window asks for, done: the session behind it, and the one that follows.
+//!
+//! A scene or mesh that is wanted is prepared while the present run goes on ([`Loader`]). Then this ends in order, and the next one
+//! begins: with a recording if there was one. A simulated device is made beforehand, so that whatever fails leaves the present run as it
+//! is; hardware can be opened once only, so that it is let go of first.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use anyhow::anyhow;
+use palpus::algebra::Pose;
+use palpus::render::Settings;
+use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, SpaceMouse, SpaceMouseError};
+use palpus_io::scene::FilePolicy;
+use palpus_window::{Cap, FileKind, Loading, Moment, Numbers, Preset, Run, Scene, Wanted};
+
+use super::dropped::{self, Present};
+use super::here::begin;
+use super::loading::{Loader, Tell, one_line};
+use crate::args::RunArguments;
+use crate::bodies::Teller;
+use crate::engine::Engine;
+use crate::run::{self, Beginning, Ended, Live, Plan, Session, free};
+use crate::stage::{self, Stage};
+
+/// A run that the window steers.
+pub(super) struct Steered<'a> {
+    arguments: &'a RunArguments,
+    stop: &'a Arc<AtomicBool>,
+    /// None only if a device could not be opened again.
+    session: Option<Session>,
+    ended: Vec<Ended>,
+    loader: Loader<Next>,
+    /// For the window to take.
+    next: Option<(Scene, Newest<Moment>)>,
+    /// What was known last.
+    spec: DeviceSpec,
+    settings: Settings,
+    live: Live,
+    cap: Caps,
+}
+
+/// What was prepared.
+enum Next {
+    /// A stage, by name: the device is to be opened.
+    Stage(String, Box<Stage>),
+    /// Everything.
+    Run(Box<(Plan, Engine)>),
+}
+
+impl<'a> Steered<'a> {
+    pub(super) fn new(arguments: &'a RunArguments, mut session: Session, stop: &'a Arc<AtomicBool>) -> Self {
+        Self {
+            arguments,
+            stop,
+            ended: Vec::new(),
+            loader: Loader::new(),
+            next: None,
+            spec: session.spec().clone(),
+            settings: *session.settings(),
+            live: session.live(),
+            cap: Caps::default(),
+            session: Some(session),
+        }
+    }
+
+    /// The runs that there were, the last of them ended now.
+    pub(super) fn end(mut self) -> anyhow::Result<Vec<Ended>> {
+        self.end_session()?;
+        Ok(self.ended)
+    }
+
+    /// The run that goes on.
+    pub(super) fn into_session(self) -> Option<Session> {
+        self.session
+    }
+
+    fn end_session(&mut self) -> anyhow::Result<()> {
+        if let Some(session) = self.session.take() {
+            self.ended.push(session.end()?);
+        }
+        Ok(())
+    }
+
+    /// Ends the present run and begins the next one.
+    fn follow(&mut self, next: Next) -> anyhow::Result<()> {
+        let recorded = self.session.as_ref().is_some_and(|session| session.recording().is_some());
+        self.end_session()?;
+        let (plan, engine) = match next {
+            Next::Run(run) => *run,
+            Next::Stage(name, stage) => planned(self.arguments, &name, *stage)?,
+        };
+        let file = free(&self.arguments.record);
+        let record = recorded.then_some(file.as_path());
+        let beginning = Beginning { record, ..run::beginning(self.arguments) };
+        let (session, scene, moments) = begin(plan, engine, &beginning, self.stop)?;
+        (self.spec, self.settings) = (session.spec().clone(), *session.settings());
+        self.session = Some(session);
+        self.next = Some((scene, moments));
+        Ok(())
+    }
+
+    fn session(&mut self) -> Result<&mut Session, String> {
+        self.session.as_mut().filter(|session| !session.is_over()).ok_or_else(|| "the run is over".to_owned())
+    }
+}
+
+fn planned(arguments: &RunArguments, name: &str, stage: Stage) -> anyhow::Result<(Plan, Engine)> {
+    let plan = Plan::new(arguments, name, stage, true)?;
+    let engine = plan.engine(true)?;
+    Ok((plan, engine))
+}
+
+/// Prepares what is wanted, on a thread of its own.
+fn prepared(wanted: &Wanted, present: &Present, arguments: &RunArguments, tell: Tell<'_>) -> anyhow::Result<Next> {
+    let (name, policy) = match wanted {
+        Wanted::Scene(name) => (name.clone(), FilePolicy::Inside),
+        Wanted::SceneFile(file) => {
+            let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
+            (file.display().to_string(), policy)
+        }
+        Wanted::Mesh { file, part, metres_per_unit } => {
+            let below = arguments.record.parent().unwrap_or(Path::new("")).join("scenes");
+            (present.with(file, *part, *metres_per_unit, &below)?.display().to_string(), FilePolicy::Inside)
+        }
+    };
+    let calls = |body: &str, done: f64| tell(&format!("preparing {body}"), Some(done));
+    let stage = stage::prepare_telling(&name, policy, &Teller::Calls(&calls))?;
+    tell("making ready", None);
+    let is_hardware = arguments.device != "sim" && !arguments.device.starts_with("replay:");
+    if is_hardware {
+        return Ok(Next::Stage(name, Box::new(stage)));
+    }
+    planned(arguments, &name, stage).map(|run| Next::Run(Box::new(run)))
+}
+
+impl Run for Steered<'_> {
+    fn numbers(&mut self) -> Numbers {
+        if let Some(session) = &mut self.session {
+            self.live = session.live();
+        }
+        let live = self.live;
+        Numbers {
+            ticks: live.ticks,
+            rate_hz: live.rate_hz,
+            time: live.time,
+            force: live.force,
+            torque: live.torque,
+            query: live.query_ns as f64 * 1e-9,
+            force_time: live.force_ns as f64 * 1e-9,
+            worst_step: live.worst_step_s,
+            overruns: live.overruns,
+            faults: live.faults,
+            contacts: live.contacts,
+            clusters: live.clusters,
+            separation: live.separation,
+            cuts: live.cuts,
+            phase: live.phase,
+        }
+    }
+
+    fn device(&self) -> &DeviceSpec {
+        &self.spec
+    }
+
+    fn settings(&self) -> Settings {
+        self.session.as_ref().map_or(self.settings, |session| *session.settings())
+    }
+
+    fn set_settings(&mut self, settings: &Settings) -> Result<(), String> {
+        self.session()?.set_settings(settings).map_err(|error| error.to_string())
+    }
+
+    fn presets(&self) -> Vec<Preset> {
+        let presets = self.session.as_ref().map(Session::presets);
+        presets.into_iter().flatten().map(|(name, settings)| Preset { name, settings }).collect()
+    }
+
+    fn can_guide(&self) -> bool {
+        self.session.as_ref().is_some_and(Session::can_guide)
+    }
+
+    fn guide(&mut self, held: Option<Pose>) {
+        if let Some(hand) = self.session.as_mut().and_then(Session::guide) {
+            hand.publish(held.map_or(Guide::Script, Guide::Held));
+        }
+    }
+
+    fn cap(&mut self) -> Cap {
+        if !self.can_guide() {
+            return Cap::None;
+        }
+        self.cap.get()
+    }
+
+    fn pause(&mut self, paused: bool) -> Result<(), String> {
+        self.session()?.reins().pause(paused);
+        Ok(())
+    }
+
+    fn is_paused(&self) -> bool {
+        self.session.as_ref().is_some_and(|session| session.reins().is_paused())
+    }
+
+    fn step(&mut self, ticks: u64) {
+        if let Some(session) = &self.session {
+            session.reins().step(ticks);
+        }
+    }
+
+    fn record(&mut self, on: bool) -> Result<PathBuf, String> {
+        let base = &self.arguments.record;
+        let session = self.session.as_mut().ok_or("the run is over")?;
+        let file = if on {
+            session.record(base)
+        } else {
+            session.stop_recording().and_then(|file| file.ok_or_else(|| anyhow!("nothing is being recorded")))
+        };
+        file.map_err(|error| one_line(&error))
+    }
+
+    fn recording(&self) -> Option<PathBuf> {
+        self.session.as_ref().and_then(Session::recording).map(Path::to_owned)
+    }
+
+    fn scenes(&self) -> Vec<(String, String)> {
+        palpus_scenes::scenes().iter().map(|scene| (scene.name.to_owned(), scene.summary.to_owned())).collect()
+    }
+
+    fn reader(&self) -> fn(&Path) -> Result<FileKind, String> {
+        dropped::kind
+    }
+
+    fn load(&mut self, wanted: Wanted) -> Result<(), String> {
+        let session = self.session.as_ref().ok_or("the run is over")?;
+        let (present, arguments) = (Present::of(session.stage()), self.arguments.clone());
+        let words = match &wanted {
+            Wanted::Scene(name) => format!("preparing {name}"),
+            Wanted::SceneFile(file) | Wanted::Mesh { file, .. } => format!("reading {}", file.display()),
+        };
+        self.loader.begin(&words, move |tell| prepared(&wanted, &present, &arguments, tell))
+    }
+
+    fn loading(&mut self) -> Loading {
+        if let Some(result) = self.loader.take() {
+            let result = result.and_then(|next| self.follow(next));
+            self.loader.end(result);
+        }
+        self.loader.told()
+    }
+
+    fn replaced(&mut self) -> Option<(Scene, Newest<Moment>)> {
+        self.next.take()
+    }
+
+    fn is_over(&self) -> bool {
+        self.session.as_ref().is_none_or(Session::is_over)
+    }
+
+    fn closes_when_over(&self) -> bool {
+        self.arguments.duration.is_some() || self.stop.load(Ordering::Relaxed)
+    }
+}
+
+/// The SpaceMouse, if there is one or comes to be one.
+#[derive(Default)]
+struct Caps {
+    mouse: Option<SpaceMouse>,
+    looked: Option<Instant>,
+    unusable: Option<String>,
+}
+
+/// How often one is looked for.
+const LOOK: Duration = Duration::from_secs(2);
+
+impl Caps {
+    fn get(&mut self) -> Cap {
+        if self.mouse.is_none() && self.looked.is_none_or(|looked| looked.elapsed() > LOOK) {
+            self.look();
+        }
+        match self.mouse.as_mut().map(HapticDevice::read) {
+            Some(Ok(state)) => Cap::Pushed(state.twist),
+            Some(Err(_)) => {
+                self.mouse = None;
+                Cap::None
+            }
+            None => self.unusable.clone().map_or(Cap::None, Cap::Unusable),
+        }
+    }
+
+    fn look(&mut self) {
+        self.looked = Some(Instant::now());
+        self.unusable = None;
+        match SpaceMouse::open(None) {
+            Ok(mouse) => self.mouse = Some(mouse),
+            Err(SpaceMouseError::None | SpaceMouseError::NotHere) => {}
+            Err(error) => self.unusable = Some(error.to_string()),
+        }
+    }
+}
