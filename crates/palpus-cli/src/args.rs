@@ -84,7 +84,8 @@ pub(crate) struct RunArguments {
     pub(crate) list: bool,
     /// The device: `sim` (a simulated device in a simulated hand), `replay:FILE` (the hand of a recording), `haply` (or
     /// `haply:ws://HOST:PORT`), `spacemouse` (or `spacemouse:/dev/hidrawN`), `force-dimension` or `openhaptics` (or with
-    /// `:LIBRARY`, the maker's library or a stand-in for it); see `palpus devices`.
+    /// `:LIBRARY`, the maker's library or a stand-in for it). Of several, one by `haply#ARM`, `force-dimension#2` or `openhaptics#NAME`;
+    /// see `palpus devices`.
     #[arg(long, default_value = "sim", value_name = "DEVICE")]
     pub(crate) device: String,
     /// The simulated hand: relaxed, normal, firm, tight or none [default: the scene's, or normal].
@@ -315,7 +316,7 @@ impl From<ClusteringMethod> for Clustering {
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  palpus doctor\n  palpus doctor --scene intestine --duration 30 --json\n\nMeasures a bare timer and then the scene's loop, each for the duration, with the priority and memory that `palpus run` would ask for.\nExit status: 0 the machine is fit for 1 kHz, 1 it is not."
+    after_help = "Examples:\n  palpus doctor\n  palpus doctor --scene intestine --duration 30 --json\n\nMeasures a bare timer at 1 kHz and the scene's loop, each for the duration, and the timer at rates from 500 Hz to 10 kHz, a fifth of it each, with\nthe priority and memory that `palpus run` would ask for.\nExit status: 0 the machine is fit for 1 kHz, 1 it is not."
 )]
 pub(crate) struct DoctorArguments {
     /// The scene whose steps are timed: a built-in one (`palpus run --list`) or a scene file (TOML).

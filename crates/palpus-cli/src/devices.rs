@@ -2,13 +2,13 @@
 
 use std::process::ExitCode;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use palpus::algebra::Pose;
 use palpus_device::{
     Axes, DeviceSpec, Finding, FindingState, HAPLY_ADDRESS, HaplyDevice, HaplyOptions, HapticDevice, PlacedDevice,
     RealTimeOptions, SafetyLimits, SpaceMouse,
 };
-use palpus_drivers::{ForceDimension, ForceDimensionOptions, OpenHaptics, Place};
+use palpus_drivers::{ForceDimension, ForceDimensionOptions, OpenHaptics, OpenHapticsOptions, Place};
 use serde_json::{Map, Value, json};
 use toml::Table;
 
@@ -34,8 +34,8 @@ pub(crate) fn devices(arguments: &DevicesArguments) -> anyhow::Result<ExitCode> 
 }
 
 /// What `--device` can be, for who typed something else.
-pub(crate) const NAMES: &str = "sim, replay:FILE, haply[:ws://HOST:PORT], spacemouse[:/dev/hidrawN], \
-    force-dimension[:LIBRARY], force-dimension-simulator[:LIBRARY], openhaptics[:LIBRARY]";
+pub(crate) const NAMES: &str = "sim, replay:FILE, haply[#ARM][:ws://HOST:PORT], spacemouse[:/dev/hidrawN], \
+    force-dimension[#1][:LIBRARY], force-dimension-simulator[:LIBRARY], openhaptics[#NAME][:LIBRARY]";
 
 /// The hardware called `name`, set down so that the hand begins at `start`; `None` when it is no hardware's name.
 ///
@@ -46,16 +46,20 @@ pub(crate) fn open(
     real_time: bool,
     notes: &mut Vec<String>,
 ) -> anyhow::Result<Option<Box<dyn HapticDevice + Send>>> {
-    let (kind, place) = name.split_once(':').map_or((name, None), |(kind, place)| (kind, Some(place)));
+    let Wanted { kind, which, place } = Wanted::of(name);
+    if which.is_some() && !matches!(kind, "haply" | "force-dimension" | "openhaptics") {
+        bail!("of `{kind}` there is one; leave the # out");
+    }
     let device: Box<dyn HapticDevice + Send> = match kind {
         "haply" => {
-            let device = HaplyDevice::open(&haply(place, real_time)).with_context(|| refused(name))?;
+            let device = HaplyDevice::open(&haply(which, place, real_time)).with_context(|| refused(name))?;
             notes.extend_from_slice(device.notes());
             Box::new(device)
         }
         "spacemouse" => Box::new(SpaceMouse::open(place).with_context(|| refused(name))?),
         "force-dimension" | "force-dimension-simulator" => {
-            let options = ForceDimensionOptions { library: library(place), simulator: kind.ends_with("simulator") };
+            let simulator = kind.ends_with("simulator");
+            let options = ForceDimensionOptions { library: library(place), simulator, which: number(which)? };
             let device = ForceDimension::open(&options).with_context(|| refused(name))?;
             if !device.has_watchdog() {
                 output::note(
@@ -64,10 +68,38 @@ pub(crate) fn open(
             }
             Box::new(device)
         }
-        "openhaptics" => Box::new(OpenHaptics::open(&library(place)).with_context(|| refused(name))?),
+        "openhaptics" => {
+            let options = OpenHapticsOptions { library: library(place), device: which.map(str::to_owned) };
+            Box::new(OpenHaptics::open(&options).with_context(|| refused(name))?)
+        }
         _ => return Ok(None),
     };
     Ok(Some(Box::new(PlacedDevice::new(device, start))))
+}
+
+/// What is typed behind `--device`: `KIND`, `KIND#WHICH`, `KIND:PLACE` or `KIND#WHICH:PLACE`.
+#[derive(Debug, PartialEq)]
+struct Wanted<'a> {
+    kind: &'a str,
+    which: Option<&'a str>,
+    place: Option<&'a str>,
+}
+
+impl<'a> Wanted<'a> {
+    fn of(name: &'a str) -> Self {
+        let (front, place) = name.split_once(':').map_or((name, None), |(front, place)| (front, Some(place)));
+        let (kind, which) = front.split_once('#').map_or((front, None), |(kind, which)| (kind, Some(which)));
+        Self { kind, which, place }
+    }
+}
+
+/// From 0, out of a number that counts from 1.
+fn number(which: Option<&str>) -> anyhow::Result<Option<u8>> {
+    let Some(text) = which else { return Ok(None) };
+    match text.parse::<u8>() {
+        Ok(number @ 1..) => Ok(Some(number - 1)),
+        _ => bail!("devices are counted from 1, such as force-dimension#2, and `{text}` is no such number"),
+    }
 }
 
 /// For a recording's header: what the device said of itself.
@@ -86,11 +118,12 @@ fn library(place: Option<&str>) -> Place {
 }
 
 /// Who names a service may name one on another machine.
-fn haply(place: Option<&str>, real_time: bool) -> HaplyOptions {
+fn haply(which: Option<&str>, place: Option<&str>, real_time: bool) -> HaplyOptions {
     let above = |priority: u8| priority + 1;
     HaplyOptions {
         address: place.unwrap_or(HAPLY_ADDRESS).to_owned(),
         beyond_loopback: place.is_some(),
+        arm: which.map(str::to_owned),
         priority: RealTimeOptions::default().priority.filter(|_| real_time).map(above),
         ..HaplyOptions::default()
     }
@@ -288,6 +321,21 @@ fn found_document(backend: &str, name: &str, device: &str, spec: &DeviceSpec, ra
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn one_of_several_devices_can_be_named() {
+        let of = |name| {
+            let Wanted { kind, which, place } = Wanted::of(name);
+            (kind, which, place)
+        };
+        assert_eq!(of("haply"), ("haply", None, None));
+        assert_eq!(of("haply#049D:ws://localhost:10001"), ("haply", Some("049D"), Some("ws://localhost:10001")));
+        assert_eq!(of("force-dimension#2"), ("force-dimension", Some("2"), None));
+        assert_eq!(of("openhaptics:/a#b/libHD.so"), ("openhaptics", None, Some("/a#b/libHD.so")));
+        assert_eq!(of("openhaptics#Right Device"), ("openhaptics", Some("Right Device"), None));
+        assert_eq!((number(None).unwrap(), number(Some("2")).unwrap()), (None, Some(1)));
+        assert!(number(Some("0")).is_err() && number(Some("x")).is_err());
+    }
 
     #[test]
     fn long_lines_are_wrapped_and_lose_nothing() {

@@ -115,6 +115,7 @@ pub(crate) fn of_recording(more: &Table, period: f64) -> anyhow::Result<Option<S
     let options = SafetyOptions {
         engagement: Some(engagement),
         limits: Some(limits),
+        loosened: false,
         after_fault: if is_set("stop_after_fault")? { AfterFault::Stop } else { AfterFault::Reengage },
         after_panic: if is_set("stop_after_panic")? { AfterPanic::Stop } else { AfterPanic::AsFault },
     };

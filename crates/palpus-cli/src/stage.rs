@@ -7,7 +7,7 @@ use anyhow::bail;
 use palpus::algebra::{NoClock, Pose};
 use palpus::body::{Body, BodySettings};
 use palpus::force::{FrictionSettings, PairQuery, ShadingSettings};
-use palpus::render::{Limits, Settings, VirtualCoupling};
+use palpus::render::{Limits, Saturation, Settings, VirtualCoupling};
 use palpus_device::DeviceSpec;
 use palpus_io::ContentHash;
 use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
@@ -53,6 +53,10 @@ impl Stage {
             torque: self.settings.limits.torque.min(spec.torque_max),
         };
         let mut settings = Settings { limits, ..self.settings };
+        if limits.torque <= 0.0 {
+            // A torque that nobody can feel is shown, and not missed every tick.
+            settings.saturation = Saturation::UnderActuated;
+        }
         if mode == CouplingMode::Direct {
             return settings;
         }

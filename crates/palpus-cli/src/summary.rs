@@ -52,6 +52,8 @@ pub(crate) struct Summary {
     energy_generated_j: f64,
     pub(crate) allocations: u64,
     safety: SafetyReport,
+    /// What the device itself counted, by name.
+    device: serde_json::Map<String, serde_json::Value>,
     trouble: Trouble,
     end: String,
 }
@@ -164,6 +166,7 @@ impl Gatherer {
             energy_generated_j: statistics.energy.highest.max(0.0),
             allocations: self.allocations,
             safety: SafetyReport::new(&statistics.safety, limits, claims),
+            device: statistics.device.iter().map(|(name, count)| ((*name).to_owned(), (*count).into())).collect(),
             trouble: self.trouble,
             end: end(&statistics.end),
         }
@@ -253,5 +256,14 @@ pub(crate) fn print(summary: &Summary) {
     ];
     for (name, text) in rows {
         output::line(format!("{name:>14}  {text}"));
+    }
+    let counted: Vec<String> = summary
+        .device
+        .iter()
+        .filter(|(_, count)| count.as_u64().is_some_and(|count| count > 0))
+        .map(|(name, count)| format!("{name} {count}"))
+        .collect();
+    if !counted.is_empty() {
+        output::line(format!("{:>14}  {}", "device says", counted.join(", ")));
     }
 }

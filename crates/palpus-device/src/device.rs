@@ -34,6 +34,12 @@ pub trait HapticDevice {
         false
     }
 
+    /// What the device itself has counted since it was opened, by name: motors that saturated, answers that were lost. Looked at when a
+    /// run is over; may obtain memory.
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        Vec::new()
+    }
+
     /// A handle by which another thread takes the force away when the loop does not answer any more; `None` when the device has no
     /// such way. It stays the same as long as the device is there.
     fn brake(&self) -> Option<Arc<dyn Brake>> {
@@ -86,6 +92,10 @@ impl<D: HapticDevice + ?Sized> HapticDevice for Box<D> {
 
     fn stands_unread(&self) -> bool {
         (**self).stands_unread()
+    }
+
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        (**self).counts()
     }
 
     fn brake(&self) -> Option<Arc<dyn Brake>> {

@@ -54,6 +54,10 @@ impl<D: HapticDevice> HapticDevice for PlacedDevice<D> {
         self.device.stands_unread()
     }
 
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        self.device.counts()
+    }
+
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         self.device.brake()
     }

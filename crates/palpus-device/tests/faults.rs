@@ -128,6 +128,7 @@ impl Sequence {
         let limits = SafetyLimits { ramp: ticks(40.0), hold: ticks(30.0), ..SafetyLimits::of(&spec, rate_hz) };
         let safety = SafetyOptions {
             limits: Some(limits),
+            loosened: true,
             after_fault: if random.unit() < 0.9 { AfterFault::Reengage } else { AfterFault::Stop },
             after_panic: if random.unit() < 0.7 { AfterPanic::AsFault } else { AfterPanic::Stop },
             ..SafetyOptions::default()
@@ -373,7 +374,8 @@ fn single(fault: Fault, duration: f64) -> (Vec<ServoTick>, RunStatistics) {
     let rate_hz = 1000.0;
     let [premium, ..] = known_devices();
     let limits = SafetyLimits { ramp: 0.04, hold: 0.03, ..SafetyLimits::of(&premium, rate_hz) };
-    let safety = SafetyOptions { limits: Some(limits), after_panic: AfterPanic::AsFault, ..Default::default() };
+    let safety =
+        SafetyOptions { limits: Some(limits), loosened: true, after_panic: AfterPanic::AsFault, ..Default::default() };
     let options = ServoOptions { rate_hz, duration: Some(duration), safety, ..Default::default() };
     (sequence.rate_hz, sequence.spec, sequence.limits, sequence.options) = (rate_hz, premium, limits, options);
     sequence.faults = vec![(AT, fault)];
@@ -452,7 +454,7 @@ fn a_fault_that_comes_again_and_again_never_lets_it_engage() {
     let mut sequence = Sequence::new(SEED);
     let [premium, ..] = known_devices();
     sequence.limits = SafetyLimits { ramp: 0.04, hold: 0.03, ..SafetyLimits::of(&premium, 1000.0) };
-    let safety = SafetyOptions { limits: Some(sequence.limits), ..Default::default() };
+    let safety = SafetyOptions { limits: Some(sequence.limits), loosened: true, ..Default::default() };
     sequence.options = ServoOptions { rate_hz: 1000.0, duration: Some(0.6), safety, ..Default::default() };
     (sequence.rate_hz, sequence.spec, sequence.faults) = (1000.0, premium, faults);
     let (ticks, _, statistics, _) = sequence.run();

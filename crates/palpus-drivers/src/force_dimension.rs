@@ -79,6 +79,8 @@ pub struct ForceDimensionOptions {
     pub library: Place,
     /// Take a device that the library simulates if there is no other.
     pub simulator: bool,
+    /// Which of the devices, in the library's order, from 0; `None`: the first that is free.
+    pub which: Option<u8>,
 }
 
 /// An open device of Force Dimension's.
@@ -114,7 +116,12 @@ impl ForceDimension {
                 "plug it in and switch it on; on Linux copy the SDK's udev rule to /etc/udev/rules.d so that you may use it without being root",
             ));
         }
-        let Some(id) = i8::try_from(api.open()).ok().filter(|id| *id >= 0) else {
+        if let Some(which) = options.which.filter(|which| i32::from(*which) >= count.max(1)) {
+            let why = format!("there is no device number {}; the library sees {count}", u32::from(which) + 1);
+            return Err(no_device(why, "plug it in, or name another one: --device force-dimension#1"));
+        }
+        let opened = options.which.map_or_else(|| api.open(), |which| api.open_id(which));
+        let Some(id) = i8::try_from(opened).ok().filter(|id| *id >= 0) else {
             let why = format!("the device could not be opened ({})", said(&api));
             return Err(no_device(why, "close other programs that use it, and see that you may use the USB device"));
         };
@@ -225,6 +232,10 @@ impl ForceDimension {
 impl HapticDevice for ForceDimension {
     fn spec(&self) -> &DeviceSpec {
         &self.spec
+    }
+
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        vec![("writes that met saturated motors", self.saturated)]
     }
 
     fn read(&mut self) -> Result<DeviceState, DeviceError> {

@@ -25,4 +25,4 @@ pub use error::DriverError;
 pub use force_dimension::{ForceDimension, ForceDimensionOptions};
 pub use found::look;
 pub use library::Place;
-pub use open_haptics::{ForceErrors, OpenHaptics};
+pub use open_haptics::{ForceErrors, OpenHaptics, OpenHapticsOptions};

@@ -25,7 +25,11 @@ fn ready() -> StandIn {
 }
 
 fn open(stand_in: &StandIn) -> Result<ForceDimension, DriverError> {
-    ForceDimension::open(&ForceDimensionOptions { library: Place::File(stand_in.path()), simulator: false })
+    ForceDimension::open(&ForceDimensionOptions {
+        library: Place::File(stand_in.path()),
+        simulator: false,
+        which: None,
+    })
 }
 
 fn push(force: DVec3) -> Wrench {
@@ -276,7 +280,7 @@ fn a_tick_does_not_allocate() {
 fn a_simulator_is_asked_for() {
     let stand_in = ready();
     stand_in.set(DEVICES, 0.0);
-    let options = ForceDimensionOptions { library: Place::File(stand_in.path()), simulator: true };
+    let options = ForceDimensionOptions { library: Place::File(stand_in.path()), simulator: true, which: None };
     assert!(ForceDimension::open(&options).is_ok());
     assert_eq!(stand_in.get(SIMULATOR), 1.0);
 }
@@ -284,7 +288,11 @@ fn a_simulator_is_asked_for() {
 #[test]
 fn a_library_that_is_not_there_or_none_is_an_answer() {
     let of = |path: &str| {
-        ForceDimension::open(&ForceDimensionOptions { library: Place::File(path.into()), simulator: false })
+        ForceDimension::open(&ForceDimensionOptions {
+            library: Place::File(path.into()),
+            simulator: false,
+            which: None,
+        })
     };
     let missing = of("no/such/library.so").map(drop).unwrap_err();
     assert!(matches!(&missing, DriverError::LibraryMissing { looked_for, .. } if looked_for == "no/such/library.so"));
@@ -328,4 +336,21 @@ fn a_cable_pulled_mid_run_ends_it_without_force() {
     assert!(matches!(end, RunEnd::DeviceFailed(DeviceError::Lost(_))), "{end:?}");
     // Zero was written, and the motors are off.
     assert_eq!((stand_in.three(FORCE), stand_in.get(ENABLED)), ([0.0; 3], 0.0));
+}
+
+#[test]
+fn two_devices_are_told_apart_by_their_number() {
+    let stand_in = ready();
+    stand_in.set(DEVICES, 2.0);
+    let open = |which| {
+        let library = Place::File(stand_in.path());
+        ForceDimension::open(&ForceDimensionOptions { library, simulator: false, which: Some(which) })
+    };
+    let (first, second) = (open(0).unwrap(), open(1).unwrap());
+    let none = open(2).err().expect("there are two").to_string();
+    assert!(none.contains("number 3") && none.contains("sees 2"), "{none}");
+    drop(second);
+    let closed = stand_in.get(LAST_ID);
+    drop(first);
+    assert_eq!((closed, stand_in.get(LAST_ID)), (4.0, 3.0));
 }

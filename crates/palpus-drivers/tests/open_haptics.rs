@@ -10,7 +10,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::Wrench;
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 use palpus_device::{DeviceError, DeviceState, HapticDevice, RunEnd, Servo, ServoOptions, ServoTick, StepOutcome};
-use palpus_drivers::{DriverError, OpenHaptics, Place};
+use palpus_drivers::{DriverError, OpenHaptics, OpenHapticsOptions, Place};
 use stand_in::{StandIn, build, keys::*};
 
 #[global_allocator]
@@ -38,7 +38,11 @@ fn ready() -> StandIn {
 }
 
 fn open(stand_in: &StandIn) -> Result<OpenHaptics, DriverError> {
-    OpenHaptics::open(&Place::File(stand_in.path()))
+    OpenHaptics::open(&OpenHapticsOptions { library: Place::File(stand_in.path()), device: None })
+}
+
+fn open_second(stand_in: &StandIn) -> Result<OpenHaptics, DriverError> {
+    OpenHaptics::open(&OpenHapticsOptions { library: Place::File(stand_in.path()), device: Some("Second".to_owned()) })
 }
 
 fn push(force: DVec3) -> Wrench {
@@ -289,7 +293,8 @@ fn to_look_starts_no_thread_and_gives_no_force() {
 fn a_library_that_is_none_is_named_with_what_it_lacks() {
     let _alone = alone();
     let other = build("nothing");
-    let error = OpenHaptics::open(&Place::File(other)).map(drop).unwrap_err();
+    let error =
+        OpenHaptics::open(&OpenHapticsOptions { library: Place::File(other), device: None }).map(drop).unwrap_err();
     assert!(matches!(error, DriverError::SymbolMissing { symbol: "hdInitDevice", .. }), "{error}");
 }
 
@@ -313,4 +318,40 @@ fn a_servo_loop_drives_it_until_the_cable_is_pulled() {
     let end = Servo::new(options).unwrap().run(&mut device, step, &mut observer, &stop).end;
     assert!(matches!(end, RunEnd::DeviceFailed(DeviceError::Lost(_))), "{end:?}");
     assert!(stand_in.comes_to(|s| s.three(FORCE) == [0.0; 3]));
+}
+
+#[test]
+fn two_touches_have_their_own_poses_and_forces() {
+    let _alone = alone();
+    let stand_in = ready();
+    stand_in.set(DEVICES, 2.0);
+    let mut left = open(&stand_in).unwrap();
+    let again = open(&stand_in).err().expect("the same device").to_string();
+    assert!(again.contains("open already"), "{again}");
+    let mut right = open_second(&stand_in).unwrap();
+    assert!(stand_in.get(RUNNING) > 0.0);
+    let x = |device: &mut OpenHaptics| device.read().unwrap().pose.translation.x;
+    assert!(stand_in.comes_to(|_| (x(&mut left) - 0.01).abs() < 1e-12 && (x(&mut right) - 0.51).abs() < 1e-12));
+    // Each its own force, in the maker's axes.
+    let mut both = false;
+    for _ in 0..2000 {
+        left.write(&push(DVec3::new(1.0, 0.0, 0.0))).unwrap();
+        right.write(&push(DVec3::new(-2.0, 0.0, 0.0))).unwrap();
+        both = stand_in.three(FORCE)[0] == 1.0 && stand_in.three(SECOND_FORCE)[0] == -2.0;
+        if both {
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(both, "{:?} {:?}", stand_in.three(FORCE), stand_in.three(SECOND_FORCE));
+    // One goes, the other stays.
+    drop(left);
+    assert_eq!((stand_in.three(FORCE), stand_in.get(RUNNING)), ([0.0; 3], 1.0));
+    let begun = right.read().unwrap().time;
+    assert!(stand_in.comes_to(|_| right.read().is_ok_and(|state| state.time > begun + 0.01)));
+    assert!(hold(&mut right, &stand_in, push(DVec3::X), |stand_in| stand_in.three(SECOND_FORCE)[0] == 1.0));
+    drop(right);
+    assert_eq!((stand_in.three(SECOND_FORCE), stand_in.get(RUNNING)), ([0.0; 3], 0.0));
+    // Nothing is left behind.
+    drop(open(&stand_in).unwrap());
 }

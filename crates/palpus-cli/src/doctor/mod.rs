@@ -2,14 +2,16 @@
 //!
 //! 1. What the machine is: cores, governor, limits, kernel ([`machine`]).
 //! 2. A bare loop with absolute deadlines at 1 kHz, with the claims that `palpus run` makes: how late it is woken ([`timer`]).
-//! 3. The scene's closed loop on the simulated device: how long a step takes, and so how fast a loop could be ([`scene`]).
-//! 4. What else the machine was busy with meanwhile ([`load`]).
-//! 5. A verdict in words, and a line for each thing that would help ([`verdict`]).
+//! 3. The scene's closed loop on the simulated device: how long a step takes ([`scene`]).
+//! 4. The bare loop at other rates, and so how fast the scene's loop could be ([`rates`]).
+//! 5. What else the machine was busy with meanwhile ([`load`]).
+//! 6. A verdict in words, and a line for each thing that would help ([`verdict`]).
 //!
 //! Exit status 1 when the machine is not fit. Nothing needs root; what cannot be known here is said to be so.
 
 pub(crate) mod load;
 mod machine;
+mod rates;
 mod scene;
 pub(crate) mod timer;
 mod verdict;
@@ -24,6 +26,7 @@ use crate::args::DoctorArguments;
 use crate::output;
 use load::Load;
 use machine::Machine;
+use rates::Rate;
 use scene::SceneTimes;
 use timer::Timer;
 use verdict::{Fitness, Verdict};
@@ -32,6 +35,9 @@ use verdict::{Fitness, Verdict};
 const RATE_HZ: f64 = 1000.0;
 /// Longer measurements tell nothing new.
 const LONGEST: f64 = 600.0;
+/// Each of the rates is measured for so much less, s at least.
+const RATE_SHARE: f64 = 5.0;
+const SHORTEST_RATE: f64 = 0.3;
 /// Fewer ticks have no 99.9th percentile to speak of.
 const SHORTEST: f64 = 0.5;
 
@@ -41,6 +47,7 @@ struct Report {
     verdict: Verdict,
     timer: Timer,
     scene: SceneTimes,
+    rates: Vec<Rate>,
     real_time: Vec<ClaimLine>,
     machine: Machine,
     load: Option<Load>,
@@ -64,17 +71,19 @@ pub(crate) fn doctor(arguments: &DoctorArguments) -> anyhow::Result<ExitCode> {
     if !arguments.json {
         let seconds = arguments.duration;
         output::note(format!(
-            "{seconds:.0} s of a bare timer, then {seconds:.0} s of {}; leave the machine as you would use it",
+            "{seconds:.0} s of a bare timer, {seconds:.0} s of {}, then the timer at other rates; leave the machine as you would use it",
             arguments.scene
         ));
     }
     let before = load::Snapshot::take();
     let (timer, claims) = timer::measure(arguments.duration, RATE_HZ)?;
-    let scene = scene::measure(&arguments.scene, &stage, arguments.duration, &timer)?;
+    let mut scene = scene::measure(&arguments.scene, &stage, arguments.duration)?;
+    let rates = rates::measure((arguments.duration / RATE_SHARE).max(SHORTEST_RATE), &scene)?;
+    scene.achievable_hz = rates::fastest(&rates);
     let load = load::between(before, load::Snapshot::take());
     let real_time = claims.as_ref().map_or(Vec::new(), claim_lines);
     let verdict = verdict::of(&timer, &scene, &real_time, &machine, load.as_ref());
-    let report = Report { verdict, timer, scene, real_time, machine, load };
+    let report = Report { verdict, timer, scene, rates, real_time, machine, load };
     if arguments.json {
         output::json(&report)?;
     } else {
@@ -96,7 +105,7 @@ fn claim_lines(claims: &RealTimeClaims) -> Vec<ClaimLine> {
 }
 
 fn print(report: &Report) {
-    let Report { verdict, timer, scene, real_time, machine, load } = report;
+    let Report { verdict, timer, scene, rates, real_time, machine, load } = report;
     let show = |name: &str, value: String| output::line(format!("{name:>16}  {value}"));
     show("verdict", verdict.words.clone());
     for reason in &verdict.notes {
@@ -112,6 +121,11 @@ fn print(report: &Report) {
         show(name, value);
     }
     show("other load", load.as_ref().map_or("not known here".to_owned(), Load::in_words));
+    output::line("");
+    output::line(format!("Rates, with {}:", scene.name));
+    for line in rates::table(rates) {
+        output::line(line);
+    }
     let mends = verdict.mends();
     if mends.is_empty() {
         return;

@@ -10,12 +10,9 @@ use palpus_io::scene::FilePolicy;
 use serde::Serialize;
 
 use super::RATE_HZ;
-use super::timer::Timer;
 use crate::engine::Engine;
 use crate::stage::{self, Stage};
 
-/// Rates that devices are driven at, Hz, the fastest first.
-const RATES: [f64; 8] = [10_000.0, 8000.0, 5000.0, 4000.0, 3000.0, 2000.0, 1000.0, 500.0];
 /// Of a period: what step and lateness may take together. The rest is the device's reads and writes.
 pub(super) const PERIOD_SHARE: f64 = 0.8;
 
@@ -30,8 +27,7 @@ pub(super) struct SceneTimes {
     pub(super) max_us: f64,
     /// Of all ticks, those that wrote their wrench more than a period after they were due.
     pub(super) overrun_share: f64,
-    /// The fastest usual rate at which 99.9 % of steps, begun as late as 99 % of the timer's turns, are done in time; `None`: not
-    /// even 500 Hz.
+    /// The fastest usual rate that is held ([`super::rates`]); `None`: not even 500 Hz, or not looked at yet.
     pub(super) achievable_hz: Option<f64>,
 }
 
@@ -51,7 +47,7 @@ pub(super) fn prepare(name: &str) -> anyhow::Result<Stage> {
 }
 
 /// Runs the scene's loop in real time for `duration` seconds on a thread of its own.
-pub(super) fn measure(name: &str, stage: &Stage, duration: f64, timer: &Timer) -> anyhow::Result<SceneTimes> {
+pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Result<SceneTimes> {
     let hand = stage.hand.and_then(hand_preset).or_else(|| hand_preset("normal"));
     let mut settings = SimulationSettings { rate_hz: RATE_HZ, ..SimulationSettings::default() };
     if let Some(hand) = hand {
@@ -79,23 +75,6 @@ pub(super) fn measure(name: &str, stage: &Stage, duration: f64, timer: &Timer) -
         p999_us: step.p999,
         max_us: step.max,
         overrun_share: statistics.overruns as f64 / statistics.ticks.max(1) as f64,
-        achievable_hz: achievable(step.p999, timer.p99_us),
+        achievable_hz: None,
     })
-}
-
-fn achievable(step_us: f64, lateness_us: f64) -> Option<f64> {
-    RATES.into_iter().find(|hz| step_us + lateness_us <= PERIOD_SHARE * 1e6 / hz)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn step_and_lateness_fit_into_the_period() {
-        assert_eq!(achievable(10.0, 5.0), Some(10_000.0));
-        assert_eq!(achievable(300.0, 100.0), Some(2000.0));
-        assert_eq!(achievable(801.0, 0.0), Some(500.0));
-        assert_eq!(achievable(2000.0, 0.0), None);
-    }
 }

@@ -55,8 +55,9 @@ pub(crate) fn lateness(
 
 fn run(turns: usize, rate_hz: f64, lateness: &mut Vec<u64>) {
     let time = WallTime::new();
-    let spin = ServoOptions::default().spin;
     let period = Duration::from_secs_f64(1.0 / rate_hz);
+    // As the servo loop has it.
+    let spin = ServoOptions::default().spin.min(period / 2);
     let mut deadline = time.now() + period;
     for _ in 0..turns {
         time.wait_until(deadline, spin);
@@ -68,7 +69,7 @@ fn run(turns: usize, rate_hz: f64, lateness: &mut Vec<u64>) {
     }
 }
 
-fn of(mut lateness: Vec<u64>) -> Timer {
+pub(super) fn of(mut lateness: Vec<u64>) -> Timer {
     let turns = lateness.len();
     lateness.sort_unstable();
     let at = |share: f64| {

@@ -106,7 +106,9 @@ pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
     if let Some(why) = &arm.trouble {
         return Err(HaplyError::NotReady { device, why: why.clone() });
     }
-    let grip = inventory.grips.first();
+    // With a grip for each arm, they belong together in the service's order.
+    let place = inventory.arms.iter().position(|other| other.id == arm.id).unwrap_or(0);
+    let grip = inventory.grips.get(place).or(inventory.grips.first());
     let version = version::ask(&address);
     let spelling = version::spelling(version.as_deref());
     let mut talk = Talk {

@@ -223,6 +223,16 @@ impl HapticDevice for HaplyDevice {
     }
 
     /// The newest state; the same one again, with its time, while there is no newer one. Does not wait.
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        let HaplyCounts { late, bad, extra, withheld, .. } = self.counts();
+        vec![
+            ("answers too late", late),
+            ("answers not understood", bad),
+            ("states not asked for", extra),
+            ("forces withheld", withheld),
+        ]
+    }
+
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         self.alive()?;
         let sensed = *self.states.get();

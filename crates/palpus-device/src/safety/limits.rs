@@ -251,6 +251,39 @@ impl SafetyLimits {
         })
     }
 
+    /// These where they are tighter than `others`, and `others` where not. Tighter is shorter and smaller, but for the ramp and the time
+    /// without faults; more damping is not tighter, it may hum. The delay is no threshold and stays.
+    #[must_use]
+    pub fn within(&self, others: &Self) -> Self {
+        Self {
+            force_peak: self.force_peak.min(others.force_peak),
+            torque_peak: self.torque_peak.min(others.torque_peak),
+            force_continuous: self.force_continuous.min(others.force_continuous),
+            torque_continuous: self.torque_continuous.min(others.torque_continuous),
+            heating_time: self.heating_time.min(others.heating_time),
+            force_slew: self.force_slew.min(others.force_slew),
+            torque_slew: self.torque_slew.min(others.torque_slew),
+            speed: self.speed.min(others.speed),
+            turn: self.turn.min(others.turn),
+            jump: self.jump.min(others.jump),
+            jump_angle: self.jump_angle.min(others.jump_angle),
+            stale: self.stale.min(others.stale),
+            frozen_travel: self.frozen_travel.min(others.frozen_travel),
+            frozen_turn: self.frozen_turn.min(others.frozen_turn),
+            stall: self.stall.min(others.stall),
+            engage_force: self.engage_force.min(others.engage_force),
+            engage_torque: self.engage_torque.min(others.engage_torque),
+            ramp: self.ramp.max(others.ramp),
+            hold: self.hold.max(others.hold),
+            damping: self.damping.min(others.damping),
+            angular_damping: self.angular_damping.min(others.angular_damping),
+            rest_force: self.rest_force.min(others.rest_force),
+            rest_torque: self.rest_torque.min(others.rest_torque),
+            delay: self.delay,
+            allowance: self.allowance.min(others.allowance),
+        }
+    }
+
     /// True when every threshold is a number from 0 up. Infinite ones switch a stage off, which is for tests.
     pub fn is_valid(&self) -> bool {
         self.explained().iter().all(|line| line.value >= 0.0)
@@ -283,6 +316,29 @@ mod tests {
         // Its rotation is not driven, whatever it says.
         let limits = SafetyLimits::of(&DeviceSpec { torque_max: 1.0, ..inverse3 }, 1000.0);
         assert_eq!((limits.torque_peak, limits.rest_torque), (0.0, 0.0));
+    }
+
+    #[test]
+    fn limits_that_are_given_are_held_to_those_of_the_device() {
+        use crate::safety::SafetyOptions;
+        let [premium, ..] = known_devices();
+        let derived = SafetyLimits::of(&premium, 1000.0);
+        let of = |given, loosened| {
+            SafetyOptions { limits: Some(given), loosened, ..SafetyOptions::default() }.limits(&premium, 1000.0)
+        };
+        let looser = SafetyLimits {
+            force_peak: 100.0,
+            force_slew: f64::INFINITY,
+            stall: 10.0,
+            ramp: 0.0,
+            hold: 0.0,
+            damping: 50.0,
+            allowance: 1.0,
+            ..derived
+        };
+        assert_eq!((of(looser, false), of(looser, true)), (derived, looser));
+        let tighter = SafetyLimits { force_peak: 1.0, ramp: 2.0, allowance: 0.0, speed: 0.5, ..derived };
+        assert_eq!(of(tighter, false), tighter);
     }
 
     #[test]

@@ -61,9 +61,10 @@ const SLEW_ROUNDING: f64 = 1e-9;
 pub struct SafetyOptions {
     /// How forces are asked for; `None`: by any button if the device has buttons, else automatically.
     pub engagement: Option<Engagement>,
-    /// The thresholds; `None`: those of the device, [`SafetyLimits::of`]. Others are taken as they are: they are meant to be
-    /// tighter, and are not held to it.
+    /// The thresholds; `None`: those of the device, [`SafetyLimits::of`]. Where others are looser, the device's count.
     pub limits: Option<SafetyLimits>,
+    /// Takes looser thresholds as they are, down to none at all. For tests of what lies beyond them, not for a device that is held.
+    pub loosened: bool,
     /// After a fault that the loop survives.
     pub after_fault: AfterFault,
     /// After a panic in the step, whose memory may then be in disorder.
@@ -91,7 +92,12 @@ impl SafetyOptions {
 
     /// The thresholds for a device of this `spec` in a loop of `rate_hz`.
     pub fn limits(&self, spec: &DeviceSpec, rate_hz: f64) -> SafetyLimits {
-        self.limits.unwrap_or_else(|| SafetyLimits::of(spec, rate_hz))
+        let derived = SafetyLimits::of(spec, rate_hz);
+        match self.limits {
+            Some(given) if self.loosened => given,
+            Some(given) => given.within(&derived),
+            None => derived,
+        }
     }
 }
 

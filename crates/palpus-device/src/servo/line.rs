@@ -122,6 +122,11 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         }
     }
 
+    /// What the device itself counted.
+    pub(super) fn counts(&self) -> Vec<(&'static str, u64)> {
+        self.end.device.counts()
+    }
+
     /// The last wrench, which is zero; a device that has failed also gets its brake.
     pub(super) fn finish(mut self, failed: bool) -> (Option<Box<dyn Passivity>>, Result<(), DeviceError>) {
         let finished = self.end.finish(failed);

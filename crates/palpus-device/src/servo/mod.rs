@@ -67,7 +67,7 @@ pub struct ServoOptions {
     pub timing: Timing,
     /// Seconds to run, counted in ticks; `None` runs until stopped or until the device ends.
     pub duration: Option<f64>,
-    /// In real time: how long before a deadline to stop sleeping and spin.
+    /// In real time: how long before a deadline to stop sleeping and spin; at most half a period.
     pub spin: Duration,
     /// Of the safety chain.
     pub safety: SafetyOptions,
@@ -249,6 +249,7 @@ impl Servo {
         if matches!(end, RunEnd::Panicked(_) | RunEnd::Faulted(_)) {
             line.coast(&mut pace, stop);
         }
+        let counts = line.counts();
         let (passivity, finished) = line.finish(matches!(end, RunEnd::DeviceFailed(_)));
         // The usual stage is made anew for each run's device.
         self.passivity = passivity.filter(|_| given);
@@ -258,7 +259,8 @@ impl Servo {
         {
             end = RunEnd::DeviceFailed(error);
         }
-        tally.finish(end, timing, period, pace.elapsed(time))
+        let statistics = tally.finish(end, timing, period, pace.elapsed(time));
+        RunStatistics { device: counts, ..statistics }
     }
 }
 

@@ -30,7 +30,10 @@ pub(super) struct Pace {
 impl Pace {
     pub(super) fn start(timing: Timing, period: f64, spin: Duration, time: &dyn LoopTime) -> Self {
         let begin = time.now();
-        Self { timing, begin, period: Duration::from_secs_f64(period), spin, deadline: begin, last: None }
+        let period = Duration::from_secs_f64(period);
+        // A fast loop that only spun would hold its core for ever; kernels take it away from such threads now and then.
+        let spin = spin.min(period / 2);
+        Self { timing, begin, period, spin, deadline: begin, last: None }
     }
 
     /// Returns when the next tick is due.

@@ -103,6 +103,8 @@ pub struct RunStatistics {
     pub saturated_ticks: u64,
     /// What the safety chain cut.
     pub safety: SafetyCounters,
+    /// What the device itself counted, by name ([`crate::HapticDevice::counts`]).
+    pub device: Vec<(&'static str, u64)>,
     /// What the last panic in a step said.
     pub panic: Option<String>,
     /// Why it ended.
@@ -239,6 +241,7 @@ impl Tally {
             torque_step_max: self.counts.torque_step_max,
             saturated_ticks: saturated,
             safety,
+            device: Vec::new(),
             panic: self.panic.take(),
             end,
         }

@@ -22,6 +22,7 @@ pub(crate) const STATUS_ROOM: usize = 32;
 pub(crate) struct Dhd {
     device_count: Number,
     open: Number,
+    open_id: Option<OfDevice>,
     close: OfDevice,
     last_error: unsafe extern "C" fn() -> *const c_char,
     system_name: unsafe extern "C" fn(c_char) -> *const c_char,
@@ -56,6 +57,7 @@ impl Dhd {
             Ok(Self {
                 device_count: library.function("dhdGetDeviceCount", mend)?,
                 open: library.function("dhdOpen", mend)?,
+                open_id: library.optional("dhdOpenID"),
                 close: library.function("dhdClose", mend)?,
                 last_error: library.function("dhdErrorGetLastStr", mend)?,
                 system_name: library.function("dhdGetSystemName", mend)?,
@@ -88,6 +90,12 @@ impl Dhd {
     pub(crate) fn open(&self) -> i32 {
         // SAFETY: no arguments.
         unsafe { (self.open)() }
+    }
+
+    /// The device at that place of the library's list; its number, or negative.
+    pub(crate) fn open_id(&self, which: u8) -> i32 {
+        // SAFETY: a place that holds no device is answered with −1.
+        self.open_id.map_or(-1, |open| unsafe { open(which as c_char) })
     }
 
     pub(crate) fn close(&self, id: i8) -> i32 {

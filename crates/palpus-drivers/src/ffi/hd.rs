@@ -91,6 +91,11 @@ impl Hd {
         }
     }
 
+    /// Where the library lies: another one lies elsewhere.
+    pub(crate) fn place(&self) -> usize {
+        self.start as usize
+    }
+
     /// The device of this name, or the one that the library takes without a name; `None` when there is none.
     pub(crate) fn init_device(&self, name: Option<&str>) -> Option<u32> {
         let name = name.map(CString::new).transpose().ok()?;

@@ -12,14 +12,14 @@
 //! 5. Errors of force (too much, too fast, warm motors) are counted, and end the run only when they do not stop; all others end it.
 //!    Whatever ends it, the thread's last wrench is zero.
 //!
-//! HDAPI has one scheduler for a process: one device at a time.
+//! HDAPI has one scheduler for a process, and devices want to be opened before it starts. Where one is open already, the scheduler stands
+//! still while another one is opened or closed, and so nobody gives a force; each device has its own place in it.
 
 mod errors;
 mod servant;
 
 use std::borrow::Cow;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
@@ -87,8 +87,25 @@ pub(crate) const LIBRARY: Known = Known {
 
 const TOO_OLD: &str = "install OpenHaptics 3.4 or later";
 
-/// HDAPI's scheduler is taken.
-static TAKEN: AtomicBool = AtomicBool::new(false);
+/// The devices that HDAPI's scheduler calls.
+static SCHEDULER: Mutex<Called> = Mutex::new(Called { library: 0, open: Vec::new() });
+
+/// What the process has open of HDAPI.
+struct Called {
+    /// Which library, by the place of a function of it.
+    library: usize,
+    /// Handles.
+    open: Vec<u32>,
+}
+
+/// Which device to open: the one of this name, as the maker's tool calls it, or the default one.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct OpenHapticsOptions {
+    /// Where the library is.
+    pub library: Place,
+    /// The device's name; `None`: whichever the driver takes.
+    pub device: Option<String>,
+}
 
 /// How often a device refused part of a wrench.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -108,22 +125,28 @@ pub struct OpenHaptics {
     commands: Publisher<Command>,
     samples: Newest<Sample>,
     scheduled: Option<Scheduled<Touch>>,
-    /// Kept to be last: whoever waits for the scheduler gets it when all is over.
-    _taken: Taken,
 }
 
 impl OpenHaptics {
-    /// Opens the default device and starts HDAPI's thread. It gives no force before the first write.
+    /// Opens a device and has HDAPI's thread call it. It gives no force before the first write.
     ///
     /// # Errors
-    /// When there is no library, no device that answers, or the scheduler is in use already; with what mends it.
-    pub fn open(library: &Place) -> Result<Self, DriverError> {
-        let api = Arc::new(Hd::of(LIBRARY.open(library)?, TOO_OLD)?);
-        let taken = Taken::take()?;
-        let handle = init(&api)?;
+    /// When there is no library, no device that answers, or the device is open already; with what mends it.
+    pub fn open(options: &OpenHapticsOptions) -> Result<Self, DriverError> {
+        let api = Arc::new(Hd::of(LIBRARY.open(&options.library)?, TOO_OLD)?);
+        let mut standing = Standing::begin(&api)?;
+        let handle = init(&api, options.device.as_deref())?;
+        if standing.called.open.contains(&handle) {
+            let mend = "name another one: --device openhaptics#NAME, as the maker's Touch Setup calls it";
+            return Err(no_device("this program has that device open already", mend));
+        }
         api.make_current(handle);
         let spec = spec(&api);
-        let calibration = api.calibration();
+        if api.calibration() == number::NEEDS_MANUAL_CALIBRATION {
+            api.disable_device(handle);
+            let mend = "put the stylus into its inkwell, or run the maker's Touch Diagnostic";
+            return Err(no_device("the device does not know where it is", mend));
+        }
         let shared = Arc::new(Shared::new(Instant::now()));
         let (commands, newest_command) = latest(Command::NONE);
         let (publisher, samples) = latest(Sample::default());
@@ -131,15 +154,12 @@ impl OpenHaptics {
         let has_torque = spec.torque_max > 0.0;
         let touch =
             Touch::new(Arc::clone(&api), handle, has_torque, limits, Arc::clone(&shared), newest_command, publisher);
-        // From here on `Drop` puts an end to everything.
-        let mut device = Self { spec, api, handle, shared, commands, samples, scheduled: None, _taken: taken };
-        if calibration == number::NEEDS_MANUAL_CALIBRATION {
-            let mend = "put the stylus into its inkwell, or run the maker's Touch Diagnostic";
-            return Err(no_device("the device does not know where it is", mend));
-        }
-        device.scheduled = Some(Scheduled::new(Arc::clone(&device.api), touch));
-        device.api.enable(number::FORCE_OUTPUT);
-        device.api.start();
+        let scheduled = Some(Scheduled::new(Arc::clone(&api), touch));
+        api.enable(number::FORCE_OUTPUT);
+        standing.called.open.push(handle);
+        // From here on `Drop` puts an end to everything; it waits for the scheduler, which goes on here.
+        let mut device = Self { spec, api, handle, shared, commands, samples, scheduled };
+        drop(standing);
         device.wait_for_first_turn()?;
         Ok(device)
     }
@@ -147,11 +167,14 @@ impl OpenHaptics {
     /// What there is, without its thread and so without a force.
     ///
     /// # Errors
-    /// As [`OpenHaptics::open`].
+    /// As [`OpenHaptics::open`]; and while another device is open.
     pub fn look(library: &Place) -> Result<DeviceSpec, DriverError> {
-        let api = Hd::of(LIBRARY.open(library)?, TOO_OLD)?;
-        let _taken = Taken::take()?;
-        let handle = init(&api)?;
+        let api = Arc::new(Hd::of(LIBRARY.open(library)?, TOO_OLD)?);
+        let standing = Standing::begin(&api)?;
+        if !standing.called.open.is_empty() {
+            return Err(no_device("this program uses an OpenHaptics device already", "close it first, then look"));
+        }
+        let handle = init(&api, None)?;
         api.make_current(handle);
         let spec = spec(&api);
         api.disable_device(handle);
@@ -190,6 +213,11 @@ impl HapticDevice for OpenHaptics {
         &self.spec
     }
 
+    fn counts(&self) -> Vec<(&'static str, u64)> {
+        let ForceErrors { warm_motors, exceeded } = self.force_errors();
+        vec![("turns with warm motors", warm_motors), ("turns beyond the driver's own limits", exceeded)]
+    }
+
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         if let Some(code) = self.shared.failure() {
             let (why, mend) = errors::in_words(code);
@@ -221,6 +249,7 @@ impl HapticDevice for OpenHaptics {
 
 impl Drop for OpenHaptics {
     fn drop(&mut self) {
+        let mut called = SCHEDULER.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(scheduled) = self.scheduled.take() {
             let is_done = self.shared.end_and_wait(LAST_TURN);
             self.api.stop();
@@ -229,33 +258,48 @@ impl Drop for OpenHaptics {
             self.api.disable(number::FORCE_OUTPUT);
         }
         self.api.disable_device(self.handle);
-    }
-}
-
-/// The right to HDAPI's scheduler.
-struct Taken;
-
-impl Taken {
-    fn take() -> Result<Self, DriverError> {
-        if TAKEN.swap(true, Ordering::AcqRel) {
-            let mend = "close the other one first; of OpenHaptics' devices one can be used at a time";
-            return Err(no_device("this program uses an OpenHaptics device already", mend));
+        called.open.retain(|handle| *handle != self.handle);
+        if !called.open.is_empty() {
+            self.api.start();
         }
-        Ok(Self)
     }
 }
 
-impl Drop for Taken {
+/// HDAPI's scheduler standing still, and nobody else at it; goes on when this ends, if there is a device to call.
+struct Standing {
+    api: Arc<Hd>,
+    called: MutexGuard<'static, Called>,
+}
+
+impl Standing {
+    fn begin(api: &Arc<Hd>) -> Result<Self, DriverError> {
+        let mut called = SCHEDULER.lock().unwrap_or_else(PoisonError::into_inner);
+        if called.open.is_empty() {
+            called.library = api.place();
+        } else if called.library != api.place() {
+            let mend = "use the same library for all of OpenHaptics' devices";
+            return Err(no_device("this program uses another OpenHaptics library already", mend));
+        } else {
+            api.stop();
+        }
+        Ok(Self { api: Arc::clone(api), called })
+    }
+}
+
+impl Drop for Standing {
     fn drop(&mut self) {
-        TAKEN.store(false, Ordering::Release);
+        if !self.called.open.is_empty() {
+            self.api.start();
+        }
     }
 }
 
-/// The device, by whichever name there is one.
-fn init(api: &Hd) -> Result<u32, DriverError> {
+/// The device of that name, or by whichever name there is one.
+fn init(api: &Hd, name: Option<&str>) -> Result<u32, DriverError> {
     forget_errors(api);
     let mut worst = None;
-    for name in NAMES {
+    let usual = if name.is_some() { &NAMES[..0] } else { &NAMES[..] };
+    for name in name.map(Some).into_iter().chain(usual.iter().copied()) {
         let handle = api.init_device(name);
         let error = api.error();
         forget_errors(api);

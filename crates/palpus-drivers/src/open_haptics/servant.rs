@@ -238,6 +238,8 @@ impl Touch {
 impl Servant for Touch {
     fn serve(&mut self) -> bool {
         let is_last = self.shared.ending.load(Ordering::Acquire);
+        // Another device may have had its turn before.
+        self.api.make_current(self.handle);
         self.api.begin_frame(self.handle);
         let state = self.sense();
         let wrench = if is_last { Wrench::ZERO } else { self.wrench(&state) };
@@ -253,6 +255,7 @@ impl Servant for Touch {
     }
 
     fn panicked(&mut self) {
+        self.api.make_current(self.handle);
         // The frame may be open still; a second begin is an error that nobody looks at any more.
         self.api.begin_frame(self.handle);
         self.give(&Wrench::ZERO);

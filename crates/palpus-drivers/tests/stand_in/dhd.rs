@@ -21,6 +21,11 @@ pub extern "C" fn dhdOpen() -> c_int {
 }
 
 #[unsafe(no_mangle)]
+pub extern "C" fn dhdOpenID(which: c_char) -> c_int {
+    if f64::from(which) < get(DEVICES) { 3 + c_int::from(which) } else { -1 }
+}
+
+#[unsafe(no_mangle)]
 pub extern "C" fn dhdClose(id: c_char) -> c_int {
     of(id);
     count(CLOSED);

@@ -25,10 +25,19 @@ struct Job(Callback, *mut c_void);
 unsafe impl Send for Job {}
 
 static ERRORS: Mutex<VecDeque<c_uint>> = Mutex::new(VecDeque::new());
-static JOB: Mutex<Option<Job>> = Mutex::new(None);
+/// What the thread calls, by number.
+static JOBS: Mutex<Vec<(c_ulong, Job)>> = Mutex::new(Vec::new());
+/// For the whole process, as the worst reading of the maker's manual has it.
+static CURRENT: AtomicU64 = AtomicU64::new(0);
+/// The device that is opened by the name of `SECOND`.
+const SECOND_HANDLE: c_uint = 8;
 static THREAD: Mutex<Option<JoinHandle<()>>> = Mutex::new(None);
 static STOP: AtomicBool = AtomicBool::new(false);
 static IN_FRAME: AtomicBool = AtomicBool::new(false);
+
+fn is_second() -> bool {
+    CURRENT.load(Ordering::SeqCst) == u64::from(SECOND_HANDLE)
+}
 
 fn fail(code: c_uint) {
     ERRORS.lock().unwrap().push_back(code);
@@ -45,6 +54,9 @@ pub unsafe extern "C" fn hdInitDevice(name: *const c_char) -> c_uint {
         return 0xffff_ffff;
     }
     let named = !name.is_null() && unsafe { CStr::from_ptr(name) } == c"Default PHANToM";
+    if get(DEVICES) >= 2.0 && !name.is_null() && unsafe { CStr::from_ptr(name) } == c"Second" {
+        return SECOND_HANDLE;
+    }
     if get(DEVICES) < 1.0 || (get(FAIL_NULL_NAME) > 0.0 && !named) {
         fail(0x0300);
         return 0xffff_ffff;
@@ -60,6 +72,7 @@ pub extern "C" fn hdDisableDevice(handle: c_uint) {
 
 #[unsafe(no_mangle)]
 pub extern "C" fn hdMakeCurrentDevice(handle: c_uint) {
+    CURRENT.store(u64::from(handle), Ordering::SeqCst);
     set(LAST_ID, f64::from(handle));
 }
 
@@ -106,8 +119,9 @@ pub unsafe extern "C" fn hdGetDoublev(parameter: c_uint, values: *mut f64) {
             if !IN_FRAME.load(Ordering::SeqCst) {
                 count(OUT_OF_FRAME);
             }
+            let x = if is_second() { get(X) + 500.0 } else { get(X) };
             // A quarter turn about the maker's y, column by column.
-            write(&[0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, get(X), 20.0, 30.0, 1.0]);
+            write(&[0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, x, 20.0, 30.0, 1.0]);
         }
         0x2603 => write(&[get(STATED_FORCE)]),
         0x2604 => write(&[0.5]),
@@ -143,7 +157,11 @@ pub unsafe extern "C" fn hdSetDoublev(parameter: c_uint, values: *const f64) {
     if !IN_FRAME.load(Ordering::SeqCst) {
         count(OUT_OF_FRAME);
     }
-    let slot = if parameter == 0x2700 { FORCE } else { TORQUE };
+    let slot = match (parameter, is_second()) {
+        (0x2700, true) => SECOND_FORCE,
+        (0x2700, false) => FORCE,
+        _ => TORQUE,
+    };
     for k in 0..3 {
         let value = unsafe { *values.add(k) };
         set(slot + k, value);
@@ -173,13 +191,10 @@ pub extern "C" fn hdStartScheduler() {
             if get(SCHEDULER_DEAD) > 0.0 {
                 continue;
             }
-            let mut job = JOB.lock().unwrap();
-            if let Some(Job(callback, data)) = &*job {
+            JOBS.lock().unwrap().retain(|(_, Job(callback, data))| {
                 count(TURNS);
-                if callback(*data) == 0 {
-                    *job = None;
-                }
-            }
+                callback(*data) != 0
+            });
         }
     };
     *THREAD.lock().unwrap() = Some(std::thread::spawn(turn));
@@ -196,15 +211,17 @@ pub extern "C" fn hdStopScheduler() {
 
 #[unsafe(no_mangle)]
 pub extern "C" fn hdScheduleAsynchronous(callback: Callback, data: *mut c_void, _: c_ushort) -> c_ulong {
-    *JOB.lock().unwrap() = Some(Job(callback, data));
-    42
+    let mut jobs = JOBS.lock().unwrap();
+    let number = jobs.last().map_or(42, |(number, _)| number + 1);
+    jobs.push((number, Job(callback, data)));
+    number
 }
 
 #[unsafe(no_mangle)]
 pub extern "C" fn hdUnschedule(handle: c_ulong) {
-    assert_eq!(handle, 42);
+    assert!(handle >= 42);
     count(UNSCHEDULED);
-    *JOB.lock().unwrap() = None;
+    JOBS.lock().unwrap().retain(|(number, _)| *number != handle);
 }
 
 #[unsafe(no_mangle)]

@@ -45,3 +45,4 @@ pub const SIMULATOR: usize = 51;
 pub const EXPERT: usize = 52;
 pub const GRIPPER: usize = 53;
 pub const NAME_TRIES: usize = 54;
+pub const SECOND_FORCE: usize = 55; // 3
