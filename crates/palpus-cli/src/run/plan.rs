@@ -106,6 +106,8 @@ impl Plan {
         self.notes.iter().for_each(output::note);
         if let Some(not_felt) = devices::not_felt(spec) {
             output::note(format!("note: {not_felt}"));
+        } else if self.settings.limits.torque <= 0.0 {
+            output::note("note: the torque limit is 0: torques are shown, not felt");
         }
         if self.engagement != Engagement::Automatic {
             output::note("forces come when you press a button of the device");
