@@ -137,23 +137,24 @@ impl<'a> Bytes<'a> {
         soup
     }
 
-    /// A small body: the hull of some points, a prism over a star, or what some polygons give. `None` if they give none.
-    pub fn body(&mut self) -> Option<Body> {
+    /// A small body: the hull of some points, a prism over a star, or what some polygons give, times `unit`. `None` if they give
+    /// none.
+    pub fn body(&mut self, unit: f64) -> Option<Body> {
         match self.byte() % 4 {
             0 => {
                 let count = 4 + self.below(20);
-                let points: Vec<DVec3> = (0..count).map(|_| self.point()).collect();
+                let points: Vec<DVec3> = (0..count).map(|_| unit * self.point()).collect();
                 Body::from_convex(&points).ok()
             }
             1 => {
                 let soup = self.star();
                 let settings = self.body_settings();
-                Body::from_soup(&soup, &BodySettings { scale: 1.0, ..settings }, &mut |_| ()).ok()
+                Body::from_soup(&soup, &BodySettings { scale: unit, ..settings }, &mut |_| ()).ok()
             }
             _ => {
                 let soup = self.soup(12, 16);
                 let settings = self.body_settings();
-                Body::from_soup(&soup, &BodySettings { scale: 1.0, ..settings }, &mut |_| ()).ok()
+                Body::from_soup(&soup, &BodySettings { scale: unit, ..settings }, &mut |_| ()).ok()
             }
         }
     }

@@ -51,3 +51,9 @@ pub fn contacts(contacts: &[Contact], tolerance: f64, size: f64) {
         assert!(separation >= -2.0 * size, "{contact:?}");
     }
 }
+
+/// True if `v` is no longer than `most`. The square of a finite number need not be finite.
+pub fn within(v: DVec3, most: f64) -> bool {
+    let largest = v.abs().max_element();
+    largest <= 0.0 || (v / largest).length() * largest <= most
+}

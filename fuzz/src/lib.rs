@@ -4,6 +4,7 @@
 //! * `memory` — an allocator that keeps the books, so that "memory is bounded by the input's size" is held on every input.
 //! * [`Bytes`] — numbers, points, poses, bodies and settings out of an input's bytes.
 //! * [`check`] — what readers and the engine promise.
+//! * [`drive`] — what drives a renderer.
 //! * [`mesh_file`] — from the bytes of a mesh file to a body.
 //! * [`sample`] — a recording to begin with.
 //! * [`Folder`] — files for readers that want a path.
@@ -12,6 +13,7 @@
 
 mod bytes;
 pub mod check;
+pub mod drive;
 mod folder;
 mod memory;
 pub mod mesh_file;

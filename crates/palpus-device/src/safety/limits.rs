@@ -11,6 +11,8 @@ use crate::device::{DeviceSpec, known_devices};
 const FORCE_BELIEVED: f64 = 40.0;
 /// N·m, likewise.
 const TORQUE_BELIEVED: f64 = 5.0;
+/// N, N·m, s: what a device states of itself below this is none. Far below what is felt; and squares of much smaller numbers vanish.
+const LEAST_BELIEVED: f64 = 1e-9;
 /// Continuous force over peak force when the maker does not state it. Stated pairs: Phantom Premium 1.5 1.4/8.5, Premium 3.0
 /// 3/22, Touch 0.88/3.3, Touch X 1.75/7.9: 0.14 to 0.27.
 const CONTINUOUS_SHARE: f64 = 0.2;
@@ -290,9 +292,9 @@ impl SafetyLimits {
     }
 }
 
-/// `stated`, if it is a number from 0 to `most`; `most` if it is larger, and nothing if it is no such number.
+/// `stated`, if it is a number up to `most`; `most` if it is larger, and nothing if it is no such number or next to nothing.
 fn believed(stated: f64, most: f64) -> f64 {
-    if stated >= 0.0 { stated.min(most) } else { 0.0 }
+    if stated >= LEAST_BELIEVED { stated.min(most) } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -313,6 +315,8 @@ mod tests {
         assert_eq!(of("Phantom Premium 1.5/6DOF", 2.0, 0.1), (2.0, 0.1));
         assert_eq!(of("no one knows it", 300.0, f64::INFINITY), (40.0, 5.0));
         assert_eq!(of("no one knows it", f64::NAN, -1.0), (0.0, 0.0));
+        // Found by fuzzing: the square of such a rating is no number that heat can be held against.
+        assert_eq!(of("no one knows it", 1e-160, 1e-317), (0.0, 0.0));
         // Its rotation is not driven, whatever it says.
         let limits = SafetyLimits::of(&DeviceSpec { torque_max: 1.0, ..inverse3 }, 1000.0);
         assert_eq!((limits.torque_peak, limits.rest_torque), (0.0, 0.0));

@@ -131,7 +131,7 @@ impl Duo {
     fn query<C: Clock>(&mut self, motions: &[Option<Motion>; 2], begin: u64, clock: &C) {
         let budget = self.between.settings().time_budget.map(|budget| budget.saturating_sub(self.after_query));
         let until = |part: u64| match budget {
-            Some(budget) => Deadline::at(clock, begin + budget * part / QUERIES),
+            Some(budget) => Deadline::at(clock, begin.saturating_add(budget.saturating_mul(part) / QUERIES)),
             None => Deadline::never(clock),
         };
         for (k, (tool, motion)) in self.tools.iter_mut().zip(motions).enumerate() {

@@ -235,7 +235,7 @@ impl Renderer {
     /// When the query has to end, for a step that began at `begin`.
     fn deadline<C: Clock>(&self, begin: u64, clock: C) -> Deadline<C> {
         match self.settings.time_budget {
-            Some(budget) => Deadline::at(clock, begin + budget.saturating_sub(self.after_query)),
+            Some(budget) => Deadline::at(clock, begin.saturating_add(budget.saturating_sub(self.after_query))),
             None => Deadline::never(clock),
         }
     }

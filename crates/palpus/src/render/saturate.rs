@@ -72,6 +72,10 @@ pub fn saturate(wrench: Wrench, limits: &Limits, policy: Saturation) -> Saturate
 /// `v`, shortened to `limit` if it is longer; and whether it was.
 fn shorten(v: DVec3, limit: f64) -> (DVec3, bool) {
     let Some((scaled, length)) = beyond(v, limit) else { return (v, false) };
+    if limit < f64::MIN_POSITIVE {
+        // Of so few digits, a number is not made shorter by as little as roundings.
+        return (DVec3::ZERO, true);
+    }
     (scaled * (limit * (1.0 - SATURATION_ROUNDING) / length), true)
 }
 

@@ -1,0 +1,55 @@
+//! Cases that fuzzing found, by their symptoms.
+
+use std::cell::Cell;
+use std::sync::Arc;
+
+use glam::DVec3;
+use palpus::algebra::{Clock, Pose, Wrench};
+use palpus::body::Body;
+use palpus::render::{Duo, Limits, ProbeState, Renderer, Saturation, Settings, saturate};
+
+/// A clock that has been running for long.
+struct Late(Cell<u64>);
+
+impl Clock for Late {
+    fn now_ns(&self) -> u64 {
+        self.0.set(self.0.get() + 10);
+        self.0.get()
+    }
+}
+
+/// A cube of 2 cm.
+fn cube() -> Arc<Body> {
+    let corner = |k: u32| 0.02 * DVec3::new(f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2));
+    Arc::new(Body::from_convex(&(0..8).map(corner).collect::<Vec<_>>()).expect("a cube"))
+}
+
+/// The end of the time was computed beyond what 64 bits of nanoseconds hold.
+#[test]
+fn a_time_budget_of_centuries_is_no_hurry() {
+    let settings = Settings { time_budget: Some(u64::MAX), ..Settings::default() };
+    let clock = Late(Cell::new(1 << 40));
+    let probe = ProbeState::at(Pose::from_translation(DVec3::new(0.0, 0.0, 0.0199)));
+    let mut alone = Renderer::new(cube(), cube(), settings).expect("valid settings");
+    let tick = alone.step(&probe, 1e-3, &clock);
+    assert!(!tick.is_late() && tick.commanded.force.z > 0.0, "{:?}", tick.commanded);
+    let mut both = Duo::new([cube(), cube()], cube(), [settings; 2]).expect("valid settings");
+    let ticks = both.step(&[probe, ProbeState::at(Pose::from_translation(DVec3::X))], 1e-3, &clock);
+    assert!(!ticks[0].is_late() && ticks[0].commanded.force.z > 0.0, "{:?}", ticks[0].commanded);
+}
+
+/// Made as long as a limit with few digits, a force was longer than it by one of them.
+#[test]
+fn a_limit_of_next_to_nothing_is_kept() {
+    let limits = Limits { force: 3.259_468_752_411_96e-310, torque: 5e-324 };
+    for policy in [Saturation::Separate, Saturation::Joint, Saturation::UnderActuated] {
+        for scale in [1e-309, 1.0, 1e200] {
+            let given = saturate(Wrench { force: DVec3::splat(scale), torque: DVec3::splat(scale) }, &limits, policy);
+            for (v, limit) in [(given.wrench.force, limits.force), (given.wrench.torque, limits.torque)] {
+                let largest = v.abs().max_element();
+                let length = if largest > 0.0 { (v / largest).length() * largest } else { 0.0 };
+                assert!(length <= limit, "{policy:?}, {scale}: {given:?}");
+            }
+        }
+    }
+}

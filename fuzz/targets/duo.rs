@@ -1,0 +1,58 @@
+//! Two tools in one scene, under any settings and driven with any states: both wrenches are finite and within their limits.
+#![no_main]
+
+use palpus::render::{Duo, ProbeState, Settings};
+use palpus_fuzz::{Allowance, Bytes, Seed, drive, target};
+
+fn run(data: &[u8]) {
+    let mut bytes = Bytes::new(data);
+    let [a, b, environment] = [0; 3].map(|_| drive::body(&mut bytes));
+    let mut settings = [0; 2].map(|_| drive::settings(&mut bytes));
+    let sizes = [&a, &b].map(|tool| tool.size() + environment.size());
+    let Ok(mut duo) = Duo::new([a, b], environment, settings) else { return };
+    let clock = drive::Leaps::of(u64::from(bytes.byte()) * 64);
+    let mut probes = [0; 2].map(|_| ProbeState::at(bytes.pose(0.01)));
+    for _ in 0..16 {
+        let dt = drive::step_length(&mut bytes);
+        for ((tick, settings), size) in duo.step(&probes, dt, &clock).into_iter().zip(&settings).zip(sizes) {
+            drive::check_tick(tick, settings, size);
+        }
+        match bytes.byte() {
+            231.. => duo.clear(),
+            210..231 => {
+                let k = bytes.below(2);
+                let others = Settings { capacity: settings[k].capacity, ..drive::settings(&mut bytes) };
+                if duo.set_settings(k, &others).is_ok() {
+                    settings[k] = others;
+                }
+            }
+            _ => {}
+        }
+        if bytes.is_empty() {
+            break;
+        }
+        probes = probes.map(|last| drive::state(&mut bytes, &last));
+    }
+}
+
+fn seeds() -> Vec<Seed> {
+    let mut seeds = Vec::new();
+    for flags in [0, 1, 2, 4, 8 | 16, 32, 64, 128, 1 | 2 | 4, 255] {
+        let mut input = vec![0, 1, 2];
+        for _ in 0..2 {
+            input.push(flags);
+            input.extend([60; 22]);
+        }
+        input.extend([0, 0, 100, 100, 120, 0, 110, 100, 120]);
+        for k in 0..12u8 {
+            input.extend([0, 0]);
+            for side in [90, 100] {
+                input.extend([50, 0, side, 100 + (k & 1), 90, 0, 100, 100, 100, 0, 100, 100, 100]);
+            }
+        }
+        seeds.push((format!("two-{flags}"), input));
+    }
+    seeds
+}
+
+target!(run: run, allowance: Allowance { per_byte: 0, always: 256 << 20 }, seeds: seeds);
