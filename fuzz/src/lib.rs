@@ -6,6 +6,7 @@
 //! * [`check`] — what readers and the engine promise.
 //! * [`drive`] — what drives a renderer.
 //! * [`mesh_file`] — from the bytes of a mesh file to a body.
+//! * [`recording`] — from the bytes of a recording to all formats, and back.
 //! * [`sample`] — a recording to begin with.
 //! * [`Folder`] — files for readers that want a path.
 //!
@@ -17,6 +18,7 @@ pub mod drive;
 mod folder;
 mod memory;
 pub mod mesh_file;
+pub mod recording;
 pub mod sample;
 #[path = "../../crates/palpus-io/tests/meshes/samples.rs"]
 #[allow(dead_code, missing_docs, unreachable_pub)]

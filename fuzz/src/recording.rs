@@ -1,0 +1,54 @@
+//! Recordings: what is read is written in each format, and then read again to the same bits.
+
+use std::io::Cursor;
+
+use palpus::render::Settings;
+use palpus_io::RecordingWriter;
+use palpus_io::record::{Recording, RecordingFormat, read_recording_from};
+
+use crate::{Seed, check, sample};
+
+const FORMATS: [RecordingFormat; 3] = [RecordingFormat::Csv, RecordingFormat::Parquet, RecordingFormat::Mcap];
+
+/// Reads a recording of whatever format.
+pub fn read_and_write(data: &[u8]) {
+    match read_recording_from(data, "run.csv") {
+        Ok(recording) => {
+            for format in FORMATS {
+                let (first, again) = write_and_read(&recording, format);
+                assert_eq!(again.notice, None);
+                // Written, since numbers that are none differ from themselves.
+                assert_eq!(write_and_read(&again, format).0, first);
+            }
+        }
+        Err(error) => check::error(&error.to_string(), "run.csv"),
+    }
+}
+
+fn write_and_read(recording: &Recording, format: RecordingFormat) -> (Vec<u8>, Recording) {
+    let memory = Cursor::new(Vec::new());
+    let mut writer = RecordingWriter::new(memory, format, &recording.header).expect("memory takes everything");
+    recording.changes.iter().for_each(|(tick, settings)| writer.change(*tick, settings));
+    recording.rows.iter().for_each(|row| writer.write(row).expect("memory takes everything"));
+    let bytes = writer.finish().expect("memory takes everything").into_inner();
+    let again = read_recording_from(bytes.as_slice(), "again.csv").expect("what is written can be read");
+    // As text, since a number that is none differs from itself.
+    assert_eq!(format!("{:?}", again.header), format!("{:?}", recording.header));
+    assert_eq!(again.rows.len(), recording.rows.len());
+    // A change behind the last row is of no tick, and of two for the same tick only the last is.
+    assert!(again.changes.len() <= recording.changes.len());
+    (bytes, again)
+}
+
+/// A small recording in a format, whole and cut off.
+pub fn seeds(format: RecordingFormat) -> Vec<Seed> {
+    let mut more = toml::Table::new();
+    more.insert("note".to_owned(), "two\nlines # and\t\"quotes\"".into());
+    let header = sample::header(more);
+    let changed = Settings { stiffness: 1234.5, ..header.scene.render };
+    let rows = vec![sample::row(0), sample::row(1)];
+    let recording = Recording { header, rows, changes: vec![(1, changed)], notice: None };
+    let whole = write_and_read(&recording, format).0;
+    let cut = whole[..whole.len() - 9].to_vec();
+    vec![("whole".to_owned(), whole), ("cut".to_owned(), cut)]
+}

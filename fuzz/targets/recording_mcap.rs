@@ -1,0 +1,11 @@
+//! Recordings in MCAP: what is read is written in each format, and then read again to the same bits.
+#![no_main]
+
+use palpus_fuzz::{Allowance, Seed, recording, target};
+use palpus_io::record::RecordingFormat;
+
+fn seeds() -> Vec<Seed> {
+    recording::seeds(RecordingFormat::Mcap)
+}
+
+target!(run: recording::read_and_write, allowance: Allowance { per_byte: 400, always: 2 << 20 }, seeds: seeds);
