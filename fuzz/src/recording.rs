@@ -14,30 +14,28 @@ const FORMATS: [RecordingFormat; 3] = [RecordingFormat::Csv, RecordingFormat::Pa
 pub fn read_and_write(data: &[u8]) {
     match read_recording_from(data, "run.csv") {
         Ok(recording) => {
+            // In CSV all bits can be compared: numbers that are none differ from themselves, and how the other formats are cut into pieces
+            // is a matter of time.
+            let first = written(&recording, RecordingFormat::Csv);
             for format in FORMATS {
-                let (first, again) = write_and_read(&recording, format);
+                let again = read_recording_from(written(&recording, format).as_slice(), "again");
+                let again = again.expect("what is written can be read");
                 assert_eq!(again.notice, None);
-                // Written, since numbers that are none differ from themselves.
-                assert_eq!(write_and_read(&again, format).0, first);
+                // A change behind the last row is of no tick, and of two for the same tick only the last is.
+                assert!(again.changes.len() <= recording.changes.len());
+                assert!(written(&again, RecordingFormat::Csv) == first, "{format:?} keeps no bits");
             }
         }
         Err(error) => check::error(&error.to_string(), "run.csv"),
     }
 }
 
-fn write_and_read(recording: &Recording, format: RecordingFormat) -> (Vec<u8>, Recording) {
+fn written(recording: &Recording, format: RecordingFormat) -> Vec<u8> {
     let memory = Cursor::new(Vec::new());
     let mut writer = RecordingWriter::new(memory, format, &recording.header).expect("memory takes everything");
     recording.changes.iter().for_each(|(tick, settings)| writer.change(*tick, settings));
     recording.rows.iter().for_each(|row| writer.write(row).expect("memory takes everything"));
-    let bytes = writer.finish().expect("memory takes everything").into_inner();
-    let again = read_recording_from(bytes.as_slice(), "again.csv").expect("what is written can be read");
-    // As text, since a number that is none differs from itself.
-    assert_eq!(format!("{:?}", again.header), format!("{:?}", recording.header));
-    assert_eq!(again.rows.len(), recording.rows.len());
-    // A change behind the last row is of no tick, and of two for the same tick only the last is.
-    assert!(again.changes.len() <= recording.changes.len());
-    (bytes, again)
+    writer.finish().expect("memory takes everything").into_inner()
 }
 
 /// A small recording in a format, whole and cut off.
@@ -48,7 +46,7 @@ pub fn seeds(format: RecordingFormat) -> Vec<Seed> {
     let changed = Settings { stiffness: 1234.5, ..header.scene.render };
     let rows = vec![sample::row(0), sample::row(1)];
     let recording = Recording { header, rows, changes: vec![(1, changed)], notice: None };
-    let whole = write_and_read(&recording, format).0;
+    let whole = written(&recording, format);
     let cut = whole[..whole.len() - 9].to_vec();
     vec![("whole".to_owned(), whole), ("cut".to_owned(), cut)]
 }
