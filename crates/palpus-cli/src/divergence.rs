@@ -257,6 +257,7 @@ pub(crate) fn print(report: &Report) {
         ] {
             output::line(format!("  tick {}, {name}: recorded {recorded:?}, now {now:?}", tick.tick));
         }
+        output::line(format!("  tick {}, turned by the quaternion (x, y, z, w) {:?}", tick.tick, tick.orientation));
     }
     match first.settings_changes.is_empty() {
         true => output::line(format!("  no settings change within {CHANGES_NEAR} ticks of it")),

@@ -11,7 +11,7 @@ use super::change::{self, Pending};
 use super::{Piece, RecordRow, RecordingHeader, csv, mcap, parquet};
 
 /// The most that a program that is killed loses of its recording, with what is still on its way to the writer: under a second.
-const BETWEEN_PIECES: Duration = Duration::from_millis(700);
+const BETWEEN_PIECES: Duration = Duration::from_millis(500);
 
 /// Rows that wait at most: a run that goes as fast as it can makes many in no time.
 const MOST_WAITING: usize = 1 << 14;
