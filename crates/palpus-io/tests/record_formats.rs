@@ -229,6 +229,8 @@ fn what_is_no_recording_is_refused_in_one_line() {
         let error = read(bytes).unwrap_err().to_string();
         assert!(error.starts_with("run: ") && !error.contains('\n'), "{error}");
     }
+    let comments = "# a = \"0123456789\"\n".repeat(100_000);
+    assert!(read(comments.as_bytes()).unwrap_err().to_string().starts_with("run: the header is far too long"));
     // A list in the footer that claims to go on for ever.
     let endless =
         [&b"PAR1"[..], &[0x29, 0xFC, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x01], b"\x0b\0\0\0PAR1"].concat();

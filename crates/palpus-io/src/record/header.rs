@@ -74,6 +74,9 @@ struct Version {
     format: i64,
 }
 
+/// Bytes of the longest text that is taken for a header: hundreds of times one.
+pub(super) const MOST_TEXT: usize = 1 << 20;
+
 /// Why a header was not read.
 pub(super) struct HeaderError {
     /// Of the header's text, from 1; 0 when unknown.
@@ -94,6 +97,9 @@ impl RecordingHeader {
             line: error.span().map_or(0, |span| 1 + text[..span.start.min(text.len())].matches('\n').count() as u64),
             problem: format!("the header is wrong: {}", error.message().replace('\n', " ")),
         };
+        if text.len() > MOST_TEXT {
+            return Err(HeaderError { line: 0, problem: "the header is far too long; is it a recording?".to_owned() });
+        }
         let version: Version = toml::from_str(text).map_err(wrong)?;
         if version.format != FORMAT {
             let problem = format!(

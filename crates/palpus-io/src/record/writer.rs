@@ -147,7 +147,7 @@ impl<W: Write + Seek> RecordingWriter<W> {
     pub fn finish(mut self) -> io::Result<W> {
         self.flush()?;
         if let (Some(path), Encoder::Parquet(writer)) = (&self.path, &self.encoder) {
-            parquet::compact(writer, path)?;
+            parquet::compact(writer, path);
         }
         Ok(self.out)
     }

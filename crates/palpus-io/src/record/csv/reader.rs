@@ -7,6 +7,7 @@ use std::io::{BufRead, Read};
 
 use crate::TableError;
 use crate::record::columns::{COLUMNS, Take, take};
+use crate::record::header::MOST_TEXT;
 use crate::record::{Recording, RecordingHeader, change};
 use crate::table::Cells;
 
@@ -76,15 +77,18 @@ fn header<R: BufRead>(lines: &mut Lines<'_, R>) -> Result<RecordingHeader, Table
     let mut toml = String::new();
     while lines.next()? {
         let text = lines.text.trim_end();
-        let Some(entry) = text.strip_prefix('#') else {
-            if !lines.is_whole() || text != COLUMNS.join(",") {
-                let problem = format!("the columns must be {}; was it written by another version?", COLUMNS.join(","));
-                return Err(TableError::at(name, lines.line, problem));
-            }
-            return RecordingHeader::of_text(&toml).map_err(|error| TableError::at(name, error.line, error.problem));
-        };
-        toml.push_str(entry.strip_prefix(' ').unwrap_or(entry));
-        toml.push('\n');
+        let entry = text.strip_prefix('#');
+        // One that is too long is refused where it is read.
+        if let Some(entry) = entry.filter(|_| toml.len() <= MOST_TEXT) {
+            toml.push_str(entry.strip_prefix(' ').unwrap_or(entry));
+            toml.push('\n');
+            continue;
+        }
+        if entry.is_none() && (!lines.is_whole() || text != COLUMNS.join(",")) {
+            let problem = format!("the columns must be {}; was it written by another version?", COLUMNS.join(","));
+            return Err(TableError::at(name, lines.line, problem));
+        }
+        return RecordingHeader::of_text(&toml).map_err(|error| TableError::at(name, error.line, error.problem));
     }
     Err(TableError::at(name, lines.line, "the file ends before the line of column names; it is no whole recording"))
 }

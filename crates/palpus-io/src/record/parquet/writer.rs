@@ -79,15 +79,15 @@ impl Writer {
 
 /// Copies the living groups of a finished recording into a new file, which takes its place. Where that does not go, the file stays
 /// as it is: larger than need be, and whole.
-pub(in crate::record) fn compact(writer: &Writer, path: &Path) -> io::Result<()> {
+pub(in crate::record) fn compact(writer: &Writer, path: &Path) {
     let mut name = path.as_os_str().to_owned();
     name.push(".part");
-    let Ok(new) = OpenOptions::new().write(true).create_new(true).open(&name) else { return Ok(()) };
-    if copy(writer, &mut File::open(path)?, new).and_then(|()| fs::rename(&name, path)).is_err() {
+    let Ok(new) = OpenOptions::new().write(true).create_new(true).open(&name) else { return };
+    let copied = File::open(path).and_then(|mut old| copy(writer, &mut old, new));
+    if copied.and_then(|()| fs::rename(&name, path)).is_err() {
         // Nothing is lost with it.
         let _ = fs::remove_file(&name);
     }
-    Ok(())
 }
 
 fn copy(writer: &Writer, old: &mut File, mut new: File) -> io::Result<()> {
