@@ -56,9 +56,9 @@ fn run(data: &[u8]) {
             2 => Some(Engagement::Button(u32::from(bytes.byte()))),
             _ => Some(Engagement::DeadMan(u32::from(bytes.byte()))),
         },
-        limits: None,
         after_fault: if flags & 4 == 0 { AfterFault::default() } else { AfterFault::Stop },
         after_panic: if flags & 8 == 0 { AfterPanic::Stop } else { AfterPanic::AsFault },
+        ..SafetyOptions::default()
     };
     let limits = SafetyLimits::of(&spec, rate);
     assert!(
