@@ -1,9 +1,11 @@
-//! Files that a hand follows: poses, recorded hands in CSV, and as TUM's benchmark writes them.
+//! Files that a hand follows: poses, recorded hands in CSV, and as TUM's benchmark writes them; and on to the path through them.
 #![no_main]
 
-use palpus_fuzz::{Allowance, Seed, check, target};
+use palpus::algebra::Pose;
+use palpus_fuzz::{Allowance, Bytes, Seed, check, target};
 use palpus_io::HandFile;
 use palpus_io::hand::read_hand_from;
+use palpus_scenes::{HandPath, Placement};
 
 fn run(data: &[u8]) {
     match read_hand_from(data, "hand.csv") {
@@ -13,8 +15,26 @@ fn run(data: &[u8]) {
             assert!(hand.samples.windows(2).all(|pair| pair[0].0 < pair[1].0));
             assert!(hand.samples.iter().all(|(time, pose)| time.is_finite() && pose.is_valid()));
             assert!(hand.duration().is_finite() && hand.longest_gap() > 0.0 && hand.reach().is_finite());
+            // Scale and speed, by bytes that mean little.
+            let mut bytes = Bytes::new(data.get(data.len() - 4..).unwrap_or_default());
+            let (scale, speed) = (bytes.between(1e-3, 1e3), bytes.between(1e-3, 1e3));
+            follow(&hand.samples, &Placement { start: Pose::IDENTITY, scale, speed });
+            follow(&hand.samples, &Placement::at(Pose::IDENTITY));
         }
         Err(error) => check::error(&error.to_string(), "hand.csv"),
+    }
+}
+
+fn follow(samples: &[(f64, Pose)], placement: &Placement) {
+    match HandPath::recorded(samples, placement) {
+        Ok(path) => {
+            for part in [-1.0, 0.0, 1e-3, 0.3, 0.5, 0.9, 1.0, 2.0] {
+                let time = part * path.duration();
+                let (pose, twist) = (path.pose(time), path.twist(time));
+                assert!(pose.is_valid() && twist.linear.is_finite() && twist.angular.is_finite(), "{pose:?} {twist:?}");
+            }
+        }
+        Err(error) => assert!(!error.to_string().is_empty()),
     }
 }
 
@@ -29,4 +49,5 @@ fn seeds() -> Vec<Seed> {
         .into()
 }
 
-target!(run: run, allowance: Allowance { per_byte: 200, always: 1 << 20 }, seeds: seeds);
+// Sixteen bytes may be a second of a hand, which is a hundred keys and segments of a path.
+target!(run: run, allowance: Allowance { per_byte: 8000, always: 8 << 20 }, seeds: seeds);

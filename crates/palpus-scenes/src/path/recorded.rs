@@ -44,7 +44,7 @@ pub enum RecordedPathError {
     /// Of the placement.
     #[error("scale and speed of a recorded hand must be from 0.001 to 1000")]
     Placement,
-    /// A path of so many keys would take gigabytes.
+    /// A path of so many keys would take gigabytes, or times are so late that they have no digits for hundredths of a second.
     #[error("the recording is too long; cut a part out of it")]
     TooLong,
 }
@@ -66,6 +66,8 @@ const STOP: f64 = 0.3;
 const SAME: f64 = 1e-4;
 /// What scale and speed may be at the most; and at least, one over it.
 const FACTOR: f64 = 1e3;
+/// s: thirty years. Later than that, keys would fall together.
+const LATEST: f64 = 1e9;
 /// Keys of a path at the most: five hours.
 const MOST_KEYS: usize = 2_000_000;
 
@@ -132,6 +134,9 @@ fn placed(samples: &[(f64, Pose)], placement: &Placement) -> Result<Vec<Sample>,
         if !(later && pose.is_valid() && sample.time.is_finite() && sample.translation.is_finite()) {
             return Err(RecordedPathError::Samples);
         }
+        if sample.time > LATEST {
+            return Err(RecordedPathError::TooLong);
+        }
         if last.is_some_and(|last| sample.time < last.time + SAME) {
             continue;
         }
@@ -148,7 +153,7 @@ fn averaged(stretch: &[Sample], keys: &mut Vec<Key>) -> Result<(), RecordedPathE
         return Ok(());
     };
     let span = last.time - first.time;
-    if span / KEY > MOST_KEYS as f64 {
+    if keys.len() as f64 + span / KEY > MOST_KEYS as f64 {
         return Err(RecordedPathError::TooLong);
     }
     let count = (span / KEY).floor().max(1.0) as usize;
@@ -327,5 +332,32 @@ mod tests {
         // Days of samples, a millisecond apart at times far away.
         let far = [(0.0, pose), (1e-3, pose), (2e-3, pose), (1e9, pose)];
         assert!(HandPath::recorded(&far, &at).is_ok());
+    }
+
+    /// Thought of while fuzzing: keys fell together, and a path is code that panics then.
+    #[test]
+    fn samples_of_which_the_last_are_very_late_are_refused() {
+        let pose = |x: f64| Pose::from_translation(DVec3::new(x, 0.0, 0.0));
+        let mut samples: Vec<(f64, Pose)> = (0..20).map(|k| (f64::from(k) * 1e-5, pose(f64::from(k)))).collect();
+        samples.extend([(1e12, pose(0.0)), (1e12_f64.next_up(), pose(1.0))]);
+        let slow = Placement { speed: 1e-3, ..Placement::at(Pose::IDENTITY) };
+        assert_eq!(HandPath::recorded(&samples, &slow).err(), Some(RecordedPathError::TooLong));
+    }
+
+    /// Thought of while fuzzing: each stretch may be as long as a path, and only their sum was looked at, when it had been obtained.
+    #[test]
+    fn many_long_stretches_are_refused_before_they_take_gigabytes() {
+        let mut samples = Vec::new();
+        for stretch in 0..3 {
+            for k in 0..8_000 {
+                let time = f64::from(stretch) * 1e6 + f64::from(k);
+                // Pairs: half of the distances are short, so that samples count as dense.
+                samples.extend([time, time + 1e-3, time + 2e-3].map(|time| (time, Pose::IDENTITY)));
+            }
+        }
+        assert_eq!(
+            HandPath::recorded(&samples, &Placement::at(Pose::IDENTITY)).err(),
+            Some(RecordedPathError::TooLong)
+        );
     }
 }
