@@ -13,6 +13,7 @@ mod doctor;
 mod engine;
 mod export;
 mod faults;
+mod gaps;
 mod hand_path;
 mod inspect;
 mod output;

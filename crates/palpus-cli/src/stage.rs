@@ -15,6 +15,7 @@ use palpus_io::scene::{CouplingMode, FilePolicy, SceneBody, SceneCoupling, Scene
 use palpus_scenes::{HandPath, Key, Scene, Tremor};
 
 use crate::bodies::{self, Teller};
+use crate::gaps;
 use crate::hand_path::{Following, follow};
 
 /// Everything that a run needs.
@@ -37,6 +38,8 @@ pub(crate) struct Stage {
     pub(crate) rate_hz: Option<f64>,
     /// What a recording says of the scene.
     pub(crate) recorded: RecordedScene,
+    /// What was chosen where the scene's file says nothing.
+    pub(crate) notes: Vec<String>,
 }
 
 impl Stage {
@@ -111,7 +114,7 @@ pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_
     let path = Path::new(name);
     if path.exists() || path.extension().is_some() {
         let file = read_scene(path, policy)?;
-        return of_file(path, &file, teller);
+        return of_file(path, file, teller);
     }
     let names: Vec<&str> = palpus_scenes::scenes().iter().map(|scene| scene.name).collect();
     bail!("there is no scene called `{name}`; built-in scenes are {}, or name a scene file (TOML)", names.join(", "))
@@ -157,10 +160,11 @@ fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<Stage> {
         hand: None,
         rate_hz: None,
         recorded,
+        notes: Vec::new(),
     })
 }
 
-fn of_file(path: &Path, file: &SceneFile, teller: &Teller<'_>) -> anyhow::Result<Stage> {
+fn of_file(path: &Path, mut file: SceneFile, teller: &Teller<'_>) -> anyhow::Result<Stage> {
     let prepare = |body: &SceneBody| -> anyhow::Result<(Arc<Body>, ContentHash)> {
         let settings =
             BodySettings { scale: body.metres_per_unit, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
@@ -169,9 +173,10 @@ fn of_file(path: &Path, file: &SceneFile, teller: &Teller<'_>) -> anyhow::Result
     };
     let (probe, probe_hash) = prepare(&file.probe)?;
     let (environment, environment_hash) = prepare(&file.environment)?;
+    let notes = gaps::fill(&mut file, &probe, &environment);
     let hand = file.hand.preset.name();
     let intended = match &file.hand.path {
-        Some(poses) => follow(poses, &following(file, &probe))?,
+        Some(poses) => follow(poses, &following(&file, &probe))?,
         None => approach(&probe, &environment, file.probe.pose, file.environment.pose, file.render.contact_tolerance),
     };
     let intended = if file.hand.tremor > 0.0 {
@@ -198,6 +203,7 @@ fn of_file(path: &Path, file: &SceneFile, teller: &Teller<'_>) -> anyhow::Result
         hand: Some(hand),
         rate_hz: Some(file.rate_hz),
         recorded,
+        notes,
     })
 }
 
@@ -213,27 +219,32 @@ fn following(file: &SceneFile, probe: &Body) -> Following {
 }
 
 /// A hand for a scene without a path: from the start towards the environment until the bodies touch, a little deeper, and
-/// back, again and again.
+/// back, again and again. It heads for the environment's middle, or if that leads past it, for its nearest point.
 fn approach(a: &Arc<Body>, b: &Arc<Body>, start: Pose, environment: Pose, tolerance: f64) -> HandPath {
     let mut pair = PairQuery::new(a, b, 1 << 14);
-    let mut separation = |pose: Pose| {
+    let mut nearest = |pose: Pose| {
         let pose_ba = environment.inverse() * pose;
         let mut counters = pair.run(a, b, &pose_ba, 0.0, &NoClock);
-        pair.nearest(a, b, &pose_ba, &mut counters).map_or(f64::INFINITY, |contact| contact.separation)
+        pair.nearest(a, b, &pose_ba, &mut counters)
     };
     let goal = environment.point(b.mass().center_of_mass) - start.point(a.mass().center_of_mass);
-    let towards = goal.normalize_or(-glam::DVec3::Z);
-    let at = |travel: f64| Pose { translation: start.translation + towards * travel, ..start };
+    let mut towards = goal.normalize_or(-glam::DVec3::Z);
+    let at = |towards: glam::DVec3, travel: f64| Pose { translation: start.translation + towards * travel, ..start };
     // Conservative advancement: the nearest distance can always be travelled.
-    let mut travel = 0.0;
+    let (mut travel, mut touches) = (0.0, false);
     for _ in 0..MOST_ADVANCES {
-        let gap = separation(at(travel));
-        if gap <= 0.1 * tolerance || travel > goal.length() {
+        let gap = nearest(at(towards, travel)).map_or(f64::INFINITY, |contact| contact.separation);
+        touches = gap <= 0.1 * tolerance;
+        if touches || travel > goal.length() {
             break;
         }
         travel += gap;
     }
-    let pressed = at(travel + PRESS_TOLERANCES * tolerance);
+    if !touches && let Some(contact) = nearest(start) {
+        towards = environment.vector(contact.point_b - contact.point_a).normalize_or(towards);
+        travel = contact.separation.max(0.0);
+    }
+    let pressed = at(towards, travel + PRESS_TOLERANCES * tolerance);
     let period = (travel / APPROACH_SPEED).max(1.0);
     HandPath::cyclic(&[Key::rest(0.0, start), Key::rest(period, pressed), Key::rest(2.0 * period, start)])
 }

@@ -91,6 +91,7 @@ impl Plan {
         let size = |body: &palpus::body::Body| (body.mesh().triangles().len(), body.pieces().len());
         let ((ta, pa), (tb, pb)) = (size(&stage.probe), size(&stage.environment));
         output::note(format!("{}: probe {ta} triangles in {pa} convex pieces, environment {tb} in {pb}", self.name));
+        stage.notes.iter().for_each(output::note);
         let pace = if arguments.fast { "as fast as it goes" } else { "in real time" };
         let how = headless.map_or("in a window".to_owned(), |why| format!("headless ({why})"));
         let until = match self.options.duration {

@@ -57,6 +57,12 @@ impl<'a> Section<'a> {
         Ok(section)
     }
 
+    /// True when the table under `key` has one of `keys`.
+    pub(super) fn says(&self, key: &str, keys: &[&str]) -> bool {
+        let Some(DeValue::Table(table)) = self.find(key).map(Spanned::get_ref) else { return false };
+        table.keys().any(|name| keys.contains(&name.get_ref().as_ref()))
+    }
+
     /// True when the file has this table.
     pub(super) fn exists(&self) -> bool {
         self.table.is_some()

@@ -91,6 +91,19 @@ pub struct SceneFile {
     pub rate_hz: f64,
     /// The simulated hand.
     pub hand: SceneHand,
+    /// What the file does not say, and what depends on the meshes.
+    pub gaps: SceneGaps,
+}
+
+/// What a scene file leaves open: what stands in its place is usual, but may not suit the meshes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct SceneGaps {
+    /// The contact tolerance.
+    pub tolerance: bool,
+    /// Where the two bodies are: neither is placed.
+    pub places: bool,
+    /// Where the probe is held.
+    pub grip: bool,
 }
 
 /// A body of a scene.

@@ -11,7 +11,9 @@ use palpus::render::{Clustering, Saturation, Settings};
 use toml::de::DeTable;
 
 use super::keys::{Section, Source};
-use super::{CouplingMode, FilePolicy, HandPreset, SceneBody, SceneCoupling, SceneError, SceneFile, SceneHand, unit};
+use super::{
+    CouplingMode, FilePolicy, HandPreset, SceneBody, SceneCoupling, SceneError, SceneFile, SceneGaps, SceneHand, unit,
+};
 
 /// The longest scene file that is read.
 const MAX_BYTES: u64 = 1 << 20;
@@ -80,7 +82,8 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
         column: 0,
         problem: error.to_string(),
     })?;
-    Ok(SceneFile { metres_per_unit: unit, probe, environment, render, coupling, rate_hz, hand })
+    let gaps = read_gaps(&top);
+    Ok(SceneFile { gaps, metres_per_unit: unit, probe, environment, render, coupling, rate_hz, hand })
 }
 
 /// Metres for each unit of length of the file, or of one mesh.
@@ -92,6 +95,16 @@ fn read_unit(section: &Section<'_>) -> Result<Option<f64>, SceneError> {
         return unit::metres(name).map(Some).map_err(unknown);
     }
     section.number("unit", "the metres in one unit, from 1e-9 to 1e9", |x| (1e-9..=1e9).contains(&x))
+}
+
+/// What is not said.
+fn read_gaps(top: &Section<'_>) -> SceneGaps {
+    let places = ["position", "orientation"];
+    SceneGaps {
+        tolerance: !top.says("contact", &["tolerance"]),
+        places: !top.says("probe", &places) && !top.says("environment", &places),
+        grip: !top.says("probe", &["grip"]),
+    }
 }
 
 /// Body a and, in metres, where it is held.

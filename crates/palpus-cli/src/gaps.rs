@@ -1,0 +1,116 @@
+//! What a scene file leaves open, chosen after its meshes.
+//!
+//! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body where that is less; on bodies of a millimetre, 1 mm would be all of them.
+//! 2. *Places*: where neither body has one and they would stand in each other, the probe begins above the environment, clear of it
+//!    however it is turned.
+//! 3. *Grip*: the origin of the probe's mesh, or its centre of mass where that origin lies outside of the mesh's box.
+//!
+//! Bodies of sizes that no hand feels are a hint that the unit is wrong, and said so. What is chosen depends on the file and the meshes alone, so that a recording replays.
+
+use glam::DVec3;
+use palpus::algebra::Pose;
+use palpus::body::Body;
+use palpus_io::scene::SceneFile;
+
+/// m: smaller and larger things are seldom meant to be felt by hand.
+const SMALL: f64 = 5e-3;
+const LARGE: f64 = 2.0;
+/// Of the smaller body's size.
+const TOLERANCE_SHARE: f64 = 0.01;
+/// How far above the environment's box the probe begins, in its own reach.
+const CLEARANCE: f64 = 0.25;
+
+/// Fills in what `file` leaves open; says what was chosen, if it is not what is usual.
+pub(crate) fn fill(file: &mut SceneFile, probe: &Body, environment: &Body) -> Vec<String> {
+    let mut notes = Vec::new();
+    let [smaller, larger] = [probe.size().min(environment.size()), probe.size().max(environment.size())];
+    if larger < SMALL || smaller > LARGE {
+        let mm = |size: f64| size * 1e3;
+        notes.push(format!(
+            "the bodies are {:.1} and {:.1} mm across; is the unit right?",
+            mm(probe.size()),
+            mm(environment.size())
+        ));
+    }
+    let least = TOLERANCE_SHARE * smaller;
+    if file.gaps.tolerance && least < file.render.contact_tolerance {
+        // Both go together, as they are usual.
+        file.render.cluster_radius *= least / file.render.contact_tolerance;
+        file.render.contact_tolerance = least;
+        notes.push(format!(
+            "contacts from {:.3} mm on, a hundredth of the smaller body; see [contact] tolerance",
+            least * 1e3
+        ));
+    }
+    let bounds = probe.mesh().bounds();
+    let is_outside = DVec3::ZERO.clamp(bounds.min, bounds.max) != DVec3::ZERO;
+    if file.gaps.grip && is_outside {
+        file.render.grip_a = probe.mass().center_of_mass;
+        notes.push(
+            "held at its centre of mass, since the origin of the probe's mesh is outside of it; see [probe] grip"
+                .to_owned(),
+        );
+    }
+    if file.gaps.places && file.hand.path.is_none() && boxes_overlap(probe, environment) {
+        file.probe.pose = Pose { translation: above(probe, environment), ..Pose::IDENTITY };
+        let [x, y, z] = (file.probe.pose.translation / file.metres_per_unit).to_array();
+        notes
+            .push(format!("the probe begins above the environment, at [{x:.3}, {y:.3}, {z:.3}]; see [probe] position"));
+    }
+    notes
+}
+
+fn boxes_overlap(probe: &Body, environment: &Body) -> bool {
+    let (a, b) = (probe.mesh().bounds(), environment.mesh().bounds());
+    a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
+}
+
+/// Where the middle of the probe stands above the middle of the environment.
+fn above(probe: &Body, environment: &Body) -> DVec3 {
+    let (a, b) = (probe.mesh().bounds(), environment.mesh().bounds());
+    let reach = 0.5 * (a.max - a.min).length();
+    let middle = (0.5 * (b.min + b.max)).with_z(b.max.z + reach * (1.0 + CLEARANCE));
+    middle - 0.5 * (a.min + a.max)
+}
+
+#[cfg(test)]
+mod tests {
+    use palpus_io::scene::FilePolicy;
+
+    use crate::stage;
+
+    #[test]
+    fn a_scene_of_two_meshes_and_nothing_else_is_felt() {
+        crate::bodies::use_cache(false);
+        let folder = std::env::temp_dir().join(format!("palpus-gaps-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a temporary folder");
+        // A cube of 20 units, away from its origin.
+        let mut cube = String::new();
+        for k in 0..8u32 {
+            let side = |bit: u32| 5.0 + 20.0 * f64::from(k >> bit & 1);
+            cube += &format!("v {} {} {}\n", side(0), side(1), side(2));
+        }
+        cube += "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
+        std::fs::write(folder.join("cube.obj"), cube).expect("a file");
+        let scene = folder.join("scene.toml");
+        for (unit, tolerance, notes) in
+            [("mm", 0.2e-3 * 3f64.sqrt(), 3), ("cm", 1e-3, 2), ("um", 0.2e-6 * 3f64.sqrt(), 4)]
+        {
+            let text = format!("unit = \"{unit}\"\n[probe]\nmesh = \"cube.obj\"\n[environment]\nmesh = \"cube.obj\"\n");
+            std::fs::write(&scene, text).expect("a file");
+            let stage = stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("a scene");
+            assert_eq!(stage.notes.len(), notes, "{:?}", stage.notes);
+            assert!((stage.settings.contact_tolerance / tolerance - 1.0).abs() < 1e-6, "{:?}", stage.settings);
+            assert!((stage.settings.grip_a - stage.probe.mass().center_of_mass).length() < 1e-12);
+            let felt = |time: f64| {
+                let (a, b) = (&stage.probe, &stage.environment);
+                let mut pair = palpus::force::PairQuery::new(a, b, 256);
+                let pose = stage.environment_pose.inverse() * stage.path.pose(time);
+                let mut counters = pair.run(a, b, &pose, 0.0, &palpus::algebra::NoClock);
+                pair.nearest(a, b, &pose, &mut counters).map_or(f64::INFINITY, |contact| contact.separation)
+            };
+            assert!(felt(0.0) > 0.0 && felt(0.5 * stage.path.duration()) < 0.0, "it begins apart and comes into touch");
+        }
+        let _ = std::fs::remove_dir_all(&folder);
+    }
+}
