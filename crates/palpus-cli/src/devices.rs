@@ -125,7 +125,6 @@ fn haply(which: Option<&str>, place: Option<&str>, real_time: bool) -> HaplyOpti
         beyond_loopback: place.is_some(),
         arm: which.map(str::to_owned),
         priority: RealTimeOptions::default().priority.filter(|_| real_time).map(above),
-        ..HaplyOptions::default()
     }
 }
 

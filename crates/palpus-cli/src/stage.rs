@@ -244,7 +244,8 @@ fn approach(a: &Arc<Body>, b: &Arc<Body>, start: Pose, environment: Pose, tolera
         towards = environment.vector(contact.point_b - contact.point_a).normalize_or(towards);
         travel = contact.separation.max(0.0);
     }
-    let pressed = at(towards, travel + PRESS_TOLERANCES * tolerance);
+    let press = (PRESS_TOLERANCES * tolerance).max(LEAST_PRESS.min(LEAST_PRESS_SHARE * a.size().min(b.size())));
+    let pressed = at(towards, travel + press);
     let period = (travel / APPROACH_SPEED).max(1.0);
     HandPath::cyclic(&[Key::rest(0.0, start), Key::rest(period, pressed), Key::rest(2.0 * period, start)])
 }
@@ -253,6 +254,9 @@ fn approach(a: &Arc<Body>, b: &Arc<Body>, start: Pose, environment: Pose, tolera
 const MOST_ADVANCES: usize = 200;
 /// How far the hand presses beyond touch, in contact tolerances.
 const PRESS_TOLERANCES: f64 = 3.0;
+/// m, and of the smaller body: less is lost in the device's friction.
+const LEAST_PRESS: f64 = 3e-3;
+const LEAST_PRESS_SHARE: f64 = 0.1;
 /// m/s.
 const APPROACH_SPEED: f64 = 0.05;
 
