@@ -23,6 +23,8 @@ const LONGEST_ARROW: f64 = 150.0;
 const TURNING_CIRCLE: f64 = 42.0;
 /// The smallest turning arrow, of the largest.
 const LEAST_TURN: f64 = 0.35;
+/// Less than this part of the largest torque is noise to the eye, which an arrow of a size of its own would make much of.
+const NO_TURN: f64 = 0.004;
 
 /// Sides of a round thing.
 const SIDES: usize = 14;
@@ -94,7 +96,7 @@ impl Marks {
             let grip = place(moment.grip);
             marks.solids.push((arrow_of(grip, turn(moment.wrench.force), SHAFT_RADIUS), colours.force));
             let part = (moment.wrench.torque.length() / scene.torque_scale.max(f64::MIN_POSITIVE)).min(1.0);
-            if part > 0.0 {
+            if part > NO_TURN {
                 let circle = metres(grip, TURNING_CIRCLE * (LEAST_TURN + (1.0 - LEAST_TURN) * part));
                 let axis = turn(moment.wrench.torque);
                 let turning = turning_arrow(grip, axis, circle, metres(grip, CLUSTER_SHAFT_RADIUS));

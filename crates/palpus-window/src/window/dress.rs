@@ -86,6 +86,8 @@ pub(super) fn dress(context: &Context, theme: Theme) {
             spacing.interact_size = egui::vec2(40.0, 24.0);
             spacing.slider_rail_height = 5.0;
             spacing.window_margin = Margin::same(16);
+            // Of menus, and of dialogs too.
+            spacing.menu_margin = Margin::same(14);
             spacing.icon_width = 17.0;
             spacing.icon_width_inner = 10.0;
             style.visuals = dyed(visuals, cloth);

@@ -13,7 +13,7 @@ use super::quantity::{Fitting, Quantity};
 use super::run::{Preset, Run};
 
 /// Points.
-const SLIDER: f32 = 96.0;
+const SLIDER: f32 = 84.0;
 /// Where nobody says: degrees, and coefficients.
 const USUAL_CREASE: f64 = 40.0;
 const MOST_TURN: f64 = 45.0;

@@ -30,13 +30,14 @@ const KEY_TURN: f64 = 0.9;
 const SLOWLY: f64 = 0.2;
 /// s: the most that a key acts on in one frame.
 const LONGEST_FRAME: f64 = 0.1;
-/// Of the drawn spring: points, and parts of the whole.
-const COIL: f32 = 4.5;
-const COILS: usize = 9;
+/// Of the drawn spring: points, how many points a coil takes, and parts of the whole.
+const COIL: f32 = 4.0;
+const COIL_LENGTH: f32 = 8.0;
+const COILS: (f32, f32) = (2.0, 12.0);
 const ENDS: f32 = 0.12;
 const POINTS_OF_COIL: usize = 12;
 /// Points: a shorter one is not drawn.
-const LEAST_SPRING: f32 = 5.0;
+const LEAST_SPRING: f32 = 12.0;
 
 /// See the module's outline.
 #[derive(Default)]
@@ -228,7 +229,8 @@ fn by_keys(ui: &egui::Ui, area: &Area, view: &View3d, frame: f64) -> Option<Moti
         );
         (along, input.modifiers)
     });
-    if along == DVec3::ZERO {
+    // With Alt, they are the eye's.
+    if along == DVec3::ZERO || modifiers.alt {
         return None;
     }
     let [right, up, back] = view.camera().axes();
@@ -247,10 +249,11 @@ fn by_keys(ui: &egui::Ui, area: &Area, view: &View3d, frame: f64) -> Option<Moti
 fn spring(from: Pos2, to: Pos2) -> Vec<Pos2> {
     let along = to - from;
     let across = along.normalized().rot90() * COIL;
-    let waves = COILS * POINTS_OF_COIL;
+    let coils = (along.length() / COIL_LENGTH).round().clamp(COILS.0, COILS.1);
+    let waves = coils as usize * POINTS_OF_COIL;
     let coil = (0..=waves).map(|k| {
         let part = k as f32 / waves as f32;
-        let sine = (part * COILS as f32 * std::f32::consts::TAU).sin();
+        let sine = (part * coils * std::f32::consts::TAU).sin();
         from + along * (ENDS + (1.0 - 2.0 * ENDS) * part) + across * sine
     });
     std::iter::once(from).chain(coil).chain(std::iter::once(to)).collect()

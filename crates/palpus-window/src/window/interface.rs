@@ -42,6 +42,8 @@ pub(super) struct Interface<'a> {
     notices: Notices,
     /// The failure that has been told.
     failure: Option<String>,
+    /// The scene's widget: what it has of the keyboard is the hand's.
+    view_id: Option<egui::Id>,
     frozen: bool,
     help: bool,
 }
@@ -71,17 +73,19 @@ impl<'a> Interface<'a> {
             opening: None,
             notices,
             failure: None,
+            view_id: None,
             frozen: false,
             help: false,
         })
     }
 
     /// Step 1.
-    fn take_newest(&mut self) {
+    fn take_newest(&mut self, context: &egui::Context) {
+        let loading = self.run.loading();
         if let Some((scene, moments)) = self.run.replaced() {
             self.replace(scene, moments);
+            context.send_viewport_cmd(egui::ViewportCommand::Title(super::title(&self.scene)));
         }
-        let loading = self.run.loading();
         let failure = if let Loading::Failed(why) = loading { Some(why) } else { None };
         if failure != self.failure {
             if let Some(why) = &failure {
@@ -217,13 +221,14 @@ impl<'a> Interface<'a> {
     /// Step 3, in the middle. `is_free`: no control is chosen, no dialog is open.
     fn middle(&mut self, ui: &mut Ui, is_free: bool, actions: &mut Vec<Action>) {
         let area = self.view.place(ui, &self.scene);
-        let keys = is_free || area.response.has_focus();
-        if area.response.has_focus() {
+        self.view_id = Some(area.response.id);
+        let has_focus = area.response.has_focus();
+        if has_focus {
             // Arrows move the probe, not on to another control.
             let filter = egui::EventFilter { horizontal_arrows: true, vertical_arrows: true, ..Default::default() };
             ui.memory_mut(|memory| memory.set_focus_lock_filter(area.response.id, filter));
         }
-        let is_taken = self.hand.act(ui, &area, &self.view, &self.scene, keys, self.run);
+        let is_taken = self.hand.act(ui, &area, &self.view, &self.scene, is_free, self.run);
         if !is_taken {
             self.view.navigate(ui, &area);
         }
@@ -232,6 +237,10 @@ impl<'a> Interface<'a> {
         }
         self.view.draw(ui, &area, &self.scene, &self.style, &[]);
         self.hand.draw(ui, &area, &self.view, &self.scene, self.style.theme.colours().ink);
+        if has_focus {
+            let stroke = egui::Stroke::new(1.0, ui.visuals().hyperlink_color);
+            ui.painter().rect_stroke(area.rect, 0.0, stroke, egui::StrokeKind::Inside);
+        }
         overlay::legend(ui, area.rect, &self.scene, &self.style);
         overlay::whose(ui, area.rect, self.run.can_guide(), self.hand.holds(), self.hand.cap_trouble(), actions);
         overlay::told(ui, area.rect, self.run, &self.notices);
@@ -263,9 +272,9 @@ impl<'a> Interface<'a> {
 impl eframe::App for Interface<'_> {
     fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
         let context = ui.ctx().clone();
-        self.take_newest();
+        self.take_newest(&context);
         let is_open = self.opening.is_some();
-        let chosen = context.memory(|memory| memory.focused().is_some());
+        let chosen = context.memory(|memory| memory.focused()).is_some_and(|id| Some(id) != self.view_id);
         let mut actions = if is_open { Vec::new() } else { keys::asked(&context, chosen) };
         let height = ui.available_height();
         let margin =

@@ -106,20 +106,24 @@ pub(super) const SHORTCUTS: [Shortcut; 36] = [
 ];
 
 /// What the mouse does, and the keys that move the probe.
-const MOUSE: [(&str, &str); 12] = [
+const MOUSE: [(&str, &str); 13] = [
     ("drag the probe", "moves it, by a spring"),
     ("right drag, Shift drag", "turns it; with Ctrl, rolls it"),
     ("wheel while dragging", "nearer, farther"),
-    ("← → ↑ ↓", "move it in the view"),
+    ("arrow keys", "move it in the view"),
     ("PageUp PageDown", "farther, nearer"),
     ("Ctrl with these", "turn it"),
     ("Shift with these", "slowly"),
+    ("Alt with these", "turns the view, comes nearer"),
     ("drag beside it", "turns the view"),
     ("right, middle, Shift drag", "moves the view"),
     ("wheel", "nearer, farther"),
     ("Tab, Enter", "from control to control; press it"),
     ("Ctrl + and Ctrl −", "everything larger, smaller"),
 ];
+
+/// Points that the list leaves of the window's height.
+const MARGIN: f32 = 60.0;
 
 /// What is asked for in this frame. Nothing while text is written; keys that controls know too are theirs while `elsewhere`, that is, while
 /// one of them is chosen.
@@ -148,6 +152,15 @@ fn is_of_controls(key: Key) -> bool {
 
 /// The list that `?` shows.
 pub(super) fn list(ui: &mut egui::Ui) {
+    egui::ScrollArea::both().max_height(ui.ctx().content_rect().height() - MARGIN).show(ui, |ui| {
+        // So that all of it is seen at once in a small window.
+        ui.style_mut().override_text_style = Some(egui::TextStyle::Small);
+        ui.spacing_mut().interact_size.y = 0.0;
+        parts(ui);
+    });
+}
+
+fn parts(ui: &mut egui::Ui) {
     let line = |ui: &mut egui::Ui, name: &str, words: &str| {
         ui.label(egui::RichText::new(name).strong());
         ui.label(words);
@@ -155,8 +168,8 @@ pub(super) fn list(ui: &mut egui::Ui) {
     };
     let part = |ui: &mut egui::Ui, title: &str, lines: &[(&str, &str)]| {
         ui.vertical(|ui| {
-            ui.heading(title);
-            egui::Grid::new(title).num_columns(2).spacing([14.0, 2.0]).show(ui, |ui| {
+            ui.label(egui::RichText::new(title).heading());
+            egui::Grid::new(title).num_columns(2).spacing([14.0, 5.0]).show(ui, |ui| {
                 lines.iter().for_each(|(name, words)| line(ui, name, words));
             });
         });

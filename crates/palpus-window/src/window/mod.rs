@@ -4,9 +4,9 @@
 //! [`Run`]: the loop never waits for it. One function builds the interface, once a frame:
 //!
 //! 1. take the newest moment and numbers, and remember the numbers for the plots;
-//! 2. keys;
-//! 3. what there is to say and to choose, on the right; plots below; the scene in the middle, turned, moved and neared by
-//!    the mouse.
+//! 2. keys, which ask for what buttons ask for too;
+//! 3. above, what can be asked of the run; at the right, how it goes and what is felt; below, the last seconds; in the middle the scene,
+//!    in which the mouse moves the probe or the eye.
 //!
 //! A machine without a display, or whose graphics library is missing or too old, is an error that says so.
 
@@ -66,7 +66,7 @@ pub fn has_display() -> bool {
 pub fn open(scene: Scene, moments: Newest<Moment>, run: &mut dyn Run) -> Result<(), WindowError> {
     let options = eframe::NativeOptions {
         viewport: egui::ViewportBuilder::default()
-            .with_title(format!("palpus — {}", scene.title))
+            .with_title(title(&scene))
             .with_inner_size([1280.0, 860.0])
             .with_min_inner_size([640.0, 480.0]),
         depth_buffer: 24,
@@ -88,6 +88,10 @@ pub fn open(scene: Scene, moments: Newest<Moment>, run: &mut dyn Run) -> Result<
             Err(WindowError::Unavailable(said.unwrap_or("the window library failed").to_owned()))
         }
     }
+}
+
+fn title(scene: &Scene) -> String {
+    format!("palpus — {}", scene.title)
 }
 
 /// Errors of the window library begin with where in its sources they arose; what happened comes last.

@@ -7,14 +7,14 @@
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
-use eframe::egui::{self, Button, Context, Id, Key, Modal, RichText, ScrollArea, TextEdit, Ui};
+use eframe::egui::{self, Button, Context, Id, Key, Label, Modal, RichText, ScrollArea, TextEdit, Ui};
 use glam::DVec3;
 
 use super::dress::small;
 use super::run::{FileKind, Part, Run, Wanted};
 
 /// Points.
-const WIDTH: f32 = 560.0;
+const WIDTH: f32 = 740.0;
 const SCENES_HEIGHT: f32 = 210.0;
 /// m: what is held, and what it touches, is about so large.
 const LIKELY: [f64; 2] = [4e-3, 1.2];
@@ -96,7 +96,7 @@ impl Opening {
         let mut wanted = None;
         let mut cancelled = false;
         let modal = Modal::new(Id::unique("open")).show(context, |ui| {
-            ui.set_width(WIDTH.min(context.content_rect().width() - 80.0));
+            ui.set_width(WIDTH.min(context.content_rect().width() - 60.0));
             ui.heading("Feel something else");
             ui.add_space(4.0);
             self.file(ui, &mut wanted);
@@ -206,7 +206,7 @@ impl Opening {
                     if ui.button(name).clicked() {
                         *wanted = Some(Wanted::Scene(name.clone()));
                     }
-                    ui.label(summary);
+                    ui.add(Label::new(summary).truncate());
                     ui.end_row();
                 }
             });

@@ -147,6 +147,7 @@ fn card(ui: &mut Ui, rect: Rect, bottom: f32, contents: impl FnOnce(&mut Ui)) ->
         .pivot(Align2::CENTER_BOTTOM)
         .constrain_to(rect)
         .show(ui.ctx(), |ui| {
+            ui.set_max_width(rect.width() - 2.0 * MARGIN);
             egui::Frame::popup(ui.style()).show(ui, contents);
         });
     response.response.rect.height()

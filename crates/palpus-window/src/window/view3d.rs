@@ -12,7 +12,7 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{self, Color32, PointerButton, Pos2, Rect, Response, Sense};
+use eframe::egui::{self, Color32, Key, PointerButton, Pos2, Rect, Response, Sense};
 use eframe::{egui_glow, glow};
 use glam::{DMat4, DVec3};
 use palpus::algebra::Pose;
@@ -34,6 +34,10 @@ const FRAME_OF_PROCESSOR: Duration = Duration::from_millis(30);
 const TURN: f32 = 0.008;
 /// How much nearer a step of the wheel comes: the exponent for a point.
 const ZOOM: f32 = 0.0025;
+/// rad in a second that a key turns it, and the exponent that it comes nearer; s: the most that it acts on in a frame.
+const KEY_TURN: f32 = 1.2;
+const KEY_ZOOM: f32 = 1.0;
+const LONGEST_FRAME: f32 = 0.1;
 /// Most balls that are drawn: a thousand dots say as much.
 const MOST_DOTS: usize = 1000;
 
@@ -171,7 +175,8 @@ impl View3d {
         area
     }
 
-    /// The mouse moves the eye: a drag turns it, with Shift or another button it moves it, the wheel brings it nearer.
+    /// The mouse moves the eye: a drag turns it, with Shift or another button it moves it, the wheel brings it nearer. So do Alt and arrows,
+    /// PageUp and PageDown.
     pub(super) fn navigate(&mut self, ui: &egui::Ui, area: &Area) {
         let response = &area.response;
         let moved = response.drag_delta();
@@ -185,6 +190,18 @@ impl View3d {
             let (wheel, pinch) = ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
             self.camera.zoom(f64::from((wheel * ZOOM).exp() * pinch));
         }
+        self.by_keys(ui);
+    }
+
+    fn by_keys(&mut self, ui: &egui::Ui) {
+        let (alt, frame) = ui.input(|input| (input.modifiers.alt, input.stable_dt.min(LONGEST_FRAME)));
+        if !alt {
+            return;
+        }
+        let axis = |more, less| ui.input(|input| f32::from(input.key_down(more)) - f32::from(input.key_down(less)));
+        let (around, up) = (axis(Key::ArrowLeft, Key::ArrowRight), axis(Key::ArrowDown, Key::ArrowUp));
+        self.camera.orbit(f64::from(-around * KEY_TURN * frame), f64::from(-up * KEY_TURN * frame));
+        self.camera.zoom(f64::from((axis(Key::PageUp, Key::PageDown) * KEY_ZOOM * frame).exp()));
     }
 
     /// From the eye through a place of the window.
