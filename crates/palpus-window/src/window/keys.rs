@@ -122,8 +122,9 @@ const MOUSE: [(&str, &str); 13] = [
     ("Ctrl + and Ctrl −", "everything larger, smaller"),
 ];
 
-/// Points that the list leaves of the window's height.
+/// Points that the list leaves of the window, and what it takes whole.
 const MARGIN: f32 = 60.0;
+const WHOLE: [f32; 2] = [900.0, 520.0];
 
 /// What is asked for in this frame. Nothing while text is written; keys that controls know too are theirs while `elsewhere`, that is, while
 /// one of them is chosen.
@@ -152,7 +153,10 @@ fn is_of_controls(key: Key) -> bool {
 
 /// The list that `?` shows.
 pub(super) fn list(ui: &mut egui::Ui) {
-    egui::ScrollArea::both().max_height(ui.ctx().content_rect().height() - MARGIN).show(ui, |ui| {
+    let room = ui.ctx().content_rect().size() - egui::Vec2::splat(MARGIN);
+    let scrolled = egui::ScrollArea::both().max_width(room.x).max_height(room.y);
+    let least = room.min(egui::Vec2::from(WHOLE));
+    scrolled.min_scrolled_width(least.x).min_scrolled_height(least.y).show(ui, |ui| {
         // So that all of it is seen at once in a small window.
         ui.style_mut().override_text_style = Some(egui::TextStyle::Small);
         ui.spacing_mut().interact_size.y = 0.0;
@@ -168,7 +172,7 @@ fn parts(ui: &mut egui::Ui) {
     };
     let part = |ui: &mut egui::Ui, title: &str, lines: &[(&str, &str)]| {
         ui.vertical(|ui| {
-            ui.label(egui::RichText::new(title).heading());
+            ui.add(egui::Label::new(egui::RichText::new(title).heading()).extend());
             egui::Grid::new(title).num_columns(2).spacing([14.0, 5.0]).show(ui, |ui| {
                 lines.iter().for_each(|(name, words)| line(ui, name, words));
             });
