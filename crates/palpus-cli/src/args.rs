@@ -456,6 +456,9 @@ pub(crate) struct SoakArguments {
     /// Where the report goes.
     #[arg(long, default_value = "palpus-out/soak", value_name = "DIR")]
     pub(crate) out: PathBuf,
+    /// Records every tick as well, for `palpus replay`; by the end of the name CSV, Parquet or MCAP. An hour of CSV is about two gigabytes.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
     /// Asks the system for neither real-time priority nor locked memory nor a core of its own.
     #[arg(long)]
     pub(crate) no_realtime: bool,

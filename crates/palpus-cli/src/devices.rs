@@ -139,7 +139,8 @@ pub(crate) fn not_felt(spec: &DeviceSpec) -> Option<String> {
 }
 
 fn page(findings: &[Finding]) -> Vec<String> {
-    let mut lines = vec!["DEVICES THAT CAN BE USED NOW".to_owned()];
+    let mut lines = wrapped(&opening(findings), WIDTH);
+    lines.extend([String::new(), "READY TO USE".to_owned()]);
     for finding in findings {
         if let FindingState::Found { device, spec, rate_hz, note } = &finding.state {
             lines.push(String::new());
@@ -147,29 +148,43 @@ fn page(findings: &[Finding]) -> Vec<String> {
             found(&mut lines, device, spec, *rate_hz, note);
         }
     }
-    if findings.iter().all(Finding::is_found) {
-        return lines;
+    if findings.iter().any(|finding| !finding.is_found()) {
+        lines.extend([String::new(), "IF YOU HAVE ONE OF THESE".to_owned()]);
     }
-    lines.push(String::new());
-    lines.push("NOT THERE, AND WHAT MENDS IT".to_owned());
     for finding in findings {
         if let FindingState::Missing { looked_for, why, mend } = &finding.state {
             lines.push(String::new());
             lines.push(title(finding));
-            entry(&mut lines, "looked for", looked_for);
-            entry(&mut lines, "but", why);
-            if is_command(mend) {
-                // On a line of its own, to be copied.
-                entry(&mut lines, "mend", "in a shell:");
-                lines.push(format!("    {mend}"));
-            } else {
-                entry(&mut lines, "mend", mend);
-            }
+            missing(&mut lines, finding.backend, (looked_for, why), mend);
         }
     }
     lines.push(String::new());
-    lines.extend(wrapped("No device is needed to try palpus: `palpus run` is held by a simulated hand, and safety thresholds with their reasons are printed by `palpus run --device DEVICE --limits`. docs/devices.md says how each of these was tested.", WIDTH));
+    lines.extend(wrapped("More: docs/devices.md (how each was tested, two of a kind, where limits come from); `palpus run --device DEVICE --limits` prints safety thresholds with their reasons; `palpus doctor` tells whether this machine keeps the pace.", WIDTH));
     lines
+}
+
+/// In a sentence: what there is, and that nothing is needed.
+fn opening(findings: &[Finding]) -> String {
+    let hardware = |finding: &&Finding| finding.is_found() && finding.backend != "simulated";
+    match findings.iter().filter(hardware).count() {
+        0 => "No haptic device answers on this machine, and none is needed: `palpus run` is held by a simulated hand.",
+        1 => "A device answers on this machine.",
+        _ => "Several devices answer on this machine.",
+    }
+    .to_owned()
+}
+
+/// What it takes to have one, first of all; then what was looked for.
+fn missing(lines: &mut Vec<String>, backend: &str, (looked_for, why): (&str, &str), mend: &str) {
+    if is_command(mend) {
+        // On a line of its own, to be copied.
+        entry(lines, "do this", "in a shell:");
+        lines.push(format!("    {mend}"));
+    } else {
+        entry(lines, "do this", mend);
+    }
+    entry(lines, "then", &format!("palpus run --device {backend}"));
+    entry(lines, "looked for", &format!("{looked_for}; {why}"));
 }
 
 /// As the name of a section.
@@ -342,6 +357,14 @@ mod tests {
         let lines = wrapped(text, 9);
         assert_eq!(lines, ["one two", "three", "four five"]);
         assert_eq!(wrapped("", 9), [""]);
+    }
+
+    #[test]
+    fn who_has_no_device_is_told_that_none_is_needed() {
+        let simulated = palpus_device::look().into_iter().filter(|finding| finding.backend == "simulated");
+        let page = page(&simulated.collect::<Vec<_>>()).join("\n");
+        assert!(page.starts_with("No haptic device answers") && page.contains("palpus run --device sim"), "{page}");
+        assert!(!page.contains("IF YOU HAVE"), "{page}");
     }
 
     #[test]

@@ -27,8 +27,11 @@ const FAULTS: [(&str, Fault); 14] = [
 /// Later than any device's watchdog waits.
 const LATE: Duration = Duration::from_millis(100);
 
-/// Out of words such as `pose-jump@1.5`: what happens, and after how many seconds.
-pub(crate) fn script(words: &[String], rate_hz: f64) -> anyhow::Result<Script> {
+/// Out of words such as `pose-jump@1.5`: what happens, and after how many seconds. In simulated time (`fast`) nothing is late.
+pub(crate) fn script(words: &[String], rate_hz: f64, fast: bool) -> anyhow::Result<Script> {
+    if let Some(word) = words.iter().find(|word| fast && word.starts_with("late-")) {
+        bail!("in simulated time nothing comes late, and so `{word}` does nothing; leave --fast out");
+    }
     let faults: Vec<(u64, Fault)> = words.iter().map(|word| fault(word, rate_hz)).collect::<Result<_, _>>()?;
     Ok(Script::new(&faults, None))
 }

@@ -13,9 +13,9 @@ fn the_page_names_what_is_there_and_mends_what_is_not() {
     let output = palpus(&["devices"]);
     let page = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(page.starts_with("DEVICES THAT CAN BE USED NOW") && page.contains("palpus run --device sim"), "{page}");
+    assert!(page.contains("\nREADY TO USE\n") && page.contains("palpus run --device sim"), "{page}");
     let count = |what: &str| page.lines().filter(|line| line.trim_start().starts_with(what)).count();
-    assert_eq!(count("looked for  "), count("mend  "), "{page}");
+    assert_eq!(count("looked for  "), count("do this  "), "{page}");
     assert_eq!(count("use it  "), count("safety  "), "{page}");
 }
 

@@ -20,7 +20,9 @@ fn folder(name: &str) -> PathBuf {
 fn a_soak_leaves_its_report() {
     let out = folder("soak");
     let out = out.to_str().expect("a name");
-    let output = palpus(&["soak", "peg-hole", "--duration", "2s", "--timer", "0.2", "--out", out, "--json"]);
+    let record = format!("{out}/soak.csv");
+    let arguments = ["--duration", "2s", "--timer", "0.2", "--out", out, "--record", &record, "--json"];
+    let output = palpus(&[&["soak", "peg-hole"][..], &arguments].concat());
     let report: Value = serde_json::from_slice(&output.stdout).expect("one JSON document");
     // Whether a loop holds is up to the machine that the test runs on; what it says of it is not.
     assert_eq!(output.status.code(), Some(i32::from(report["held"] != true)));
@@ -36,6 +38,9 @@ fn a_soak_leaves_its_report() {
     let rows = report["over_time"].as_array().expect("rows");
     assert!(rows.len() >= 2 && rows.iter().all(|row| row["rate_hz"].as_f64().is_some_and(|rate| rate > 0.0)));
     assert!(cfg!(not(target_os = "linux")) || rows[0]["machine"]["resident"].as_u64().is_some_and(|bytes| bytes > 0));
+
+    let again = palpus(&["replay", &record]);
+    assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stdout));
 
     let page = std::fs::read_to_string(format!("{out}/soak.html")).expect("a page");
     assert!(page.contains("<svg") && page.contains("peg-hole") && !page.contains("http-equiv"));

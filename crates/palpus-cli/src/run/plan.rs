@@ -46,7 +46,7 @@ impl Plan {
             stage.settings.clustering = clustering.into();
         }
         let rate_hz = arguments.rate.or(stage.rate_hz).unwrap_or(DEFAULT_RATE_HZ);
-        let script = faults::script(&arguments.fault, rate_hz)?;
+        let script = faults::script(&arguments.fault, rate_hz, arguments.fast)?;
         let Opened { device, guide, notes } = open(arguments, &stage, rate_hz)?;
         let device = FaultyDevice::new(device, &script);
         let settings = stage.settings_for(device.spec(), rate_hz);

@@ -25,15 +25,18 @@ use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use anyhow::{anyhow, bail};
+use palpus::render::Settings;
 use palpus_device::{
-    DeviceState, HandImpedance, Newest, RealTimeClaims, RealTimeOptions, RunStatistics, Servo, ServoOptions, ServoTick,
-    SimulatedDevice, SimulationSettings, claim, hand_preset, latest_of,
+    DeviceSpec, DeviceState, HandImpedance, HapticDevice, Newest, RealTimeClaims, RealTimeOptions, RunStatistics,
+    SafetyOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, claim, hand_preset, latest_of,
 };
+use palpus_io::RecordingHeader;
 
 use crate::args::SoakArguments;
 use crate::doctor::timer;
 use crate::engine::{Detail, Engine};
 use crate::output;
+use crate::recording::Recording;
 use buckets::Buckets;
 use machine::Watch;
 use report::{Report, Stretch};
@@ -127,23 +130,34 @@ impl Run {
         stop: &AtomicBool,
     ) -> anyhow::Result<(RunStatistics, Option<RealTimeClaims>)> {
         let mut device = self.device(ground, arguments)?;
-        let spec = SimulationSettings::default().spec;
-        let mut engine = Engine::new(&ground.stage, ground.stage.settings_for(&spec, self.rate_hz))?;
+        let settings = ground.stage.settings_for(device.spec(), self.rate_hz);
+        let mut engine = Engine::new(&ground.stage, settings)?;
         // The wall's time ends it, not the number of ticks: a loop that is late makes fewer of them.
-        let mut servo = Servo::new(ServoOptions { rate_hz: self.rate_hz, ..ServoOptions::default() })?;
+        let options = ServoOptions { rate_hz: self.rate_hz, ..ServoOptions::default() };
+        let recording = arguments.record.as_ref();
+        let recording = recording
+            .map(|file| Recording::start(file, &self.header(ground, settings, device.spec(), &options.safety)))
+            .transpose()?;
+        let (mut rows, writing) = recording.map_or((None, None), |made| (Some(made.rows), Some(made.writing)));
+        let mut servo = Servo::new(options)?;
         let (publisher, newest) = latest_of(Interval::default);
         let mut tally = Tally::new(self.interval, publisher);
         let over = AtomicBool::new(false);
         let (granted, claimed) = mpsc::channel();
-        let options = self.real_time.then(RealTimeOptions::default);
-        std::thread::scope(|scope| {
+        let claims_of = self.real_time.then(RealTimeOptions::default);
+        let (statistics, claims) = std::thread::scope(|scope| {
             let over = &over;
             let thread = std::thread::Builder::new().name("servo".to_owned()).spawn_scoped(scope, move || {
                 // The other end is there until this thread is joined.
-                let _ = granted.send(options.as_ref().map(claim));
+                let _ = granted.send(claims_of.as_ref().map(claim));
                 let step = |state: &DeviceState, dt| engine.step(state, dt);
                 tally.begin();
-                let mut observe = |tick: &ServoTick, detail: &Detail| tally.add(tick, detail);
+                let mut observe = |tick: &ServoTick, detail: &Detail| {
+                    tally.add(tick, detail);
+                    if let Some(rows) = &mut rows {
+                        rows.row(tick, detail);
+                    }
+                };
                 let statistics = servo.run(&mut device, step, &mut observe, stop);
                 over.store(true, Ordering::Relaxed);
                 (statistics, tally.finish())
@@ -156,8 +170,33 @@ impl Run {
                 thread.join().map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))?;
             kept?;
             report.add(&last, machine::Sample::take());
-            Ok((statistics, claims))
-        })
+            anyhow::Ok((statistics, claims))
+        })?;
+        if let Some(writing) = writing {
+            writing.finish()?.iter().for_each(output::note);
+        }
+        Ok((statistics, claims))
+    }
+
+    /// What a recording says of itself.
+    fn header(
+        &self,
+        ground: &Ground,
+        settings: Settings,
+        spec: &DeviceSpec,
+        safety: &SafetyOptions,
+    ) -> RecordingHeader {
+        let mut scene = ground.stage.recorded.clone();
+        scene.render = settings;
+        let (limits, engagement) = (safety.limits(spec, self.rate_hz), safety.engagement(spec));
+        crate::safety::recorded(&limits, engagement, safety, &mut scene.more);
+        RecordingHeader {
+            palpus_version: env!("CARGO_PKG_VERSION").to_owned(),
+            device: "sim".to_owned(),
+            rate_hz: self.rate_hz,
+            seed: 0,
+            scene,
+        }
     }
 
     fn device(
