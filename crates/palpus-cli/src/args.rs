@@ -39,7 +39,7 @@ pub(crate) enum Command {
     Inspect(InspectArguments),
     /// Shows a model: its convex pieces together or apart, the Gauss map of a piece, how deep it is felt; in a window or as a picture.
     View(ViewArguments),
-    /// Runs a recording again and compares every wrench bit for bit.
+    /// Runs a recording again and compares every wrench bit for bit; or shows it.
     Replay(ReplayArguments),
     /// Writes a recording in another format: CSV, Parquet or MCAP.
     Convert(ConvertArguments),
@@ -392,16 +392,30 @@ pub(crate) struct InspectArguments {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  palpus run spoon-cup --record run.csv && palpus replay run.csv")]
+#[command(
+    after_help = "Examples:\n  palpus run spoon-cup --record run.csv && palpus replay run.csv\n  palpus replay run.csv --view\n  palpus replay run.csv --screenshot touch.png --at 2.5"
+)]
 pub(crate) struct ReplayArguments {
     /// The recording, of any format, whatever its name.
     pub(crate) recording: PathBuf,
+    /// Shows it in a window: bodies, contacts and forces at every tick, curves of the whole run to go to and fro in.
+    #[arg(long, group = "shown", conflicts_with = "json")]
+    pub(crate) view: bool,
+    /// Makes a picture (PNG) of the last tick, or of the one that --at names; needs no display.
+    #[arg(long, value_name = "FILE", group = "shown", conflicts_with = "json")]
+    pub(crate) screenshot: Option<PathBuf>,
+    /// The seconds at which the picture is taken, or the window begins.
+    #[arg(long, value_name = "S", requires = "shown")]
+    pub(crate) at: Option<f64>,
     /// Lets the recorded scene file name meshes outside its own folder.
     #[arg(long)]
     pub(crate) allow_outside: bool,
     /// Prints one JSON document and nothing else.
     #[arg(long)]
     pub(crate) json: bool,
+    /// How the picture looks.
+    #[command(flatten)]
+    pub(crate) picture: PictureArguments,
 }
 
 #[derive(Debug, Args)]

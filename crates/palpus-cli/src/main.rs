@@ -24,6 +24,7 @@ mod query;
 mod recording;
 mod replay;
 mod report;
+mod replay_view;
 mod run;
 mod safety;
 mod soak;
@@ -32,6 +33,7 @@ mod summary;
 mod sweeps;
 mod threads;
 mod view;
+mod view_window;
 mod window;
 
 use std::process::ExitCode;

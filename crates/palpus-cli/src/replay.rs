@@ -14,7 +14,7 @@ use crate::args::ReplayArguments;
 use crate::divergence::{self, Comparison};
 use crate::engine::Engine;
 use crate::stage::{self, Stage};
-use crate::{output, safety};
+use crate::{output, replay_view, safety};
 
 pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
     let recording = read_recording(&arguments.recording)?;
@@ -26,8 +26,16 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
             "note: recorded with a time budget; steps that ran out of time were cut short by a clock and come out differently",
         );
     }
-    let mut comparison = Comparison::new(&recording);
     let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
+    if let Some(file) = &arguments.screenshot {
+        replay_view::write_tick(&recording, policy, arguments, file)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    if arguments.view {
+        replay_view::show(&recording, policy, arguments)?;
+        return Ok(ExitCode::SUCCESS);
+    }
+    let mut comparison = Comparison::new(&recording);
     run_again(&recording, policy, &[], &mut |row, wrench, contacts| comparison.add(row, wrench, contacts))?;
     let report = comparison.report();
     if arguments.json {

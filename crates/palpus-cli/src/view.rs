@@ -1,19 +1,21 @@
 //! `palpus view`: a model, its pieces, the Gauss map of one of them, how deep it is felt; as a picture or in a window.
 
 use std::process::ExitCode;
+#[cfg(feature = "window")]
+use std::sync::Arc;
 
 use anyhow::bail;
 use palpus::body::{Body, BodySettings};
 use palpus_window::{Axis, Section, SectionPlane, richest_piece};
+#[cfg(feature = "window")]
+use palpus_window::{Theme, Unit, Viewed};
 
 use crate::args::{AxisName, ViewArguments};
 use crate::threads::Threads;
-use crate::{bodies, picture};
+use crate::{bodies, picture, view_window};
 
 pub(crate) fn view(arguments: &ViewArguments) -> anyhow::Result<ExitCode> {
-    let Some(file) = &arguments.screenshot else {
-        bail!("there is no window here; --screenshot FILE makes a picture without one");
-    };
+    let Some(file) = &arguments.screenshot else { return in_window(arguments) };
     let body = bodies::prepare_file(&arguments.model, &BodySettings::default())?.body;
     let (model, asked) = (&arguments.model, &arguments.picture);
     if let Some(piece) = arguments.gauss {
@@ -25,6 +27,34 @@ pub(crate) fn view(arguments: &ViewArguments) -> anyhow::Result<ExitCode> {
     } else {
         picture::write_model(model, &body, arguments.exploded, file, asked)?;
     }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// What can be had where there is no window.
+const INSTEAD: &str = "--screenshot FILE makes a picture without one";
+
+#[cfg(feature = "window")]
+fn in_window(arguments: &ViewArguments) -> anyhow::Result<ExitCode> {
+    view_window::expect_one(INSTEAD)?;
+    let body = bodies::prepare_file(&arguments.model, &BodySettings::default())?.body;
+    let piece = arguments.gauss.map(|piece| chosen_piece(&body, piece)).transpose()?;
+    let plane = if arguments.depth { Some(chosen_plane(&body, arguments)?) } else { None };
+    let viewed = Viewed {
+        body: Arc::new(body),
+        name: picture::model_name(&arguments.model),
+        unit: Unit::Model,
+        spread: arguments.exploded.unwrap_or(0.0),
+        piece,
+        plane,
+        theme: Theme::Dark,
+    };
+    view_window::show_model(viewed, INSTEAD)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(not(feature = "window"))]
+fn in_window(_: &ViewArguments) -> anyhow::Result<ExitCode> {
+    view_window::expect_one(INSTEAD)?;
     Ok(ExitCode::SUCCESS)
 }
 

@@ -355,6 +355,29 @@ fn pictures_are_made_without_a_display_and_are_the_same_again() {
 }
 
 #[test]
+fn a_tick_of_a_recording_is_seen_as_it_was_in_the_run() {
+    let folder = Folder::new("replayed-picture");
+    let same = ["--size", "200x150", "--no-words"];
+    let run = ["run", "pen-sphere", "--fast", "--duration", "0.3", "--record", "run.csv", "--at", "0.2"];
+    assert!(palpus(&folder.0, &[&run[..], &["--screenshot", "run.png"], &same].concat()).status.success());
+    let replay = ["replay", "run.csv", "--at", "0.2", "--screenshot", "replay.png"];
+    let output = palpus(&folder.0, &[&replay[..], &same].concat());
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let [first, second] = ["run.png", "replay.png"].map(|name| fs::read(folder.0.join(name)).expect("a picture"));
+    assert_eq!(first, second);
+    for (arguments, code, word) in [
+        (&["replay", "run.csv", "--view"][..], 1, "--screenshot"),
+        (&["replay", "run.csv", "--at", "0.1"], 2, "--view"),
+        (&["replay", "run.csv", "--at", "7", "--screenshot", "no.png"], 1, "0.299 s"),
+        (&["replay", "run.csv", "--view", "--json"], 2, "--json"),
+    ] {
+        let output = palpus(&folder.0, arguments);
+        assert_eq!(output.status.code(), Some(code), "{arguments:?}: {}", text(&output.stderr));
+        assert!(text(&output.stderr).contains(word), "{arguments:?}: {}", text(&output.stderr));
+    }
+}
+
+#[test]
 fn pictures_that_cannot_be_are_refused() {
     let folder = Folder::new("no-pictures");
     folder.file("cube.obj", CUBE);

@@ -87,6 +87,13 @@ impl Palette {
     }
 }
 
+/// The colours of a piece's faces: those of the mesh, and those of its hull alone.
+#[cfg(feature = "gui")]
+pub(crate) fn piece_colours(theme: Theme) -> [Rgb; 2] {
+    let palette = Palette::of(theme);
+    [palette.own_face, palette.other_face]
+}
+
 /// A piece of a body, to be drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct PieceOf<'a> {

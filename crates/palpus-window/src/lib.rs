@@ -8,6 +8,7 @@
 //! * `solid` — a body as triangles with a normal per corner and a piece per triangle; whole, or its pieces apart.
 //! * `coarse` — the same in fewer triangles, for machines whose processor draws.
 //! * `moment` — what one tick has to show; filled in the servo thread without obtaining memory.
+//! * `moments` — those of a whole run, as far as there is room.
 //! * `scene` — bodies, a moment, a caption.
 //! * `raster` — triangles into a layer of colours and depths.
 //! * `marks` — dots, arrows, a turning arrow, in the size that the picture needs.
@@ -27,6 +28,7 @@ mod gauss;
 mod letters;
 mod marks;
 mod moment;
+mod moments;
 mod paint;
 mod palette;
 mod picture;
@@ -45,6 +47,7 @@ mod window;
 pub use camera::{Camera, Projected, View};
 pub use gauss::{PieceOf, before_own_faces, paint_gauss, paint_gauss_half};
 pub use moment::{Moment, ShownAnchor, ShownCluster, ShownContact};
+pub use moments::{Moments, Progress};
 pub use paint::paint;
 pub use picture::{Picture, Rgb};
 pub use piece::{PieceNumbers, richest_piece};
@@ -54,4 +57,7 @@ pub use section_picture::{SectionOf, Shown, contour_step, depth_colour, paint_se
 pub use solid::Solid;
 pub use style::{Style, Theme};
 #[cfg(feature = "gui")]
-pub use window::{Cap, FileKind, Loading, Numbers, Painted, Part, Preset, Run, Wanted, WindowError, has_display, open};
+pub use window::{
+    Cap, FileKind, Loading, Numbers, Painted, Part, Preset, Replayed, ReplayedTick, Run, Viewed, Wanted, WindowError,
+    has_display, open, show_recording, view,
+};

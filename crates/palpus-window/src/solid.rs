@@ -44,13 +44,48 @@ impl Solid {
 
     /// The convex pieces of a body, each moved away from the middle of the body's box by `spread` times its own distance.
     pub fn exploded(body: &Body, spread: f64) -> Self {
-        let bounds = body.mesh().bounds();
-        let middle = (bounds.min + bounds.max) * 0.5;
         let mut solid = Self::default();
         for (k, piece) in body.polytopes().iter().enumerate() {
-            solid.add_faces(piece, k as u32, (piece.centroid() - middle) * spread, |_| true);
+            solid.add_faces(piece, k as u32, Self::shift(body, k as u32, spread), |_| true);
         }
         solid
+    }
+
+    /// How far a piece is moved when pieces are apart.
+    pub(crate) fn shift(body: &Body, piece: u32, spread: f64) -> DVec3 {
+        let bounds = body.mesh().bounds();
+        let middle = (bounds.min + bounds.max) * 0.5;
+        (body.polytopes()[piece as usize].centroid() - middle) * spread
+    }
+
+    /// The same without what belongs to a piece.
+    #[cfg(feature = "gui")]
+    pub(crate) fn without(mut self, piece: u32) -> Self {
+        let keep: Vec<bool> = self.pieces.iter().map(|k| *k != piece).collect();
+        let (mut triangle, mut normals) = (keep.iter().copied(), keep.iter().copied());
+        self.triangles.retain(|_| triangle.next().unwrap_or(true));
+        self.normals.retain(|_| normals.next().unwrap_or(true));
+        self.pieces.retain(|k| *k != piece);
+        self
+    }
+
+    /// Where a ray first meets a triangle, from either side: how far along `direction`, and that triangle's piece.
+    #[cfg(feature = "gui")]
+    pub(crate) fn first_met(&self, origin: DVec3, direction: DVec3) -> Option<(f64, u32)> {
+        let met = self.triangles.iter().zip(&self.pieces).filter_map(|(triangle, piece)| {
+            let [a, b, c] = triangle.map(|v| self.vertices[v as usize]);
+            // T. Möller, B. Trumbore, *Fast, minimum storage ray/triangle intersection*, 1997.
+            let (side, other) = (b - a, c - a);
+            let across = direction.cross(other);
+            let determinant = side.dot(across);
+            let from = origin - a;
+            let u = from.dot(across) / determinant;
+            let lift = from.cross(side);
+            let v = direction.dot(lift) / determinant;
+            let t = other.dot(lift) / determinant;
+            (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t >= 0.0 && t.is_finite()).then_some((t, *piece))
+        });
+        met.min_by(|a, b| a.0.total_cmp(&b.0))
     }
 
     /// Adds those faces of a piece that `which` asks for, moved by `shift`.
@@ -107,6 +142,19 @@ fn corner_normals(vertex_count: usize, triangles: &[[u32; 3]], flat: &[DVec3], a
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[cfg(feature = "gui")]
+    #[test]
+    fn a_ray_meets_what_is_nearest_and_not_what_was_taken_out() {
+        let side = |k: usize, bit: usize| (k >> bit & 1) as f64;
+        let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
+        let solid = Solid::of_body(&Body::from_convex(&points).expect("a box"));
+        let (origin, ahead) = (DVec3::new(0.4, 0.3, 5.0), -DVec3::Z);
+        let (distance, piece) = solid.first_met(origin, ahead).expect("the upper face");
+        assert!((distance - 4.0).abs() < 1e-12 && piece == 0);
+        assert_eq!((solid.first_met(origin, DVec3::Z), solid.first_met(origin + DVec3::X, ahead)), (None, None));
+        assert!(solid.without(0).first_met(origin, ahead).is_none());
+    }
 
     #[test]
     fn a_box_keeps_its_edges() {

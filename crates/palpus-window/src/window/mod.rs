@@ -11,6 +11,7 @@
 //! A machine without a display, or whose graphics library is missing or too old, is an error that says so.
 
 mod bar;
+mod behind;
 mod dress;
 mod feel;
 mod gl;
@@ -22,23 +23,29 @@ mod keys;
 mod opening;
 mod overlay;
 mod pick;
+mod player;
+mod player_keys;
 mod plots;
 mod quantity;
 mod run;
 mod shader;
+mod shell;
 mod shot;
 mod status;
+mod timeline;
 mod view3d;
+mod viewer;
+mod viewer_keys;
+mod viewer_work;
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
-use eframe::egui;
 use palpus_device::Newest;
 
 use crate::moment::Moment;
 use crate::scene::Scene;
 use interface::Interface;
+pub use player::{Replayed, ReplayedTick, show_recording};
 pub use run::{Cap, FileKind, Loading, Numbers, Painted, Part, Preset, Run, Wanted};
+pub use viewer::{Viewed, view};
 
 /// Why there is no window.
 #[derive(Debug, thiserror::Error)]
@@ -64,53 +71,10 @@ pub fn has_display() -> bool {
 /// # Errors
 /// When no window can be opened here.
 pub fn open(scene: Scene, moments: Newest<Moment>, run: &mut dyn Run) -> Result<(), WindowError> {
-    let options = eframe::NativeOptions {
-        viewport: egui::ViewportBuilder::default()
-            .with_title(title(&scene))
-            .with_inner_size([1280.0, 860.0])
-            .with_min_inner_size([640.0, 480.0]),
-        depth_buffer: 24,
-        ..eframe::NativeOptions::default()
-    };
-    let show = || {
-        eframe::run_native(
-            "palpus",
-            options,
-            Box::new(|creation| Ok(Box::new(Interface::new(creation, scene, moments, run)?))),
-        )
-    };
-    // The window library panics where one of its shared libraries is missing.
-    match catch_unwind(AssertUnwindSafe(show)) {
-        Ok(Ok(())) => Ok(()),
-        Ok(Err(error)) => Err(WindowError::Unavailable(last_part(&error.to_string()))),
-        Err(panic) => {
-            let said = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
-            Err(WindowError::Unavailable(said.unwrap_or("the window library failed").to_owned()))
-        }
-    }
+    let title = title(&scene);
+    shell::show(&title, |creation| Ok(Box::new(Interface::new(creation, scene, moments, run)?)))
 }
 
 fn title(scene: &Scene) -> String {
     format!("palpus — {}", scene.title)
-}
-
-/// Errors of the window library begin with where in its sources they arose; what happened comes last.
-fn last_part(error: &str) -> String {
-    error
-        .rsplit(".rs:")
-        .next()
-        .map_or(error, |rest| rest.trim_start_matches(|c: char| c.is_ascii_digit() || c == ':'))
-        .trim()
-        .to_owned()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn errors_are_told_without_places_in_sources() {
-        assert_eq!(last_part("winit EventLoopError: os error at a/b/mod.rs:788: Failed to open"), "Failed to open");
-        assert_eq!(last_part("no config found"), "no config found");
-    }
 }

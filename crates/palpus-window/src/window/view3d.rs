@@ -126,6 +126,11 @@ impl View3d {
         self.camera.look(view);
     }
 
+    /// Looks in the direction in which another camera looks.
+    pub(super) fn turn_as(&mut self, other: &Camera) {
+        (self.camera.yaw, self.camera.pitch) = (other.yaw, other.pitch);
+    }
+
     /// Brings everything into view, in the next frame, from the first side.
     pub(super) fn see_everything(&mut self) {
         self.framed = false;

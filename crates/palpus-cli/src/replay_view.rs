@@ -1,0 +1,177 @@
+//! A recording to look at: in a window with its whole run to go to and fro in, or one tick of it as a picture.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use anyhow::bail;
+use palpus_io::Recording;
+use palpus_io::scene::FilePolicy;
+
+use crate::args::ReplayArguments;
+use crate::picture;
+use crate::replay::{engine_of, replayable, run_again_on};
+
+/// Makes a picture of a tick: of the one at `--at`, else of the last.
+pub(crate) fn write_tick(
+    recording: &Recording,
+    policy: FilePolicy,
+    arguments: &ReplayArguments,
+    file: &Path,
+) -> anyhow::Result<()> {
+    let stage = replayable(recording, policy)?;
+    let wanted = chosen_tick(recording, arguments.at)?;
+    let settings = recording.header.scene.render;
+    let mut engine = engine_of(recording, &stage)?;
+    engine.keep(wanted as u64);
+    run_again_on(recording, &mut engine, &mut |k, _, _| {
+        if k == wanted { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    let moment = engine.shown(1.0 / recording.header.rate_hz);
+    picture::write_run(&name(recording), &stage, settings.limits.torque, moment, file, &arguments.picture)
+}
+
+/// The last tick that is not after `at` seconds, the very last without.
+fn chosen_tick(recording: &Recording, at: Option<f64>) -> anyhow::Result<usize> {
+    let Some(last) = recording.rows.last() else { bail!("the recording has no ticks") };
+    let end = seconds(last.time_ns);
+    match at {
+        None => Ok(recording.rows.len() - 1),
+        Some(at) if (0.0..=end).contains(&at) => {
+            Ok(recording.rows.partition_point(|row| seconds(row.time_ns) <= at).saturating_sub(1))
+        }
+        Some(at) => bail!("--at {at}: the recording goes from 0 to {end:.3} s"),
+    }
+}
+
+fn seconds(time_ns: u64) -> f64 {
+    time_ns as f64 * 1e-9
+}
+
+/// What the recorded scene is called.
+fn name(recording: &Recording) -> String {
+    use palpus_io::record::SceneSource;
+    match &recording.header.scene.source {
+        SceneSource::BuiltIn(name) => name.clone(),
+        SceneSource::File(path) => picture::model_name(Path::new(path)),
+    }
+}
+
+/// What can be had where there is no window.
+#[cfg(feature = "window")]
+const INSTEAD: &str = "--screenshot FILE --at S makes a picture without one";
+
+/// Without windows there is only the line that says so.
+#[cfg(not(feature = "window"))]
+pub(crate) fn show(_: &Recording, _: FilePolicy, _: &ReplayArguments) -> anyhow::Result<()> {
+    crate::view_window::expect_one("--screenshot FILE --at S makes a picture without one")
+}
+
+#[cfg(feature = "window")]
+pub(crate) use here::show;
+
+#[cfg(feature = "window")]
+mod here {
+    use std::sync::Arc;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    use palpus_device::{Cuts, latest_of};
+    use palpus_io::RecordRow;
+    use palpus_window::{Look, Moment, Moments, Replayed, ReplayedTick, Scene, ShownBody, Solid, Theme, Unit};
+
+    use super::*;
+    use crate::stage::Stage;
+    use crate::view_window;
+
+    /// Of what the ticks of a run have to show: ten minutes with thirty contacts fit, of longer runs every second tick.
+    const MOST_BYTES: usize = 1 << 30;
+    /// ns: a tick that began later than this after it was due is shown as late, as the servo loop counts it.
+    const LATE_NS: f64 = 5e5;
+
+    /// Shows a recording in a window while it is run again behind it.
+    pub(crate) fn show(recording: &Recording, policy: FilePolicy, arguments: &ReplayArguments) -> anyhow::Result<()> {
+        view_window::expect_one(INSTEAD)?;
+        let stage = replayable(recording, policy)?;
+        let begin = match arguments.at {
+            Some(at) => chosen_tick(recording, Some(at))?,
+            None => 0,
+        };
+        let moments = Arc::new(Moments::new(MOST_BYTES));
+        let replayed =
+            Replayed { scene: scene(recording, &stage), ticks: ticks(recording), moments: Arc::clone(&moments), begin };
+        let gone = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                if let Err(error) = run_behind(recording, &stage, &moments, &gone) {
+                    moments.fail(format!("{error:#}"));
+                }
+            });
+            let shown = view_window::show_replay(replayed, INSTEAD);
+            gone.store(true, Ordering::Relaxed);
+            shown
+        })
+    }
+
+    /// Runs it again until it is over or the window is gone.
+    fn run_behind(recording: &Recording, stage: &Stage, moments: &Moments, gone: &AtomicBool) -> anyhow::Result<()> {
+        let settings = recording.header.scene.render;
+        let mut engine = engine_of(recording, stage)?;
+        let capacity = settings.capacity;
+        let (publisher, mut newest) = latest_of(move || Moment::new(capacity));
+        engine.publish(publisher);
+        run_again_on(recording, &mut engine, &mut |k, wrench, _| {
+            moments.push(newest.get(), recording.rows[k].same_wrench(wrench));
+            if gone.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })
+    }
+
+    fn scene(recording: &Recording, stage: &Stage) -> Scene {
+        let colours = ShownBody::colours(Theme::Dark);
+        let shown = |body, pose, colour, translucent| ShownBody {
+            solid: Arc::new(Solid::of_body(body)),
+            pose,
+            colour,
+            look: Look { translucent, ..Look::default() },
+        };
+        let limits = recording.header.scene.render.limits;
+        let largest =
+            recording.rows.iter().map(|row| row.wrench.force.length()).filter(|f| f.is_finite()).fold(0.0, f64::max);
+        Scene {
+            bodies: vec![
+                shown(&stage.probe, recording.rows[0].pose, colours[0], false),
+                shown(&stage.environment, stage.environment_pose, colours[1], true),
+            ],
+            moment_pose: stage.environment_pose,
+            // The largest force of the run is the longest arrow.
+            force_scale: if largest > 0.0 { largest } else { limits.force },
+            torque_scale: limits.torque,
+            title: name(recording),
+            unit: Unit::Metre,
+            ..Scene::default()
+        }
+    }
+
+    fn ticks(recording: &Recording) -> Vec<ReplayedTick> {
+        let period_ns = 1e9 / recording.header.rate_hz;
+        let mut before: Option<u64> = None;
+        let tick = |row: &RecordRow| {
+            let RecordRow { time_ns, pose, wrench, contacts, clusters, separation, query_us, total_us, faults, .. } =
+                *row;
+            let passed = before.map_or(period_ns, |before| time_ns.saturating_sub(before) as f64);
+            before = Some(time_ns);
+            ReplayedTick {
+                time: seconds(time_ns),
+                pose,
+                force: wrench.force.length(),
+                torque: wrench.torque.length(),
+                contacts,
+                clusters,
+                separation,
+                query: query_us * 1e-6,
+                total: total_us * 1e-6,
+                late: passed > period_ns + LATE_NS,
+                cuts: Cuts::from_bits(faults),
+            }
+        };
+        recording.rows.iter().map(tick).collect()
+    }
+}

@@ -1,0 +1,112 @@
+//! A display in memory (Xvfb), with a program in it that is driven by synthetic keys and a synthetic mouse (xdotool).
+
+use std::fs;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+/// A display whose pixels are a file; gone when the test is over.
+pub(crate) struct Display {
+    server: Child,
+    name: String,
+    pub(crate) folder: PathBuf,
+}
+
+/// A program on the display; ended with the test.
+pub(crate) struct Shown(Child);
+
+impl Drop for Shown {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// How long anything may take on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(120);
+const LOOK: Duration = Duration::from_millis(200);
+
+impl Display {
+    pub(crate) fn open(name: &str) -> Self {
+        let folder = std::env::temp_dir().join(format!("palpus-{name}-{}", std::process::id()));
+        fs::create_dir_all(&folder).expect("a temporary folder");
+        let mut server = Command::new("Xvfb")
+            .args(["-displayfd", "1", "-screen", "0", "1300x900x24", "-fbdir"])
+            .arg(&folder)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("Xvfb is installed");
+        let mut number = String::new();
+        let said = server.stdout.take().expect("piped");
+        BufReader::new(said).read_line(&mut number).expect("Xvfb says its number");
+        Self { server, name: format!(":{}", number.trim()), folder }
+    }
+
+    /// The program, to be run on this display in its folder.
+    pub(crate) fn palpus(&self, arguments: &[&str]) -> Command {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
+        command.current_dir(&self.folder).env("XDG_CACHE_HOME", self.folder.join("cache")).args(arguments);
+        command.env("DISPLAY", &self.name).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        command.env("LP_NUM_THREADS", "1");
+        command
+    }
+
+    /// Starts it.
+    pub(crate) fn show(&self, arguments: &[&str]) -> Shown {
+        Shown(self.palpus(arguments).stderr(Stdio::null()).spawn().expect("it starts"))
+    }
+
+    /// Sends synthetic input: words of xdotool.
+    pub(crate) fn input(&self, words: &str) {
+        let status = Command::new("xdotool").args(words.split(' ')).env("DISPLAY", &self.name).status();
+        assert!(status.expect("xdotool is installed").success(), "xdotool {words}");
+    }
+
+    /// Waits until so many pixels are as `wanted` says.
+    pub(crate) fn wait_for(&self, what: &str, least: usize, wanted: impl Fn([i32; 3]) -> bool) {
+        let begin = Instant::now();
+        loop {
+            let seen = self.pixels().into_iter().filter(|pixel| wanted(pixel.map(i32::from))).count();
+            if seen >= least {
+                return;
+            }
+            assert!(begin.elapsed() < PATIENCE, "no {what}: {seen} pixels of {least}");
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    /// Waits until a file of the display's folder is a whole picture.
+    pub(crate) fn wait_for_picture(&self, name: &str) {
+        let (file, begin) = (self.folder.join(name), Instant::now());
+        while !is_whole_picture(&file) {
+            assert!(begin.elapsed() < PATIENCE, "no {name}");
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    /// Red, green and blue of every pixel, out of the file's format (XWD: a header of 32-bit numbers, colours, rows).
+    pub(crate) fn pixels(&self) -> Vec<[u8; 3]> {
+        let file = fs::read(self.folder.join("Xvfb_screen0")).expect("the screen");
+        let number = |k: usize| u32::from_be_bytes(file[4 * k..4 * k + 4].try_into().expect("four bytes")) as usize;
+        let (header, width, height, row, colours) = (number(0), number(4), number(5), number(12), number(19));
+        let first = header + 12 * colours;
+        let pixel = |x: usize, y: usize| first + y * row + 4 * x;
+        let all = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        all.map(|(x, y)| [2, 1, 0].map(|part| file[pixel(x, y) + part])).collect()
+    }
+}
+
+/// Begins and ends as PNG files do.
+fn is_whole_picture(file: &Path) -> bool {
+    fs::read(file).is_ok_and(|bytes| bytes.starts_with(b"\x89PNG") && bytes.ends_with(b"IEND\xaeB`\x82"))
+}
+
+impl Drop for Display {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+        let _ = fs::remove_dir_all(&self.folder);
+    }
+}

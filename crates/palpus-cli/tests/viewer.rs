@@ -1,0 +1,56 @@
+//! The windows on a model and on a recording as their user meets them, on a display in memory (Xvfb).
+#![cfg(all(feature = "window", target_os = "linux"))]
+
+mod display;
+
+use std::fs;
+
+use display::Display;
+
+/// A cube of side 2 about the origin.
+const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
+    f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+
+/// The deepest colour of sections, which nothing else in the window has.
+fn yellow([r, g, b]: [i32; 3]) -> bool {
+    r > 170 && g > 200 && b < 80
+}
+
+/// Owned faces and directions of a piece.
+fn blue([r, g, b]: [i32; 3]) -> bool {
+    b > r + 40 && b > g + 15
+}
+
+#[test]
+#[ignore = "needs Xvfb, Mesa and xdotool (apt-get install xvfb xdotool libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6)"]
+fn a_click_picks_a_piece_and_a_key_shows_depth() {
+    let display = Display::open("viewer");
+    fs::write(display.folder.join("cube.obj"), CUBE).expect("a temporary file");
+    let _window = display.show(&["view", "cube.obj"]);
+    let anything = |[r, g, b]: [i32; 3]| r + g + b > 90;
+    display.wait_for("window", 100_000, anything);
+    display.input("mousemove 450 400 click 1");
+    display.wait_for("Gauss map and picked piece", 40_000, blue);
+    display.input("key d");
+    display.wait_for("section", 200, yellow);
+    display.input("key Escape");
+    display.input("key s");
+    display.wait_for_picture("palpus-out/window-1.png");
+}
+
+#[test]
+#[ignore = "needs Xvfb, Mesa and xdotool (apt-get install xvfb xdotool libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6)"]
+fn a_recording_is_seen_where_one_goes_in_it() {
+    let display = Display::open("player");
+    let run = ["run", "spoon-cup", "--fast", "--duration", "3", "--record", "run.csv", "--headless"];
+    assert!(display.palpus(&run).output().expect("it starts").status.success());
+    let _window = display.show(&["replay", "run.csv", "--view"]);
+    // The spoon: much red, less green, little blue.
+    let orange = |[r, g, b]: [i32; 3]| r > 120 && r > g + 30 && g > b + 25;
+    display.wait_for("spoon", 1000, orange);
+    // Contact begins within three seconds: where the force is largest, there are dots of contacts.
+    display.input("key m");
+    display.wait_for("contacts", 30, |[r, g, b]| (r > 200 && g < 110 && b < 110) || (g > 180 && r < 110 && b < 140));
+    display.input("key s");
+    display.wait_for_picture("palpus-out/window-1.png");
+}

@@ -1,0 +1,149 @@
+//! What the ticks of a run have to show, as far as there is room: a recording that is run again on one thread fills it, a window that
+//! goes to and fro in it reads.
+//!
+//! All ticks are kept while they fit; then every second one is dropped, and again, so that what is kept stays evenly spaced however long
+//! the run is.
+
+use std::sync::Mutex;
+
+use crate::moment::{Moment, ShownAnchor, ShownCluster, ShownContact};
+
+/// See the module's description.
+#[derive(Debug)]
+pub struct Moments {
+    most_bytes: usize,
+    store: Mutex<Store>,
+}
+
+#[derive(Debug)]
+struct Store {
+    /// Tick `k × every` is number `k`.
+    kept: Vec<Moment>,
+    every: usize,
+    bytes: usize,
+    progress: Progress,
+}
+
+/// How far a recording has been run again.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Progress {
+    /// Ticks that were run again.
+    pub ticks: usize,
+    /// Of these, those whose wrench is not the recorded one to the bit.
+    pub differing: usize,
+    /// The first of them.
+    pub first_difference: Option<usize>,
+    /// Why it went no further, if so, in words.
+    pub failed: Option<String>,
+}
+
+impl Moments {
+    /// Room for so many bytes, and always for one moment.
+    pub fn new(most_bytes: usize) -> Self {
+        let store = Store { kept: Vec::new(), every: 1, bytes: 0, progress: Progress::default() };
+        Self { most_bytes, store: Mutex::new(store) }
+    }
+
+    /// Adds the next tick: what it has to show, and whether its wrench is the recorded one.
+    pub fn push(&self, moment: &Moment, same: bool) {
+        let Ok(mut store) = self.store.lock() else { return };
+        let tick = store.progress.ticks;
+        store.progress.ticks += 1;
+        if !same {
+            store.progress.differing += 1;
+            store.progress.first_difference.get_or_insert(tick);
+        }
+        if tick % store.every != 0 {
+            return;
+        }
+        // A copy has no room to spare.
+        store.bytes += bytes(moment);
+        store.kept.push(moment.clone());
+        while store.bytes > self.most_bytes && store.kept.len() > 1 {
+            store.thin();
+        }
+    }
+
+    /// Says that there will be no more, and why.
+    pub fn fail(&self, why: String) {
+        if let Ok(mut store) = self.store.lock() {
+            store.progress.failed = Some(why);
+        }
+    }
+
+    /// The kept moment that is nearest before `tick`, and of which tick it is; none before the first.
+    pub fn at(&self, tick: usize) -> Option<(usize, Moment)> {
+        let store = self.store.lock().ok()?;
+        if tick >= store.progress.ticks {
+            return None;
+        }
+        let k = (tick / store.every).min(store.kept.len().checked_sub(1)?);
+        Some((k * store.every, store.kept[k].clone()))
+    }
+
+    /// How far it is, and of how many ticks one is kept.
+    pub fn progress(&self) -> (Progress, usize) {
+        self.store.lock().map(|store| (store.progress.clone(), store.every)).unwrap_or_default()
+    }
+}
+
+impl Store {
+    /// Drops every second moment.
+    fn thin(&mut self) {
+        let mut k = 0;
+        self.kept.retain(|_| {
+            k += 1;
+            k % 2 == 1
+        });
+        self.every *= 2;
+        self.bytes = self.kept.iter().map(bytes).sum();
+    }
+}
+
+fn bytes(moment: &Moment) -> usize {
+    size_of::<Moment>()
+        + moment.contacts.len() * size_of::<ShownContact>()
+        + moment.clusters.len() * size_of::<ShownCluster>()
+        + moment.anchors.len() * size_of::<ShownAnchor>()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    fn moment(tick: usize) -> Moment {
+        let mut moment = Moment::new(20);
+        moment.time = tick as f64;
+        moment.contacts.resize(tick % 7, ShownContact { point: DVec3::ZERO, separation: 0.0 });
+        moment
+    }
+
+    #[test]
+    fn everything_is_kept_while_there_is_room() {
+        let moments = Moments::new(1 << 20);
+        (0..100).for_each(|tick| moments.push(&moment(tick), tick != 30 && tick != 40));
+        for tick in 0..100 {
+            let (kept, moment) = moments.at(tick).expect("kept");
+            assert_eq!((kept, moment.time, moment.contacts.len()), (tick, tick as f64, tick % 7));
+        }
+        assert!(moments.at(100).is_none());
+        let (progress, every) = moments.progress();
+        assert_eq!((progress.ticks, progress.differing, progress.first_difference, every), (100, 2, Some(30), 1));
+    }
+
+    #[test]
+    fn of_more_the_kept_ones_are_evenly_spaced_and_fit() {
+        let most = 50 * (size_of::<Moment>() + 3 * size_of::<ShownContact>());
+        let moments = Moments::new(most);
+        (0..5000).for_each(|tick| moments.push(&moment(tick), true));
+        let every = moments.progress().1;
+        assert!(every.is_power_of_two() && every >= 128, "{every}");
+        for tick in 0..5000 {
+            let (kept, moment) = moments.at(tick).expect("kept");
+            assert_eq!((kept, moment.time), (tick / every * every, kept as f64));
+        }
+        let store = moments.store.lock().expect("ours");
+        assert!(store.kept.iter().map(bytes).sum::<usize>() <= most && store.kept.len() >= 24);
+    }
+}

@@ -1,0 +1,149 @@
+//! Work behind a window, on a thread of its own: the newest question is answered, older ones are dropped.
+//!
+//! The window asks, in any frame, and looks whether there is an answer; it never waits. A question that is asked while another is
+//! worked on makes that one *superseded*, and long work looks now and then whether it is.
+
+use std::sync::{Arc, Condvar, Mutex};
+use std::thread::JoinHandle;
+
+/// A thread that answers `A` to questions `Q`.
+pub(super) struct Behind<Q, A> {
+    desk: Arc<Desk<Q, A>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// What the window and the thread share.
+pub(super) struct Desk<Q, A> {
+    slots: Mutex<Slots<Q, A>>,
+    asked: Condvar,
+    /// Tells the window that there is something to see.
+    wake: Box<dyn Fn() + Send + Sync>,
+}
+
+struct Slots<Q, A> {
+    question: Option<Q>,
+    answer: Option<A>,
+    busy: bool,
+    over: bool,
+}
+
+impl<Q: Send + 'static, A: Send + 'static> Behind<Q, A> {
+    /// `work` is called with each question, and may leave several answers, better and better. `wake` is called after each.
+    pub(super) fn new(
+        wake: impl Fn() + Send + Sync + 'static,
+        mut work: impl FnMut(Q, &Desk<Q, A>) + Send + 'static,
+    ) -> Self {
+        let slots = Slots { question: None, answer: None, busy: false, over: false };
+        let desk = Arc::new(Desk { slots: Mutex::new(slots), asked: Condvar::new(), wake: Box::new(wake) });
+        let shared = Arc::clone(&desk);
+        let thread = std::thread::Builder::new().name("behind the window".to_owned());
+        // Without threads there are no answers, and the window shows what it can.
+        let thread = thread.spawn(move || {
+            while let Some(question) = shared.next() {
+                work(question, &shared);
+            }
+        });
+        Self { desk, thread: thread.ok() }
+    }
+
+    /// Asks for this instead of what was asked before.
+    pub(super) fn ask(&self, question: Q) {
+        if let Ok(mut slots) = self.desk.slots.lock() {
+            slots.question = Some(question);
+            slots.busy = true;
+            self.desk.asked.notify_one();
+        }
+    }
+
+    /// The newest answer, once.
+    pub(super) fn answer(&self) -> Option<A> {
+        self.desk.slots.lock().ok()?.answer.take()
+    }
+
+    /// True while there is more to come.
+    pub(super) fn is_busy(&self) -> bool {
+        self.desk.slots.lock().is_ok_and(|slots| slots.busy)
+    }
+}
+
+impl<Q, A> Desk<Q, A> {
+    /// Waits for the next question; none when the window is gone.
+    fn next(&self) -> Option<Q> {
+        let mut slots = self.slots.lock().ok()?;
+        loop {
+            if slots.over {
+                return None;
+            }
+            if let Some(question) = slots.question.take() {
+                return Some(question);
+            }
+            if slots.busy {
+                slots.busy = false;
+                drop(slots);
+                (self.wake)();
+                slots = self.slots.lock().ok()?;
+                continue;
+            }
+            slots = self.asked.wait(slots).ok()?;
+        }
+    }
+
+    /// Leaves an answer for the window.
+    pub(super) fn answer(&self, answer: A) {
+        if let Ok(mut slots) = self.slots.lock() {
+            slots.answer = Some(answer);
+        }
+        (self.wake)();
+    }
+
+    /// True if something else is wanted by now.
+    pub(super) fn is_superseded(&self) -> bool {
+        self.slots.lock().map_or(true, |slots| slots.over || slots.question.is_some())
+    }
+}
+
+impl<Q, A> Drop for Behind<Q, A> {
+    fn drop(&mut self) {
+        if let Ok(mut slots) = self.desk.slots.lock() {
+            slots.over = true;
+        }
+        self.desk.asked.notify_one();
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::channel;
+
+    #[test]
+    fn the_newest_question_is_answered_and_older_work_stops() {
+        let (woken, waking) = channel();
+        let behind = Behind::new(
+            move || {
+                let _ = woken.send(());
+            },
+            |question: u32, desk: &Desk<u32, u32>| {
+                // The first question is worked on until there is another.
+                while question == 1 && !desk.is_superseded() {
+                    std::thread::yield_now();
+                }
+                desk.answer(question * 10);
+            },
+        );
+        behind.ask(1);
+        behind.ask(2);
+        let mut last = None;
+        while last != Some(20) {
+            waking.recv().expect("it wakes the window");
+            last = behind.answer().or(last);
+        }
+        while behind.is_busy() {
+            waking.recv().expect("it says when it is done");
+        }
+        assert_eq!(behind.answer(), None);
+    }
+}

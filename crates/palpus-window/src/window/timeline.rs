@@ -1,0 +1,224 @@
+//! Curves over a whole run, one below the other, with a cursor: a drag on any of them goes there.
+//!
+//! Each column of pixels shows the least and the largest value of its ticks, so that no peak is lost however long the run is. The columns
+//! are found anew only when the width changes. Late ticks and faults are lines through all curves; times of overlap are shaded.
+
+use eframe::egui::{self, Color32, FontId, Pos2, Rect, Sense, Stroke, vec2};
+
+use super::view3d::colour;
+use crate::picture::Rgb;
+use crate::style::Theme;
+
+/// A number of every tick.
+pub(super) struct Curve {
+    /// With its unit.
+    pub(super) name: &'static str,
+    pub(super) values: Vec<f64>,
+    pub(super) colour: fn(Theme) -> Rgb,
+}
+
+/// What stands out of a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Mark {
+    Late,
+    Fault,
+}
+
+/// A run's curves.
+pub(super) struct Timeline {
+    /// s; of every tick, rising.
+    times: Vec<f64>,
+    curves: Vec<Curve>,
+    overlapping: Vec<bool>,
+    /// By tick.
+    pub(super) marks: Vec<(usize, Mark)>,
+    columns: Option<Columns>,
+}
+
+/// Which ticks are where, for one width.
+struct Columns {
+    width: usize,
+    /// Of each curve and column, least and largest; none where a column has no tick.
+    ranges: Vec<Vec<Option<[f64; 2]>>>,
+    overlapping: Vec<bool>,
+    marked: Vec<Option<Mark>>,
+}
+
+/// Points.
+const LABEL: f32 = 92.0;
+const GAP: f32 = 3.0;
+const WORDS: f32 = 11.5;
+const LEAST_RANGE: f64 = 1e-9;
+
+impl Timeline {
+    pub(super) fn new(times: Vec<f64>, curves: Vec<Curve>, overlapping: Vec<bool>, marks: Vec<(usize, Mark)>) -> Self {
+        Self { times, curves, overlapping, marks, columns: None }
+    }
+
+    /// s of the last tick.
+    pub(super) fn end(&self) -> f64 {
+        self.times.last().copied().unwrap_or(0.0)
+    }
+
+    /// s of a tick.
+    pub(super) fn time(&self, tick: usize) -> f64 {
+        self.times.get(tick).copied().unwrap_or(0.0)
+    }
+
+    /// The last tick that is not after `time`.
+    pub(super) fn tick(&self, time: f64) -> usize {
+        self.times.partition_point(|t| *t <= time).saturating_sub(1)
+    }
+
+    /// Fills the room of `ui` with the curves; where the user goes, if anywhere. What is after tick `known` is paler.
+    pub(super) fn show(&mut self, ui: &mut egui::Ui, theme: Theme, tick: usize, known: usize) -> Option<f64> {
+        let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+        let plot = Rect::from_min_max(rect.min + vec2(LABEL, 0.0), rect.max);
+        let width = (plot.width().max(2.0)) as usize;
+        if self.columns.as_ref().is_none_or(|columns| columns.width != width) {
+            self.columns = Some(self.divided(width));
+        }
+        let Some(columns) = &self.columns else { return None };
+        let tall = rect.height() / self.curves.len().max(1) as f32;
+        for (k, curve) in self.curves.iter().enumerate() {
+            let top = plot.top() + k as f32 * tall;
+            let strip = Rect::from_min_max(Pos2::new(plot.left(), top), Pos2::new(plot.right(), top + tall - GAP));
+            self.strip(ui, columns, k, curve, strip, theme, tick);
+        }
+        let end = self.end().max(f64::MIN_POSITIVE);
+        let x = |time: f64| plot.left() + (time / end) as f32 * plot.width();
+        let colours = theme.colours();
+        if known + 1 < self.times.len() {
+            let rest = Rect::from_min_max(Pos2::new(x(self.time(known)), plot.top()), plot.max);
+            ui.painter().rect_filled(rest, 0.0, colour(colours.below).gamma_multiply(0.55));
+        }
+        ui.painter().vline(x(self.time(tick)), plot.y_range(), Stroke::new(1.6, colour(colours.ink)));
+        let at = (response.is_pointer_button_down_on() || response.clicked()).then(|| response.interact_pointer_pos());
+        at.flatten().map(|at| f64::from(((at.x - plot.left()) / plot.width()).clamp(0.0, 1.0)) * end)
+    }
+
+    /// One curve with its name, its largest value and the one at the cursor.
+    #[allow(clippy::too_many_arguments, reason = "what a curve is drawn with; it has one caller")]
+    fn strip(
+        &self,
+        ui: &egui::Ui,
+        columns: &Columns,
+        number: usize,
+        curve: &Curve,
+        strip: Rect,
+        theme: Theme,
+        tick: usize,
+    ) {
+        let colours = theme.colours();
+        let painter = ui.painter();
+        painter.rect_filled(strip, 0.0, colour(colours.above));
+        let ranges = &columns.ranges[number];
+        let largest =
+            ranges.iter().flatten().map(|range| range[1]).filter(|v| v.is_finite()).fold(LEAST_RANGE, f64::max);
+        let least = ranges.iter().flatten().map(|range| range[0]).filter(|v| v.is_finite()).fold(0.0, f64::min);
+        let y = |value: f64| {
+            let part = ((value - least) / (largest - least)).clamp(0.0, 1.0) as f32;
+            strip.bottom() - 1.0 - part * (strip.height() - 3.0)
+        };
+        let ink = colour((curve.colour)(theme));
+        for column in 0..columns.width {
+            let x = strip.left() + column as f32 + 0.5;
+            if columns.overlapping[column] {
+                painter.vline(x, strip.y_range(), Stroke::new(1.0, colour(colours.penetrating).gamma_multiply(0.14)));
+            }
+            if let Some([low, high]) = ranges[column] {
+                let (low, high) = (y(low), y(high));
+                painter.vline(x, (high - 0.7)..=(low + 0.7), Stroke::new(1.0, ink));
+            }
+            if let Some(mark) = columns.marked[column] {
+                let rgb = if mark == Mark::Fault { colours.penetrating } else { colours.sliding };
+                painter.vline(x, strip.y_range(), Stroke::new(1.2, colour(rgb)));
+            }
+        }
+        let left = strip.left() - LABEL;
+        let words = |at: Pos2, align, text: String, colour: Color32| {
+            painter.text(at, align, text, FontId::proportional(WORDS), colour);
+        };
+        let (name_at, value_at) = (Pos2::new(left, strip.top()), Pos2::new(left, strip.bottom()));
+        words(name_at, egui::Align2::LEFT_TOP, curve.name.to_owned(), colour(colours.faint));
+        let now = curve.values.get(tick).copied().unwrap_or(0.0);
+        words(value_at, egui::Align2::LEFT_BOTTOM, said(now), ink);
+        let largest_at = strip.right_top() + vec2(-4.0, 0.0);
+        words(largest_at, egui::Align2::RIGHT_TOP, said(largest), colour(colours.faint));
+    }
+
+    /// Ticks into columns.
+    fn divided(&self, width: usize) -> Columns {
+        let end = self.end().max(f64::MIN_POSITIVE);
+        let column = |time: f64| ((time / end * width as f64) as usize).min(width - 1);
+        let mut overlapping = vec![false; width];
+        let mut marked: Vec<Option<Mark>> = vec![None; width];
+        for (time, overlap) in self.times.iter().zip(&self.overlapping) {
+            overlapping[column(*time)] |= overlap;
+        }
+        for (tick, mark) in &self.marks {
+            let slot = &mut marked[column(self.time(*tick))];
+            if *slot != Some(Mark::Fault) {
+                *slot = Some(*mark);
+            }
+        }
+        let ranges = self.curves.iter().map(|curve| {
+            let mut ranges: Vec<Option<[f64; 2]>> = vec![None; width];
+            for (time, value) in self.times.iter().zip(&curve.values).filter(|(_, value)| value.is_finite()) {
+                let range = ranges[column(*time)].get_or_insert([*value; 2]);
+                *range = [range[0].min(*value), range[1].max(*value)];
+            }
+            // Where there are fewer ticks than columns, the value before stands.
+            let mut last = None;
+            for range in &mut ranges {
+                match range {
+                    Some(known) => last = Some([known[1]; 2]),
+                    none => *none = last,
+                }
+            }
+            ranges
+        });
+        let ranges = ranges.collect();
+        Columns { width, ranges, overlapping, marked }
+    }
+}
+
+/// Three digits.
+fn said(value: f64) -> String {
+    match value.abs() {
+        _ if !value.is_finite() => "none".to_owned(),
+        size if size >= 100.0 => format!("{value:.0}"),
+        size if size >= 10.0 => format!("{value:.1}"),
+        _ => format!("{value:.2}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn timeline() -> Timeline {
+        let times: Vec<f64> = (0..1000).map(|k| f64::from(k) * 1e-3).collect();
+        let values = (0..1000).map(|k| if k == 437 { 9.0 } else { 1.0 }).collect();
+        let curve = Curve { name: "force", values, colour: |theme| theme.colours().force };
+        let marks = vec![(600, Mark::Fault), (601, Mark::Late), (20, Mark::Late)];
+        Timeline::new(times, vec![curve], (0..1000).map(|k| k >= 900).collect(), marks)
+    }
+
+    #[test]
+    fn no_peak_is_lost_at_any_width() {
+        for width in [2, 37, 640, 5000] {
+            let columns = timeline().divided(width);
+            let largest = columns.ranges[0].iter().flatten().map(|range| range[1]).fold(0.0, f64::max);
+            assert_eq!((largest, columns.ranges[0].iter().flatten().count()), (9.0, width));
+            assert_eq!(columns.marked[(0.6 / 0.999 * width as f64) as usize], Some(Mark::Fault));
+            assert!(columns.overlapping[width - 1] && !columns.overlapping[0]);
+        }
+    }
+
+    #[test]
+    fn ticks_are_found_by_their_time() {
+        let timeline = timeline();
+        assert_eq!([-1.0, 0.0, 0.0104, 5.0].map(|time| timeline.tick(time)), [0, 0, 10, 999]);
+    }
+}

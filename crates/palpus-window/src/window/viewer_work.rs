@@ -1,0 +1,153 @@
+//! What the window on a model leaves to threads: the Gauss map of the picked piece, and depth on the plane.
+
+use std::sync::Arc;
+
+use palpus::body::Body;
+
+use super::behind::{Behind, Desk};
+use crate::camera::Camera;
+use crate::gauss::paint_gauss_half;
+use crate::picture::Picture;
+use crate::scene::Unit;
+use crate::section::{Feeler, Section, SectionNumbers, SectionPlane};
+use crate::section_picture::{SectionOf, Shown, paint_section_panel};
+use crate::style::Theme;
+
+/// Samples along the longer side of a section: first a rough one, then finer ones.
+const FINENESSES: [usize; 3] = [48, 120, 280];
+
+/// Which Gauss map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct GaussQuestion {
+    pub(super) piece: u32,
+    pub(super) from: Camera,
+    pub(super) theme: Theme,
+    /// Pixels.
+    pub(super) size: usize,
+}
+
+/// A thread that paints Gauss maps.
+pub(super) fn gauss_painter(
+    body: Arc<Body>,
+    wake: impl Fn() + Send + Sync + 'static,
+) -> Behind<GaussQuestion, Picture> {
+    Behind::new(wake, move |asked: GaussQuestion, desk: &Desk<GaussQuestion, Picture>| {
+        let GaussQuestion { piece, from, theme, size } = asked;
+        // Rough while the view turns.
+        for size in [size / 2, size] {
+            if !desk.is_superseded() {
+                desk.answer(paint_gauss_half(&body, piece, &from, theme, size));
+            }
+        }
+    })
+}
+
+/// Which section, and as what.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct SectionQuestion {
+    pub(super) plane: SectionPlane,
+    pub(super) shown: Shown,
+    pub(super) theme: Theme,
+    /// Pixels.
+    pub(super) width: usize,
+}
+
+/// What is known of a section so far.
+pub(super) struct SectionAnswer {
+    pub(super) section: Arc<Section>,
+    pub(super) numbers: SectionNumbers,
+    pub(super) picture: Picture,
+}
+
+/// A thread that feels sections, coarse ones first.
+pub(super) fn section_feeler(
+    body: Arc<Body>,
+    unit: Unit,
+    wake: impl Fn() + Send + Sync + 'static,
+) -> Behind<SectionQuestion, SectionAnswer> {
+    let mut feeler: Option<Feeler> = None;
+    let mut known: Option<Arc<Section>> = None;
+    Behind::new(wake, move |asked: SectionQuestion, desk: &Desk<SectionQuestion, SectionAnswer>| {
+        if feeler.is_none() {
+            feeler = Feeler::new(&body).ok();
+        }
+        let Some(feeler) = feeler.as_mut() else { return };
+        for fineness in FINENESSES {
+            let had = known.take().filter(|known| known.plane == asked.plane);
+            let fine = Section::laid(&body, asked.plane, fineness);
+            let section = match had {
+                Some(had) if had.cell <= fine.cell => had,
+                had => {
+                    let Some(felt) = felt(&body, fine, feeler, desk) else {
+                        known = had;
+                        return;
+                    };
+                    Arc::new(felt)
+                }
+            };
+            known = Some(Arc::clone(&section));
+            let last = section.cell <= Section::laid(&body, asked.plane, FINENESSES[FINENESSES.len() - 1]).cell;
+            desk.answer(answered(&body, &asked, section, unit));
+            if last || desk.is_superseded() {
+                return;
+            }
+        }
+    })
+}
+
+/// All rows, unless something else is wanted meanwhile.
+fn felt<Q, A>(body: &Body, mut section: Section, feeler: &mut Feeler, desk: &Desk<Q, A>) -> Option<Section> {
+    for row in 0..section.rows {
+        if desk.is_superseded() {
+            return None;
+        }
+        let samples = section.feel_row(body, row, feeler);
+        section.samples.extend(samples);
+    }
+    Some(section)
+}
+
+fn answered(body: &Body, asked: &SectionQuestion, section: Arc<Section>, unit: Unit) -> SectionAnswer {
+    let numbers = section.numbers();
+    let height = (asked.width * section.rows).div_ceil(section.columns.max(1)).clamp(1, MOST_TALL * asked.width.max(1));
+    let shown = SectionOf { section: &section, body, name: "", unit };
+    let deepest = numbers.deepest.max(numbers.deepest_felt);
+    let picture = paint_section_panel(&shown, asked.shown, deepest, asked.theme, asked.width, height);
+    SectionAnswer { numbers, picture, section }
+}
+
+/// A section is not drawn higher than so many widths.
+const MOST_TALL: usize = 2;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::section::Axis;
+    use glam::DVec3;
+    use std::sync::mpsc::channel;
+
+    #[test]
+    fn a_section_gets_finer_and_is_not_felt_again_for_another_look() {
+        let side = |k: usize, bit: usize| (k >> bit & 1) as f64;
+        let points: Vec<DVec3> = (0..8).map(|k| DVec3::new(side(k, 0), side(k, 1), side(k, 2))).collect();
+        let body = Arc::new(Body::from_convex(&points).expect("a box"));
+        let plane = SectionPlane::through(&body, Axis::Z, 0.5);
+        let (woken, waking) = channel();
+        let behind = section_feeler(Arc::clone(&body), Unit::Model, move || {
+            let _ = woken.send(());
+        });
+        let mut finest = |shown| {
+            behind.ask(SectionQuestion { plane, shown, theme: Theme::Dark, width: 60 });
+            let mut last = None;
+            while behind.is_busy() {
+                waking.recv().expect("it wakes the window");
+                last = behind.answer().or(last.take());
+            }
+            last.expect("an answer")
+        };
+        let (felt, again) = (finest(Shown::Felt), finest(Shown::Missing));
+        assert_eq!(felt.section.columns, FINENESSES[2]);
+        assert!(Arc::ptr_eq(&felt.section, &again.section));
+        assert!((felt.numbers.deepest - 0.5).abs() < 0.01 && felt.picture != again.picture);
+    }
+}
