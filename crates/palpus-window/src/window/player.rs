@@ -361,11 +361,11 @@ impl Player {
         let context = ui.ctx().clone();
         ui.horizontal(|ui| {
             for (action, name) in [
-                (Action::Begin, "⏮"),
-                (Action::Step(-1), "◀"),
-                (Action::Play, if self.playing { "⏸" } else { "▶" }),
-                (Action::Step(1), "▶|"),
-                (Action::End, "⏭"),
+                (Action::Begin, "|<"),
+                (Action::Step(-1), "<"),
+                (Action::Play, if self.playing { "stand" } else { "play" }),
+                (Action::Step(1), ">"),
+                (Action::End, ">|"),
             ] {
                 if ui.button(name).clicked() {
                     self.act(&context, action);

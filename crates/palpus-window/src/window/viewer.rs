@@ -4,7 +4,7 @@
 //!
 //! 1. what threads have finished is taken (`viewer_work`): the window never waits for them;
 //! 2. keys (`viewer_keys`);
-//! 3. the side: the model, the picked piece, the plane; in the middle the scene, where a click picks a piece;
+//! 3. on the right the model and the picked piece, on the left what is felt on the plane; in the middle the scene, where a click picks a piece;
 //! 4. what is now wanted and not yet asked for is asked for.
 //!
 //! Nothing is drawn while nothing changes.
@@ -346,9 +346,10 @@ impl Viewer {
                 }
             }
         });
-        if !self.cut {
-            return;
-        }
+    }
+
+    /// What is felt on the plane, on the left.
+    fn depth_side(&mut self, ui: &mut egui::Ui) {
         let [low, high] = self.range();
         ui.horizontal(|ui| {
             ui.label("at (, .)");
@@ -475,6 +476,11 @@ impl eframe::App for Viewer {
         egui::Panel::right("side").default_size(SIDE).show(ui, |ui| {
             egui::ScrollArea::vertical().show(ui, |ui| self.side(ui));
         });
+        if self.cut {
+            egui::Panel::left("depth").default_size(SIDE).show(ui, |ui| {
+                egui::ScrollArea::vertical().show(ui, |ui| self.depth_side(ui));
+            });
+        }
         egui::CentralPanel::no_frame().show(ui, |ui| self.middle(ui));
         if self.help {
             egui::Window::new("keys").default_width(KEYS_WIDTH).open(&mut self.help).show(&context, viewer_keys::list);
