@@ -56,14 +56,12 @@ fn hit([a, b, c]: [DVec3; 3], ray: &Ray) -> Option<f64> {
     (along_u >= 0.0 && along_v >= 0.0 && along_u + along_v <= 1.0 && distance > 0.0).then_some(distance)
 }
 
-/// The corner that is least beside the ray, if it is within reach.
+/// Of the corners that the ray passes within reach, the one nearest to the eye: the one that is seen.
 fn nearly(solid: &Solid, ray: &Ray, reach: impl Fn(DVec3) -> f64) -> Option<(f64, DVec3)> {
-    let beside = |point: &DVec3| {
-        let distance = (*point - ray.origin).dot(ray.direction);
-        (distance > 0.0).then(|| ((*point - ray.at(distance)).length(), distance, *point))
-    };
-    let nearest = solid.vertices.iter().filter_map(beside).min_by(|a, b| a.0.total_cmp(&b.0));
-    nearest.filter(|(beside, _, point)| *beside < reach(*point)).map(|(_, distance, point)| (distance, point))
+    let along = |point: &DVec3| ((*point - ray.origin).dot(ray.direction), *point);
+    let is_near =
+        |(distance, point): &(f64, DVec3)| *distance > 0.0 && (*point - ray.at(*distance)).length() < reach(*point);
+    solid.vertices.iter().map(along).filter(is_near).min_by(|a, b| a.0.total_cmp(&b.0))
 }
 
 #[cfg(test)]
