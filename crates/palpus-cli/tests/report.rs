@@ -183,6 +183,40 @@ fn a_folder_becomes_a_page_for_each_recording() {
 }
 
 #[test]
+fn a_reproduction_says_what_was_measured_and_what_was_not() {
+    let folder = Folder::new("reproduce");
+    let wrong = palpus(&folder.0, &["report", "out", "--reproduce", "--only", "nothing"]);
+    assert_eq!(wrong.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&wrong.stderr).contains("there are doctor, figures"));
+    done(&palpus(&folder.0, &["report", "out", "--reproduce", "--quick", "--only", "depth", "--only", "convex"]));
+    let first = page(&folder.0, "out/report.html");
+    is_self_contained(&first);
+    for part in [
+        "Table 1",
+        "Figure 4",
+        "Figure 5",
+        "Figure 6",
+        "1 of 14 steps measured in this run",
+        "palpus bench depth --out DIR/data/depth",
+        "cold walks are only local",
+        "data:image/svg+xml;base64,",
+        "not measured in this run: figures of 20",
+        "the bench has to be built first",
+        "processor",
+        "compiler",
+        "Seeds",
+    ] {
+        assert!(first.contains(part), "{part} is not in the page");
+    }
+    // Where it was made is nobody's business.
+    assert!(!first.contains(&*folder.0.to_string_lossy()));
+    // Once more from the files alone: the same.
+    fs::remove_file(folder.0.join("out/report.html")).expect("it was there");
+    done(&palpus(&folder.0, &["report", "out"]));
+    assert!(page(&folder.0, "out/report.html") == first);
+}
+
+#[test]
 fn the_command_explains_itself() {
     let folder = Folder::new("help");
     let output = palpus(&folder.0, &["report", "--help"]);

@@ -68,7 +68,7 @@ fn figure_5(out: &Path) -> anyhow::Result<()> {
     };
     let intervals = bands(ticks.iter().enumerate().map(|(k, tick)| (k as f64, tick.separation < 0.0)));
     let figure = Figure {
-        title: "Figure 5: a spoon touches a cup (shaded: penetrating, white: disjoint)".to_owned(),
+        title: "Figure 5: a spoon touches a cup (shaded: penetrating)".to_owned(),
         x_label: "tick (1 ms)",
         bands: intervals,
         log_x: false,

@@ -15,8 +15,11 @@ pub(super) fn even(range: &Range<f64>, wanted: usize) -> Vec<Tick> {
         return Vec::new();
     }
     let power = 10f64.powf(raw.log10().floor());
-    let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|times| times * power).find(|step| *step >= raw).unwrap_or(raw);
-    let decimals = (-(step.log10() + 1e-9).floor()).max(0.0) as usize;
+    let times = STEPS.into_iter().find(|times| times * power >= raw * 0.999).unwrap_or(10.0);
+    let step = times * power;
+    // A step of 2.5 has a digit more than one of 2.
+    let digits = if times == QUARTER { 1.0 } else { 0.0 };
+    let decimals = (digits - (step.log10() + 1e-9).floor()).max(0.0) as usize;
     let (first, last) = ((range.start / step).ceil() as i64, (range.end / step).floor() as i64);
     let tick = |k: i64| {
         let at = k as f64 * step;
@@ -24,6 +27,11 @@ pub(super) fn even(range: &Range<f64>, wanted: usize) -> Vec<Tick> {
     };
     (first..=last).map(tick).collect()
 }
+
+/// A quarter of ten.
+const QUARTER: f64 = 2.5;
+/// What a step between ticks is, times a power of ten.
+const STEPS: [f64; 5] = [1.0, 2.0, QUARTER, 5.0, 10.0];
 
 /// Ticks of an axis of logarithms: powers of ten, and 2 and 5 times them where there are few.
 pub(super) fn powers(range: &Range<f64>) -> Vec<Tick> {
@@ -69,7 +77,7 @@ fn short(value: f64) -> String {
 fn grouped(text: &str) -> String {
     let (sign, digits) = text.strip_prefix('-').map_or(("", text), |rest| ("−", rest));
     if digits.chars().all(|c| matches!(c, '0' | '.')) {
-        return digits.to_owned();
+        return "0".to_owned();
     }
     let (whole, part) = digits.split_once('.').map_or((digits, ""), |(whole, _)| (whole, &digits[whole.len()..]));
     if whole.len() < 5 {
@@ -96,8 +104,10 @@ mod tests {
     #[test]
     fn ticks_are_round_and_within() {
         assert_eq!(labels(&even(&(0.0..10.0), 5)), ["0", "2", "4", "6", "8", "10"]);
-        assert_eq!(labels(&even(&(-0.3..0.3), 5)), ["−0.2", "0.0", "0.2"]);
+        assert_eq!(labels(&even(&(-0.3..0.3), 5)), ["−0.2", "0", "0.2"]);
         assert_eq!(labels(&even(&(0.0..42_000.0), 4)), ["0", "20\u{202f}000", "40\u{202f}000"]);
+        assert_eq!(labels(&even(&(-52.0..55.0), 5)), ["−50", "−25", "0", "25", "50"]);
+        assert_eq!(labels(&even(&(0.0..0.01), 4)), ["0", "0.0025", "0.0050", "0.0075", "0.0100"]);
         assert!(even(&(1.0..1.0), 5).is_empty() && even(&(0.0..f64::NAN), 5).is_empty());
     }
 

@@ -209,7 +209,7 @@ impl Pen {
 
     fn grid(&mut self, panel: &Panel, across: &Across, up: &Up, last: bool) {
         let right = WIDTH - RIGHT;
-        let heights = if panel.drawn == Drawn::Bars { axis::powers(&up.range) } else { axis::even(&up.range, 4) };
+        let heights = if panel.drawn == Drawn::Bars { axis::powers(&up.range) } else { axis::even(&up.range, 5) };
         let mut path = String::new();
         for tick in &heights {
             let _ = write!(path, "M{LEFT} {:.1}H{right}", up.pixels(tick.at));

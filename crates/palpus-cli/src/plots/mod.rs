@@ -36,7 +36,7 @@ pub(crate) enum Drawn {
     Lines,
     /// As curves that are thick within the shaded intervals (the paper's Figure 6).
     ThickInBands,
-    /// As a histogram: x are the middles of even bins of the axis, y numbers of samples, by their logarithm.
+    /// As a [`histogram`]: x are the middles of its bins, y numbers of samples, by their logarithm.
     Bars,
 }
 
@@ -139,7 +139,13 @@ impl Figure {
         let series = self.panels.iter().flat_map(|panel| &panel.series);
         let xs = series.flat_map(|series| &series.points).map(|point| self.place(point.0)).filter(|x| x.is_finite());
         let (low, high) = xs.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-        if low < high { low..high } else { 0.0..1.0 }
+        if low >= high {
+            return 0.0..1.0;
+        }
+        // A bar reaches half a bin beyond its middle.
+        let is_bars = self.panels.iter().any(|panel| panel.drawn == Drawn::Bars);
+        let room = if is_bars { 0.5 * (high - low) / (BINS - 1) as f64 } else { 0.0 };
+        low - room..high + room
     }
 }
 

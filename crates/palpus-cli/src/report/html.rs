@@ -46,6 +46,12 @@ impl Html {
         Self::default()
     }
 
+    /// Another piece behind this one.
+    pub(super) fn append(&mut self, other: Self) -> &mut Self {
+        self.0 += &other.0;
+        self
+    }
+
     /// Somebody's text, as it is.
     pub(super) fn text(&mut self, text: &str) -> &mut Self {
         self.0 += &escaped(text);

@@ -47,7 +47,7 @@ pub(crate) fn report(arguments: &ReportArguments) -> anyhow::Result<ExitCode> {
         (_, Some(_)) => bail!("{} holds {} recordings; name one of them with --out", path.display(), recordings.len()),
         (several, None) => {
             for recording in several {
-                write(&recording.with_extension("html"), &Run::of(recording, policy)?.page()?)?;
+                write(&beside(recording, several), &Run::of(recording, policy)?.page()?)?;
             }
         }
     }
@@ -69,16 +69,28 @@ fn recordings_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// True if the file begins as recordings do; other tables may lie beside them.
+/// True if the file begins as recordings of one of the three formats do; other tables may lie beside them.
 fn is_recording(path: &Path) -> bool {
     use std::io::Read;
-    let mut begin = [0; FIRST_LINE.len()];
-    let read = std::fs::File::open(path).and_then(|mut file| file.read_exact(&mut begin));
-    read.is_ok() && begin == *FIRST_LINE
+    let mut begin = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(LONGEST_BEGIN).read_to_end(&mut begin));
+    read.is_ok() && BEGINS.iter().any(|known| begin.starts_with(known))
 }
 
-/// How every recording begins.
-const FIRST_LINE: &[u8; 11] = b"# format = ";
+/// CSV with our header, Parquet, MCAP.
+const BEGINS: [&[u8]; 3] = [b"# format = ", b"PAR1", b"\x89MCAP0\r\n"];
+const LONGEST_BEGIN: u64 = 16;
+
+/// The page of a recording stands beside it; of several recordings of one name, which differ in their format, each has its own.
+fn beside(recording: &Path, all: &[PathBuf]) -> PathBuf {
+    let page = recording.with_extension("html");
+    if all.iter().filter(|other| other.with_extension("html") == page).count() < 2 {
+        return page;
+    }
+    let mut name = recording.as_os_str().to_owned();
+    name.push(".html");
+    name.into()
+}
 
 fn write(path: &Path, page: &str) -> anyhow::Result<()> {
     if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {

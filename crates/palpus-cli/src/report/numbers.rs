@@ -16,7 +16,10 @@ pub(super) fn said(value: f64, digits: usize) -> String {
         return format!("{value:.*e}", digits.saturating_sub(1)).replace('-', "−");
     }
     let decimals = (digits as i32 - 1 - size).max(0) as usize;
-    grouped(&format!("{value:.decimals$}"))
+    let text = format!("{value:.decimals$}");
+    // Zeros at the end of a part say nothing to most readers.
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    grouped(text)
 }
 
 /// Powers of ten beyond which a number is said by its power.
@@ -64,6 +67,9 @@ mod tests {
         for (value, digits, text) in [
             (0.0, 3, "0"),
             (1234.5, 3, "1234"),
+            (8.0, 3, "8"),
+            (0.025, 3, "0.025"),
+            (800.0, 4, "800"),
             (-12_345.6, 3, "−12\u{202f}346"),
             (0.012_345, 3, "0.0123"),
             (1.2345e-7, 2, "1.2e−7"),

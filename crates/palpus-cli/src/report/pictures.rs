@@ -1,5 +1,6 @@
 //! Pictures of a moment for a page: light and dark, of few colours, whole or near the contacts.
 
+use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 use anyhow::Context;
@@ -72,10 +73,11 @@ pub(crate) fn of_moment(stage: &Stage, moment: &Moment, shot: &Shot) -> anyhow::
             ..Scene::default()
         };
         let aspect = WIDTH as f64 / HEIGHT as f64;
-        let camera = match about_contacts(stage, moment).filter(|_| shot.frame == Frame::Contacts) {
-            Some(corners) => Camera::framing(corners.into_iter(), shot.view, aspect),
-            None => Camera::framing(scene.corners(), shot.view, aspect),
-        };
+        let mut camera = Camera::framing(scene.corners(), shot.view, aspect);
+        if let Some(corners) = about_contacts(stage, moment).filter(|_| shot.frame == Frame::Contacts) {
+            look_across(&mut camera, stage, moment);
+            camera.frame(corners.into_iter(), aspect);
+        }
         // Words stand beside pictures, where they can be read at any size.
         let all = Style { theme, words: false, ..Style::default() };
         let paper = Style { clusters_as_contacts: true, wrench: false, anchors: false, ..all };
@@ -84,6 +86,26 @@ pub(crate) fn of_moment(stage: &Stage, moment: &Moment, shot: &Shot) -> anyhow::
     };
     Ok(Shots { light: paint_in(Theme::Light)?, dark: paint_in(Theme::Dark)? })
 }
+
+/// Turns the eye so that forces that push sideways lie across the picture, and those that push up or down stand in it.
+fn look_across(camera: &mut Camera, stage: &Stage, moment: &Moment) {
+    let forces = moment.clusters.iter().map(|cluster| stage.environment_pose.vector(cluster.force));
+    let sideways = forces.sum::<DVec3>().with_z(0.0);
+    camera.pitch = PITCH;
+    if sideways.length() < LEAST_FORCE_SCALE * SIDEWAYS {
+        return;
+    }
+    let across = [FRAC_PI_2, -FRAC_PI_2].map(|turn| sideways.y.atan2(sideways.x) + turn);
+    // Of the two sides the one that is less of a turn.
+    let from = camera.yaw;
+    let turn = |yaw: f64| (yaw - from).sin().atan2((yaw - from).cos()).abs();
+    camera.yaw = if turn(across[0]) <= turn(across[1]) { across[0] } else { across[1] };
+}
+
+/// rad above the horizon, from near.
+const PITCH: f64 = 0.3;
+/// Of the least force that has an arrow: less sideways force does not turn the eye.
+const SIDEWAYS: f64 = 0.2;
 
 /// Corners of a box about all contacts, world.
 fn about_contacts(stage: &Stage, moment: &Moment) -> Option<Vec<DVec3>> {

@@ -23,6 +23,8 @@ pub(super) struct Step {
     pub(super) about: f64,
     /// What to run, or why not.
     pub(super) command: Result<Invocation, String>,
+    /// Less than the whole is measured.
+    pub(super) is_quick: bool,
     /// Its exit status says something else than that it failed.
     pub(super) may_fail: bool,
 }
@@ -97,8 +99,9 @@ pub(super) fn plan(wanted: &Wanted<'_>) -> Vec<Step> {
     steps.push(Step {
         id: "depth",
         what: "penetration depth: the walk against the proof",
-        about: 10.0,
+        about: 1.0,
         command: Ok(wanted.palpus(&["bench", "depth", "--out"]).path(wanted.folder("depth"), "DIR/data/depth")),
+        is_quick: false,
         may_fail: false,
     });
     let feel = wanted.palpus(&["bench", "feel", "--out"]).path(wanted.folder("feel"), "DIR/data/feel");
@@ -107,6 +110,7 @@ pub(super) fn plan(wanted: &Wanted<'_>) -> Vec<Step> {
         what: "what contact feels like: every method on every scene in every hand",
         about: if quick { 25.0 } else { 290.0 },
         command: Ok(if quick { feel.arg("--quick") } else { feel }),
+        is_quick: quick,
         may_fail: false,
     });
     steps.extend(scale(wanted));
@@ -136,6 +140,7 @@ fn doctor(wanted: &Wanted<'_>) -> Step {
         what: "is this machine fit for 1 kHz",
         about: if wanted.quick { 4.0 } else { 11.0 },
         command: Ok(wanted.palpus(&["doctor", "--json", "--duration", seconds])),
+        is_quick: wanted.quick,
         may_fail: true,
     }
 }
@@ -151,6 +156,7 @@ fn figures(wanted: &Wanted<'_>) -> Step {
         what: "the paper's Table 1 and Figures 4, 5 and 6",
         about: if wanted.quick { 10.0 } else { 20.0 },
         command: Ok(command),
+        is_quick: false,
         may_fail: false,
     }
 }
@@ -164,6 +170,7 @@ fn run(wanted: &Wanted<'_>) -> Step {
         command: Ok(wanted
             .palpus(&["run", "spoon-cup", "--headless", "--duration", seconds, "--record"])
             .path(wanted.folder("run").join("run.csv"), "DIR/data/run/run.csv")),
+        is_quick: wanted.quick,
         may_fail: false,
     }
 }
@@ -175,7 +182,14 @@ fn scale(wanted: &Wanted<'_>) -> Vec<Step> {
         let command = if wanted.quick { command.args(&["--ticks", "2000", "--passes", "2"]) } else { command };
         let too_long = wanted.quick && only == "triangles";
         let why = || "preparing 906 000 triangles takes longer than a quick reproduction".to_owned();
-        Step { id, what, about, command: if too_long { Err(why()) } else { Ok(command) }, may_fail: false }
+        Step {
+            id,
+            what,
+            about,
+            command: if too_long { Err(why()) } else { Ok(command) },
+            is_quick: wanted.quick,
+            may_fail: false,
+        }
     };
     let about = |full| if wanted.quick { 10.0 } else { full };
     vec![
@@ -208,7 +222,14 @@ fn pairs(wanted: &Wanted<'_>) -> Vec<Step> {
                     .args(&["--only", name, "--ticks", &ticks.to_string(), "--coal-ticks", &of_coal.to_string()]))
             }
         };
-        Step { id, what: "the engine step beside Coal's query on the same poses", about, command, may_fail: false }
+        Step {
+            id,
+            what: "the engine step beside Coal's query on the same poses",
+            about,
+            command,
+            is_quick: wanted.quick,
+            may_fail: false,
+        }
     };
     (0..PAIRS.len()).map(step).collect()
 }
@@ -230,7 +251,14 @@ fn convex(wanted: &Wanted<'_>) -> Step {
             .args(&["bench", "-q", "-p", "palpus", "--bench", "convex", "--", "--out"])
             .path(wanted.folder("convex").join("convex.csv"), "DIR/data/convex/convex.csv"))
     };
-    Step { id: "convex", what: "convex pairs beside parry, Coal and MuJoCo", about: 240.0, command, may_fail: false }
+    Step {
+        id: "convex",
+        what: "convex pairs beside parry, Coal and MuJoCo",
+        about: 240.0,
+        command,
+        is_quick: wanted.quick,
+        may_fail: false,
+    }
 }
 
 /// Why a script beside the sources cannot run, if it can't.

@@ -76,7 +76,7 @@ pub(super) fn run(step: &Step, wanted: &Wanted<'_>, run: &str) -> anyhow::Result
         seconds: begin.elapsed().as_secs_f64(),
         finished: when::now(),
         load,
-        quick: wanted.quick,
+        quick: step.is_quick,
     };
     keep(&folder.join(FILE), &ran)?;
     Ok(ran)

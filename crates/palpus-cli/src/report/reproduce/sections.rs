@@ -16,6 +16,10 @@ use crate::report::run::Run;
 pub(super) fn run(html: &mut Html, data: &Data<'_>, run: &str) -> anyhow::Result<()> {
     let recording = data.path("run", "run.csv");
     let read = recording.is_file().then(|| Run::of(&recording, FilePolicy::Inside)).transpose()?;
+    let mut moments = Html::new();
+    if let Some(read) = &read {
+        read.moments(&mut moments)?;
+    }
     html.section("run", "A spoon in a cup at 1 kHz, in real time", |section| {
         section.paragraph(
             "The closed loop as a user meets it: a simulated device in a simulated hand, an ordinary thread of this machine, palpus's default \
@@ -25,6 +29,7 @@ pub(super) fn run(html: &mut Html, data: &Data<'_>, run: &str) -> anyhow::Result
         if let Some(read) = &read {
             read.badges(section);
             read.tiles(section);
+            section.append(moments);
             read.plots(section);
         }
     });
@@ -66,7 +71,37 @@ pub(super) fn feel(html: &mut Html, data: &Data<'_>, run: &str) {
                 inner.table(&Table { title: String::new(), naming: 2, ..table });
             });
         }
+        for (begin, title) in [
+            ("Against the truth", "Scenes whose true answer is known: how far from it"),
+            ("Insertion", "A peg into its hole, in every hand"),
+        ] {
+            if let Some(table) = of_all_scenes(&all, begin) {
+                section.folded(title, |inner| {
+                    inner.table(&table);
+                });
+            }
+        }
     });
+}
+
+/// The tables of all scenes whose title begins so, as one.
+fn of_all_scenes(text: &str, begin: &str) -> Option<Table> {
+    let scenes = text.lines().filter_map(|line| line.strip_prefix("## "));
+    let mut whole: Option<Table> = None;
+    for scene in scenes {
+        for table in tables(text, scene).into_iter().filter(|table| table.title.starts_with(begin)) {
+            let named = |row: Vec<String>| [vec![scene.to_owned()], row].concat();
+            let rows = table.rows.into_iter().map(named);
+            match &mut whole {
+                Some(whole) => whole.rows.extend(rows),
+                None => {
+                    let head = [vec!["scene".to_owned()], table.head].concat();
+                    whole = Some(Table { title: String::new(), head, rows: rows.collect(), naming: table.naming + 1 });
+                }
+            }
+        }
+    }
+    whole
 }
 
 /// The step against triangles and contacts.
@@ -324,5 +359,23 @@ pub(super) fn fitness(data: &Data<'_>) -> Option<(Tone, &'static str)> {
         "fit" => Some((Tone::Good, "machine fit for 1 kHz")),
         "fit_with_notes" => Some((Tone::Plain, "machine fit for 1 kHz, with notes")),
         _ => Some((Tone::Warning, "machine not fit for 1 kHz as it was")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_of_scenes_become_one() {
+        let text = "# All\n\n## a\n\n**Against the truth (x)**\n\n| method | m |\n|---|---|\n| p | 1 |\n\n## b\n\n**Other**\n\n| method |\n|---|\n\n\
+                    **Against the truth (x)**\n\n| method | m |\n|---|---|\n| q | 2 |\n";
+        let table = of_all_scenes(text, "Against").unwrap();
+        assert_eq!(table.head, ["scene", "method", "m"]);
+        assert_eq!(
+            (table.rows, table.naming),
+            (vec![vec!["a".into(), "p".into(), "1".into()], vec!["b".into(), "q".into(), "2".into()]], 2)
+        );
+        assert!(of_all_scenes(text, "Nothing").is_none());
     }
 }

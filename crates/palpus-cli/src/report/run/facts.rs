@@ -158,7 +158,7 @@ mod tests {
     fn what_changed_is_said_and_nothing_else() {
         let before = Settings::default();
         let after = Settings { stiffness: 1200.0, ..before };
-        assert_eq!(changed(&before, &after), "contact stiffness: 800.0 N/m → 1200 N/m");
+        assert_eq!(changed(&before, &after), "contact stiffness: 800 N/m → 1200 N/m");
         assert_eq!(changed(&before, &before), "");
     }
 

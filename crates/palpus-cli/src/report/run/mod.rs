@@ -126,7 +126,13 @@ impl Run {
         let has_moments = self.again.as_ref().is_ok_and(|again| !again.moments.is_empty());
         let there = parts.into_iter().filter(|(id, _)| has_moments || *id != "moments");
         html.contents(&there.map(|(id, title)| (id, title.to_owned())).collect::<Vec<_>>());
-        self.moments(html)?;
+        if has_moments {
+            let mut moments = Html::new();
+            self.moments(&mut moments)?;
+            html.section("moments", "Moments", |section| {
+                section.append(moments);
+            });
+        }
         html.section("felt", "What the hand felt", |section| {
             section.paragraph(
                 "Shaded: the bodies penetrate; elsewhere they are apart. With the virtual coupling the tool is held outside and only the hand \
@@ -191,11 +197,9 @@ impl Run {
         });
     }
 
-    fn moments(&self, html: &mut Html) -> anyhow::Result<()> {
+    /// Pictures of moments, and what their colours mean; nothing where there was no contact.
+    pub(super) fn moments(&self, html: &mut Html) -> anyhow::Result<()> {
         let Ok(again) = &self.again else { return Ok(()) };
-        if again.moments.is_empty() {
-            return Ok(());
-        }
         let mut shots = Vec::new();
         for (k, (choice, moment)) in self.choices.iter().zip(&again.moments).enumerate() {
             let torque_max = self.recording.header.scene.render.limits.torque;
@@ -206,22 +210,20 @@ impl Run {
                 shots.push((what.clone(), pictures::of_moment(&again.stage, moment, &shot)?));
             }
         }
-        html.section("moments", "Moments", |section| {
-            section.element("div", "shots", |all| {
-                for (what, shot) in &shots {
-                    all.picture_pair(&shot.light, &shot.dark, what);
-                }
-            });
-            section.key(&[
-                ("disjoint", "contact, apart"),
-                ("penetrating", "contact, overlapping"),
-                ("cluster", "force of a cluster"),
-                ("force", "force at the grip"),
-                ("torque", "torque"),
-                ("anchor", "friction holds"),
-                ("sliding", "friction slides"),
-            ]);
+        html.element("div", "shots", |all| {
+            for (what, shot) in &shots {
+                all.picture_pair(&shot.light, &shot.dark, what);
+            }
         });
+        html.key(&[
+            ("disjoint", "contact, apart"),
+            ("penetrating", "contact, overlapping"),
+            ("cluster", "force of a cluster"),
+            ("force", "force at the grip"),
+            ("torque", "torque"),
+            ("anchor", "friction holds"),
+            ("sliding", "friction slides"),
+        ]);
         Ok(())
     }
 
