@@ -138,7 +138,7 @@ fn doctor(wanted: &Wanted<'_>) -> Step {
     Step {
         id: "doctor",
         what: "is this machine fit for 1 kHz",
-        about: if wanted.quick { 4.0 } else { 11.0 },
+        about: if wanted.quick { 8.0 } else { 20.0 },
         command: Ok(wanted.palpus(&["doctor", "--json", "--duration", seconds])),
         is_quick: wanted.quick,
         may_fail: true,

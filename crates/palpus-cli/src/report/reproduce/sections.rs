@@ -318,7 +318,7 @@ fn from_doctor(data: &Data<'_>) -> Vec<(String, String)> {
     if let Some(words) = word(&found, &["verdict", "words"]) {
         let notes = found.get("verdict").and_then(|verdict| verdict.get("notes")).and_then(Value::as_array);
         let notes: Vec<&str> = notes.into_iter().flatten().filter_map(|note| word(note, &["what"])).collect();
-        add("verdict of the doctor", [vec![words], notes].concat().join(" · "));
+        add("verdict of the doctor", [vec![words.trim_end_matches(':')], notes].concat().join(" · "));
     }
     let micros = |way: &[&str]| number(&found, way).map_or_else(|| "?".to_owned(), |us| format!("{} µs", said(us, 3)));
     add(
@@ -330,6 +330,9 @@ fn from_doctor(data: &Data<'_>) -> Vec<(String, String)> {
             micros(&["timer", "max_us"])
         ),
     );
+    if let Some(rate) = number(&found, &["scene", "achievable_hz"]) {
+        add("holds a spoon in a cup at up to", format!("{} Hz", said(rate, 5)));
+    }
     let governors = found.get("machine").and_then(|machine| machine.get("governors"));
     add(
         "governor",
