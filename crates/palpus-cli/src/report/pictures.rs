@@ -59,6 +59,8 @@ pub(crate) fn of_moment(stage: &Stage, moment: &Moment, shot: &Shot) -> anyhow::
             look: Look { translucent, ..Look::default() },
         };
         let largest = moment.clusters.iter().map(|cluster| cluster.force.length()).fold(0.0, f64::max);
+        // The hand's force is an arrow as well, but for the paper.
+        let of_hand = if shot.as_in_the_paper { 0.0 } else { moment.wrench.force.length() };
         let scene = Scene {
             bodies: vec![
                 shown(&probe, stage.environment_pose * moment.tool, of_probe, false),
@@ -66,7 +68,7 @@ pub(crate) fn of_moment(stage: &Stage, moment: &Moment, shot: &Shot) -> anyhow::
                 shown(&environment, stage.environment_pose, of_environment, true),
             ],
             moment_pose: stage.environment_pose,
-            force_scale: largest.max(moment.wrench.force.length()).max(LEAST_FORCE_SCALE),
+            force_scale: largest.max(of_hand).max(LEAST_FORCE_SCALE),
             torque_scale: shot.torque_max,
             moment: Some(moment.clone()),
             unit: Unit::Metre,
