@@ -15,10 +15,9 @@ pub(super) fn even(range: &Range<f64>, wanted: usize) -> Vec<Tick> {
         return Vec::new();
     }
     let power = 10f64.powf(raw.log10().floor());
-    let times = STEPS.into_iter().find(|times| times * power >= raw * 0.999).unwrap_or(10.0);
+    let step = STEPS.into_iter().find(|(times, _)| times * power >= raw * 0.999);
+    let (times, digits) = step.unwrap_or((10.0, 0.0));
     let step = times * power;
-    // A step of 2.5 has a digit more than one of 2.
-    let digits = if times == QUARTER { 1.0 } else { 0.0 };
     let decimals = (digits - (step.log10() + 1e-9).floor()).max(0.0) as usize;
     let (first, last) = ((range.start / step).ceil() as i64, (range.end / step).floor() as i64);
     let tick = |k: i64| {
@@ -28,10 +27,8 @@ pub(super) fn even(range: &Range<f64>, wanted: usize) -> Vec<Tick> {
     (first..=last).map(tick).collect()
 }
 
-/// A quarter of ten.
-const QUARTER: f64 = 2.5;
-/// What a step between ticks is, times a power of ten.
-const STEPS: [f64; 5] = [1.0, 2.0, QUARTER, 5.0, 10.0];
+/// What a step between ticks is, times a power of ten; and the digits that it has more than one of 1: 2.5 has one.
+const STEPS: [(f64, f64); 5] = [(1.0, 0.0), (2.0, 0.0), (2.5, 1.0), (5.0, 0.0), (10.0, 0.0)];
 
 /// Ticks of an axis of logarithms: powers of ten, and 2 and 5 times them where there are few.
 pub(super) fn powers(range: &Range<f64>) -> Vec<Tick> {
