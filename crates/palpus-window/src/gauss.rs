@@ -9,7 +9,7 @@
 //! The piece is the hull of a patch of the mesh, and what the hull added is nobody's surface. Directions that the piece *owns*,
 //! those that the mesh has there ([`palpus::body::OwnNormals`]), are coloured: of a vertex, those along which no neighbour on the
 //! mesh is higher; of an edge, the arc up to the neighbour's true normal, which may end before the hull's does; of faces, those of
-//! the mesh. All else is grey: no contact of this piece pushes that way.
+//! the mesh. All else is grey: a contact of this piece pushes that way only where nothing else holds two bodies apart.
 //!
 //! 1. Each sample of a disc is a direction, coloured by the vertex that is farthest along it.
 //! 2. All arcs, thin; over them the owned ones, thick.
@@ -189,7 +189,7 @@ fn caption(numbers: &PieceNumbers, unit: Unit) -> [String; 2] {
         format!("{vertices} vertices · {edges} edges, {arcs} with arcs of the mesh · volume {volume:.3e} {unit}");
     [
         format!("{faces} faces: {original_faces} of the mesh, {virtual_faces} virtual{rims} · {shape}"),
-        format!("owns {:.1} % of all directions; no contact pushes along the others", 100.0 * owned),
+        format!("owns {:.1} % of all directions: those that the mesh has there", 100.0 * owned),
     ]
 }
 
