@@ -15,8 +15,6 @@ use std::process::ExitCode;
 use crate::args::BenchCommand;
 pub(crate) use table::find as find_model;
 
-pub(crate) use crate::plots::run_figure;
-
 pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {
     match command {
         BenchCommand::Figures { out, models } => figures::figures(out, models.as_deref()),

@@ -144,7 +144,7 @@ fn report(arguments: &RunArguments, run: &Ended) -> anyhow::Result<()> {
         let plot = file.with_extension("svg");
         let recording = read_recording(file)?;
         if recording.rows.len() > 1 {
-            plots::write_svg(&crate::bench::run_figure(&run.name, &recording.rows), &plot)?;
+            plots::write_svg(&plots::run_figure(&run.name, &recording.rows), &plot)?;
             output::line(format!("{:>14}  {} (plot: {})", "recorded", file.display(), plot.display()));
             // What came before its first tick is not in it.
             if recording.rows[0].tick == 0 {
