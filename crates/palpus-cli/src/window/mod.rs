@@ -9,6 +9,8 @@ mod dropped;
 mod loading;
 #[cfg(feature = "window")]
 mod steered;
+#[cfg(all(feature = "window", test))]
+mod steered_tests;
 
 use crate::args::RunArguments;
 

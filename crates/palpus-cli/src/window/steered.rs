@@ -212,7 +212,7 @@ impl Run for Steered<'_> {
 
     fn record(&mut self, on: bool) -> Result<PathBuf, String> {
         let base = &self.arguments.record;
-        let session = self.session.as_mut().ok_or("the run is over")?;
+        let session = self.session.as_mut().filter(|session| !(on && session.is_over())).ok_or("the run is over")?;
         let file = if on {
             session.record(base)
         } else {

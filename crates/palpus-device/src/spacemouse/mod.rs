@@ -10,7 +10,8 @@
 //! 4. A cap that is pushed says so many times a second. One that has not for a quarter of a second counts as let go.
 //!
 //! Axes are palpus's for hands: +X right, +Y away from the user, +Z up. The reports are tested against bytes as documented; no
-//! device was at hand. The keyboard as a hand belongs to the window, which there is not yet.
+//! device was at hand. In a window it moves the simulated hand, as the keyboard does; that is the
+//! window's.
 
 #[cfg(target_os = "linux")]
 mod hidraw;
