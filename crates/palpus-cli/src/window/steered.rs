@@ -14,7 +14,7 @@ use palpus::algebra::Pose;
 use palpus::render::Settings;
 use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, SpaceMouse, SpaceMouseError};
 use palpus_io::scene::FilePolicy;
-use palpus_window::{Cap, FileKind, Loading, Moment, Numbers, Preset, Run, Scene, Wanted};
+use palpus_window::{Cap, FileKind, Loading, Moment, Numbers, Painted, Preset, Run, Scene, Wanted};
 
 use super::dropped::{self, Present};
 use super::here::begin;
@@ -22,6 +22,7 @@ use super::loading::{Loader, Tell, one_line};
 use crate::args::RunArguments;
 use crate::bodies::Teller;
 use crate::engine::Engine;
+use crate::output;
 use crate::run::{self, Beginning, Ended, Live, Plan, Session, free};
 use crate::stage::{self, Stage};
 
@@ -261,6 +262,11 @@ impl Run for Steered<'_> {
 
     fn closes_when_over(&self) -> bool {
         self.arguments.duration.is_some() || self.stop.load(Ordering::Relaxed)
+    }
+
+    fn painted(&mut self, painted: Painted) {
+        let Painted { rate_hz, renderer, triangles, .. } = painted;
+        output::note(format!("window: {rate_hz:.1} frames/s of {triangles} triangles, drawn by {renderer}"));
     }
 }
 

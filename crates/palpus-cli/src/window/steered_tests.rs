@@ -83,6 +83,7 @@ fn a_run_is_steered_and_followed_by_another_scene_and_by_a_dropped_mesh() {
         let part = palpus_window::Part::Probe;
         run.load(Wanted::Mesh { file, part, metres_per_unit: 0.01 }).expect("it begins");
         until(&mut run, |run| run.loading() == Loading::Idle);
+        until(&mut run, |run| run.numbers().ticks > 20);
         assert!(run.replaced().is_some() && run.record(false).is_ok() && run.recording().is_none());
         assert!(run.record(false).is_err(), "nothing is recorded any more");
 
