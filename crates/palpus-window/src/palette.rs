@@ -67,8 +67,8 @@ fn longest(colours: &[Counted]) -> (usize, u8) {
 fn boxes(all: Vec<Counted>) -> Vec<Vec<Counted>> {
     let weight = |colours: &[Counted]| {
         let count: u64 = colours.iter().map(|one| one.count).sum();
-        // The root only: wide boxes of few pixels are seen as well, a dot is few pixels.
-        f64::from(longest(colours).1) * (count as f64).sqrt()
+        // A root only: wide boxes of few pixels are seen as well, a dot is few pixels.
+        f64::from(longest(colours).1).powi(2) * (count as f64).cbrt()
     };
     let mut boxes = vec![(weight(&all), all)];
     while boxes.len() < COLOURS {
