@@ -101,6 +101,12 @@ pub(crate) struct RunArguments {
     /// So many times as fast.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "hand_path", value_parser = factor)]
     pub(crate) hand_speed: f64,
+    /// The device of the second hand, where the scene has a second tool [default: sim].
+    #[arg(long, value_name = "DEVICE")]
+    pub(crate) second_device: Option<String>,
+    /// The second simulated hand, as --hand.
+    #[arg(long, value_name = "PRESET")]
+    pub(crate) second_hand: Option<String>,
     /// How the hand meets the contacts: through a virtual coupling, or directly as in the paper [default: the scene's, or
     /// coupled].
     #[arg(long, value_enum, value_name = "MODE")]

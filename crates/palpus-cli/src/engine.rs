@@ -1,6 +1,6 @@
 //! The engine as the step of a servo loop: device state in, wrench for the device out.
 
-use palpus::algebra::{Pose, Twist};
+use palpus::algebra::{Pose, Twist, Wrench};
 use palpus::render::{ProbeState, Renderer, Settings, SettingsError, TickSummary};
 use palpus_alloc::allocations_of_this_thread;
 use palpus_device::{DeviceState, Newest, Publisher, StepOutcome};
@@ -12,8 +12,7 @@ use crate::stage::Stage;
 /// A renderer between device and scene. The device's frame is the world's; the environment may be placed in it.
 pub(crate) struct Engine {
     renderer: Renderer,
-    environment_pose: Pose,
-    world_to_environment: Pose,
+    frame: Frame,
     clock: WallClock,
     shots: Vec<Shot>,
     live: Option<Publisher<Moment>>,
@@ -44,8 +43,7 @@ impl Engine {
         let renderer = Renderer::new(stage.probe.clone(), stage.environment.clone(), settings)?;
         Ok(Self {
             renderer,
-            environment_pose: stage.environment_pose,
-            world_to_environment: stage.environment_pose.inverse(),
+            frame: Frame::new(stage.environment_pose),
             clock: WallClock::new(),
             shots: Vec::new(),
             live: None,
@@ -113,7 +111,7 @@ impl Engine {
     pub(crate) fn step(&mut self, state: &DeviceState, dt: f64) -> StepOutcome<Detail> {
         let before = allocations_of_this_thread();
         let changed = self.changed();
-        let probe = self.probe_state(&state.pose, &state.twist);
+        let probe = self.frame.probe(&state.pose, &state.twist);
         let grip_a = self.renderer.settings().grip_a;
         let tick = self.renderer.step(&probe, dt, &self.clock);
         for shot in self.shots.iter_mut().filter(|shot| shot.tick == tick.index) {
@@ -123,22 +121,40 @@ impl Engine {
         if let Some(live) = &mut self.live {
             live.publish_with(|moment| moment.fill(tick, tick.index as f64 * dt, grip_a));
         }
-        let wrench = tick.commanded.rotated(&self.environment_pose);
+        let wrench = self.frame.for_device(&tick.commanded);
         let saturated = tick.counters.saturated_force + tick.counters.saturated_torque > 0;
         let summary = tick.summary();
         let allocations = allocations_of_this_thread() - before;
         StepOutcome { wrench, saturated, detail: Detail { tick: summary, allocations, changed } }
     }
+}
+
+/// Between the world, which is a device's frame, and the environment's.
+pub(crate) struct Frame {
+    environment: Pose,
+    from_world: Pose,
+}
+
+impl Frame {
+    /// For an environment that is placed so.
+    pub(crate) fn new(environment: Pose) -> Self {
+        Self { environment, from_world: environment.inverse() }
+    }
+
+    /// A wrench as its device gets it.
+    pub(crate) fn for_device(&self, wrench: &Wrench) -> Wrench {
+        wrench.rotated(&self.environment)
+    }
 
     /// The probe in the environment's frame.
-    fn probe_state(&self, pose: &Pose, twist: &Twist) -> ProbeState {
-        if self.environment_pose == Pose::IDENTITY {
+    pub(crate) fn probe(&self, pose: &Pose, twist: &Twist) -> ProbeState {
+        if self.environment == Pose::IDENTITY {
             // Not multiplied, so that a recorded pose reaches the engine bit for bit.
             return ProbeState { pose_ba: *pose, twist: *twist };
         }
-        let turn = |v| self.world_to_environment.vector(v);
+        let turn = |v| self.from_world.vector(v);
         ProbeState {
-            pose_ba: self.world_to_environment * *pose,
+            pose_ba: self.from_world * *pose,
             twist: Twist { angular: turn(twist.angular), linear: turn(twist.linear) },
         }
     }

@@ -32,6 +32,7 @@ mod stage;
 mod summary;
 mod sweeps;
 mod threads;
+mod two;
 mod view;
 mod view_window;
 mod window;

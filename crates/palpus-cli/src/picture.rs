@@ -80,7 +80,7 @@ pub(crate) fn write_section(
     keep(&paint_section(&shown, &style(asked), width, height), file)
 }
 
-/// A run's picture: both bodies in the world, and what went on between them at `moment`.
+/// A run's picture: the bodies in the world, and what went on between them at `moment`.
 pub(crate) fn write_run(
     name: &str,
     stage: &Stage,
@@ -106,8 +106,15 @@ pub(crate) fn write_run(
         look: Look { translucent: !asked.plain, ..look },
     };
     let largest = moment.clusters.iter().map(|cluster| cluster.force.length()).fold(0.0, f64::max);
+    // A second tool has the first one's colour, and the first may be in it.
+    let second = moment.second.zip(stage.second_probe()).map(|(pose, body)| ShownBody {
+        solid: Arc::new(Solid::of_body(body)),
+        pose: stage.environment_pose * pose,
+        look: environment.look,
+        ..probe.clone()
+    });
     let scene = Scene {
-        bodies: vec![probe, environment],
+        bodies: [probe, environment].into_iter().chain(second).collect(),
         moment_pose: stage.environment_pose,
         force_scale: largest.max(moment.wrench.force.length()).max(LEAST_FORCE_SCALE),
         torque_scale: torque_max,

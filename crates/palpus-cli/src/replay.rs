@@ -14,7 +14,7 @@ use crate::args::ReplayArguments;
 use crate::divergence::{self, Comparison};
 use crate::engine::Engine;
 use crate::stage::{self, Stage};
-use crate::{output, replay_view, safety};
+use crate::{output, replay_view, safety, two};
 
 pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
     let recording = read_recording(&arguments.recording)?;
@@ -35,6 +35,9 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
         replay_view::show(&recording, policy, arguments)?;
         return Ok(ExitCode::SUCCESS);
     }
+    if two::replay::other_of(&recording).is_some() {
+        return replay_both(arguments, &recording, policy);
+    }
     let mut comparison = Comparison::new(&recording);
     run_again(&recording, policy, &[], &mut |row, wrench, contacts| comparison.add(row, wrench, contacts))?;
     let report = comparison.report();
@@ -44,6 +47,20 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
         divergence::print(&report);
     }
     Ok(if report.is_identical() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// One of the recordings of two tools: both are run again, and both have to come out as they were.
+fn replay_both(arguments: &ReplayArguments, recording: &Recording, policy: FilePolicy) -> anyhow::Result<ExitCode> {
+    let [report, other] = two::replay::both(&arguments.recording, recording, policy)?;
+    if arguments.json {
+        output::json(&two::replay::Reports { report: &report, other_tool: &other })?;
+    } else {
+        divergence::print(&report);
+        output::line("the other tool:");
+        divergence::print(&other);
+    }
+    let identical = report.is_identical() && other.is_identical();
+    Ok(if identical { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 /// Runs the recording again and tells `each` of every tick: which row, the wrench for the device, contacts. The engine comes back with

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use anyhow::bail;
+use glam::DVec3;
 use palpus::algebra::{NoClock, Pose};
 use palpus::body::{Body, BodySettings};
 use palpus::force::{FrictionSettings, PairQuery, ShadingSettings};
@@ -11,7 +12,7 @@ use palpus::render::{Limits, Saturation, Settings, VirtualCoupling};
 use palpus_device::DeviceSpec;
 use palpus_io::ContentHash;
 use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
-use palpus_io::scene::{CouplingMode, FilePolicy, SceneBody, SceneCoupling, SceneFile, read_scene};
+use palpus_io::scene::{CouplingMode, FilePolicy, SceneBody, SceneCoupling, SceneFile, SceneHand, read_scene};
 use palpus_scenes::{HandPath, Key, Scene, Tremor};
 
 use crate::bodies::{self, Teller};
@@ -40,6 +41,17 @@ pub(crate) struct Stage {
     pub(crate) recorded: RecordedScene,
     /// What was chosen where the scene's file says nothing.
     pub(crate) notes: Vec<String>,
+    /// What a second hand holds, if there is one.
+    pub(crate) second: Option<Box<SecondStage>>,
+}
+
+/// A second tool and its hand.
+pub(crate) struct SecondStage {
+    probe: Arc<Body>,
+    grip_a: DVec3,
+    path: HandPath,
+    hand: Option<&'static str>,
+    recorded: RecordedBody,
 }
 
 impl Stage {
@@ -79,6 +91,30 @@ impl Stage {
             friction.tangential_stiffness = self.coupling.friction_stiffness.unwrap_or(settings.stiffness);
         }
         settings
+    }
+
+    /// What a second hand holds.
+    pub(crate) fn second_probe(&self) -> Option<&Body> {
+        self.second.as_deref().map(|second| &*second.probe)
+    }
+
+    /// The same scene with the second tool in the place of the first, if there is one.
+    pub(crate) fn of_second(&self) -> Option<Self> {
+        let SecondStage { probe, grip_a, path, hand, recorded } = self.second.as_deref()?;
+        Some(Self {
+            probe: probe.clone(),
+            environment: self.environment.clone(),
+            environment_pose: self.environment_pose,
+            settings: Settings { grip_a: *grip_a, ..self.settings },
+            coupling: self.coupling,
+            path: path.clone(),
+            hand: *hand,
+            rate_hz: self.rate_hz,
+            recorded: RecordedScene { probe: recorded.clone(), ..self.recorded.clone() },
+            // Told of with the first.
+            notes: Vec::new(),
+            second: None,
+        })
     }
 
     /// Has the simulated hand follow a file from now on, from where the scene begins.
@@ -142,6 +178,19 @@ fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<Stage> {
     let probe = bodies::prepare_soup_telling("the probe", &scene.probe, &body_settings, teller)?;
     let environment = bodies::prepare_soup_telling("the environment", &scene.environment, &body_settings, teller)?;
     let body = |part: &str, content, pose| RecordedBody { mesh: format!("{}/{part}", scene.name), content, pose };
+    let second = match &scene.second {
+        None => None,
+        Some(tool) => {
+            let prepared = bodies::prepare_soup_telling("the second tool", &tool.probe, &body_settings, teller)?;
+            Some(Box::new(SecondStage {
+                probe: Arc::new(prepared.body),
+                grip_a: DVec3::ZERO,
+                path: tool.path.clone(),
+                hand: None,
+                recorded: body("second", prepared.hash, tool.start),
+            }))
+        }
+    };
     let recorded = RecordedScene {
         source: SceneSource::BuiltIn(scene.name.to_owned()),
         metres_per_unit: 1.0,
@@ -161,6 +210,7 @@ fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<Stage> {
         rate_hz: None,
         recorded,
         notes: Vec::new(),
+        second,
     })
 }
 
@@ -175,16 +225,21 @@ fn of_file(path: &Path, mut file: SceneFile, teller: &Teller<'_>) -> anyhow::Res
     let (environment, environment_hash) = prepare(&file.environment)?;
     let notes = gaps::fill(&mut file, &probe, &environment);
     let hand = file.hand.preset.name();
-    let intended = match &file.hand.path {
-        Some(poses) => follow(poses, &following(&file, &probe))?,
-        None => approach(&probe, &environment, file.probe.pose, file.environment.pose, file.render.contact_tolerance),
-    };
-    let intended = if file.hand.tremor > 0.0 {
-        intended.with_tremor(Tremor::new(file.hand.tremor, u64::from(file.hand.seed)))
-    } else {
-        intended
-    };
+    let path_of_hand = intended(&file, &file.hand, &file.probe, &probe, &environment)?;
     let body = |mesh: &Path, content, pose| RecordedBody { mesh: mesh.display().to_string(), content, pose };
+    let second = match &file.second {
+        None => None,
+        Some(tool) => {
+            let (probe, hash) = prepare(&tool.body)?;
+            Some(Box::new(SecondStage {
+                path: intended(&file, &tool.hand, &tool.body, &probe, &environment)?,
+                probe,
+                grip_a: tool.grip,
+                hand: Some(tool.hand.preset.name()),
+                recorded: body(&tool.body.mesh, hash, tool.body.pose),
+            }))
+        }
+    };
     let recorded = RecordedScene {
         source: SceneSource::File(path.display().to_string()),
         metres_per_unit: file.metres_per_unit,
@@ -199,23 +254,38 @@ fn of_file(path: &Path, mut file: SceneFile, teller: &Teller<'_>) -> anyhow::Res
         environment_pose: file.environment.pose,
         settings: file.render,
         coupling: file.coupling,
-        path: intended,
+        path: path_of_hand,
         hand: Some(hand),
         rate_hz: Some(file.rate_hz),
         recorded,
         notes,
+        second,
     })
 }
 
-/// How the scene's file says that a file of a hand is followed.
-fn following(file: &SceneFile, probe: &Body) -> Following {
-    Following {
-        start: file.probe.pose,
-        metres_per_unit: file.metres_per_unit,
-        scale: file.hand.path_scale.unwrap_or(1.0),
-        speed: file.hand.path_speed.unwrap_or(1.0),
-        size: probe.size(),
-    }
+/// Where the scene's file says that a hand moves a body which it holds.
+fn intended(
+    file: &SceneFile,
+    hand: &SceneHand,
+    held: &SceneBody,
+    probe: &Arc<Body>,
+    environment: &Arc<Body>,
+) -> anyhow::Result<HandPath> {
+    let path = match &hand.path {
+        Some(poses) => follow(
+            poses,
+            &Following {
+                start: held.pose,
+                metres_per_unit: file.metres_per_unit,
+                scale: hand.path_scale.unwrap_or(1.0),
+                speed: hand.path_speed.unwrap_or(1.0),
+                size: probe.size(),
+            },
+        )?,
+        None => approach(probe, environment, held.pose, file.environment.pose, file.render.contact_tolerance),
+    };
+    let trembles = hand.tremor > 0.0;
+    Ok(if trembles { path.with_tremor(Tremor::new(hand.tremor, u64::from(hand.seed))) } else { path })
 }
 
 /// A hand for a scene without a path: from the start towards the environment until the bodies touch, a little deeper, and
@@ -228,8 +298,8 @@ fn approach(a: &Arc<Body>, b: &Arc<Body>, start: Pose, environment: Pose, tolera
         pair.nearest(a, b, &pose_ba, &mut counters)
     };
     let goal = environment.point(b.mass().center_of_mass) - start.point(a.mass().center_of_mass);
-    let mut towards = goal.normalize_or(-glam::DVec3::Z);
-    let at = |towards: glam::DVec3, travel: f64| Pose { translation: start.translation + towards * travel, ..start };
+    let mut towards = goal.normalize_or(-DVec3::Z);
+    let at = |towards: DVec3, travel: f64| Pose { translation: start.translation + towards * travel, ..start };
     // Conservative advancement: the nearest distance can always be travelled.
     let (mut travel, mut touches) = (0.0, false);
     for _ in 0..MOST_ADVANCES {

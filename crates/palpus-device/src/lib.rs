@@ -40,12 +40,12 @@ pub use realtime::{Claimed, RealTimeClaims, RealTimeOptions, claim};
 pub use recorder::{Recorder, Recording, RecordingSummary, Sink, record};
 pub use replay::ReplayDevice;
 pub use safety::{
-    Admitted, AfterFault, AfterPanic, Cut, Cuts, EnergyAccount, Engagement, Gate, LimitLine, Passivity, Phase,
-    SafetyChain, SafetyCounters, SafetyLimits, SafetyOptions, Shaped, Watch,
+    Admitted, AfterFault, AfterPanic, ContactAccount, Cut, Cuts, EnergyAccount, Engagement, Gate, LimitLine, Passivity,
+    Phase, SafetyChain, SafetyCounters, SafetyLimits, SafetyOptions, Shaped, Watch,
 };
 pub use servo::{
-    Energy, LATE, LoopTime, Percentiles, Reins, RunEnd, RunStatistics, Servo, ServoError, ServoOptions, ServoTick,
-    StepOutcome, TickObserver, Timing, VirtualTime, WallTime,
+    BothObserver, Energy, LATE, LoopTime, Percentiles, Reins, RunEnd, RunStatistics, Servo, ServoError, ServoOptions,
+    ServoTick, StepOutcome, TickObserver, Timing, ToolOutcome, VirtualTime, WallTime,
 };
 pub use simulated::{
     Apparatus, Encoder, Guide, Guided, HAND_PRESETS, HandImpedance, Intent, Jitter, SimulatedDevice, SimulationError,

@@ -17,5 +17,5 @@ pub mod truth;
 
 pub use catalogue::{SceneEntry, scene, scenes, trials};
 pub use path::{HandPath, Key, Placement, RecordedPathError, Tremor, Wander};
-pub use scene::{ContactSettings, Friction, Scene};
+pub use scene::{ContactSettings, Friction, Scene, SecondTool};
 pub use tour::tour;

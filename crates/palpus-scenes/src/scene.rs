@@ -24,6 +24,19 @@ pub struct Scene {
     pub start: Pose,
     /// The scripted hand; `path.pose(0.0)` is `start`.
     pub path: HandPath,
+    /// What a second hand holds, if there is one.
+    pub second: Option<SecondTool>,
+}
+
+/// A second probe, in a hand of its own.
+#[derive(Clone, Debug)]
+pub struct SecondTool {
+    /// Held at its origin, m.
+    pub probe: PolygonSoup,
+    /// Its pose when the scene starts, free of contact.
+    pub start: Pose,
+    /// Its scripted hand; `path.pose(0.0)` is `start`.
+    pub path: HandPath,
 }
 
 /// How two bodies touch.

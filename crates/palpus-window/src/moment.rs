@@ -47,6 +47,8 @@ pub struct Moment {
     pub device: Pose,
     /// Where the contacts were looked for: the proxy's pose with a coupling, else the device's.
     pub tool: Pose,
+    /// Where a second tool is, if there is one.
+    pub second: Option<Pose>,
     /// The grip on the proxy.
     pub grip: DVec3,
     /// About the grip, as commanded.
@@ -68,6 +70,7 @@ impl Moment {
             time: 0.0,
             device: Pose::IDENTITY,
             tool: Pose::IDENTITY,
+            second: None,
             grip: DVec3::ZERO,
             wrench: Wrench::ZERO,
             contact_count: 0,
@@ -83,20 +86,39 @@ impl Moment {
         self.time = time;
         self.device = tick.probe.pose_ba;
         self.tool = tick.tool_ba;
+        self.second = None;
         self.grip = tick.tool_ba.point(grip_a);
         self.wrench = tick.commanded;
         self.contact_count = tick.contacts.len();
-        refill(&mut self.contacts, tick.contacts.iter(), |contact| ShownContact {
+        self.contacts.clear();
+        self.clusters.clear();
+        self.anchors.clear();
+        self.show(tick, tick.contacts.len());
+    }
+
+    /// Takes in the same tick of a second tool: where that is, and what it touches beside the first. Obtains no memory.
+    pub fn join(&mut self, tick: &Tick) {
+        self.second = Some(tick.tool_ba);
+        let own = tick.contacts.len() - tick.contacts_between as usize;
+        self.contact_count += own;
+        self.show(tick, own);
+    }
+
+    /// Appends what the first `own` contacts of the tick do.
+    fn show(&mut self, tick: &Tick, own: usize) {
+        append(&mut self.contacts, tick.contacts[..own].iter(), |contact| ShownContact {
             point: contact.midpoint(),
             separation: contact.separation,
         });
         let forces = &tick.forces;
-        refill(&mut self.clusters, forces.clusters.iter().zip(&forces.normal_forces), |(cluster, size)| ShownCluster {
+        let clusters = forces.clusters.iter().filter(|cluster| (cluster.deepest as usize) < own);
+        append(&mut self.clusters, clusters.zip(&forces.normal_forces), |(cluster, size)| ShownCluster {
             point: cluster.midpoint,
             force: *size * cluster.normal,
             separation: cluster.separation,
         });
-        refill(&mut self.anchors, forces.grips.iter(), |grip| {
+        let grips = forces.grips.iter().zip(&forces.members).filter(|(_, member)| (**member as usize) < own);
+        append(&mut self.anchors, grips, |(grip, _)| {
             // The force is −stiffness times the way from the anchor to the point that it holds.
             let strain = if grip.stiffness > 0.0 { grip.force / grip.stiffness } else { DVec3::ZERO };
             ShownAnchor { held: grip.point, anchor: grip.point + strain, sliding: grip.sliding }
@@ -104,10 +126,9 @@ impl Moment {
     }
 }
 
-/// Overwrites `list` within the room that it has.
-fn refill<T, S>(list: &mut Vec<T>, from: impl Iterator<Item = S>, shown: impl Fn(S) -> T) {
-    list.clear();
-    let room = list.capacity();
+/// Appends to `list` within the room that it has.
+fn append<T, S>(list: &mut Vec<T>, from: impl Iterator<Item = S>, shown: impl Fn(S) -> T) {
+    let room = list.capacity() - list.len();
     list.extend(from.take(room).map(shown));
 }
 

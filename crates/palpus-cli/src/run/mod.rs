@@ -25,7 +25,7 @@ use palpus_io::read_recording;
 use palpus_io::scene::FilePolicy;
 
 use crate::args::RunArguments;
-use crate::{output, picture, plots, safety, stage, summary, window};
+use crate::{output, picture, plots, safety, stage, summary, two, window};
 
 pub(crate) use live::Live;
 pub(crate) use plan::Plan;
@@ -43,6 +43,14 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     let mut stage = stage::prepare(&arguments.scene, policy)?;
     if let Some(file) = &arguments.hand_path {
         stage.follow(file, arguments.hand_scale, arguments.hand_speed)?;
+    }
+    if stage.second.is_some() {
+        return two::run(arguments, stage, &interrupted());
+    }
+    for (given, name) in [(&arguments.second_device, "--second-device"), (&arguments.second_hand, "--second-hand")] {
+        if given.is_some() {
+            bail!("{name} needs a scene with a second tool, such as two-hands; {} has one tool", arguments.scene);
+        }
     }
     let plan = Plan::new(arguments, &arguments.scene, stage, headless.is_none())?;
     if arguments.limits {

@@ -13,6 +13,9 @@
 //!
 //! What is taken back acts later and is observed then like everything else, so nothing is booked twice.
 //!
+//! Where a hand holds one of two tools, the other one may push it, and the energy is that of another hand. So what the contact between the tools gave a tool
+//! is what its port may give on, as long as the contact itself gives no more than it takes ([`ContactAccount`]).
+//!
 //! Deviations from HR02: the applied wrench and its delay in place of the commanded one; both bounds in step 3; the
 //! allowance, since sensed positions come in steps, each of which is worth its length times the force.
 
@@ -41,6 +44,36 @@ pub struct EnergyAccount {
     pose: Option<Pose>,
     translation: Port,
     rotation: Port,
+}
+
+/// The account of the contact between two tools: it may hand over what it took, and no more.
+#[derive(Clone, Copy, Debug)]
+pub struct ContactAccount {
+    /// J given to both tools together and not yet taken back; negative: taken.
+    given: f64,
+    /// J.
+    allowance: f64,
+    /// J, not negative.
+    credit: f64,
+}
+
+impl ContactAccount {
+    /// Nothing given, nothing taken; between devices of these limits.
+    pub fn new(limits: [&SafetyLimits; 2]) -> Self {
+        let least = |of: fn(&SafetyLimits) -> f64| of(limits[0]).min(of(limits[1]));
+        let credit = 0.5 * least(|limits| limits.force_peak) * CREDIT_TRAVEL;
+        Self { given: 0.0, allowance: least(|limits| limits.allowance), credit }
+    }
+
+    /// What the contact gave both tools in this tick, J, by moving and by turning each: as much of it as they may pass on to their hands.
+    pub fn pass(&mut self, works: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+        let sum: f64 = works.as_flattened().iter().sum();
+        if !sum.is_finite() {
+            return [[0.0; 2]; 2];
+        }
+        self.given = (self.given + sum).max(-self.credit);
+        if self.given > self.allowance { works.map(|work| work.map(|work| work.min(0.0))) } else { works }
+    }
 }
 
 /// One port's account.
@@ -85,7 +118,13 @@ impl EnergyAccount {
 impl Port {
     /// Step 2.
     fn book(&mut self, load: DVec3, motion: DVec3) {
-        self.given = (self.given + load.dot(motion)).max(-self.credit);
+        self.give(load.dot(motion));
+    }
+
+    fn give(&mut self, work: f64) {
+        if work.is_finite() {
+            self.given = (self.given + work).max(-self.credit);
+        }
     }
 
     /// Step 3: what stands in for `load` over the next `dt` seconds at this `rate` of motion.
@@ -113,6 +152,12 @@ impl Passivity for EnergyAccount {
         Wrench {
             torque: self.rotation.control(computed.torque, state.twist.angular, dt),
             force: self.translation.control(computed.force, state.twist.linear, dt),
+        }
+    }
+
+    fn received(&mut self, work: [f64; 2]) {
+        for (port, work) in [&mut self.translation, &mut self.rotation].into_iter().zip(work) {
+            port.give(-work);
         }
     }
 

@@ -45,7 +45,7 @@ use engagement::{Event, Machine};
 use heat::Heat;
 
 pub use cuts::{Cut, Cuts, SafetyCounters};
-pub use energy::EnergyAccount;
+pub use energy::{ContactAccount, EnergyAccount};
 pub use engagement::{AfterFault, Engagement, Phase};
 pub use gate::{Admitted, Gate};
 pub use limits::{LimitLine, SafetyLimits};
@@ -173,6 +173,13 @@ impl SafetyChain {
     /// Share of the allowed heat that force and torque have used, the larger of the two.
     pub fn heat(&self) -> f64 {
         self.heat_force.used().max(self.heat_torque.used())
+    }
+
+    /// Another tool gave this one's so much work in this tick, J: see [`Passivity::received`]. To be told before [`Self::shape`].
+    pub fn receive(&mut self, work: [f64; 2]) {
+        if let Some(stage) = self.passivity.as_mut().filter(|_| self.machine.phase().is_on()) {
+            stage.received(work);
+        }
     }
 
     /// What the device is to get in place of `computed`, when the grip is in `state` and the gate, the clock and the step

@@ -13,7 +13,7 @@ use crate::device::{Brake, DeviceError, DeviceState, HapticDevice};
 use crate::safety::{Admitted, Cut, Cuts, Gate, Passivity, SafetyChain, Shaped, Watch};
 
 /// Damping after a panic or a last fault, s, before the run ends with zero.
-const COAST: f64 = 0.1;
+pub(super) const COAST: f64 = 0.1;
 
 /// Everything that stands between the step and the device.
 pub(super) struct Line<'a, D: HapticDevice + ?Sized> {
@@ -73,6 +73,11 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     /// Nothing is known of the device: no force.
     pub(super) fn hold_still(&mut self) -> Result<(), DeviceError> {
         self.write(&Wrench::ZERO)
+    }
+
+    /// Another tool gave this device's so much work in this tick: see [`SafetyChain::receive`].
+    pub(super) fn receive(&mut self, work: [f64; 2]) {
+        self.chain.receive(work);
     }
 
     /// What the chain makes of a `computed` wrench, written to the device.

@@ -23,6 +23,7 @@
 //! scheduler, and can be replayed bit for bit. What the chain makes of it can be, too, from the recorded states, the step's
 //! wrenches and the cuts of each tick.
 
+mod both;
 mod line;
 mod pace;
 mod reins;
@@ -44,6 +45,7 @@ use line::Line;
 use pace::{Pace, Start};
 use statistics::Tally;
 
+pub use both::{BothObserver, ToolOutcome};
 pub use reins::Reins;
 pub use statistics::{Energy, LATE, Percentiles, RunEnd, RunStatistics};
 pub use time::{LoopTime, VirtualTime, WallTime};

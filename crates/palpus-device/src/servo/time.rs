@@ -68,7 +68,8 @@ pub struct VirtualTime(Arc<Virtual>);
 #[derive(Default)]
 struct Virtual {
     now: AtomicU64,
-    watch: Mutex<Option<Arc<Watch>>>,
+    /// One for each device of a loop.
+    watches: Mutex<Vec<Arc<Watch>>>,
 }
 
 impl std::fmt::Debug for Virtual {
@@ -87,8 +88,8 @@ impl VirtualTime {
         while left > Duration::ZERO {
             let part = left.min(VIRTUAL_CHECK);
             self.leap(part.as_nanos() as i64);
-            let watch = self.0.watch.lock().unwrap_or_else(PoisonError::into_inner);
-            if let Some(watch) = watch.as_ref() {
+            let watches = self.0.watches.lock().unwrap_or_else(PoisonError::into_inner);
+            for watch in watches.iter() {
                 watch.check(self.now());
             }
             left -= part;
@@ -112,7 +113,10 @@ impl LoopTime for VirtualTime {
     }
 
     fn guard(&self, watch: Arc<Watch>) -> Option<JoinHandle<()>> {
-        *self.0.watch.lock().unwrap_or_else(PoisonError::into_inner) = Some(watch);
+        let mut watches = self.0.watches.lock().unwrap_or_else(PoisonError::into_inner);
+        // What nobody else holds belongs to a run that is over.
+        watches.retain(|watch| Arc::strong_count(watch) > 1);
+        watches.push(watch);
         None
     }
 }

@@ -52,6 +52,13 @@
 //! path_speed = 1            # so many times as fast
 //! tremor = 0                # a length
 //! seed = 1
+//!
+//! [second]                  # another tool, in another hand; everything else holds for both
+//! mesh = "lid.obj"
+//! position = [0, 0, 50]     # and orientation, grip, unit, as of the probe
+//!
+//! [second.hand]             # as [hand]
+//! preset = "firm"
 //! ```
 //!
 //! 1. The text is parsed with the place of every key and value, so that whatever is wrong is named with line and column.
@@ -68,6 +75,7 @@ mod unit;
 
 use std::path::PathBuf;
 
+use glam::DVec3;
 use palpus::algebra::Pose;
 use palpus::render::Settings;
 use serde::{Deserialize, Serialize};
@@ -93,6 +101,8 @@ pub struct SceneFile {
     pub hand: SceneHand,
     /// What the file does not say, and what depends on the meshes.
     pub gaps: SceneGaps,
+    /// What a second hand holds, on a device of its own.
+    pub second: Option<SecondTool>,
 }
 
 /// What a scene file leaves open: what stands in its place is usual, but may not suit the meshes.
@@ -104,6 +114,17 @@ pub struct SceneGaps {
     pub places: bool,
     /// Where the probe is held.
     pub grip: bool,
+}
+
+/// A second tool and its hand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SecondTool {
+    /// What it is and where it starts.
+    pub body: SceneBody,
+    /// m: where the hand holds it, in its mesh's frame.
+    pub grip: DVec3,
+    /// The simulated hand.
+    pub hand: SceneHand,
 }
 
 /// A body of a scene.

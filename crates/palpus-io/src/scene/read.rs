@@ -12,7 +12,8 @@ use toml::de::DeTable;
 
 use super::keys::{Section, Source};
 use super::{
-    CouplingMode, FilePolicy, HandPreset, SceneBody, SceneCoupling, SceneError, SceneFile, SceneGaps, SceneHand, unit,
+    CouplingMode, FilePolicy, HandPreset, SceneBody, SceneCoupling, SceneError, SceneFile, SceneGaps, SceneHand,
+    SecondTool, unit,
 };
 
 /// The longest scene file that is read.
@@ -66,7 +67,8 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     })?;
     let files = Files { folder: path.parent().unwrap_or(Path::new("")), policy, check };
 
-    let top = Section::top(source, &root, &["unit", "probe", "environment", "contact", "coupling", "device", "hand"])?;
+    let keys = ["unit", "probe", "second", "environment", "contact", "coupling", "device", "hand"];
+    let top = Section::top(source, &root, &keys)?;
     let unit = read_unit(&top)?
         .ok_or_else(|| top.error("unit is missing: a mesh file has none, so say unit = \"mm\" (or cm, m, inch, …)"))?;
     let (probe, grip) = read_probe(&top, unit, files)?;
@@ -76,6 +78,7 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     read_contact(&top, unit, &mut render, &mut coupling)?;
     let rate_hz = read_device(&top, &mut render)?;
     let hand = read_hand(&top, unit, files)?;
+    let second = read_second(&top, unit, files)?;
     render.validate().map_err(|error| SceneError {
         file: file.clone(),
         line: 0,
@@ -83,7 +86,7 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
         problem: error.to_string(),
     })?;
     let gaps = read_gaps(&top);
-    Ok(SceneFile { gaps, metres_per_unit: unit, probe, environment, render, coupling, rate_hz, hand })
+    Ok(SceneFile { gaps, metres_per_unit: unit, probe, environment, render, coupling, rate_hz, hand, second })
 }
 
 /// Metres for each unit of length of the file, or of one mesh.
@@ -113,6 +116,17 @@ fn read_probe(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<(SceneBo
     let body = read_body(&section, "probe", unit, files)?;
     let grip = section.vector("grip")?.map_or(DVec3::ZERO, |grip| DVec3::from_array(grip.into_inner()) * unit);
     Ok((body, grip))
+}
+
+/// A tool for another hand, if the file has one.
+fn read_second(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<Option<SecondTool>, SceneError> {
+    let section = top.section("second", &["mesh", "unit", "position", "orientation", "grip", "hand"])?;
+    if !section.exists() {
+        return Ok(None);
+    }
+    let body = read_body(&section, "second", unit, files)?;
+    let grip = section.vector("grip")?.map_or(DVec3::ZERO, |grip| DVec3::from_array(grip.into_inner()) * unit);
+    Ok(Some(SecondTool { body, grip, hand: read_hand(&section, unit, files)? }))
 }
 
 fn read_environment(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneBody, SceneError> {

@@ -38,6 +38,7 @@ pub(super) fn peg_hole() -> Parts {
         // within tolerance and their forces balance.
         contact: ContactSettings { tolerance: 0.2e-3, cluster_radius: 2e-3, stiffness: 1500.0, ..USUAL },
         path: HandPath::through(&keys).with_tremor(Tremor::new(0.05e-3, TREMOR_SEED)),
+        second: None,
     }
 }
 
@@ -66,6 +67,7 @@ pub(super) fn box_table() -> Parts {
         environment: shape::table(),
         contact: ContactSettings { shading: false, ..USUAL },
         path: HandPath::through(&keys),
+        second: None,
     }
 }
 
@@ -94,5 +96,6 @@ pub(super) fn v_groove() -> Parts {
         environment: shape::v_groove(),
         contact: USUAL,
         path: HandPath::through(&keys),
+        second: None,
     }
 }

@@ -28,6 +28,7 @@ pub(super) fn parts() -> Parts {
         environment: intestine(),
         contact: ContactSettings { stiffness: 400.0, ..USUAL },
         path: HandPath::through(&keys).with_tremor(Tremor::new(0.05e-3, TREMOR_SEED)),
+        second: None,
     }
 }
 

@@ -7,10 +7,11 @@ pub(crate) use pen_sphere::RADIUS as SPHERE_RADIUS;
 mod spoon_cup;
 mod torus_torus;
 pub(crate) mod trial;
+mod two_hands;
 
 use std::f64::consts::PI;
 
-use crate::scene::{ContactSettings, Friction, Scene};
+use crate::scene::{ContactSettings, Friction, Scene, SecondTool};
 
 /// A scene that has not been built yet: its meshes and its path are made on demand.
 #[derive(Clone, Copy, Debug)]
@@ -25,8 +26,10 @@ pub struct SceneEntry {
 impl SceneEntry {
     /// Builds the scene; the same on every call.
     pub fn build(&self) -> Scene {
-        let Parts { probe, environment, contact, path } = (self.parts)();
-        Scene { name: self.name, summary: self.summary, probe, environment, contact, start: path.pose(0.0), path }
+        let Parts { probe, environment, contact, path, second } = (self.parts)();
+        let second = second.map(|(probe, path)| SecondTool { probe, start: path.pose(0.0), path });
+        let start = path.pose(0.0);
+        Scene { name: self.name, summary: self.summary, probe, environment, contact, start, path, second }
     }
 }
 
@@ -36,9 +39,11 @@ struct Parts {
     environment: palpus::body::PolygonSoup,
     contact: ContactSettings,
     path: crate::HandPath,
+    /// What a second hand holds, and where it moves it.
+    second: Option<(palpus::body::PolygonSoup, crate::HandPath)>,
 }
 
-const SCENES: [SceneEntry; 7] = [
+const SCENES: [SceneEntry; 8] = [
     SceneEntry {
         name: "spoon-cup",
         summary: "a spoon stirs in a cup and touches its wall, its floor and its rim (the paper's Figures 4 and 5)",
@@ -73,6 +78,11 @@ const SCENES: [SceneEntry; 7] = [
         name: "v-groove",
         summary: "a ball drops into a right-angled groove and slides along it on two contacts",
         parts: block::v_groove,
+    },
+    SceneEntry {
+        name: "two-hands",
+        summary: "one hand holds a block over a table, the other puts a peg into it; both feel it (two devices)",
+        parts: two_hands::parts,
     },
 ];
 

@@ -29,6 +29,7 @@ pub(super) fn parts() -> Parts {
         environment: sphere(RADIUS, FINENESS),
         contact: crate::ContactSettings { friction: None, ..USUAL },
         path: HandPath::through(&keys),
+        second: None,
     }
 }
 

@@ -94,6 +94,31 @@ fn the_ball_slides_in_the_groove() {
 }
 
 #[test]
+fn the_peg_goes_into_the_block_that_the_other_hand_holds() {
+    let scene = scene("two-hands").expect("a scene of that name");
+    let second = scene.second.as_ref().expect("a second tool");
+    let surfaces = [&scene.probe, &second.probe, &scene.environment].map(Surface::new);
+    let between = |a: usize, b: usize, pose: &Pose| {
+        let there = surfaces[b].separation(&surfaces[a].samples, pose);
+        there.min(surfaces[a].separation(&surfaces[b].samples, &pose.inverse()))
+    };
+    let (mut least, mut deepest_tip) = ([FAR; 2], FAR);
+    for k in 0..=96 {
+        let time = 0.1 * f64::from(k);
+        let (peg, block) = (scene.path.pose(time), second.path.pose(time));
+        let together = block.inverse() * peg;
+        least = [least[0].min(between(0, 1, &together)), least[1].min(between(1, 2, &block))];
+        deepest_tip = deepest_tip.min(together.point(crate::shape::PEG_TIP).z);
+        assert!(between(0, 2, &peg) > 0.0, "the peg meets the table at {time} s");
+        if k == 0 {
+            assert!(least.iter().all(|gap| *gap > scene.contact.tolerance), "{least:?}");
+        }
+    }
+    assert!(least.iter().all(|gap| (-0.005..-0.0005).contains(gap)), "{least:?}");
+    assert!(deepest_tip < -0.018, "{deepest_tip}");
+}
+
+#[test]
 fn the_trials_touch() {
     assert_touches("box-tilt", 60, 0.0004..0.0025, 2);
     assert_touches("box-edge", 50, 0.0004..0.0006, 2);
@@ -106,14 +131,18 @@ fn no_hand_moves_faster_or_more_suddenly_than_a_hand() {
     for entry in scenes().iter().chain(trials()) {
         let scene = entry.build();
         assert_eq!(scene.start, scene.path.pose(0.0));
-        let mut previous = scene.path.twist(0.0);
-        for k in 1..=(scene.path.duration() * 1000.0) as usize {
-            let twist = scene.path.twist(k as f64 * 1e-3);
-            let (speed, turn) = (twist.linear.length(), twist.angular.length());
-            let jump = (twist.linear - previous.linear).length();
-            assert!(speed < 0.25 && turn < 4.0, "{}: {speed} m/s, {turn} rad/s at {k} ms", scene.name);
-            assert!(jump < 5e-3, "{}: {jump} m/s in 1 ms at {k} ms", scene.name);
-            previous = twist;
+        let second = scene.second.as_ref().map(|second| (&second.start, &second.path));
+        for (start, path) in [(&scene.start, &scene.path)].into_iter().chain(second) {
+            assert_eq!(*start, path.pose(0.0));
+            let mut previous = path.twist(0.0);
+            for k in 1..=(path.duration() * 1000.0) as usize {
+                let twist = path.twist(k as f64 * 1e-3);
+                let (speed, turn) = (twist.linear.length(), twist.angular.length());
+                let jump = (twist.linear - previous.linear).length();
+                assert!(speed < 0.25 && turn < 4.0, "{}: {speed} m/s, {turn} rad/s at {k} ms", scene.name);
+                assert!(jump < 5e-3, "{}: {jump} m/s in 1 ms at {k} ms", scene.name);
+                previous = twist;
+            }
         }
     }
 }

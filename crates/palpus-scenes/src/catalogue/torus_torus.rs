@@ -15,7 +15,13 @@ const KEYS: usize = 48;
 const PRESS: f64 = 0.0012;
 
 pub(super) fn parts() -> Parts {
-    Parts { probe: torus(), environment: torus(), contact: USUAL, path: HandPath::sampled_cycle(PERIOD, KEYS, linked) }
+    Parts {
+        probe: torus(),
+        environment: torus(),
+        contact: USUAL,
+        path: HandPath::sampled_cycle(PERIOD, KEYS, linked),
+        second: None,
+    }
 }
 
 /// The probe's ring stands across the environment's and is pulled out and pushed in along x, and swung.

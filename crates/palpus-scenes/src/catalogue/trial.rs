@@ -24,6 +24,7 @@ fn box_on_table(keys: &[Key]) -> Parts {
         environment: shape::table(),
         contact: ContactSettings { shading: false, ..USUAL },
         path: HandPath::through(keys),
+        second: None,
     }
 }
 
@@ -77,6 +78,7 @@ pub(super) fn rails() -> Parts {
             Key::rest(3.6, at(0.027, PRESS)),
             Key::rest(4.2, at(0.027, -0.005)),
         ]),
+        second: None,
     }
 }
 
@@ -116,5 +118,6 @@ pub(super) fn nut_bolt() -> Parts {
             ..USUAL
         },
         path: HandPath::through(&(0..=count).map(key).collect::<Vec<_>>()),
+        second: None,
     }
 }

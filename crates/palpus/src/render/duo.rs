@@ -14,9 +14,9 @@
 use std::sync::Arc;
 
 use super::between::{Between, mirrored};
-use super::together::{Shared, Side, settle};
+use super::together::{Settled, Shared, Side, settle};
 use super::{Motion, ProbeState, Renderer, Settings, SettingsError, Tick, ToolCounters};
-use crate::algebra::{Clock, Deadline, Wrench};
+use crate::algebra::{Clock, Deadline, Pose, Wrench, rotation_between};
 use crate::body::Body;
 
 /// Renders the contact of two probes with an environment and with each other. The environment's frame is the scene's.
@@ -24,6 +24,8 @@ use crate::body::Body;
 pub struct Duo {
     tools: [Renderer; 2],
     between: Between,
+    /// Of tools without a coupling: the grip's pose in the last step, and what the other tool did there, about it.
+    driven: [Option<(Pose, Wrench)>; 2],
     /// What the stages after the queries took last time, ns.
     after_query: u64,
 }
@@ -41,7 +43,7 @@ impl Duo {
         for tool in &mut tools {
             tool.make_room(between.settings().capacity);
         }
-        Ok(Self { tools, between, after_query: 0 })
+        Ok(Self { tools, between, driven: [None; 2], after_query: 0 })
     }
 
     /// The same, able to take up shading at this crease angle (rad) later on, by [`Self::set_settings`].
@@ -80,6 +82,7 @@ impl Duo {
         }
         let forced = clock.now_ns();
         self.couple(&motions, dt);
+        self.book_driven(&motions);
         let coupled = clock.now_ns();
         for (tool, _) in self.tools.iter_mut().zip(&motions).filter(|(_, motion)| motion.is_some()) {
             tool.saturate();
@@ -125,6 +128,7 @@ impl Duo {
     pub fn clear(&mut self) {
         self.tools.iter_mut().for_each(Renderer::clear);
         self.between.clear();
+        self.driven = [None; 2];
     }
 
     /// Stages 1 and 2 of the paper, for all three pairs of bodies.
@@ -194,9 +198,9 @@ impl Duo {
         for (k, side) in sides.into_iter().enumerate() {
             felt[k] = match (side, settled) {
                 (Side::Driven(_), _) => None,
-                (Side::Held(tool, begun), Some(twists)) => {
+                (Side::Held(tool, begun), Some(settled)) => {
                     let released = tool.released() + between;
-                    Some((tool.end(&begun, twists[k], h), ToolCounters { released, ..counters }))
+                    Some((tool.end(&begun, settled.twists[k], h), ToolCounters { released, ..counters }))
                 }
                 (Side::Held(tool, _), None) => {
                     tool.clear();
@@ -204,10 +208,33 @@ impl Duo {
                 }
             };
         }
-        for (tool, felt) in self.tools.iter_mut().zip(felt) {
-            if let Some((computed, counters)) = felt {
-                let tick = tool.tick_mut();
-                (tick.computed, tick.counters.tool) = (computed, counters);
+        let Settled { twists, impulse } = settled.unwrap_or_default();
+        let impulses = [impulse, -impulse.about(-shift)];
+        for (k, (tool, motion)) in self.tools.iter_mut().zip([first, second]).enumerate() {
+            let Some((computed, counters)) = felt[k] else { continue };
+            let grip = motion.pose_ba.point(tool.settings().grip_a) - motion.centers.a;
+            let at_grip = impulses[k].about(grip);
+            let work = [at_grip.force.dot(twists[k].at(grip)), at_grip.torque.dot(twists[k].angular)];
+            let tick = tool.tick_mut();
+            (tick.computed, tick.counters.tool, tick.work_from_other) = (computed, counters, work);
+        }
+    }
+
+    /// The work on tools without a coupling: what acted since the last step, along the way since then.
+    fn book_driven(&mut self, motions: &[Option<Motion>; 2]) {
+        for ((tool, motion), last) in self.tools.iter_mut().zip(motions).zip(&mut self.driven) {
+            let coupled = tool.settings().coupling.is_some();
+            let Some(motion) = motion.filter(|_| !coupled) else {
+                *last = None;
+                continue;
+            };
+            let translation = motion.pose_ba.point(tool.settings().grip_a);
+            let pose = Pose { translation, ..motion.pose_ba };
+            let tick = tool.tick_mut();
+            let acts = tick.from_other.about(translation - motion.centers.a);
+            if let Some((before, acted)) = last.replace((pose, acts)) {
+                let turned = rotation_between(before.rotation, pose.rotation);
+                tick.work_from_other = [acted.force.dot(translation - before.translation), acted.torque.dot(turned)];
             }
         }
     }

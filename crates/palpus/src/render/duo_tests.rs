@@ -375,6 +375,33 @@ fn nonsense_steps_are_survived() {
 }
 
 #[test]
+fn the_contact_hands_on_what_it_takes_and_no_more() {
+    for coupling in [false, true] {
+        let mut duo = blocks(|settings| settings.friction = Some(FRICTION), coupling);
+        let (mut sum, mut most, mut through) = (0.0, 0.0f64, 0.0f64);
+        for k in 0..4000 {
+            let s = f64::from(k) * DT;
+            // Pressed and let go while one pushes the other to and fro.
+            let (press, way) = (1.5e-3 * (9.0 * s).sin(), 0.02 * (3.0 * s).sin());
+            let along = DVec3::new(way, 0.003 * (5.0 * s).sin(), 0.0);
+            let x = HALF.x - press;
+            let rate = DVec3::new(0.06 * (3.0 * s).cos(), 0.015 * (5.0 * s).cos(), 0.0);
+            let state = |x: f64| ProbeState {
+                pose_ba: Pose::from_translation(DVec3::new(x, 0.0, 0.1) + along),
+                twist: Twist { angular: DVec3::ZERO, linear: rate },
+            };
+            let [first, second] = duo.step(&[state(-x), state(x)], DT, &NoClock).map(|tick| tick.work_from_other);
+            sum += first.iter().chain(&second).sum::<f64>();
+            most = most.max(sum);
+            through += first[0].abs();
+        }
+        // Without a coupling forces are held for a tick while the tools move on.
+        let least = if coupling { 2e-4 } else { 2e-3 };
+        assert!(through > 1e-2 && most < least, "{coupling}: {most} of {through} J");
+    }
+}
+
+#[test]
 fn settings_change_for_one_tool_and_for_what_is_between() {
     let mut duo = blocks(|_| (), false);
     let states = [still(at(-HALF.x + 5e-4, 0.0, 0.1)), still(at(HALF.x - 5e-4, 0.0, 0.1))];

@@ -91,6 +91,8 @@ pub struct Tick {
     pub contacts_between: u32,
     /// What another tool does to this one, about this one's centre of mass; part of [`Forces::net`].
     pub from_other: Wrench,
+    /// J: what it gave this one in this step, by moving it at the grip and by turning it. With a coupling at the step's end, else since the last.
+    pub work_from_other: [f64; 2],
     /// Where the time went.
     pub times: StageTimes,
     /// What happened.
@@ -122,6 +124,8 @@ pub struct TickSummary {
     pub separation: f64,
     /// See [`Tick::unseen_separation`].
     pub unseen_separation: f64,
+    /// See [`Tick::work_from_other`].
+    pub work_from_other: [f64; 2],
     /// See [`Tick::times`].
     pub times: StageTimes,
     /// See [`Tick::counters`].
@@ -142,6 +146,7 @@ impl Tick {
             unseen_separation: f64::INFINITY,
             contacts_between: 0,
             from_other: Wrench::ZERO,
+            work_from_other: [0.0; 2],
             forces: Forces::new(capacity),
             times: StageTimes::default(),
             counters: Counters::default(),
@@ -172,6 +177,7 @@ impl Tick {
             clusters: self.forces.clusters.len() as u32,
             separation: self.separation(),
             unseen_separation: self.unseen_separation,
+            work_from_other: self.work_from_other,
             times: self.times,
             counters: self.counters,
         }
@@ -189,6 +195,7 @@ impl Tick {
         self.unseen_separation = f64::INFINITY;
         self.contacts_between = 0;
         self.from_other = Wrench::ZERO;
+        self.work_from_other = [0.0; 2];
         self.forces.clear();
         self.times = StageTimes::default();
         self.counters = Counters::default();

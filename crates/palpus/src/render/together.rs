@@ -42,16 +42,26 @@ pub(super) struct Shared<'a> {
     pub(super) lag: f64,
 }
 
+/// A step of both, solved.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Settled {
+    /// The velocities of both at its end.
+    pub(super) twists: [Twist; 2],
+    /// N·s and N·m·s: what the contacts between the two gave the first one, about its centre of mass.
+    pub(super) impulse: Wrench,
+}
+
 /// The velocities of both at the end of a step of `h` seconds; `None` if the system has no finite solution.
 pub(super) fn settle(
     sides: &mut [Side<'_>; 2],
     shared: &mut Shared<'_>,
     h: f64,
     counters: &mut ToolCounters,
-) -> Option<[Twist; 2]> {
-    let mut twists = [Twist::default(); 2];
+) -> Option<Settled> {
+    let mut settled = Settled::default();
     for round in 1..=COUPLING_ROUNDS {
-        twists = solve(sides, shared, h)?;
+        settled = solve(sides, shared, h)?;
+        let twists = settled.twists;
         counters.rounds = round;
         let mut news = shared.touches.revise(&relative(&twists, shared.shift), h, shared.lag);
         for (side, twist) in sides.iter_mut().zip(&twists) {
@@ -60,11 +70,11 @@ pub(super) fn settle(
             }
         }
         if !news {
-            return Some(twists);
+            return Some(settled);
         }
     }
     counters.unsettled = 1;
-    Some(twists)
+    Some(settled)
 }
 
 /// The first one's velocity with respect to the second, about the first one's centre of mass.
@@ -73,7 +83,7 @@ fn relative([first, second]: &[Twist; 2], shift: DVec3) -> Twist {
 }
 
 /// The system with the contacts that press and hold as of now, solved.
-fn solve(sides: &[Side<'_>; 2], shared: &Shared<'_>, h: f64) -> Option<[Twist; 2]> {
+fn solve(sides: &[Side<'_>; 2], shared: &Shared<'_>, h: f64) -> Option<Settled> {
     let (mut between, mut given) = (SpatialMatrix::ZERO, Wrench::ZERO);
     shared.touches.add_to(&mut between, &mut given, h, shared.lag);
     let alone = sides.each_ref().map(|side| match side {
@@ -101,7 +111,9 @@ fn solve(sides: &[Side<'_>; 2], shared: &Shared<'_>, h: f64) -> Option<[Twist; 2
     }
     let solution = solve_definite(matrix, right)?;
     let vector = |k: usize| DVec3::new(solution[k], solution[k + 1], solution[k + 2]);
-    Some([0, 6].map(|k| Twist { angular: vector(k), linear: vector(k + 3) }))
+    let twists = [0, 6].map(|k| Twist { angular: vector(k), linear: vector(k + 3) });
+    let impulse = given + -between.times(&relative(&twists, shared.shift));
+    Some(Settled { twists, impulse })
 }
 
 /// The unknowns from `start` on are known: `values`.

@@ -1,0 +1,117 @@
+//! `palpus replay` of one of two recordings that belong together: both are run again, since each tool is what the other one felt.
+//!
+//! The two files name each other, without folders: the other one lies beside the one that was named.
+
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use palpus::algebra::{Twist, Wrench};
+use palpus_device::{ContactAccount, Cut, Cuts, DeviceState, SafetyChain};
+use palpus_io::scene::FilePolicy;
+use palpus_io::{RecordRow, Recording, read_recording};
+use serde::Serialize;
+use toml::{Table, Value};
+
+use super::engine::TwoEngine;
+use crate::divergence::{Comparison, Report};
+use crate::{replay, safety, stage};
+
+/// Under this name a recording's header tells of the other tool's.
+const SECTION: &str = "other_tool";
+
+/// For the header of tool `which` (0 or 1): where the other one's recording is.
+pub(super) fn name_other(which: usize, other: &Path, into: &mut Table) {
+    let mut table = Table::new();
+    let file = other.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    table.insert("recording".into(), file.into());
+    table.insert("this_is".into(), super::NAMES[which].into());
+    into.insert(SECTION.into(), Value::Table(table));
+}
+
+/// If `recording` is that of one of two tools: which one, and the name of the other one's file.
+pub(crate) fn other_of(recording: &Recording) -> Option<(usize, &str)> {
+    let table = recording.header.scene.more.get(SECTION)?.as_table()?;
+    let this = table.get("this_is")?.as_str()?;
+    Some((super::NAMES.iter().position(|name| *name == this)?, table.get("recording")?.as_str()?))
+}
+
+/// What `--json` says of both; the named one's stands where that of a single tool does.
+#[derive(Serialize)]
+pub(crate) struct Reports<'a> {
+    #[serde(flatten)]
+    pub(crate) report: &'a Report,
+    pub(crate) other_tool: &'a Report,
+}
+
+/// Runs both again; answers what came of the named one and of the other.
+pub(crate) fn both(path: &Path, recording: &Recording, policy: FilePolicy) -> anyhow::Result<[Report; 2]> {
+    let Some((which, name)) = other_of(recording) else { bail!("{} is of one tool alone", path.display()) };
+    // A name and no path: a recording from elsewhere must not make the program read other files.
+    if Path::new(name).file_name().is_none_or(|file| file != name) || name.contains('\\') {
+        bail!("{name:?} is no name of a file beside {}", path.display());
+    }
+    let beside = path.with_file_name(name);
+    let other = read_recording(&beside).with_context(|| {
+        format!("{} is the recording of one of two tools, and that of the other is needed", path.display())
+    })?;
+    if other_of(&other).map(|(which, _)| which) != Some(1 - which) {
+        bail!("{} is not the recording of the other tool", beside.display());
+    }
+    let mut recordings = [recording, &other];
+    if which == 1 {
+        recordings.swap(0, 1);
+    }
+    let mut comparisons = recordings.map(Comparison::new);
+    run_again(recordings, policy, &mut comparisons)?;
+    let [first, second] = comparisons.map(|comparison| comparison.report());
+    Ok(if which == 0 { [first, second] } else { [second, first] })
+}
+
+fn run_again(
+    recordings: [&Recording; 2],
+    policy: FilePolicy,
+    comparisons: &mut [Comparison<'_>; 2],
+) -> anyhow::Result<()> {
+    let first = replay::replayable(recordings[0], policy)?;
+    let Some(second) = first.of_second() else { bail!("the recorded scene has no second tool any more") };
+    stage::check_content(&second, &recordings[1].header.scene)?;
+    let settings = recordings.map(|recording| recording.header.scene.render);
+    let mut engine = TwoEngine::new([&first, &second], settings)?;
+    let mut chains = chains(recordings)?;
+    let mut contact = ContactAccount::new([chains[0].limits(), chains[1].limits()]);
+    let mut states = recordings.map(|recording| state(&recording.rows[0]));
+    let ticks = recordings.map(|recording| recording.rows.len()).into_iter().max().unwrap_or_default();
+    for k in 0..ticks {
+        let rows = recordings.map(|recording| recording.rows.get(k));
+        for (held, row) in states.iter_mut().zip(rows) {
+            // A device that was lost stays where it was.
+            *held = row.map_or(DeviceState { twist: Twist::default(), ..*held }, state);
+        }
+        let Some(dt) = rows.iter().flatten().next().map(|row| row.dt) else { break };
+        let outcomes = engine.step(&states, dt);
+        let received = contact.pass(outcomes.each_ref().map(|outcome| outcome.received));
+        for which in 0..2 {
+            let Some(row) = rows[which] else { continue };
+            let told = Cuts::from_bits(row.faults).and(Cuts::TOLD);
+            chains[which].receive(received[which]);
+            let shaped = chains[which].shape(&states[which], &outcomes[which].outcome.wrench, told).wrench;
+            // Of a device that was lost in the tick, the brake had the last word.
+            let wrench = if told.has(Cut::Device) { Wrench::ZERO } else { shaped };
+            comparisons[which].add(k, &wrench, outcomes[which].outcome.detail.tick.contacts);
+        }
+    }
+    Ok(())
+}
+
+fn chains(recordings: [&Recording; 2]) -> anyhow::Result<[SafetyChain; 2]> {
+    let chain = |recording: &Recording| {
+        let header = &recording.header;
+        let chain = safety::of_recording(&header.scene.more, 1.0 / header.rate_hz)?;
+        chain.context("the recording's header does not say enough of its safety chain")
+    };
+    Ok([chain(recordings[0])?, chain(recordings[1])?])
+}
+
+fn state(row: &RecordRow) -> DeviceState {
+    DeviceState { pose: row.pose, twist: row.twist, buttons: row.buttons, time: row.time_ns as f64 * 1e-9 }
+}

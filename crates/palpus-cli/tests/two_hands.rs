@@ -1,0 +1,145 @@
+//! Two hands in one scene, from the outside.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::Value;
+
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("two-hands-{name}"));
+        let _ = fs::remove_dir_all(&path);
+        fs::create_dir_all(&path).expect("a folder for the test");
+        Self(path)
+    }
+}
+
+fn palpus(folder: &Path, arguments: &[&str]) -> Output {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
+    command.current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).args(arguments);
+    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    command.output().expect("the program runs")
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+fn json(output: &Output) -> Value {
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    serde_json::from_slice(&output.stdout).expect("one JSON document")
+}
+
+#[test]
+fn both_hands_are_felt_summed_up_recorded_and_replayed_bit_for_bit() {
+    let folder = Folder::new("run");
+    let run = ["run", "two-hands", "--fast", "--duration", "8", "--second-hand", "firm", "--record", "run.csv"];
+    let summary = json(&palpus(&folder.0, &[&run[..], &["--json"]].concat()));
+    for hand in [&summary, &summary["second"]] {
+        assert_eq!(hand["ticks"], 8000);
+        assert_eq!((&hand["faults"], &hand["allocations"]), (&0.into(), &0.into()));
+        assert!(hand["force_max_n"].as_f64().expect("a force") > 0.2, "{hand}");
+        assert!(hand["contacts"]["max"].as_u64().expect("a count") > 0);
+    }
+    for file in ["run.csv", "run-second.csv"] {
+        let report = json(&palpus(&folder.0, &["replay", file, "--json"]));
+        for tool in [&report, &report["other_tool"]] {
+            assert_eq!((&tool["ticks"], &tool["identical"]), (&8000.into(), &8000.into()), "{file}: {tool}");
+        }
+    }
+    // The same run is the same, to the bit.
+    let again = ["run", "two-hands", "--fast", "--duration", "8", "--second-hand", "firm", "--record", "again.csv"];
+    json(&palpus(&folder.0, &[&again[..], &["--json"]].concat()));
+    let forces = |name: &str| -> Vec<String> {
+        let text = fs::read_to_string(folder.0.join(name)).expect("a recording");
+        let rows = text.lines().filter(|line| !line.starts_with('#')).skip(1);
+        rows.map(|row| row.split(',').skip(17).take(6).collect::<Vec<_>>().join(",")).collect()
+    };
+    for name in ["run", "run-second"] {
+        let other = name.replace("run", "again");
+        assert!(forces(&format!("{name}.csv")) == forces(&format!("{other}.csv")), "{name}");
+    }
+    // Neither can be run again without the other.
+    fs::remove_file(folder.0.join("run-second.csv")).expect("it is there");
+    let alone = palpus(&folder.0, &["replay", "run.csv"]);
+    assert!(!alone.status.success() && text(&alone.stderr).contains("run-second.csv"), "{}", text(&alone.stderr));
+}
+
+#[test]
+fn a_fault_of_one_device_is_no_fault_of_the_other() {
+    let folder = Folder::new("fault");
+    let run =
+        ["run", "two-hands", "--fast", "--duration", "4", "--fault", "pose-jump@2", "--record", "run.csv", "--json"];
+    let summary = json(&palpus(&folder.0, &run));
+    assert_eq!((&summary["faults"], &summary["second"]["faults"]), (&1.into(), &0.into()));
+    assert_eq!(summary["second"]["ticks"], 4000);
+    let report = json(&palpus(&folder.0, &["replay", "run-second.csv", "--json"]));
+    for tool in [&report, &report["other_tool"]] {
+        assert_eq!(tool["identical"], 4000, "{tool}");
+    }
+    // A device that is lost leaves its tool where it is.
+    let lost =
+        ["run", "two-hands", "--fast", "--duration", "4", "--fault", "dropped@2", "--record", "lost.csv", "--json"];
+    let output = palpus(&folder.0, &lost);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    let summary: Value = serde_json::from_slice(&output.stdout).expect("one JSON document");
+    assert_eq!((&summary["ticks"], &summary["second"]["ticks"]), (&2001.into(), &4000.into()));
+    let report = json(&palpus(&folder.0, &["replay", "lost-second.csv", "--json"]));
+    assert_eq!((&report["identical"], &report["other_tool"]["identical"]), (&4000.into(), &2001.into()));
+}
+
+#[test]
+fn a_scene_file_has_a_second_tool_and_a_picture_shows_it() {
+    let folder = Folder::new("file");
+    // Two bricks over a third: the second hand's is to the right of the first one's.
+    let brick = |name: &str, half: [f64; 3]| {
+        let corner = |k: usize| [0, 1, 2].map(|axis| if k >> axis & 1 == 1 { half[axis] } else { -half[axis] });
+        let vertices: String = (0..8).map(corner).map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+        let faces = "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
+        fs::write(folder.0.join(name), vertices + faces).expect("a mesh file");
+    };
+    brick("brick.obj", [20.0, 15.0, 10.0]);
+    brick("floor.obj", [200.0, 200.0, 10.0]);
+    let scene = |second: &str| {
+        let text = format!(
+            "unit = \"mm\"\n[probe]\nmesh = \"brick.obj\"\nposition = [-30, 0, 40]\n[environment]\nmesh = \"floor.obj\"\n\
+             position = [0, 0, -10]\n{second}"
+        );
+        fs::write(folder.0.join("scene.toml"), text).expect("a scene file");
+    };
+    scene("[second]\nmesh = \"brick.obj\"\nposition = [30, 0, 40]\n[second.hand]\npreset = \"firm\"\n");
+    let run = ["run", "scene.toml", "--fast", "--duration", "1", "--no-record", "--screenshot", "both.png", "--json"];
+    let summary = json(&palpus(&folder.0, &run));
+    assert!(summary["second"]["contacts"]["max"].as_u64().expect("a count") > 0, "{summary}");
+    assert!(fs::metadata(folder.0.join("both.png")).is_ok_and(|file| file.len() > 1000));
+    for (second, word) in [
+        ("[second]\nmesh = \"brick.obj\"\npositon = [0, 0, 0]\n", "position"),
+        ("[second]\nposition = [0, 0, 0]\n", "[second] has no mesh"),
+        ("[second]\nmesh = \"brick.obj\"\n[second.hand]\npreset = \"strong\"\n", "firm"),
+        ("[second]\nmesh = \"brick.obj\"\n[second.hand]\npresent = \"firm\"\n", "preset"),
+    ] {
+        scene(second);
+        let output = palpus(&folder.0, &["run", "scene.toml", "--no-record"]);
+        let error = text(&output.stderr);
+        assert!(!output.status.success() && error.contains(word), "{second}: {error}");
+    }
+}
+
+#[test]
+fn what_is_for_a_second_hand_needs_a_second_tool() {
+    let folder = Folder::new("errors");
+    for (arguments, word) in [
+        (&["run", "pen-sphere", "--second-hand", "firm", "--no-record"][..], "two-hands"),
+        (&["run", "two-hands", "--second-hand", "strong", "--no-record"], "relaxed"),
+        (&["run", "two-hands", "--device", "haply", "--second-device", "haply", "--no-record"], "--second-device"),
+    ] {
+        let output = palpus(&folder.0, arguments);
+        let error = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{arguments:?}: {error}");
+        assert!(error.contains(word), "{arguments:?} does not say `{word}`: {error}");
+    }
+    assert!(text(&palpus(&folder.0, &["run", "--list"]).stdout).contains("two-hands"));
+}
