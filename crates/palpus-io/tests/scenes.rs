@@ -124,7 +124,7 @@ fn errors_say_what_where_and_what_to_do() {
         (
             change("[coupling]", "[cuopling]"),
             "line 12, column 2: a scene has no key \"cuopling\"; did you mean \"coupling\"? (it may have unit, probe, \
-          environment, contact, coupling, device, hand)",
+          second, environment, contact, coupling, device, hand)",
         ),
         (
             change("dynamic = 0.3", "kinetic = 0.3"),
