@@ -66,7 +66,10 @@ fn every_documented_key_is_read() {
         (scene.render.limits, scene.render.split_angle),
         (Settings::default().limits, Settings::default().split_angle)
     );
-    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 38, "a key was added: check it above");
+    let second = scene.second.unwrap();
+    assert_eq!((second.body.mesh, second.hand.preset), (PathBuf::from("set/lid.obj"), HandPreset::Firm));
+    assert_eq!((second.body.pose.translation, second.grip), (DVec3::Z * 0.05, DVec3::ZERO));
+    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 41, "a key was added: check it above");
 }
 
 #[test]
