@@ -1,15 +1,16 @@
-//! Passivity by account: a port that has given more energy than it took is damped until it has paid \[Hannaford and Ryu 2002,
+//! Passivity by account: a grip that was given more energy than it gave is damped until it has been paid back \[Hannaford and Ryu 2002,
 //! "HR02"\].
 //!
-//! Translation and rotation are two ports. In every tick, for each:
+//! Translation and rotation have one account: a tool that is pushed into a corner turns in the hand, and what the hand gave by pushing
+//! comes back by turning. In every tick:
 //!
 //! 1. *Observe*: the wrench that acted since the last state, times the motion from that state to this. Positive when the hand was
 //!    given energy. What acts now was written a while ago: the device says how long ([`SafetyLimits::delay`]).
 //! 2. *Keep the account*. A credit is bounded by what an elastic thing at peak could give back: a long slide, which pays all
 //!    the time, must not hide a later hum.
-//! 3. *Control*: beyond the allowance, take back as much as the motion allows in the coming tick, by a force against the
-//!    velocity. It is at most the part of the wrench that pushes along, plus a damper that the device bears; and near rest, where
-//!    the direction of a velocity is noise, it fades out.
+//! 3. *Control*: beyond the allowance, take back as much as the motion allows in the coming tick, by a force and a torque against the
+//!    velocities, each by its share of what both could take. That is at most the part of the wrench that pushes along, plus a damper
+//!    that the device bears; and near rest, where the direction of a velocity is noise, it fades out.
 //!
 //! What is taken back acts later and is observed then like everything else, so nothing is booked twice.
 //!
@@ -20,7 +21,7 @@
 //! allowance, since sensed positions come in steps, each of which is worth its length times the force.
 
 use glam::DVec3;
-use palpus::algebra::{Pose, Wrench, rotation_between};
+use palpus::algebra::{Pose, Twist, Wrench, rotation_between};
 
 use super::{Passivity, SafetyLimits};
 use crate::acting::Acting;
@@ -37,11 +38,17 @@ const CREDIT_TRAVEL: f64 = 16e-3;
 /// rad, likewise.
 const CREDIT_TURN: f64 = 0.4;
 
-/// Observer and controller of both ports.
+/// Observer and controller.
 #[derive(Clone, Debug)]
 pub struct EnergyAccount {
     acting: Acting,
     pose: Option<Pose>,
+    /// J given and not yet taken back; negative: taken.
+    given: f64,
+    /// J.
+    allowance: f64,
+    /// J, not negative: how far below zero `given` can be.
+    credit: f64,
     translation: Port,
     rotation: Port,
 }
@@ -76,15 +83,9 @@ impl ContactAccount {
     }
 }
 
-/// One port's account.
+/// What can be taken back from one kind of motion.
 #[derive(Clone, Copy, Debug)]
 struct Port {
-    /// J given and not yet taken back; negative: taken.
-    given: f64,
-    /// J.
-    allowance: f64,
-    /// J, not negative: how far below zero `given` can be.
-    credit: f64,
     /// N·s/m or N·m·s/rad.
     damping: f64,
     /// m/s or rad/s.
@@ -94,51 +95,49 @@ struct Port {
 impl EnergyAccount {
     /// Nothing given, nothing taken; for wrenches that are held for `period` seconds each.
     pub fn new(limits: &SafetyLimits, period: f64) -> Self {
-        let port = |peak: f64, travel: f64, damping: f64, slow: f64| Port {
-            given: 0.0,
-            allowance: limits.allowance,
-            credit: 0.5 * peak * travel,
-            damping: MOST_DAMPING * damping,
-            slow,
-        };
         Self {
             acting: Acting::new(limits.delay, period),
             pose: None,
-            translation: port(limits.force_peak, CREDIT_TRAVEL, limits.damping, SLOW),
-            rotation: port(limits.torque_peak, CREDIT_TURN, limits.angular_damping, SLOW_TURN),
+            given: 0.0,
+            allowance: limits.allowance,
+            credit: 0.5 * (limits.force_peak * CREDIT_TRAVEL + limits.torque_peak * CREDIT_TURN),
+            translation: Port { damping: MOST_DAMPING * limits.damping, slow: SLOW },
+            rotation: Port { damping: MOST_DAMPING * limits.angular_damping, slow: SLOW_TURN },
         }
     }
 
-    /// J that forces and torques have given beyond what they took, each no less than minus its credit.
-    pub fn given(&self) -> [f64; 2] {
-        [self.translation.given, self.rotation.given]
+    /// J that the hand was given beyond what it gave, no less than minus the credit.
+    pub fn given(&self) -> f64 {
+        self.given
     }
-}
 
-impl Port {
     /// Step 2.
-    fn book(&mut self, load: DVec3, motion: DVec3) {
-        self.give(load.dot(motion));
-    }
-
     fn give(&mut self, work: f64) {
         if work.is_finite() {
             self.given = (self.given + work).max(-self.credit);
         }
     }
 
-    /// Step 3: what stands in for `load` over the next `dt` seconds at this `rate` of motion.
-    fn control(&self, load: DVec3, rate: DVec3, dt: f64) -> DVec3 {
-        let (excess, speed) = (self.given - self.allowance, rate.length());
+    /// Step 3: the share of what both kinds of motion could pay in `dt` seconds that is asked for.
+    fn asked(&self, payable: f64, dt: f64) -> f64 {
+        let excess = self.given - self.allowance;
         // Covers what is no number, too.
-        if !(excess > 0.0 && speed > 0.0 && speed.is_finite() && dt > 0.0) {
-            return load;
+        if !(excess > 0.0 && payable > 0.0 && payable.is_finite() && dt > 0.0) {
+            return 0.0;
+        }
+        (excess / (payable * dt)).min(1.0)
+    }
+}
+
+impl Port {
+    /// The most that is taken off `load` at this `rate` of motion, along it.
+    fn most(&self, load: DVec3, rate: DVec3) -> DVec3 {
+        let speed = rate.length();
+        if !(speed > 0.0 && speed.is_finite()) {
+            return DVec3::ZERO;
         }
         let along = rate / speed;
-        let needed = excess / (speed * dt);
-        let most = load.dot(along).max(0.0) + self.damping * speed;
-        let fade = (speed / self.slow).min(1.0);
-        load - along * (needed.min(most) * fade)
+        along * ((load.dot(along).max(0.0) + self.damping * speed) * (speed / self.slow).min(1.0))
     }
 }
 
@@ -146,19 +145,21 @@ impl Passivity for EnergyAccount {
     fn limit(&mut self, computed: &Wrench, state: &DeviceState, dt: f64) -> Wrench {
         if let Some(last) = self.pose.replace(state.pose) {
             let Wrench { force, torque } = self.acting.wrench();
-            self.translation.book(force, state.pose.translation - last.translation);
-            self.rotation.book(torque, rotation_between(last.rotation, state.pose.rotation));
+            let turn = rotation_between(last.rotation, state.pose.rotation);
+            self.give(force.dot(state.pose.translation - last.translation) + torque.dot(turn));
         }
-        Wrench {
-            torque: self.rotation.control(computed.torque, state.twist.angular, dt),
-            force: self.translation.control(computed.force, state.twist.linear, dt),
+        let Twist { angular, linear } = state.twist;
+        let force = self.translation.most(computed.force, linear);
+        let torque = self.rotation.most(computed.torque, angular);
+        let share = self.asked(force.dot(linear) + torque.dot(angular), dt);
+        if share == 0.0 {
+            return *computed;
         }
+        Wrench { torque: computed.torque - share * torque, force: computed.force - share * force }
     }
 
     fn received(&mut self, work: [f64; 2]) {
-        for (port, work) in [&mut self.translation, &mut self.rotation].into_iter().zip(work) {
-            port.give(-work);
-        }
+        self.give(-work.iter().sum::<f64>());
     }
 
     fn commanded(&mut self, wrench: &Wrench) {
@@ -168,8 +169,7 @@ impl Passivity for EnergyAccount {
     fn reset(&mut self) {
         self.acting.forget();
         self.pose = None;
-        self.translation.given = 0.0;
-        self.rotation.given = 0.0;
+        self.given = 0.0;
     }
 }
 
@@ -225,6 +225,32 @@ mod tests {
         assert!(!changed && given < 1e-3, "{given}");
     }
 
+    /// Half a second in which the grip is moved by 10 mm and turned by 0.2 rad, against a force and along a torque; how often the wrench was changed.
+    fn turned_by_a_corner(force: f64) -> usize {
+        let mut stage = account();
+        let twist = Twist { angular: DVec3::Z * 0.4, linear: DVec3::X * 0.02 };
+        let computed = Wrench { torque: DVec3::Z * 0.15, force: DVec3::X * -force };
+        let states = (0..500u32).map(|k| {
+            let time = f64::from(k) * PERIOD;
+            let rotation = glam::DQuat::from_rotation_z(twist.angular.z * time);
+            DeviceState { pose: Pose::new(rotation, twist.linear * time), twist, buttons: 0, time }
+        });
+        states
+            .filter(|state| {
+                let wrench = stage.limit(&computed, state, PERIOD);
+                stage.commanded(&wrench);
+                wrench != computed
+            })
+            .count()
+    }
+
+    #[test]
+    fn what_is_given_by_pushing_may_come_back_by_turning() {
+        // 40 mJ are pushed in, and 30 mJ come back as a turn; without the push they come from nowhere.
+        assert_eq!(turned_by_a_corner(4.0), 0);
+        assert!(turned_by_a_corner(0.0) > 400);
+    }
+
     #[test]
     fn a_wall_that_hums_is_made_to_pay() {
         let allowance = SafetyLimits::of(&device_spec(), 1.0 / PERIOD).allowance;
@@ -254,7 +280,7 @@ mod tests {
             device.write(&wrench).expect("it is finite");
             stage.commanded(&wrench);
             last = Some((device.true_pose(), device.applied()));
-            assert!((stage.given()[0] - work).abs() < 1e-12, "tick {k}: {} and {work}", stage.given()[0]);
+            assert!((stage.given() - work).abs() < 1e-12, "tick {k}: {} and {work}", stage.given());
         }
     }
 
@@ -273,7 +299,7 @@ mod tests {
             stage.limit(&push, &state(x, 0.0), PERIOD);
             stage.commanded(&push);
         }
-        assert!(stage.given()[0] > 0.9);
+        assert!(stage.given() > 0.9);
         assert_eq!(stage.limit(&push, &state(1.0, 0.0), PERIOD), push);
         let slow = stage.limit(&push, &state(1.0, 1e-6), PERIOD);
         assert!((slow.force - push.force).length() < 1e-3);

@@ -12,8 +12,8 @@ pub trait Passivity: Send {
     /// [`super::Cut::Passivity`].
     fn limit(&mut self, computed: &Wrench, state: &DeviceState, dt: f64) -> Wrench;
 
-    /// The grip's tool was given this work in this tick by another one that somebody moves, J, by moving and by turning it; negative: gave it. What came from there
-    /// may go on into the hand. Told before [`Self::limit`].
+    /// The grip's tool was given this work in this tick by another one that somebody moves, J, by moving and by turning it; negative: gave
+    /// it. What came from there may go on into the hand. Told before [`Self::limit`].
     fn received(&mut self, _: [f64; 2]) {}
 
     /// What was really commanded in this tick after all later stages, for the account of the energy.
