@@ -121,12 +121,12 @@ impl Timeline {
             strip.bottom() - 1.0 - part * (strip.height() - 3.0)
         };
         let ink = colour((curve.colour)(theme));
-        for column in 0..columns.width {
+        for (column, range) in ranges.iter().enumerate() {
             let x = strip.left() + column as f32 + 0.5;
             if columns.overlapping[column] {
                 painter.vline(x, strip.y_range(), Stroke::new(1.0, colour(colours.penetrating).gamma_multiply(0.14)));
             }
-            if let Some([low, high]) = ranges[column] {
+            if let Some([low, high]) = *range {
                 let (low, high) = (y(low), y(high));
                 painter.vline(x, (high - 0.7)..=(low + 0.7), Stroke::new(1.0, ink));
             }

@@ -136,7 +136,7 @@ mod tests {
         let behind = section_feeler(Arc::clone(&body), Unit::Model, move || {
             let _ = woken.send(());
         });
-        let mut finest = |shown| {
+        let finest = |shown| {
             behind.ask(SectionQuestion { plane, shown, theme: Theme::Dark, width: 60 });
             let mut last = None;
             while behind.is_busy() {
