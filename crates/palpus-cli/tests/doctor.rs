@@ -59,7 +59,7 @@ fn a_library_that_is_not_there_is_said_with_what_mends_it() {
     let fast = palpus(&["run", "peg-hole", "--device", "openhaptics:/no/such.so", "--fast", "--no-record"]);
     assert!(text(&fast.stderr).contains("--fast"), "{}", text(&fast.stderr));
     let unknown = palpus(&["run", "peg-hole", "--device", "feather"]);
-    assert!(text(&unknown.stderr).contains("openhaptics[:LIBRARY]"), "{}", text(&unknown.stderr));
+    assert!(text(&unknown.stderr).contains("openhaptics[#NAME][:LIBRARY]"), "{}", text(&unknown.stderr));
 }
 
 /// Compiles the stand-in library `name` of the drivers' tests.
