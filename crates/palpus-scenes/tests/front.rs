@@ -169,7 +169,8 @@ fn wander_on(name: &str, places: usize, ticks: usize) -> (usize, usize) {
 
 #[test]
 fn the_front_finds_what_the_full_traversal_finds_on_every_scene() {
-    for entry in scenes() {
+    // The first of two tools need not touch the environment.
+    for entry in scenes().iter().filter(|entry| entry.build().second.is_none()) {
         wander_on(entry.name, 1 << 15, 600);
     }
 }
@@ -219,7 +220,8 @@ fn the_front_finds_what_the_full_traversal_finds_along_a_recorded_hand() {
 #[test]
 #[ignore = "minutes: 20 000 ticks on each scene"]
 fn the_front_finds_what_the_full_traversal_finds_for_long() {
-    for entry in scenes() {
+    // The first of two tools need not touch the environment.
+    for entry in scenes().iter().filter(|entry| entry.build().second.is_none()) {
         let (_, merged) = wander_on(entry.name, 1 << 15, 20_000);
         assert!(merged > 0 || entry.name == "pen-sphere" || entry.name == "box-table", "{}", entry.name);
     }
