@@ -6,9 +6,10 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, anyhow, bail};
+use palpus::algebra::Pose;
 use palpus::body::PolygonSoup;
 use palpus_io::write_obj_groups;
-use palpus_scenes::Scene;
+use palpus_scenes::{HandPath, Scene};
 
 use crate::args::ExportArguments;
 use crate::output;
@@ -24,17 +25,24 @@ pub(crate) fn export(arguments: &ExportArguments) -> anyhow::Result<ExitCode> {
     let folder = &arguments.folder;
     let problem = || format!("{} could not be made; name another folder", folder.display());
     fs::create_dir_all(folder).with_context(problem)?;
-    let files = [
+    let mut files = vec![
         ("tool.obj", obj("tool", &scene.probe)?),
         ("part.obj", obj("part", &scene.environment)?),
-        ("hand.csv", hand(&scene)),
-        ("scene.toml", text(&scene)),
+        ("hand.csv", hand(&scene.path)),
     ];
-    for (name, content) in files {
-        write_new(&folder.join(name), &content)?;
+    if let Some(second) = &scene.second {
+        files.extend([("second.obj", obj("second", &second.probe)?), ("second_hand.csv", hand(&second.path))]);
+    }
+    files.push(("scene.toml", text(&scene)));
+    for (name, content) in &files {
+        write_new(&folder.join(name), content)?;
     }
     let file = folder.join("scene.toml");
-    output::line(format!("{}: tool.obj, part.obj, hand.csv and scene.toml", folder.display()));
+    output::line(format!(
+        "{}: {}",
+        folder.display(),
+        files.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+    ));
     output::line(format!("palpus run {}", file.display()));
     Ok(ExitCode::SUCCESS)
 }
@@ -58,11 +66,11 @@ fn obj(name: &str, soup: &PolygonSoup) -> anyhow::Result<String> {
 }
 
 /// The scripted hand, once through.
-fn hand(scene: &Scene) -> String {
+fn hand(path: &HandPath) -> String {
     let mut text = String::from("tx,ty,tz,qx,qy,qz,qw\n");
-    let count = (scene.path.duration() / POSE_PERIOD).ceil() as usize;
+    let count = (path.duration() / POSE_PERIOD).ceil() as usize;
     for k in 0..=count {
-        let pose = scene.path.pose((k as f64 * POSE_PERIOD).min(scene.path.duration()));
+        let pose = path.pose((k as f64 * POSE_PERIOD).min(path.duration()));
         let ([x, y, z], q) = ((pose.translation * UNITS_PER_METRE).to_array(), pose.rotation);
         // A string takes everything.
         let _ = writeln!(text, "{x:?},{y:?},{z:?},{:?},{:?},{:?},{:?}", q.x, q.y, q.z, q.w);
@@ -79,21 +87,31 @@ fn text(scene: &Scene) -> String {
             friction.static_coefficient, friction.dynamic_coefficient
         )
     });
-    let [x, y, z] = (scene.start.translation * UNITS_PER_METRE).to_array();
-    let q = scene.start.rotation;
+    let second = scene.second.as_ref().map_or(String::new(), |second| {
+        format!(
+            "[second]                    # what another hand holds, on a device of its own\nmesh = \"second.obj\"\n{}\n[second.hand]\n\
+             preset = \"normal\"\npath = \"second_hand.csv\"\n\n",
+            place(&second.start)
+        )
+    });
     format!(
-        "# {}\nunit = \"mm\"\n\n[probe]                     # what the hand holds, at the origin of its mesh\nmesh = \"tool.obj\"\n\
-         position = [{x:?}, {y:?}, {z:?}]\norientation = [{:?}, {:?}, {:?}, {:?}]  # quaternion x, y, z, w\n\n\
+        "# {}\nunit = \"mm\"\n\n[probe]                     # what the hand holds, at the origin of its mesh\nmesh = \"tool.obj\"\n{}\n{second}\
          [environment]               # what it touches\nmesh = \"part.obj\"\n\n\
          [contact]\ntolerance = {:?}             # mm: contacts are looked for from this distance on\n{friction}shading = {}\n\n\
          [hand]                      # the simulated hand: leave `path` out and it feels its way from the start to the part\n\
          preset = \"normal\"           # relaxed, normal, firm, tight, none\npath = \"hand.csv\"\n",
         scene.summary,
-        q.x,
-        q.y,
-        q.z,
-        q.w,
+        place(&scene.start),
         millimetres(contact.tolerance),
         contact.shading,
+    )
+}
+
+/// Where a tool begins, in two lines.
+fn place(start: &Pose) -> String {
+    let ([x, y, z], q) = ((start.translation * UNITS_PER_METRE).to_array(), start.rotation);
+    format!(
+        "position = [{x:?}, {y:?}, {z:?}]\norientation = [{:?}, {:?}, {:?}, {:?}]  # quaternion x, y, z, w\n",
+        q.x, q.y, q.z, q.w
     )
 }

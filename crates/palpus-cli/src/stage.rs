@@ -98,6 +98,14 @@ impl Stage {
         self.second.as_deref().map(|second| &*second.probe)
     }
 
+    /// An error if there is a second tool, which `what` has no device for.
+    pub(crate) fn needs_one_device(&self, name: &str, what: &str) -> anyhow::Result<()> {
+        match self.second {
+            Some(_) => bail!("{name} has two tools and {what} one device; palpus run {name} has two"),
+            None => Ok(()),
+        }
+    }
+
     /// The same scene with the second tool in the place of the first, if there is one.
     pub(crate) fn of_second(&self) -> Option<Self> {
         let SecondStage { probe, grip_a, path, hand, recorded } = self.second.as_deref()?;

@@ -20,6 +20,12 @@ fn an_exported_scene_runs_and_is_never_written_over() {
     assert!(output.status.success(), "{output:?}");
     let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one document");
     assert!(summary["contacts"]["max"].as_f64() > Some(0.0), "it touches: {summary}");
+    let two = palpus(&folder, &["export", "two-hands", "two"]);
+    assert!(two.status.success() && folder.join("two/second_hand.csv").is_file(), "{two:?}");
+    let run = ["run", "two/scene.toml", "--fast", "--duration", "1", "--no-record", "--json"];
+    let output = palpus(&folder, &run);
+    let summary: serde_json::Value = serde_json::from_slice(&output.stdout).expect("one document");
+    assert!(output.status.success() && summary["second"]["ticks"].as_u64() > Some(0), "{output:?}");
     let again = palpus(&folder, &["export", "pen-sphere", "mine"]);
     assert_eq!(again.status.code(), Some(1));
     assert!(String::from_utf8_lossy(&again.stderr).contains("is there already"), "{again:?}");

@@ -43,7 +43,9 @@ impl SceneTimes {
 
 /// The scene, ready to run; takes a while the first time.
 pub(super) fn prepare(name: &str) -> anyhow::Result<Stage> {
-    stage::prepare(name, FilePolicy::Inside)
+    let stage = stage::prepare(name, FilePolicy::Inside)?;
+    stage.needs_one_device(name, "the doctor")?;
+    Ok(stage)
 }
 
 /// Runs the scene's loop in real time for `duration` seconds on a thread of its own.

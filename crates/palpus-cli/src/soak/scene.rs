@@ -39,6 +39,7 @@ pub(super) fn prepare(arguments: &SoakArguments) -> anyhow::Result<Ground> {
         None => (arguments.scene.clone(), arguments.scene.clone(), FilePolicy::Inside),
     };
     let stage = stage::prepare(&scene, policy)?;
+    stage.needs_one_device(&scene, "a soak")?;
     let path = if palpus_scenes::scene(&scene).is_some() || read_scene(Path::new(&scene), policy)?.hand.path.is_some() {
         stage.path.clone()
     } else {

@@ -129,6 +129,7 @@ fn prepared(wanted: &Wanted, present: &Present, arguments: &RunArguments, tell: 
     };
     let calls = |body: &str, done: f64| tell(&format!("preparing {body}"), Some(done));
     let stage = stage::prepare_telling(&name, policy, &Teller::Calls(&calls))?;
+    stage.needs_one_device(&name, "the window")?;
     tell("making ready", None);
     let is_hardware = arguments.device != "sim" && !arguments.device.starts_with("replay:");
     if is_hardware {
