@@ -4,7 +4,7 @@ use std::cell::Cell;
 use std::sync::Arc;
 
 use glam::DVec3;
-use palpus::algebra::{Clock, Pose, Wrench};
+use palpus::algebra::{Clock, NoClock, Pose, Wrench};
 use palpus::body::Body;
 use palpus::render::{Duo, Limits, ProbeState, Renderer, Saturation, Settings, saturate};
 
@@ -50,6 +50,21 @@ fn a_limit_of_next_to_nothing_is_kept() {
                 let length = if largest > 0.0 { (v / largest).length() * largest } else { 0.0 };
                 assert!(length <= limit, "{policy:?}, {scale}: {given:?}");
             }
+        }
+    }
+}
+
+/// Where tolerances and states may be anything, bodies may be in contact at distances whose squares are no numbers.
+#[test]
+fn contacts_at_absurd_distances_are_finite_or_left_out() {
+    for exponent in (20..308).step_by(4) {
+        let far = 10f64.powi(exponent);
+        let settings = Settings { contact_tolerance: 1e308, cluster_radius: 0.0, ..Settings::default() };
+        let mut renderer = Renderer::new(cube(), cube(), settings).expect("valid settings");
+        for direction in [DVec3::X, DVec3::new(0.3, -0.8, 0.1), DVec3::splat(-1.0)] {
+            let tick = renderer.step(&ProbeState::at(Pose::from_translation(far * direction)), 1e-3, &NoClock);
+            assert!(tick.contacts.iter().all(|contact| contact.is_finite()), "{far:e}: {:?}", tick.contacts);
+            assert!(tick.commanded.is_finite() && !tick.separation().is_nan());
         }
     }
 }

@@ -189,7 +189,7 @@ impl Linkage {
         let mut counters = LinkageCounters::default();
         self.order.clear();
         for (i, contact) in contacts.iter().enumerate() {
-            if !is_finite(contact) {
+            if !contact.is_finite() {
                 counters.non_finite += 1;
             } else if contact.separation < tolerance {
                 if self.order.len() == 2 * self.capacity {
@@ -421,13 +421,6 @@ impl Linkage {
             }
         }
     }
-}
-
-fn is_finite(contact: &Contact) -> bool {
-    contact.point_a.is_finite()
-        && contact.point_b.is_finite()
-        && contact.normal.is_finite()
-        && contact.separation.is_finite()
 }
 
 /// An order of contacts by their values alone.

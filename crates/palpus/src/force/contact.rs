@@ -34,4 +34,9 @@ impl Contact {
     pub fn midpoint(&self) -> DVec3 {
         (self.point_a + self.point_b) * 0.5 // Eq. 1
     }
+
+    /// True unless a place or a size in it is no number: of bodies absurdly far apart, squares of distances are none.
+    pub fn is_finite(&self) -> bool {
+        self.point_a.is_finite() && self.point_b.is_finite() && self.normal.is_finite() && self.separation.is_finite()
+    }
 }

@@ -171,6 +171,9 @@ impl PairQuery {
         let doubtful = self.answer_leaves(&asked, deadline, &mut counters);
         self.hold_unvisited(&asked, &mut counters);
         self.hold_overlap(&asked, doubtful, &mut counters);
+        let all = self.contacts.len();
+        self.contacts.retain(Contact::is_finite);
+        counters.non_finite += (all - self.contacts.len()) as u32;
         self.last_overlap.keep(&self.contacts, place);
         if let Some(guard) = &mut self.guard {
             if counters.sub_steps > 0 {

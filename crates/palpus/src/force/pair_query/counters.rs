@@ -39,6 +39,8 @@ pub struct QueryCounters {
     pub blended: u32,
     /// Contacts whose witness stayed exact since the blend did not converge.
     pub blend_stops: u32,
+    /// Contacts that were left out since something in them was no number.
+    pub non_finite: u32,
     /// Time in the descent and the marches, ns.
     pub query_ns: u64,
     /// Time in the depth walks, ns.
@@ -65,6 +67,7 @@ impl std::ops::AddAssign for QueryCounters {
             kept_side,
             blended,
             blend_stops,
+            non_finite,
             query_ns,
             depth_ns,
         } = other;
@@ -85,6 +88,7 @@ impl std::ops::AddAssign for QueryCounters {
         self.kept_side += kept_side;
         self.blended += blended;
         self.blend_stops += blend_stops;
+        self.non_finite += non_finite;
         self.query_ns += query_ns;
         self.depth_ns += depth_ns;
     }
