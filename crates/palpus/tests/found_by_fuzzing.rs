@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::sync::Arc;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use palpus::algebra::{Clock, NoClock, Pose, Wrench};
 use palpus::body::Body;
 use palpus::render::{Duo, Limits, ProbeState, Renderer, Saturation, Settings, saturate};
@@ -66,5 +66,22 @@ fn contacts_at_absurd_distances_are_finite_or_left_out() {
             assert!(tick.contacts.iter().all(|contact| contact.is_finite()), "{far:e}: {:?}", tick.contacts);
             assert!(tick.commanded.is_finite() && !tick.separation().is_nan());
         }
+    }
+}
+
+/// A quaternion that is of unit length for single precision only stretched the bodies, and normals with them.
+#[test]
+fn a_quaternion_of_single_precision_stretches_nothing() {
+    let mut renderer = Renderer::new(cube(), cube(), Settings::default()).expect("valid settings");
+    for off in [-9e-7, -3e-8, 3e-8, 9e-7] {
+        let turned = (1.0 + off) * DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.3);
+        let pose = Pose { rotation: turned, translation: DVec3::new(0.0, 0.0, 0.0195) };
+        let tick = renderer.step(&ProbeState::at(pose), 1e-3, &NoClock);
+        assert!(!tick.contacts.is_empty());
+        assert!(
+            tick.contacts.iter().all(|contact| (contact.normal.length() - 1.0).abs() < 1e-12),
+            "{:?}",
+            tick.contacts
+        );
     }
 }

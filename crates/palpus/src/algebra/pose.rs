@@ -2,6 +2,8 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+use super::tolerance::WELL_FORMED_ROUNDING;
+
 /// A rigid placement of one frame in another: `pose_ab * p_b` is the point `p_b` of frame b written in frame a.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
@@ -49,6 +51,14 @@ impl Pose {
     /// True when every number is finite and the quaternion is of unit length within 1e-6.
     pub fn is_valid(&self) -> bool {
         self.rotation.is_finite() && self.translation.is_finite() && (self.rotation.length() - 1.0).abs() < 1e-6
+    }
+
+    /// The same placement turning without stretching: a quaternion that [`Self::is_valid`] lets pass is made of unit length. One
+    /// that is so but for rounding stays as it is, to its last bit.
+    #[must_use]
+    pub fn unstretched(self) -> Self {
+        let off = (self.rotation.length() - 1.0).abs();
+        if off > WELL_FORMED_ROUNDING { Self::new(self.rotation, self.translation) } else { self }
     }
 }
 

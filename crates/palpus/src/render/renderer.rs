@@ -223,7 +223,7 @@ impl Renderer {
         let (pose_ba, twist) = match self.settings.coupling {
             // What damps the tool is part of its own step.
             Some(_) => (self.tool.pose_ba(&self.tick.probe), Twist::default()),
-            None => (probe.pose_ba, self.tick.probe.twist),
+            None => (self.tick.probe.pose_ba, self.tick.probe.twist),
         };
         self.tick.tool_ba = pose_ba;
         let centers = Centers { a: pose_ba.point(self.center_a), b: self.center_b };

@@ -187,8 +187,10 @@ impl Tick {
     pub(super) fn begin(&mut self, index: u64, probe: &ProbeState, dt: f64) {
         self.index = index;
         self.dt = dt;
-        self.probe = *probe;
-        self.tool_ba = probe.pose_ba;
+        // A quaternion from a device of single precision would stretch what it turns.
+        let pose_ba = if probe.pose_ba.is_valid() { probe.pose_ba.unstretched() } else { probe.pose_ba };
+        self.probe = ProbeState { pose_ba, ..*probe };
+        self.tool_ba = pose_ba;
         self.commanded = Wrench::ZERO;
         self.computed = Wrench::ZERO;
         self.contacts.clear();
