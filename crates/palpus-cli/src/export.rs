@@ -12,12 +12,11 @@ use palpus_io::write_obj_groups;
 use palpus_scenes::{HandPath, Scene};
 
 use crate::args::ExportArguments;
-use crate::output;
+use crate::hand_path::POSE_PERIOD;
+use crate::{files, output};
 
 /// Files are in millimetres, as most meshes are.
 const UNITS_PER_METRE: f64 = 1e3;
-/// Seconds from one pose of a hand's file to the next.
-const POSE_PERIOD: f64 = 0.5;
 
 pub(crate) fn export(arguments: &ExportArguments) -> anyhow::Result<ExitCode> {
     let scene = palpus_scenes::scene(&arguments.scene)
@@ -52,7 +51,7 @@ fn write_new(file: &Path, content: &str) -> anyhow::Result<()> {
     if file.exists() {
         bail!("{} is there already; name another folder, or move it away", file.display());
     }
-    fs::write(file, content).with_context(|| format!("{} could not be written", file.display()))
+    files::write(file, content)
 }
 
 fn obj(name: &str, soup: &PolygonSoup) -> anyhow::Result<String> {

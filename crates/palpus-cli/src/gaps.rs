@@ -69,8 +69,12 @@ fn boxes_overlap(probe: &Body, environment: &Body) -> bool {
 fn above(probe: &Body, environment: &Body) -> DVec3 {
     let (a, b) = (probe.mesh().bounds(), environment.mesh().bounds());
     let reach = 0.5 * (a.max - a.min).length();
-    let middle = (0.5 * (b.min + b.max)).with_z(b.max.z + reach * (1.0 + CLEARANCE));
-    middle - 0.5 * (a.min + a.max)
+    clear_above([b.min, b.max], reach) - 0.5 * (a.min + a.max)
+}
+
+/// Where a body that reaches so far about a point is clear of the box below it, however it is turned.
+pub(crate) fn clear_above([low, high]: [DVec3; 2], reach: f64) -> DVec3 {
+    (0.5 * (low + high)).with_z(high.z + reach * (1.0 + CLEARANCE))
 }
 
 #[cfg(test)]

@@ -10,7 +10,7 @@ use palpus_scenes::{HandPath, Key, Placement};
 use crate::output;
 
 /// Seconds from one pose of a file without times to the next.
-const POSE_PERIOD: f64 = 0.5;
+pub(crate) const POSE_PERIOD: f64 = 0.5;
 /// A hand that goes so many sizes of the probe away from where it begins is said so: it will hardly touch anything.
 const FAR_SIZES: f64 = 20.0;
 

@@ -13,11 +13,9 @@ use palpus_window::{
 };
 
 use crate::args::{Direction, PictureArguments};
-use crate::output;
+use crate::seen::{Seen, force_scale};
 use crate::stage::Stage;
-
-/// The arrows of a picture are as long as they may be for the largest force in it, but not for less than this, N.
-const LEAST_FORCE_SCALE: f64 = 0.1;
+use crate::{files, output};
 
 /// A model's picture. `spread`: its pieces apart by so much of their distance from the middle.
 pub(crate) fn write_model(
@@ -90,38 +88,13 @@ pub(crate) fn write_run(
     asked: &PictureArguments,
 ) -> anyhow::Result<()> {
     let style = style(asked);
-    let [of_probe, of_environment] = ShownBody::colours(style.theme);
-    let look = Look { pieces: asked.pieces, wireframe: asked.wireframe, translucent: false };
-    let probe = ShownBody {
-        solid: Arc::new(Solid::of_body(&stage.probe)),
-        pose: stage.environment_pose * moment.tool,
-        colour: of_probe,
-        look,
-    };
-    let environment = ShownBody {
-        solid: Arc::new(Solid::of_body(&stage.environment)),
-        pose: stage.environment_pose,
-        colour: of_environment,
-        // What happens is mostly behind it.
-        look: Look { translucent: !asked.plain, ..look },
-    };
-    let largest = moment.clusters.iter().map(|cluster| cluster.force.length()).fold(0.0, f64::max);
-    // A second tool has the first one's colour, and the first may be in it.
-    let second = moment.second.zip(stage.second_probe()).map(|(pose, body)| ShownBody {
-        solid: Arc::new(Solid::of_body(body)),
-        pose: stage.environment_pose * pose,
-        look: environment.look,
-        ..probe.clone()
-    });
+    let look = Look { pieces: asked.pieces, wireframe: asked.wireframe, translucent: !asked.plain };
     let scene = Scene {
-        bodies: [probe, environment].into_iter().chain(second).collect(),
-        moment_pose: stage.environment_pose,
-        force_scale: largest.max(moment.wrench.force.length()).max(LEAST_FORCE_SCALE),
+        force_scale: force_scale(&moment, moment.wrench.force.length()),
         torque_scale: torque_max,
         title: name.to_owned(),
         caption: caption(&moment),
-        moment: Some(moment),
-        unit: Unit::Metre,
+        ..Seen::of(stage).scene_at(moment, style.theme, look)
     };
     write(&scene, asked, &style, file)
 }
@@ -154,9 +127,7 @@ fn write(scene: &Scene, asked: &PictureArguments, style: &Style, file: &Path) ->
 
 /// Writes a picture, in a folder that is made if need be, and says where it is.
 fn keep(picture: &Picture, file: &Path) -> anyhow::Result<()> {
-    if let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).with_context(|| format!("{} could not be created", folder.display()))?;
-    }
+    files::make_folder_of(file)?;
     picture.write_png(file).with_context(|| format!("{} could not be written; name another file", file.display()))?;
     output::note(format!("picture: {}", file.display()));
     Ok(())

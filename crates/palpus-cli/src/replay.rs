@@ -10,7 +10,7 @@ use palpus_io::record::SceneSource;
 use palpus_io::scene::FilePolicy;
 use palpus_io::{Recording, read_recording};
 
-use crate::args::ReplayArguments;
+use crate::args::{ReplayArguments, file_policy};
 use crate::divergence::{self, Comparison};
 use crate::engine::Engine;
 use crate::stage::{self, Stage};
@@ -26,7 +26,7 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
             "note: recorded with a time budget; steps that ran out of time were cut short by a clock and come out differently",
         );
     }
-    let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
+    let policy = file_policy(arguments.allow_outside);
     if let Some(file) = &arguments.screenshot {
         replay_view::write_tick(&recording, policy, arguments, file)?;
         return Ok(ExitCode::SUCCESS);

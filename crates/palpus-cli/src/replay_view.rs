@@ -9,6 +9,7 @@ use palpus_io::scene::FilePolicy;
 
 use crate::args::ReplayArguments;
 use crate::picture;
+use crate::plots::seconds;
 use crate::replay::{engine_of, replayable, run_again_on};
 
 /// Makes a picture of a tick: of the one at `--at`, else of the last.
@@ -33,18 +34,14 @@ pub(crate) fn write_tick(
 /// The last tick that is not after `at` seconds, the very last without.
 fn chosen_tick(recording: &Recording, at: Option<f64>) -> anyhow::Result<usize> {
     let Some(last) = recording.rows.last() else { bail!("the recording has no ticks") };
-    let end = seconds(last.time_ns);
+    let end = seconds(last);
     match at {
         None => Ok(recording.rows.len() - 1),
         Some(at) if (0.0..=end).contains(&at) => {
-            Ok(recording.rows.partition_point(|row| seconds(row.time_ns) <= at).saturating_sub(1))
+            Ok(recording.rows.partition_point(|row| seconds(row) <= at).saturating_sub(1))
         }
         Some(at) => bail!("--at {at}: the recording goes from 0 to {end:.3} s"),
     }
-}
-
-fn seconds(time_ns: u64) -> f64 {
-    time_ns as f64 * 1e-9
 }
 
 /// What the recorded scene is called.
@@ -76,9 +73,10 @@ mod here {
 
     use palpus_device::{Cuts, latest_of};
     use palpus_io::RecordRow;
-    use palpus_window::{Look, Moment, Moments, Replayed, ReplayedTick, Scene, ShownBody, Solid, Theme, Unit};
+    use palpus_window::{Look, Moment, Moments, Replayed, ReplayedTick, Scene, Theme};
 
     use super::*;
+    use crate::seen::Seen;
     use crate::stage::Stage;
     use crate::view_window;
 
@@ -125,28 +123,16 @@ mod here {
     }
 
     fn scene(recording: &Recording, stage: &Stage) -> Scene {
-        let colours = ShownBody::colours(Theme::Dark);
-        let shown = |body, pose, colour, translucent| ShownBody {
-            solid: Arc::new(Solid::of_body(body)),
-            pose,
-            colour,
-            look: Look { translucent, ..Look::default() },
-        };
+        let look = Look { translucent: true, ..Look::default() };
         let limits = recording.header.scene.render.limits;
         let largest =
             recording.rows.iter().map(|row| row.wrench.force.length()).filter(|f| f.is_finite()).fold(0.0, f64::max);
         Scene {
-            bodies: vec![
-                shown(&stage.probe, recording.rows[0].pose, colours[0], false),
-                shown(&stage.environment, stage.environment_pose, colours[1], true),
-            ],
-            moment_pose: stage.environment_pose,
             // The largest force of the run is the longest arrow.
             force_scale: if largest > 0.0 { largest } else { limits.force },
             torque_scale: limits.torque,
             title: name(recording),
-            unit: Unit::Metre,
-            ..Scene::default()
+            ..Seen::of(stage).scene(recording.rows[0].pose, Theme::Dark, look)
         }
     }
 
@@ -159,7 +145,7 @@ mod here {
             let passed = before.map_or(period_ns, |before| time_ns.saturating_sub(before) as f64);
             before = Some(time_ns);
             ReplayedTick {
-                time: seconds(time_ns),
+                time: seconds(row),
                 pose,
                 force: wrench.force.length(),
                 torque: wrench.torque.length(),

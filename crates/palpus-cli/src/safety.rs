@@ -37,12 +37,17 @@ impl SafetyReport {
 
     /// In words: what was cut, by name.
     pub(crate) fn cuts(&self) -> String {
-        if self.cuts.is_empty() {
-            return "nothing".to_owned();
-        }
-        let each = self.cuts.iter().map(|(name, ticks)| format!("{} {ticks}", name.replace('_', " ")));
-        format!("{} (ticks)", each.collect::<Vec<_>>().join(", "))
+        cuts_in_words(&self.cuts)
     }
+}
+
+/// Ticks by what was cut in them, in words.
+pub(crate) fn cuts_in_words(cuts: &serde_json::Map<String, serde_json::Value>) -> String {
+    if cuts.is_empty() {
+        return "nothing".to_owned();
+    }
+    let each = cuts.iter().map(|(name, ticks)| format!("{} {ticks}", name.replace('_', " ")));
+    format!("{} (ticks)", each.collect::<Vec<_>>().join(", "))
 }
 
 /// Prints the thresholds for a device, one a line.

@@ -9,10 +9,10 @@ use palpus::algebra::{NoClock, Pose};
 use palpus::body::{Body, BodySettings};
 use palpus::force::{FrictionSettings, PairQuery, ShadingSettings};
 use palpus::render::{Limits, Saturation, Settings, VirtualCoupling};
-use palpus_device::DeviceSpec;
-use palpus_io::ContentHash;
+use palpus_device::{DeviceSpec, HandImpedance, hand_preset};
 use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
 use palpus_io::scene::{CouplingMode, FilePolicy, SceneBody, SceneCoupling, SceneFile, SceneHand, read_scene};
+use palpus_io::{ContentHash, RecordingHeader};
 use palpus_scenes::{HandPath, Key, Scene, Tremor};
 
 use crate::bodies::{self, Teller};
@@ -93,6 +93,36 @@ impl Stage {
         settings
     }
 
+    /// Ticks per second: what was typed, or what the scene asks for.
+    pub(crate) fn rate_hz(&self, typed: Option<f64>) -> f64 {
+        typed.or(self.rate_hz).unwrap_or(DEFAULT_RATE_HZ)
+    }
+
+    /// The name of the simulated hand: what was typed, or what the scene asks for.
+    pub(crate) fn hand_name<'a>(&self, typed: Option<&'a str>) -> &'a str {
+        typed.or(self.hand).unwrap_or("normal")
+    }
+
+    /// The simulated hand.
+    pub(crate) fn hand(&self, typed: Option<&str>) -> anyhow::Result<HandImpedance> {
+        let name = self.hand_name(typed);
+        match hand_preset(name) {
+            Some(hand) => Ok(hand),
+            None => bail!("there is no hand `{name}`; hands are relaxed, normal, firm, tight and none"),
+        }
+    }
+
+    /// What a recording says of a run of it on the device that is called so; safety chain and device add to it.
+    pub(crate) fn header(&self, settings: Settings, device: &str, rate_hz: f64) -> RecordingHeader {
+        RecordingHeader {
+            palpus_version: env!("CARGO_PKG_VERSION").to_owned(),
+            device: device.to_owned(),
+            rate_hz,
+            seed: 0,
+            scene: RecordedScene { render: settings, ..self.recorded.clone() },
+        }
+    }
+
     /// What a second hand holds.
     pub(crate) fn second_probe(&self) -> Option<&Body> {
         self.second.as_deref().map(|second| &*second.probe)
@@ -138,6 +168,9 @@ impl Stage {
         self.settings.shading.map_or(USUAL_CREASE_DEGREES.to_radians(), |shading| shading.crease_angle)
     }
 }
+
+/// Ticks per second when nobody says.
+const DEFAULT_RATE_HZ: f64 = 1000.0;
 
 /// As scene files have it that do not say.
 const USUAL_CREASE_DEGREES: f64 = 40.0;

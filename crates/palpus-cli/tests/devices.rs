@@ -1,18 +1,15 @@
 //! `palpus devices`, on whatever machine the tests run.
 
-use std::process::{Command, Output};
+mod program_run;
 
+use program_run::{document, palpus_without_cache as palpus, text};
 use serde_json::Value;
-
-fn palpus(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_palpus")).args(arguments).output().expect("the program starts")
-}
 
 #[test]
 fn the_page_names_what_is_there_and_mends_what_is_not() {
     let output = palpus(&["devices"]);
-    let page = String::from_utf8_lossy(&output.stdout);
-    assert!(output.status.success() && output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+    let page = text(&output.stdout);
+    assert!(output.status.success() && output.stderr.is_empty(), "{}", text(&output.stderr));
     assert!(page.contains("\nREADY TO USE\n") && page.contains("palpus run --device sim"), "{page}");
     let count = |what: &str| page.lines().filter(|line| line.trim_start().starts_with(what)).count();
     assert_eq!(count("looked for  "), count("do this  "), "{page}");
@@ -21,8 +18,7 @@ fn the_page_names_what_is_there_and_mends_what_is_not() {
 
 #[test]
 fn the_document_has_the_same() {
-    let output = palpus(&["devices", "--json"]);
-    let document: Value = serde_json::from_slice(&output.stdout).expect("one JSON document");
+    let document = document(&palpus(&["devices", "--json"]));
     let found = document["found"].as_array().expect("a list");
     let sim = found.iter().find(|device| device["device"] == "sim").expect("the simulated device");
     assert_eq!((&sim["force_max_n"], &sim["driven"]["rotation"]), (&Value::from(8.5), &Value::from(3)));
@@ -42,10 +38,10 @@ fn hardware_that_is_not_there_is_one_error() {
         ("lever", "there are: sim"),
     ] {
         let output = palpus(&["run", "pen-sphere", "--device", device, "--no-record"]);
-        let error = String::from_utf8_lossy(&output.stderr);
+        let error = text(&output.stderr);
         assert_eq!(output.status.code(), Some(1), "{error}");
         assert!(error.starts_with("error: ") && error.contains(says), "{device}: {error}");
     }
     let output = palpus(&["run", "pen-sphere", "--device", "haply", "--fast", "--no-record"]);
-    assert!(String::from_utf8_lossy(&output.stderr).contains("leave --fast out"));
+    assert!(text(&output.stderr).contains("leave --fast out"));
 }

@@ -1,24 +1,17 @@
 //! `palpus doctor`, and devices behind a maker's library, as a user without either meets them.
 
+mod program_run;
+
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::Command;
 
-use serde_json::Value;
-
-fn palpus(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
-    command.arg("--no-cache").args(arguments).output().expect("the program starts")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
+use program_run::{assert_success, command_without_cache, document, palpus_without_cache as palpus, text};
 
 #[test]
 fn the_doctor_answers_in_words_or_as_one_document() {
     // On whatever machine the test runs, at whatever load: any verdict, but one.
     let output = palpus(&["doctor", "--scene", "peg-hole", "--duration", "0.5", "--json"]);
-    let report: Value = serde_json::from_slice(&output.stdout).expect("one JSON document");
+    let report = document(&output);
     let fitness = report["verdict"]["fitness"].as_str().expect("a verdict");
     assert!(["fit", "fit_with_notes", "not_fit"].contains(&fitness), "{fitness}");
     assert_eq!(output.status.code(), Some(i32::from(fitness == "not_fit")));
@@ -73,7 +66,7 @@ fn stand_in(name: &str) -> String {
         .arg(&file)
         .arg(source);
     let output = command.output().expect("rustc runs");
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_success(&output);
     file.display().to_string()
 }
 
@@ -83,11 +76,9 @@ fn the_loop_runs_on_a_makers_library() {
     let begin = "0=1,4=1,17=1,6=0.01,13=3,14=3";
     for (device, name) in [("force-dimension", "dhd"), ("openhaptics", "hd")] {
         let device = format!("{device}:{}", stand_in(name));
-        let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
-        command.env("STAND_IN", begin).args(["--no-cache", "run", "peg-hole", "--device", &device]);
-        let output = command.args(["--duration", "0.3", "--no-record", "--json"]).output().expect("the program starts");
-        let summary: Value =
-            serde_json::from_slice(&output.stdout).unwrap_or_else(|_| panic!("{}", text(&output.stderr)));
+        let run = ["run", "peg-hole", "--device", &device, "--duration", "0.3", "--no-record", "--json"];
+        let output = command_without_cache(&run).env("STAND_IN", begin).output().expect("the program starts");
+        let summary = document(&output);
         assert!(output.status.success() && summary["ticks"].as_u64().is_some_and(|ticks| ticks > 0), "{summary}");
     }
 }

@@ -1,51 +1,13 @@
 //! The program as its user meets it: what is typed, what comes back, with which exit status.
 
+mod program_run;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
+use std::process::Output;
 
+use program_run::{Folder, assert_success, json, palpus, text};
 use serde_json::Value;
-
-/// A folder of its own for one test, gone when the test is over.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("palpus-{name}-{}", std::process::id()));
-        fs::create_dir_all(&path).expect("a temporary folder");
-        Self(path)
-    }
-
-    fn file(&self, name: &str, text: &str) -> PathBuf {
-        let path = self.0.join(name);
-        fs::write(&path, text).expect("a temporary file");
-        path
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-fn palpus(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
-    // Bodies are kept in the test's folder, not in the user's.
-    command.current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).args(arguments);
-    // Nobody closes the windows of a test.
-    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-    command.output().expect("the program starts")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-fn json(output: &Output) -> Value {
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("one JSON document on standard output")
-}
 
 /// A cube of side 2 about the origin.
 const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
@@ -106,7 +68,7 @@ fn a_query_answers_in_the_frame_of_b() {
     let arguments =
         ["query", "cube.obj", "cube.obj", "--poses", "poses.csv", "--out", "out.csv", "--contacts", "all.csv"];
     let output = palpus(&folder.0, &arguments);
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_success(&output);
     let result = fs::read_to_string(folder.0.join("out.csv")).expect("the result");
     let rows: Vec<Vec<f64>> = result
         .lines()
@@ -234,7 +196,7 @@ fn figures_are_written_as_pictures_and_numbers() {
     let folder = Folder::new("figures");
     for bench in ["figures", "depth"] {
         let output = palpus(&folder.0, &["bench", bench, "--out", "figures"]);
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert_success(&output);
     }
     for name in [
         "depth_local.svg",
@@ -293,7 +255,7 @@ fn the_feel_of_a_scene_is_measured_the_same_twice() {
     let measure = |out: &str| {
         let arguments = ["bench", "feel", "--scene", "box-rest", "--method", "smooth", "--quick", "--out", out];
         let output = palpus(&folder.0, &arguments);
-        assert!(output.status.success(), "{}", text(&output.stderr));
+        assert_success(&output);
         ["feel.csv", "feel.json", "feel.md", "feel.html"]
             .map(|name| fs::read_to_string(folder.0.join(out).join(name)).expect("every file is there"))
     };
@@ -362,7 +324,7 @@ fn a_tick_of_a_recording_is_seen_as_it_was_in_the_run() {
     assert!(palpus(&folder.0, &[&run[..], &["--screenshot", "run.png"], &same].concat()).status.success());
     let replay = ["replay", "run.csv", "--at", "0.2", "--screenshot", "replay.png"];
     let output = palpus(&folder.0, &[&replay[..], &same].concat());
-    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_success(&output);
     let [first, second] = ["run.png", "replay.png"].map(|name| fs::read(folder.0.join(name)).expect("a picture"));
     assert_eq!(first, second);
     for (arguments, code, word) in [

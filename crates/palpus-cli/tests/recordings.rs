@@ -1,56 +1,24 @@
 //! Recordings as a user meets them: every format is replayed bit for bit, also after the program was killed.
 
+mod program_run;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output, Stdio};
+use std::path::Path;
+use std::process::Stdio;
 use std::time::{Duration, Instant};
 
-use serde_json::Value;
+use program_run::{Folder, command, document, palpus, text};
 
 const FORMATS: [&str; 3] = ["csv", "parquet", "mcap"];
 
-/// A folder of its own for one test, gone when the test is over.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("palpus-{name}-{}", std::process::id()));
-        fs::create_dir_all(&path).expect("a temporary folder");
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-fn command(folder: &Path, arguments: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
-    command.current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).args(arguments);
-    // Nobody closes the windows of a test.
-    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-    command
-}
-
-fn palpus(folder: &Path, arguments: &[&str]) -> Output {
-    command(folder, arguments).output().expect("the program starts")
-}
-
-fn json(output: &Output) -> Value {
-    let errors = String::from_utf8_lossy(&output.stderr);
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("no JSON document ({error}): {errors}"))
-}
-
 /// Without the header's name of the device and the columns of times, which differ from run to run.
 fn rows(file: &Path) -> Vec<String> {
-    let text = fs::read_to_string(file).expect("a recording");
+    let recording = fs::read_to_string(file).expect("a recording");
     let row = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
         [&cells[..26], &cells[30..]].concat().join(",")
     };
-    text.lines().filter(|line| !line.starts_with('#')).map(row).collect()
+    recording.lines().filter(|line| !line.starts_with('#')).map(row).collect()
 }
 
 #[test]
@@ -59,8 +27,8 @@ fn every_format_is_replayed_converted_and_felt_again_bit_for_bit() {
     for format in FORMATS {
         let file = format!("run.{format}");
         let run = ["run", "box-table", "--fast", "--duration", "2", "--record", &file, "--json"];
-        assert_eq!(json(&palpus(&folder.0, &run))["ticks"], 2000);
-        let replay = json(&palpus(&folder.0, &["replay", &file, "--json"]));
+        assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 2000);
+        let replay = document(&palpus(&folder.0, &["replay", &file, "--json"]));
         assert_eq!(replay["identical"], 2000, "{replay}");
         for other in FORMATS {
             let converted = format!("from-{format}.{other}");
@@ -72,7 +40,7 @@ fn every_format_is_replayed_converted_and_felt_again_bit_for_bit() {
         }
         let device = format!("replay:{file}");
         let run = ["run", "box-table", "--fast", "--device", &device, "--record", "felt.csv", "--json"];
-        assert_eq!(json(&palpus(&folder.0, &run))["ticks"], 2000);
+        assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 2000);
         let recorded = rows(&folder.0.join(format!("from-{format}.csv")));
         assert_eq!(recorded.len(), 2001);
         assert!(recorded == rows(&folder.0.join("felt.csv")), "the hand of {file} feels another run");
@@ -80,7 +48,7 @@ fn every_format_is_replayed_converted_and_felt_again_bit_for_bit() {
     let refused = palpus(&folder.0, &["convert", "run.csv", "run.csv"]);
     assert_eq!(refused.status.code(), Some(1));
     let refused = palpus(&folder.0, &["run", "box-table", "--fast", "--duration", "0.1", "--record", "run.txt"]);
-    assert!(String::from_utf8_lossy(&refused.stderr).contains(".parquet"));
+    assert!(text(&refused.stderr).contains(".parquet"));
 }
 
 #[test]
@@ -104,7 +72,7 @@ fn a_killed_run_leaves_a_recording_that_opens_and_is_replayed() {
         }
         // SIGKILL: the program has no say in it.
         run.kill().and_then(|()| run.wait()).expect("it can be killed");
-        let replay = json(&palpus(&folder.0, &["replay", &file, "--json"]));
+        let replay = document(&palpus(&folder.0, &["replay", &file, "--json"]));
         assert!(replay["ticks"].as_u64() > Some(0), "{format}: {replay}");
         assert_eq!(replay["identical"], replay["ticks"], "{format}");
     }

@@ -1,39 +1,14 @@
 //! Pages: what must be in them, that a browser can read them, that they load nothing, and that a stranger's text stays text.
 
+mod program_run;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::path::Path;
 
-/// A folder of its own for one test, gone when the test is over.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("palpus-report-{name}-{}", std::process::id()));
-        fs::create_dir_all(&path).expect("a temporary folder");
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-fn palpus(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
-    command.current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).args(arguments);
-    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-    command.output().expect("the program starts")
-}
-
-fn done(output: &Output) {
-    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-}
+use program_run::{Folder, assert_success, palpus, text};
 
 fn recorded(folder: &Path, name: &str, seconds: &str) {
-    done(&palpus(folder, &["run", "spoon-cup", "--fast", "--duration", seconds, "--record", name]));
+    assert_success(&palpus(folder, &["run", "spoon-cup", "--fast", "--duration", seconds, "--record", name]));
 }
 
 fn page(folder: &Path, name: &str) -> String {
@@ -121,9 +96,9 @@ fn is_self_contained(page: &str) {
 
 #[test]
 fn a_run_becomes_a_page_that_needs_nothing_else() {
-    let folder = Folder::new("run");
+    let folder = Folder::new("report-run");
     recorded(&folder.0, "run.csv", "1.8");
-    done(&palpus(&folder.0, &["report", "run.csv"]));
+    assert_success(&palpus(&folder.0, &["report", "run.csv"]));
     let page = page(&folder.0, "run.html");
     is_self_contained(&page);
     for part in [
@@ -150,7 +125,7 @@ fn a_run_becomes_a_page_that_needs_nothing_else() {
 
 #[test]
 fn a_strangers_text_stays_text() {
-    let folder = Folder::new("hostile");
+    let folder = Folder::new("report-hostile");
     recorded(&folder.0, "run.csv", "0.05");
     let recording = fs::read_to_string(folder.0.join("run.csv")).expect("a recording");
     let hostile = r#"</h1><script>alert(1)</script><img src=x onerror='y'>&\"`"#;
@@ -159,7 +134,7 @@ fn a_strangers_text_stays_text() {
         .replace("built_in = \"spoon-cup\"", &format!("file = \"{hostile}.toml\""))
         .replace("mesh = \"spoon-cup/probe\"", &format!("mesh = \"{hostile}\""));
     fs::write(folder.0.join("b.csv"), recording).expect("a recording");
-    done(&palpus(&folder.0, &["report", "b.csv", "--out", "pages/b.html"]));
+    assert_success(&palpus(&folder.0, &["report", "b.csv", "--out", "pages/b.html"]));
     let page = page(&folder.0, "pages/b.html");
     is_self_contained(&page);
     assert!(page.contains("could not be replayed") && page.contains("&lt;script&gt;"));
@@ -167,15 +142,15 @@ fn a_strangers_text_stays_text() {
 
 #[test]
 fn a_folder_becomes_a_page_for_each_recording() {
-    let folder = Folder::new("folder");
+    let folder = Folder::new("report-folder");
     let empty = palpus(&folder.0, &["report", "."]);
     assert_eq!(empty.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&empty.stderr).contains("holds no recording"));
+    assert!(text(&empty.stderr).contains("holds no recording"));
     for name in ["a.csv", "b.csv"] {
         recorded(&folder.0, name, "0.05");
     }
     fs::write(folder.0.join("poses.csv"), "tx,ty,tz\n").expect("another table");
-    done(&palpus(&folder.0, &["report", "."]));
+    assert_success(&palpus(&folder.0, &["report", "."]));
     for name in ["a.html", "b.html"] {
         is_self_contained(&page(&folder.0, name));
     }
@@ -184,11 +159,14 @@ fn a_folder_becomes_a_page_for_each_recording() {
 
 #[test]
 fn a_reproduction_says_what_was_measured_and_what_was_not() {
-    let folder = Folder::new("reproduce");
+    let folder = Folder::new("report-reproduce");
     let wrong = palpus(&folder.0, &["report", "out", "--reproduce", "--only", "nothing"]);
     assert_eq!(wrong.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&wrong.stderr).contains("there are doctor, figures"));
-    done(&palpus(&folder.0, &["report", "out", "--reproduce", "--quick", "--only", "depth", "--only", "convex"]));
+    assert!(text(&wrong.stderr).contains("there are doctor, figures"));
+    assert_success(&palpus(
+        &folder.0,
+        &["report", "out", "--reproduce", "--quick", "--only", "depth", "--only", "convex"],
+    ));
     let first = page(&folder.0, "out/report.html");
     is_self_contained(&first);
     for part in [
@@ -212,14 +190,14 @@ fn a_reproduction_says_what_was_measured_and_what_was_not() {
     assert!(!first.contains(&*folder.0.to_string_lossy()));
     // Once more from the files alone: the same.
     fs::remove_file(folder.0.join("out/report.html")).expect("it was there");
-    done(&palpus(&folder.0, &["report", "out"]));
+    assert_success(&palpus(&folder.0, &["report", "out"]));
     assert!(page(&folder.0, "out/report.html") == first);
 }
 
 #[test]
 fn the_command_explains_itself() {
-    let folder = Folder::new("help");
+    let folder = Folder::new("report-help");
     let output = palpus(&folder.0, &["report", "--help"]);
-    done(&output);
-    assert!(String::from_utf8_lossy(&output.stdout).contains("Examples:\n  palpus "));
+    assert_success(&output);
+    assert!(text(&output.stdout).contains("Examples:\n  palpus "));
 }

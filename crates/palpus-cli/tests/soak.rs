@@ -1,14 +1,10 @@
 //! `palpus soak`, as who leaves it running meets it.
 
+mod program_run;
+
 use std::path::PathBuf;
-use std::process::{Command, Output};
 
-use serde_json::Value;
-
-fn palpus(arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
-    command.arg("--no-cache").args(arguments).output().expect("the program starts")
-}
+use program_run::{document, palpus_without_cache as palpus, text};
 
 fn folder(name: &str) -> PathBuf {
     let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
@@ -23,7 +19,7 @@ fn a_soak_leaves_its_report() {
     let record = format!("{out}/soak.csv");
     let arguments = ["--duration", "2s", "--timer", "0.2", "--out", out, "--record", &record, "--json"];
     let output = palpus(&[&["soak", "peg-hole"][..], &arguments].concat());
-    let report: Value = serde_json::from_slice(&output.stdout).expect("one JSON document");
+    let report = document(&output);
     // Whether a loop holds is up to the machine that the test runs on; what it says of it is not.
     assert_eq!(output.status.code(), Some(i32::from(report["held"] != true)));
     assert_eq!(report["failures"].as_array().map(Vec::is_empty), report["held"].as_bool());
@@ -40,7 +36,7 @@ fn a_soak_leaves_its_report() {
     assert!(cfg!(not(target_os = "linux")) || rows[0]["machine"]["resident"].as_u64().is_some_and(|bytes| bytes > 0));
 
     let again = palpus(&["replay", &record]);
-    assert!(again.status.success(), "{}", String::from_utf8_lossy(&again.stdout));
+    assert!(again.status.success(), "{}", text(&again.stdout));
 
     let page = std::fs::read_to_string(format!("{out}/soak.html")).expect("a page");
     assert!(page.contains("<svg") && page.contains("peg-hole") && !page.contains("http-equiv"));
@@ -55,16 +51,16 @@ fn a_soak_leaves_its_report() {
 fn what_is_typed_wrong_is_said() {
     let said = |arguments: &[&str]| {
         let output = palpus(arguments);
-        (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+        (output.status.code(), text(&output.stderr))
     };
-    let (code, text) = said(&["soak", "--duration", "1x"]);
-    assert!(code == Some(2) && text.contains("1h30m"), "{text}");
-    let (code, text) = said(&["soak", "no-such"]);
-    assert!(code == Some(1) && text.contains("built-in scenes are"), "{text}");
+    let (code, words) = said(&["soak", "--duration", "1x"]);
+    assert!(code == Some(2) && words.contains("1h30m"), "{words}");
+    let (code, words) = said(&["soak", "no-such"]);
+    assert!(code == Some(1) && words.contains("built-in scenes are"), "{words}");
     let out = folder("soak-wrong");
     let out = out.to_str().expect("a name");
-    let (code, text) = said(&["soak", "--models", "/no/such", "--out", out]);
-    assert!(code == Some(1) && text.contains("armadillo_31240.obj is neither"), "{text}");
-    let (code, text) = said(&["soak", "peg-hole", "--hand", "none", "--timer", "0", "--out", out]);
-    assert!(code == Some(1) && text.contains("has to hold the device"), "{text}");
+    let (code, words) = said(&["soak", "--models", "/no/such", "--out", out]);
+    assert!(code == Some(1) && words.contains("armadillo_31240.obj is neither"), "{words}");
+    let (code, words) = said(&["soak", "peg-hole", "--hand", "none", "--timer", "0", "--out", out]);
+    assert!(code == Some(1) && words.contains("has to hold the device"), "{words}");
 }

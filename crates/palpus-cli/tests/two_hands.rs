@@ -1,41 +1,14 @@
 //! Two hands in one scene, from the outside.
 
+mod program_run;
+
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
-use serde_json::Value;
-
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("two-hands-{name}"));
-        let _ = fs::remove_dir_all(&path);
-        fs::create_dir_all(&path).expect("a folder for the test");
-        Self(path)
-    }
-}
-
-fn palpus(folder: &Path, arguments: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
-    command.current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).args(arguments);
-    command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-    command.output().expect("the program runs")
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8_lossy(bytes).into_owned()
-}
-
-fn json(output: &Output) -> Value {
-    assert!(output.status.success(), "{}", text(&output.stderr));
-    serde_json::from_slice(&output.stdout).expect("one JSON document")
-}
+use program_run::{Folder, document, json, palpus, text};
 
 #[test]
 fn both_hands_are_felt_summed_up_recorded_and_replayed_bit_for_bit() {
-    let folder = Folder::new("run");
+    let folder = Folder::new("two-hands-run");
     let run = ["run", "two-hands", "--fast", "--duration", "8", "--second-hand", "firm", "--record", "run.csv"];
     let summary = json(&palpus(&folder.0, &[&run[..], &["--json"]].concat()));
     for hand in [&summary, &summary["second"]] {
@@ -54,8 +27,8 @@ fn both_hands_are_felt_summed_up_recorded_and_replayed_bit_for_bit() {
     let again = ["run", "two-hands", "--fast", "--duration", "8", "--second-hand", "firm", "--record", "again.csv"];
     json(&palpus(&folder.0, &[&again[..], &["--json"]].concat()));
     let forces = |name: &str| -> Vec<String> {
-        let text = fs::read_to_string(folder.0.join(name)).expect("a recording");
-        let rows = text.lines().filter(|line| !line.starts_with('#')).skip(1);
+        let recording = fs::read_to_string(folder.0.join(name)).expect("a recording");
+        let rows = recording.lines().filter(|line| !line.starts_with('#')).skip(1);
         rows.map(|row| row.split(',').skip(17).take(6).collect::<Vec<_>>().join(",")).collect()
     };
     for name in ["run", "run-second"] {
@@ -70,7 +43,7 @@ fn both_hands_are_felt_summed_up_recorded_and_replayed_bit_for_bit() {
 
 #[test]
 fn a_fault_of_one_device_is_no_fault_of_the_other() {
-    let folder = Folder::new("fault");
+    let folder = Folder::new("two-hands-fault");
     let run =
         ["run", "two-hands", "--fast", "--duration", "4", "--fault", "pose-jump@2", "--record", "run.csv", "--json"];
     let summary = json(&palpus(&folder.0, &run));
@@ -85,7 +58,7 @@ fn a_fault_of_one_device_is_no_fault_of_the_other() {
         ["run", "two-hands", "--fast", "--duration", "4", "--fault", "dropped@2", "--record", "lost.csv", "--json"];
     let output = palpus(&folder.0, &lost);
     assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
-    let summary: Value = serde_json::from_slice(&output.stdout).expect("one JSON document");
+    let summary = document(&output);
     assert_eq!((&summary["ticks"], &summary["second"]["ticks"]), (&2001.into(), &4000.into()));
     let report = json(&palpus(&folder.0, &["replay", "lost-second.csv", "--json"]));
     assert_eq!((&report["identical"], &report["other_tool"]["identical"]), (&4000.into(), &2001.into()));
@@ -93,13 +66,13 @@ fn a_fault_of_one_device_is_no_fault_of_the_other() {
 
 #[test]
 fn a_scene_file_has_a_second_tool_and_a_picture_shows_it() {
-    let folder = Folder::new("file");
+    let folder = Folder::new("two-hands-file");
     // Two bricks over a third: the second hand's is to the right of the first one's.
     let brick = |name: &str, half: [f64; 3]| {
         let corner = |k: usize| [0, 1, 2].map(|axis| if k >> axis & 1 == 1 { half[axis] } else { -half[axis] });
         let vertices: String = (0..8).map(corner).map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
         let faces = "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
-        fs::write(folder.0.join(name), vertices + faces).expect("a mesh file");
+        folder.file(name, &(vertices + faces));
     };
     brick("brick.obj", [20.0, 15.0, 10.0]);
     brick("floor.obj", [200.0, 200.0, 10.0]);
@@ -108,7 +81,7 @@ fn a_scene_file_has_a_second_tool_and_a_picture_shows_it() {
             "unit = \"mm\"\n[probe]\nmesh = \"brick.obj\"\nposition = [-30, 0, 40]\n[environment]\nmesh = \"floor.obj\"\n\
              position = [0, 0, -10]\n{second}"
         );
-        fs::write(folder.0.join("scene.toml"), text).expect("a scene file");
+        folder.file("scene.toml", &text);
     };
     scene("[second]\nmesh = \"brick.obj\"\nposition = [30, 0, 40]\n[second.hand]\npreset = \"firm\"\n");
     let run = ["run", "scene.toml", "--fast", "--duration", "1", "--no-record", "--screenshot", "both.png", "--json"];
@@ -130,7 +103,7 @@ fn a_scene_file_has_a_second_tool_and_a_picture_shows_it() {
 
 #[test]
 fn what_is_for_a_second_hand_needs_a_second_tool() {
-    let folder = Folder::new("errors");
+    let folder = Folder::new("two-hands-errors");
     for (arguments, word) in [
         (&["run", "pen-sphere", "--second-hand", "firm", "--no-record"][..], "two-hands"),
         (&["run", "two-hands", "--second-hand", "strong", "--no-record"], "relaxed"),

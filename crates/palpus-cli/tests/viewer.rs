@@ -5,7 +5,7 @@ mod display;
 
 use std::fs;
 
-use display::Display;
+use display::{Display, WHOLE, orange};
 
 /// A cube of side 2 about the origin.
 const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
@@ -28,14 +28,13 @@ fn a_click_picks_a_piece_and_a_key_shows_depth() {
     fs::write(display.folder.join("cube.obj"), CUBE).expect("a temporary file");
     let _window = display.show(&["view", "cube.obj"]);
     let anything = |[r, g, b]: [i32; 3]| r + g + b > 90;
-    display.wait_for("window", 100_000, anything);
-    // There is no window manager that would do it.
-    display.input("search --name palpus windowfocus");
+    display.wait_for("window", 100_000, &WHOLE, anything);
+    display.focus();
     display.input("mousemove 450 400");
     display.input("click 1");
-    display.wait_for("Gauss map and picked piece", 40_000, blue);
+    display.wait_for("Gauss map and picked piece", 40_000, &WHOLE, blue);
     display.input("key d");
-    display.wait_for("section", 200, yellow);
+    display.wait_for("section", 200, &WHOLE, yellow);
     display.input("key Escape");
     display.input("key s");
     display.wait_for_picture("palpus-out/window-1.png");
@@ -48,13 +47,12 @@ fn a_recording_is_seen_where_one_goes_in_it() {
     let run = ["run", "spoon-cup", "--fast", "--duration", "3", "--record", "run.csv", "--headless"];
     assert!(display.palpus(&run).output().expect("it starts").status.success());
     let _window = display.show(&["replay", "run.csv", "--view"]);
-    // The spoon: much red, less green, little blue.
-    let orange = |[r, g, b]: [i32; 3]| r > 120 && r > g + 30 && g > b + 25;
-    display.wait_for("spoon", 1000, orange);
-    display.input("search --name palpus windowfocus");
+    display.wait_for("spoon", 1000, &WHOLE, orange);
+    display.focus();
     // Contact begins within three seconds: where the force is largest, there are dots of contacts.
     display.input("key m");
-    display.wait_for("contacts", 30, |[r, g, b]| (r > 200 && g < 110 && b < 110) || (g > 180 && r < 110 && b < 140));
+    let dot = |[r, g, b]: [i32; 3]| (r > 200 && g < 110 && b < 110) || (g > 180 && r < 110 && b < 140);
+    display.wait_for("contacts", 30, &WHOLE, dot);
     display.input("key s");
     display.wait_for_picture("palpus-out/window-1.png");
 }

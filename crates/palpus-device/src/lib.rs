@@ -8,7 +8,8 @@
 //!   last wrench written is zero.
 //! * [`SafetyChain`] — what stands between a computed wrench and the hand, in every tick; with the [`Gate`] before the step and the
 //!   [`Watch`] beside the loop. [`FaultyDevice`] is how all that is tried.
-//! * [`claim`] — what an operating system has for a loop that must not be late: priority, locked memory, a core of its own.
+//! * [`claim`] — what an operating system has for a loop that must not be late: priority, locked memory, a core of its own, which
+//!   [`leave_core`] has others leave.
 //! * [`latest`] — whatever is slower than the loop (a window, a live line) sees the newest value.
 //! * [`record`] — rows leave the servo thread through a bounded queue; a full queue drops and counts, it never waits.
 //!
@@ -36,7 +37,7 @@ pub use haply::message as haply_messages;
 pub use haply::{HAPLY_ADDRESS, HaplyCounts, HaplyDevice, HaplyError, HaplyOptions};
 pub use latest::{Newest, Publisher, latest, latest_of};
 pub use placed::PlacedDevice;
-pub use realtime::{Claimed, RealTimeClaims, RealTimeOptions, claim};
+pub use realtime::{Claimed, RealTimeClaims, RealTimeOptions, claim, leave_core};
 pub use recorder::{Recorder, Recording, RecordingSummary, Sink, record};
 pub use replay::ReplayDevice;
 pub use safety::{

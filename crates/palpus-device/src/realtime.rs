@@ -3,7 +3,7 @@
 //! 1. **Priority**: the loop's thread runs before every ordinary one (`SCHED_FIFO`).
 //! 2. **Memory** that is locked: no page of the program is ever waited for.
 //! 3. **A core**: the thread stays on one, an isolated one if there is any. Only with priority: on a core that it had to share, a
-//!    pinned thread would wait where a free one moves on.
+//!    pinned thread would wait where a free one moves on. Who draws beside the loop leaves that core ([`leave_core`]).
 //!
 //! Each is asked for by itself; what is not granted is said with its reason and the one line that mends it, and the loop runs
 //! without. Known on Linux; elsewhere nothing is claimed.
@@ -63,6 +63,8 @@ pub struct RealTimeClaims {
     pub memory: Claimed,
     /// See [`RealTimeOptions::pin`].
     pub core: Claimed,
+    /// The core that the thread stays on, if it does.
+    pub pinned_to: Option<usize>,
 }
 
 impl RealTimeClaims {
@@ -77,15 +79,24 @@ pub fn claim(options: &RealTimeOptions) -> RealTimeClaims {
     let priority = options.priority.map_or(Claimed::NotAsked, system::claim_priority);
     let memory = if options.lock_memory { system::lock_memory() } else { Claimed::NotAsked };
     let has_priority = matches!(priority, Claimed::Granted(_));
-    let core = match options.pin {
+    let (core, pinned_to) = match options.pin {
         true if has_priority => system::pin(),
-        true => Claimed::Refused {
-            why: "without priority a pinned thread waits for whoever has its core".to_owned(),
-            mend: "get the priority first".to_owned(),
-        },
-        false => Claimed::NotAsked,
+        true => {
+            let why = "without priority a pinned thread waits for whoever has its core".to_owned();
+            (Claimed::Refused { why, mend: "get the priority first".to_owned() }, None)
+        }
+        false => (Claimed::NotAsked, None),
     };
-    RealTimeClaims { priority, memory, core }
+    RealTimeClaims { priority, memory, core, pinned_to }
+}
+
+/// Keeps the calling thread, and all that it starts from now on, off the core on which `claims` keep a loop. A thread that claims a
+/// core has all of the process's to choose from again. To be called once the loop's thread has its claims, before a window is opened:
+/// where the processor draws, threads of the graphics library come and go on every core that they may have.
+pub fn leave_core(claims: &RealTimeClaims) {
+    if let Some(core) = claims.pinned_to {
+        system::leave(core);
+    }
 }
 
 /// Lets the calling thread, started by one that has claimed a priority and a core, run before that thread and anywhere.
@@ -95,6 +106,8 @@ pub(crate) fn outrank() {
 
 #[cfg(target_os = "linux")]
 mod system {
+    use std::sync::OnceLock;
+
     use rustix::io::Errno;
     use rustix::mm::{MlockAllFlags, mlockall};
     use rustix::process::{Resource, getpid, getrlimit};
@@ -168,32 +181,45 @@ mod system {
         rustix::process::geteuid().is_root()
     }
 
-    pub(super) fn pin() -> Claimed {
-        let refused = |error: Errno| Claimed::Refused {
-            why: error.to_string(),
-            mend: "let the process use more cores (taskset, cpuset)".to_owned(),
+    /// The cores that the process has: those of its first thread, as they were before it left one.
+    fn cores_of_process() -> Result<CpuSet, Errno> {
+        static CORES: OnceLock<Result<CpuSet, Errno>> = OnceLock::new();
+        *CORES.get_or_init(|| sched_getaffinity(Some(getpid())))
+    }
+
+    pub(super) fn leave(core: usize) {
+        // Refused, nothing is lost but quiet.
+        if let Ok(mut rest) = sched_getaffinity(None) {
+            rest.unset(core);
+            let _ = sched_setaffinity(None, &rest);
+        }
+    }
+
+    /// And on which.
+    pub(super) fn pin() -> (Claimed, Option<usize>) {
+        let refused = |why: String| {
+            (Claimed::Refused { why, mend: "let the process use more cores (taskset, cpuset)".to_owned() }, None)
         };
-        let allowed = match sched_getaffinity(None) {
+        let allowed = match cores_of_process() {
             Ok(allowed) => allowed,
-            Err(error) => return refused(error),
+            Err(error) => return refused(error.to_string()),
         };
         if allowed.count() < 2 {
-            return Claimed::Refused {
-                why: "there is one core only".to_owned(),
-                mend: "let the process use more cores (taskset, cpuset)".to_owned(),
-            };
+            return refused("there is one core only".to_owned());
         }
         let isolated = isolated();
         let of_allowed = |core: &usize| allowed.is_set(*core);
         // Otherwise one of the fastest, and of those the last: interrupts and whatever is started first gather on the first.
         let fastest = || (0..CpuSet::MAX_CPU).filter(of_allowed).max_by_key(|core| (top_frequency(*core), *core));
-        let Some(core) = isolated.iter().copied().find(of_allowed).or_else(fastest) else { return Claimed::NotAsked };
+        let Some(core) = isolated.iter().copied().find(of_allowed).or_else(fastest) else {
+            return (Claimed::NotAsked, None);
+        };
         let mut one = CpuSet::new();
         one.set(core);
         match sched_setaffinity(None, &one) {
-            Ok(()) if isolated.contains(&core) => Claimed::Granted(format!("core {core}, isolated")),
-            Ok(()) => Claimed::Granted(format!("core {core}")),
-            Err(error) => refused(error),
+            Ok(()) if isolated.contains(&core) => (Claimed::Granted(format!("core {core}, isolated")), Some(core)),
+            Ok(()) => (Claimed::Granted(format!("core {core}")), Some(core)),
+            Err(error) => refused(error.to_string()),
         }
     }
 
@@ -216,7 +242,7 @@ mod system {
         {
             let above = u8::try_from(parameters.sched_priority + 1).unwrap_or(u8::MAX).min(99);
             let _ = set_priority(above);
-            if let Ok(all) = sched_getaffinity(Some(getpid())) {
+            if let Ok(all) = cores_of_process() {
                 let _ = sched_setaffinity(None, &all);
             }
         }
@@ -246,9 +272,11 @@ mod system {
         not_here()
     }
 
-    pub(super) fn pin() -> Claimed {
-        not_here()
+    pub(super) fn pin() -> (Claimed, Option<usize>) {
+        (not_here(), None)
     }
+
+    pub(super) fn leave(_: usize) {}
 
     pub(super) fn outrank() {}
 }
@@ -291,5 +319,30 @@ mod tests {
         }
         let nothing = RealTimeOptions { priority: None, lock_memory: false, pin: false };
         assert!(claim(&nothing).lines().iter().all(|(_, claimed)| **claimed == Claimed::NotAsked));
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn who_leaves_the_core_does_so_with_all_it_starts_and_the_next_loop_gets_it_again() {
+        use rustix::thread::sched_getaffinity;
+
+        let Some(core) = std::thread::spawn(|| system::pin().1).join().unwrap() else { return };
+        let pinned = RealTimeClaims {
+            priority: Claimed::NotAsked,
+            memory: Claimed::NotAsked,
+            core: Claimed::Granted(String::new()),
+            pinned_to: Some(core),
+        };
+        let is_off_the_core =
+            move || sched_getaffinity(None).is_ok_and(|cores| cores.count() > 0 && !cores.is_set(core));
+        let window = std::thread::spawn(move || {
+            leave_core(&RealTimeClaims { pinned_to: None, ..pinned.clone() });
+            assert!(!is_off_the_core(), "there was nothing to leave");
+            leave_core(&pinned);
+            let drawing = std::thread::spawn(is_off_the_core).join().unwrap();
+            let next = std::thread::spawn(|| system::pin().1).join().unwrap();
+            (is_off_the_core(), drawing, next)
+        });
+        assert_eq!(window.join().unwrap(), (true, true, Some(core)));
     }
 }

@@ -1,5 +1,7 @@
 //! One loop with two devices: each as if alone as long as nothing goes wrong, and what goes wrong with one takes that one's force only.
 
+mod seeded;
+
 use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -16,6 +18,7 @@ use palpus_device::{
     ToolOutcome, VirtualTime,
 };
 use palpus_scenes::shape;
+use seeded::Random;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
@@ -169,30 +172,21 @@ fn what_the_loop_does_wrong_is_felt_by_neither() {
     assert!(statistics.iter().all(|statistics| statistics.safety.faults() <= 1));
 }
 
-/// SplitMix64.
-fn next(state: &mut u64) -> u64 {
-    *state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}
-
 #[test]
 fn whatever_one_device_goes_through_the_other_is_as_ever() {
     let (_, undisturbed, _) = run(&[], AfterFault::Reengage, walls);
-    let mut state = SEED;
+    let mut random = Random(SEED);
     for sequence in 0..100 {
-        let faults: Vec<(u64, Fault)> = (0..1 + next(&mut state) % 5)
+        let faults: Vec<(u64, Fault)> = (0..1 + random.below(5))
             .map(|_| {
-                let at = next(&mut state) % 2000;
-                let fault = match next(&mut state) % 8 {
+                let at = random.below(2000);
+                let fault = match random.below(8) {
                     0 => Fault::NonFinitePose,
                     1 => Fault::NonFiniteTwist,
                     2 => Fault::NoRotation,
-                    3 => Fault::PoseJump(DVec3::Y * (next(&mut state) % 1000) as f64),
-                    4 => Fault::Frozen((next(&mut state) % 100) as u32),
-                    5 => Fault::Stuck((next(&mut state) % 100) as u32),
+                    3 => Fault::PoseJump(DVec3::Y * random.below(1000) as f64),
+                    4 => Fault::Frozen(random.below(100) as u32),
+                    5 => Fault::Stuck(random.below(100) as u32),
                     6 => Fault::Speed(1e9),
                     _ => Fault::Dropped,
                 };

@@ -1,9 +1,12 @@
 //! Contact through the virtual coupling is solid: still in the hand, at rest and moving, and no source of energy.
 
+mod closed_loop;
+
 use std::sync::Arc;
 
+use closed_loop::{HandWork, TICK, cycle, elapsed, limits};
 use glam::DVec3;
-use palpus::algebra::{NoClock, Pose, Wrench, rotation_between};
+use palpus::algebra::{NoClock, Pose, Wrench};
 use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::force::FrictionSettings;
 use palpus::render::{Clustering, Limits, ProbeState, Renderer, Settings, VirtualCoupling};
@@ -14,7 +17,6 @@ use palpus_device::{
 use palpus_scenes::{Scene, scene};
 
 const SEED: u64 = 0x501d;
-const TICK: f64 = 1e-3;
 
 fn body(soup: &PolygonSoup) -> Arc<Body> {
     let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
@@ -24,8 +26,7 @@ fn body(soup: &PolygonSoup) -> Arc<Body> {
 /// The scene through a coupling as the simulated device bears it, with contacts of `stiffness` N/m.
 fn renderer(scene: &Scene, stiffness: f64) -> Renderer {
     let (a, b) = (body(&scene.probe), body(&scene.environment));
-    let spec = SimulationSettings::default().spec;
-    let limits = Limits { force: spec.force_max, torque: spec.torque_max };
+    let limits = limits();
     let settings = Settings {
         contact_tolerance: scene.contact.tolerance,
         cluster_radius: scene.contact.cluster_radius,
@@ -46,8 +47,8 @@ fn renderer(scene: &Scene, stiffness: f64) -> Renderer {
 /// What a loop was like.
 struct Felt {
     forces: Vec<DVec3>,
-    /// Largest net work on the hand at any time, J, by what truly acted over what truly moved.
-    generated: f64,
+    /// What was done on the hand.
+    work: HandWork,
 }
 
 /// `seconds` of the closed loop, its servo uneven like a logged one. With `load`, N, a weight pulls beside the hand.
@@ -63,37 +64,21 @@ fn run(
     let spec = palpus_device::DeviceSpec { force_max: f64::INFINITY, ..default.spec.clone() };
     let settings = SimulationSettings { hand, spec, jitter: Some(Jitter::logged(SEED)), ..default };
     let mut device = SimulatedDevice::new(settings, intent).expect("usual settings");
-    let (mut felt, mut work) = (Felt { forces: Vec::new(), generated: 0.0 }, 0.0);
-    let (mut last, mut time) = (None::<(Pose, Wrench)>, 0.0);
+    let mut felt = Felt { forces: Vec::new(), work: HandWork::default() };
+    let mut time = 0.0;
     for _ in 0..(seconds / TICK) as usize {
         let state = device.read().expect("it is simulated");
         let pose = device.true_pose();
-        if let Some((before, acted)) = last {
-            work += acted.force.dot(pose.translation - before.translation);
-            work += acted.torque.dot(rotation_between(before.rotation, pose.rotation));
-            felt.generated = felt.generated.max(work);
-        }
-        let dt = if state.time > time { state.time - time } else { TICK };
-        time = state.time;
+        felt.work.moved_to(&pose);
+        let dt = elapsed(&state, &mut time);
         let computed = renderer.step(&ProbeState { pose_ba: state.pose, twist: state.twist }, dt, &NoClock).commanded;
         let wrench = chain.as_mut().map_or(computed, |chain| chain.shape(&state, &computed, Cuts::NONE).wrench);
         device.write(&Wrench { force: wrench.force + load, ..wrench }).expect("it is finite");
         let applied = device.applied();
-        last = Some((pose, Wrench { force: applied.force - load, ..applied }));
+        felt.work.act(pose, Wrench { force: applied.force - load, ..applied });
         felt.forces.push(wrench.force);
     }
     felt
-}
-
-/// Root of the mean square of what is above 10 Hz, as a part of the mean: a mean over a tenth of a second is taken off.
-fn cycle(forces: &[DVec3]) -> (f64, f64) {
-    const WINDOW: usize = 101;
-    let mean = forces.iter().sum::<DVec3>().length() / forces.len() as f64;
-    let squares = forces
-        .windows(WINDOW)
-        .map(|window| (window[WINDOW / 2] - window.iter().sum::<DVec3>() / WINDOW as f64).length_squared());
-    let (sum, count) = squares.fold((0.0, 0), |(sum, count), square| (sum + square, count + 1));
-    ((sum / f64::from(count)).sqrt() / mean, mean)
 }
 
 #[test]
@@ -139,6 +124,6 @@ fn a_minute_of_contact_gives_the_hand_no_energy() {
         let chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), TICK);
         let path = scene.path.clone();
         let felt = run(&mut renderer, HandImpedance::NORMAL, |time| path.pose(time), DVec3::ZERO, Some(chain), 60.0);
-        assert!(felt.generated <= 1e-6, "{name}: {} J, seed {SEED:#x}", felt.generated);
+        assert!(felt.work.most <= 1e-6, "{name}: {} J, seed {SEED:#x}", felt.work.most);
     }
 }

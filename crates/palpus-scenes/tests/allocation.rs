@@ -1,9 +1,10 @@
 //! No step of any scene obtains memory, however it is rendered.
 
-use std::cell::Cell;
+mod counting_clock;
+
 use std::sync::Arc;
 
-use palpus::algebra::Clock;
+use counting_clock::CountingClock;
 use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::{Clustering, ProbeState, Renderer, Settings, VirtualCoupling};
@@ -12,17 +13,6 @@ use palpus_scenes::scenes;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
-
-/// Each look takes a while, so that a budget is spent.
-#[derive(Default)]
-struct Counting(Cell<u64>);
-
-impl Clock for Counting {
-    fn now_ns(&self) -> u64 {
-        self.0.set(self.0.get() + 500);
-        self.0.get()
-    }
-}
 
 fn body(soup: &PolygonSoup) -> Arc<Body> {
     let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
@@ -61,7 +51,8 @@ fn no_step_of_any_scene_obtains_memory() {
         ];
         for (way, settings) in ways {
             let mut renderer = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
-            let clock = Counting::default();
+            // Each look takes a while, so that a budget is spent.
+            let clock = CountingClock::new(500);
             let mut touching = 0;
             let before = allocations_of_this_thread();
             assert!(before > 0, "the counter is not installed");

@@ -5,18 +5,17 @@
 //! densely: there the surface itself moves by the height of the coarse mesh's arcs, so forces are compared for the same deepest
 //! engagement, as direction and size; most of what is left is the facets' normals.
 
+mod bodies;
+
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
+use bodies::body;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose};
-use palpus::body::{Body, BodySettings, PolygonSoup};
+use palpus::body::{Body, PolygonSoup};
 use palpus::render::{Clustering, ProbeState, Renderer, Settings};
 use palpus_scenes::shape::{self, TORUS_MAJOR_RADIUS, TORUS_MINOR_RADIUS};
-
-fn body(soup: &PolygonSoup) -> Arc<Body> {
-    Arc::new(Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("the mesh makes a body"))
-}
 
 /// Every triangle cut in four at the middles of its sides.
 fn cut_in_four(soup: &PolygonSoup) -> PolygonSoup {

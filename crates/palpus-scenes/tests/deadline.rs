@@ -1,33 +1,20 @@
 //! Steps that are cut short by a deadline: what is felt stays finite, bounded, continuous and near the full answer, and is caught up.
 
-use std::cell::Cell;
+mod bodies;
+mod counting_clock;
+
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
+use bodies::body;
+use counting_clock::CountingClock;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Clock, NoClock, Pose};
-use palpus::body::{Body, BodySettings, PolygonSoup};
+use palpus::body::{Body, PolygonSoup};
 use palpus::force::{Contact, PairQuery};
 use palpus::render::{Limits, ProbeState, Renderer, Settings, Tick};
 use palpus_scenes::scene;
-
-/// A clock that takes as long for each look at it, whatever was done meanwhile: the same on every machine.
-struct Counting {
-    now: Cell<u64>,
-    per_look: u64,
-}
-
-impl Clock for Counting {
-    fn now_ns(&self) -> u64 {
-        self.now.set(self.now.get() + self.per_look);
-        self.now.get()
-    }
-}
-
-fn body(soup: &PolygonSoup) -> Arc<Body> {
-    Arc::new(Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("a scene's mesh makes a body"))
-}
 
 /// What came of a run with a budget beside one without.
 #[derive(Debug, Default)]
@@ -123,7 +110,7 @@ fn a_scene_that_is_cut_short_by_a_counting_clock_feels_nearly_the_same() {
         let ticks = 1500;
         let begin = 0.3 * scene.path.duration();
         let poses: Vec<Pose> = (0..ticks).map(|k| scene.path.pose(begin + f64::from(k) * 1e-3)).collect();
-        let clock = Counting { now: Cell::new(0), per_look: 600 };
+        let clock = CountingClock::new(600);
         let outcome = compare(&a, &b, settings, 20_000, &clock, &poses);
         assert!(outcome.late > 100 && outcome.held > 500, "{name}: {outcome:?}");
         assert_near(&outcome, name);
@@ -156,7 +143,7 @@ fn twenty_microseconds_on_the_armadillo() {
         Pose::new(turn, middle(&b) - turn * middle(&a) + way * far + slide * 0.01 * b.size())
     };
     let poses: Vec<Pose> = (0..700).map(pose).collect();
-    let clock = Counting { now: Cell::new(0), per_look: 300 };
+    let clock = CountingClock::new(300);
     let outcome = compare(&a, &b, settings, 20_000, &clock, &poses);
     assert!(outcome.late > 600, "{outcome:?}");
     assert_near(&outcome, "by a counting clock");

@@ -1,10 +1,12 @@
 //! Friction held to physics: a free block on a ramp and on a table, pushed by nothing but gravity and the engine's wrench.
 
+mod bodies;
 mod falling;
 
 use std::sync::Arc;
 
-use falling::{DT, Falling, GRAVITY, body};
+use bodies::body;
+use falling::{DT, Falling, GRAVITY};
 use glam::{DQuat, DVec2, DVec3};
 use palpus::algebra::Pose;
 use palpus::body::{Body, PolygonSoup};

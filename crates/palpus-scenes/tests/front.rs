@@ -1,12 +1,17 @@
 //! The sleeping front answers what the full traversal answers, on every scene and along every kind of motion.
 
+mod bodies;
+mod seeded;
+
 use std::path::Path;
 
+use bodies::body;
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
-use palpus::body::{Body, BodySettings, PolygonSoup};
+use palpus::body::Body;
 use palpus::collision::{Closest, Front, LeafPair, LeafPairs, Proximity, Side, Traversal};
 use palpus_scenes::{Scene, scene, scenes};
+use seeded::Random;
 
 /// Of everything random here.
 const SEED: u64 = 0xf207_7e57;
@@ -17,30 +22,6 @@ const SLACK: f64 = 1e-8;
 
 /// Relative to the bodies' size: how far a march may answer another distance from another start.
 const ROUNDING: f64 = 1e-11;
-
-struct Random(u64);
-
-impl Random {
-    /// SplitMix64, to [0, 1).
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
-    }
-
-    fn one_in(&mut self, n: u32) -> bool {
-        self.unit() * f64::from(n) < 1.0
-    }
-}
-
-fn body(soup: &PolygonSoup) -> Body {
-    Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("a scene's mesh makes a body")
-}
 
 fn side(body: &Body) -> Side<'_> {
     Side { hierarchy: body.hierarchy(), pieces: body.polytopes() }

@@ -1,10 +1,13 @@
 //! What must hold of every answer on every scene, whatever the answer is.
 
+mod bodies;
+
 use std::sync::Arc;
 
+use bodies::body;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose, Wrench};
-use palpus::body::{Body, BodySettings, Hierarchy, PolygonSoup, Polytope};
+use palpus::body::{Hierarchy, PolygonSoup, Polytope};
 use palpus::collision::{Closest, LeafPair, LeafPairs, Proximity, Side, Traversal, gjk, initial_features};
 use palpus::force::PairQuery;
 use palpus::render::{ProbeState, Renderer, Settings};
@@ -12,10 +15,6 @@ use palpus_scenes::{Scene, scene, scenes};
 
 /// Of everything random here.
 const SEED: u64 = 0x1de7_717e;
-
-fn body(soup: &PolygonSoup) -> Body {
-    Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("a scene's mesh makes a body")
-}
 
 fn settings(scene: &Scene) -> Settings {
     Settings {
@@ -72,7 +71,7 @@ fn points_normal_and_separation_agree_and_the_forces_on_both_bodies_cancel() {
     for entry in scenes().iter().filter(|entry| entry.build().second.is_none()) {
         let scene = entry.build();
         let settings = settings(&scene);
-        let (a, b) = (Arc::new(body(&scene.probe)), Arc::new(body(&scene.environment)));
+        let (a, b) = (body(&scene.probe), body(&scene.environment));
         let mut renderer = Renderer::new(a, b, settings).expect("a scene's settings are valid");
         let mut contacts = 0;
         for pose in poses(&scene, 300) {
@@ -163,9 +162,9 @@ fn moving_the_whole_scene_moves_the_wrench_with_it() {
         let moved = Pose::new(DQuat::from_rotation_x(0.7) * DQuat::from_rotation_z(-1.9), DVec3::new(0.3, -0.2, 0.5));
         let mut environment = scene.environment.clone();
         environment.vertices.iter_mut().for_each(|v| *v = moved.point(*v));
-        let probe = Arc::new(body(&scene.probe));
+        let probe = body(&scene.probe);
         let renderer = |soup: &PolygonSoup| {
-            Renderer::new(Arc::clone(&probe), Arc::new(body(soup)), settings(&scene)).expect("valid settings")
+            Renderer::new(Arc::clone(&probe), body(soup), settings(&scene)).expect("valid settings")
         };
         let (mut here, mut there) = (renderer(&scene.environment), renderer(&environment));
         for (k, pose) in poses(&scene, 200).into_iter().enumerate() {

@@ -1,20 +1,19 @@
 //! Shading turns forces and does nothing else: the same contacts, as deep, as strong; creases stay sharp.
 
+mod bodies;
+
 use std::sync::Arc;
 
+use bodies::body;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose};
-use palpus::body::{Body, BodySettings, Feature, PolygonSoup, Polytope};
+use palpus::body::{Body, Feature, Polytope};
 use palpus::force::ShadingSettings;
 use palpus::render::{Clustering, ProbeState, Renderer, Settings};
 use palpus_scenes::{scene, shape};
 
 const SHADING: ShadingSettings = ShadingSettings { crease_angle: 0.7, most_turn: 0.5 };
 const BOTH: [Clustering; 2] = [Clustering::Linkage, Clustering::Smooth];
-
-fn body(soup: &PolygonSoup) -> Arc<Body> {
-    Arc::new(Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("the mesh makes a body"))
-}
 
 /// The same scene without and with shading.
 fn both_ways(a: &Arc<Body>, b: &Arc<Body>, settings: Settings) -> [Renderer; 2] {

@@ -15,7 +15,7 @@
 //! * `letters` — a font of strokes.
 //! * `paint` — the layers put together: bodies, then translucent bodies, then marks, then words.
 //! * `piece`, `gauss` — one convex piece: its numbers, and its Gauss map on the sphere of directions.
-//! * `section`, `section_picture` — how deep a body is felt on a plane through it, and that as a picture.
+//! * `section`, `section_panel`, `section_picture` — how deep a body is felt on a plane through it, that as a picture, and as a page.
 //! * `sheet` — a page for what is drawn flat.
 //! * `picture`, `png`, `palette` — pixels, and how they are kept.
 //! * `window` — with the feature `gui`: the same scene, live, through the machine's graphics library, beside the servo loop.
@@ -37,6 +37,7 @@ mod png;
 mod raster;
 mod scene;
 mod section;
+mod section_panel;
 mod section_picture;
 mod sheet;
 mod solid;
@@ -53,7 +54,8 @@ pub use picture::{Picture, Rgb};
 pub use piece::{PieceNumbers, richest_piece};
 pub use scene::{Look, Scene, ShownBody, Unit};
 pub use section::{Axis, Feeler, Felt, POINT, Section, SectionNumbers, SectionPlane};
-pub use section_picture::{SectionOf, Shown, contour_step, depth_colour, paint_section, paint_section_panel};
+pub use section_panel::{SectionOf, Shown, contour_step, depth_colour, paint_section_panel};
+pub use section_picture::paint_section;
 pub use solid::Solid;
 pub use style::{Style, Theme};
 #[cfg(feature = "gui")]

@@ -69,6 +69,15 @@ pub(crate) struct Colours {
 }
 
 impl Theme {
+    /// Dark for light, light for dark.
+    #[cfg(feature = "gui")]
+    pub(crate) fn other(self) -> Self {
+        match self {
+            Self::Light => Self::Dark,
+            Self::Dark => Self::Light,
+        }
+    }
+
     pub(crate) fn colours(self) -> Colours {
         match self {
             Self::Light => Colours {

@@ -74,7 +74,7 @@ fn contacts_at_absurd_distances_are_finite_or_left_out() {
 fn a_quaternion_of_single_precision_stretches_nothing() {
     let mut renderer = Renderer::new(cube(), cube(), Settings::default()).expect("valid settings");
     for off in [-9e-7, -3e-8, 3e-8, 9e-7] {
-        let turned = (1.0 + off) * DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.3);
+        let turned = DQuat::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 0.3) * (1.0 + off);
         let pose = Pose { rotation: turned, translation: DVec3::new(0.0, 0.0, 0.0195) };
         let tick = renderer.step(&ProbeState::at(pose), 1e-3, &NoClock);
         assert!(!tick.contacts.is_empty());

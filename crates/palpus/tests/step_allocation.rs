@@ -30,6 +30,25 @@ fn torus(major: f64, minor: f64, n: u32, m: u32) -> Arc<Body> {
     Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).expect("a torus is a body"))
 }
 
+/// The probe's and the environment's.
+fn tori() -> [Arc<Body>; 2] {
+    [torus(0.04, 0.012, 20, 10), torus(0.04, 0.012, 24, 12)]
+}
+
+/// Settings under which friction, shading and damping have their part.
+fn every_force_stage() -> Settings {
+    Settings {
+        friction: Some(FrictionSettings {
+            static_coefficient: 0.5,
+            dynamic_coefficient: 0.4,
+            tangential_stiffness: 600.0,
+        }),
+        shading: Some(ShadingSettings { crease_angle: 0.6, most_turn: 0.5 }),
+        damping: 1.0,
+        ..Settings::default()
+    }
+}
+
 /// One torus rolls and slides through the hole of another, touching and parting.
 fn path(k: u32) -> ProbeState {
     let s = f64::from(k) / 400.0;
@@ -50,17 +69,7 @@ impl Clock for Counting {
 
 #[test]
 fn a_step_does_not_allocate() {
-    let settings = Settings {
-        friction: Some(FrictionSettings {
-            static_coefficient: 0.5,
-            dynamic_coefficient: 0.4,
-            tangential_stiffness: 600.0,
-        }),
-        shading: Some(ShadingSettings { crease_angle: 0.6, most_turn: 0.5 }),
-        damping: 1.0,
-        ..Settings::default()
-    };
-    let (probe, environment) = (torus(0.04, 0.012, 20, 10), torus(0.04, 0.012, 24, 12));
+    let (settings, [probe, environment]) = (every_force_stage(), tori());
     let mut renderer = Renderer::new(probe.clone(), environment.clone(), settings).expect("the settings are valid");
     let hurried = Settings { time_budget: Some(40_000), ..settings };
     let mut hurried = Renderer::new(probe, environment, hurried).expect("the settings are valid");
@@ -101,17 +110,7 @@ fn a_step_does_not_allocate() {
 
 #[test]
 fn a_step_of_two_tools_does_not_allocate() {
-    let settings = Settings {
-        friction: Some(FrictionSettings {
-            static_coefficient: 0.5,
-            dynamic_coefficient: 0.4,
-            tangential_stiffness: 600.0,
-        }),
-        shading: Some(ShadingSettings { crease_angle: 0.6, most_turn: 0.5 }),
-        damping: 1.0,
-        ..Settings::default()
-    };
-    let (probe, environment) = (torus(0.04, 0.012, 20, 10), torus(0.04, 0.012, 24, 12));
+    let (settings, [probe, environment]) = (every_force_stage(), tori());
     let coupling = VirtualCoupling::tuned(&settings.limits, 1e-3, 1e-3, probe.mass());
     let coupled = Settings { coupling: Some(coupling), stiffness: 5000.0, ..settings };
     let probes = [probe.clone(), probe];

@@ -4,11 +4,10 @@
 //!    start over the proven one.
 //! 2. *What a tilting box feels*: the contact point of a box that tilts through flat on a table, exact and blended.
 
-use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose};
 use palpus::body::{Body, BodySettings};
@@ -17,8 +16,8 @@ use palpus::render::Settings;
 use palpus_scenes::shape;
 
 use super::random::Random;
-use crate::output;
 use crate::plots::{BLUE, Drawn, Figure, Panel, Series, VERMILION, write_svg};
+use crate::{files, output};
 
 /// Of the shapes and poses of the first plot.
 const SEED: u64 = 0xdeb7_0001;
@@ -26,7 +25,7 @@ const VERTICES: usize = 100;
 const POSES: usize = 3000;
 
 pub(super) fn depth(out: &Path) -> anyhow::Result<ExitCode> {
-    fs::create_dir_all(out).with_context(|| format!("{} could not be created", out.display()))?;
+    files::make_folder(out)?;
     local(&out.join("depth_local.svg"))?;
     tilting(&out.join("depth_witness.svg"))?;
     output::line(format!("written to {}: depth_local.svg and depth_witness.svg", out.display()));

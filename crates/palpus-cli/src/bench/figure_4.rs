@@ -4,14 +4,15 @@
 use std::fs;
 use std::path::Path;
 
-use anyhow::Context;
 use palpus::render::{Clustering, ProbeState, Renderer, Settings};
 use palpus_io::scene::FilePolicy;
 use palpus_window::{Moment, View};
 use serde::Serialize;
 
-use super::figures::{TICK, ticks};
+use super::TICK;
+use super::figures::ticks;
 use crate::clock::WallClock;
+use crate::files;
 use crate::report::{Frame, Shot, of_moment};
 use crate::stage::{self, Stage};
 
@@ -47,8 +48,7 @@ pub(super) fn figure_4(out: &Path) -> anyhow::Result<()> {
             Shot { frame, view: View::Oblique, torque_max: as_in_the_paper.limits.torque, as_in_the_paper: true };
         let shots = of_moment(&stage, &moment, &shot)?;
         for (file, png) in [(format!("{name}.png"), &shots.light), (format!("{name}_dark.png"), &shots.dark)] {
-            let path = out.join(file);
-            fs::write(&path, png).with_context(|| format!("{} could not be written", path.display()))?;
+            files::write(&out.join(file), png)?;
         }
     }
     fs::write(out.join("figure4.json"), serde_json::to_string_pretty(&description)?)?;

@@ -8,24 +8,21 @@ use std::io::Write;
 use std::path::Path;
 use std::process::ExitCode;
 
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use palpus::algebra::NoClock;
 use palpus::force::{Contact, PairQuery};
 use palpus::render::{Clustering, ProbeState, Renderer, Settings, TickSummary};
 use palpus_io::scene::FilePolicy;
 
 use super::figure_4::figure_4;
-use super::table;
+use super::{TICK, table};
 use crate::clock::WallClock;
 use crate::plots::{BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION, bands, write_svg};
 use crate::stage::{self, Stage};
-use crate::{output, query};
-
-/// s.
-pub(super) const TICK: f64 = 1e-3;
+use crate::{files, output, query};
 
 pub(super) fn figures(out: &Path, models: Option<&Path>) -> anyhow::Result<ExitCode> {
-    fs::create_dir_all(out).with_context(|| format!("{} could not be created", out.display()))?;
+    files::make_folder(out)?;
     let rows = table::measure(models)?;
     let text = table::text(&rows);
     fs::write(out.join("table1.txt"), format!("{text}\n"))?;

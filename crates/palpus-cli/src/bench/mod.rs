@@ -12,6 +12,8 @@ mod table;
 
 use std::process::ExitCode;
 
+use palpus::render::{Limits, Settings};
+
 use crate::args::BenchCommand;
 pub(crate) use table::find as find_model;
 
@@ -29,3 +31,19 @@ pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {
         BenchCommand::Step { a, b, poses, out, tolerance } => step::step(a, b, poses, out, *tolerance),
     }
 }
+
+/// s.
+const TICK: f64 = 1e-3;
+
+/// A renderer's settings with this tolerance: what `palpus run` feels, without a device's limits.
+fn settings(tolerance: f64) -> Settings {
+    Settings {
+        contact_tolerance: tolerance,
+        cluster_radius: CLUSTER_TOLERANCES * tolerance,
+        limits: Limits { force: f64::INFINITY, torque: f64::INFINITY },
+        ..Settings::default()
+    }
+}
+
+/// As the built-in scenes have it.
+const CLUSTER_TOLERANCES: f64 = 4.0;

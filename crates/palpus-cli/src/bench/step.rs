@@ -6,9 +6,10 @@ use std::process::ExitCode;
 use std::sync::Arc;
 
 use palpus::body::BodySettings;
-use palpus::render::{Limits, ProbeState, Renderer, Settings};
+use palpus::render::{ProbeState, Renderer};
 use palpus_io::read_poses;
 
+use super::TICK;
 use crate::clock::WallClock;
 use crate::{bodies, output, query};
 
@@ -18,13 +19,7 @@ pub(super) fn step(a: &Path, b: &Path, poses: &Path, out: &Path, tolerance: Opti
     let a = Arc::new(bodies::prepare_file(a, &settings)?.body);
     let b = Arc::new(bodies::prepare_file(b, &settings)?.body);
     let tolerance = query::tolerance_of(tolerance, &a, &b)?;
-    let settings = Settings {
-        contact_tolerance: tolerance,
-        cluster_radius: CLUSTER_TOLERANCES * tolerance,
-        limits: Limits { force: f64::INFINITY, torque: f64::INFINITY },
-        ..Settings::default()
-    };
-    let mut renderer = Renderer::new(a, b, settings)?;
+    let mut renderer = Renderer::new(a, b, super::settings(tolerance))?;
     let clock = WallClock::new();
     let mut file = query::create(out)?;
     writeln!(file, "frame,query_us,depth_us,force_us,total_us,contacts,clusters,separation")?;
@@ -48,8 +43,3 @@ pub(super) fn step(a: &Path, b: &Path, poses: &Path, out: &Path, tolerance: Opti
     }
     Ok(ExitCode::SUCCESS)
 }
-
-/// As the built-in scenes have it.
-const CLUSTER_TOLERANCES: f64 = 4.0;
-/// s.
-const TICK: f64 = 1e-3;

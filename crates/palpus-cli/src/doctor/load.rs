@@ -129,14 +129,18 @@ pub(crate) fn between(before: Option<Snapshot>, after: Option<Snapshot>) -> Opti
     let all = after.all.saturating_sub(before.all).max(1) as f64;
     let busiest = busiest(&before, &after, all / after.cores.max(1) as f64);
     let others = after.busy.saturating_sub(before.busy).saturating_sub(after.own.saturating_sub(before.own));
-    let load_average = read_to_string("/proc/loadavg").ok();
     Some(Load {
         cores: after.cores,
         others_cores: others as f64 / all * after.cores as f64,
         stolen_share: after.stolen.saturating_sub(before.stolen) as f64 / all,
-        load_average: load_average.and_then(|text| text.split_whitespace().next()?.parse().ok()),
+        load_average: load_average(),
         busiest,
     })
+}
+
+/// Running or waiting threads of the machine, over the last minute.
+pub(crate) fn load_average() -> Option<f64> {
+    read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
 }
 
 #[cfg(test)]

@@ -2,15 +2,13 @@
 
 use std::sync::atomic::AtomicBool;
 
-use anyhow::anyhow;
-use palpus_device::{
-    DeviceState, RealTimeOptions, Servo, ServoOptions, SimulatedDevice, SimulationSettings, claim, hand_preset,
-};
+use palpus_device::{DeviceState, RealTimeOptions, Servo, ServoOptions, SimulatedDevice, SimulationSettings, claim};
 use palpus_io::scene::FilePolicy;
 use serde::Serialize;
 
 use super::RATE_HZ;
 use crate::engine::Engine;
+use crate::run::joined;
 use crate::stage::{self, Stage};
 
 /// Of a period: what step and lateness may take together. The rest is the device's reads and writes.
@@ -50,11 +48,7 @@ pub(super) fn prepare(name: &str) -> anyhow::Result<Stage> {
 
 /// Runs the scene's loop in real time for `duration` seconds on a thread of its own.
 pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Result<SceneTimes> {
-    let hand = stage.hand.and_then(hand_preset).or_else(|| hand_preset("normal"));
-    let mut settings = SimulationSettings { rate_hz: RATE_HZ, ..SimulationSettings::default() };
-    if let Some(hand) = hand {
-        settings.hand = hand;
-    }
+    let settings = SimulationSettings { rate_hz: RATE_HZ, hand: stage.hand(None)?, ..SimulationSettings::default() };
     let path = stage.path.clone();
     let mut device = SimulatedDevice::new(settings, move |time| path.pose(time))?;
     let mut engine = Engine::new(stage, stage.settings_for(&SimulationSettings::default().spec, RATE_HZ))?;
@@ -66,7 +60,7 @@ pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Resul
             let step = |state: &DeviceState, dt| engine.step(state, dt);
             servo.run(&mut device, step, &mut (), &AtomicBool::new(false))
         })?;
-        thread.join().map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))
+        joined(thread.join())
     })?;
     let step = &statistics.step_us;
     Ok(SceneTimes {

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use crate::numbers::grouped;
+
 /// A tick: where on the axis, and what stands there.
 pub(super) struct Tick {
     pub(super) at: f64,
@@ -68,26 +70,6 @@ fn short(value: f64) -> String {
         _ if value >= 0.999 => format!("{value:.0}"),
         _ => format!("{:.*}", (-(value.log10() + 1e-9).floor()).max(0.0) as usize, value),
     }
-}
-
-/// With a minus that is one, no −0, and a thin space at the thousands from five figures on.
-fn grouped(text: &str) -> String {
-    let (sign, digits) = text.strip_prefix('-').map_or(("", text), |rest| ("−", rest));
-    if digits.chars().all(|c| matches!(c, '0' | '.')) {
-        return "0".to_owned();
-    }
-    let (whole, part) = digits.split_once('.').map_or((digits, ""), |(whole, _)| (whole, &digits[whole.len()..]));
-    if whole.len() < 5 {
-        return format!("{sign}{digits}");
-    }
-    let mut grouped = String::new();
-    for (k, digit) in whole.chars().enumerate() {
-        if k > 0 && (whole.len() - k).is_multiple_of(3) {
-            grouped.push('\u{202f}');
-        }
-        grouped.push(digit);
-    }
-    format!("{sign}{grouped}{part}")
 }
 
 #[cfg(test)]

@@ -13,11 +13,11 @@ mod run;
 use std::ops::Range;
 use std::path::Path;
 
-use anyhow::Context;
-
-pub(crate) use draw::{Svg, escaped, svg};
+pub(crate) use draw::{Svg, svg};
 pub(crate) use ink::{BLUE, GREEN, Ink, VERMILION};
 pub(crate) use run::{query_us, run_figure, run_histograms, seconds};
+
+use crate::files;
 
 /// One curve of a panel.
 pub(crate) struct Series {
@@ -121,7 +121,7 @@ pub(crate) fn histogram(values: impl Iterator<Item = f64> + Clone) -> Vec<(f64, 
 
 /// Writes the figure to `path`.
 pub(crate) fn write_svg(figure: &Figure, path: &Path) -> anyhow::Result<()> {
-    std::fs::write(path, svg(figure).as_str()).with_context(|| format!("{} could not be written", path.display()))
+    files::write(path, svg(figure).as_str())
 }
 
 impl Figure {

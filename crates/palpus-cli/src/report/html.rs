@@ -5,7 +5,8 @@
 
 use std::io::Write as _;
 
-use crate::plots::{Svg, escaped};
+use crate::markup::escaped;
+use crate::plots::Svg;
 
 /// A piece of a page.
 #[derive(Default)]

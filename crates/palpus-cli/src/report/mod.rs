@@ -1,13 +1,11 @@
 //! `palpus report`: one HTML page that needs nothing else: of a recorded run, or of the whole reproduction of the paper.
 //!
 //! * `html`, `style.css` — the only place that writes tags; whatever stands in a recording is a stranger's text.
-//! * `numbers` — how numbers are said.
 //! * `pictures` — moments as pictures of few colours, light and dark.
 //! * `run` — the page of one recording.
 //! * `reproduce` — everything is run and measured, and the page of that.
 
 mod html;
-mod numbers;
 mod pictures;
 mod reproduce;
 mod run;
@@ -16,16 +14,15 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, bail};
-use palpus_io::scene::FilePolicy;
 
 pub(crate) use pictures::{Frame, Shot, of_moment};
 
 use self::run::Run;
-use crate::args::ReportArguments;
-use crate::output;
+use crate::args::{ReportArguments, file_policy};
+use crate::{files, output};
 
 pub(crate) fn report(arguments: &ReportArguments) -> anyhow::Result<ExitCode> {
-    let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
+    let policy = file_policy(arguments.allow_outside);
     if arguments.reproduce {
         let folder = arguments.path.as_deref().unwrap_or(Path::new(REPRODUCTION));
         reproduce::reproduce(arguments, folder)?;
@@ -93,9 +90,7 @@ fn beside(recording: &Path, all: &[PathBuf]) -> PathBuf {
 }
 
 fn write(path: &Path, page: &str) -> anyhow::Result<()> {
-    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
-        std::fs::create_dir_all(folder).with_context(|| format!("{} could not be created", folder.display()))?;
-    }
+    files::make_folder_of(path)?;
     std::fs::write(path, page)
         .with_context(|| format!("{} could not be written; name another file", path.display()))?;
     output::line(format!("{} ({} kB): open it in any browser", path.display(), page.len().div_ceil(1000)));

@@ -1,13 +1,13 @@
 //! Pictures of a moment for a page: light and dark, of few colours, whole or near the contacts.
 
 use std::f64::consts::FRAC_PI_2;
-use std::sync::Arc;
 
 use anyhow::Context;
 use glam::DVec3;
-use palpus_window::{Camera, Look, Moment, Scene, ShownBody, Solid, Style, Theme, Unit, View, paint};
+use palpus_window::{Camera, Look, Moment, Scene, Style, Theme, View, paint};
 
-use super::numbers::{number_of, said};
+use crate::numbers::{number_of, said};
+use crate::seen::{LEAST_FORCE_SCALE, Seen, force_scale};
 use crate::stage::Stage;
 
 /// The same picture twice, as PNG files.
@@ -39,8 +39,6 @@ pub(crate) struct Shot {
 /// Pixels.
 const WIDTH: usize = 960;
 const HEIGHT: usize = 600;
-/// The arrows of a picture are as long as they may be for the largest force in it, but not for less than this, N.
-const LEAST_FORCE_SCALE: f64 = 0.1;
 /// Of the probe's size: at least so much about the contacts is in the picture to each side.
 const LEAST_REACH: f64 = 0.16;
 /// Of the farthest contact: so much farther reaches the picture.
@@ -48,31 +46,15 @@ const MARGIN: f64 = 1.4;
 
 /// Paints `moment` of the stage.
 pub(crate) fn of_moment(stage: &Stage, moment: &Moment, shot: &Shot) -> anyhow::Result<Shots> {
-    let probe = Arc::new(Solid::of_body(&stage.probe));
-    let environment = Arc::new(Solid::of_body(&stage.environment));
+    let seen = Seen::of(stage);
     let paint_in = |theme: Theme| -> anyhow::Result<Vec<u8>> {
-        let [of_probe, of_environment] = ShownBody::colours(theme);
-        let shown = |solid: &Arc<Solid>, pose, colour, translucent| ShownBody {
-            solid: Arc::clone(solid),
-            pose,
-            colour,
-            look: Look { translucent, ..Look::default() },
-        };
-        let largest = moment.clusters.iter().map(|cluster| cluster.force.length()).fold(0.0, f64::max);
         // The hand's force is an arrow as well, but for the paper.
         let of_hand = if shot.as_in_the_paper { 0.0 } else { moment.wrench.force.length() };
+        let look = Look { translucent: true, ..Look::default() };
         let scene = Scene {
-            bodies: vec![
-                shown(&probe, stage.environment_pose * moment.tool, of_probe, false),
-                // What happens is mostly behind it.
-                shown(&environment, stage.environment_pose, of_environment, true),
-            ],
-            moment_pose: stage.environment_pose,
-            force_scale: largest.max(of_hand).max(LEAST_FORCE_SCALE),
+            force_scale: force_scale(moment, of_hand),
             torque_scale: shot.torque_max,
-            moment: Some(moment.clone()),
-            unit: Unit::Metre,
-            ..Scene::default()
+            ..seen.scene_at(moment.clone(), theme, look)
         };
         let aspect = WIDTH as f64 / HEIGHT as f64;
         let mut camera = Camera::framing(scene.corners(), shot.view, aspect);

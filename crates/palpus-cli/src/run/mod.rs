@@ -14,23 +14,22 @@ mod session;
 mod session_tests;
 
 use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+#[cfg(feature = "window")]
+use std::sync::atomic::AtomicBool;
 #[cfg(feature = "window")]
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
 use palpus_device::{RealTimeOptions, RunEnd};
 use palpus_io::read_recording;
-use palpus_io::scene::FilePolicy;
 
-use crate::args::RunArguments;
+use crate::args::{RunArguments, file_policy};
+use crate::interrupt::stop_at_ctrl_c;
 use crate::{output, picture, plots, safety, stage, summary, two, window};
 
 pub(crate) use live::Live;
 pub(crate) use plan::Plan;
-#[cfg(feature = "window")]
-pub(crate) use session::free;
+pub(crate) use servo_thread::joined;
 pub(crate) use session::{Beginning, Ended, Session};
 
 pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
@@ -38,14 +37,13 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
         list();
         return Ok(ExitCode::SUCCESS);
     }
-    let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
     let headless = window::reason_for_none(arguments);
-    let mut stage = stage::prepare(&arguments.scene, policy)?;
+    let mut stage = stage::prepare(&arguments.scene, file_policy(arguments.allow_outside))?;
     if let Some(file) = &arguments.hand_path {
         stage.follow(file, arguments.hand_scale, arguments.hand_speed)?;
     }
     if stage.second.is_some() {
-        return two::run(arguments, stage, &interrupted());
+        return two::run(arguments, stage, &stop_at_ctrl_c());
     }
     for (given, name) in [(&arguments.second_device, "--second-device"), (&arguments.second_hand, "--second-hand")] {
         if given.is_some() {
@@ -59,16 +57,12 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     }
     let mut engine = plan.engine(headless.is_none())?;
     if let Some(at) = arguments.at {
-        let seconds = arguments.duration.unwrap_or(DEFAULT_SECONDS);
-        if !(0.0..seconds).contains(&at) {
-            bail!("--at {at} is not within the {seconds} s of the run; see --duration");
-        }
-        engine.keep((at * plan.rate_hz).round() as u64);
+        engine.keep(tick_at(at, arguments.duration.unwrap_or(DEFAULT_SECONDS), plan.rate_hz)?);
     }
     if !arguments.json {
         plan.announce(arguments, headless);
     }
-    let stop = interrupted();
+    let stop = stop_at_ctrl_c();
     let ended = match headless {
         Some(_) => {
             let mut session = Session::start(plan, engine, &beginning(arguments), &stop)?;
@@ -83,25 +77,26 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     finish(arguments, ended)
 }
 
-/// Ticks per second when nobody says.
-const DEFAULT_RATE_HZ: f64 = 1000.0;
-
 /// How long a run without a window goes when nobody says, s.
 const DEFAULT_SECONDS: f64 = 10.0;
+
+/// The tick that `--at` names, in a run of so many seconds.
+pub(crate) fn tick_at(at: f64, seconds: f64, rate_hz: f64) -> anyhow::Result<u64> {
+    if !(0.0..seconds).contains(&at) {
+        bail!("--at {at} is not within the {seconds} s of the run; see --duration");
+    }
+    Ok((at * rate_hz).round() as u64)
+}
+
+/// True if a run that ended so is a failure of the command.
+pub(crate) fn has_failed(end: &RunEnd) -> bool {
+    matches!(end, RunEnd::DeviceFailed(_) | RunEnd::Panicked(_) | RunEnd::Faulted(_))
+}
 
 fn list() {
     for scene in palpus_scenes::scenes() {
         output::line(format!("{:12} {}", scene.name, scene.summary));
     }
-}
-
-/// Set by Ctrl-C.
-fn interrupted() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let asked = Arc::clone(&stop);
-    // When there is a handler already, Ctrl-C simply ends the process; that is no reason not to run.
-    let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
-    stop
 }
 
 /// How a run begins that was typed so.
@@ -138,7 +133,7 @@ fn finish(arguments: &RunArguments, ended: Vec<Ended>) -> anyhow::Result<ExitCod
             let moment = engine.shown(1.0 / rate_hz);
             picture::write_run(&name, &stage, settings.limits.torque, moment, file, &arguments.picture)?;
         }
-        failed |= matches!(run.end, RunEnd::DeviceFailed(_) | RunEnd::Panicked(_) | RunEnd::Faulted(_));
+        failed |= has_failed(&run.end);
     }
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }

@@ -7,11 +7,11 @@ use palpus::render::{Clustering, Settings};
 use palpus_device::{
     AfterFault, DeviceSpec, DeviceState, Engagement, FaultyDevice, Guide, Guided, HapticDevice, Publisher,
     ReplayDevice, SafetyLimits, SafetyOptions, Script, ServoOptions, SimulatedDevice, SimulationSettings, Timing,
-    hand_preset, latest,
+    latest,
 };
 use palpus_io::{RecordRow, RecordingHeader, read_recording};
 
-use super::{DEFAULT_RATE_HZ, DEFAULT_SECONDS, replayed};
+use super::{DEFAULT_SECONDS, replayed};
 use crate::args::RunArguments;
 use crate::engine::Engine;
 use crate::stage::Stage;
@@ -45,7 +45,7 @@ impl Plan {
         if let Some(clustering) = arguments.clustering {
             stage.settings.clustering = clustering.into();
         }
-        let rate_hz = arguments.rate.or(stage.rate_hz).unwrap_or(DEFAULT_RATE_HZ);
+        let rate_hz = stage.rate_hz(arguments.rate);
         let script = faults::script(&arguments.fault, rate_hz, arguments.fast)?;
         let Opened { device, guide, notes } = open(arguments, &stage, rate_hz)?;
         let device = FaultyDevice::new(device, &script);
@@ -66,7 +66,7 @@ impl Plan {
         }
         options.safety.limits = Some(limits);
         let engagement = options.safety.engagement(device.spec());
-        let mut header = header(&stage, settings, &arguments.device, rate_hz);
+        let mut header = stage.header(settings, &arguments.device, rate_hz);
         safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
         devices::recorded(&notes, &mut header.scene.more);
         replayed::record_spec(device.spec(), &mut header.scene.more);
@@ -138,10 +138,7 @@ fn open(arguments: &RunArguments, stage: &Stage, rate_hz: f64) -> anyhow::Result
             .ok_or_else(|| anyhow!("there is no device `{}`; there are: {}", arguments.device, devices::NAMES))?;
         return Ok(Opened { device, guide: None, notes });
     }
-    let name = arguments.hand.as_deref().or(stage.hand).unwrap_or("normal");
-    let Some(hand) = hand_preset(name) else {
-        bail!("there is no hand `{name}`; hands are relaxed, normal, firm, tight and none");
-    };
+    let hand = stage.hand(arguments.hand.as_deref())?;
     let path = stage.path.clone();
     let settings = SimulationSettings { rate_hz, hand, ..SimulationSettings::default() };
     let (publisher, guide) = latest(Guide::Script);
@@ -162,18 +159,6 @@ fn replay(file: &Path) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     };
     let spec = replayed::spec_of(&recording.header.scene.more);
     Ok(Box::new(ReplayDevice::new(spec, recording.rows.iter().map(state).collect())))
-}
-
-fn header(stage: &Stage, settings: Settings, device: &str, rate_hz: f64) -> RecordingHeader {
-    let mut scene = stage.recorded.clone();
-    scene.render = settings;
-    RecordingHeader {
-        palpus_version: env!("CARGO_PKG_VERSION").to_owned(),
-        device: device.to_owned(),
-        rate_hz,
-        seed: 0,
-        scene,
-    }
 }
 
 /// How contacts come to the hand.

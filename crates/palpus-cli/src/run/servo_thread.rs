@@ -4,7 +4,9 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
+use std::thread;
 
+use anyhow::anyhow;
 use palpus::render::Settings;
 use palpus_device::{
     DeviceState, FaultyDevice, HapticDevice, Publisher, RealTimeClaims, RealTimeOptions, RunStatistics, Script, Servo,
@@ -41,6 +43,11 @@ pub(super) struct Turned {
     pub(super) gatherer: Gatherer,
     /// As it is after its last step.
     pub(super) engine: Engine,
+}
+
+/// What a thread of a servo loop leaves behind when it is joined.
+pub(crate) fn joined<T>(result: thread::Result<T>) -> anyhow::Result<T> {
+    result.map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))
 }
 
 impl ServoThread {

@@ -20,18 +20,18 @@ use anyhow::anyhow;
 use palpus::render::{Clustering, Settings, SettingsError};
 use palpus_device::{
     DeviceSpec, Guide, HapticDevice, Newest, Publisher, RealTimeClaims, RealTimeOptions, Reins, RunEnd, SafetyLimits,
-    Servo, latest,
+    Servo, latest, leave_core,
 };
 use palpus_io::RecordingHeader;
 use palpus_io::scene::CouplingMode;
 
-use super::servo_thread::{Log, ORDERS, Order, ServoThread, Turned};
+use super::servo_thread::{Log, ORDERS, Order, ServoThread, Turned, joined};
 use super::{Live, Plan};
 use crate::engine::Engine;
 use crate::recording::{Recording, Rows, Writing};
-use crate::safety;
 use crate::stage::Stage;
 use crate::summary::{Gatherer, Summary};
+use crate::{files, safety};
 
 /// A run under way.
 pub(crate) struct Session {
@@ -143,9 +143,7 @@ impl Session {
 
     /// What it was like, when it is over.
     pub(crate) fn wait(self) -> anyhow::Result<Ended> {
-        let turned = self.thread.join();
-        let Turned { statistics, gatherer, engine } =
-            turned.map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))?;
+        let Turned { statistics, gatherer, engine } = joined(self.thread.join())?;
         let (recordings, notes) = self.recordings.finish()?;
         Ok(Ended {
             name: self.name,
@@ -164,6 +162,13 @@ impl Session {
 /// What only who has more than a terminal asks for.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a terminal steers nothing"))]
 impl Session {
+    /// Keeps the calling thread, and all that it starts from now on, off the servo thread's core, if that has one.
+    pub(crate) fn leave_core(&self) {
+        if let Some(claims) = &self.claims {
+            leave_core(claims);
+        }
+    }
+
     /// Ends the loop before its next tick, and answers what it was like.
     pub(crate) fn end(self) -> anyhow::Result<Ended> {
         self.reins.end();
@@ -236,7 +241,7 @@ impl Session {
     /// Begins a recording with the next tick, in a file beside the one called `base` or in that, and not in one that exists. Ends the one that is under way.
     pub(crate) fn record(&mut self, base: &Path) -> anyhow::Result<PathBuf> {
         self.stop_recording()?;
-        let path = free(base);
+        let path = files::free(base);
         let rows = self.recordings.start(path.clone(), &self.settings)?;
         let ordered = self.recordings.order(Some((rows, self.settings)));
         if ordered.is_err() {
@@ -308,16 +313,4 @@ impl Recordings {
         }
         Ok((self.written, self.notes))
     }
-}
-
-/// `base`, or if there is such a file, the first of `base-2`, `base-3`, … that is not there.
-pub(crate) fn free(base: &Path) -> PathBuf {
-    if !base.exists() {
-        return base.to_owned();
-    }
-    let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
-    let (stem, extension) = (part(base.file_stem()), part(base.extension()));
-    let dot = if extension.is_empty() { "" } else { "." };
-    let named = |k: u32| base.with_file_name(format!("{stem}-{k}{dot}{extension}"));
-    (2..).map(named).find(|path| !path.exists()).unwrap_or_else(|| base.to_owned())
 }

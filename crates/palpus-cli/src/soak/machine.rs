@@ -5,6 +5,8 @@ use std::time::Duration;
 
 use serde::Serialize;
 
+use crate::doctor::load::load_average;
+
 /// The machine at an instant.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub(super) struct Sample {
@@ -22,7 +24,7 @@ impl Sample {
         Self {
             resident: read("/proc/self/statm").and_then(|text| resident(&text)),
             mhz: frequency().or_else(|| read("/proc/cpuinfo").and_then(|text| mean_mhz(&text))),
-            load_average: read("/proc/loadavg").and_then(|text| text.split_whitespace().next()?.parse().ok()),
+            load_average: load_average(),
         }
     }
 }
@@ -54,7 +56,8 @@ fn mean_mhz(cpuinfo: &str) -> Option<f64> {
     mean(&all)
 }
 
-fn mean(all: &[f64]) -> Option<f64> {
+/// None of none.
+pub(super) fn mean(all: &[f64]) -> Option<f64> {
     (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
 }
 

@@ -16,36 +16,33 @@ mod machine;
 mod report;
 mod scene;
 mod tally;
-mod words;
 
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
-use anyhow::{anyhow, bail};
+use anyhow::bail;
 use palpus::render::Settings;
 use palpus_device::{
     DeviceSpec, DeviceState, HandImpedance, HapticDevice, Newest, RealTimeClaims, RealTimeOptions, RunStatistics,
-    SafetyOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, claim, hand_preset, latest_of,
+    SafetyOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, claim, latest_of,
 };
 use palpus_io::RecordingHeader;
 
 use crate::args::SoakArguments;
 use crate::doctor::timer;
 use crate::engine::{Detail, Engine};
+use crate::interrupt::stop_at_ctrl_c;
 use crate::output;
 use crate::recording::Recording;
+use crate::run::joined;
 use buckets::Buckets;
 use machine::Watch;
 use report::{Report, Stretch};
 use scene::Ground;
 use tally::{Interval, Tally};
-pub(crate) use words::Span;
 
-/// Ticks per second when nobody says.
-const DEFAULT_RATE_HZ: f64 = 1000.0;
 /// The report's intervals are a minute, in short runs a part of them.
 const INTERVAL: Duration = Duration::from_secs(60);
 const INTERVALS_AT_LEAST: u32 = 20;
@@ -55,7 +52,7 @@ const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) fn soak(arguments: &SoakArguments) -> anyhow::Result<ExitCode> {
     let ground = scene::prepare(arguments)?;
-    let rate_hz = arguments.rate.or(ground.stage.rate_hz).unwrap_or(DEFAULT_RATE_HZ);
+    let rate_hz = ground.stage.rate_hz(arguments.rate);
     let duration = arguments.duration.0;
     let interval = INTERVAL.min(duration / INTERVALS_AT_LEAST).max(SHORTEST_INTERVAL);
     let mut report = Report::new(arguments, &ground, rate_hz, interval)?;
@@ -102,14 +99,6 @@ fn bare(
     let mut buckets = Buckets::default();
     lateness.iter().for_each(|nanos| buckets.add(*nanos));
     Ok(Some(Stretch::of(&buckets)))
-}
-
-fn stop_at_ctrl_c() -> Arc<AtomicBool> {
-    let stop = Arc::new(AtomicBool::new(false));
-    let asked = Arc::clone(&stop);
-    // When there is a handler already, Ctrl-C simply ends the process; the last report stays.
-    let _ = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed));
-    stop
 }
 
 /// How to run.
@@ -166,8 +155,7 @@ impl Run {
             let kept = self.keep(report, newest, over, stop);
             // Whatever became of the report, the loop is not left alone.
             stop.store(true, Ordering::Relaxed);
-            let (statistics, last) =
-                thread.join().map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))?;
+            let (statistics, last) = joined(thread.join())?;
             kept?;
             report.add(&last, machine::Sample::take());
             anyhow::Ok((statistics, claims))
@@ -186,17 +174,10 @@ impl Run {
         spec: &DeviceSpec,
         safety: &SafetyOptions,
     ) -> RecordingHeader {
-        let mut scene = ground.stage.recorded.clone();
-        scene.render = settings;
+        let mut header = ground.stage.header(settings, "sim", self.rate_hz);
         let (limits, engagement) = (safety.limits(spec, self.rate_hz), safety.engagement(spec));
-        crate::safety::recorded(&limits, engagement, safety, &mut scene.more);
-        RecordingHeader {
-            palpus_version: env!("CARGO_PKG_VERSION").to_owned(),
-            device: "sim".to_owned(),
-            rate_hz: self.rate_hz,
-            seed: 0,
-            scene,
-        }
+        crate::safety::recorded(&limits, engagement, safety, &mut header.scene.more);
+        header
     }
 
     fn device(
@@ -204,10 +185,7 @@ impl Run {
         ground: &Ground,
         arguments: &SoakArguments,
     ) -> anyhow::Result<SimulatedDevice<impl palpus_device::Intent + use<>>> {
-        let name = arguments.hand.as_deref().or(ground.stage.hand).unwrap_or("normal");
-        let Some(hand) = hand_preset(name) else {
-            bail!("there is no hand `{name}`; hands are relaxed, normal, firm, tight and none");
-        };
+        let hand = ground.stage.hand(arguments.hand.as_deref())?;
         if hand == HandImpedance::NONE {
             bail!("a hand that wanders has to hold the device; take another one than `none`");
         }

@@ -11,7 +11,7 @@ use palpus_io::read_scene;
 use palpus_io::scene::FilePolicy;
 use palpus_scenes::{HandPath, Wander, tour};
 
-use crate::args::SoakArguments;
+use crate::args::{SoakArguments, file_policy};
 use crate::bench::find_model;
 use crate::stage::{self, Stage};
 
@@ -35,8 +35,7 @@ pub(super) struct Ground {
 pub(super) fn prepare(arguments: &SoakArguments) -> anyhow::Result<Ground> {
     let (name, scene, policy) = match &arguments.models {
         Some(folder) => (PAIR_NAME.to_owned(), write_pair(folder, &arguments.out)?, FilePolicy::Anywhere),
-        None if arguments.allow_outside => (arguments.scene.clone(), arguments.scene.clone(), FilePolicy::Anywhere),
-        None => (arguments.scene.clone(), arguments.scene.clone(), FilePolicy::Inside),
+        None => (arguments.scene.clone(), arguments.scene.clone(), file_policy(arguments.allow_outside)),
     };
     let stage = stage::prepare(&scene, policy)?;
     stage.needs_one_device(&scene, "a soak")?;

@@ -8,23 +8,22 @@ mod engine;
 pub(crate) mod replay;
 
 use std::cell::Cell;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use anyhow::{anyhow, bail};
-use palpus_device::{
-    DeviceState, RealTimeClaims, RunEnd, RunStatistics, Servo, ServoTick, StepOutcome, ToolOutcome, claim,
-};
+use anyhow::bail;
+use palpus_device::{DeviceState, RealTimeClaims, RunStatistics, Servo, ServoTick, StepOutcome, ToolOutcome, claim};
 use serde::Serialize;
 
 use self::engine::TwoEngine;
 use crate::args::RunArguments;
 use crate::engine::Detail;
+use crate::files::beside;
 use crate::recording::Recording;
-use crate::run::{Beginning, Plan, beginning};
+use crate::run::{Beginning, Plan, beginning, has_failed, joined, tick_at};
 use crate::stage::Stage;
 use crate::summary::{Gatherer, Summary};
 use crate::{output, picture, safety, summary};
@@ -85,10 +84,7 @@ pub(crate) fn run(arguments: &RunArguments, stage: Stage, stop: &Arc<AtomicBool>
     let rate_hz = plans[0].rate_hz;
     let seconds = plans[0].options.duration.unwrap_or_default();
     if let Some(at) = arguments.at {
-        if !(0.0..seconds).contains(&at) {
-            bail!("--at {at} is not within the {seconds} s of the run; see --duration");
-        }
-        engine.keep((at * rate_hz).round() as u64);
+        engine.keep(tick_at(at, seconds, rate_hz)?);
     }
     if !arguments.json {
         for (plan, (name, arguments)) in plans.iter().zip(NAMES.into_iter().zip([arguments, &other])) {
@@ -111,17 +107,8 @@ pub(crate) fn run(arguments: &RunArguments, stage: Stage, stop: &Arc<AtomicBool>
         let moment = engine.shown(1.0 / rate_hz);
         picture::write_run(&arguments.scene, &stage, torque_max, moment, file, &arguments.picture)?;
     }
-    let failed = |end: &RunEnd| matches!(end, RunEnd::DeviceFailed(_) | RunEnd::Panicked(_) | RunEnd::Faulted(_));
-    let any_failed = statistics.iter().any(|statistics| failed(&statistics.end));
+    let any_failed = statistics.iter().any(|statistics| has_failed(&statistics.end));
     Ok(if any_failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
-}
-
-/// The second tool's file beside the first one's.
-fn second_file(first: &Path) -> PathBuf {
-    let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
-    let (stem, extension) = (part(first.file_stem()), part(first.extension()));
-    let dot = if extension.is_empty() { "" } else { "." };
-    first.with_file_name(format!("{stem}-second{dot}{extension}"))
 }
 
 /// Runs both devices on a thread of their own.
@@ -134,7 +121,7 @@ fn turn(
     let [first, second] = plans;
     let stage = first.stage;
     let mut servos = [Servo::new(first.options)?, Servo::new(second.options)?];
-    let files = beginning.record.map(|path| [path.to_owned(), second_file(path)]);
+    let files = beginning.record.map(|path| [path.to_owned(), beside(path, NAMES[1])]);
     let (mut rows, mut writings) = ([None, None], Vec::new());
     if let Some(files) = &files {
         for (k, mut header) in [first.header, second.header].into_iter().enumerate() {
@@ -175,7 +162,7 @@ fn turn(
     while !thread.is_finished() {
         std::thread::sleep(LOOK);
     }
-    let turned = thread.join().map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))?;
+    let turned = joined(thread.join())?;
     stop.store(true, Ordering::Relaxed);
     for writing in writings {
         writing.finish()?.iter().for_each(output::note);

@@ -23,6 +23,7 @@ use palpus_io::{read_mesh, read_scene, write_obj_groups};
 use palpus_window::{FileKind, Part};
 
 use crate::stage::Stage;
+use crate::{files, gaps};
 
 /// What of the run under way goes on in the next one.
 pub(super) struct Present {
@@ -38,9 +39,6 @@ struct Shape {
     soup: PolygonSoup,
     metres_per_unit: f64,
 }
-
-/// How far above the environment's box the probe starts, in its own sizes.
-const CLEARANCE: f64 = 0.25;
 
 /// Says what a file is, for whoever is about to load it.
 pub(super) fn kind(path: &Path) -> Result<FileKind, String> {
@@ -84,7 +82,7 @@ impl Present {
         let rotation = if part == Part::Probe { glam::DQuat::IDENTITY } else { self.probe.rotation };
         let start = Pose { rotation, translation: above(&probe, &environment, &standing) };
         let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let folder = crate::run::free(&folder.join(name));
+        let folder = files::free(&folder.join(name));
         let problem = || format!("{} could not be made", folder.display());
         fs::create_dir_all(&folder).with_context(problem)?;
         probe.write(&folder.join("probe.obj")).with_context(problem)?;
@@ -127,8 +125,7 @@ impl Shape {
 fn above(probe: &Shape, environment: &Shape, standing: &Pose) -> DVec3 {
     let reach = probe.points().map(DVec3::length).fold(0.0, f64::max);
     let box_of = bounds(environment.points().map(|point| standing.point(point)));
-    let [low, high] = box_of.unwrap_or([DVec3::ZERO; 2]);
-    (0.5 * (low + high)).with_z(high.z + reach * (1.0 + CLEARANCE))
+    gaps::clear_above(box_of.unwrap_or([DVec3::ZERO; 2]), reach)
 }
 
 fn bounds(points: impl Iterator<Item = DVec3>) -> Option<[DVec3; 2]> {

@@ -33,12 +33,13 @@ mod here {
     use std::sync::atomic::AtomicBool;
 
     use palpus_device::{Newest, latest_of};
-    use palpus_window::{Look, Moment, Scene, ShownBody, Solid, Theme, Unit, has_display, open};
+    use palpus_window::{Look, Moment, Scene, Theme, has_display, open};
 
     use super::steered::Steered;
     use crate::args::RunArguments;
     use crate::engine::Engine;
     use crate::run::{self, Beginning, Ended, Plan, Session};
+    use crate::seen::Seen;
 
     pub(super) fn reason_for_none() -> Option<&'static str> {
         (!has_display()).then_some("no display")
@@ -63,7 +64,8 @@ mod here {
         }
     }
 
-    /// Starts a session that can be seen: what there is to see, and what changes of it.
+    /// Starts a session that can be seen: what there is to see, and what changes of it. The calling thread, which is the one that draws, then
+    /// keeps off the loop's core, and with it the threads that a graphics library without a graphics card starts.
     pub(super) fn begin(
         plan: Plan,
         mut engine: Engine,
@@ -75,31 +77,20 @@ mod here {
         engine.publish(publisher);
         let scene = scene(&plan);
         let session = Session::start(plan, engine, beginning, stop)?;
+        session.leave_core();
         Ok((session, scene, moments))
     }
 
     /// What there is to see of a plan before it runs.
     fn scene(plan: &Plan) -> Scene {
         let (stage, limits) = (&plan.stage, &plan.settings.limits);
-        let colours = ShownBody::colours(Theme::Dark);
-        let shown = |body, pose, colour, translucent| ShownBody {
-            solid: Arc::new(Solid::of_body(body)),
-            pose,
-            colour,
-            look: Look { translucent, ..Look::default() },
-        };
+        let look = Look { translucent: true, ..Look::default() };
         Scene {
-            bodies: vec![
-                shown(&stage.probe, stage.path.pose(0.0), colours[0], false),
-                shown(&stage.environment, stage.environment_pose, colours[1], true),
-            ],
-            moment_pose: stage.environment_pose,
             // An arrow of a quarter of the limit is as long as arrows are in pictures; larger forces are longer.
             force_scale: 0.25 * limits.force,
             torque_scale: limits.torque,
             title: plan.name.clone(),
-            unit: Unit::Metre,
-            ..Scene::default()
+            ..Seen::of(stage).scene(stage.path.pose(0.0), Theme::Dark, look)
         }
     }
 }

@@ -19,12 +19,12 @@ use palpus_window::{Cap, FileKind, Loading, Moment, Numbers, Painted, Preset, Ru
 use super::dropped::{self, Present};
 use super::here::begin;
 use super::loading::{Loader, Tell, one_line};
-use crate::args::RunArguments;
+use crate::args::{RunArguments, file_policy};
 use crate::bodies::Teller;
 use crate::engine::Engine;
-use crate::output;
-use crate::run::{self, Beginning, Ended, Live, Plan, Session, free};
+use crate::run::{self, Beginning, Ended, Live, Plan, Session};
 use crate::stage::{self, Stage};
+use crate::{files, output};
 
 /// A run that the window steers.
 pub(super) struct Steered<'a> {
@@ -93,7 +93,7 @@ impl<'a> Steered<'a> {
             Next::Run(run) => *run,
             Next::Stage(name, stage) => planned(self.arguments, &name, *stage)?,
         };
-        let file = free(&self.arguments.record);
+        let file = files::free(&self.arguments.record);
         let record = recorded.then_some(file.as_path());
         let beginning = Beginning { record, ..run::beginning(self.arguments) };
         let (session, scene, moments) = begin(plan, engine, &beginning, self.stop)?;
@@ -118,10 +118,7 @@ fn planned(arguments: &RunArguments, name: &str, stage: Stage) -> anyhow::Result
 fn prepared(wanted: &Wanted, present: &Present, arguments: &RunArguments, tell: Tell<'_>) -> anyhow::Result<Next> {
     let (name, policy) = match wanted {
         Wanted::Scene(name) => (name.clone(), FilePolicy::Inside),
-        Wanted::SceneFile(file) => {
-            let policy = if arguments.allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside };
-            (file.display().to_string(), policy)
-        }
+        Wanted::SceneFile(file) => (file.display().to_string(), file_policy(arguments.allow_outside)),
         Wanted::Mesh { file, part, metres_per_unit } => {
             let below = arguments.record.parent().unwrap_or(Path::new("")).join("scenes");
             (present.with(file, *part, *metres_per_unit, &below)?.display().to_string(), FilePolicy::Inside)

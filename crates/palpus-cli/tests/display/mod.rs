@@ -4,6 +4,7 @@ use std::fs;
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 /// A display whose pixels are a file; gone when the test is over.
@@ -14,7 +15,7 @@ pub(crate) struct Display {
 }
 
 /// A program on the display; ended with the test.
-pub(crate) struct Shown(Child);
+pub(crate) struct Shown(pub(crate) Child);
 
 impl Drop for Shown {
     fn drop(&mut self) {
@@ -23,16 +24,35 @@ impl Drop for Shown {
     }
 }
 
+/// A part of the display, pixels.
+pub(crate) struct Part {
+    pub(crate) low: [usize; 2],
+    pub(crate) high: [usize; 2],
+}
+
+impl Part {
+    fn contains(&self, place: [usize; 2]) -> bool {
+        (0..2).all(|axis| (self.low[axis]..self.high[axis]).contains(&place[axis]))
+    }
+}
+
+/// All of the display.
+pub(crate) const WHOLE: Part = Part { low: [0, 0], high: [1300, 900] };
+
 /// How long anything may take on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(120);
 const LOOK: Duration = Duration::from_millis(200);
 
 impl Display {
+    /// `name` is the test's; the display's number is the first that is free, so that tests may run side by side.
     pub(crate) fn open(name: &str) -> Self {
-        let folder = std::env::temp_dir().join(format!("palpus-{name}-{}", std::process::id()));
+        static DISPLAYS: AtomicU32 = AtomicU32::new(0);
+        let number = DISPLAYS.fetch_add(1, Ordering::Relaxed);
+        let folder = std::env::temp_dir().join(format!("palpus-{name}-{}-{number}", std::process::id()));
         fs::create_dir_all(&folder).expect("a temporary folder");
+        let [width, height] = WHOLE.high;
         let mut server = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1300x900x24", "-fbdir"])
+            .args(["-displayfd", "1", "-screen", "0", &format!("{width}x{height}x24"), "-fbdir"])
             .arg(&folder)
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
@@ -46,16 +66,13 @@ impl Display {
 
     /// The program, to be run on this display in its folder.
     pub(crate) fn palpus(&self, arguments: &[&str]) -> Command {
-        let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
-        command.current_dir(&self.folder).env("XDG_CACHE_HOME", self.folder.join("cache")).args(arguments);
-        command.env("DISPLAY", &self.name).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
-        command.env("LP_NUM_THREADS", "1");
-        command
+        palpus(&self.folder, &self.name, arguments)
     }
 
     /// Starts it.
     pub(crate) fn show(&self, arguments: &[&str]) -> Shown {
-        Shown(self.palpus(arguments).stderr(Stdio::null()).spawn().expect("it starts"))
+        let mut command = self.palpus(arguments);
+        Shown(command.stdout(Stdio::null()).stderr(Stdio::null()).spawn().expect("it starts"))
     }
 
     /// Sends synthetic input: words of xdotool.
@@ -64,11 +81,22 @@ impl Display {
         assert!(status.expect("xdotool is installed").success(), "xdotool {words}");
     }
 
-    /// Waits until so many pixels are as `wanted` says.
-    pub(crate) fn wait_for(&self, what: &str, least: usize, wanted: impl Fn([i32; 3]) -> bool) {
+    /// Gives the window the keyboard: nobody manages the windows of this display.
+    pub(crate) fn focus(&self) {
+        self.input("search --name palpus windowfocus");
+    }
+
+    /// Where in `part` pixels are as `wanted` says.
+    pub(crate) fn seen(&self, part: &Part, wanted: impl Fn([i32; 3]) -> bool) -> Vec<[usize; 2]> {
+        let pixels = self.pixels().into_iter().filter(|(place, _)| part.contains(*place));
+        pixels.filter(|(_, pixel)| wanted(pixel.map(i32::from))).map(|(place, _)| place).collect()
+    }
+
+    /// Waits until so many pixels of `part` are as `wanted` says.
+    pub(crate) fn wait_for(&self, what: &str, least: usize, part: &Part, wanted: impl Fn([i32; 3]) -> bool) {
         let begin = Instant::now();
         loop {
-            let seen = self.pixels().into_iter().filter(|pixel| wanted(pixel.map(i32::from))).count();
+            let seen = self.seen(part, &wanted).len();
             if seen >= least {
                 return;
             }
@@ -86,21 +114,16 @@ impl Display {
         }
     }
 
-    /// Red, green and blue of every pixel, out of the file's format (XWD: a header of 32-bit numbers, colours, rows).
-    pub(crate) fn pixels(&self) -> Vec<[u8; 3]> {
+    /// Place, and red, green and blue, of every pixel, out of the file's format (XWD: a header of 32-bit numbers, colours, rows).
+    fn pixels(&self) -> Vec<([usize; 2], [u8; 3])> {
         let file = fs::read(self.folder.join("Xvfb_screen0")).expect("the screen");
         let number = |k: usize| u32::from_be_bytes(file[4 * k..4 * k + 4].try_into().expect("four bytes")) as usize;
         let (header, width, height, row, colours) = (number(0), number(4), number(5), number(12), number(19));
         let first = header + 12 * colours;
-        let pixel = |x: usize, y: usize| first + y * row + 4 * x;
-        let all = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        all.map(|(x, y)| [2, 1, 0].map(|part| file[pixel(x, y) + part])).collect()
+        let pixel = |[x, y]: [usize; 2]| first + y * row + 4 * x;
+        let all = (0..height).flat_map(|y| (0..width).map(move |x| [x, y]));
+        all.map(|place| (place, [2, 1, 0].map(|part| file[pixel(place) + part]))).collect()
     }
-}
-
-/// Begins and ends as PNG files do.
-fn is_whole_picture(file: &Path) -> bool {
-    fs::read(file).is_ok_and(|bytes| bytes.starts_with(b"\x89PNG") && bytes.ends_with(b"IEND\xaeB`\x82"))
 }
 
 impl Drop for Display {
@@ -109,4 +132,23 @@ impl Drop for Display {
         let _ = self.server.wait();
         let _ = fs::remove_dir_all(&self.folder);
     }
+}
+
+/// The program, to be run on a display in a folder.
+pub(crate) fn palpus(folder: &Path, display: &str, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
+    command.current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).args(arguments);
+    command.env("DISPLAY", display).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+    command.env("LP_NUM_THREADS", "1");
+    command
+}
+
+/// The spoon's colour in any light: much red, less green, little blue.
+pub(crate) fn orange([r, g, b]: [i32; 3]) -> bool {
+    r > 120 && r > g + 30 && g > b + 25
+}
+
+/// Begins and ends as PNG files do.
+fn is_whole_picture(file: &Path) -> bool {
+    fs::read(file).is_ok_and(|bytes| bytes.starts_with(b"\x89PNG") && bytes.ends_with(b"IEND\xaeB`\x82"))
 }

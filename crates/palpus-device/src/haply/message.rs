@@ -117,7 +117,7 @@ pub fn sample(text: &str, arm: &str, grip: Option<&str>) -> Result<Sample, Strin
     let root = parse(text)?;
     let entry = entries(&root, "inverse3")
         .find(|entry| id(entry) == Some(arm))
-        .ok_or_else(|| format!("a message without the arm {arm}"))?;
+        .ok_or_else(|| format!("a message without the arm {}", arm.escape_debug()))?;
     let state = &entry["state"];
     let vector_of =
         |key: &str| vector(&state[key]).ok_or_else(|| format!("a message without a usable `{key}` of the arm {arm}"));
@@ -165,8 +165,9 @@ fn entries<'a>(root: &'a Value, list: &str) -> impl Iterator<Item = &'a Value> {
     root.get(list).and_then(Value::as_array).into_iter().flatten()
 }
 
+/// An id is shown in lines of text, and is a short word.
 fn id(entry: &Value) -> Option<&str> {
-    entry.get("device_id")?.as_str().filter(|id| (1..=64).contains(&id.len()))
+    entry.get("device_id")?.as_str().filter(|id| (1..=64).contains(&id.len()) && !id.contains(char::is_control))
 }
 
 fn arm(id: &str, entry: &Value) -> Arm {

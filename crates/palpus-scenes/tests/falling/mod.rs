@@ -4,18 +4,13 @@ use std::sync::Arc;
 
 use glam::{DMat3, DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose, Twist};
-use palpus::body::{Body, BodySettings, PolygonSoup};
+use palpus::body::Body;
 use palpus::render::{ProbeState, Renderer, Settings, Tick};
 
 /// m/s².
 pub(crate) const GRAVITY: f64 = 9.81;
 /// s: the loop's.
 pub(crate) const DT: f64 = 1e-3;
-
-/// Prepared for touching.
-pub(crate) fn body(soup: &PolygonSoup) -> Arc<Body> {
-    Arc::new(Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("the mesh makes a body"))
-}
 
 /// A free rigid body under gravity, the engine's wrench and a little drag, as a device has it.
 pub(crate) struct Falling {

@@ -4,8 +4,9 @@ use eframe::egui::containers::menu::{MenuButton, MenuConfig};
 use eframe::egui::{Align, Button, Layout, PopupCloseBehavior, Ui, vec2};
 
 use super::icon::{self, Icon};
-use super::keys::Action;
+use super::keys::SceneAction;
 use super::run::Run;
+use super::run_keys::Action;
 use crate::camera::View;
 use crate::scene::ShownBody;
 use crate::style::{Style, Theme};
@@ -57,7 +58,7 @@ impl Bar<'_> {
                 }
             }
             let hint = "of the whole window, as a PNG file (S)";
-            button(ui, Icon::Picture, "picture", false, text, hint, Action::Picture);
+            button(ui, Icon::Picture, "picture", false, text, hint, Action::Scene(SceneAction::Picture));
             button(ui, Icon::Open, "open", false, text, "a mesh, a scene file or another scene (O)", Action::Open);
             ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                 let mut button = |ui: &mut Ui, text: &str, hint: &str, action: Action| {
@@ -66,9 +67,9 @@ impl Bar<'_> {
                         actions.push(action);
                     }
                 };
-                button(ui, "?", "all keys (?)", Action::Keys);
+                button(ui, "?", "all keys (?)", Action::Scene(SceneAction::Keys));
                 let light = if self.style.theme == Theme::Dark { "light" } else { "dark" };
-                button(ui, light, "light or dark (L)", Action::Theme);
+                button(ui, light, "light or dark (L)", Action::Scene(SceneAction::Theme));
                 let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);
                 let view = Button::new("view").min_size(NARROW.into());
                 MenuButton::from_button(view).config(config).ui(ui, |ui| self.view(ui, actions));
@@ -104,13 +105,13 @@ impl Bar<'_> {
             ui.horizontal(|ui| {
                 for (view, name) in row {
                     if ui.add(Button::new(*name).min_size(vec2(90.0, 0.0))).clicked() {
-                        actions.push(Action::Look(*view));
+                        actions.push(Action::Scene(SceneAction::Look(*view)));
                     }
                 }
             });
         }
         if ui.button("everything in view (R)").clicked() {
-            actions.push(Action::Everything);
+            actions.push(Action::Scene(SceneAction::Everything));
         }
     }
 }

@@ -8,9 +8,9 @@ use eframe::egui::{Grid, RichText, Slider, Ui};
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::{Clustering, Settings};
 
-use super::keys::Action;
 use super::quantity::{Fitting, Quantity};
 use super::run::{Preset, Run};
+use super::run_keys::Action;
 
 /// Points.
 const SLIDER: f32 = 84.0;

@@ -8,10 +8,11 @@ use super::dress::dress;
 use super::feel::Feel;
 use super::hand::Hand;
 use super::history::{History, Sample, State};
-use super::keys::{self, Action};
+use super::keys::SceneAction;
 use super::opening::Opening;
 use super::overlay::{self, Notices};
 use super::run::{Loading, Run};
+use super::run_keys::{self, Action};
 use super::status::Status;
 use super::view3d::View3d;
 use super::{plots, shot};
@@ -155,31 +156,35 @@ impl<'a> Interface<'a> {
                 }
             }
             Action::Record => self.record(),
-            Action::Picture => self.picture(context),
             Action::Open => self.opening = Some(Opening::new(None, self.run)),
             Action::Script if self.help => self.help = false,
             Action::Script => self.hand.give_back(self.run),
             Action::Freeze => self.frozen ^= true,
-            Action::Keys => self.help ^= true,
-            Action::Theme => {
-                self.set_theme(context, if self.style.theme == Theme::Dark { Theme::Light } else { Theme::Dark });
-            }
-            Action::Look(view) => self.view.look(view),
-            Action::Everything => self.view.see_everything(),
             Action::Contacts => self.style.contacts ^= true,
             Action::Clusters => self.style.clusters ^= true,
             Action::Wrench => self.style.wrench ^= true,
             Action::Anchors => self.style.anchors ^= true,
-            Action::Pieces => self.scene.bodies.iter_mut().for_each(|body| body.look.pieces ^= true),
-            Action::Wires => self.scene.bodies.iter_mut().for_each(|body| body.look.wireframe ^= true),
             Action::Glass => {
                 if let Some(environment) = self.scene.bodies.get_mut(1) {
                     environment.look.translucent ^= true;
                 }
             }
+            Action::Scene(action) => self.act_on_scene(context, action),
             of_settings => {
                 self.notices.check(self.feel.act(of_settings, self.run));
             }
+        }
+    }
+
+    fn act_on_scene(&mut self, context: &egui::Context, action: SceneAction) {
+        match action {
+            SceneAction::Look(view) => self.view.look(view),
+            SceneAction::Everything => self.view.see_everything(),
+            SceneAction::Pieces => self.scene.bodies.iter_mut().for_each(|body| body.look.pieces ^= true),
+            SceneAction::Wires => self.scene.bodies.iter_mut().for_each(|body| body.look.wireframe ^= true),
+            SceneAction::Theme => self.turn_theme(context),
+            SceneAction::Picture => self.picture(context),
+            SceneAction::Keys => self.help ^= true,
         }
     }
 
@@ -201,10 +206,10 @@ impl<'a> Interface<'a> {
         });
     }
 
-    fn set_theme(&mut self, context: &egui::Context, theme: Theme) {
-        self.style.theme = theme;
-        dress(context, theme);
-        for (body, colour) in self.scene.bodies.iter_mut().zip(ShownBody::colours(theme)) {
+    fn turn_theme(&mut self, context: &egui::Context) {
+        self.style.theme = self.style.theme.other();
+        dress(context, self.style.theme);
+        for (body, colour) in self.scene.bodies.iter_mut().zip(ShownBody::colours(self.style.theme)) {
             body.colour = colour;
         }
         self.view.replace(&self.scene, &self.style);
@@ -263,7 +268,7 @@ impl<'a> Interface<'a> {
             }
         }
         if self.help {
-            let modal = egui::Modal::new(egui::Id::unique("keys")).show(context, keys::list);
+            let modal = egui::Modal::new(egui::Id::unique("keys")).show(context, run_keys::list);
             self.help = !modal.should_close();
         }
     }
@@ -275,7 +280,7 @@ impl eframe::App for Interface<'_> {
         self.take_newest(&context);
         let is_open = self.opening.is_some();
         let chosen = context.memory(|memory| memory.focused()).is_some_and(|id| Some(id) != self.view_id);
-        let mut actions = if is_open { Vec::new() } else { keys::asked(&context, chosen) };
+        let mut actions = if is_open { Vec::new() } else { run_keys::asked(&context, chosen) };
         let height = ui.available_height();
         let margin =
             |side: i8, upright: i8| Frame::side_top_panel(ui.style()).inner_margin(Margin::symmetric(side, upright));

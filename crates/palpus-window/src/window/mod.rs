@@ -24,19 +24,16 @@ mod opening;
 mod overlay;
 mod pick;
 mod player;
-mod player_keys;
 mod plots;
 mod quantity;
 mod run;
+mod run_keys;
 mod shader;
 mod shell;
 mod shot;
 mod status;
-mod timeline;
 mod view3d;
 mod viewer;
-mod viewer_keys;
-mod viewer_work;
 
 use palpus_device::Newest;
 

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 use eframe::egui::{self, Align2, FontId, ProgressBar, Rect, RichText, Ui, UiBuilder, pos2, vec2};
 
 use super::dress::thin;
-use super::keys::Action;
 use super::run::{Loading, Run};
+use super::run_keys::Action;
 use super::view3d::colour;
 use crate::picture::Rgb;
 use crate::scene::Scene;

@@ -5,6 +5,8 @@ mod closest;
 mod definite;
 mod plane;
 mod pose;
+#[cfg(test)]
+pub(crate) mod random;
 mod rotation;
 mod spatial;
 mod spatial_matrix;

@@ -3,14 +3,31 @@
 //! Each entry says its unit, why it has that size, and what breaks if it moves. "Relative" means: multiplied by a
 //! length of the thing at hand (stated) before use.
 //!
-//! Grouped by room, in the rooms' order; what several rooms use stands where it is used first.
+//! Grouped by room, and in a room by what is done, in the order of the pipeline; behind a group's name, the modules of the room that
+//! use it. What several rooms use stands in the first of them, what several modules use in the first group.
 
-// algebra
+// algebra: poses and matrices
+
+/// Relative to the largest coordinate: how far rounding may put a vertex above a supporting plane of its polytope, and
+/// how far a unit normal, or a unit quaternion, may be from unit length.
+///
+/// Some tens of ulps. Larger hides a wrong plane; smaller accuses rounding.
+pub const WELL_FORMED_ROUNDING: f64 = 1e-14;
 
 /// Sweeps of Jacobi rotations over a 3 × 3 symmetric matrix; it converges quadratically, five leave only rounding.
 pub const JACOBI_SWEEPS: usize = 8;
 
-// body: the mesh and what is asked of it
+// body: from a file to a mesh (mesh, weld, orient)
+
+/// Model units: a coordinate larger than this is refused.
+///
+/// The exact predicates multiply three coordinates and products of those must not overflow; nothing real is this large.
+pub const LARGEST_COORDINATE: f64 = 1e50;
+
+/// Model units: a model whose largest extent is smaller than this is refused.
+///
+/// The exact predicates multiply three coordinates and the rounding terms of those must not underflow.
+pub const SMALLEST_EXTENT: f64 = 1e-50;
 
 /// Relative to the largest coordinate extent of the point set: two vertices closer than this are one.
 ///
@@ -35,26 +52,12 @@ pub const ZERO_AREA: f64 = 1e-12;
 /// round is dropped and leaves a crack of no width.
 pub const CAP_ROUNDS: usize = 8;
 
-/// Model units: a coordinate larger than this is refused.
-///
-/// The exact predicates multiply three coordinates and products of those must not overflow; nothing real is this large.
-pub const LARGEST_COORDINATE: f64 = 1e50;
-
-/// Model units: a model whose largest extent is smaller than this is refused.
-///
-/// The exact predicates multiply three coordinates and the rounding terms of those must not underflow.
-pub const SMALLEST_EXTENT: f64 = 1e-50;
-
-/// Relative to the model's bounding diagonal: how far a vertex may lie over the plane of a face and still count as in it.
-///
-/// Coplanar triangles must merge into one polygon, since between them lie Gauss arcs of no length that stall every
-/// walk. Larger flattens real curvature; smaller leaves rotated boxes cut into triangles.
-pub const COPLANAR: f64 = 1e-9;
-
 /// Vertices of a component that must lie inside another for the component to count as nested in it.
 ///
 /// One would do if components never crossed; a few more tell a crossing one from a cavity.
 pub const NESTING_SAMPLES: usize = 8;
+
+// body: what is asked of a mesh (health, mass, triangle_tree, winding)
 
 /// Times the number of triangles: pairs of a mesh's own triangles that are tested for crossing, at most.
 ///
@@ -91,20 +94,7 @@ pub const INSIDE_WINDING: f64 = 0.5;
 /// about 0.01 on real models. Smaller is faster.
 pub const DIPOLE_REACH: f64 = 3.0;
 
-// body: how finely a file was written
-
-/// Significant decimal digits from which on a coordinate was computed, not read from a decimal file.
-///
-/// A double needs up to 17; the shortest form of a computed one rarely has fewer than 15. Files write 6 to 9.
-pub const COMPUTED_DIGITS: i32 = 15;
-
-/// Steps of the coordinates: how far a vertex of a plane or of a smooth surface may be off it by rounding (the noise).
-///
-/// Each of four points is off by up to 0.87 steps. Smaller leaves CAD models read from decimals cut into slivers
-/// (round peg: 4870 pieces at 1e-9 of its size, 1 at two steps); larger flattens what the file really says.
-pub const NOISE_PER_STEP: f64 = 2.0;
-
-// body: hulls and polytopes
+// body: hulls and polytopes (hull)
 
 /// Model units: the largest coordinate that a hull accepts.
 ///
@@ -134,19 +124,32 @@ pub const HULL_MERGE_SMALLEST: f64 = 1e-6;
 /// a few merge distances thick.
 pub const HULL_MERGE_PASSES: u32 = 32;
 
-/// Relative to the largest coordinate: how far rounding may put a vertex above a supporting plane of its polytope, and
-/// how far a unit normal may be from unit length.
-///
-/// Some tens of ulps. Larger hides a wrong plane; smaller accuses rounding.
-pub const WELL_FORMED_ROUNDING: f64 = 1e-14;
+// body: facets, and how finely a file was written (facet, precision)
 
-// body: facets and patches
+/// Relative to the model's bounding diagonal: how far a vertex may lie over the plane of a face and still count as in it.
+///
+/// Coplanar triangles must merge into one polygon, since between them lie Gauss arcs of no length that stall every
+/// walk. Larger flattens real curvature; smaller leaves rotated boxes cut into triangles.
+pub const COPLANAR: f64 = 1e-9;
+
+/// Significant decimal digits from which on a coordinate was computed, not read from a decimal file.
+///
+/// A double needs up to 17; the shortest form of a computed one rarely has fewer than 15. Files write 6 to 9.
+pub const COMPUTED_DIGITS: i32 = 15;
+
+/// Steps of the coordinates: how far a vertex of a plane or of a smooth surface may be off it by rounding (the noise).
+///
+/// Each of four points is off by up to 0.87 steps. Smaller leaves CAD models read from decimals cut into slivers
+/// (round peg: 4870 pieces at 1e-9 of its size, 1 at two steps); larger flattens what the file really says.
+pub const NOISE_PER_STEP: f64 = 2.0;
 
 /// Cosine of the angle between two normals beyond which neighbours are not one face, even when all their vertices lie
 /// in one plane.
 ///
 /// A needle's normal may be off by tens of degrees without harm; a surface folded back onto itself must not merge.
 pub const FOLDED: f64 = 0.5;
+
+// body: patches grown over the facets (trial_hull, grow, whole, wide_hull)
 
 /// Area over squared longest side: a triangle of a trial hull lower than this is a needle whose plane is not used.
 ///
@@ -197,6 +200,8 @@ pub const WIDE_FENCE: usize = 24;
 /// at a point; refusing the patch then is safe.
 pub const WIDE_CUTS: usize = 100;
 
+// body: patches dissolved and grown again (decompose)
+
 /// Facets: patches up to this size are dissolved when their neighbours can take all of them.
 ///
 /// The larger a patch, the rarer takers for all of it; larger sizes were not tried.
@@ -233,48 +238,7 @@ pub const REGROWTH_JITTER: f64 = 1.0;
 /// The share of the free facets that are not offered to the patches around. 0 makes every such trial alike.
 pub const REGROWTH_KEPT_BACK: f64 = 0.3;
 
-// body: pieces and the normals that they own
-
-/// Multiples of the surface's noise: a facet lies in a face of its piece when no farther than this from its plane.
-///
-/// The facet may be off its own plane by the noise, the face's merge by another, and the patch accepted both.
-pub const ON_FACE: f64 = 4.0;
-
-/// The share of a face's area that must be real for the face to be original.
-///
-/// A little less than one half, so that exactly half counts.
-pub const COVERED_HALF: f64 = 0.499_999;
-
-/// The share of a face's area that must be real for every point of the face to be.
-///
-/// Straight corners that a hull drops and rounding take less. Larger searches triangles for nothing; smaller takes a bridged gap
-/// for surface.
-pub const COVERED_WHOLE: f64 = 0.999;
-
-/// Radians: how far a contact normal may lie beyond the true normals of its features on the source mesh.
-///
-/// The direction between closest points is rounding over their distance, and where one piece's normals end its neighbour's begin:
-/// the slack lets both answer there rather than neither. Larger shows as contacts of one piece where the neighbour's surface
-/// is; smaller loses contacts at seams of bodies that nearly touch.
-pub const ADMISSIBLE_ANGLE: f64 = 1e-4;
-
-/// Radians: a cap of a piece's normals is wider by this than they are, so that no rounding of a direction in the other body's frame leaves it.
-///
-/// Larger looks at more normals than are owned; smaller than the rounding of a placed normal (1e-15) loses depths.
-pub const CAP_SLACK: f64 = 1e-3;
-
-/// Cosine of the widest cap that is kept: a wider one sorts next to nothing out, and half a sphere is not convex.
-///
-/// Smaller keeps caps up to the half sphere; 0 or less is wrong for arcs. Larger only looks at more.
-pub const CAP_LEAST: f64 = 0.05;
-
-/// The most triangles of a partly real face that are searched for the one under a closest point; on a face with more, every point
-/// is believed to be real.
-///
-/// Bounds the tick. Such faces bridge a gap between facets of one plane and have a handful.
-pub const ADMISSIBLE_TRIANGLES: usize = 256;
-
-// body: thick pieces
+// body: thick pieces (thicken)
 
 /// Relative: how much nearer than promised the surface may be along a way in.
 ///
@@ -346,7 +310,48 @@ pub const THICK_PATCH: usize = 4000;
 /// Smaller costs time on fine meshes, where it changes nothing.
 pub const WIDE_FACET: f64 = 0.5;
 
-// body: hierarchy
+// body: pieces and the normals that they own (piece, admissible)
+
+/// Multiples of the surface's noise: a facet lies in a face of its piece when no farther than this from its plane.
+///
+/// The facet may be off its own plane by the noise, the face's merge by another, and the patch accepted both.
+pub const ON_FACE: f64 = 4.0;
+
+/// The share of a face's area that must be real for the face to be original.
+///
+/// A little less than one half, so that exactly half counts.
+pub const COVERED_HALF: f64 = 0.499_999;
+
+/// The share of a face's area that must be real for every point of the face to be.
+///
+/// Straight corners that a hull drops and rounding take less. Larger searches triangles for nothing; smaller takes a bridged gap
+/// for surface.
+pub const COVERED_WHOLE: f64 = 0.999;
+
+/// Radians: how far a contact normal may lie beyond the true normals of its features on the source mesh.
+///
+/// The direction between closest points is rounding over their distance, and where one piece's normals end its neighbour's begin:
+/// the slack lets both answer there rather than neither. Larger shows as contacts of one piece where the neighbour's surface
+/// is; smaller loses contacts at seams of bodies that nearly touch.
+pub const ADMISSIBLE_ANGLE: f64 = 1e-4;
+
+/// Radians: a cap of a piece's normals is wider by this than they are, so that no rounding of a direction in the other body's frame leaves it.
+///
+/// Larger looks at more normals than are owned; smaller than the rounding of a placed normal (1e-15) loses depths.
+pub const CAP_SLACK: f64 = 1e-3;
+
+/// Cosine of the widest cap that is kept: a wider one sorts next to nothing out, and half a sphere is not convex.
+///
+/// Smaller keeps caps up to the half sphere; 0 or less is wrong for arcs. Larger only looks at more.
+pub const CAP_LEAST: f64 = 0.05;
+
+/// The most triangles of a partly real face that are searched for the one under a closest point; on a face with more, every point
+/// is believed to be real.
+///
+/// Bounds the tick. Such faces bridge a gap between facets of one plane and have a handful.
+pub const ADMISSIBLE_TRIANGLES: usize = 256;
+
+// body: hierarchy (hierarchy, bounds)
 
 /// Cosine of the angle within which a face of an inner hull and an original face of a piece can be the same face.
 ///
@@ -363,7 +368,7 @@ pub const SPLIT_SHARE: usize = 8;
 /// Enough for a radius within a few percent of the least; any number is safe, since the radius is measured.
 pub const SPHERE_STEPS: u32 = 24;
 
-// body: work in parts
+// body: work in parts (body, hierarchy, thicken, admissible)
 
 /// Pieces that one part of the work makes or looks at.
 ///
@@ -378,7 +383,13 @@ pub const SUBTREE_PIECES: usize = 512;
 /// Vertices whose ways in are one part of the work. Only speed depends on it.
 pub const WAYS_PER_PART: usize = 256;
 
-// collision: marching and GJK
+/// Pieces whose own normals are one part of the work: some milliseconds. Only speed depends on it.
+pub const OWNERS_PER_PART: usize = 1024;
+
+/// Triangles whose normals are one part of the work: a millisecond. Only speed depends on it.
+pub const NORMALS_PER_PART: usize = 16384;
+
+// collision: the march and GJK alike (scale, gjk/simplex)
 
 /// Relative to the pair's size: bodies nearer than this touch, and are answered by the depth walk.
 ///
@@ -391,6 +402,8 @@ pub const TOUCHING: f64 = 1e-12;
 /// Eight ulps: a placement is nine products and their sums. Larger leaves answers short of the closest points; smaller
 /// lets parallel edges and faces hand the march back and forth on noise.
 pub const MARCH_NOISE: f64 = 8.0 * f64::EPSILON;
+
+// collision: the march (march, scale, clip)
 
 /// States that the march may visit. A cold start on a hull of 5000 vertices needs about 200; a coherent one 1 to 5.
 ///
@@ -413,6 +426,8 @@ pub const MARCH_DOUBT: f64 = 1e-2;
 /// One solve leaves a residual of rounding over the angle squared. Larger wastes a few nanoseconds.
 pub const NEARLY_PARALLEL: f64 = 1e-2;
 
+// collision: GJK (gjk)
+
 /// Relative gap between GJK's upper and lower bound of the distance at which it has converged.
 pub const GJK_GAP: f64 = 1e-13;
 
@@ -427,14 +442,14 @@ pub const GJK_STEPS: u32 = 128;
 /// smaller stops before the faces are found.
 pub const GJK_PLATEAU: u32 = 8;
 
-// collision: bounds
+// collision: spheres and boxes (bounds)
 
 /// Squared sine of the angle between two box axes below which their cross product is no axis to test.
 ///
 /// The direction would be noise; the boxes' own faces then give nearly the same gap. Larger only loosens the bound.
 pub const PARALLEL_AXES: f64 = 1e-12;
 
-// collision: the sleeping front
+// collision: the sleeping front (odometer, front)
 
 /// Relative to the bodies' size: the step in which the odometer counts motion.
 ///
@@ -472,7 +487,7 @@ pub const MERGE_CLEARANCE: f64 = 1.0;
 /// Of that clearance: the motion after which a merge that was refused is tried again at the soonest.
 pub const MERGE_RETRY: f64 = 0.25;
 
-// depth: the walk over the Minkowski difference
+// depth: the walk over the Minkowski difference (gauss_map, overlay, walk, descent)
 
 /// Relative to the pair's size: an improvement of the depth smaller than this ends the walk.
 ///
@@ -521,9 +536,6 @@ pub const CRISP: f64 = 1e-14;
 /// Moves after which a walk is ended with what it has. A cold walk over 2000 vertices takes about 30.
 pub const WALK_STEPS: u32 = 500;
 
-/// How often a walk is taken up again from an end that is not confirmed.
-pub const WALK_RESUMES: u32 = 4;
-
 /// Hub pairs of one facet up to which all are looked at; of a facet with more, only the two on the side of the origin.
 ///
 /// Looking at more than the origin's side is not needed to end in a local minimum; it lets the walk see past facets
@@ -531,10 +543,18 @@ pub const WALK_RESUMES: u32 = 4;
 /// flush rectangles are above.
 pub const FACET_HUBS: usize = 8;
 
+/// Spokes of a vertex up to which a plane that turns about a side of a facet is held against all of them; where a vertex has more,
+/// the walk goes over hubs.
+///
+/// Vertices of meshes have about 6. It sizes a buffer on the stack.
+pub const FACET_SPOKES: usize = 24;
+
 /// Corners of a flush overlap that are kept when it is clipped; flush faces with more in sum are answered by a corner.
 ///
 /// Two fans of 48 sides fit. It sizes a buffer of the scratch.
 pub const CLIP_CORNERS: usize = 128;
+
+// depth: where a walk starts, and starts again (query)
 
 /// Faces per body, evenly chosen, whose normals a cold depth query tries beside its seeds.
 ///
@@ -544,6 +564,9 @@ pub const COLD_FACES: usize = 8;
 
 /// How many of those normals are walked from.
 pub const COLD_WALKS: usize = 3;
+
+/// How often a walk is taken up again from an end that is not confirmed.
+pub const WALK_RESUMES: u32 = 4;
 
 /// Relative to the pair's size: an origin that lies farther than this beyond a side of the facet shows that the walk has
 /// stopped early.
@@ -559,7 +582,7 @@ pub const TILTS: u32 = 7;
 /// Factor from one such tilt to the next.
 pub const TILT_SHRINK: f64 = 0.1;
 
-// depth: admissible normals
+// depth: admissible normals (admissible)
 
 /// Pairs of own arcs that one search for an admissible depth may look at.
 ///
@@ -567,7 +590,7 @@ pub const TILT_SHRINK: f64 = 0.1;
 /// only large patches of two bodies that overlap along virtual faces come near it, and keep what was found until then.
 pub const ADMISSIBLE_CROSSINGS: usize = 1 << 14;
 
-// depth: the certificate
+// depth: the certificate (certificate, inner)
 
 /// Relative to the depth: what a proof may leave open. No direction is better than a proven one by more.
 ///
@@ -619,7 +642,7 @@ pub const KEPT_CORNERS: usize = 256;
 /// Triangles of a surface that is kept from tick to tick; a closed one has twice as many as corners, less four.
 pub const KEPT_TRIANGLES: usize = 512;
 
-// depth: the blended witness
+// depth: the blended witness (blend, pulled_gap)
 
 /// Vertex pairs that one pulled gap of the blended witness may ask for. From nothing it takes about 5, from the last one 1 to 3.
 ///
@@ -649,7 +672,7 @@ pub const BLEND_FLAT: f64 = 1e-12;
 /// and fro; larger shows as noise of the witness of bodies that hardly move.
 pub const BLEND_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
-// force: the pair query
+// force: the pair query (pair_query, belief)
 
 /// Relative to the smaller body's size: motion between two queries beyond which the last depths are no start any more.
 ///
@@ -669,7 +692,7 @@ pub const BELIEVED_SHARE: f64 = 0.8;
 /// surface denies.
 pub const BELIEVED_EDGE_SHARE: f64 = 0.65;
 
-// force: the guard against tunnelling
+// force: the guard against tunnelling (guard, pair_query/sub_step)
 
 /// Tolerances: the longest way of any point in a sub-step.
 ///
@@ -698,7 +721,27 @@ pub const GUARD_HOLD: f64 = 20.0;
 /// Going off the side of a part turns it by a right angle. Nearer to −1 lets oblique passages through; nearer to 0 holds what slid off.
 pub const TURNED_OVER: f64 = -0.5;
 
-// force: clusters, friction and shading
+// force: shading (smooth_surface, smooth_body)
+
+/// Cosine of the largest angle between two normals that shading takes for one, on both sides of an edge.
+///
+/// The normals of a smooth vertex are computed once and copied to its corners, so they agree to rounding. Larger angles
+/// hide faint creases; smaller ones would find creases in rounding.
+pub const SHADING_SAME: f64 = 1.0 - 1e-9;
+
+/// Cosine of the largest angle between a face of a piece and a triangle of the mesh that lies in it.
+///
+/// Half a degree: merged faces are planar to far less, but the normals of needles are noisy. Larger takes neighbours of
+/// fine meshes for the face itself; smaller leaves needles without shading.
+pub const SHADING_IN_FACE: f64 = 0.999_96;
+
+/// The most triangles of a piece's faces that are searched for the one under a contact point.
+///
+/// Bounds the tick at a few microseconds a contact. Contacts on larger merged faces, which are flat anyway, keep their
+/// true normal.
+pub const SHADING_TRIANGLES: usize = 1024;
+
+// force: clusters (cluster, representative, crowding)
 
 /// Cells of the clustering grid along one axis; a cell's key has 21 bits for each, less two for neighbours on both sides.
 ///
@@ -722,6 +765,8 @@ pub const CANCELLED_NORMAL: f64 = 1e-6;
 /// contacts share jump by more where one takes another's place: by at most one part in this many of what they span.
 pub const CROWD_MOST: usize = 256;
 
+// force: friction (friction)
+
 /// Relative to the strain at which a sliding contact is held: a strain above it by no more than this is not being dragged.
 ///
 /// The adhesion point is stored as a position, so a contact at rest reads its strain back with the rounding of that
@@ -744,32 +789,7 @@ pub const FRICTION_LEVER: f64 = 0.23;
 /// Bounds the tick: past it, new contacts begin without strain. A tick of 300 contacts with 100 new ones needs 30 000.
 pub const FRICTION_LOOKS: usize = 65_536;
 
-/// Cosine of the largest angle between two normals that shading takes for one, on both sides of an edge.
-///
-/// The normals of a smooth vertex are computed once and copied to its corners, so they agree to rounding. Larger angles
-/// hide faint creases; smaller ones would find creases in rounding.
-pub const SHADING_SAME: f64 = 1.0 - 1e-9;
-
-/// Cosine of the largest angle between a face of a piece and a triangle of the mesh that lies in it.
-///
-/// Half a degree: merged faces are planar to far less, but the normals of needles are noisy. Larger takes neighbours of
-/// fine meshes for the face itself; smaller leaves needles without shading.
-pub const SHADING_IN_FACE: f64 = 0.999_96;
-
-/// The most triangles of a piece's faces that are searched for the one under a contact point.
-///
-/// Bounds the tick at a few microseconds a contact. Contacts on larger merged faces, which are flat anyway, keep their
-/// true normal.
-pub const SHADING_TRIANGLES: usize = 1024;
-
-// render
-
-/// Relative: how much shorter than its limit a saturated force or torque is made.
-///
-/// A few roundings, so that "never beyond the limit" holds to the last bit. Larger gives force away.
-pub const SATURATION_ROUNDING: f64 = 1e-15;
-
-// render: the virtual coupling
+// render: the virtual coupling (coupling)
 
 /// m: the stretch of the coupling at which the device's largest force comes.
 ///
@@ -815,6 +835,8 @@ pub const TOOL_SINKS: f64 = 0.5;
 /// roundness of meshes is worth, and lets a fast tool overlap before it is stopped.
 pub const TOOL_SKIN: f64 = 0.1;
 
+// render: the tool's step (tool, together, touches)
+
 /// Times that a tool's step is solved at most, to find which contacts press and which slide.
 ///
 /// Pressing settles in two or three; sliding halves its error in each. More only costs time.
@@ -824,3 +846,10 @@ pub const COUPLING_ROUNDS: u32 = 12;
 ///
 /// A hundredth of the friction of one contact, gone in the next tick.
 pub const COUPLING_SETTLED: f64 = 0.01;
+
+// render: the limits (saturate)
+
+/// Relative: how much shorter than its limit a saturated force or torque is made.
+///
+/// A few roundings, so that "never beyond the limit" holds to the last bit. Larger gives force away.
+pub const SATURATION_ROUNDING: f64 = 1e-15;

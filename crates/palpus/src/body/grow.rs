@@ -16,8 +16,6 @@
 //! the surroundings of the new facet only: 1 climbs to the highest vertex, 2 asks the facets at the faces that the new vertex
 //! sees, since what it does not see it is not above. Else a smooth body with one dent took the square of its size.
 
-use std::ops::ControlFlow;
-
 use glam::DVec3;
 
 use super::contain::Clipper;
@@ -219,14 +217,9 @@ impl<'a> Grower<'a> {
         let depth = ENTERED * surface.noise();
         let Some(bounds) = wide.hull.gained() else { return false };
         wide.hull.fence(fence);
-        let visit = |t: u32, corners: &[DVec3; 3]| {
-            if facet_stamps[facets.of_triangle(t) as usize] != *stamp && wide.hull.enters(*corners, fence, depth) {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        };
-        tree.visit_below(&bounds, fence, depth, visit).is_break()
+        tree.any_below(&bounds, fence, depth, |t, corners| {
+            facet_stamps[facets.of_triangle(t) as usize] != *stamp && wide.hull.enters(*corners, fence, depth)
+        })
     }
 
     fn extend_hull(&mut self) -> Verdict {
@@ -267,15 +260,9 @@ impl<'a> Grower<'a> {
         let depth = ENTERED * surface.noise();
         fence.clear();
         fence.extend(hull.planes().take(FENCE_PLANES));
-        let visit = |t: u32, corners: &[DVec3; 3]| {
-            if facet_stamps[facets.of_triangle(t) as usize] != *stamp && clipper.enters(*corners, hull.planes(), depth)
-            {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        };
-        tree.visit_below(bounds, fence, depth, visit).is_break()
+        tree.any_below(bounds, fence, depth, |t, corners| {
+            facet_stamps[facets.of_triangle(t) as usize] != *stamp && clipper.enters(*corners, hull.planes(), depth)
+        })
     }
 
     fn flat_thickness(&self) -> f64 {

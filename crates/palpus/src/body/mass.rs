@@ -150,8 +150,9 @@ mod tests {
 
     use super::*;
     use crate::algebra::Pose;
+    use crate::algebra::random::Random;
     use crate::body::PolygonSoup;
-    use crate::body::shapes::{Random, cuboid, torus};
+    use crate::body::shapes::{cuboid, torus};
 
     fn placed(mesh: &Mesh, pose: &Pose, scale: f64) -> Mesh {
         let vertices = mesh.vertices().iter().map(|&p| pose.point(p * scale)).collect();

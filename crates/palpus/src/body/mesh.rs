@@ -12,10 +12,9 @@
 use glam::DVec3;
 
 use super::orient::{Orientation, orient};
-use super::triangle_tree::Aabb;
 use super::triangulate::{Cut, triangulate};
 use super::weld::{drop_duplicates, drop_empty, unbend_caps, weld};
-use super::{PolygonSoup, TriangleTree};
+use super::{Aabb, PolygonSoup, TriangleTree};
 use crate::algebra::{closest_on_triangle, tolerance};
 
 /// Why a soup is no mesh.

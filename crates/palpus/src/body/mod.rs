@@ -1,5 +1,6 @@
 //! All that is computed once per object: mesh, convex pieces, hierarchy of hulls, mass properties \[K02 §3.2\].
 
+mod aabb;
 mod admissible;
 #[expect(clippy::module_inception, reason = "the room is named after what is built in it, and this is it")]
 mod body;
@@ -35,6 +36,7 @@ mod whole;
 mod wide_hull;
 mod winding;
 
+pub use aabb::Aabb;
 pub use admissible::{Admissible, Borrowed, Cap, OwnArc, OwnFace, OwnNormals};
 pub use body::{Body, BodyError, BodyParts, BodySettings, Ground};
 pub use bounds::{OrientedBox, Sphere};
@@ -52,6 +54,6 @@ pub use polytope::{
 pub use shading_normals::ShadingNormals;
 pub use soup::PolygonSoup;
 pub use triangle_pair::TrianglePair;
-pub use triangle_tree::{Aabb, RayHit, SurfacePoint, TriangleTree};
+pub use triangle_tree::{RayHit, SurfacePoint, TriangleTree};
 pub use triangulate::{Cut, triangulate};
 pub use well_formed::Malformed;

@@ -13,7 +13,7 @@
 use glam::DVec3;
 
 use super::half_edge::EdgeUses;
-use super::triangle_tree::{Aabb, TriangleTree};
+use super::{Aabb, TriangleTree};
 use crate::algebra::tolerance;
 
 /// What orienting found and did.

@@ -119,7 +119,8 @@ impl Fans<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shapes::{Random, cuboid, torus};
+    use crate::algebra::random::Random;
+    use crate::body::shapes::{cuboid, torus};
 
     #[test]
     fn a_box_stays_flat_below_its_crease_and_rounds_above() {

@@ -1,35 +1,10 @@
-//! Shapes, real models and random numbers for the tests of this room.
+//! Shapes and real models for the tests of this room.
 
 use std::path::Path;
 
 use glam::DVec3;
 
 use super::{Mesh, PolygonSoup};
-
-/// SplitMix64 (G. Steele, D. Lea, C. Flood, 2014).
-pub(super) struct Random(pub(super) u64);
-
-impl Random {
-    pub(super) fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    pub(super) fn below(&mut self, n: u64) -> u64 {
-        self.bits() % n
-    }
-
-    /// Uniform in [−1, 1).
-    pub(super) fn signed(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
-    }
-
-    pub(super) fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.signed(), self.signed(), self.signed())
-    }
-}
 
 /// The box between two corners.
 pub(super) fn cuboid(low: DVec3, high: DVec3) -> Mesh {

@@ -25,8 +25,6 @@
 mod tests;
 mod way_in;
 
-use std::ops::ControlFlow;
-
 use glam::DVec3;
 
 use self::way_in::{WayPoint, way_in};
@@ -239,14 +237,9 @@ impl<'a> Trial<'a> {
         let depth = THICK_ENTERED * *noise;
         fence.clear();
         fence.extend(hull.planes().take(FENCE_PLANES));
-        let visit = |t: u32, corners: &[DVec3; 3]| {
+        tree.any_below(bounds, fence, depth, |t, corners| {
             let stranger = members.binary_search(&facets.of_triangle(t)).is_err();
-            if stranger && clipper.enters(*corners, hull.planes(), depth) {
-                ControlFlow::Break(())
-            } else {
-                ControlFlow::Continue(())
-            }
-        };
-        tree.visit_below(bounds, fence, depth, visit).is_break()
+            stranger && clipper.enters(*corners, hull.planes(), depth)
+        })
     }
 }

@@ -217,7 +217,7 @@ mod tests {
     //! of a small grid.
 
     use super::*;
-    use crate::body::shapes::Random;
+    use crate::algebra::random::Random;
 
     type Whole = [i64; 3];
 

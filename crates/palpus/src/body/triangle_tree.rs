@@ -10,76 +10,20 @@
 //!   I. Wald, *Watertight Ray/Triangle Intersection*, 2013).
 //! * Inside and winding number: in `winding`.
 
+mod nearest;
+mod ray;
+#[cfg(test)]
+mod tests;
+
 use std::ops::ControlFlow;
 
 use glam::DVec3;
 
-use super::Mesh;
 use super::winding::Dipole;
-use crate::algebra::{Plane, closest_on_triangle, tolerance};
-
-/// An axis-aligned box, closed.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Aabb {
-    /// Least coordinates.
-    pub min: DVec3,
-    /// Largest coordinates.
-    pub max: DVec3,
-}
-
-impl Aabb {
-    /// The box of nothing: overlaps no box, grows to whatever is added.
-    pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
-
-    /// The least box around `points`.
-    pub fn around(points: impl IntoIterator<Item = DVec3>) -> Self {
-        points.into_iter().fold(Self::EMPTY, |b, p| Self { min: b.min.min(p), max: b.max.max(p) })
-    }
-
-    /// The least box around both.
-    #[inline]
-    pub fn union(&self, other: &Self) -> Self {
-        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
-    }
-
-    /// Any common point?
-    #[inline]
-    pub fn overlaps(&self, other: &Self) -> bool {
-        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
-    }
-
-    /// Is `p` in the box?
-    #[inline]
-    pub fn holds(&self, p: DVec3) -> bool {
-        self.min.cmple(p).all() && p.cmple(self.max).all()
-    }
-
-    /// Square of the distance of `p` from the box, 0 inside.
-    #[inline]
-    pub fn distance_squared(&self, p: DVec3) -> f64 {
-        (p.max(self.min).min(self.max) - p).length_squared()
-    }
-}
-
-/// The point of a surface nearest to a query point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SurfacePoint {
-    /// Index of a triangle that holds the point; of several the one first met.
-    pub triangle: u32,
-    /// On that triangle.
-    pub point: DVec3,
-    /// From the query point, ≥ 0.
-    pub distance: f64,
-}
-
-/// Where a ray meets a surface.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RayHit {
-    /// Index of the triangle that is met.
-    pub triangle: u32,
-    /// In lengths of the ray's direction from its origin, ≥ 0.
-    pub t: f64,
-}
+use super::{Aabb, Mesh};
+use crate::algebra::{Plane, tolerance};
+pub use nearest::SurfacePoint;
+pub use ray::RayHit;
 
 /// One box of the tree.
 #[derive(Clone, Copy, Debug)]
@@ -178,10 +122,7 @@ impl TriangleTree {
         mut enter: impl FnMut(&Aabb) -> bool,
         mut visit: impl FnMut(usize) -> ControlFlow<()>,
     ) -> ControlFlow<()> {
-        let mut stack = Stack::new();
-        if !self.nodes.is_empty() {
-            stack.push(0);
-        }
+        let mut stack = Stack::from_root(&self.nodes);
         while let Some(index) = stack.pop() {
             let node = &self.nodes[index as usize];
             if !enter(&node.bounds) {
@@ -216,22 +157,24 @@ impl TriangleTree {
         )
     }
 
-    /// As [`Self::visit_overlapping`], leaving out boxes that lie wholly above one of `planes` lowered by `depth`.
-    pub(super) fn visit_below(
+    /// True if `is_one` says so of a triangle near `query`: of those in the leaves whose boxes overlap it and do not lie wholly above
+    /// one of `planes` lowered by `depth`.
+    pub(super) fn any_below(
         &self,
         query: &Aabb,
         planes: &[Plane],
         depth: f64,
-        mut visit: impl FnMut(u32, &[DVec3; 3]) -> ControlFlow<()>,
-    ) -> ControlFlow<()> {
+        mut is_one: impl FnMut(u32, &[DVec3; 3]) -> bool,
+    ) -> bool {
         let reaches_below = |bounds: &Aabb| {
             let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
             planes.iter().all(|plane| plane.height(middle) - plane.normal.abs().dot(half) < -depth)
         };
-        self.descend(
-            |bounds| bounds.overlaps(query) && reaches_below(bounds),
-            |slot| visit(self.ids[slot], &self.corners[slot]),
-        )
+        let visit = |slot: usize| match is_one(self.ids[slot], &self.corners[slot]) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        self.descend(|bounds| bounds.overlaps(query) && reaches_below(bounds), visit).is_break()
     }
 
     /// Calls `visit` once with each pair of different triangles whose boxes overlap, until it breaks.
@@ -278,117 +221,6 @@ impl TriangleTree {
             self.pairs_below(i, second.second as usize, visit)
         }
     }
-
-    /// The point of the surface nearest to `p`; `None` only without triangles.
-    pub fn nearest(&self, p: DVec3) -> Option<SurfacePoint> {
-        self.nearest_within(p, f64::INFINITY)
-    }
-
-    /// The point of the surface nearest to `p` if its distance is less than `limit`.
-    pub fn nearest_within(&self, p: DVec3, limit: f64) -> Option<SurfacePoint> {
-        let mut best = None;
-        let mut best_squared = limit * limit;
-        let mut stack = Stack::new();
-        if !self.nodes.is_empty() {
-            stack.push(0);
-        }
-        while let Some(index) = stack.pop() {
-            let node = &self.nodes[index as usize];
-            if node.bounds.distance_squared(p) >= best_squared {
-                continue;
-            }
-            if !node.is_leaf() {
-                let (first, second) = (index + 1, node.second);
-                let distance = |child: u32| self.nodes[child as usize].bounds.distance_squared(p);
-                let (near, far) = if distance(second) < distance(first) { (second, first) } else { (first, second) };
-                stack.push(far);
-                stack.push(near);
-                continue;
-            }
-            for slot in node.slots() {
-                let [a, b, c] = self.corners[slot];
-                let point = closest_on_triangle(p, a, b, c);
-                let squared = point.distance_squared(p);
-                if squared < best_squared {
-                    best_squared = squared;
-                    best = Some(SurfacePoint { triangle: self.ids[slot], point, distance: squared.sqrt() });
-                }
-            }
-        }
-        best
-    }
-
-    /// Some point of the surface nearer to `p` than `limit`, or none if there is none: cheaper than the nearest, and near it.
-    pub(super) fn some_within(&self, p: DVec3, limit: f64) -> Option<DVec3> {
-        let mut best = None;
-        let mut best_squared = limit * limit;
-        let mut stack = Stack::new();
-        if !self.nodes.is_empty() {
-            stack.push(0);
-        }
-        while let Some(index) = stack.pop() {
-            let node = &self.nodes[index as usize];
-            if node.is_leaf() {
-                for [a, b, c] in &self.corners[node.slots()] {
-                    let point = closest_on_triangle(p, *a, *b, *c);
-                    let squared = point.distance_squared(p);
-                    if squared < best_squared {
-                        best_squared = squared;
-                        best = Some(point);
-                    }
-                }
-                if best.is_some() {
-                    break;
-                }
-                continue;
-            }
-            let distance = |child: u32| self.nodes[child as usize].bounds.distance_squared(p);
-            let (first, second) = (distance(index + 1), distance(node.second));
-            let (near, far) = if second < first { (node.second, index + 1) } else { (index + 1, node.second) };
-            if first.max(second) < best_squared {
-                stack.push(far);
-            }
-            if first.min(second) < best_squared {
-                stack.push(near);
-            }
-        }
-        best
-    }
-
-    /// Where the ray from `origin` along `direction` (not zero, need not be unit) first meets the surface at
-    /// `0 ≤ t ≤ limit`, from either side.
-    pub fn ray_cast(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<RayHit> {
-        let mut best: Option<RayHit> = None;
-        let _ = self.visit_ray(origin, direction, limit, |hit| {
-            if best.is_none_or(|b| hit.t < b.t) {
-                best = Some(hit);
-            }
-            ControlFlow::Continue(best.map_or(limit, |b| b.t))
-        });
-        best
-    }
-
-    /// Calls `visit` with each triangle that the ray meets at `0 ≤ t ≤ limit`, in no order, until it breaks; `visit`
-    /// returns the limit from there on. A ray through an edge meets the triangles on both sides.
-    pub fn visit_ray(
-        &self,
-        origin: DVec3,
-        direction: DVec3,
-        limit: f64,
-        mut visit: impl FnMut(RayHit) -> ControlFlow<(), f64>,
-    ) -> ControlFlow<()> {
-        let ray = Ray::new(origin, direction);
-        let limit = std::cell::Cell::new(limit);
-        self.descend(
-            |bounds| ray.meets_box(bounds, limit.get()),
-            |slot| {
-                if let Some(t) = ray.meets_triangle(&self.corners[slot]).filter(|&t| t <= limit.get()) {
-                    limit.set(visit(RayHit { triangle: self.ids[slot], t })?);
-                }
-                ControlFlow::Continue(())
-            },
-        )
-    }
 }
 
 /// Nodes still to visit. The tree's depth is at most 33, so this never overflows.
@@ -398,8 +230,10 @@ pub(super) struct Stack {
 }
 
 impl Stack {
-    pub(super) fn new() -> Self {
-        Self { nodes: [0; 64], len: 0 }
+    /// The root, which is node 0, if there is any.
+    #[inline]
+    pub(super) fn from_root(nodes: &[Node]) -> Self {
+        Self { nodes: [0; 64], len: usize::from(!nodes.is_empty()) }
     }
 
     #[inline]
@@ -414,58 +248,3 @@ impl Stack {
         Some(self.nodes[self.len])
     }
 }
-
-/// A ray, sheared so that its direction is the unit vector of its largest axis.
-struct Ray {
-    origin: DVec3,
-    inverse: DVec3,
-    axes: [usize; 3],
-    shear: DVec3,
-}
-
-impl Ray {
-    fn new(origin: DVec3, direction: DVec3) -> Self {
-        let z = direction.abs().max_position();
-        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
-        let shear = DVec3::new(direction[x] / direction[z], direction[y] / direction[z], 1.0 / direction[z]);
-        Self { origin, inverse: direction.recip(), axes: [x, y, z], shear }
-    }
-
-    fn meets_box(&self, bounds: &Aabb, limit: f64) -> bool {
-        let (mut enter, mut leave) = (0.0_f64, limit);
-        for axis in 0..3 {
-            let (low, high) = (bounds.min[axis] - self.origin[axis], bounds.max[axis] - self.origin[axis]);
-            if self.inverse[axis].is_infinite() {
-                if low > 0.0 || high < 0.0 {
-                    return false;
-                }
-                continue;
-            }
-            let (first, second) = (low * self.inverse[axis], high * self.inverse[axis]);
-            enter = enter.max(first.min(second));
-            leave = leave.min(first.max(second));
-        }
-        // A slab's bounds are rounded: allow for it, so that no triangle is lost.
-        enter <= leave + tolerance::RAY_SLACK * leave.abs()
-    }
-
-    /// The ray's parameter where it meets the closed triangle, if it is not negative.
-    fn meets_triangle(&self, corners: &[DVec3; 3]) -> Option<f64> {
-        let [x, y, z] = self.axes;
-        let [a, b, c] = corners.map(|p| {
-            let p = p - self.origin;
-            DVec3::new(p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], self.shear.z * p[z])
-        });
-        // Each is computed alike, up to its sign, for both triangles of an edge.
-        let (u, v, w) = (c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x);
-        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
-            return None;
-        }
-        let sum = u + v + w;
-        let t = (u * a.z + v * b.z + w * c.z) / sum;
-        (t >= 0.0 && t.is_finite()).then_some(t)
-    }
-}
-
-#[cfg(test)]
-mod tests;

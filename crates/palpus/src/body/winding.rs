@@ -11,9 +11,9 @@ use std::ops::ControlFlow;
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::TriangleTree;
 use super::triangle_pair::{holds_coplanar_point, side_of_plane, turn};
-use super::triangle_tree::{Aabb, Node, Stack};
+use super::triangle_tree::{Node, Stack};
+use super::{Aabb, TriangleTree};
 use crate::algebra::tolerance;
 
 /// What a far point sees of a node's triangles.
@@ -95,10 +95,7 @@ impl TriangleTree {
     /// The winding number with far boxes taken as dipoles: within about 0.02 of [`Self::winding_number`].
     pub fn winding_number_fast(&self, p: DVec3) -> f64 {
         let mut sum = 0.0;
-        let mut stack = Stack::new();
-        if !self.nodes.is_empty() {
-            stack.push(0);
-        }
+        let mut stack = Stack::from_root(&self.nodes);
         while let Some(index) = stack.pop() {
             let (node, dipole) = (&self.nodes[index as usize], &self.dipoles[index as usize]);
             let offset = dipole.center - p;
@@ -184,7 +181,8 @@ fn solid_angle(p: DVec3, corners: &[DVec3; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::shapes::{Random, cuboid, torus};
+    use crate::algebra::random::Random;
+    use crate::body::shapes::{cuboid, torus};
     use crate::body::{Mesh, PolygonSoup};
 
     const SEED: u64 = 0x2204_c0de;
@@ -196,7 +194,7 @@ mod tests {
         let mut random = Random(SEED);
         for case in 0..2000 {
             // Grid points line up with vertices and edges of the torus in y and z: the worst for a ray along x.
-            let v = mesh.vertices()[random.below(mesh.vertices().len() as u64) as usize];
+            let v = mesh.vertices()[random.below(mesh.vertices().len())];
             let p = if case % 2 == 0 { DVec3::new(random.signed() * 1.5, v.y, v.z) } else { random.vector() * 1.5 };
             let winding = tree.winding_number(p);
             assert!((winding - winding.round()).abs() < 1e-9, "seed {SEED}, case {case}");

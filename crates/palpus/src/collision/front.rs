@@ -12,6 +12,8 @@
 //! 4. Halves that both sleep long are *merged*: the pair that they came from is measured, and when it is far enough it sleeps
 //!    in their place. When it is not, it says itself after how much motion it makes sense to try again.
 //!
+//! Steps 2 to 4 have a file each (`due`, `awake`, `merge`).
+//!
 //! A frame so costs what is in contact and what is due, however large the models. The answer is that of the full
 //! traversal: both split the same pairs by the same tests, but the front knows for most that their test would fail.
 //!
@@ -27,20 +29,24 @@
 //! After the *front* of [Ehmann and Lin 2001, §5.2] and [Li and Chen, *Incremental 3D collision detection*, 1998], who keep the cut but
 //! measure all of it each frame; and the wake times of [Hubbard 1995] and [Mirtich 1996], there for pairs of objects.
 
+mod awake;
+mod due;
+mod merge;
+mod pair;
+
 use glam::DVec3;
 
-use super::bounds::{box_gap, sphere_gap};
 use super::coherence::Memory;
 use super::leaf_pairs::Home;
 use super::march::{March, initial_features, march};
 use super::odometer::Odometer;
 use super::thickness::Thickness;
-use super::traverse::distance;
-use super::wakes::{BLOCK, NEVER, WakeBoard};
-use super::{LeafPair, LeafPairs, Proximity, Side, StopReason, Traversal, TraversalCounters};
-use crate::algebra::tolerance::{BOX_NAP, FRONT_JUMP, MERGE_CLEARANCE, MERGE_RETRY, PACE_FADE, SPHERE_NAP};
+use super::wakes::{BLOCK, WakeBoard};
+use super::{LeafPair, LeafPairs, Side, StopReason, Traversal, TraversalCounters};
+use crate::algebra::tolerance::{FRONT_JUMP, PACE_FADE};
 use crate::algebra::{Clock, Deadline, NoClock, Placement};
 use crate::body::{Feature, FeaturePair, NodeKind};
+use pair::{NONE, Pair, State};
 
 /// The cut between what is looked at and what sleeps, for one pair of bodies.
 #[derive(Clone, Debug)]
@@ -75,32 +81,6 @@ pub struct Front {
     full: Traversal,
 }
 
-/// A pair of nodes in the tree.
-#[derive(Clone, Copy, Debug)]
-struct Pair {
-    a: u32,
-    b: u32,
-    /// Place of the pair that this is a half of.
-    parent: u32,
-    state: State,
-    /// Whether something is remembered of the pair.
-    known: bool,
-    /// The odometer's sum up to which this is not to be merged back.
-    retry: u64,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
-    /// On the cut, apart.
-    Asleep,
-    /// On the cut, leaves within tolerance.
-    Awake,
-    /// Above the cut; the first half's place.
-    Split(u32),
-    /// On the cut, but in need of a split for which there is no room.
-    Crowded,
-}
-
 /// What one query is about.
 #[derive(Clone, Copy)]
 struct Query<'a> {
@@ -111,18 +91,6 @@ struct Query<'a> {
     /// Only pairs one of whose pieces is thinner than this are looked at.
     thinner_than: f64,
 }
-
-/// What measuring a pair found.
-enum Measured {
-    /// At least this distance, not less than the tolerance.
-    Apart(f64),
-    /// Leaves within tolerance.
-    Within(March, Option<Memory>),
-    /// Nodes within tolerance.
-    Near,
-}
-
-const NONE: u32 = u32::MAX;
 
 /// Node pairs that full searches remember: those of the nearest pair, and of what is below a few pairs for which there is no room.
 const SEARCHED: usize = 1 << 15;
@@ -349,111 +317,6 @@ impl Front {
         self.begun = true;
     }
 
-    /// Step 3, of the first `count` pairs; those that are not visited in time come first, here and next time.
-    fn visit_awake<C: Clock>(
-        &mut self,
-        query: &Query<'_>,
-        count: usize,
-        deadline: &Deadline<C>,
-        found: &mut LeafPairs,
-        counters: &mut TraversalCounters,
-    ) {
-        let (mut kept, mut visited) = (0, 0);
-        while visited < count && (visited == 0 || !deadline.passed()) {
-            let place = self.awake[visited];
-            visited += 1;
-            if !self.is_wanted(query, place) {
-                self.awake[kept] = place;
-                kept += 1;
-                continue;
-            }
-            counters.node_pairs += 1;
-            counters.leaf_tests += 1;
-            let (answer, memory) = self.march(query, place, counters);
-            if is_contact(&answer, query.tolerance) {
-                self.awake[kept] = place;
-                kept += 1;
-                found.push(self.leaf_pair(query, place, answer, memory), query.a, query.b, query.pose_ba);
-            } else {
-                // When they meet again it may be anywhere.
-                self.memories[place as usize].normal = DVec3::ZERO;
-                self.sleep(query, place, distance(&answer));
-            }
-        }
-        let gone = visited - kept;
-        if gone > 0 {
-            self.awake.copy_within(visited.., kept);
-            self.awake.truncate(self.awake.len() - gone);
-        }
-        self.unvisited = count - visited;
-        counters.postponed += self.unvisited as u32;
-        if self.unvisited > 0 {
-            self.awake.rotate_left(kept);
-        }
-    }
-
-    /// Step 2, and 4 where a pair goes on sleeping; false if the deadline passes before all is done.
-    fn wake_due<C: Clock>(
-        &mut self,
-        query: &Query<'_>,
-        deadline: &Deadline<C>,
-        found: &mut LeafPairs,
-        counters: &mut TraversalCounters,
-    ) -> bool {
-        // Places that are taken during the round are looked at as soon as they are.
-        let blocks = self.blocks();
-        let first = self.first_block.min(blocks);
-        for (begin, end) in [(first, blocks), (0, first)] {
-            let mut block = begin;
-            while let Some(next) = self.wakes.next_block(block, end, self.odometer.sum()) {
-                if !self.wake_block(query, next, deadline, found, counters) {
-                    self.first_block = next;
-                    return false;
-                }
-                block = next + 1;
-            }
-        }
-        self.first_block = 0;
-        true
-    }
-
-    /// Step 2 for what is due in one block.
-    fn wake_block<C: Clock>(
-        &mut self,
-        query: &Query<'_>,
-        block: usize,
-        deadline: &Deadline<C>,
-        found: &mut LeafPairs,
-        counters: &mut TraversalCounters,
-    ) -> bool {
-        let mut due = [0; BLOCK];
-        let count = self.wakes.open(block, self.odometer.sum(), &mut due);
-        let mut late = false;
-        for &place in &due[..count] {
-            self.stack.push(place);
-            counters.woken += u32::from(self.is_wanted(query, place));
-            while let Some(place) = self.stack.pop() {
-                if !self.is_wanted(query, place) {
-                    continue;
-                }
-                self.look(query, place, found, counters);
-                late = deadline.passed();
-                if late {
-                    break;
-                }
-            }
-            if late {
-                break;
-            }
-        }
-        // What is left on it is as overdue as what it was split from.
-        self.stack.clear();
-        if count > 0 {
-            self.wakes.settle(block);
-        }
-        !late
-    }
-
     /// False for a pair whose pieces are all thicker than what the query is about.
     #[inline]
     fn is_wanted(&self, query: &Query<'_>, place: u32) -> bool {
@@ -467,134 +330,9 @@ impl Front {
         (self.fresh as usize).div_ceil(BLOCK)
     }
 
-    /// Measures a pair and puts it where it belongs; its halves go onto the stack.
-    fn look(&mut self, query: &Query<'_>, place: u32, found: &mut LeafPairs, counters: &mut TraversalCounters) {
-        match self.measure(query, place, counters) {
-            Measured::Apart(distance) => {
-                self.sleep(query, place, distance);
-                self.merge(query, place, counters);
-            }
-            Measured::Within(answer, memory) => {
-                self.pairs[place as usize].state = State::Awake;
-                self.wakes.set(place, NEVER);
-                self.awake.push(place);
-                found.push(self.leaf_pair(query, place, answer, memory), query.a, query.b, query.pose_ba);
-            }
-            Measured::Near if self.split(query, place) => counters.split += 1,
-            Measured::Near => {
-                counters.crowded += 1;
-                self.was_crowded = true;
-                let Pair { a, b, .. } = self.pairs[place as usize];
-                self.pairs[place as usize].state = State::Crowded;
-                self.wakes.set(place, self.odometer.sum());
-                self.full.below(query.a, query.b, query.pose_ba, query.tolerance, [a, b], found, counters);
-            }
-        }
-    }
-
-    /// The pair's distance, or a bound of it from below that lets it sleep for a while: the cheaper the bound the longer must the sleep be that
-    /// it promises, or the next is tried.
-    fn measure(&mut self, query: &Query<'_>, place: u32, counters: &mut TraversalCounters) -> Measured {
-        counters.node_pairs += 1;
-        let Pair { a, b, .. } = self.pairs[place as usize];
-        let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
-        let gap = sphere_gap(&node_a.sphere, &node_b.sphere, query.pose_ba);
-        if gap > query.tolerance + SPHERE_NAP * self.pace {
-            return Measured::Apart(gap);
-        }
-        let enough = query.tolerance + BOX_NAP * self.pace;
-        let gap = gap.max(box_gap(&node_a.oriented_box, &node_b.oriented_box, query.pose_ba, 2.0 * enough));
-        if gap > enough {
-            return Measured::Apart(gap);
-        }
-        let leaves = [node_a, node_b].iter().all(|node| matches!(node.kind, NodeKind::Leaf { .. }));
-        counters.leaf_tests += u32::from(leaves);
-        counters.hull_tests += u32::from(!leaves);
-        let (answer, memory) = self.march(query, place, counters);
-        match (leaves, distance(&answer)) {
-            (true, _) if is_contact(&answer, query.tolerance) => Measured::Within(answer, memory),
-            (false, apart) if apart <= query.tolerance => Measured::Near,
-            (_, apart) => Measured::Apart(apart),
-        }
-    }
-
     fn sleep(&mut self, query: &Query<'_>, place: u32, distance: f64) {
         self.pairs[place as usize].state = State::Asleep;
         self.wakes.set(place, self.odometer.due(distance - query.tolerance));
-    }
-
-    /// Puts both halves of a pair onto the stack; false if there is no room for them.
-    fn split(&mut self, query: &Query<'_>, place: u32) -> bool {
-        let Pair { a, b, .. } = self.pairs[place as usize];
-        let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
-        let halves = match (node_a.kind, node_b.kind) {
-            (NodeKind::Inner { left, right }, kind_b)
-                if node_a.sphere.radius > node_b.sphere.radius || matches!(kind_b, NodeKind::Leaf { .. }) =>
-            {
-                [Pair::of(left, b, place), Pair::of(right, b, place)]
-            }
-            (_, NodeKind::Inner { left, right }) => [Pair::of(a, left, place), Pair::of(a, right, place)],
-            _ => return false,
-        };
-        let Some(first) = self.take_places() else { return false };
-        let wake = self.wakes.get(place);
-        for (half, place) in halves.into_iter().zip([first, first + 1]) {
-            self.pairs[place as usize] = half;
-            // What held for the whole holds for its halves: they are as overdue.
-            self.wakes.set(place, wake);
-            self.stack.push(place);
-        }
-        self.pairs[place as usize].state = State::Split(first);
-        self.wakes.set(place, NEVER);
-        true
-    }
-
-    fn take_places(&mut self) -> Option<u32> {
-        self.free.pop().or_else(|| {
-            let first = self.fresh;
-            (first as usize + 2 <= self.pairs.len()).then(|| {
-                self.fresh += 2;
-                first
-            })
-        })
-    }
-
-    /// Step 4: merges the pair with its other half as long as both sleep long and what they came from may.
-    fn merge(&mut self, query: &Query<'_>, mut place: u32, counters: &mut TraversalCounters) {
-        let long = MERGE_CLEARANCE * query.tolerance;
-        loop {
-            let parent = self.pairs[place as usize].parent;
-            let until = self.odometer.due(long);
-            if parent == NONE || self.wakes.get(place) < until || !self.sleeps_until(place ^ 1, until) {
-                return;
-            }
-            let Pair { a, b, retry, .. } = self.pairs[parent as usize];
-            if retry > self.odometer.sum() {
-                return;
-            }
-            counters.node_pairs += 1;
-            let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
-            let enough = query.tolerance + long;
-            let mut gap = sphere_gap(&node_a.sphere, &node_b.sphere, query.pose_ba);
-            if gap <= enough {
-                gap = gap.max(box_gap(&node_a.oriented_box, &node_b.oriented_box, query.pose_ba, enough));
-            }
-            if gap <= enough {
-                self.pairs[parent as usize].retry = self.odometer.due((enough - gap).max(MERGE_RETRY * long));
-                return;
-            }
-            counters.merged += 1;
-            let first = place & !1;
-            self.wakes.set(first, NEVER);
-            self.wakes.set(first + 1, NEVER);
-            self.free.push(first);
-            self.sleep(query, parent, gap);
-            place = parent;
-        }
-    }
-
-    fn sleeps_until(&self, place: u32, sum: u64) -> bool {
-        self.pairs[place as usize].state == State::Asleep && self.wakes.get(place) >= sum
     }
 
     /// Marches a pair from where it ended last, or cold.
@@ -628,14 +366,4 @@ impl Front {
             NodeKind::Inner { .. } => unreachable!("only leaves are awake"),
         })
     }
-}
-
-impl Pair {
-    fn of(a: u32, b: u32, parent: u32) -> Self {
-        Self { a, b, parent, state: State::Asleep, known: false, retry: 0 }
-    }
-}
-
-fn is_contact(answer: &March, tolerance: f64) -> bool {
-    matches!(answer.proximity, Proximity::Overlapping(_)) || distance(answer) < tolerance
 }

@@ -25,14 +25,15 @@
 
 use glam::DVec3;
 
-use super::gjk::{centroid_line, gjk, position_noise, some_vertex};
+use super::gjk::{centroid_line, gjk};
+use super::scale::Scale;
 use super::step::{
     ClosestPoints, Step, View, across, between_edges, between_vertices, edge_edge, edge_face, vertex_edge, vertex_face,
     vertex_over_edge, vertex_over_face, vertex_vertex,
 };
 use super::{Closest, Overlap, Proximity, StopReason};
 use crate::algebra::Placement;
-use crate::algebra::tolerance::{COPLANAR, MARCH_DOUBT, MARCH_NOISE, MARCH_PROOF, MARCH_STEPS, TOUCHING};
+use crate::algebra::tolerance::{MARCH_NOISE, MARCH_STEPS};
 use crate::body::Feature::{Edge, Face, Vertex};
 use crate::body::{Feature, FeaturePair, Polytope};
 
@@ -52,7 +53,7 @@ pub struct March {
 /// Finds the closest points of a and b; all of the answer is in b's frame. `pose_ba` is the frame of a in b.
 ///
 /// `start` may be any features of the two; the last answer's make the query cheap. Bodies nearer than
-/// [`TOUCHING`] times the sum of their radii count as overlapping.
+/// [`TOUCHING`](crate::algebra::tolerance::TOUCHING) times the sum of their radii count as overlapping.
 pub fn march(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
     let pose_ab = pose_ba.inverse();
     let scale = Scale::of(a, b, pose_ba);
@@ -100,46 +101,6 @@ fn second_look(field: &mut Field<'_>, scale: &Scale, first: Candidate, steps: u3
     fall_back(field.a, field.b, field.pose_ba, closest.features, steps, StopReason::Stalled)
 }
 
-/// What a query with an upper bound found.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Bounded {
-    /// The full answer; it may lie beyond the bound too.
-    Within(March),
-    /// A direction that separates the bodies by more than the bound.
-    Beyond {
-        /// The bodies are at least this far apart, in metres; more than the bound.
-        lower: f64,
-        /// Unit, from b into a, in b's frame: the direction that proves it.
-        normal: DVec3,
-        /// Where to start from next time.
-        features: FeaturePair,
-    },
-}
-
-/// Like [`march`], but may stop as soon as it is proven that the distance exceeds `upper`.
-///
-/// The proof is tried once, before the march, and only from a pair of vertices (such as [`initial_features`] names and a
-/// proof leaves): from other features the march itself is as quick.
-pub fn march_within(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair, upper: f64) -> Bounded {
-    let features = FeaturePair { a: within(a, start.a), b: within(b, start.b) };
-    if let (Vertex(v), Vertex(w)) = (features.a, features.b) {
-        let (point_a, point_b) = (pose_ba.point(a.vertex(v)), b.vertex(w));
-        let r = point_a - point_b;
-        let distance = r.length();
-        if distance > upper {
-            let normal = r / distance;
-            let down = -pose_ba.inverse_vector(normal);
-            let reach_a = a.climb(v, down).1 - down.dot(a.vertex(v));
-            let reach_b = b.climb(w, normal).1 - normal.dot(point_b);
-            let lower = distance - reach_a - reach_b;
-            if lower > upper {
-                return Bounded::Beyond { lower, normal, features };
-            }
-        }
-    }
-    Bounded::Within(march(a, b, pose_ba, features))
-}
-
 fn answered(proximity: Proximity, features: FeaturePair, steps: u32) -> March {
     March { proximity, features, steps, stop: StopReason::Converged }
 }
@@ -155,37 +116,6 @@ fn fall_back(
 ) -> March {
     let answer = gjk(a, b, pose_ba, pair);
     March { steps: steps + answer.steps, stop, ..answer }
-}
-
-/// The lengths, in metres, against which a pair's answers are judged.
-struct Scale {
-    /// Sum of the radii.
-    size: f64,
-    /// Rounding of a placed vertex.
-    noise: f64,
-    /// At or below this distance the bodies overlap.
-    touching: f64,
-}
-
-impl Scale {
-    #[inline]
-    fn of(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> Self {
-        let size = a.radius() + b.radius();
-        let noise = position_noise(a, b, pose_ba);
-        Self { size, noise, touching: (TOUCHING * size).max(noise) }
-    }
-
-    /// How far a vertex may reach past the closest points of an answer that needs no second look.
-    #[inline]
-    fn tight(&self, distance: f64) -> f64 {
-        MARCH_PROOF * distance + self.noise
-    }
-
-    /// How far at most: the direction between near points is only known to the rounding of the points over their distance, and
-    /// merged faces are only planar within their merge distance. Never so far that the distance would be in doubt.
-    fn loose(&self, distance: f64) -> f64 {
-        (COPLANAR * (self.size + distance) + self.noise * self.size / distance).min(MARCH_DOUBT * distance)
-    }
 }
 
 /// How a walk over feature pairs ended.
@@ -344,8 +274,8 @@ impl Field<'_> {
         let distance = (on_p - on_q).dot(normal);
         let closest = Closest { point_a: on_q + normal * distance, point_b: on_q, normal, distance, features: pair };
         let down = -self.pose_ab.vector(normal);
-        let reach_a = self.a.climb(some_vertex(self.a, pair.a), down).1 - down.dot(self.pose_ab.point(closest.point_a));
-        let reach_b = self.b.climb(some_vertex(self.b, pair.b), normal).1 - normal.dot(on_q);
+        let reach_a = self.a.climb(pair.a.some_vertex(self.a), down).1 - down.dot(self.pose_ab.point(closest.point_a));
+        let reach_b = self.b.climb(pair.b.some_vertex(self.b), normal).1 - normal.dot(on_q);
         Candidate { closest, excess: reach_a.max(0.0) + reach_b.max(0.0) }
     }
 }

@@ -11,6 +11,7 @@ mod odometer;
 #[cfg(test)]
 mod oracle;
 mod proximity;
+mod scale;
 mod step;
 #[cfg(test)]
 mod sweeps;
@@ -24,6 +25,6 @@ pub use front::Front;
 pub use gjk::gjk;
 pub(crate) use leaf_pairs::Home;
 pub use leaf_pairs::{LeafPair, LeafPairs};
-pub use march::{Bounded, March, initial_features, march, march_within};
+pub use march::{March, initial_features, march};
 pub use proximity::{Closest, Overlap, Proximity, StopReason};
 pub use traverse::{Side, Traversal, TraversalCounters};

@@ -109,7 +109,7 @@ mod tests {
 
     fn some_box(random: &mut Random) -> OrientedBox {
         let axes = DMat3::from_quat(random.rotation());
-        OrientedBox { center: random.in_cube(), axes, half: random.in_cube().abs() }
+        OrientedBox { center: random.vector(), axes, half: random.vector().abs() }
     }
 
     #[test]
@@ -118,15 +118,15 @@ mod tests {
         for case in 0..200 {
             let (box_a, box_b) = (some_box(&mut random), some_box(&mut random));
             let point =
-                |random: &mut Random, held: &OrientedBox| held.center + held.axes * (held.half * random.in_cube());
+                |random: &mut Random, held: &OrientedBox| held.center + held.axes * (held.half * random.vector());
             let mut odometer = Odometer::new(box_a, box_b);
-            let mut pose = Pose::new(random.rotation(), random.in_cube() * 3.0);
+            let mut pose = Pose::new(random.rotation(), random.vector() * 3.0);
             assert_eq!(odometer.advance(&pose.placement()), None);
             let (first, begin) = (pose.placement(), odometer.sum());
             for _ in 0..20 {
                 let before = pose.placement();
-                let turn = DQuat::from_scaled_axis(random.in_cube() * 0.1);
-                pose = Pose::new(turn * pose.rotation, pose.translation + random.in_cube() * 0.1);
+                let turn = DQuat::from_scaled_axis(random.vector() * 0.1);
+                pose = Pose::new(turn * pose.rotation, pose.translation + random.vector() * 0.1);
                 let moved = odometer.advance(&pose.placement()).unwrap();
                 let place = pose.placement();
                 assert!(moved <= displacement(&box_a, &before, &place));

@@ -7,49 +7,12 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::{March, Proximity};
+pub(crate) use crate::algebra::random::Random;
 use crate::algebra::tolerance::COPLANAR;
 use crate::algebra::{Placement, Plane, Pose, closest_on_segment, closest_on_triangle, closest_segment_segment};
 use crate::body::{Feature, Hull, Polytope, Provenance, convex_hull};
 
-/// SplitMix64.
-pub(crate) struct Random(pub(crate) u64);
-
 impl Random {
-    pub(crate) fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    pub(crate) fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-
-    /// Uniform in [0, 1).
-    pub(crate) fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * self.unit()
-    }
-
-    pub(crate) fn in_cube(&mut self) -> DVec3 {
-        DVec3::new(self.between(-1.0, 1.0), self.between(-1.0, 1.0), self.between(-1.0, 1.0))
-    }
-
-    pub(crate) fn direction(&mut self) -> DVec3 {
-        loop {
-            let p = self.in_cube();
-            let l = p.length_squared();
-            if l > 0.01 && l <= 1.0 {
-                return p / l.sqrt();
-            }
-        }
-    }
-
     pub(crate) fn rotation(&mut self) -> DQuat {
         let [a, b, c, d] = [0; 4].map(|_| self.between(-1.0, 1.0));
         DQuat::from_xyzw(a, b, c, d + 1e-3).normalize()
@@ -149,7 +112,7 @@ pub(crate) fn globe(bands: u32, sides: u32) -> Polytope {
 /// A random tetrahedron in the unit cube, not too flat.
 pub(crate) fn tetrahedron(random: &mut Random) -> Polytope {
     loop {
-        let v = [0; 4].map(|_| random.in_cube());
+        let v = [0; 4].map(|_| random.vector());
         let volume = (v[1] - v[0]).cross(v[2] - v[0]).dot(v[3] - v[0]);
         if volume > 0.2 {
             return solid(v.to_vec(), &[[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]].map(Vec::from));
@@ -174,9 +137,9 @@ pub(crate) fn random_hull(random: &mut Random, points: usize) -> Polytope {
     let points: Vec<_> = (0..points)
         .map(|_| match kind {
             0 => random.direction() * DVec3::new(1.0, 0.7, 0.5),
-            1 => random.in_cube(),
-            2 => (random.in_cube() * 3.0).round() / 3.0 + DVec3::new(0.1, 0.2, 0.3),
-            _ => random.in_cube() * DVec3::new(1.0, 1.0, 1e-4),
+            1 => random.vector(),
+            2 => (random.vector() * 3.0).round() / 3.0 + DVec3::new(0.1, 0.2, 0.3),
+            _ => random.vector() * DVec3::new(1.0, 1.0, 1e-4),
         })
         .collect();
     let hull = convex_hull(&points, COPLANAR).ok().and_then(Hull::into_polytope);
@@ -187,7 +150,7 @@ pub(crate) fn random_hull(random: &mut Random, points: usize) -> Polytope {
 pub(crate) fn menagerie(random: &mut Random) -> Vec<(&'static str, Polytope)> {
     let mut oblique = |p: Polytope, stretch: DVec3| {
         let map = DMat3::from_quat(random.rotation()) * DMat3::from_diagonal(stretch);
-        let shift = random.in_cube() * 0.5;
+        let shift = random.vector() * 0.5;
         mapped(&p, map, shift)
     };
     let mut zoo = vec![

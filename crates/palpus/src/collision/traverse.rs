@@ -177,7 +177,7 @@ impl Traversal {
             }
             if let (NodeKind::Leaf { piece: piece_a }, NodeKind::Leaf { piece: piece_b }) = (node_a.kind, node_b.kind) {
                 let (answer, memory) = self.leaf(a, b, pair, pose_ba, counters);
-                if matches!(answer.proximity, Proximity::Overlapping(_)) || distance(&answer) < tolerance {
+                if is_contact(&answer, tolerance) {
                     let home = Home::Nodes(pair.a, pair.b);
                     found.push(LeafPair { piece_a, piece_b, home, proximity: answer.proximity, memory }, a, b, pose_ba);
                 }
@@ -335,16 +335,23 @@ impl Traversal {
     }
 }
 
+/// A lower bound of the distance of two nodes: by their spheres, and by their boxes where that is not `enough`.
 pub(super) fn bound_of(a: &Node, b: &Node, pose_ba: &Placement, enough: f64) -> f64 {
     let gap = sphere_gap(&a.sphere, &b.sphere, pose_ba);
     if gap > enough { gap } else { gap.max(box_gap(&a.oriented_box, &b.oriented_box, pose_ba, enough)) }
 }
 
+/// Zero for what overlaps.
 pub(super) fn distance(answer: &March) -> f64 {
     match answer.proximity {
         Proximity::Disjoint(Closest { distance, .. }) => distance,
         Proximity::Overlapping(_) => 0.0,
     }
+}
+
+/// True if the two overlap or are nearer than the tolerance.
+pub(super) fn is_contact(answer: &March, tolerance: f64) -> bool {
+    matches!(answer.proximity, Proximity::Overlapping(_)) || distance(answer) < tolerance
 }
 
 fn is_free(polytope: &Polytope, feature: Feature) -> bool {

@@ -23,18 +23,20 @@
 //! Deviation from \[K02\], which moves a depth from virtual features to an original one next to them, and then lets the
 //! walk go on for one step: that jumps where the neighbourhood changes, and may miss the least.
 
+mod arcs;
+mod points;
+
 use glam::DVec3;
 
-use super::antipodal::{Facet, flush_at_vertex};
 use super::cso::Cso;
-use super::overlay::{Corner, below};
 use super::query::WalkScratch;
-use super::witness::{Clip, witness};
+use super::witness::Clip;
 use super::{Antipodal, Depth, HubPair};
-use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, FLUSH_WITNESS, OFFSET_SLACK, PARALLEL_EDGES};
-use crate::algebra::{Placement, closest_on_segment};
-use crate::body::{Admissible, Cap, Feature, FeaturePair, OwnArc, OwnNormals, Polytope};
+use crate::algebra::Placement;
+use crate::algebra::tolerance::OFFSET_SLACK;
+use crate::body::{Admissible, Cap, Feature, FeaturePair, OwnNormals};
 use crate::collision::StopReason;
+use arcs::Arc;
 
 /// The least depth along an admissible normal, in b's frame; `point_a − point_b = −depth · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -129,46 +131,12 @@ pub fn is_admissible(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement
     }
 }
 
-/// An arc, in b's frame; for a, of the reflected body.
-#[derive(Clone, Copy, Debug)]
-struct Arc {
-    edge: u32,
-    /// The edge's tail: a point of the body.
-    tail: DVec3,
-    /// From tail to head.
-    along: DVec3,
-    left: DVec3,
-    right: DVec3,
-}
-
-impl Arc {
-    fn of(normals: &OwnNormals<'_>, arc: &OwnArc) -> Self {
-        let edge = normals.polytope().edge(arc.edge);
-        let (tail, head) = (normals.polytope().vertex(edge.tail), normals.polytope().vertex(edge.head));
-        let [left, right] = normals.ends(arc);
-        Self { edge: arc.edge, tail, along: head - tail, left, right }
-    }
-
-    /// The same arc of the reflected a.
-    fn reflected(self, pose_ba: &Placement) -> Self {
-        let [along, left, right] = [self.along, self.left, self.right].map(|v| -pose_ba.vector(v));
-        Self { edge: self.edge, tail: pose_ba.point(self.tail), along, left, right }
-    }
-}
-
 /// The least facet so far.
 #[derive(Clone, Copy)]
 struct Found {
     normal: DVec3,
     features: FeaturePair,
     hub: HubPair,
-}
-
-/// True if the other body's vertex at `point` (in the piece's frame) lies less than `bar` below the plane at an end of the arc. If it
-/// does not, h is not below the bar anywhere on the arc.
-#[inline]
-fn dips(normals: &OwnNormals<'_>, arc: &OwnArc, point: DVec3, bar: f64) -> bool {
-    -normals.plane(arc.left).height(point) < bar || -normals.plane(arc.right).height(point) < bar
 }
 
 struct Search<'s> {
@@ -309,94 +277,6 @@ impl<'s> Search<'s> {
         self.found = Some(Found { normal, features, hub: self.hub });
     }
 
-    /// Every crossing of own arcs.
-    fn arcs(&mut self, scratch: &mut AdmissibleScratch) {
-        let AdmissibleScratch { arcs_a, arcs_b } = scratch;
-        arcs_b.clear();
-        for own in self.b.arcs() {
-            let [left, right] = self.b.ends(own);
-            if !self.cap_a.may_meet(left, right) {
-                continue;
-            }
-            // Of most arcs a look from the last support is enough.
-            if dips(self.b, own, self.point_a, self.bar) {
-                let arc = Arc::of(self.b, own);
-                let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(arc.left + arc.right));
-                self.look_from_a(a);
-                if dips(self.b, own, self.point_a, self.bar) {
-                    self.keep(arcs_b, arc);
-                }
-            }
-        }
-        if arcs_b.is_empty() {
-            return;
-        }
-        arcs_a.clear();
-        for own in self.a.arcs() {
-            let [left, right] = self.a.ends(own);
-            if !self.cap_b.may_meet(left, right) {
-                continue;
-            }
-            if dips(self.a, own, self.point_b, self.bar) {
-                let arc = Arc::of(self.a, own).reflected(self.cso.pose_ba);
-                let b = self.cso.b.support_from(self.hub.b, arc.left + arc.right);
-                self.look_from_b(b);
-                if dips(self.a, own, self.point_b, self.bar) {
-                    self.keep(arcs_a, arc);
-                }
-            }
-        }
-        let mut looks = 0;
-        for a in &*arcs_a {
-            looks += arcs_b.len();
-            if looks > ADMISSIBLE_CROSSINGS {
-                self.stop = StopReason::Budget;
-                return;
-            }
-            for b in &*arcs_b {
-                self.cross(a, b);
-            }
-        }
-    }
-
-    fn keep(&mut self, arcs: &mut Vec<Arc>, arc: Arc) {
-        if arcs.len() < arcs.capacity() {
-            arcs.push(arc);
-        } else {
-            self.stop = StopReason::Budget;
-        }
-    }
-
-    /// The facet of two edges, if their arcs cross.
-    #[inline]
-    fn cross(&mut self, a: &Arc, b: &Arc) {
-        let (x, y) = (b.left.dot(a.along), b.right.dot(a.along));
-        if x * y > 0.0 {
-            return;
-        }
-        // Both arcs have their ends on both sides of the other's great circle, and on matching sides: as in `overlay`.
-        let (z, w) = (a.left.dot(b.along), a.right.dot(b.along));
-        let up = x >= 0.0 && y <= 0.0 && z >= 0.0 && w <= 0.0;
-        let down = x <= 0.0 && y >= 0.0 && z <= 0.0 && w >= 0.0;
-        if !(up || down) {
-            return;
-        }
-        let across = if up { b.along.cross(a.along) } else { a.along.cross(b.along) };
-        let length = across.length_squared();
-        let nearly = PARALLEL_EDGES * PARALLEL_EDGES * a.along.length_squared() * b.along.length_squared();
-        if length <= nearly || !below(across.dot(b.tail - a.tail), length, self.bar) {
-            return;
-        }
-        let normal = across.normalize_or_zero();
-        let (hub, offset) = self.cso.support(self.hub, normal);
-        self.look_from_b(hub.b);
-        self.look_from_a(hub.a);
-        if offset < self.bar {
-            let features = FeaturePair { a: Feature::Edge(a.edge), b: Feature::Edge(b.edge) };
-            self.take(normal, offset, features);
-        }
-    }
-
     /// The least facet with its true offset and its witness.
     fn answer(&self, clip: &mut Clip) -> Option<AdmissibleDepth> {
         let mut found = self.found?;
@@ -406,75 +286,5 @@ impl<'s> Search<'s> {
         let (point_a, point_b) = self.witness(&found, depth, facing);
         let Found { normal, features, .. } = found;
         Some(AdmissibleDepth { point_a, point_b, facing, normal, depth, features, moved: true, stop: self.stop })
-    }
-
-    /// The witness on the features themselves: where the one that owns the normal is nearest to the other.
-    fn facing(&self, found: &Found, depth: f64, clip: &mut Clip) -> (DVec3, DVec3) {
-        let Found { normal, features, hub } = *found;
-        let antipodal = match (features.a, features.b) {
-            (Feature::Vertex(_), Feature::Face(b)) => Antipodal::VertexFace { a: hub.a, b },
-            (Feature::Face(a), Feature::Vertex(_)) => Antipodal::FaceVertex { a, b: hub.b },
-            (Feature::Edge(a), Feature::Edge(b)) => Antipodal::EdgeEdge { a, b },
-            (_, Feature::Edge(edge)) => {
-                let edge = self.cso.b.edge(edge);
-                let ends = [edge.tail, edge.head].map(|v| self.cso.b.vertex(v));
-                let point_b = nearest_of(ends, self.cso.point_a(hub.a));
-                return (point_b - normal * depth, point_b);
-            }
-            (Feature::Edge(edge), _) => {
-                let edge = self.cso.a.edge(edge);
-                let ends = [edge.tail, edge.head].map(|v| self.cso.point_a(v));
-                let point_a = nearest_of(ends, self.cso.b.vertex(hub.b));
-                return (point_a, point_a + normal * depth);
-            }
-            // A facet of the CSO has no other features.
-            _ => Antipodal::VertexFace { a: hub.a, b: 0 },
-        };
-        let corner = Corner { normal, offset: depth, antipodal, hub };
-        witness(&self.cso, &Facet::at(&self.cso, &corner, FLUSH_WITNESS), &corner, clip)
-    }
-
-    /// The witness points. A vertex that lies beside the feature that owns the normal faces a neighbouring piece there, and the
-    /// point stays with it: the contacts of the two pieces are then one.
-    fn witness(&self, found: &Found, depth: f64, facing: (DVec3, DVec3)) -> (DVec3, DVec3) {
-        let Found { normal, features, hub } = *found;
-        match (features.a, features.b) {
-            (Feature::Vertex(_), Feature::Face(_) | Feature::Edge(_)) => {
-                let flush = flush_at_vertex(self.cso.a, hub.a, self.cso.toward_b(normal), FLUSH_WITNESS);
-                match (flush, features.b) {
-                    (Feature::Edge(_) | Feature::Face(_), Feature::Face(_)) => facing,
-                    _ => {
-                        let point_a = self.cso.pose_ba.point(middle(self.cso.a, flush));
-                        (point_a, point_a + normal * depth)
-                    }
-                }
-            }
-            (Feature::Edge(_), Feature::Vertex(_)) => {
-                let flush = flush_at_vertex(self.cso.b, hub.b, normal, FLUSH_WITNESS);
-                let point_b = middle(self.cso.b, flush);
-                (point_b - normal * depth, point_b)
-            }
-            _ => facing,
-        }
-    }
-}
-
-/// The point of a segment that is nearest to `p`.
-fn nearest_of([tail, head]: [DVec3; 2], p: DVec3) -> DVec3 {
-    tail.lerp(head, closest_on_segment(p, tail, head))
-}
-
-/// The mean of a feature's corners, in the polytope's frame.
-fn middle(polytope: &Polytope, feature: Feature) -> DVec3 {
-    match feature {
-        Feature::Vertex(v) => polytope.vertex(v),
-        Feature::Edge(e) => {
-            let edge = polytope.edge(e);
-            0.5 * (polytope.vertex(edge.tail) + polytope.vertex(edge.head))
-        }
-        Feature::Face(f) => {
-            let corners = polytope.face_vertices(f);
-            corners.iter().map(|v| polytope.vertex(v)).sum::<DVec3>() / corners.len() as f64
-        }
     }
 }

@@ -272,13 +272,5 @@ fn is_within(polytope: &Polytope, f: u32, point: DVec3, margin: f64) -> bool {
 }
 
 fn first_hub(cso: &Cso<'_>, touch: &Touch) -> HubPair {
-    HubPair { a: some_vertex(cso.a, touch.features.a), b: some_vertex(cso.b, touch.features.b) }
-}
-
-fn some_vertex(polytope: &Polytope, feature: Feature) -> u32 {
-    match feature {
-        Feature::Vertex(v) => v,
-        Feature::Edge(e) => polytope.edge(e).tail,
-        Feature::Face(f) => polytope.face_vertices(f).at(0),
-    }
+    HubPair { a: touch.features.a.some_vertex(cso.a), b: touch.features.b.some_vertex(cso.b) }
 }

@@ -21,18 +21,24 @@
 //! much. That walk also sees facets that share only a corner with the present one; this one doesn't, which makes no
 //! difference along coherent motion (as measured) but does from a cold start.
 
+mod glance;
+mod spokes;
+mod view;
+
 use glam::DVec3;
 
 use super::cso::Cso;
-use super::overlay::{Corner, below};
+use super::overlay::Corner;
 use super::walk::Walked;
 use super::{Antipodal, HubPair};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{
     CRISP, FACET_HUBS, FLUSH_WITNESS, OFFSET_SLACK, PARALLEL_EDGES, WALK_DECREASE, WALK_STEPS,
 };
-use crate::body::Polytope;
 use crate::collision::StopReason;
+use glance::{Doubt, Glance};
+use spokes::{Lowest, Met, Spokes};
+use view::{View, farthest_side};
 
 /// Where going downhill ended.
 #[derive(Clone, Copy, Debug)]
@@ -84,30 +90,6 @@ struct Here {
     alone: bool,
 }
 
-/// Hubs at which a glance cannot tell that there is nothing lower.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Doubt {
-    hubs: [HubPair; FACET_HUBS],
-    count: usize,
-}
-
-impl Doubt {
-    const NONE: Self = Self { hubs: [HubPair { a: 0, b: 0 }; FACET_HUBS], count: 0 };
-
-    pub(super) fn hubs(&self) -> &[HubPair] {
-        &self.hubs[..self.count]
-    }
-
-    /// Facets of more hubs than there is room for are not looked around wholly, as their sides are not.
-    #[inline]
-    fn push(&mut self, hub: HubPair) {
-        if self.count < FACET_HUBS {
-            self.hubs[self.count] = hub;
-            self.count += 1;
-        }
-    }
-}
-
 /// The corner with its true offset: merged faces are flat only within a tolerance, and none of their corners speaks for all.
 fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     let hub = HubPair {
@@ -119,60 +101,6 @@ fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
 
 /// Features are flush, or rounding contradicts itself.
 struct Odd;
-
-/// One polytope, whose face or edge the plane turns on, and the other, which it meets; each kind of facet is written
-/// once and used both ways round. Directions are outward ones of p in p's frame; their opposites are outward ones of q.
-struct View<'v> {
-    p: &'v Polytope,
-    q: &'v Polytope,
-    q_in_p: &'v Placement,
-    p_in_q: &'v Placement,
-    p_is_a: bool,
-}
-
-impl View<'_> {
-    /// The direction of q, in q's frame, that faces p's `normal`.
-    #[inline]
-    fn facing(&self, normal: DVec3) -> DVec3 {
-        -self.p_in_q.vector(normal)
-    }
-
-    /// The vertex of the CSO that vertex `v` of p and `w` of q make, in p's frame and outward with p's normals.
-    #[inline]
-    fn vertex(&self, v: u32, w: u32) -> DVec3 {
-        self.p.vertex(v) - self.q_in_p.point(self.q.vertex(w))
-    }
-
-    #[inline]
-    fn hub(&self, v: u32, w: u32) -> HubPair {
-        if self.p_is_a { HubPair { a: v, b: w } } else { HubPair { a: w, b: v } }
-    }
-
-    #[inline]
-    fn face(&self, face: u32, w: u32) -> Antipodal {
-        if self.p_is_a { Antipodal::FaceVertex { a: face, b: w } } else { Antipodal::VertexFace { a: w, b: face } }
-    }
-
-    #[inline]
-    fn edges(&self, edge: u32, other: u32) -> Antipodal {
-        if self.p_is_a { Antipodal::EdgeEdge { a: edge, b: other } } else { Antipodal::EdgeEdge { a: other, b: edge } }
-    }
-}
-
-/// Where the turning plane stopped.
-#[derive(Clone, Copy)]
-struct Met {
-    antipodal: Antipodal,
-    hub: HubPair,
-    /// The plane's normal, not unit, from b into a and in b's frame; for an edge pair within rounding.
-    normal: DVec3,
-}
-
-/// The lowest facet seen so far that is below the bar.
-struct Lowest {
-    bar: f64,
-    met: Option<Met>,
-}
 
 struct Downhill<'d, 'p> {
     cso: &'d Cso<'p>,
@@ -363,177 +291,6 @@ impl Downhill<'_, '_> {
     }
 }
 
-/// A glance at a facet's hubs: the normals of one body alone may tell that there is nothing to see.
-///
-/// The directions along which a hub's vertex of the CSO has an offset of at least the bar make a circular cone. Being convex,
-/// it holds the whole normal cone of one body's vertex as soon as it holds the normals of its faces; and the overlap is part of that.
-struct Glance {
-    bar: f64,
-    doubt: Doubt,
-}
-
-impl Glance {
-    /// The hubs of a facet of face `f` of p and vertex `w` of q.
-    #[inline]
-    fn around_face(&mut self, view: &View<'_>, f: u32, w: u32) {
-        let corners = view.p.face_vertices(f);
-        let origin = view.q_in_p.point(view.q.vertex(w));
-        let few = corners.len() <= FACET_HUBS;
-        let first = if few { 0 } else { farthest_side(view.p, f, origin) };
-        let hubs = if few { corners.len() } else { 2 };
-        for k in first..first + hubs {
-            let v = corners.at(if k < corners.len() { k } else { k - corners.len() });
-            if !self.is_above(view, v, f, origin) {
-                self.doubt.push(view.hub(v, w));
-            }
-        }
-    }
-
-    /// True if no normal of vertex `v` of p but that of face `f` has an offset below the bar, with the vertex of q at `origin`.
-    #[inline]
-    fn is_above(&self, view: &View<'_>, v: u32, f: u32, origin: DVec3) -> bool {
-        let is_above = |face: u32| face == f || -view.p.plane(face).height(origin) >= self.bar;
-        self.bar >= 0.0 && view.p.ring(v).iter().all(|spoke| is_above(spoke.left))
-    }
-
-    /// The hubs of a facet of edge `g` of p and edge `e` of q; `mirror` is the view the other way round.
-    #[inline]
-    fn around_edges(&mut self, view: &View<'_>, mirror: &View<'_>, g: u32, e: u32) {
-        let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
-        let ends = [edge_q.tail, edge_q.head].map(|w| view.q_in_p.point(view.q.vertex(w)));
-        let clear_p = [edge_p.tail, edge_p.head].map(|v| self.is_clear(view, v, g, ends));
-        if clear_p == [true; 2] {
-            return;
-        }
-        let ends = [edge_p.tail, edge_p.head].map(|v| mirror.q_in_p.point(view.p.vertex(v)));
-        let clear_q = [edge_q.tail, edge_q.head].map(|w| self.is_clear(mirror, w, e, ends));
-        for (v, p) in [edge_p.tail, edge_p.head].into_iter().zip(clear_p) {
-            for (w, q) in [edge_q.tail, edge_q.head].into_iter().zip(clear_q) {
-                if !p && !q {
-                    self.doubt.push(view.hub(v, w));
-                }
-            }
-        }
-    }
-
-    /// True if no normal of vertex `v` of p has an offset below the bar at the hubs of `v` and the two ends of an edge of q
-    /// (in p's frame): at that of them, for each normal, whose end supports it. The facet itself lies on the arc of p's edge `own`.
-    #[inline]
-    fn is_clear(&self, view: &View<'_>, v: u32, own: u32, [tail, head]: [DVec3; 2]) -> bool {
-        let (planes, ring, bar) = (view.p.planes(), view.p.ring(v), self.bar);
-        if bar < 0.0 {
-            return false;
-        }
-        let along = head - tail;
-        // Offsets at the tail, and how much lower the head stands: where it is negative, the head supports.
-        let sight = |face: u32| {
-            let plane = &planes[face as usize];
-            (plane.offset - plane.normal.dot(tail), plane.normal.dot(along))
-        };
-        let mut last_face = ring.last().left;
-        let (mut last_offset, mut last_drop) = sight(last_face);
-        for spoke in ring {
-            let (offset, drop) = sight(spoke.left);
-            if offset - drop.min(0.0) < bar {
-                return false;
-            }
-            // Between normals of different ends, the offset is least, if less than at both, where the ends change.
-            if offset.min(last_offset) < bar && drop * last_drop < 0.0 && spoke.edge != own {
-                let (here, there) = (last_drop.abs(), drop.abs());
-                let between = view.p.plane(spoke.left).normal * here + view.p.plane(last_face).normal * there;
-                if below(offset * here + last_offset * there, between.length_squared(), bar) {
-                    return false;
-                }
-            }
-            (last_face, last_offset, last_drop) = (spoke.left, offset, drop);
-        }
-        true
-    }
-}
-
-/// Spokes that a vertex may have here; vertices of more are left to the walk over hubs.
-const SPOKES: usize = 24;
-
-/// The spokes of a vertex of q and how far each lies above the supporting plane (not at all: all are below it).
-struct Spokes {
-    vertex: u32,
-    normal: DVec3,
-    heights: [f64; SPOKES],
-    /// The spoke that lies in the plane, since its edge is one of the facet's: see [`side_of`].
-    within: u32,
-}
-
-impl Spokes {
-    /// The spokes of vertex `w` over the plane of p's `normal`; `within` is the edge that lies in it. Odd if the vertex does
-    /// not support it or another spoke is flush with it.
-    #[inline]
-    fn of(view: &View<'_>, w: u32, normal: DVec3, within: Option<u32>) -> Result<Self, Odd> {
-        let ring = view.q.ring(w);
-        if ring.len() > SPOKES {
-            return Err(Odd);
-        }
-        let within = within.map_or(u32::MAX, |edge| side_of(view.q, edge));
-        let (facing, at) = (view.facing(normal), view.q.vertex(w));
-        let mut heights = [0.0; SPOKES];
-        for (height, spoke) in heights.iter_mut().zip(ring) {
-            let along = view.q.vertex(spoke.neighbour) - at;
-            *height = facing.dot(along);
-            let clear = *height < 0.0 && *height * *height > FLUSH_WITNESS * FLUSH_WITNESS * along.length_squared();
-            if !clear && side_of(view.q, spoke.edge) != within {
-                return Err(Odd);
-            }
-        }
-        Ok(Self { vertex: w, normal, heights, within })
-    }
-
-    /// Turns the plane about edge `edge` of p (of which `corner` is an end) toward face `face` of p, until a spoke meets it.
-    #[inline]
-    fn turn(&self, view: &View<'_>, edge: u32, face: u32, corner: u32, lowest: &mut Lowest) {
-        let end = view.p.plane(face).normal;
-        let (facing, at) = (view.facing(end), view.q.vertex(self.vertex));
-        // The first spoke to rise above the plane: the least share of the way at which its height is zero.
-        let mut first: Option<u32> = None;
-        let (mut below_by, mut rises_by) = (1.0, 0.0);
-        for (&height, spoke) in self.heights.iter().zip(view.q.ring(self.vertex)) {
-            let rise = facing.dot(view.q.vertex(spoke.neighbour) - at);
-            if rise > 0.0 && rise * below_by > rises_by * -height && side_of(view.q, spoke.edge) != self.within {
-                (below_by, rises_by) = (-height, rise);
-                first = Some(spoke.edge);
-            }
-        }
-        let c = view.vertex(corner, self.vertex);
-        let (normal, antipodal) = match first {
-            None => (end, view.face(face, self.vertex)),
-            Some(other) => {
-                let normal = self.normal * rises_by + end * below_by;
-                (normal, view.edges(edge, edge_toward(view.q, other, view.facing(normal))))
-            }
-        };
-        let (along, square) = (normal.dot(c), normal.length_squared());
-        if below(along, square, lowest.bar) {
-            lowest.bar = along / square.sqrt();
-            let normal = if view.p_is_a { view.facing(normal) } else { normal };
-            lowest.met = Some(Met { antipodal, hub: view.hub(corner, self.vertex), normal });
-        }
-    }
-}
-
-/// The edge itself; of a plate, which has two along each side, that of the front.
-#[inline]
-fn side_of(polytope: &Polytope, edge: u32) -> u32 {
-    if polytope.is_flat() { edge % (polytope.edge_count() as u32 / 2) } else { edge }
-}
-
-/// The edge itself; of a plate, that of the two along its side which supports `direction`.
-#[inline]
-fn edge_toward(polytope: &Polytope, edge: u32, direction: DVec3) -> u32 {
-    if !polytope.is_flat() {
-        return edge;
-    }
-    let front = polytope.plane(0).normal.dot(direction) >= 0.0;
-    side_of(polytope, edge) + if front { 0 } else { polytope.edge_count() as u32 / 2 }
-}
-
 /// The unit normal of two edges from their cross product. None if they are parallel.
 #[inline]
 fn edge_normal(along_a: DVec3, along_b: DVec3, across: DVec3) -> Option<DVec3> {
@@ -544,20 +301,4 @@ fn edge_normal(along_a: DVec3, along_b: DVec3, across: DVec3) -> Option<DVec3> {
     // The rounding of a product of nearly parallel edges lies partly along them; without it the plane supports both.
     let normal = across - along_a * (across.dot(along_a) / length_a);
     Some(normal / normal.length())
-}
-
-/// The side of face `f` beyond which `point` lies farthest.
-fn farthest_side(polytope: &Polytope, f: u32, point: DVec3) -> usize {
-    let (corners, normal) = (polytope.face_vertices(f), polytope.plane(f).normal);
-    let mut farthest = (f64::NEG_INFINITY, 0);
-    for (k, corner) in corners.iter().enumerate() {
-        let from = polytope.vertex(corner);
-        let side = polytope.vertex(corners.at((k + 1) % corners.len())) - from;
-        let outward = side.cross(normal);
-        let beyond = outward.dot(point - from) / outward.length();
-        if beyond > farthest.0 {
-            farthest = (beyond, k);
-        }
-    }
-    farthest.1
 }

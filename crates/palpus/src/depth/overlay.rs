@@ -130,16 +130,7 @@ impl Search<'_> {
             let a = &arcs_a[usize::from(i)];
             for &j in &kept_b.arcs[..kept_b.count] {
                 let b = &arcs_b[usize::from(j)];
-                // The reflected a's ring runs clockwise, hence the same sign pattern on both sides.
-                let (x, y) = (b.left.dot(a.edge), b.right.dot(a.edge));
-                if x * y > 0.0 {
-                    continue;
-                }
-                let (z, w) = (a.left.dot(b.edge), a.right.dot(b.edge));
-                let up = x >= 0.0 && y <= 0.0 && z >= 0.0 && w <= 0.0;
-                let down = x <= 0.0 && y >= 0.0 && z <= 0.0 && w >= 0.0;
-                if up || down {
-                    let across = if up { b.edge.cross(a.edge) } else { a.edge.cross(b.edge) };
+                if let Some(across) = crossing([a.left, a.right], a.edge, [b.left, b.right], b.edge) {
                     self.edge_pair(a, b, across);
                 }
             }
@@ -164,6 +155,27 @@ impl Search<'_> {
             self.take(normal, offset, Antipodal::EdgeEdge { a: a.edge_index, b: b.edge_index });
         }
     }
+}
+
+/// The direction in which the arcs of two edges cross, not unit; None if they don't.
+///
+/// Each arc has its ends on both sides of the other's great circle. The reflected a's ring runs clockwise, hence the same sign pattern
+/// on both sides.
+#[inline]
+pub(super) fn crossing(
+    [left_a, right_a]: [DVec3; 2],
+    edge_a: DVec3,
+    [left_b, right_b]: [DVec3; 2],
+    edge_b: DVec3,
+) -> Option<DVec3> {
+    let (x, y) = (left_b.dot(edge_a), right_b.dot(edge_a));
+    if x * y > 0.0 {
+        return None;
+    }
+    let (z, w) = (left_a.dot(edge_b), right_a.dot(edge_b));
+    let up = x >= 0.0 && y <= 0.0 && z >= 0.0 && w <= 0.0;
+    let down = x <= 0.0 && y >= 0.0 && z <= 0.0 && w >= 0.0;
+    (up || down).then(|| if up { edge_b.cross(edge_a) } else { edge_a.cross(edge_b) })
 }
 
 /// `x / √length < bar`, without the root.

@@ -10,49 +10,15 @@ mod rolling;
 use glam::{DQuat, DVec3};
 
 use super::*;
+use crate::algebra::random::Random;
 use crate::algebra::{Placement, Pose};
 use crate::body::{Polytope, Provenance, convex_hull};
 
 const SEED: u64 = 0x5eed_0de7;
 
-/// Steele, Lea, Flood 2014.
-struct SplitMix64(u64);
-
-impl SplitMix64 {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// In [0, 1).
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn signed(&mut self) -> f64 {
-        2.0 * self.unit() - 1.0
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.next() % n as u64) as usize
-    }
-
-    fn direction(&mut self) -> DVec3 {
-        loop {
-            let v = DVec3::new(self.signed(), self.signed(), self.signed());
-            if v.length_squared() > 0.01 && v.length_squared() < 1.0 {
-                return v.normalize();
-            }
-        }
-    }
-
-    fn rotation(&mut self) -> DQuat {
-        let axis = self.direction();
-        DQuat::from_axis_angle(axis, std::f64::consts::TAU * self.unit())
-    }
+fn rotation(rng: &mut Random) -> DQuat {
+    let axis = rng.direction();
+    DQuat::from_axis_angle(axis, std::f64::consts::TAU * rng.unit())
 }
 
 fn solid(points: &[DVec3]) -> Polytope {
@@ -83,7 +49,7 @@ fn prism(n: u32, radius: f64, half: f64) -> Polytope {
     solid(&circle(n, radius, -half).chain(circle(n, radius, half)).collect::<Vec<_>>())
 }
 
-fn ellipsoid(rng: &mut SplitMix64, n: usize, radii: DVec3) -> Polytope {
+fn ellipsoid(rng: &mut Random, n: usize, radii: DVec3) -> Polytope {
     solid(&(0..n).map(|_| rng.direction() * radii).collect::<Vec<_>>())
 }
 
@@ -105,7 +71,7 @@ pub(super) fn scaled(polytope: &Polytope, factor: f64) -> Polytope {
 }
 
 pub(super) fn shapes() -> Vec<(&'static str, Polytope)> {
-    let mut rng = SplitMix64(SEED);
+    let mut rng = Random(SEED);
     vec![
         ("cube", cuboid(DVec3::ONE)),
         ("box", cuboid(DVec3::new(1.0, 0.7, 0.3))),
@@ -123,7 +89,7 @@ pub(super) fn shapes() -> Vec<(&'static str, Polytope)> {
 }
 
 /// A pose of a near b: most overlap, some not.
-fn random_pose(rng: &mut SplitMix64, a: &Polytope, b: &Polytope) -> Pose {
+fn random_pose(rng: &mut Random, a: &Polytope, b: &Polytope) -> Pose {
     let rotation = match rng.below(4) {
         0 => DQuat::IDENTITY,
         1 => {
@@ -132,7 +98,7 @@ fn random_pose(rng: &mut SplitMix64, a: &Polytope, b: &Polytope) -> Pose {
             DQuat::from_rotation_x(quarter * rng.below(4) as f64)
                 * DQuat::from_rotation_z(quarter * rng.below(4) as f64)
         }
-        _ => rng.rotation(),
+        _ => rotation(rng),
     };
     let direction = match rng.below(4) {
         0 => [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z][rng.below(6)],

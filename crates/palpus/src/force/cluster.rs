@@ -19,12 +19,15 @@
 //!
 //! All memory is obtained by [`Linkage::new`].
 
+mod cut;
+mod link;
+
 use std::cmp::Ordering;
 
 use glam::DVec3;
 
 use super::Contact;
-use crate::algebra::tolerance::{CAP_STEPS, CLUSTER_CELLS};
+use link::{Cell, Run};
 
 /// What makes contacts one cluster.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -84,33 +87,6 @@ pub struct Linkage {
     /// Per rank, while its group is cut: cosine of the angle to the nearest leader's normal.
     to_leader: Vec<f64>,
 }
-
-/// Where a contact lies; sorting these puts the contacts of one cell side by side.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Cell {
-    label: u32,
-    key: u64,
-    rank: u32,
-}
-
-/// The contacts of one cell: `cells[start..end]`.
-#[derive(Clone, Copy, Debug)]
-struct Run {
-    label: u32,
-    key: u64,
-    start: u32,
-    end: u32,
-    /// All of them are linked with one another.
-    whole: bool,
-}
-
-/// Bits of a cell's key for each axis.
-const AXIS_BITS: u32 = 21;
-
-/// Rows of cells along z that hold the forward half of the cells within two of a cell, as (x, y) offsets. A cell's
-/// diagonal is δ, its side δ/√3, so a distance below δ reaches at most two cells along each axis.
-const ROWS: [(i64, i64); 13] =
-    [(0, 0), (0, 1), (0, 2), (1, -2), (1, -1), (1, 0), (1, 1), (1, 2), (2, -2), (2, -1), (2, 0), (2, 1), (2, 2)];
 
 impl Linkage {
     /// Memory for clusters of at most `capacity` contacts.
@@ -228,115 +204,6 @@ impl Linkage {
         self.to_leader.resize(self.order.len(), 0.0);
     }
 
-    /// Steps 3 and 5: components of "nearer than `radius` and of one label".
-    fn link(&mut self, radius: f64) {
-        self.parents.clear();
-        self.parents.extend(0..self.order.len() as u32);
-        if radius <= 0.0 {
-            return;
-        }
-        let near = radius * radius;
-        self.fill_cells(radius);
-        for r in 0..self.runs.len() {
-            self.link_within(r, near);
-        }
-        for (dx, dy) in ROWS {
-            let offset = (dx << (2 * AXIS_BITS)) + (dy << AXIS_BITS);
-            // From the cell after this one in its own row, else from two cells back; always to two cells ahead.
-            let back = if offset == 0 { 1 } else { -2 };
-            let mut first = 0;
-            for r in 0..self.runs.len() {
-                let Run { label, key, .. } = self.runs[r];
-                let from = (label, key.wrapping_add_signed(offset + back));
-                let to = (label, key.wrapping_add_signed(offset + 2));
-                // Both runs and their targets ascend, so `first` never has to go back.
-                while first < self.runs.len() && (self.runs[first].label, self.runs[first].key) < from {
-                    first += 1;
-                }
-                let mut s = first;
-                while s < self.runs.len() && (self.runs[s].label, self.runs[s].key) <= to {
-                    self.link_across(r, s, near);
-                    s += 1;
-                }
-            }
-        }
-    }
-
-    /// Sorts the contacts into cells. Midpoints beyond the grid share its outermost cells, which is slower, not wrong:
-    /// every link is tested.
-    fn fill_cells(&mut self, radius: f64) {
-        let low = self.points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
-        let per_metre = 3f64.sqrt() / radius;
-        let axis = |x: f64| (x * per_metre).min(CLUSTER_CELLS) as u64 + 2;
-        self.cells.clear();
-        for (rank, point) in self.points.iter().enumerate() {
-            let p = *point - low;
-            let key = (axis(p.x) << (2 * AXIS_BITS)) | (axis(p.y) << AXIS_BITS) | axis(p.z);
-            self.cells.push(Cell { label: self.labels[rank], key, rank: rank as u32 });
-        }
-        self.cells.sort_unstable();
-        self.runs.clear();
-        for (k, &Cell { label, key, .. }) in self.cells.iter().enumerate() {
-            let k = k as u32;
-            match self.runs.last_mut() {
-                Some(run) if run.label == label && run.key == key => run.end = k + 1,
-                _ => self.runs.push(Run { label, key, start: k, end: k + 1, whole: false }),
-            }
-        }
-    }
-
-    fn link_within(&mut self, r: usize, near: f64) {
-        let Run { start, end, .. } = self.runs[r];
-        let mut whole = true;
-        for k in start + 1..end {
-            whole &= self.try_link(start, k, near);
-        }
-        if !whole {
-            // Only in an outermost cell, or where rounding moved a midpoint across a wall.
-            for j in start + 1..end {
-                for k in j + 1..end {
-                    self.try_link(j, k, near);
-                }
-            }
-        }
-        self.runs[r].whole = whole;
-    }
-
-    fn link_across(&mut self, r: usize, s: usize, near: f64) {
-        let (run, other) = (self.runs[r], self.runs[s]);
-        let whole = run.whole && other.whole;
-        if whole && self.root(self.cells[run.start as usize].rank) == self.root(self.cells[other.start as usize].rank) {
-            return;
-        }
-        for j in run.start..run.end {
-            for k in other.start..other.end {
-                if self.try_link(j, k, near) && whole {
-                    return;
-                }
-            }
-        }
-    }
-
-    /// Links the contacts in places `j` and `k` of `cells` if they are near; true if they are.
-    fn try_link(&mut self, j: u32, k: u32, near: f64) -> bool {
-        let (first, second) = (self.cells[j as usize].rank, self.cells[k as usize].rank);
-        let linked = self.points[first as usize].distance_squared(self.points[second as usize]) < near; // Eq. 2
-        if linked {
-            let (first, second) = (self.root(first), self.root(second));
-            self.parents[first.max(second) as usize] = first.min(second);
-        }
-        linked
-    }
-
-    fn root(&mut self, mut rank: u32) -> u32 {
-        while self.parents[rank as usize] != rank {
-            let above = self.parents[self.parents[rank as usize] as usize];
-            self.parents[rank as usize] = above;
-            rank = above;
-        }
-        rank
-    }
-
     /// Lists the components one after the other, each in canonical order, ordered by their first members.
     fn gather(&mut self) {
         let n = self.order.len();
@@ -370,57 +237,6 @@ impl Linkage {
             *last = n as u32;
         }
     }
-
-    /// Step 4: labels the members of each group by the cone that they fall into; returns how many groups were cut.
-    fn cut(&mut self, contacts: &[Contact], cos_half: f64) -> u32 {
-        let mut cut_groups = 0;
-        for group in 0..self.len() {
-            let (start, end) = (self.starts[group] as usize, self.starts[group + 1] as usize);
-            let label = self.ranks[start];
-            for k in start..end {
-                self.labels[self.ranks[k] as usize] = label;
-            }
-            if !fits_a_cone(&self.ranks[start..end], &self.normals, cos_half) {
-                self.cut_group(start, end, contacts, cos_half);
-                cut_groups += 1;
-            }
-        }
-        cut_groups
-    }
-
-    fn cut_group(&mut self, start: usize, end: usize, contacts: &[Contact], cos_half: f64) {
-        let group = &self.ranks[start..end];
-        let depth = |rank: u32| -contacts[self.order[rank as usize] as usize].separation;
-        let mut leader = group[0];
-        for &rank in group {
-            self.labels[rank as usize] = u32::MAX;
-            self.to_leader[rank as usize] = -1.0;
-            if depth(rank) > depth(leader) {
-                leader = rank;
-            }
-        }
-        loop {
-            let axis = self.normals[leader as usize];
-            let mut next: Option<u32> = None;
-            for &rank in group {
-                if self.labels[rank as usize] != u32::MAX {
-                    continue;
-                }
-                let cosine = self.normals[rank as usize].dot(axis);
-                let nearest = self.to_leader[rank as usize].max(cosine);
-                self.to_leader[rank as usize] = nearest;
-                if cosine >= cos_half || rank == leader {
-                    self.labels[rank as usize] = leader;
-                } else if next.is_none_or(|other| nearest < self.to_leader[other as usize]) {
-                    next = Some(rank);
-                }
-            }
-            match next {
-                Some(rank) => leader = rank,
-                None => return,
-            }
-        }
-    }
 }
 
 /// An order of contacts by their values alone.
@@ -432,34 +248,4 @@ fn canonical(first: &Contact, second: &Contact) -> Ordering {
         let pairs = first.as_flattened().iter().zip(second.as_flattened());
         pairs.map(|(x, y)| x.total_cmp(y)).find(|order| order.is_ne()).unwrap_or(Ordering::Equal)
     })
-}
-
-/// Whether the normals fit into a cone of the given half opening.
-///
-/// The cone's axis walks from the mean toward the farthest normal in ever shorter steps (Bădoiu and Clarkson's smallest
-/// enclosing ball, on the sphere), so that the answer follows the set of normals, not how many share one. Two normals
-/// farther apart than the whole opening end the search at once.
-fn fits_a_cone(ranks: &[u32], normals: &[DVec3], cos_half: f64) -> bool {
-    let normal = |&rank: &u32| normals[rank as usize];
-    let Some(first) = ranks.first().map(normal) else { return true };
-    let mut axis = ranks.iter().map(normal).sum::<DVec3>().try_normalize().unwrap_or(first);
-    let mut before = first;
-    for step in 0..CAP_STEPS {
-        let (mut farthest, mut least) = (axis, axis.dot(axis));
-        for n in ranks.iter().map(normal) {
-            let cosine = n.dot(axis);
-            if cosine < least {
-                (farthest, least) = (n, cosine);
-            }
-        }
-        if least >= cos_half {
-            return true;
-        }
-        if farthest.dot(before) < 2.0 * cos_half * cos_half - 1.0 {
-            return false;
-        }
-        before = farthest;
-        axis = (axis + (farthest - axis) / f64::from(step + 2)).try_normalize().unwrap_or(first);
-    }
-    false
 }

@@ -40,3 +40,9 @@ impl Contact {
         self.point_a.is_finite() && self.point_b.is_finite() && self.normal.is_finite() && self.separation.is_finite()
     }
 }
+
+/// The points on a and on b of a contact of this middle: half the separation from it, along the normal and against it.
+#[inline]
+pub(super) fn points_about(midpoint: DVec3, normal: DVec3, separation: f64) -> [DVec3; 2] {
+    [midpoint + normal * (0.5 * separation), midpoint - normal * (0.5 * separation)]
+}

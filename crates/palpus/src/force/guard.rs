@@ -20,6 +20,7 @@
 use glam::{DQuat, DVec3, DVec4};
 
 use super::Contact;
+use super::contact::points_about;
 use crate::algebra::tolerance::{COPLANAR, GUARD_HOLD, GUARD_STEP, GUARD_SUB_STEPS, TURNED_OVER};
 use crate::algebra::{Placement, Pose};
 use crate::body::{Body, FeaturePair, Polytope};
@@ -193,12 +194,13 @@ impl Side {
         }
         let midpoint =
             if self.by_a { point_a - normal * (0.5 * separation) } else { self.point_b + normal * (0.5 * separation) };
+        let [point_a, point_b] = points_about(midpoint, normal, separation);
         Some(Contact {
             piece_a: self.pieces[0],
             piece_b: self.pieces[1],
             features: self.features,
-            point_a: midpoint + normal * (0.5 * separation),
-            point_b: midpoint - normal * (0.5 * separation),
+            point_a,
+            point_b,
             normal,
             separation,
             extent: 0.0,

@@ -11,6 +11,7 @@
 use glam::DVec3;
 
 use super::Contact;
+use super::contact::points_about;
 use crate::algebra::Placement;
 use crate::body::{Feature, FeaturePair, Polytope};
 
@@ -93,7 +94,7 @@ impl HeldContacts {
                 normal: if turns_with_a { pose_ba.inverse_vector(contact.normal) } else { contact.normal },
                 turns_with_a,
                 extent: contact.extent,
-                hub: [vertex_of(piece_a, contact.features.a), vertex_of(piece_b, contact.features.b)],
+                hub: [contact.features.a.some_vertex(piece_a), contact.features.b.some_vertex(piece_b)],
             }
         });
         if let Some(entry) = self.entries.get_mut(place as usize) {
@@ -127,24 +128,16 @@ impl HeldContacts {
             return Held::NoContact;
         }
         let midpoint = pose_ba.point(carried.point_a).midpoint(carried.point_b);
+        let [point_a, point_b] = points_about(midpoint, normal, separation);
         Held::Contact(Contact {
             piece_a: pieces[0],
             piece_b: pieces[1],
             features: carried.features,
-            point_a: midpoint + normal * (0.5 * separation),
-            point_b: midpoint - normal * (0.5 * separation),
+            point_a,
+            point_b,
             normal,
             separation,
             extent: carried.extent,
         })
-    }
-}
-
-/// Some vertex of the feature.
-pub(super) fn vertex_of(polytope: &Polytope, feature: Feature) -> u32 {
-    match feature {
-        Feature::Vertex(vertex) => vertex,
-        Feature::Edge(edge) => polytope.edge(edge).tail,
-        Feature::Face(face) => polytope.face_vertices(face).at(0),
     }
 }

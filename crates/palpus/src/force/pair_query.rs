@@ -6,7 +6,7 @@
 //!    touch, and beyond the end of an edge's arc the neighbouring piece is the nearer one.
 //! 3. A pair that overlaps is a contact at its penetration depth, walked from the pair's last normal, the witness of the
 //!    march and the line of centroids; where the walk ends on a normal that not both meshes have, it is the least depth along one that
-//!    both pieces own ([`admissible_depth`]), and then left out unless it is believed (`belief`); a pair without such a normal is no
+//!    both pieces own ([`admissible_depth`](crate::depth::admissible_depth)), and then left out unless it is believed (`belief`); a pair without such a normal is no
 //!    contact. When nothing else is left of an overlap, the shallowest of these stays.
 //!
 //! Asked to ([`Proof::Prove`]), the query proves each depth globally least for its pair of pieces, or replaces it by a better one that
@@ -17,7 +17,7 @@
 //! then starts cold, from several seeds, and keeps the best end.
 //!
 //! The points of a contact are exact, or on request *blended*: moved to where they change
-//! continuously as flat contact opens ([`blend`]). The nearest pair of [`PairQuery::nearest`] is a contact, and blended, where
+//! continuously as flat contact opens ([`blend`](crate::depth::blend())). The nearest pair of [`PairQuery::nearest`] is a contact, and blended, where
 //! the bodies are within tolerance.
 //!
 //! Contacts come in the order in which they began; after a jump, in that of the descent. The same history gives the same order.

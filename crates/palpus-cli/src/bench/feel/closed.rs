@@ -9,8 +9,9 @@ use palpus_device::{
     SimulationSettings,
 };
 
-use super::ground::{Ground, TICK};
-use super::method::Method;
+use super::ground::Ground;
+use super::method::{Entry, Tuning};
+use crate::bench::TICK;
 
 /// Seed of the servo's pace.
 pub(super) const PACE_SEED: u64 = 0xfee1_0001;
@@ -45,30 +46,30 @@ pub(super) struct Drive<'a> {
     pub(super) intent: &'a dyn Fn(f64) -> Pose,
     /// N: a steady force beside the hand's, as a weight.
     pub(super) load: DVec3,
-    /// The method's energy is accounted for, and taken back.
-    pub(super) passive: bool,
 }
 
 /// The limits of the simulated device.
-pub(super) fn limits() -> Limits {
+fn limits() -> Limits {
     let spec = SimulationSettings::default().spec;
     Limits { force: spec.force_max, torque: spec.torque_max }
 }
 
-/// Runs `method` in the hand for `seconds`. It ends early when a number is not finite.
+/// Runs the method, which knows the device's limits, in the hand for `seconds`. It ends early when a number is not finite.
 pub(super) fn run(
     ground: &Ground,
-    method: &mut dyn Method,
+    entry: &Entry,
+    tuning: &Tuning,
     drive: &Drive<'_>,
     seconds: f64,
 ) -> anyhow::Result<Vec<LoopTick>> {
+    let mut method = entry.build(ground, &Tuning { limits: limits(), ..*tuning })?;
     let default = SimulationSettings::default();
     // The load is no part of what the device can push with.
     let spec = DeviceSpec { force_max: f64::INFINITY, ..default.spec.clone() };
     let jitter = Some(Jitter::logged(PACE_SEED));
     let settings = SimulationSettings { hand: drive.hand, spec, jitter, ..default.clone() };
     let mut device = SimulatedDevice::new(settings, |time: f64| (drive.intent)(time))?;
-    let mut account = drive.passive.then(|| {
+    let mut account = entry.is_passive.then(|| {
         let limits = SafetyLimits { allowance: 0.0, ..SafetyLimits::of(&default.spec, 1.0 / TICK) };
         EnergyAccount::new(&limits, TICK)
     });

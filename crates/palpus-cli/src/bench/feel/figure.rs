@@ -1,7 +1,8 @@
 //! The plots of a scene: what every method felt on the same poses, and what the normal hand felt while it held still.
 
 use super::Outcome;
-use super::ground::{Ground, JUDGED, TICK};
+use super::ground::{Ground, JUDGED};
+use crate::bench::TICK;
 use crate::plots::{self, BLUE, Drawn, Figure, GREEN, Ink, Panel, Series, VERMILION, bands};
 
 /// Of the methods, in their order.

@@ -14,6 +14,7 @@ use palpus_io::scene::{CouplingMode, FilePolicy};
 use palpus_scenes::HandPath;
 use palpus_scenes::truth::Truth;
 
+use crate::bench::TICK;
 use crate::stage;
 
 /// The scenes of the suite.
@@ -30,9 +31,6 @@ pub(super) const SCENES: [&str; 11] = [
     "nut-bolt",
     "intestine",
 ];
-
-/// s.
-pub(super) const TICK: f64 = 1e-3;
 
 /// A scene and what is common to all methods on it.
 pub(super) struct Ground {

@@ -9,9 +9,10 @@ use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};
 use palpus_device::HandImpedance;
 
-use super::closed::{Drive, LoopTick, limits, run};
-use super::ground::{Ground, Rest, TICK};
+use super::closed::{Drive, LoopTick, run};
+use super::ground::{Ground, Rest};
 use super::method::{Entry, Tuning};
+use crate::bench::TICK;
 
 /// N.
 pub(super) const PRESS: f64 = 1.0;
@@ -76,8 +77,6 @@ pub(super) fn hold(
     hand: &HandImpedance,
     tuning: &Tuning,
 ) -> anyhow::Result<Held> {
-    let tuning = Tuning { limits: limits(), ..*tuning };
-    let mut method = entry.build(ground, &tuning)?;
     let depth = ground.judge().depth(&rest.pose);
     let moved = |by: f64| Pose { translation: rest.pose.translation + rest.press * by, ..rest.pose };
     let start = -(depth + ground.settings.contact_tolerance + DROP);
@@ -89,8 +88,8 @@ pub(super) fn hold(
     };
     let load = if is_held { DVec3::ZERO } else { rest.press * PRESS };
     let settle = SETTLE[usize::from(!is_held)];
-    let drive = Drive { hand: *hand, intent: &intent, load, passive: entry.is_passive };
-    let ticks = run(ground, method.as_mut(), &drive, settle + WATCHED)?;
+    let drive = Drive { hand: *hand, intent: &intent, load };
+    let ticks = run(ground, entry, tuning, &drive, settle + WATCHED)?;
     let watched = ticks.iter().filter(|tick| tick.time >= settle).map(|tick| tick.felt);
     let watched: Vec<Wrench> = watched.collect();
     if watched.len() < (0.8 * WATCHED / TICK) as usize {

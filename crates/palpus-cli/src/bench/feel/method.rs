@@ -93,9 +93,7 @@ pub(super) const METHODS: [Entry; 10] = [
         has_damping: true,
         is_passive: false,
         is_costly: false,
-        build: |ground, tuning| {
-            rendered(&ground.settings, ground, tuning, |s| Settings { clustering: Clustering::Linkage, ..s })
-        },
+        build: |ground, tuning| rendered(&ground.settings, Clustering::Linkage, ground, tuning),
     },
     Entry {
         name: "smooth",
@@ -104,9 +102,7 @@ pub(super) const METHODS: [Entry; 10] = [
         has_damping: true,
         is_passive: false,
         is_costly: false,
-        build: |ground, tuning| {
-            rendered(&ground.settings, ground, tuning, |s| Settings { clustering: Clustering::Smooth, ..s })
-        },
+        build: |ground, tuning| rendered(&ground.settings, Clustering::Smooth, ground, tuning),
     },
     Entry {
         name: "coupled",
@@ -115,9 +111,7 @@ pub(super) const METHODS: [Entry; 10] = [
         has_damping: true,
         is_passive: false,
         is_costly: false,
-        build: |ground, tuning| {
-            rendered(&ground.coupled, ground, tuning, |s| Settings { clustering: Clustering::Linkage, ..s })
-        },
+        build: |ground, tuning| rendered(&ground.coupled, Clustering::Linkage, ground, tuning),
     },
     Entry {
         name: "coupled-smooth",
@@ -126,9 +120,7 @@ pub(super) const METHODS: [Entry; 10] = [
         has_damping: true,
         is_passive: false,
         is_costly: false,
-        build: |ground, tuning| {
-            rendered(&ground.coupled, ground, tuning, |s| Settings { clustering: Clustering::Smooth, ..s })
-        },
+        build: |ground, tuning| rendered(&ground.coupled, Clustering::Smooth, ground, tuning),
     },
     Entry {
         name: "smooth-passive",
@@ -137,9 +129,7 @@ pub(super) const METHODS: [Entry; 10] = [
         has_damping: false,
         is_passive: true,
         is_costly: false,
-        build: |ground, tuning| {
-            rendered(&ground.settings, ground, tuning, |s| Settings { clustering: Clustering::Smooth, ..s })
-        },
+        build: |ground, tuning| rendered(&ground.settings, Clustering::Smooth, ground, tuning),
     },
     Entry {
         name: "coupled-passive",
@@ -148,9 +138,7 @@ pub(super) const METHODS: [Entry; 10] = [
         has_damping: false,
         is_passive: true,
         is_costly: false,
-        build: |ground, tuning| {
-            rendered(&ground.coupled, ground, tuning, |s| Settings { clustering: Clustering::Smooth, ..s })
-        },
+        build: |ground, tuning| rendered(&ground.coupled, Clustering::Smooth, ground, tuning),
     },
     Entry {
         name: "predicted",
@@ -209,9 +197,9 @@ fn contact(ground: &Ground, tuning: &Tuning) -> palpus_baselines::Settings {
 
 fn rendered(
     base: &Settings,
+    clustering: Clustering,
     ground: &Ground,
     tuning: &Tuning,
-    change: fn(Settings) -> Settings,
 ) -> anyhow::Result<Box<dyn Method>> {
     let (a, b) = ground.bodies();
     let stiffness = tuning.stiffness.unwrap_or(base.stiffness);
@@ -221,7 +209,7 @@ fn rendered(
         friction
     });
     let Tuning { damping, limits, .. } = *tuning;
-    let settings = change(Settings { stiffness, damping, friction, limits, ..*base });
+    let settings = Settings { clustering, stiffness, damping, friction, limits, ..*base };
     Ok(Box::new(Rendered(Renderer::new(a, b, settings)?)))
 }
 

@@ -7,6 +7,7 @@
 //! Nothing here reads a clock: the same seed gives the same numbers. Scenes and methods are shared out among threads, a pair at a time.
 
 mod closed;
+mod columns;
 mod figure;
 mod glance;
 mod ground;
@@ -17,7 +18,6 @@ mod report;
 mod row;
 mod scripted;
 
-use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Mutex;
@@ -29,8 +29,8 @@ use self::closed::HANDS;
 use self::ground::{Ground, SCENES};
 use self::method::{Entry, METHODS, Tuning};
 use self::row::{Row, Rows};
-use crate::output;
 use crate::threads::Threads;
+use crate::{files, output};
 
 /// What was typed.
 pub(super) struct Wanted<'a> {
@@ -48,7 +48,7 @@ struct Outcome {
 }
 
 pub(super) fn feel(wanted: &Wanted<'_>) -> anyhow::Result<ExitCode> {
-    fs::create_dir_all(wanted.out).with_context(|| format!("{} could not be created", wanted.out.display()))?;
+    files::make_folder(wanted.out)?;
     let scenes = chosen("--scene", wanted.scene, &SCENES)?;
     let methods = chosen("--method", wanted.method, &METHODS.map(|entry| entry.name))?;
     let effort = if wanted.quick { Effort::QUICK } else { Effort::FULL };
@@ -66,8 +66,7 @@ pub(super) fn feel(wanted: &Wanted<'_>) -> anyhow::Result<ExitCode> {
     let rows: Vec<Row> = outcomes.into_iter().flat_map(|outcome| outcome.rows).collect();
     report::write(wanted.out, &grounds, &entries, &rows, &figures, wanted.quick)?;
     if let Some(glance) = glance::markdown(&rows) {
-        let path = wanted.out.join("glance.md");
-        fs::write(&path, &glance).with_context(|| format!("{} could not be written", path.display()))?;
+        files::write(&wanted.out.join("glance.md"), &glance)?;
         output::line(glance);
     }
     output::line(format!("written to {}: feel.md, feel.html, feel.csv, feel.json and the plots", wanted.out.display()));

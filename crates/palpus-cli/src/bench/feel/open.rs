@@ -13,9 +13,10 @@ use glam::DVec3;
 use palpus::algebra::Wrench;
 use palpus::render::ProbeState;
 
-use super::ground::{Ground, JUDGED, TICK};
+use super::ground::{Ground, JUDGED};
 use super::method::{Entry, Skin, Tuning};
 use super::row::{Rows, largest, mean, quantile};
+use crate::bench::TICK;
 
 /// Forces of less than this part of the largest have no direction worth naming.
 const FAINT: f64 = 0.05;

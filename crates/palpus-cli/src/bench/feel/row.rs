@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::quantile;
+
 /// A measured number.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Row {
@@ -36,8 +38,7 @@ impl Rows {
 pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
-    let place = (share * sorted.len() as f64).ceil() as usize;
-    sorted.get(place.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(0.0)
+    quantile::of_sorted(&sorted, share).unwrap_or(0.0)
 }
 
 /// The largest value; 0 of none.

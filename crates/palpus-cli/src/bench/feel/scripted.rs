@@ -6,14 +6,16 @@
 //! * *Deepest shown*, *pop-throughs*: as in the open loop, by the judge, where the method shows the probe; and how deep the hand itself went.
 //! * *Peg*: whether and when its tip has gone nine tenths of the way into the hole that the hand wants, and with which force.
 
-use super::closed::{Drive, HANDS, LoopTick, limits, run};
+use glam::DVec3;
+use palpus::algebra::Pose;
+use palpus_scenes::shape::PEG_TIP;
+
+use super::closed::{Drive, HANDS, LoopTick, run};
 use super::ground::Ground;
 use super::method::{Entry, Tuning};
 use super::open::is_missing;
 use super::row::{Rows, largest, mean, quantile};
-use glam::DVec3;
-use palpus::algebra::Pose;
-use palpus_scenes::shape::PEG_TIP;
+use crate::bench::TICK;
 
 /// Ticks from one judgement to the next.
 const JUDGED: usize = 10;
@@ -32,16 +34,14 @@ pub(super) fn measure(
     let mut last = Vec::new();
     // Without a hand nobody follows a script.
     for &(name, hand) in HANDS.iter().filter(|(name, _)| hands.contains(name) && *name != "none") {
-        let tuning = Tuning { limits: limits(), ..Tuning::of(ground) };
-        let mut method = entry.build(ground, &tuning)?;
-        let seconds = ground.script.len() as f64 * super::ground::TICK;
+        let seconds = ground.script.len() as f64 * TICK;
         let intent = |time: f64| {
             let time = time.min(seconds);
             let pose = ground.path.pose(ground.begin + time);
             Pose { translation: pose.translation + ground.press(time) * (PRESS / hand.stiffness), ..pose }
         };
-        let drive = Drive { hand, intent: &intent, load: DVec3::ZERO, passive: entry.is_passive };
-        let ticks = run(ground, method.as_mut(), &drive, seconds + AFTER)?;
+        let drive = Drive { hand, intent: &intent, load: DVec3::ZERO };
+        let ticks = run(ground, entry, &Tuning::of(ground), &drive, seconds + AFTER)?;
         let add = &mut |measure, unit, value| rows.add(name, measure, unit, value);
         of_run(ground, &ticks, add);
         if ground.name == "peg-hole" {

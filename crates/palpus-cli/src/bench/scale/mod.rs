@@ -19,18 +19,17 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use comfy_table::presets::UTF8_BORDERS_ONLY;
 use comfy_table::{CellAlignment, Table};
 use palpus::body::Body;
-use palpus::render::{Limits, Settings};
 use serde::Serialize;
 
 use self::timing::Times;
-use crate::output;
+use crate::{files, output};
 
 pub(super) fn scale(out: &Path, models: Option<&Path>, effort: Effort, only: Option<&str>) -> anyhow::Result<ExitCode> {
-    fs::create_dir_all(out).with_context(|| format!("{} could not be created", out.display()))?;
+    files::make_folder(out)?;
     let known = ["triangles", "contacts"].into_iter().chain(pairs::PAIRS.iter().map(|pair| pair.name));
     if let Some(only) = only
         && !known.clone().any(|name| name == only)
@@ -144,19 +143,6 @@ fn text(rows: &[Row]) -> String {
     }
     table.to_string()
 }
-
-/// A renderer's settings with this tolerance: what `palpus run` feels, without a device's limits.
-fn settings(tolerance: f64) -> Settings {
-    Settings {
-        contact_tolerance: tolerance,
-        cluster_radius: CLUSTER_TOLERANCES * tolerance,
-        limits: Limits { force: f64::INFINITY, torque: f64::INFINITY },
-        ..Settings::default()
-    }
-}
-
-/// As the built-in scenes have it.
-const CLUSTER_TOLERANCES: f64 = 4.0;
 
 /// Two bodies, shared with a renderer.
 struct Bodies {

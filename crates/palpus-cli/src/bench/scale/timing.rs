@@ -4,8 +4,10 @@ use palpus::algebra::Pose;
 use palpus::render::{ProbeState, Renderer};
 use serde::Serialize;
 
-use super::{Bodies, settings};
+use super::Bodies;
+use crate::bench::{TICK, settings};
 use crate::clock::WallClock;
+use crate::quantile;
 
 /// What the ticks of a motion took, µs.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -19,9 +21,6 @@ pub(super) struct Times {
     pub(super) p999: f64,
     pub(super) max: f64,
 }
-
-/// s.
-const TICK: f64 = 1e-3;
 
 /// Times the step along stretches of coherent motion. A renderer is at rest before each stretch: the first tick of a stretch
 /// places the probe and is not counted. Of each tick the least time of so many passes is kept.
@@ -55,9 +54,7 @@ pub(super) fn time(bodies: &Bodies, stretches: &[Vec<Pose>], tolerance: f64, pas
 fn summary(mut times: Vec<f64>, contacts: f64) -> Times {
     let ticks = times.len();
     times.sort_by(f64::total_cmp);
-    // The least value that the share of all does not exceed.
-    let at = |share: f64| times.get(((ticks as f64 * share).ceil() as usize).clamp(1, ticks.max(1)) - 1).copied();
-    let at = |share: f64| at(share).unwrap_or(0.0);
+    let at = |share: f64| quantile::of_sorted(&times, share).unwrap_or(0.0);
     Times {
         ticks,
         contacts: contacts / ticks.max(1) as f64,

@@ -7,6 +7,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::ran::{FILE, Outcome, Ran};
+use crate::quantile;
 
 /// The folder of a reproduction.
 pub(super) struct Data<'a> {
@@ -68,8 +69,7 @@ impl Columns {
 pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
-    let place = (share * sorted.len() as f64).ceil() as usize;
-    sorted.get(place.clamp(1, sorted.len().max(1)) - 1).copied().unwrap_or(f64::NAN)
+    quantile::of_sorted(&sorted, share).unwrap_or(f64::NAN)
 }
 
 /// A number within a document, by the names on the way to it.

@@ -17,11 +17,6 @@ pub(super) fn facts() -> Facts {
     facts
 }
 
-/// Load average of the last minute.
-pub(super) fn load() -> Option<f64> {
-    read_to_string("/proc/loadavg").ok()?.split_whitespace().next()?.parse().ok()
-}
-
 /// The program, and what built it.
 pub(super) fn versions() -> Facts {
     let known = |text: &'static str| Some(text).filter(|text| !text.is_empty());

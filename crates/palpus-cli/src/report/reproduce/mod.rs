@@ -25,8 +25,8 @@ use self::data::Data;
 use self::plan::{STEPS, Wanted, plan};
 use self::ran::{Outcome, keep};
 use super::html::{Html, Tone};
-use super::numbers::duration;
 use crate::args::ReportArguments;
+use crate::durations::duration;
 use crate::output;
 
 /// What a reproduction says of itself.

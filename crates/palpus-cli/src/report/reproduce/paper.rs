@@ -4,8 +4,8 @@ use serde_json::Value;
 
 use super::data::{Columns, Data, number, quantile, word};
 use super::origin;
+use crate::numbers::{counted, number_of, said};
 use crate::report::html::{Html, Table, Tone};
-use crate::report::numbers::{counted, number_of, said};
 
 /// Pieces of the models.
 pub(super) fn table_1(html: &mut Html, data: &Data<'_>, run: &str) {

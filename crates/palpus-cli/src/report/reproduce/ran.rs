@@ -9,8 +9,9 @@ use anyhow::Context;
 use serde::{Deserialize, Serialize};
 
 use super::plan::{Step, Wanted};
-use super::{machine, when};
-use crate::output;
+use super::when;
+use crate::doctor::load::load_average;
+use crate::{files, output};
 
 /// What came of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -49,9 +50,9 @@ pub(super) fn run(step: &Step, wanted: &Wanted<'_>, run: &str) -> anyhow::Result
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(|| format!("{} could not be emptied", folder.display()))?;
     }
-    fs::create_dir_all(&folder).with_context(|| format!("{} could not be created", folder.display()))?;
+    files::make_folder(&folder)?;
     let begin = Instant::now();
-    let load = machine::load();
+    let load = load_average();
     let (command, outcome, why) = match &step.command {
         Err(why) => (String::new(), Outcome::Skipped, why.clone()),
         Ok(invocation) => {
@@ -84,8 +85,7 @@ pub(super) fn run(step: &Step, wanted: &Wanted<'_>, run: &str) -> anyhow::Result
 
 /// Writes `value` as JSON.
 pub(super) fn keep(path: &Path, value: &impl Serialize) -> anyhow::Result<()> {
-    let text = serde_json::to_string_pretty(value)?;
-    fs::write(path, text).with_context(|| format!("{} could not be written", path.display()))
+    files::write(path, serde_json::to_string_pretty(value)?)
 }
 
 /// Tells the user how far it is.

@@ -8,8 +8,9 @@ use super::plan::{PAIRS, STEPS};
 use super::ran::{Outcome, Ran, SAID};
 use super::stored::{CONVEX, MEASURED_ON, SCALE, only, tables};
 use super::{Reproduction, origin};
+use crate::durations::duration;
+use crate::numbers::said;
 use crate::report::html::{Html, Table, Tone};
-use crate::report::numbers::{duration, said};
 use crate::report::run::Run;
 
 /// The closed loop in real time on this machine.

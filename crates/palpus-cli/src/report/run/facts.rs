@@ -5,7 +5,7 @@ use palpus_io::RecordingHeader;
 use palpus_io::record::SceneSource;
 use toml::Value;
 
-use super::super::numbers::said;
+use crate::numbers::said;
 
 type Facts = Vec<(String, String)>;
 

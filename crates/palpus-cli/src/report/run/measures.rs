@@ -4,6 +4,7 @@ use palpus_device::{Cut, Cuts};
 use palpus_io::RecordRow;
 
 use crate::plots::{query_us, seconds};
+use crate::quantile;
 
 /// Percentiles of a time, µs.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,10 +19,7 @@ impl Micros {
     fn of(values: impl Iterator<Item = f64>) -> Self {
         let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
         values.sort_by(f64::total_cmp);
-        let at = |share: f64| {
-            let place = (values.len() as f64 * share).ceil() as usize;
-            values.get(place.clamp(1, values.len().max(1)) - 1).copied().unwrap_or(0.0)
-        };
+        let at = |share: f64| quantile::of_sorted(&values, share).unwrap_or(0.0);
         Self { p50: at(0.5), p99: at(0.99), p999: at(0.999), max: at(1.0) }
     }
 }

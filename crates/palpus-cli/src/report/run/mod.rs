@@ -17,8 +17,9 @@ use palpus_window::{Moment, View};
 
 use self::measures::{Choice, Measures, choices};
 use super::html::{Html, Table, Tone};
-use super::numbers::{counted, duration, number_of, said};
 use super::pictures::{self, Frame, Shot};
+use crate::durations::duration;
+use crate::numbers::{counted, number_of, said};
 use crate::plots::{self, Mark};
 use crate::replay::run_again;
 use crate::stage::Stage;

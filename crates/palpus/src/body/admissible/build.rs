@@ -15,7 +15,7 @@ use super::super::facet::NONE;
 use super::super::piece::face_area;
 use super::super::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
 use super::{Admissible, Borrowed, OwnArc, OwnFace, Range, is_original};
-use crate::algebra::tolerance::{COVERED_WHOLE, FOLDED, ON_FACE};
+use crate::algebra::tolerance::{COVERED_WHOLE, FOLDED, NORMALS_PER_PART, ON_FACE, OWNERS_PER_PART};
 use crate::algebra::{Plane, Workers, map_in_order};
 
 impl Admissible {
@@ -90,11 +90,6 @@ impl Admissible {
         self.corners.extend(part.corners);
     }
 }
-
-/// Pieces whose own normals are read at once: some milliseconds of work.
-const OWNERS_PER_PART: usize = 1024;
-/// Triangles whose normals are computed at once: a millisecond of work.
-const NORMALS_PER_PART: usize = 16384;
 
 /// The mesh, with the normal of each triangle as its piece has it.
 struct Source<'s> {

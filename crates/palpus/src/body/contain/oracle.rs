@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 
-use crate::body::shapes::Random;
+use crate::algebra::random::Random;
 use crate::body::{Aabb, Body, Polytope, TrianglePair};
 
 /// The least share by which a piece is shrunk before its faces are tested.
@@ -75,7 +75,7 @@ fn random_point(polytope: &Polytope, random: &mut Random) -> DVec3 {
     let mut total = 0.0;
     for _ in 0..4 {
         let weight = 1.0 + random.signed();
-        sum += weight * polytope.vertex(random.below(polytope.vertices().len() as u64) as u32);
+        sum += weight * polytope.vertex(random.below(polytope.vertices().len()) as u32);
         total += weight;
     }
     if total > 0.0 { sum / total } else { polytope.centroid() }

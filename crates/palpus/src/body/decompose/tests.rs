@@ -3,11 +3,12 @@
 use glam::DVec3;
 
 use super::decompose;
+use crate::algebra::random::Random;
 use crate::body::contain::oracle::{assert_no_crossing, assert_partition, assert_samples_inside};
 use crate::body::facet::{Facets, Surface};
 use crate::body::grow::{Grower, Verdict};
 use crate::body::precision::coordinate_step;
-use crate::body::shapes::{Random, model, torus};
+use crate::body::shapes::{model, torus};
 use crate::body::{Body, BodySettings, HalfEdges, Mesh, PolygonSoup, Provenance};
 
 const SEED: u64 = 0x2002_0606;
@@ -265,7 +266,7 @@ fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
         let Some((_, _, f)) = open.map(|f| (cost(f), random.bits(), f)).min() else { continue };
         for &g in &friends[f] {
             if std::mem::take(&mut chosen[g]) {
-                tabu[g] = step + 5 + random.below(10) as usize;
+                tabu[g] = step + 5 + random.below(10);
             }
         }
         chosen[f] = true;

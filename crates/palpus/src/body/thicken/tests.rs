@@ -5,7 +5,8 @@
 
 use glam::DVec3;
 
-use crate::body::shapes::{Random, cuboid, torus};
+use crate::algebra::random::Random;
+use crate::body::shapes::{cuboid, torus};
 use crate::body::{Body, BodySettings, Mesh, PolygonSoup, Polytope, Provenance};
 
 const SEED: u64 = 0x2002_0725;

@@ -1,7 +1,10 @@
 //! Nearest points, rays and overlaps against the sum over all triangles.
 
+use super::ray::Ray;
 use super::*;
-use crate::body::shapes::{Random, torus};
+use crate::algebra::closest_on_triangle;
+use crate::algebra::random::Random;
+use crate::body::shapes::torus;
 
 const SEED: u64 = 0x51ab_77e0;
 

@@ -21,7 +21,7 @@ const KINDS: [Kind; 6] =
     [Kind::Random, Kind::Aligned, Kind::Touching, Kind::Concentric, Kind::Contained, Kind::Coherent];
 
 /// Shapes with few edges, since the oracle tries all pairs of them.
-fn sweep_shapes(rng: &mut SplitMix64) -> Vec<(&'static str, Polytope)> {
+fn sweep_shapes(rng: &mut Random) -> Vec<(&'static str, Polytope)> {
     vec![
         ("cube", cuboid(DVec3::ONE)),
         ("box", cuboid(DVec3::new(1.0, 0.7, 0.3))),
@@ -40,27 +40,27 @@ fn sweep_shapes(rng: &mut SplitMix64) -> Vec<(&'static str, Polytope)> {
     ]
 }
 
-fn aligned(rng: &mut SplitMix64) -> DQuat {
+fn aligned(rng: &mut Random) -> DQuat {
     let quarter = std::f64::consts::FRAC_PI_2;
     DQuat::from_rotation_x(quarter * rng.below(4) as f64) * DQuat::from_rotation_z(quarter * rng.below(4) as f64)
 }
 
 /// A pose of the kind; that of a coherent one is a small motion from `last`.
-fn sweep_pose(rng: &mut SplitMix64, kind: Kind, a: &Polytope, b: &Polytope, last: &Pose) -> Pose {
+fn sweep_pose(rng: &mut Random, kind: Kind, a: &Polytope, b: &Polytope, last: &Pose) -> Pose {
     let axis = [DVec3::X, DVec3::Y, DVec3::Z, -DVec3::X, -DVec3::Y, -DVec3::Z][rng.below(6)];
     let (rotation, direction, depth) = match kind {
-        Kind::Random => (rng.rotation(), rng.direction(), rng.unit()),
+        Kind::Random => (rotation(rng), rng.direction(), rng.unit()),
         Kind::Aligned => (aligned(rng), axis, rng.unit()),
         Kind::Touching => {
-            let rotation = if rng.below(2) == 0 { aligned(rng) } else { rng.rotation() };
+            let rotation = if rng.below(2) == 0 { aligned(rng) } else { rotation(rng) };
             let direction = if rng.below(2) == 0 { axis } else { rng.direction() };
             (rotation, direction, 1e-3f64.powi(rng.below(5) as i32 + 1) * rng.unit())
         }
         Kind::Concentric => {
-            let rotation = if rng.below(2) == 0 { aligned(rng) } else { rng.rotation() };
+            let rotation = if rng.below(2) == 0 { aligned(rng) } else { rotation(rng) };
             (rotation, axis, 1.0)
         }
-        Kind::Contained => (rng.rotation(), rng.direction(), 0.9 + 0.1 * rng.unit()),
+        Kind::Contained => (rotation(rng), rng.direction(), 0.9 + 0.1 * rng.unit()),
         Kind::Coherent => {
             let size = a.radius() + b.radius();
             let step = [1e-2, 1e-3, 1e-4, 1e-6][rng.below(4)];
@@ -173,7 +173,7 @@ impl Sweep {
 
 #[allow(clippy::print_stderr, reason = "a sweep's figures are to be seen")]
 fn sweep(poses: u64) -> Sweep {
-    let mut rng = SplitMix64(SWEEP_SEED);
+    let mut rng = Random(SWEEP_SEED);
     let shapes = sweep_shapes(&mut rng);
     let mut bench = Bench {
         walk: WalkScratch::new(),
@@ -266,7 +266,7 @@ fn ball(n: usize, radius: f64) -> Polytope {
 
 #[test]
 fn round_bodies_about_one_centre_are_proven_or_say_that_they_are_not() {
-    let mut rng = SplitMix64(SWEEP_SEED);
+    let mut rng = Random(SWEEP_SEED);
     let mut bench = Bench {
         walk: WalkScratch::new(),
         proof: ProofScratch::new(),
@@ -275,7 +275,7 @@ fn round_bodies_about_one_centre_are_proven_or_say_that_they_are_not() {
     };
     for (n, off, proves) in [(500, 0.0, true), (2000, 1e-2, true), (2000, 0.0, false)] {
         let (a, b) = (ball(n, 1.0), ball(n, 0.9));
-        let place = Pose { rotation: rng.rotation(), translation: rng.direction() * off }.placement();
+        let place = Pose { rotation: rotation(&mut rng), translation: rng.direction() * off }.placement();
         let Bench { walk, proof, memory, .. } = &mut bench;
         memory.clear();
         let proven = depth_proven(&a, &b, &place, &[], memory, proof, walk);

@@ -23,14 +23,14 @@ fn pose_at_depth(a: &Polytope, b: &Polytope, rotation: DQuat, normal: DVec3, dep
 #[allow(clippy::print_stderr, reason = "the share of local answers is a measurement to be seen")]
 fn a_body_rolled_over_another_keeps_the_global_depth_when_warm() {
     let shapes = shapes();
-    let mut rng = SplitMix64(SEED);
+    let mut rng = Random(SEED);
     let mut scratch = WalkScratch::new();
     let mut total = Tally::default();
     for (name_a, a) in &shapes {
         for (name_b, b) in &shapes {
             let size = a.radius() + b.radius();
             let (from, to, axis) = (rng.direction(), rng.direction(), rng.direction());
-            let start = rng.rotation();
+            let start = rotation(&mut rng);
             let mut previous: Option<Depth> = None;
             for tick in 0..300 {
                 let s = f64::from(tick) / 300.0;

@@ -1,7 +1,7 @@
 //! What one pair of pieces comes to: a contact at its closest points or at its depth, or none.
 
 use super::super::Contact;
-use super::super::held::vertex_of;
+use super::super::contact::points_about;
 use super::{Asked, PairQuery, QueryCounters, pieces};
 use crate::collision::{Closest, Home, LeafPair, Memory, Overlap, Proximity, StopReason};
 use crate::depth::{
@@ -32,7 +32,7 @@ impl PairQuery {
         // Should they overlap in the next tick, they do so along this normal.
         let Closest { normal, features, .. } = closest;
         let (piece_a, piece_b) = pieces(asked.a, asked.b, leaf.piece_a, leaf.piece_b);
-        let hub = [vertex_of(piece_a, features.a), vertex_of(piece_b, features.b)];
+        let hub = [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)];
         self.front.remember_depth(leaf, normal, hub, features);
         if is_surface(asked, leaf, &closest) { Found::Admissible(at_closest(leaf, &closest)) } else { Found::Nothing }
     }
@@ -158,6 +158,5 @@ fn blend_witness(asked: &Asked<'_>, contact: &mut Contact, angle: f64, counters:
     counters.blend_stops += u32::from(!blend.converged);
     contact.extent = blend.extent;
     let midpoint = contact.midpoint() + blend.shift;
-    contact.point_a = midpoint + normal * (0.5 * separation);
-    contact.point_b = midpoint - normal * (0.5 * separation);
+    [contact.point_a, contact.point_b] = points_about(midpoint, normal, separation);
 }

@@ -4,28 +4,31 @@
 //! A thread of the program runs the recording again from the beginning and leaves what its ticks have to show in [`Moments`]; the window
 //! shows what is there. A tick that is not there yet is shown by the recorded pose alone. In each frame:
 //!
-//! 1. keys (`player_keys`), and time goes on while it plays;
+//! 1. keys (`keys`), and time goes on while it plays;
 //! 2. the tick that is then shown is taken from what there is;
-//! 3. its numbers on the right; to go about in time, below; the scene in the middle.
+//! 3. its numbers on the right; to go about in time, below (`panels`); the scene in the middle.
+
+mod keys;
+mod panels;
+mod timeline;
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use eframe::egui::{self, RichText};
+use eframe::egui;
 use palpus::algebra::Pose;
-use palpus_device::{Cut, Cuts};
+use palpus_device::Cuts;
 
-use super::WindowError;
 use super::dress::dress;
-use super::overlay;
-use super::player_keys::{self, Action};
+use super::keys::SceneAction;
 use super::shell::{self, Status};
-use super::timeline::{Curve, Mark, Timeline};
-use super::view3d::{View3d, colour};
-use crate::camera::View;
+use super::view3d::View3d;
+use super::{WindowError, overlay};
 use crate::moments::{Moments, Progress};
 use crate::scene::{Scene, ShownBody};
 use crate::style::{Style, Theme};
+use keys::Action;
+use timeline::Timeline;
 
 /// Points.
 const SIDE: f32 = 270.0;
@@ -36,6 +39,8 @@ const SPEEDS: [f64; 9] = [0.01, 0.03, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 10.0];
 const AS_IT_WAS: usize = 5;
 /// While the recording is being run again, the window looks so often how far it is.
 const LOOK: Duration = Duration::from_millis(150);
+/// s: a frame that took longer does not skip.
+const LONGEST_FRAME: f64 = 0.2;
 
 /// A recording to be shown.
 #[derive(Clone, Debug)]
@@ -119,7 +124,7 @@ impl Player {
         let time = begin.time;
         Ok(Self {
             view: View3d::new(creation, &scene, &style)?,
-            timeline: timeline(&ticks),
+            timeline: Timeline::of(&ticks),
             scene,
             ticks,
             moments,
@@ -168,18 +173,24 @@ impl Player {
             }
             Action::Slower => self.speed = self.speed.saturating_sub(1),
             Action::Faster => self.speed = (self.speed + 1).min(SPEEDS.len() - 1),
-            Action::Look(view) => self.view.look(view),
-            Action::Everything => self.view.see_everything(),
             Action::Contacts => self.style.contacts ^= true,
             Action::Clusters => self.style.clusters ^= true,
             Action::Wrench => self.style.wrench ^= true,
             Action::Anchors => self.style.anchors ^= true,
-            Action::Pieces => self.scene.bodies.iter_mut().for_each(|body| body.look.pieces ^= true),
-            Action::Wires => self.scene.bodies.iter_mut().for_each(|body| body.look.wireframe ^= true),
             Action::Glass => self.scene.bodies.iter_mut().skip(1).for_each(|body| body.look.translucent ^= true),
-            Action::Theme => self.turn_theme(context),
-            Action::Picture => self.status.screenshot(context),
-            Action::Keys => self.help ^= true,
+            Action::Scene(action) => self.act_on_scene(context, action),
+        }
+    }
+
+    fn act_on_scene(&mut self, context: &egui::Context, action: SceneAction) {
+        match action {
+            SceneAction::Look(view) => self.view.look(view),
+            SceneAction::Everything => self.view.see_everything(),
+            SceneAction::Pieces => self.scene.bodies.iter_mut().for_each(|body| body.look.pieces ^= true),
+            SceneAction::Wires => self.scene.bodies.iter_mut().for_each(|body| body.look.wireframe ^= true),
+            SceneAction::Theme => self.turn_theme(context),
+            SceneAction::Picture => self.status.screenshot(context),
+            SceneAction::Keys => self.help ^= true,
         }
     }
 
@@ -200,7 +211,7 @@ impl Player {
     }
 
     fn turn_theme(&mut self, context: &egui::Context) {
-        self.style.theme = if self.style.theme == Theme::Dark { Theme::Light } else { Theme::Dark };
+        self.style.theme = self.style.theme.other();
         dress(context, self.style.theme);
         for (body, colour) in self.scene.bodies.iter_mut().zip(ShownBody::colours(self.style.theme)) {
             body.colour = colour;
@@ -249,164 +260,6 @@ impl Player {
         }
     }
 
-    /// Step 3, on the right.
-    fn side(&mut self, ui: &mut egui::Ui) {
-        let tick = self.tick();
-        let now = self.ticks[tick];
-        ui.heading(&self.scene.title);
-        self.words_of_progress(ui, tick);
-        ui.separator();
-        let separation = match now.separation {
-            s if s.is_finite() => format!("{:.3} mm", s * 1e3),
-            _ => "none near".to_owned(),
-        };
-        shell::rows(
-            ui,
-            "numbers",
-            [
-                ("tick", format!("{tick} of {}", self.ticks.len())),
-                ("time", format!("{:.3} s", now.time)),
-                ("force", format!("{:.3} N", now.force)),
-                ("torque", format!("{:.2} mN·m", now.torque * 1e3)),
-                ("contacts", now.contacts.to_string()),
-                ("clusters", now.clusters.to_string()),
-                ("separation", separation),
-                ("query then", format!("{:.1} µs", now.query * 1e6)),
-                ("tick then", format!("{:.1} µs", now.total * 1e6)),
-            ],
-        );
-        let colours = self.style.theme.colours();
-        let cuts: Vec<&str> = now.cuts.iter().map(Cut::name).chain(now.late.then_some("late tick")).collect();
-        let of_cuts = if now.cuts.is_fault() { colours.penetrating } else { colours.sliding };
-        let cuts = if cuts.is_empty() { "nothing cut".to_owned() } else { cuts.join(", ").replace('_', " ") };
-        ui.label(RichText::new(cuts).color(colour(if now.cuts.is_none() && !now.late {
-            colours.faint
-        } else {
-            of_cuts
-        })));
-        ui.separator();
-        for (words, shown) in [
-            ("contacts (C)", &mut self.style.contacts),
-            ("forces of clusters (A)", &mut self.style.clusters),
-            ("force and torque (F)", &mut self.style.wrench),
-            ("where friction holds (H)", &mut self.style.anchors),
-        ] {
-            ui.checkbox(shown, words);
-        }
-        for (body, name) in self.scene.bodies.iter_mut().zip(["probe", "environment"]) {
-            ui.horizontal(|ui| {
-                ui.label(name);
-                ui.toggle_value(&mut body.look.pieces, "pieces");
-                ui.toggle_value(&mut body.look.wireframe, "wires");
-                ui.toggle_value(&mut body.look.translucent, "glass");
-            });
-        }
-        ui.separator();
-        self.views(ui);
-        ui.separator();
-        self.status.show(ui);
-    }
-
-    /// How far the recording has been run again, and whether it came out as recorded.
-    fn words_of_progress(&self, ui: &mut egui::Ui, tick: usize) {
-        let (colours, progress) = (self.style.theme.colours(), &self.progress);
-        if let Some(why) = &progress.failed {
-            ui.label(
-                RichText::new(format!("run again as far as {:.2} s: {why}", self.timeline.time(progress.ticks)))
-                    .color(colour(colours.penetrating)),
-            );
-        } else if progress.ticks < self.ticks.len() {
-            let part = progress.ticks as f32 / self.ticks.len() as f32;
-            ui.add(egui::ProgressBar::new(part).text("running it again"));
-        }
-        let (words, rgb) = match progress.first_difference {
-            None if progress.ticks == 0 => ("nothing run again yet".to_owned(), colours.faint),
-            None => (format!("{} wrenches as recorded, bit for bit", progress.ticks), colours.disjoint),
-            Some(first) => (
-                format!("{} of {} wrenches differ, from tick {first} on", progress.differing, progress.ticks),
-                colours.penetrating,
-            ),
-        };
-        ui.label(RichText::new(words).color(colour(rgb)));
-        match self.shown {
-            Some((_, None)) => drop(ui.label("not run again yet: the recorded pose alone")),
-            Some((_, Some(kept))) if kept != tick => {
-                ui.label(format!("for want of memory one tick of {} is kept; shown is {kept}", self.every));
-            }
-            _ => {}
-        }
-    }
-
-    fn views(&mut self, ui: &mut egui::Ui) {
-        let context = ui.ctx().clone();
-        ui.horizontal_wrapped(|ui| {
-            let named = [View::Front, View::Right, View::Top, View::Back, View::Left, View::Bottom];
-            let views = named.map(Action::Look).into_iter().zip(["front", "right", "top", "back", "left", "bottom"]);
-            let more = [
-                (Action::Everything, "all (R)"),
-                (Action::Theme, "light / dark (L)"),
-                (Action::Picture, "picture (S)"),
-                (Action::Keys, "?"),
-            ];
-            for (action, name) in views.chain(more) {
-                if ui.button(name).clicked() {
-                    self.act(&context, action);
-                }
-            }
-        });
-    }
-
-    /// Step 3, below.
-    fn below(&mut self, ui: &mut egui::Ui) {
-        let context = ui.ctx().clone();
-        ui.horizontal(|ui| {
-            for (action, name) in [
-                (Action::Begin, "|<"),
-                (Action::Step(-1), "<"),
-                (Action::Play, if self.playing { "stand" } else { "play" }),
-                (Action::Step(1), ">"),
-                (Action::End, ">|"),
-            ] {
-                if ui.button(name).clicked() {
-                    self.act(&context, action);
-                }
-            }
-            egui::ComboBox::from_id_salt("speed")
-                .selected_text(format!("{}×", SPEEDS[self.speed]))
-                .width(64.0)
-                .show_ui(ui, |ui| {
-                    for (k, speed) in SPEEDS.iter().enumerate() {
-                        ui.selectable_value(&mut self.speed, k, format!("{speed}×"));
-                    }
-                });
-            for (action, name) in [
-                (Action::EarlierMark, "mark before (B)"),
-                (Action::LaterMark, "next mark (N)"),
-                (Action::Strongest, "largest force (M)"),
-            ] {
-                if ui.button(name).clicked() {
-                    self.act(&context, action);
-                }
-            }
-            let counted = |mark: Mark| self.timeline.marks.iter().filter(|(_, m)| *m == mark).count();
-            ui.label(format!(
-                "{:.3} of {:.3} s · {} late, {} with faults",
-                self.time,
-                self.timeline.end(),
-                counted(Mark::Late),
-                counted(Mark::Fault)
-            ));
-        });
-        ui.spacing_mut().slider_width = (ui.available_width() - SLIDER_NUMBER).max(50.0);
-        let end = self.timeline.end().max(f64::MIN_POSITIVE);
-        ui.add(egui::Slider::new(&mut self.time, 0.0..=end).fixed_decimals(3).suffix(" s"));
-        let known = if self.progress.ticks == 0 { 0 } else { self.progress.ticks - 1 };
-        let tick = self.tick();
-        if let Some(time) = self.timeline.show(ui, self.style.theme, tick, known) {
-            self.time = time;
-        }
-    }
-
     /// Step 3, in the middle.
     fn middle(&mut self, ui: &mut egui::Ui) {
         let area = self.view.place(ui, &self.scene);
@@ -416,16 +269,11 @@ impl Player {
     }
 }
 
-/// s: a frame that took longer does not skip.
-const LONGEST_FRAME: f64 = 0.2;
-/// Points, of the number beside the slider.
-const SLIDER_NUMBER: f32 = 90.0;
-
 impl eframe::App for Player {
     fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
         let context = ui.ctx().clone();
         let elsewhere = context.memory(|memory| memory.focused().is_some());
-        for action in player_keys::asked(&context, elsewhere) {
+        for action in keys::asked(&context, elsewhere) {
             self.act(&context, action);
         }
         self.go_on(&context);
@@ -439,7 +287,7 @@ impl eframe::App for Player {
         egui::Panel::bottom("time").default_size(CURVES).resizable(true).show(ui, |ui| self.below(ui));
         egui::CentralPanel::no_frame().show(ui, |ui| self.middle(ui));
         if self.help {
-            egui::Window::new("keys").default_width(KEYS_WIDTH).open(&mut self.help).show(&context, player_keys::list);
+            egui::Window::new("keys").default_width(KEYS_WIDTH).open(&mut self.help).show(&context, keys::list);
         }
     }
 
@@ -448,21 +296,4 @@ impl eframe::App for Player {
             self.view.destroy(gl);
         }
     }
-}
-
-/// The run's curves and marks.
-fn timeline(ticks: &[ReplayedTick]) -> Timeline {
-    let of = |value: fn(&ReplayedTick) -> f64| ticks.iter().map(value).collect::<Vec<f64>>();
-    let curves = vec![
-        Curve { name: "force, N", values: of(|t| t.force), colour: |theme| theme.colours().force },
-        Curve { name: "torque, mN·m", values: of(|t| t.torque * 1e3), colour: |theme| theme.colours().torque },
-        Curve { name: "contacts", values: of(|t| f64::from(t.contacts)), colour: |theme| theme.colours().disjoint },
-        Curve { name: "query, µs", values: of(|t| t.query * 1e6), colour: |theme| theme.colours().cluster },
-    ];
-    let marks = ticks.iter().enumerate().filter_map(|(k, tick)| match tick {
-        tick if tick.cuts.is_fault() => Some((k, Mark::Fault)),
-        tick if tick.late => Some((k, Mark::Late)),
-        _ => None,
-    });
-    Timeline::new(of(|t| t.time), curves, ticks.iter().map(|t| t.separation < 0.0).collect(), marks.collect())
 }

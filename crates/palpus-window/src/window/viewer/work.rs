@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use palpus::body::Body;
 
-use super::behind::{Behind, Desk};
 use crate::camera::Camera;
 use crate::gauss::paint_gauss_half;
 use crate::picture::Picture;
 use crate::scene::Unit;
 use crate::section::{Feeler, Section, SectionNumbers, SectionPlane};
-use crate::section_picture::{SectionOf, Shown, paint_section_panel};
+use crate::section_panel::{SectionOf, Shown, paint_section_panel};
 use crate::style::Theme;
+use crate::window::behind::{Behind, Desk};
 
 /// Samples along the longer side of a section: first a rough one, then finer ones.
 const FINENESSES: [usize; 3] = [48, 120, 280];

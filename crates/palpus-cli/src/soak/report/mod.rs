@@ -1,8 +1,14 @@
-//! The report of a soak: what is known so far, as text, JSON, Markdown and a page with plots.
+//! The report of a soak: what is known so far.
+//!
+//! * Here it is gathered, judged, and said as JSON.
+//! * [`words`] — the same for people.
+//! * [`pages`] — the files: Markdown, and a page with plots.
 
-use std::fmt::Write;
+mod pages;
+mod words;
+
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use anyhow::Context;
@@ -11,14 +17,11 @@ use serde::Serialize;
 use serde_json::{Map, Value, json};
 
 use super::buckets::Buckets;
-use super::figures;
 use super::machine::{KEPT, Sample, Watch};
 use super::scene::Ground;
 use super::tally::Interval;
-use super::words::spoken;
 use crate::args::SoakArguments;
 use crate::doctor::load::{self, Snapshot};
-use crate::output;
 
 /// At most this share of ticks may be late by over half a millisecond.
 const MOST_LATE: f64 = 1e-3;
@@ -42,11 +45,6 @@ impl Micros {
         let at = |share| buckets.quantile(share);
         Self { p50: at(0.5), p99: at(0.99), p999: at(0.999), p9999: at(0.9999), max: buckets.longest() }
     }
-
-    fn in_words(&self) -> String {
-        let Self { p50, p99, p999, p9999, max } = self;
-        format!("{p50:.1} µs (half), {p99:.1} (99 %), {p999:.1} (99.9 %), {p9999:.0} (99.99 %), {max:.0} (worst)")
-    }
 }
 
 /// How late turns were, of the loop or of a bare timer.
@@ -68,10 +66,6 @@ impl Stretch {
         let micros = |k: u32| 0.5 * 2f64.powf(f64::from(k) / 3.0);
         let beyond = (0..POINTS).map(|k| (micros(k), share((micros(k) * 1e3) as u64))).collect();
         Self { turns: buckets.total(), late_us: Micros::of(buckets), late_share: share(LATE_NANOS), beyond }
-    }
-
-    fn in_words(&self) -> String {
-        format!("{}; {:.3} % of {} by over 0.5 ms", self.late_us.in_words(), self.late_share * 100.0, self.turns)
     }
 }
 
@@ -136,7 +130,7 @@ impl Report {
         Ok(Self {
             folder,
             scene: ground.name.clone(),
-            hand: arguments.hand.as_deref().or(ground.stage.hand).unwrap_or("normal").to_owned(),
+            hand: ground.stage.hand_name(arguments.hand.as_deref()).to_owned(),
             seed: arguments.seed,
             rate_hz,
             planned: arguments.duration.0,
@@ -156,19 +150,6 @@ impl Report {
             failed: false,
             energy_j: None,
         })
-    }
-
-    /// What is going to happen.
-    pub(super) fn announced(&self) -> String {
-        format!(
-            "{}: {} in real time at {:.0} Hz, a {} hand that wanders (seed {}), no window; Ctrl-C ends it with the report, which is kept in {}",
-            self.scene,
-            spoken(self.planned.as_secs_f64()),
-            self.rate_hz,
-            self.hand,
-            self.seed,
-            self.folder.display()
-        )
     }
 
     /// Looks at the machine if it is time to.
@@ -278,138 +259,9 @@ impl Report {
         self.whole.late as f64 / self.whole.ticks.max(1) as f64
     }
 
-    fn verdict(&self) -> String {
-        let failures = self.failures();
-        let so_far = if self.end.is_some() { "" } else { " so far" };
-        if failures.is_empty() { format!("held{so_far}") } else { format!("did not hold: {}", failures.join("; ")) }
-    }
-
     /// How late the loop was.
     pub(super) fn lateness(&self) -> Stretch {
         Stretch::of(&self.lateness)
-    }
-
-    /// For a line that is drawn over.
-    pub(super) fn live(&self) -> String {
-        let row = self.rows.last().copied().unwrap_or_default();
-        let late = self.late_share() * 100.0;
-        format!(
-            "{} of {}: {:.0} Hz, step {:.0} µs (99 %), {late:.3} % late, {} faults, {}",
-            spoken(self.whole.span[1]),
-            spoken(self.planned.as_secs_f64()),
-            row.rate_hz,
-            row.step_us.p99,
-            self.faults,
-            memory(row.machine.resident)
-        )
-    }
-
-    /// Name and value, for people.
-    fn lines(&self) -> Vec<(&'static str, String)> {
-        let whole = &self.whole;
-        let all = whole.ticks.max(1) as f64;
-        let ran = whole.span[1].max(f64::MIN_POSITIVE);
-        let mut lines = vec![
-            ("verdict", self.verdict()),
-            (
-                "ran",
-                format!(
-                    "{} of {} with {}, {} hand, seed {}: {} ticks, {:.1} Hz; {}",
-                    spoken(whole.span[1]),
-                    spoken(self.planned.as_secs_f64()),
-                    self.scene,
-                    self.hand,
-                    self.seed,
-                    whole.ticks,
-                    whole.ticks as f64 / ran,
-                    self.end.as_deref().unwrap_or("it goes on")
-                ),
-            ),
-            ("late by", self.lateness().in_words()),
-        ];
-        if let Some(bare) = &self.before {
-            lines.push(("timer before", bare.in_words()));
-        }
-        if let Some(bare) = &self.after {
-            lines.push(("timer after", bare.in_words()));
-        }
-        lines.push(("step", Micros::of(&self.step).in_words()));
-        lines.push(("overruns", format!("{} ticks wrote their wrench more than a period late", whole.overruns)));
-        lines.push((
-            "contact",
-            format!(
-                "{:.0} % of ticks, begun {:.0} times a minute; mean {:.1} contacts, most {}; deepest {:.2} mm",
-                100.0 * whole.touching as f64 / all,
-                whole.touches as f64 / ran * 60.0,
-                whole.contacts as f64 / all,
-                whole.contacts_max,
-                whole.depth_max * 1e3
-            ),
-        ));
-        let energy =
-            self.energy_j.map_or(String::new(), |joules| format!("; {:.2} mJ generated at most", joules * 1e3));
-        lines.push((
-            "felt",
-            format!(
-                "force mean {:.2} N, most {:.2} N; torque most {:.1} mN·m{energy}",
-                whole.force / all,
-                whole.force_max,
-                whole.torque_max * 1e3
-            ),
-        ));
-        lines.push(("faults", self.faults.to_string()));
-        lines.push(("cuts", self.cuts_in_words()));
-        lines.push(("allocations", format!("{} in the loop", whole.allocations)));
-        lines.push(("trouble", format!("{} numerical stops, none of which ends a run", whole.trouble)));
-        lines.push(("memory", self.memory_in_words()));
-        lines.push(("machine", self.machine_in_words()));
-        lines.extend(self.claims.iter().map(|(name, what)| (*name, what.clone())));
-        lines
-    }
-
-    fn cuts_in_words(&self) -> String {
-        let each: Vec<String> =
-            self.cuts.iter().map(|(name, ticks)| format!("{} {ticks}", name.replace('_', " "))).collect();
-        if each.is_empty() { "nothing".to_owned() } else { format!("{} (ticks)", each.join(", ")) }
-    }
-
-    /// At the first sample after a tenth of the run, when everything has been used once, and at the last.
-    fn memory_in_words(&self) -> String {
-        let Some((last, sample)) = self.samples.last() else { return "not known here".to_owned() };
-        let early =
-            self.samples.iter().find(|(time, _)| *time >= last / 10.0).map(|(time, sample)| (time, sample.resident));
-        let (Some((time, Some(early))), Some(late)) = (early, sample.resident) else {
-            return "not known here".to_owned();
-        };
-        let grown = (late as f64 - early as f64) / 1024.0;
-        format!(
-            "{} resident at {}, {} at {} ({grown:+.0} kB)",
-            memory(Some(early)),
-            spoken(*time),
-            memory(Some(late)),
-            spoken(*last)
-        )
-    }
-
-    fn machine_in_words(&self) -> String {
-        let mean = |of: &dyn Fn(&Row) -> Option<f64>| {
-            let all: Vec<f64> = self.rows.iter().filter_map(of).collect();
-            (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
-        };
-        let mut parts = Vec::new();
-        parts.extend(mean(&|row| row.others_cores).map(|cores| format!("others kept {cores:.1} cores busy")));
-        let stolen = mean(&|row| row.stolen_share).filter(|share| *share > 0.0005);
-        parts.extend(stolen.map(|share| format!("{:.1} % of the time stolen by the host", share * 100.0)));
-        parts.extend(mean(&|row| row.machine.mhz).map(|mhz| format!("{mhz:.0} MHz")));
-        parts.extend(mean(&|row| row.machine.load_average).map(|load| format!("load average {load:.1}")));
-        if parts.is_empty() { "not known here".to_owned() } else { parts.join("; ") }
-    }
-
-    pub(super) fn print(&self) {
-        for (name, text) in self.lines() {
-            output::line(format!("{name:>14}  {text}"));
-        }
-        output::line(format!("{:>14}  {}", "report", self.folder.join("soak.html").display()));
     }
 
     /// For `--json`; the names are a contract with those who read it.
@@ -455,49 +307,6 @@ impl Report {
             "machine": self.samples.iter().map(|(time, sample)| json!({ "time_s": time, "sample": sample })).collect::<Vec<_>>(),
         })
     }
-
-    /// Writes everything anew; whoever reads meanwhile reads the last one.
-    pub(super) fn write(&self) -> anyhow::Result<()> {
-        let [time, late] = figures::of(self);
-        replace(&self.folder.join("soak.json"), &serde_json::to_string_pretty(&self.document())?)?;
-        replace(&self.folder.join("time.svg"), &time)?;
-        replace(&self.folder.join("lateness.svg"), &late)?;
-        replace(&self.folder.join("soak.md"), &self.markdown())?;
-        replace(&self.folder.join("soak.html"), &self.page(&time, &late))
-    }
-
-    fn title(&self) -> String {
-        format!("{} of {} in real time", spoken(self.whole.span[1]), self.scene)
-    }
-
-    fn markdown(&self) -> String {
-        let mut text = format!("# Soak: {}\n\n| | |\n|---|---|\n", self.title());
-        for (name, value) in self.lines() {
-            // Writing to a String cannot fail.
-            let _ = writeln!(text, "| {name} | {} |", value.replace('|', "\\|"));
-        }
-        text.push_str("\n![over time](time.svg)\n\n![how late](lateness.svg)\n");
-        text
-    }
-
-    fn page(&self, time: &str, late: &str) -> String {
-        let mut rows = String::new();
-        for (name, value) in self.lines() {
-            let _ = write!(rows, "<tr><th>{}</th><td>{}</td></tr>", escaped(name), escaped(&value));
-        }
-        let title = escaped(&self.title());
-        format!(
-            "<!DOCTYPE html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>Soak: {title}</title><style>{STYLE}</style></head>\
-             <body><h1>Soak: {title}</h1><table>{rows}</table>{time}{late}</body></html>\n"
-        )
-    }
-}
-
-const STYLE: &str = "body{font-family:sans-serif;max-width:1020px;margin:2em auto;color:#222}\
-    th{text-align:right;padding:.2em 1em .2em 0;vertical-align:top;white-space:nowrap}td{padding:.2em 0}svg{max-width:100%;height:auto}";
-
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
 /// An empty list with room for `most`, whose memory was used once.
@@ -508,21 +317,9 @@ fn touched<T: Clone + Default>(most: usize) -> Vec<T> {
     list
 }
 
-fn memory(bytes: Option<u64>) -> String {
-    bytes.map_or("memory not known here".to_owned(), |bytes| format!("{:.1} MB", bytes as f64 / 1048576.0))
-}
-
 fn count_cuts(into: &mut Map<String, Value>, cuts: &SafetyCounters) {
     for (cut, ticks) in cuts.iter() {
         let before = into.get(cut.name()).and_then(Value::as_u64).unwrap_or(0);
         into.insert(cut.name().to_owned(), (before + ticks).into());
     }
-}
-
-/// Puts a whole file in the place of an older one.
-fn replace(file: &Path, text: &str) -> anyhow::Result<()> {
-    let problem = || format!("{} could not be written", file.display());
-    let new = file.with_extension("new");
-    fs::write(&new, text).with_context(problem)?;
-    fs::rename(&new, file).with_context(problem)
 }

@@ -3,6 +3,8 @@
 use std::str::FromStr;
 use std::time::Duration;
 
+use crate::numbers::said;
+
 /// A duration as it is typed: `90s`, `10m`, `1h`, `1h30m`, or seconds without a letter.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Span(pub(crate) Duration);
@@ -43,8 +45,8 @@ impl FromStr for Span {
     }
 }
 
-/// Seconds in words: `45 s`, `12 min 30 s`, `1 h`.
-pub(super) fn spoken(seconds: f64) -> String {
+/// How long a run goes, for hours it may be: `45 s`, `12 min 30 s`, `1 h`.
+pub(crate) fn spoken(seconds: f64) -> String {
     let whole = seconds.round() as u64;
     if seconds < 10.0 {
         return format!("{seconds:.1} s");
@@ -53,6 +55,14 @@ pub(super) fn spoken(seconds: f64) -> String {
     let said: Vec<String> =
         parts.iter().filter(|(count, _)| *count > 0).map(|(count, unit)| format!("{count} {unit}")).collect();
     said.join(" ")
+}
+
+/// How long work took or is about to take: below a hundred seconds two digits that matter, from there on minutes and seconds.
+pub(crate) fn duration(seconds: f64) -> String {
+    if seconds < 100.0 {
+        return format!("{} s", said(seconds, 2));
+    }
+    format!("{:.0} min {:.0} s", (seconds / 60.0).floor(), seconds % 60.0)
 }
 
 #[cfg(test)]
@@ -77,5 +87,6 @@ mod tests {
             assert_eq!(read(text), None, "{text}");
         }
         assert_eq!([spoken(3600.0), spoken(750.0), spoken(2.5), spoken(45.0)], ["1 h", "12 min 30 s", "2.5 s", "45 s"]);
+        assert_eq!(duration(125.0), "2 min 5 s");
     }
 }

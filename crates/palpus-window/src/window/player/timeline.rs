@@ -5,16 +5,17 @@
 
 use eframe::egui::{self, Color32, FontId, Pos2, Rect, Sense, Stroke, vec2};
 
-use super::view3d::colour;
+use super::ReplayedTick;
 use crate::picture::Rgb;
 use crate::style::Theme;
+use crate::window::view3d::colour;
 
 /// A number of every tick.
-pub(super) struct Curve {
+struct Curve {
     /// With its unit.
-    pub(super) name: &'static str,
-    pub(super) values: Vec<f64>,
-    pub(super) colour: fn(Theme) -> Rgb,
+    name: &'static str,
+    values: Vec<f64>,
+    colour: fn(Theme) -> Rgb,
 }
 
 /// What stands out of a tick.
@@ -51,7 +52,24 @@ const WORDS: f32 = 11.5;
 const LEAST_RANGE: f64 = 1e-9;
 
 impl Timeline {
-    pub(super) fn new(times: Vec<f64>, curves: Vec<Curve>, overlapping: Vec<bool>, marks: Vec<(usize, Mark)>) -> Self {
+    /// The curves and marks of a run.
+    pub(super) fn of(ticks: &[ReplayedTick]) -> Self {
+        let of = |value: fn(&ReplayedTick) -> f64| ticks.iter().map(value).collect::<Vec<f64>>();
+        let curves = vec![
+            Curve { name: "force, N", values: of(|t| t.force), colour: |theme| theme.colours().force },
+            Curve { name: "torque, mN·m", values: of(|t| t.torque * 1e3), colour: |theme| theme.colours().torque },
+            Curve { name: "contacts", values: of(|t| f64::from(t.contacts)), colour: |theme| theme.colours().disjoint },
+            Curve { name: "query, µs", values: of(|t| t.query * 1e6), colour: |theme| theme.colours().cluster },
+        ];
+        let marks = ticks.iter().enumerate().filter_map(|(k, tick)| match tick {
+            tick if tick.cuts.is_fault() => Some((k, Mark::Fault)),
+            tick if tick.late => Some((k, Mark::Late)),
+            _ => None,
+        });
+        Self::new(of(|t| t.time), curves, ticks.iter().map(|t| t.separation < 0.0).collect(), marks.collect())
+    }
+
+    fn new(times: Vec<f64>, curves: Vec<Curve>, overlapping: Vec<bool>, marks: Vec<(usize, Mark)>) -> Self {
         Self { times, curves, overlapping, marks, columns: None }
     }
 

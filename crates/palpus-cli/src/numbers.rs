@@ -1,7 +1,7 @@
 //! Numbers as they are said.
 
 /// With so many digits that matter, thousands set apart, and no more zeros than needed.
-pub(super) fn said(value: f64, digits: usize) -> String {
+pub(crate) fn said(value: f64, digits: usize) -> String {
     if value.is_nan() {
         return "unknown".to_owned();
     }
@@ -27,35 +27,33 @@ const SMALL: i32 = -5;
 const LARGE: i32 = 8;
 
 /// A count.
-pub(super) fn counted(count: u64) -> String {
+pub(crate) fn counted(count: u64) -> String {
     grouped(&count.to_string())
 }
 
 /// How many of what: `1 contact`, `2 contacts`.
-pub(super) fn number_of(count: u64, one: &str) -> String {
+pub(crate) fn number_of(count: u64, one: &str) -> String {
     format!("{} {one}{}", counted(count), if count == 1 { "" } else { "s" })
 }
 
-/// A minus that is one, and a thin space at the thousands from five digits on.
-fn grouped(text: &str) -> String {
+/// With a minus that is one, no −0, and a thin space at the thousands from five figures on.
+pub(crate) fn grouped(text: &str) -> String {
     let (sign, digits) = text.strip_prefix('-').map_or(("", text), |rest| ("−", rest));
-    let whole = digits.split('.').next().unwrap_or(digits);
-    let mut said = sign.to_owned();
+    if digits.chars().all(|c| matches!(c, '0' | '.')) {
+        return "0".to_owned();
+    }
+    let (whole, part) = digits.split_once('.').map_or((digits, ""), |(whole, _)| (whole, &digits[whole.len()..]));
+    if whole.len() < 5 {
+        return format!("{sign}{digits}");
+    }
+    let mut grouped = String::new();
     for (k, digit) in whole.chars().enumerate() {
-        if k > 0 && whole.len() > 4 && (whole.len() - k).is_multiple_of(3) {
-            said.push('\u{202f}');
+        if k > 0 && (whole.len() - k).is_multiple_of(3) {
+            grouped.push('\u{202f}');
         }
-        said.push(digit);
+        grouped.push(digit);
     }
-    said + &digits[whole.len()..]
-}
-
-/// A share of a time: seconds, or minutes and seconds.
-pub(super) fn duration(seconds: f64) -> String {
-    if seconds < 100.0 {
-        return format!("{} s", said(seconds, 2));
-    }
-    format!("{:.0} min {:.0} s", (seconds / 60.0).floor(), seconds % 60.0)
+    format!("{sign}{grouped}{part}")
 }
 
 #[cfg(test)]
@@ -79,6 +77,5 @@ mod tests {
             assert_eq!(said(value, digits), text);
         }
         assert_eq!((counted(906_016).as_str(), number_of(1, "tick").as_str()), ("906\u{202f}016", "1 tick"));
-        assert_eq!(duration(125.0), "2 min 5 s");
     }
 }

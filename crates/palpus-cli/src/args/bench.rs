@@ -1,0 +1,84 @@
+//! The measurements of `palpus bench`, and their arguments.
+
+use std::path::PathBuf;
+
+use clap::Subcommand;
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum BenchCommand {
+    /// Writes the paper's Table 1 and Figures 4, 5 and 6, measured here, as PNG, SVG, CSV, text and JSON.
+    #[command(after_help = "Example:\n  palpus bench figures --out figures")]
+    Figures {
+        /// Where the files go.
+        #[arg(long, value_name = "DIR", default_value = "palpus-out/figures")]
+        out: PathBuf,
+        /// A folder with other meshes at the paper's triangle counts, set beside the scenes' own in Table 1.
+        #[arg(long, value_name = "DIR")]
+        models: Option<PathBuf>,
+    },
+    /// Writes the plots of docs/penetration-depth.md, as SVG.
+    #[command(after_help = "Example:\n  palpus bench depth --out plots")]
+    Depth {
+        /// Where the files go.
+        #[arg(long, value_name = "DIR", default_value = "palpus-out/depth")]
+        out: PathBuf,
+    },
+    /// Measures what contact feels like: steps of force and torque, truth, energy, stability; every method on every scene in every hand.
+    #[command(
+        after_help = "Examples:\n  palpus bench feel --out feel\n  palpus bench feel --scene v-groove --method smooth --quick\n\nWrites feel.md, feel.html (with plots), feel.csv and feel.json. The same numbers come out of every run."
+    )]
+    Feel {
+        /// Where the files go.
+        #[arg(long, value_name = "DIR", default_value = "palpus-out/feel")]
+        out: PathBuf,
+        /// Only this scene.
+        #[arg(long, value_name = "NAME")]
+        scene: Option<String>,
+        /// Only this method.
+        #[arg(long, value_name = "NAME")]
+        method: Option<String>,
+        /// Parts of the scripts, one hand, a coarse search: half a minute.
+        #[arg(long)]
+        quick: bool,
+    },
+    /// Times the engine step against the number of triangles and of contacts, and on real pairs; plots, CSV, JSON and text.
+    #[command(
+        after_help = "Example:\n  palpus bench scale --models models --out scale\n\nbenches/peers/coal_scale.py runs this and sets Coal's tolerance query on the same poses beside it."
+    )]
+    Scale {
+        /// Where the files go.
+        #[arg(long, value_name = "DIR", default_value = "palpus-out/scale")]
+        out: PathBuf,
+        /// A folder with the real meshes of the pairs; pairs whose meshes are not there are left out.
+        #[arg(long, value_name = "DIR")]
+        models: Option<PathBuf>,
+        /// Ticks of contact per pair.
+        #[arg(long, value_name = "N", default_value_t = 20_000)]
+        ticks: usize,
+        /// Of each tick the least time of so many passes is kept: what differs is what the operating system did meanwhile.
+        #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
+        passes: u32,
+        /// Only the pair of this name, or `triangles` or `contacts` for one of the two sweeps.
+        #[arg(long, value_name = "NAME")]
+        only: Option<String>,
+    },
+    /// Times the engine step (query, depth, force) of two models over a list of poses.
+    #[command(
+        after_help = "Example:\n  palpus bench step spoon.obj cup.obj --poses path.csv --out step.csv --tolerance 0.01"
+    )]
+    Step {
+        /// The model of body A.
+        a: PathBuf,
+        /// The model of body B.
+        b: PathBuf,
+        /// Poses of A in B's frame (CSV), as for `palpus query`.
+        #[arg(long, value_name = "F.csv")]
+        poses: PathBuf,
+        /// Where the times go (CSV).
+        #[arg(long, value_name = "R.csv")]
+        out: PathBuf,
+        /// Contacts are pairs of pieces nearer than this, in model units [default: 1 % of the smaller model's diagonal].
+        #[arg(long, value_name = "T")]
+        tolerance: Option<f64>,
+    },
+}

@@ -1,0 +1,74 @@
+//! Arguments of what tells of the machine and its devices.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use crate::durations::Span;
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  palpus doctor\n  palpus doctor --scene intestine --duration 30 --json\n\nMeasures a bare timer at 1 kHz and the scene's loop, each for the duration, and the timer at rates from 500 Hz to 10 kHz, a fifth of it each, with\nthe priority and memory that `palpus run` would ask for.\nExit status: 0 the machine is fit for 1 kHz, 1 it is not."
+)]
+pub(crate) struct DoctorArguments {
+    /// The scene whose steps are timed: a built-in one (`palpus run --list`) or a scene file (TOML).
+    #[arg(long, default_value = "spoon-cup", value_name = "NAME")]
+    pub(crate) scene: String,
+    /// Seconds for each of the two measurements.
+    #[arg(long, default_value_t = 5.0, value_name = "S")]
+    pub(crate) duration: f64,
+    /// Prints one JSON document and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  palpus soak --duration 10m\n  palpus soak my-scene.toml --duration 1h --hand firm\n  palpus soak --models models --duration 1h     the paper's armadillo and intestine, out of a folder\n\nThe report (soak.json, soak.md, soak.html, plots) is written anew every minute. Ctrl-C ends the run with its report.\nExit status: 0 the loop held, 1 it did not: a fault, an allocation in the loop, more than 0.1 % of ticks late by over 0.5 ms\nand more than of the bare timer."
+)]
+pub(crate) struct SoakArguments {
+    /// A built-in scene (`palpus run --list`) or a scene file (TOML).
+    #[arg(default_value = "intestine")]
+    pub(crate) scene: String,
+    /// How long: 90s, 10m, 1h, 1h30m.
+    #[arg(long, default_value = "10m", value_name = "TIME")]
+    pub(crate) duration: Span,
+    /// How long the bare timer is measured before and after; 0 leaves it out.
+    #[arg(long, default_value = "20s", value_name = "TIME")]
+    pub(crate) timer: Span,
+    /// What the hand's way is drawn from.
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// The simulated hand: relaxed, normal, firm or tight [default: the scene's, or normal].
+    #[arg(long, value_name = "PRESET")]
+    pub(crate) hand: Option<String>,
+    /// Ticks per second [default: the scene's, or 1000].
+    #[arg(long, value_name = "HZ")]
+    pub(crate) rate: Option<f64>,
+    /// A folder with armadillo_31240.obj and intestine_colon_male_24846.obj, which are then the scene; its file is left in --out.
+    #[arg(long, value_name = "DIR", conflicts_with = "scene")]
+    pub(crate) models: Option<PathBuf>,
+    /// Lets the scene file name meshes outside its own folder.
+    #[arg(long)]
+    pub(crate) allow_outside: bool,
+    /// Where the report goes.
+    #[arg(long, default_value = "palpus-out/soak", value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Records every tick as well, for `palpus replay`; by the end of the name CSV, Parquet or MCAP. An hour of CSV is about two gigabytes.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
+    /// Asks the system for neither real-time priority nor locked memory nor a core of its own.
+    #[arg(long)]
+    pub(crate) no_realtime: bool,
+    /// Prints one JSON document and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  palpus devices\n  palpus devices --json | jq .missing")]
+pub(crate) struct DevicesArguments {
+    /// Prints one JSON document and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+}

@@ -1,0 +1,113 @@
+//! Arguments of what needs models alone, without a scene.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use super::PictureArguments;
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  palpus query spoon.obj cup.obj --poses poses.csv --out result.csv --tolerance 0.01\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row a pose, in B's frame; separation is the nearest distance, or minus the depth of the deepest contact; point_a - point_b = separation * normal.\nColumn certified: the distance, or the depth of every overlapping pair of convex pieces, is proven the least there is."
+)]
+pub(crate) struct QueryArguments {
+    /// The model of body A (obj, stl, ply, off, gltf, glb).
+    pub(crate) a: PathBuf,
+    /// The model of body B.
+    pub(crate) b: PathBuf,
+    /// Poses of A in B's frame (CSV).
+    #[arg(long, value_name = "F.csv")]
+    pub(crate) poses: PathBuf,
+    /// Where the results go (CSV).
+    #[arg(long, value_name = "R.csv")]
+    pub(crate) out: PathBuf,
+    /// Contacts are pairs of pieces nearer than this, in model units [default: 1 % of the smaller model's diagonal].
+    #[arg(long, value_name = "T")]
+    pub(crate) tolerance: Option<f64>,
+    /// Where every single contact goes (CSV).
+    #[arg(long, value_name = "C.csv")]
+    pub(crate) contacts: Option<PathBuf>,
+    /// The haptic walk alone, without proof that a depth is globally the least; column certified is then false in overlap.
+    #[arg(long)]
+    pub(crate) local: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  palpus prepare cup.obj --pieces cup_pieces.obj")]
+pub(crate) struct PrepareArguments {
+    /// The models.
+    #[arg(required = true)]
+    pub(crate) models: Vec<PathBuf>,
+    /// Where every convex piece goes, as a group of an OBJ file (one model only).
+    #[arg(long, value_name = "OUT.obj")]
+    pub(crate) pieces: Option<PathBuf>,
+    /// Prints one JSON document and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  palpus inspect cup.obj --json\n  palpus inspect cup.obj --sweeps\n  palpus inspect cup.obj --picture cup.png"
+)]
+pub(crate) struct InspectArguments {
+    /// The model.
+    pub(crate) model: PathBuf,
+    /// Sweeps a closed model with small probes as well: how deep it can be felt, and how truly.
+    #[arg(long)]
+    pub(crate) sweeps: bool,
+    /// Probes of each sweep.
+    #[arg(long, default_value_t = 1000, value_name = "N", requires = "sweeps")]
+    pub(crate) samples: usize,
+    /// Makes a picture (PNG) of the model, its convex pieces in colours.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) picture: Option<PathBuf>,
+    /// Prints one JSON document and nothing else.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  palpus view cup.obj                                    a window\n  palpus view cup.obj --screenshot cup.png\n  palpus view cup.obj --exploded --dark --screenshot pieces.png\n  palpus view cup.obj --gauss 3 --screenshot gauss.png\n  palpus view cup.obj --depth --axis z --offset 12.5 --screenshot depth.png\n\nDepth: at each point of the plane a probe as small as a point asks the query of the servo loop for its deepest contact. Beside it the distance to the mesh, and what is missing between the two."
+)]
+pub(crate) struct ViewArguments {
+    /// The model.
+    pub(crate) model: PathBuf,
+    /// Where the picture goes (PNG); without, a window opens.
+    #[arg(long, value_name = "FILE")]
+    pub(crate) screenshot: Option<PathBuf>,
+    /// Shows the convex pieces apart, by this part of their distance from the middle.
+    #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "0.6")]
+    pub(crate) exploded: Option<f64>,
+    /// Shows a piece and its Gauss map: which directions it owns of the mesh, and which only its hull has. Pieces count from 0
+    /// [default piece: the one with most faces].
+    #[arg(long, value_name = "PIECE", num_args = 0..=1, conflicts_with_all = ["exploded", "depth"])]
+    pub(crate) gauss: Option<Option<u32>>,
+    /// Shows how deep the body is felt on a plane through it, beside the true depth where the mesh is closed.
+    #[arg(long, conflicts_with = "exploded")]
+    pub(crate) depth: bool,
+    /// Across which axis of the model the plane lies.
+    #[arg(long, value_enum, default_value_t = AxisName::Y, value_name = "AXIS")]
+    pub(crate) axis: AxisName,
+    /// Where on the axis, in model units [default: the middle of the model].
+    #[arg(long, value_name = "OFFSET", allow_negative_numbers = true, requires = "depth")]
+    pub(crate) offset: Option<f64>,
+    /// Points along the plane's longer side at which the body is felt.
+    #[arg(long, default_value_t = 320, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=4096), requires = "depth")]
+    pub(crate) fineness: u32,
+    /// How the picture looks.
+    #[command(flatten)]
+    pub(crate) picture: PictureArguments,
+}
+
+/// An axis of a model.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum AxisName {
+    /// The plane is seen along −x.
+    X,
+    /// The plane is seen along +y.
+    Y,
+    /// The plane is seen along −z.
+    Z,
+}

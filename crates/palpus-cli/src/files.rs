@@ -1,0 +1,39 @@
+//! Files and folders that the program makes: how they are called, and errors that name them.
+
+use std::fmt::Display;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context;
+
+/// `base`, or if there is such a file, the first of `base-2`, `base-3`, … that is not there.
+pub(crate) fn free(base: &Path) -> PathBuf {
+    if !base.exists() {
+        return base.to_owned();
+    }
+    let numbered = (2u32..).map(|k| beside(base, k));
+    numbered.into_iter().find(|path| !path.exists()).unwrap_or_else(|| base.to_owned())
+}
+
+/// The file beside `base` of the same name but for `-addition` before the ending.
+pub(crate) fn beside(base: &Path, addition: impl Display) -> PathBuf {
+    let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
+    let (stem, extension) = (part(base.file_stem()), part(base.extension()));
+    let dot = if extension.is_empty() { "" } else { "." };
+    base.with_file_name(format!("{stem}-{addition}{dot}{extension}"))
+}
+
+/// Makes a folder, and those that it is to be in, unless it is there.
+pub(crate) fn make_folder(folder: &Path) -> anyhow::Result<()> {
+    fs::create_dir_all(folder).with_context(|| format!("{} could not be created", folder.display()))
+}
+
+/// The same with the folder in which `file` is to be.
+pub(crate) fn make_folder_of(file: &Path) -> anyhow::Result<()> {
+    file.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or(Ok(()), make_folder)
+}
+
+/// Writes a whole file, over what may be there.
+pub(crate) fn write(file: &Path, content: impl AsRef<[u8]>) -> anyhow::Result<()> {
+    fs::write(file, content).with_context(|| format!("{} could not be written", file.display()))
+}

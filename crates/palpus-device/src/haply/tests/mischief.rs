@@ -1,0 +1,112 @@
+//! Random damage: bent messages, and a service that misbehaves all the time.
+
+use std::time::Duration;
+
+use glam::DVec3;
+use serde_json::json;
+
+use super::super::*;
+use super::service::{Act, Service, frame, inventory};
+use super::{assert_no_force_twice, wrench};
+
+/// SplitMix64.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % n as u64) as usize
+    }
+}
+
+const MUTATION_SEED: u64 = 0x4a91_7e55;
+
+#[test]
+fn no_message_makes_it_panic_or_believe_in_no_number() {
+    let mut random = Random(MUTATION_SEED);
+    let texts = [inventory().to_string(), frame(7).to_string()];
+    let pieces =
+        ["1e999", "-1e308", "null", "{}", "[]", "\"", "{", "}", "true", "1e-320", "\\ud800", "NaN", ",", "0.5"];
+    let mut understood = 0;
+    for round in 0..20_000 {
+        let mut text = texts[round % 2].clone().into_bytes();
+        for _ in 0..=random.below(3) {
+            let at = random.below(text.len());
+            let until = (at + random.below(12)).min(text.len());
+            text.splice(at..until, pieces[random.below(pieces.len())].bytes());
+        }
+        let text = String::from_utf8_lossy(&text);
+        let _ = message::inventory(&text);
+        if let Ok(sample) = message::sample(&text, "04C3", Some("1102")) {
+            let turned = sample.rotation.is_none_or(|rotation| (rotation.length() - 1.0).abs() < 1e-9);
+            assert!(
+                sample.position.is_finite() && sample.velocity.is_finite() && turned,
+                "seed {MUTATION_SEED:#x}, round {round}: {text}"
+            );
+            understood += 1;
+        }
+    }
+    assert!(understood > 1000, "seed {MUTATION_SEED:#x}: only {understood} were understood at all");
+}
+
+const MISCHIEF_SEED: u64 = 0x11ae_57a1;
+/// Messages of a service that is up to mischief.
+const MISCHIEFS: usize = 700;
+
+/// What a message is answered with: mostly as it should be.
+fn mischief() -> Vec<u8> {
+    let mut random = Random(MISCHIEF_SEED);
+    // Opening goes well.
+    (0..MISCHIEFS).map(|k| if k < 5 { 255 } else { random.below(64) as u8 }).collect()
+}
+
+#[test]
+fn whatever_the_service_does_no_force_is_stale() {
+    let acts = mischief();
+    let script = acts.clone();
+    let service = Service::usual(move |count| match script.get(count) {
+        Some(0) => Act::Silence,
+        Some(1) => Act::After(Duration::from_millis(11)),
+        Some(2) => Act::Say(vec!["nonsense".to_owned()]),
+        Some(3) => Act::Say(vec![json!({ "inverse3": [] }).to_string()]),
+        Some(4..7) => Act::Say(vec![frame(count).to_string(), frame(count).to_string()]),
+        Some(7) => Act::Say(vec![frame(count).to_string(), "nonsense".to_owned()]),
+        Some(8) => Act::Binary,
+        _ => Act::Answer,
+    });
+    let mut device = service.open();
+    while service.told.lock().unwrap().len() < MISCHIEFS {
+        // The force says which state it knows.
+        let state = device.read().unwrap();
+        device.write(&wrench(DVec3::new(1.0, state.pose.translation.z, 1e-3 * device.serial as f64))).unwrap();
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let counts = device.counts();
+    let told = service.told();
+    assert_no_force_twice(&told);
+    let mut pushed = 0;
+    for (k, told) in told.iter().enumerate().take(MISCHIEFS).filter(|(_, told)| told.force != DVec3::ZERO) {
+        let knows = (told.force.y * 1e3).round() as usize;
+        assert!(knows < k && k - knows <= 3, "seed {MISCHIEF_SEED:#x}: message {k} knows only state {knows}");
+        // Where the answer before came twice, its second frame is all that a client can see in place of the lost one.
+        let is_seen = |lost: &usize| !matches!(acts[lost - 1], 4..8);
+        let lost = (5..k).rev().filter(|&k| matches!(acts[k], 0 | 2 | 3 | 8)).find(is_seen);
+        assert!(
+            lost.is_none_or(|lost| knows > lost),
+            "seed {MISCHIEF_SEED:#x}: message {k} knows state {knows}, answer {lost:?} was lost"
+        );
+        pushed += 1;
+    }
+    assert!(pushed > MISCHIEFS / 4 && counts.late + counts.bad > 5, "{pushed} forces, {counts:?}");
+}
+
+/// Found by fuzzing: an id went into lines of text with the control characters that the service had put into it.
+#[test]
+fn an_id_of_control_characters_is_none() {
+    let inventory = json!({ "inverse3": [{ "device_id": "048\u{8}\n" }, { "device_id": "049D" }] });
+    let arms = message::inventory(&inventory.to_string()).expect("an inventory").arms;
+    assert_eq!(arms.iter().map(|arm| arm.id.as_str()).collect::<Vec<_>>(), ["049D"]);
+    assert_eq!(message::sample(&inventory.to_string(), "048\u{8}\n", None).unwrap_err().lines().count(), 1);
+}

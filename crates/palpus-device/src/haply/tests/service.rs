@@ -1,0 +1,226 @@
+//! A scripted service, which may misbehave.
+
+use std::net::{TcpListener, TcpStream};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use glam::DVec3;
+use serde_json::{Value, json};
+use tungstenite::{Message, WebSocket};
+
+use super::super::{HaplyDevice, HaplyOptions};
+
+/// A message as the service got it.
+#[derive(Clone, Debug)]
+pub(super) struct Told {
+    pub(super) force: DVec3,
+    pub(super) spelled: String,
+}
+
+/// What a scripted service does with message `k` (0 is the one of opening).
+pub(super) enum Act {
+    /// Answers as it should.
+    Answer,
+    /// Answers with these texts.
+    Say(Vec<String>),
+    /// Answers so much later.
+    After(Duration),
+    Silence,
+    /// Answers with bytes.
+    Binary,
+    /// Answers with nothing but pings.
+    Pings,
+    /// Breaks the connection off.
+    Drop,
+    /// Closes it politely.
+    Close,
+}
+
+pub(super) struct Service {
+    pub(super) address: String,
+    pub(super) told: Arc<Mutex<Vec<Told>>>,
+    /// Said once the connection is over.
+    pub(super) over: Receiver<()>,
+}
+
+impl Service {
+    /// A service that says `inventory`, has this version, and acts by `script` with the number of the message.
+    pub(super) fn start(
+        version: Option<&'static str>,
+        inventory: String,
+        script: impl Fn(usize) -> Act + Send + 'static,
+    ) -> Self {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = format!("ws://{}", listener.local_addr().unwrap());
+        let told = Arc::new(Mutex::new(Vec::new()));
+        let (done, over) = channel();
+        let log = Arc::clone(&told);
+        std::thread::spawn(move || serve(&listener, version, &inventory, &script, &log, &done));
+        Self { address, told, over }
+    }
+
+    /// One that behaves but for `script`.
+    pub(super) fn usual(script: impl Fn(usize) -> Act + Send + 'static) -> Self {
+        Self::start(Some("3.5.1"), inventory().to_string(), script)
+    }
+
+    pub(super) fn options(&self) -> HaplyOptions {
+        HaplyOptions { address: self.address.clone(), ..HaplyOptions::default() }
+    }
+
+    pub(super) fn open(&self) -> HaplyDevice {
+        HaplyDevice::open(&self.options()).unwrap()
+    }
+
+    pub(super) fn told(&self) -> Vec<Told> {
+        self.told.lock().unwrap().clone()
+    }
+}
+
+fn serve(
+    listener: &TcpListener,
+    version: Option<&str>,
+    inventory: &str,
+    script: &dyn Fn(usize) -> Act,
+    told: &Mutex<Vec<Told>>,
+    done: &Sender<()>,
+) {
+    let (stream, _) = listener.accept().unwrap();
+    stream.set_nodelay(true).unwrap();
+    let Ok(mut socket) = tungstenite::accept(stream) else { return };
+    let _ = socket.send(Message::text(inventory));
+    if let Some(version) = version {
+        // In a thread of its own, as long as the test lasts.
+        let (listener, version) = (listener.try_clone().unwrap(), version.to_owned());
+        std::thread::spawn(move || answer_version(&listener, &version));
+    }
+    let mut count = 0;
+    loop {
+        match socket.read() {
+            Ok(Message::Text(text)) => {
+                told.lock().unwrap().push(understood(text.as_str()));
+                if !act(&mut socket, script(count), count) {
+                    break;
+                }
+                count += 1;
+            }
+            Ok(_) => {}
+            Err(_) => break,
+        }
+    }
+    let _ = done.send(());
+}
+
+fn answer_version(listener: &TcpListener, version: &str) {
+    use std::io::{Read, Write};
+    while let Ok((mut stream, _)) = listener.accept() {
+        let mut request = [0; 1024];
+        let _ = stream.read(&mut request);
+        let body = json!({ "project_version": version }).to_string();
+        let head = format!("HTTP/1.1 200 OK\r\nContent-Length: {}\r\nConnection: close\r\n\r\n", body.len());
+        let _ = stream.write_all(format!("{head}{body}").as_bytes());
+    }
+}
+
+/// False when the connection is over.
+fn act(socket: &mut WebSocket<TcpStream>, act: Act, count: usize) -> bool {
+    let texts = match act {
+        Act::Answer => vec![frame(count).to_string()],
+        Act::Say(texts) => texts,
+        Act::After(pause) => {
+            std::thread::sleep(pause);
+            vec![frame(count).to_string()]
+        }
+        Act::Silence => Vec::new(),
+        Act::Binary => return socket.send(Message::binary(vec![1, 2, 3])).is_ok(),
+        Act::Pings => return (0..200).all(|_| socket.send(Message::Ping(Vec::new().into())).is_ok()),
+        Act::Drop => return false,
+        Act::Close => {
+            let _ = socket.close(None);
+            let _ = socket.flush();
+            return false;
+        }
+    };
+    texts.into_iter().all(|text| socket.send(Message::text(text)).is_ok())
+}
+
+/// The force of a message, which must be the message that it should be.
+fn understood(text: &str) -> Told {
+    let value: Value = serde_json::from_str(text).unwrap();
+    assert_eq!(value["inverse3"][0]["device_id"], "04C3");
+    let command = value["inverse3"][0]["commands"]["set_cursor_force"].as_object().unwrap();
+    assert_eq!(command.len(), 1);
+    let (spelled, vector) = command.iter().next().unwrap();
+    let part = |key: &str| vector[key].as_f64().unwrap();
+    Told { force: DVec3::new(part("x"), part("y"), part("z")), spelled: spelled.clone() }
+}
+
+/// The first message: a state with the configurations.
+pub(super) fn inventory() -> Value {
+    let mut inventory = frame(0);
+    inventory["inverse3"][0]["config"] = json!({
+        "type": "inverse3",
+        "device_info": {
+            "id": "04C3", "device_type": 4, "major_version": 7, "minor_version": 1, "uuid": "9AB19C4B5E655E32B4F00F8A59FD04C3"
+        },
+        "port": "COM15",
+        "extended_device_id": "9AB19C4B5E655E32B4F00F8A59FD04C3",
+        "extended_firmware_version": "8C20FDC8010AA1E15AA133CDA2534874",
+        "gravity_compensation": { "enabled": true, "scaling_factor": 0.75 },
+        "handedness": "right",
+        "torque_scaling": { "enabled": true },
+        "filters": { "force_gate": { "gain": 0.3 }, "damping": { "scalar": 0.0 } },
+        "mount": {},
+        "basis": { "permutation": "XYZ" }
+    });
+    inventory["wireless_verse_grip"][0]["config"] = json!({
+        "port": "COM12", "type": "wireless_verse_grip", "major_version": 1, "minor_version": 4, "hardware_version": 1
+    });
+    inventory
+}
+
+/// A state; the arm's height counts messages in millimetres.
+pub(super) fn frame(count: usize) -> Value {
+    json!({
+        "session_id": 3,
+        "inverse3": [{
+            "device_id": "04C3",
+            "state": {
+                "angular_position": { "a0": -89.66, "a1": 122.81, "a2": -22.78 },
+                "body_orientation": { "w": 1.0, "x": 0.0, "y": 0.0, "z": 0.0 },
+                "cursor_position": { "x": 0.01, "y": -0.1, "z": 1e-3 * count as f64 },
+                "cursor_velocity": { "x": 0, "y": 0.25, "z": -0.5 },
+                "mode": "idle",
+                "transform": {}
+            },
+            "status": { "calibrated": true, "in_use": false, "power_supply": true, "ready": true, "started": true }
+        }],
+        "verse_grip": [],
+        "wireless_verse_grip": [{
+            "device_id": "1102",
+            "state": {
+                "battery_level": 0.8,
+                "hall": 16,
+                "orientation": { "w": 0.6, "x": 0.0, "y": 0.8, "z": 0.0 },
+                "buttons": { "a": true, "b": false, "c": false }
+            },
+            "status": { "connected": true, "awake": true, "ready": true }
+        }],
+        "custom_verse_grip": [{
+            "device_id": "1102",
+            "state": {
+                "orientation": { "w": 0.6, "x": 0.0, "y": 0.8, "z": 0.0 },
+                "buttons": { "a": false, "b": false, "c": true },
+                "extension_data": [1, 2]
+            },
+            "status": { "connected": true, "awake": true, "ready": true }
+        }]
+    })
+}
+
+/// A message with one place changed.
+pub(super) fn with(mut message: Value, pointer: &str, value: Value) -> Value {
+    *message.pointer_mut(pointer).unwrap() = value;
+    message
+}

@@ -1,0 +1,150 @@
+//! Loops that are late, stall, or whose clock jumps.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use super::super::*;
+use super::{Scribe, go_on, guarded, pull, state_at};
+use crate::device::Brake;
+use crate::safety::{Cut, SafetyLimits};
+use crate::{ReplayDevice, known_devices};
+
+#[test]
+fn in_real_time_every_tick_is_paced_and_accounted_for() {
+    let options = ServoOptions { duration: Some(0.04), ..Default::default() };
+    let mut device = Scribe::new();
+    let mut late = 0.0f64;
+    let mut observer = |tick: &ServoTick, _: &()| late = late.max(tick.lateness_s);
+    let run = Servo::new(options).unwrap().run(&mut device, |_, _| StepOutcome::of(pull(1.0)), &mut observer, &go_on());
+    assert_eq!(run.ticks, 40);
+    // The first tick begins at once: 39 periods at least have gone by.
+    assert!(run.wall_s >= 0.039 - 1e-9 && run.duration_s == run.wall_s);
+    let (period, lateness) = (run.period_us.unwrap(), run.lateness_us.unwrap());
+    assert!(period.max >= period.p50 && period.p50 > 0.0);
+    assert!(lateness.max * 1e-6 >= late * 0.99);
+}
+
+#[test]
+fn a_step_that_takes_several_periods_is_an_overrun_and_skips_them() {
+    let options = ServoOptions { duration: Some(0.01), ..Default::default() };
+    let mut device = Scribe::new();
+    let step = |state: &DeviceState, _| {
+        if (0.0035..0.0045).contains(&state.time) {
+            std::thread::sleep(Duration::from_micros(3500));
+        }
+        StepOutcome::of(pull(1.0))
+    };
+    let late = RefCell::new(Vec::new());
+    let mut observer = |tick: &ServoTick, _: &()| late.borrow_mut().extend(tick.overrun.then_some(tick.index));
+    let run = Servo::new(options).unwrap().run(&mut device, step, &mut observer, &go_on());
+    // The tick that slept is late, and so is the next one, which was due while it slept.
+    assert!(late.borrow().contains(&4) && late.borrow().contains(&5));
+    assert_eq!((run.ticks, run.overruns), (10, late.borrow().len() as u64));
+    assert!(run.skipped >= 2);
+}
+
+#[test]
+fn a_loop_that_stalls_loses_its_force_to_the_watchdog_and_gets_it_back_by_engaging() {
+    let mut device = Scribe::new();
+    let (time, brake) = (VirtualTime::default(), Arc::clone(&device.brake));
+    let mut tick = 0;
+    let step = |_: &DeviceState, _| {
+        tick += 1;
+        if tick == 400 {
+            let stall = SafetyLimits::of(&known_devices()[0], 1000.0).stall;
+            time.pass(Duration::from_secs_f64(0.9 * stall));
+            assert!(!brake.is_applied());
+            time.pass(Duration::from_secs_f64(0.1 * stall + 2e-3));
+            assert!(brake.is_applied(), "while the loop is still in its step");
+            time.pass(Duration::from_millis(300));
+        }
+        // Once more than is small, so that it is not engaged at once.
+        StepOutcome::of(pull(if (400..800).contains(&tick) { 4.0 } else { 0.5 }))
+    };
+    let mut phases = Vec::new();
+    let mut observer = |tick: &ServoTick, _: &()| {
+        phases.push(tick.phase);
+        assert_eq!(brake.is_applied(), (399..799).contains(&tick.index), "tick {}", tick.index);
+    };
+    let run = guarded(1.2, SafetyOptions::default()).run_in(&time, &mut device, step, &mut observer, &go_on());
+    assert_eq!((run.safety.faults(), run.safety.ticks(Cut::Watchdog), run.safety.ticks(Cut::LateLoop)), (1, 1, 1));
+    assert_eq!(run.end, RunEnd::Duration);
+    phases.dedup();
+    use Phase::{Engaged, Faulted, Ramping, Waiting};
+    assert_eq!(phases, [Ramping, Engaged, Faulted, Waiting, Ramping, Engaged]);
+    // The grip is at 1 mm a tick and its twist says at rest: nothing to damp.
+    assert!(device.written[399..799].iter().all(|wrench| *wrench == Wrench::ZERO));
+}
+
+#[test]
+fn the_watchdog_has_a_thread_of_its_own() {
+    let mut device = Scribe::new();
+    let brake = Arc::clone(&device.brake);
+    let mut tick = 0;
+    let step = |_: &DeviceState, _| {
+        tick += 1;
+        let begun = std::time::Instant::now();
+        // A step that does not come back before the brake is applied; a minute is for ever.
+        while tick == 20 && !brake.is_applied() && begun.elapsed() < Duration::from_secs(60) {
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        StepOutcome::of(pull(0.5))
+    };
+    let limits = SafetyLimits { ramp: 0.01, ..SafetyLimits::of(&known_devices()[0], 1000.0) };
+    let safety = SafetyOptions { limits: Some(limits), loosened: true, ..Default::default() };
+    let run = guarded(0.05, safety).run(&mut device, step, &mut (), &go_on());
+    assert!(run.safety.ticks(Cut::Watchdog) >= 1 && run.safety.ticks(Cut::LateLoop) >= 1, "{:?}", run.safety);
+}
+
+#[test]
+fn without_a_brake_the_loop_itself_sees_that_it_stalled() {
+    let states = (0..1000).map(state_at).collect();
+    let mut device = ReplayDevice::new(Scribe::new().spec, states);
+    let time = VirtualTime::default();
+    let mut tick = 0;
+    let step = |_: &DeviceState, _| {
+        tick += 1;
+        time.pass(Duration::from_millis(if tick == 400 { 100 } else { 0 }));
+        StepOutcome::of(pull(0.5))
+    };
+    let mut at_stall = None;
+    let mut observer = |tick: &ServoTick, _: &()| at_stall = at_stall.or((tick.index == 399).then_some(tick.wrench));
+    let run = guarded(1.0, SafetyOptions::default()).run_in(&time, &mut device, step, &mut observer, &go_on());
+    assert_eq!((run.safety.ticks(Cut::LateLoop), run.safety.ticks(Cut::Watchdog), run.skipped), (1, 0, 99));
+    assert_eq!(at_stall, Some(Wrench::ZERO));
+}
+
+#[test]
+fn a_loop_that_holds_nothing_may_be_late() {
+    let mut device = Scribe::new();
+    let time = VirtualTime::default();
+    let step = |_: &DeviceState, _| {
+        time.pass(Duration::from_millis(200));
+        StepOutcome::of(Wrench::ZERO)
+    };
+    let run = guarded(0.05, SafetyOptions::default()).run_in(&time, &mut device, step, &mut (), &go_on());
+    assert_eq!((run.safety.faults(), run.overruns), (0, 50));
+    assert!(!device.brake.is_applied());
+}
+
+#[test]
+fn a_clock_that_jumps_neither_hangs_the_loop_nor_holds_a_force() {
+    for nanos in [-3_600_000_000_000i64, 3_600_000_000_000, -2_000_000, 2_000_000] {
+        let mut device = Scribe::new();
+        let time = VirtualTime::default();
+        time.pass(Duration::from_secs(7200));
+        let mut tick = 0;
+        let step = |_: &DeviceState, _| {
+            tick += 1;
+            if tick == 300 {
+                time.leap(nanos);
+            }
+            StepOutcome::of(pull(0.5))
+        };
+        let run = guarded(0.5, SafetyOptions::default()).run_in(&time, &mut device, step, &mut (), &go_on());
+        assert_eq!((run.ticks, run.end), (500, RunEnd::Duration), "{nanos}");
+        let late = u64::from(nanos > 1_000_000_000);
+        assert_eq!(run.safety.ticks(Cut::LateLoop), late, "{nanos}");
+        assert_eq!(device.written.len(), 501);
+    }
+}

@@ -1,0 +1,113 @@
+//! What a run that nothing disturbs does and accounts for.
+
+use std::cell::RefCell;
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::Pose;
+
+use super::super::*;
+use super::{Scribe, fast, go_on, open, pull};
+use crate::{HandImpedance, ReplayDevice, SafetyLimits, SimulatedDevice, SimulationSettings};
+
+#[test]
+fn a_run_lasts_its_ticks_and_ends_with_zero() {
+    let mut device = Scribe::new();
+    let run = fast(0.05).run(&mut device, |_, dt| StepOutcome::of(pull(1000.0 * dt)), &mut (), &go_on());
+    assert_eq!((run.ticks, run.end, run.safety.faults()), (50, RunEnd::Duration, 0));
+    assert!((run.duration_s - 0.05).abs() < 1e-12 && run.period_us.is_none());
+    assert_eq!(device.written.len(), 51);
+    assert!(device.written[..50].iter().all(|wrench| *wrench == pull(1.0)));
+    assert_eq!(device.written[50], Wrench::ZERO);
+}
+
+#[test]
+fn the_account_of_a_run_adds_up() {
+    let mut device = Scribe::new();
+    // 1, 2, 3, 1, 2, 3, … N along a motion of 1 mm a tick.
+    let mut tick = 0;
+    let step = |_: &DeviceState, _| {
+        tick += 1;
+        let newtons = f64::from((tick - 1) % 3 + 1);
+        StepOutcome { wrench: pull(newtons), saturated: newtons > 2.5, detail: () }
+    };
+    let run = fast(0.03).run(&mut device, step, &mut (), &go_on());
+    assert_eq!((run.force_max, run.force_step_max, run.torque_max), (3.0, 2.0, 0.0));
+    assert_eq!(run.saturated_ticks, 10);
+    // 29 steps of 1 mm: ten rounds of 6 N less the last wrench, which was not held to a next tick.
+    assert!((run.energy.translation - (60.0 - 3.0) * 1e-3).abs() < 1e-12);
+    assert_eq!(run.energy.highest, run.energy.translation);
+}
+
+#[test]
+fn the_stop_flag_ends_a_run() {
+    let stop = go_on();
+    let mut device = Scribe::new();
+    let mut observer = |tick: &ServoTick, _: &()| stop.store(tick.index == 20, Ordering::Relaxed);
+    let options = ServoOptions { timing: Timing::Simulated, ..Default::default() };
+    let run = Servo::new(options).unwrap().run(&mut device, |_, _| StepOutcome::of(pull(1.0)), &mut observer, &stop);
+    assert_eq!((run.ticks, run.end), (21, RunEnd::Stopped));
+}
+
+/// A wall at x = 0, felt by a simulated hand that means to go into it.
+fn wall(state: &DeviceState, _: f64) -> StepOutcome {
+    let depth = (-state.pose.translation.x).max(0.0);
+    StepOutcome::of(Wrench { force: DVec3::X * (400.0 * depth - 0.5 * state.twist.linear.x), torque: DVec3::ZERO })
+}
+
+fn hand() -> SimulatedDevice<impl crate::Intent> {
+    let intent =
+        |t: f64| Pose::new(DQuat::from_rotation_z((2.0 * t).sin()), DVec3::new(0.02 * (5.0 * t).cos(), 0.01 * t, 0.0));
+    let settings = SimulationSettings { hand: HandImpedance::NORMAL, ..Default::default() };
+    SimulatedDevice::new(settings, intent).unwrap()
+}
+
+#[test]
+fn a_run_and_its_replay_are_the_same_bit_for_bit_and_so_is_a_run_in_real_time() {
+    let trace = |servo: &mut Servo, device: &mut dyn HapticDevice| {
+        let rows = RefCell::new(Vec::new());
+        let mut observer = |tick: &ServoTick, _: &()| rows.borrow_mut().push((tick.state, tick.wrench));
+        let run = servo.run(device, wall, &mut observer, &go_on());
+        (rows.into_inner(), run)
+    };
+    let (first, run) = trace(&mut fast(2.0), &mut hand());
+    let (again, _) = trace(&mut fast(2.0), &mut hand());
+    assert!(first == again && first.len() == 2000);
+    assert!(run.force_max > 0.5, "the hand met the wall");
+    assert!(run.energy.translation < 0.0, "a damped wall takes energy");
+
+    let states: Vec<_> = first.iter().map(|(state, _)| *state).collect();
+    let (replayed, replay) = trace(&mut fast(9.0), &mut ReplayDevice::new(hand().spec().clone(), states));
+    assert!(replayed == first && replay.end == RunEnd::DeviceEnded);
+    assert_eq!((replay.energy, replay.force_max), (run.energy, run.force_max));
+
+    let options = ServoOptions { duration: Some(0.05), safety: open(), ..Default::default() };
+    let (real, _) = trace(&mut Servo::new(options).unwrap(), &mut hand());
+    assert!(real == first[..50]);
+}
+
+#[test]
+fn every_rate_of_a_servo_is_kept() {
+    for rate_hz in [500.0, 1000.0, 4000.0, 10_000.0] {
+        let options = ServoOptions { rate_hz, duration: Some(0.2), ..Default::default() };
+        let mut device = Scribe::new();
+        let step = |_: &DeviceState, _| StepOutcome::of(pull(0.1));
+        let time = VirtualTime::default();
+        let run = Servo::new(options).unwrap().run_in(&time, &mut device, step, &mut (), &go_on());
+        assert_eq!(run.ticks, (0.2 * rate_hz) as u64);
+        let period = run.period_us.unwrap();
+        assert!((period.p50 * rate_hz * 1e-6 - 1.0).abs() < 2e-3 && (period.max * rate_hz * 1e-6 - 1.0).abs() < 2e-3);
+        assert_eq!((run.overruns, run.late_ticks, run.skipped), (0, 0, 0));
+    }
+}
+
+#[test]
+fn options_out_of_range_are_refused() {
+    let refuse = |options| Servo::new(options).err();
+    assert_eq!(refuse(ServoOptions { rate_hz: 0.0, ..Default::default() }), Some(ServoError::Rate(0.0)));
+    assert!(matches!(refuse(ServoOptions { rate_hz: f64::NAN, ..Default::default() }), Some(ServoError::Rate(_))));
+    let negative = ServoOptions { duration: Some(-1.0), ..Default::default() };
+    assert_eq!(refuse(negative), Some(ServoError::Duration(-1.0)));
+    let limits = SafetyLimits { ramp: f64::NAN, ..open().limits.unwrap() };
+    let safety = SafetyOptions { limits: Some(limits), loosened: true, ..Default::default() };
+    assert_eq!(refuse(ServoOptions { safety, ..Default::default() }), Some(ServoError::Safety));
+}

@@ -1,0 +1,175 @@
+//! Sequences of faults, each made of its seed, and the run that goes through one.
+
+pub(crate) mod judge;
+
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::{Pose, Wrench};
+use palpus_device::{
+    AfterFault, AfterPanic, Brake, DeviceError, DeviceSpec, DeviceState, Fault, FaultyDevice, HandImpedance,
+    HapticDevice, RunStatistics, SafetyLimits, SafetyOptions, Script, Servo, ServoOptions, ServoTick, SimulatedDevice,
+    SimulationSettings, StepOutcome, VirtualTime, known_devices,
+};
+
+use crate::seeded::Random;
+
+/// Of each sequence.
+const TICKS: u64 = 600;
+
+/// A sequence of faults, and what is to be known to judge what came of it.
+pub(crate) struct Sequence {
+    pub(crate) seed: u64,
+    pub(crate) rate_hz: f64,
+    pub(crate) spec: DeviceSpec,
+    pub(crate) limits: SafetyLimits,
+    pub(crate) options: ServoOptions,
+    pub(crate) faults: Vec<(u64, Fault)>,
+}
+
+impl Sequence {
+    pub(crate) fn new(seed: u64) -> Self {
+        let random = &mut Random(seed);
+        let rate_hz = [500.0, 1000.0, 1000.0, 4000.0, 10_000.0][random.below(5) as usize];
+        let known = known_devices();
+        let honest = &known[random.below(known.len() as u64) as usize];
+        let spec = claim(random, honest);
+        // As derived, but for the times: a sequence is to see more than one engagement.
+        let ticks = |count: f64| count / rate_hz;
+        let limits = SafetyLimits { ramp: ticks(40.0), hold: ticks(30.0), ..SafetyLimits::of(&spec, rate_hz) };
+        let safety = SafetyOptions {
+            limits: Some(limits),
+            loosened: true,
+            after_fault: if random.unit() < 0.9 { AfterFault::Reengage } else { AfterFault::Stop },
+            after_panic: if random.unit() < 0.7 { AfterPanic::AsFault } else { AfterPanic::Stop },
+            ..SafetyOptions::default()
+        };
+        let options =
+            ServoOptions { rate_hz, duration: Some(TICKS as f64 / rate_hz), safety, ..ServoOptions::default() };
+        let mut faults: Vec<(u64, Fault)> = Vec::new();
+        for _ in 0..1 + random.below(6) {
+            faults.push((random.below(TICKS), fault(random, &limits, rate_hz)));
+        }
+        faults.sort_by_key(|(tick, _)| *tick);
+        Self { seed, rate_hz, spec, limits, options, faults }
+    }
+
+    /// Runs it; answers every tick, every written wrench and the account.
+    pub(crate) fn run(&self) -> (Vec<ServoTick>, Vec<Wrench>, RunStatistics, bool) {
+        let time = VirtualTime::default();
+        // So that a clock may run backwards.
+        time.pass(Duration::from_secs(20));
+        let script = Script::new(&self.faults, Some(&time));
+        let settings = SimulationSettings {
+            spec: DeviceSpec {
+                force_max: f64::INFINITY,
+                torque_max: f64::INFINITY,
+                ..SimulationSettings::default().spec
+            },
+            rate_hz: self.rate_hz,
+            hand: HandImpedance::NORMAL,
+            ..SimulationSettings::default()
+        };
+        let intent = |t: f64| {
+            Pose::new(
+                DQuat::from_rotation_y(0.2 * (9.0 * t).sin()),
+                DVec3::new(0.01 * (12.0 * t).cos() - 0.008, 0.0, 0.02 * t),
+            )
+        };
+        let hand = SimulatedDevice::new(settings, intent).expect("settings in range");
+        let mut device =
+            FaultyDevice::new(Scribe { device: hand, written: Vec::new() }, &script).claiming(self.spec.clone());
+        let brake = device.brake().expect("a simulated device has one");
+        let mut ticks = Vec::new();
+        let mut observer = |tick: &ServoTick, (): &()| ticks.push(*tick);
+        let mut servo = Servo::new(self.options).expect("options in range");
+        let step = script.step(wall(self.seed));
+        let statistics = servo.run_in(&time, &mut device, step, &mut observer, &AtomicBool::new(false));
+        let written = device.device().written.clone();
+        (ticks, written, statistics, brake.is_applied())
+    }
+}
+
+/// Any fault, of a size that is one.
+fn fault(random: &mut Random, limits: &SafetyLimits, rate_hz: f64) -> Fault {
+    let stall = Duration::from_secs_f64(limits.stall * random.between(1.2, 4.0));
+    let frozen = (limits.stale * rate_hz).ceil() as u32 + 3 + random.below(20) as u32;
+    let wrench = 10f64.powf(random.between(0.0, 12.0));
+    match random.below(18) {
+        0 => Fault::NonFinitePose,
+        1 => Fault::NonFiniteTwist,
+        2 => Fault::NoRotation,
+        3 => Fault::PoseJump(random.direction() * 10f64.powf(random.between(-1.5, 6.0))),
+        4 => Fault::TurnJump(random.direction() * random.between(1.0, 3.0)),
+        5 => Fault::Speed(limits.speed * random.between(2.0, 100.0)),
+        6 => Fault::Frozen(frozen),
+        7 => Fault::Stuck(frozen * 10),
+        8 => Fault::DeviceClock(random.between(0.1, 1e6) * if random.unit() < 0.5 { -1.0 } else { 1.0 }),
+        9 => Fault::LoopClock((random.between(-1.0, 1.0) * 1e10) as i64),
+        10 => Fault::LateRead(stall),
+        11 => Fault::LateStep(stall),
+        12 => Fault::LateWrite(stall),
+        13 if random.unit() < 0.3 => Fault::Dropped,
+        13 | 14 => Fault::NonFiniteWrench,
+        15 => Fault::Wrench(wrench, 0.01 * wrench),
+        16 => Fault::Wrench(0.1, wrench),
+        _ => Fault::Panic,
+    }
+}
+
+/// What a device may say of itself, true or not.
+fn claim(random: &mut Random, honest: &DeviceSpec) -> DeviceSpec {
+    let lie = |random: &mut Random| [f64::INFINITY, f64::NAN, -5.0, 1e9, 0.0][random.below(5) as usize];
+    let mut spec = honest.clone();
+    match random.below(4) {
+        0 => spec.force_max = lie(random),
+        1 => spec.torque_max = lie(random),
+        2 => {
+            spec.name = Cow::Borrowed("unheard of");
+            (spec.force_max, spec.torque_max) = (lie(random), lie(random));
+            spec.force_continuous = Some(lie(random));
+            spec.workspace = Some(DVec3::splat(lie(random)));
+        }
+        _ => {}
+    }
+    spec
+}
+
+/// A wall with a rough surface, a small pull everywhere, and now and then something larger than any device.
+fn wall(seed: u64) -> impl FnMut(&DeviceState, f64) -> StepOutcome {
+    let mut random = Random(seed ^ 0xf00d);
+    move |state, _| {
+        let depth = (-state.pose.translation.x).max(0.0);
+        let rough = if random.unit() < 0.02 { random.between(0.0, 30.0) } else { 0.0 };
+        let force = DVec3::X * (600.0 * depth).min(1e6) + random.direction() * (0.05 + rough);
+        StepOutcome::of(Wrench { force, torque: random.direction() * (0.001 + 0.02 * rough) })
+    }
+}
+
+/// Remembers what was written.
+struct Scribe<D> {
+    device: D,
+    written: Vec<Wrench>,
+}
+
+impl<D: HapticDevice> HapticDevice for Scribe<D> {
+    fn spec(&self) -> &DeviceSpec {
+        self.device.spec()
+    }
+
+    fn read(&mut self) -> Result<DeviceState, DeviceError> {
+        self.device.read()
+    }
+
+    fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
+        self.written.push(*wrench);
+        self.device.write(wrench)
+    }
+
+    fn brake(&self) -> Option<Arc<dyn Brake>> {
+        self.device.brake()
+    }
+}

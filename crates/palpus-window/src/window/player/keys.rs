@@ -1,0 +1,109 @@
+//! What can be asked of the window on a recording, and by which key, beside what every window can be asked for.
+
+use eframe::egui::{self, Key};
+
+use crate::window::keys::{self, Pressed, SceneAction, of_scene, pressed};
+
+/// What a key or a button asks for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Action {
+    Play,
+    /// By so many ticks.
+    Step(i64),
+    /// By so many seconds.
+    Jump(f64),
+    Begin,
+    End,
+    /// To the mark before or after.
+    EarlierMark,
+    LaterMark,
+    Strongest,
+    Slower,
+    Faster,
+    Contacts,
+    Clusters,
+    Wrench,
+    Anchors,
+    Glass,
+    Scene(SceneAction),
+}
+
+/// Key, with Shift or without, what it does, how it is listed; those without a name are second keys.
+const KEYS: [(Key, bool, Action, &str, &str); 21] = [
+    (Key::Space, false, Action::Play, "Space", "play, stand still"),
+    (Key::ArrowRight, false, Action::Step(1), "→", "one tick on"),
+    (Key::ArrowLeft, false, Action::Step(-1), "←", "one tick back"),
+    (Key::ArrowRight, true, Action::Jump(0.1), "Shift →", "a tenth of a second on"),
+    (Key::ArrowLeft, true, Action::Jump(-0.1), "Shift ←", "a tenth of a second back"),
+    (Key::PageDown, false, Action::Jump(1.0), "PageDown", "a second on"),
+    (Key::PageUp, false, Action::Jump(-1.0), "PageUp", "a second back"),
+    (Key::Home, false, Action::Begin, "Home", "to the beginning"),
+    (Key::End, false, Action::End, "End", "to the end"),
+    (Key::N, false, Action::LaterMark, "N", "to the next late tick or fault"),
+    (Key::B, false, Action::EarlierMark, "B", "to the one before"),
+    (Key::M, false, Action::Strongest, "M", "to the largest force"),
+    (Key::Minus, false, Action::Slower, "−", "half as fast"),
+    (Key::Plus, false, Action::Faster, "+", "twice as fast"),
+    (Key::Plus, true, Action::Faster, "", ""),
+    (Key::Equals, false, Action::Faster, "", ""),
+    (Key::C, false, Action::Contacts, "C", "contacts"),
+    (Key::A, false, Action::Clusters, "A", "the force of each cluster"),
+    (Key::F, false, Action::Wrench, "F", "force and torque on the hand"),
+    (Key::H, false, Action::Anchors, "H", "where friction holds"),
+    (Key::T, false, Action::Glass, "T", "see through the environment"),
+];
+
+const MOUSE: [(&str, &str); 4] = [
+    ("drag on a curve", "goes there"),
+    ("drag", "turns the view"),
+    ("Shift, right or middle drag", "moves it"),
+    ("wheel", "nearer, farther"),
+];
+
+/// What is asked for in this frame. `elsewhere`: a control is chosen, and Space is its.
+pub(super) fn asked(context: &egui::Context, elsewhere: bool) -> Vec<Action> {
+    let pressed = pressed(context).into_iter().filter(|pressed| !(elsewhere && pressed.key == Key::Space));
+    pressed.filter_map(|pressed| meant(&pressed)).collect()
+}
+
+/// Held down, only what goes on in time acts again.
+fn meant(pressed: &Pressed) -> Option<Action> {
+    // Which of the two a question mark is depends on the keyboard.
+    let shift = pressed.shift && pressed.key != Key::Questionmark;
+    let own = KEYS.iter().find(|(key, with_shift, ..)| *key == pressed.key && *with_shift == shift);
+    let of_scene = || of_scene(pressed.key).filter(|_| !shift).map(Action::Scene);
+    let action = own.map(|(_, _, action, ..)| *action).or_else(of_scene)?;
+    let moves = matches!(action, Action::Step(_) | Action::Jump(_));
+    (moves || !pressed.again).then_some(action)
+}
+
+/// The list that `?` shows.
+pub(super) fn list(ui: &mut egui::Ui) {
+    let own = KEYS.iter().map(|(_, _, _, name, words)| (*name, *words)).filter(|(name, _)| !name.is_empty());
+    keys::list(ui, MOUSE.into_iter().chain(own));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::window::keys::SCENE_KEYS;
+
+    #[test]
+    fn no_key_means_two_things() {
+        let own = KEYS.iter().map(|(key, shift, ..)| (*key, *shift));
+        let all: Vec<(Key, bool)> = own.chain(SCENE_KEYS.iter().map(|(key, ..)| (*key, false))).collect();
+        for (k, key) in all.iter().enumerate() {
+            assert!(!all[k + 1..].contains(key), "{key:?}");
+        }
+    }
+
+    #[test]
+    fn only_what_goes_on_in_time_acts_again_and_shift_tells_keys_apart() {
+        let meant = |key, shift, again| meant(&Pressed { key, shift, again });
+        assert_eq!(meant(Key::ArrowRight, false, true), Some(Action::Step(1)));
+        assert_eq!(meant(Key::ArrowRight, true, false), Some(Action::Jump(0.1)));
+        assert_eq!(meant(Key::L, false, false), Some(Action::Scene(SceneAction::Theme)));
+        assert_eq!(meant(Key::Questionmark, true, false), Some(Action::Scene(SceneAction::Keys)));
+        assert!(meant(Key::L, false, true).is_none() && meant(Key::L, true, false).is_none());
+    }
+}

@@ -1,0 +1,187 @@
+//! What can be asked of the window beside a run, and by which key, beside what every window can be asked for. Keys that move the probe are in
+//! `hand`.
+
+use eframe::egui::{self, Key};
+
+use super::keys::{self, Pressed, SceneAction, of_scene, pressed};
+
+/// What a key or a button asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Action {
+    Pause,
+    Tick,
+    Record,
+    Open,
+    Script,
+    Freeze,
+    Contacts,
+    Clusters,
+    Wrench,
+    Anchors,
+    Glass,
+    Preset(usize),
+    Coupling,
+    Clustering,
+    Shading,
+    Friction,
+    EarlierSetting,
+    LaterSetting,
+    Less,
+    More,
+    Scene(SceneAction),
+}
+
+/// A key and what it does.
+struct Shortcut {
+    key: Key,
+    action: Action,
+    /// As `?` lists it.
+    name: &'static str,
+    words: &'static str,
+    group: Group,
+    /// It acts again and again while it is held down.
+    repeats: bool,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Group {
+    Run,
+    Settings,
+    View,
+}
+
+const fn once(group: Group, key: Key, action: Action, name: &'static str, words: &'static str) -> Shortcut {
+    Shortcut { key, action, name, words, group, repeats: false }
+}
+
+const fn held(group: Group, key: Key, action: Action, name: &'static str, words: &'static str) -> Shortcut {
+    Shortcut { key, action, name, words, group, repeats: true }
+}
+
+/// The window's own. A second key for the same has no words.
+const SHORTCUTS: [Shortcut; 24] = [
+    once(Group::Run, Key::Space, Action::Pause, "Space", "pause, go on"),
+    held(Group::Run, Key::Period, Action::Tick, ".", "one tick, while it stands"),
+    once(Group::Run, Key::E, Action::Record, "E", "begin and end a recording"),
+    once(Group::Run, Key::O, Action::Open, "O", "open a mesh or a scene"),
+    once(Group::Run, Key::Escape, Action::Script, "Esc", "the hand goes back to its script"),
+    once(Group::Run, Key::Z, Action::Freeze, "Z", "hold the picture; the loop goes on"),
+    once(Group::Run, Key::F1, Action::Scene(SceneAction::Keys), "F1", ""),
+    once(Group::Settings, Key::B, Action::Preset(0), "B", "settings: palpus's own"),
+    once(Group::Settings, Key::V, Action::Preset(1), "V", "settings: the paper's"),
+    once(Group::Settings, Key::D, Action::Coupling, "D", "coupled or direct"),
+    once(Group::Settings, Key::K, Action::Clustering, "K", "smooth or linkage clusters"),
+    once(Group::Settings, Key::X, Action::Shading, "X", "force shading"),
+    once(Group::Settings, Key::I, Action::Friction, "I", "friction"),
+    held(Group::Settings, Key::OpenBracket, Action::EarlierSetting, "[", "the setting above"),
+    held(Group::Settings, Key::CloseBracket, Action::LaterSetting, "]", "the setting below"),
+    held(Group::Settings, Key::Minus, Action::Less, "−", "less of it"),
+    held(Group::Settings, Key::Plus, Action::More, "+", "more of it"),
+    held(Group::Settings, Key::Equals, Action::More, "=", ""),
+    once(Group::View, Key::Home, Action::Scene(SceneAction::Everything), "Home", ""),
+    once(Group::View, Key::C, Action::Contacts, "C", "contacts"),
+    once(Group::View, Key::A, Action::Clusters, "A", "the force of each cluster"),
+    once(Group::View, Key::F, Action::Wrench, "F", "force and torque on the hand"),
+    once(Group::View, Key::H, Action::Anchors, "H", "where friction holds"),
+    once(Group::View, Key::T, Action::Glass, "T", "see through the environment"),
+];
+
+/// What the mouse does, and the keys that move the probe.
+const MOUSE: [(&str, &str); 13] = [
+    ("drag the probe", "moves it, by a spring"),
+    ("right drag, Shift drag", "turns it; with Ctrl, rolls it"),
+    ("wheel while dragging", "nearer, farther"),
+    ("arrow keys", "move it in the view"),
+    ("PageUp PageDown", "farther, nearer"),
+    ("Ctrl with these", "turn it"),
+    ("Shift with these", "slowly"),
+    ("Alt with these", "turns the view, comes nearer"),
+    ("drag beside it", "turns the view"),
+    ("right, middle, Shift drag", "moves the view"),
+    ("wheel", "nearer, farther"),
+    ("Tab, Enter", "from control to control; press it"),
+    ("Ctrl + and Ctrl −", "everything larger, smaller"),
+];
+
+/// Points that the list leaves of the window, and what it takes whole.
+const MARGIN: f32 = 60.0;
+const WHOLE: [f32; 2] = [900.0, 520.0];
+
+/// What is asked for in this frame. Keys that controls know too are theirs while `elsewhere`, that is, while one of them is chosen.
+pub(super) fn asked(context: &egui::Context, elsewhere: bool) -> Vec<Action> {
+    let pressed = pressed(context).into_iter().filter(|pressed| !(elsewhere && is_of_controls(pressed.key)));
+    pressed.filter_map(|pressed| meant(&pressed)).collect()
+}
+
+fn meant(pressed: &Pressed) -> Option<Action> {
+    let own = SHORTCUTS.iter().find(|own| own.key == pressed.key && (own.repeats || !pressed.again));
+    let of_scene = || of_scene(pressed.key).filter(|_| !pressed.again).map(Action::Scene);
+    own.map(|own| own.action).or_else(of_scene)
+}
+
+/// Space presses the control that is chosen; Escape leaves it.
+fn is_of_controls(key: Key) -> bool {
+    matches!(key, Key::Space | Key::Escape)
+}
+
+/// The list that `?` shows.
+pub(super) fn list(ui: &mut egui::Ui) {
+    let room = ui.ctx().content_rect().size() - egui::Vec2::splat(MARGIN);
+    let scrolled = egui::ScrollArea::both().max_width(room.x).max_height(room.y);
+    let least = room.min(egui::Vec2::from(WHOLE));
+    scrolled.min_scrolled_width(least.x).min_scrolled_height(least.y).show(ui, |ui| {
+        // So that all of it is seen at once in a small window.
+        ui.style_mut().override_text_style = Some(egui::TextStyle::Small);
+        ui.spacing_mut().interact_size.y = 0.0;
+        parts(ui);
+    });
+}
+
+fn parts(ui: &mut egui::Ui) {
+    let part = |ui: &mut egui::Ui, title: &str, lines: &[(&str, &str)]| {
+        ui.vertical(|ui| {
+            ui.add(egui::Label::new(egui::RichText::new(title).heading()).extend());
+            keys::grid(ui, title, [14.0, 5.0], lines.iter().copied());
+        });
+    };
+    let of = |group: Group| -> Vec<(&str, &str)> {
+        let listed = SHORTCUTS.iter().filter(|shortcut| shortcut.group == group && !shortcut.words.is_empty());
+        listed.map(|shortcut| (shortcut.name, shortcut.words)).collect()
+    };
+    let seen: Vec<_> = of(Group::View).into_iter().chain(keys::scene_lines()).collect();
+    ui.horizontal_top(|ui| {
+        ui.vertical(|ui| {
+            part(ui, "The run", &of(Group::Run));
+            ui.add_space(10.0);
+            part(ui, "What is felt", &of(Group::Settings));
+        });
+        ui.add_space(22.0);
+        part(ui, "What is seen", &seen);
+        ui.add_space(22.0);
+        part(ui, "The hand and the mouse", &MOUSE);
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::window::keys::SCENE_KEYS;
+
+    #[test]
+    fn no_key_means_two_things() {
+        let own = SHORTCUTS.iter().map(|shortcut| shortcut.key);
+        let all: Vec<Key> = own.chain(SCENE_KEYS.iter().map(|known| known.0)).collect();
+        for (k, key) in all.iter().enumerate() {
+            assert!(!all[k + 1..].contains(key), "{key:?}");
+        }
+    }
+
+    #[test]
+    fn every_action_is_listed_once() {
+        let own = SHORTCUTS.iter().filter(|s| !s.words.is_empty()).map(|s| s.action);
+        let listed: Vec<Action> = own.chain(SCENE_KEYS.iter().map(|known| Action::Scene(known.1))).collect();
+        for action in SHORTCUTS.iter().map(|shortcut| shortcut.action).chain(listed.iter().copied()) {
+            assert_eq!(listed.iter().filter(|other| **other == action).count(), 1, "{action:?}");
+        }
+    }
+}

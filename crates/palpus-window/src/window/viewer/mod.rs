@@ -1,0 +1,289 @@
+//! The window on a model: its pieces together or apart, one of them picked with its Gauss map and numbers, depth on a plane through it.
+//!
+//! In each frame:
+//!
+//! 1. what threads have finished is taken (`work`): the window never waits for them;
+//! 2. keys (`keys`);
+//! 3. on the right the model and the picked piece, on the left what is felt on the plane (`panels`); in the middle the scene (`shown`), where a
+//!    click picks a piece;
+//! 4. what is now wanted and not yet asked for is asked for.
+//!
+//! Nothing is drawn while nothing changes.
+
+mod keys;
+mod panels;
+mod shown;
+mod work;
+
+use std::sync::Arc;
+
+use eframe::egui::{self, TextureHandle};
+use palpus::body::Body;
+
+use super::WindowError;
+use super::behind::Behind;
+use super::dress::dress;
+use super::keys::SceneAction;
+use super::shell::{self, Status};
+use super::view3d::View3d;
+use crate::camera::Camera;
+use crate::gauss::before_own_faces;
+use crate::picture::Picture;
+use crate::piece::PieceNumbers;
+use crate::scene::{Look, Scene, Unit};
+use crate::section::{Axis, SectionPlane};
+use crate::section_panel::Shown;
+use crate::style::{Style, Theme};
+use keys::Action;
+use shown::bodies;
+use work::{GaussQuestion, SectionAnswer, SectionQuestion, gauss_painter, section_feeler};
+
+/// Points.
+const SIDE: f32 = 330.0;
+const KEYS_WIDTH: f32 = 430.0;
+const GAUSS: f32 = 270.0;
+/// Pixels of a point, in pictures.
+const SHARPNESS: f32 = 1.5;
+/// How far apart pieces come by the key.
+const APART: f64 = 0.6;
+/// Of the body's extent: a step of the plane by the keys.
+const PLANE_STEP: f64 = 0.02;
+/// What a window on a model begins with.
+#[derive(Clone, Debug)]
+pub struct Viewed {
+    /// The model.
+    pub body: Arc<Body>,
+    /// What it is called.
+    pub name: String,
+    /// What a length of 1 is called.
+    pub unit: Unit,
+    /// Pieces are apart by so much of their distance from the middle.
+    pub spread: f64,
+    /// A piece that is picked.
+    pub piece: Option<u32>,
+    /// A plane on which depth is shown.
+    pub plane: Option<SectionPlane>,
+    /// Light or dark.
+    pub theme: Theme,
+}
+
+/// Shows a model until the user closes the window; must be called on the main thread.
+///
+/// # Errors
+/// When no window can be opened here.
+pub fn view(viewed: Viewed) -> Result<(), WindowError> {
+    let title = format!("palpus — {}", viewed.name);
+    shell::show(&title, |creation| Ok(Box::new(Viewer::new(creation, viewed)?)))
+}
+
+struct Viewer {
+    body: Arc<Body>,
+    unit: Unit,
+    spread: f64,
+    piece: Option<u32>,
+    /// Of the picked piece.
+    numbers: Option<PieceNumbers>,
+    /// Depth is shown.
+    cut: bool,
+    plane: SectionPlane,
+    shown: Shown,
+    /// First the body without the picked piece; then the faces of that, those of the mesh and those of the hull.
+    scene: Scene,
+    look: Look,
+    style: Style,
+    view: View3d,
+    help: bool,
+    status: Status,
+    gauss: Behind<GaussQuestion, Picture>,
+    gauss_asked: Option<GaussQuestion>,
+    gauss_picture: Option<TextureHandle>,
+    section: Behind<SectionQuestion, SectionAnswer>,
+    section_asked: Option<SectionQuestion>,
+    section_known: Option<SectionAnswer>,
+    section_picture: Option<TextureHandle>,
+}
+
+impl Viewer {
+    fn new(creation: &eframe::CreationContext<'_>, viewed: Viewed) -> Result<Self, String> {
+        let Viewed { body, name, unit, spread, piece, plane, theme } = viewed;
+        let context = &creation.egui_ctx;
+        dress(context, theme);
+        let look = Look { pieces: true, ..Look::default() };
+        let scene = Scene { bodies: bodies(&body, spread, piece, look, theme), title: name, ..Scene::default() };
+        let style = Style { theme, ..Style::default() };
+        let view = View3d::new(creation, &scene, &style)?;
+        let (for_gauss, for_section) = (context.clone(), context.clone());
+        let mut viewer = Self {
+            gauss: gauss_painter(Arc::clone(&body), move || for_gauss.request_repaint()),
+            section: section_feeler(Arc::clone(&body), unit, move || for_section.request_repaint()),
+            plane: plane.unwrap_or_else(|| SectionPlane::through(&body, Axis::Y, 0.5)),
+            cut: plane.is_some(),
+            shown: Shown::Felt,
+            numbers: None,
+            body,
+            unit,
+            spread,
+            piece: None,
+            scene,
+            look,
+            style,
+            view,
+            help: false,
+            status: Status::new("? shows the keys"),
+            gauss_asked: None,
+            gauss_picture: None,
+            section_asked: None,
+            section_known: None,
+            section_picture: None,
+        };
+        viewer.pick(piece);
+        Ok(viewer)
+    }
+
+    /// Step 1.
+    fn take_answers(&mut self, context: &egui::Context) {
+        if let Some(picture) = self.gauss.answer() {
+            shell::show_picture(context, &mut self.gauss_picture, &picture);
+        }
+        if let Some(answer) = self.section.answer() {
+            shell::show_picture(context, &mut self.section_picture, &answer.picture);
+            self.section_known = Some(answer);
+        }
+        if let Some(trouble) = self.view.trouble() {
+            self.status.say(trouble);
+        }
+    }
+
+    /// Step 2.
+    fn act(&mut self, context: &egui::Context, action: Action) {
+        let pieces = self.body.polytopes().len() as u32;
+        match action {
+            Action::Explode => {
+                self.spread = if self.spread > 0.0 { 0.0 } else { APART };
+                self.rebuild();
+            }
+            Action::Earlier => self.pick(Some(self.piece.map_or(0, |k| (k + pieces - 1) % pieces.max(1)))),
+            Action::Later => self.pick(Some(self.piece.map_or(0, |k| (k + 1) % pieces.max(1)))),
+            Action::Unpick => self.pick(None),
+            Action::Face => {
+                if let Some(piece) = self.piece {
+                    self.view.turn_as(&before_own_faces(&self.body, piece));
+                }
+            }
+            Action::Section => self.cut ^= true,
+            Action::Across(axis) => self.put_plane(axis, 0.5),
+            Action::Back => self.move_plane(-PLANE_STEP),
+            Action::Forth => self.move_plane(PLANE_STEP),
+            Action::Shown if self.body.mesh().is_closed() => {
+                self.shown = match self.shown {
+                    Shown::Felt => Shown::True,
+                    Shown::True => Shown::Missing,
+                    Shown::Missing => Shown::Felt,
+                }
+            }
+            Action::Shown => {}
+            Action::Glass => self.look.translucent ^= true,
+            Action::Scene(action) => self.act_on_scene(context, action),
+        }
+    }
+
+    fn act_on_scene(&mut self, context: &egui::Context, action: SceneAction) {
+        match action {
+            SceneAction::Look(view) => self.view.look(view),
+            SceneAction::Everything => self.view.see_everything(),
+            SceneAction::Pieces => self.look.pieces ^= true,
+            SceneAction::Wires => self.look.wireframe ^= true,
+            SceneAction::Theme => {
+                self.style.theme = self.style.theme.other();
+                dress(context, self.style.theme);
+                self.rebuild();
+            }
+            SceneAction::Picture => self.status.screenshot(context),
+            SceneAction::Keys => self.help ^= true,
+        }
+    }
+
+    fn put_plane(&mut self, axis: Axis, part: f64) {
+        self.plane = SectionPlane::through(&self.body, axis, part);
+        self.cut = true;
+    }
+
+    fn move_plane(&mut self, part: f64) {
+        let [low, high] = self.range();
+        self.plane.offset = (self.plane.offset + part * (high - low)).clamp(low, high);
+        self.cut = true;
+    }
+
+    /// Where the plane may be.
+    fn range(&self) -> [f64; 2] {
+        [0.0, 1.0].map(|part| SectionPlane::through(&self.body, self.plane.axis, part).offset)
+    }
+
+    fn pick(&mut self, piece: Option<u32>) {
+        let piece = piece.filter(|k| (*k as usize) < self.body.polytopes().len());
+        self.numbers = piece.map(|k| PieceNumbers::of(&self.body, k));
+        if piece != self.piece {
+            self.gauss_picture = None;
+        }
+        self.piece = piece;
+        self.rebuild();
+    }
+
+    /// The scene anew, after pieces have moved or another is picked.
+    fn rebuild(&mut self) {
+        self.scene.bodies = bodies(&self.body, self.spread, self.piece, self.look, self.style.theme);
+        self.view.replace(&self.scene, &self.style);
+    }
+
+    /// Step 4.
+    fn ask(&mut self) {
+        let theme = self.style.theme;
+        if let Some(piece) = self.piece {
+            let camera = self.view.camera();
+            // Only the direction matters.
+            let from = Camera { target: glam::DVec3::ZERO, distance: 1.0, ..*camera };
+            let wanted = GaussQuestion { piece, from, theme, size: (GAUSS * SHARPNESS) as usize };
+            if self.gauss_asked != Some(wanted) {
+                self.gauss.ask(wanted);
+                self.gauss_asked = Some(wanted);
+            }
+        }
+        if self.cut {
+            let wanted =
+                SectionQuestion { plane: self.plane, shown: self.shown, theme, width: (SIDE * SHARPNESS) as usize };
+            if self.section_asked != Some(wanted) {
+                self.section.ask(wanted);
+                self.section_asked = Some(wanted);
+            }
+        }
+    }
+}
+
+impl eframe::App for Viewer {
+    fn ui(&mut self, ui: &mut egui::Ui, _: &mut eframe::Frame) {
+        let context = ui.ctx().clone();
+        self.take_answers(&context);
+        for action in keys::asked(&context) {
+            self.act(&context, action);
+        }
+        egui::Panel::right("side").default_size(SIDE).show(ui, |ui| {
+            egui::ScrollArea::vertical().show(ui, |ui| self.side(ui));
+        });
+        if self.cut {
+            egui::Panel::left("depth").default_size(SIDE).show(ui, |ui| {
+                egui::ScrollArea::vertical().show(ui, |ui| self.depth_side(ui));
+            });
+        }
+        egui::CentralPanel::no_frame().show(ui, |ui| self.middle(ui));
+        if self.help {
+            egui::Window::new("keys").default_width(KEYS_WIDTH).open(&mut self.help).show(&context, keys::list);
+        }
+        self.ask();
+    }
+
+    fn on_exit(&mut self, gl: Option<&eframe::glow::Context>) {
+        if let Some(gl) = gl {
+            self.view.destroy(gl);
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Axis-aligned boxes.
+
+use glam::DVec3;
+
+/// An axis-aligned box, closed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Aabb {
+    /// Least coordinates.
+    pub min: DVec3,
+    /// Largest coordinates.
+    pub max: DVec3,
+}
+
+impl Aabb {
+    /// The box of nothing: overlaps no box, grows to whatever is added.
+    pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
+
+    /// The least box around `points`.
+    pub fn around(points: impl IntoIterator<Item = DVec3>) -> Self {
+        points.into_iter().fold(Self::EMPTY, |b, p| Self { min: b.min.min(p), max: b.max.max(p) })
+    }
+
+    /// The least box around both.
+    #[inline]
+    pub fn union(&self, other: &Self) -> Self {
+        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+    }
+
+    /// Any common point?
+    #[inline]
+    pub fn overlaps(&self, other: &Self) -> bool {
+        self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
+    }
+
+    /// Is `p` in the box?
+    #[inline]
+    pub fn holds(&self, p: DVec3) -> bool {
+        self.min.cmple(p).all() && p.cmple(self.max).all()
+    }
+
+    /// Square of the distance of `p` from the box, 0 inside.
+    #[inline]
+    pub fn distance_squared(&self, p: DVec3) -> f64 {
+        (p.max(self.min).min(self.max) - p).length_squared()
+    }
+}

@@ -1,0 +1,53 @@
+//! Step 3 of the front: the pairs within tolerance, marched every tick.
+
+use glam::DVec3;
+
+use super::super::traverse::{distance, is_contact};
+use super::super::{LeafPairs, TraversalCounters};
+use super::{Front, Query};
+use crate::algebra::{Clock, Deadline};
+
+impl Front {
+    /// Step 3, of the first `count` pairs; those that are not visited in time come first, here and next time.
+    pub(super) fn visit_awake<C: Clock>(
+        &mut self,
+        query: &Query<'_>,
+        count: usize,
+        deadline: &Deadline<C>,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) {
+        let (mut kept, mut visited) = (0, 0);
+        while visited < count && (visited == 0 || !deadline.passed()) {
+            let place = self.awake[visited];
+            visited += 1;
+            if !self.is_wanted(query, place) {
+                self.awake[kept] = place;
+                kept += 1;
+                continue;
+            }
+            counters.node_pairs += 1;
+            counters.leaf_tests += 1;
+            let (answer, memory) = self.march(query, place, counters);
+            if is_contact(&answer, query.tolerance) {
+                self.awake[kept] = place;
+                kept += 1;
+                found.push(self.leaf_pair(query, place, answer, memory), query.a, query.b, query.pose_ba);
+            } else {
+                // When they meet again it may be anywhere.
+                self.memories[place as usize].normal = DVec3::ZERO;
+                self.sleep(query, place, distance(&answer));
+            }
+        }
+        let gone = visited - kept;
+        if gone > 0 {
+            self.awake.copy_within(visited.., kept);
+            self.awake.truncate(self.awake.len() - gone);
+        }
+        self.unvisited = count - visited;
+        counters.postponed += self.unvisited as u32;
+        if self.unvisited > 0 {
+            self.awake.rotate_left(kept);
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! Step 2 of the front: the pairs that are due, measured again; they go on sleeping, wake, or are split.
+
+use super::super::bounds::{box_gap, sphere_gap};
+use super::super::coherence::Memory;
+use super::super::march::March;
+use super::super::traverse::{distance, is_contact};
+use super::super::wakes::{BLOCK, NEVER};
+use super::super::{LeafPairs, TraversalCounters};
+use super::{Front, Pair, Query, State};
+use crate::algebra::tolerance::{BOX_NAP, SPHERE_NAP};
+use crate::algebra::{Clock, Deadline};
+use crate::body::NodeKind;
+
+/// What measuring a pair found.
+enum Measured {
+    /// At least this distance, not less than the tolerance.
+    Apart(f64),
+    /// Leaves within tolerance.
+    Within(March, Option<Memory>),
+    /// Nodes within tolerance.
+    Near,
+}
+
+impl Front {
+    /// Step 2, and 4 where a pair goes on sleeping; false if the deadline passes before all is done.
+    pub(super) fn wake_due<C: Clock>(
+        &mut self,
+        query: &Query<'_>,
+        deadline: &Deadline<C>,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) -> bool {
+        // Places that are taken during the round are looked at as soon as they are.
+        let blocks = self.blocks();
+        let first = self.first_block.min(blocks);
+        for (begin, end) in [(first, blocks), (0, first)] {
+            let mut block = begin;
+            while let Some(next) = self.wakes.next_block(block, end, self.odometer.sum()) {
+                if !self.wake_block(query, next, deadline, found, counters) {
+                    self.first_block = next;
+                    return false;
+                }
+                block = next + 1;
+            }
+        }
+        self.first_block = 0;
+        true
+    }
+
+    /// Step 2 for what is due in one block.
+    fn wake_block<C: Clock>(
+        &mut self,
+        query: &Query<'_>,
+        block: usize,
+        deadline: &Deadline<C>,
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) -> bool {
+        let mut due = [0; BLOCK];
+        let count = self.wakes.open(block, self.odometer.sum(), &mut due);
+        let mut late = false;
+        for &place in &due[..count] {
+            self.stack.push(place);
+            counters.woken += u32::from(self.is_wanted(query, place));
+            while let Some(place) = self.stack.pop() {
+                if !self.is_wanted(query, place) {
+                    continue;
+                }
+                self.look(query, place, found, counters);
+                late = deadline.passed();
+                if late {
+                    break;
+                }
+            }
+            if late {
+                break;
+            }
+        }
+        // What is left on it is as overdue as what it was split from.
+        self.stack.clear();
+        if count > 0 {
+            self.wakes.settle(block);
+        }
+        !late
+    }
+
+    /// Measures a pair and puts it where it belongs; its halves go onto the stack.
+    fn look(&mut self, query: &Query<'_>, place: u32, found: &mut LeafPairs, counters: &mut TraversalCounters) {
+        match self.measure(query, place, counters) {
+            Measured::Apart(distance) => {
+                self.sleep(query, place, distance);
+                self.merge(query, place, counters);
+            }
+            Measured::Within(answer, memory) => {
+                self.pairs[place as usize].state = State::Awake;
+                self.wakes.set(place, NEVER);
+                self.awake.push(place);
+                found.push(self.leaf_pair(query, place, answer, memory), query.a, query.b, query.pose_ba);
+            }
+            Measured::Near if self.split(query, place) => counters.split += 1,
+            Measured::Near => {
+                counters.crowded += 1;
+                self.was_crowded = true;
+                let Pair { a, b, .. } = self.pairs[place as usize];
+                self.pairs[place as usize].state = State::Crowded;
+                self.wakes.set(place, self.odometer.sum());
+                self.full.below(query.a, query.b, query.pose_ba, query.tolerance, [a, b], found, counters);
+            }
+        }
+    }
+
+    /// The pair's distance, or a bound of it from below that lets it sleep for a while: the cheaper the bound the longer must the sleep be that
+    /// it promises, or the next is tried.
+    fn measure(&mut self, query: &Query<'_>, place: u32, counters: &mut TraversalCounters) -> Measured {
+        counters.node_pairs += 1;
+        let Pair { a, b, .. } = self.pairs[place as usize];
+        let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
+        let gap = sphere_gap(&node_a.sphere, &node_b.sphere, query.pose_ba);
+        if gap > query.tolerance + SPHERE_NAP * self.pace {
+            return Measured::Apart(gap);
+        }
+        let enough = query.tolerance + BOX_NAP * self.pace;
+        let gap = gap.max(box_gap(&node_a.oriented_box, &node_b.oriented_box, query.pose_ba, 2.0 * enough));
+        if gap > enough {
+            return Measured::Apart(gap);
+        }
+        let leaves = [node_a, node_b].iter().all(|node| matches!(node.kind, NodeKind::Leaf { .. }));
+        counters.leaf_tests += u32::from(leaves);
+        counters.hull_tests += u32::from(!leaves);
+        let (answer, memory) = self.march(query, place, counters);
+        match (leaves, distance(&answer)) {
+            (true, _) if is_contact(&answer, query.tolerance) => Measured::Within(answer, memory),
+            (false, apart) if apart <= query.tolerance => Measured::Near,
+            (_, apart) => Measured::Apart(apart),
+        }
+    }
+
+    /// Puts both halves of a pair onto the stack; false if there is no room for them.
+    fn split(&mut self, query: &Query<'_>, place: u32) -> bool {
+        let Pair { a, b, .. } = self.pairs[place as usize];
+        let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
+        let halves = match (node_a.kind, node_b.kind) {
+            (NodeKind::Inner { left, right }, kind_b)
+                if node_a.sphere.radius > node_b.sphere.radius || matches!(kind_b, NodeKind::Leaf { .. }) =>
+            {
+                [Pair::of(left, b, place), Pair::of(right, b, place)]
+            }
+            (_, NodeKind::Inner { left, right }) => [Pair::of(a, left, place), Pair::of(a, right, place)],
+            _ => return false,
+        };
+        let Some(first) = self.take_places() else { return false };
+        let wake = self.wakes.get(place);
+        for (half, place) in halves.into_iter().zip([first, first + 1]) {
+            self.pairs[place as usize] = half;
+            // What held for the whole holds for its halves: they are as overdue.
+            self.wakes.set(place, wake);
+            self.stack.push(place);
+        }
+        self.pairs[place as usize].state = State::Split(first);
+        self.wakes.set(place, NEVER);
+        true
+    }
+
+    fn take_places(&mut self) -> Option<u32> {
+        self.free.pop().or_else(|| {
+            let first = self.fresh;
+            (first as usize + 2 <= self.pairs.len()).then(|| {
+                self.fresh += 2;
+                first
+            })
+        })
+    }
+}

@@ -1,0 +1,44 @@
+//! Step 4 of the front: halves that both sleep long are merged.
+
+use super::super::TraversalCounters;
+use super::super::traverse::bound_of;
+use super::super::wakes::NEVER;
+use super::{Front, NONE, Pair, Query, State};
+use crate::algebra::tolerance::{MERGE_CLEARANCE, MERGE_RETRY};
+
+impl Front {
+    /// Step 4: merges the pair with its other half as long as both sleep long and what they came from may.
+    pub(super) fn merge(&mut self, query: &Query<'_>, mut place: u32, counters: &mut TraversalCounters) {
+        let long = MERGE_CLEARANCE * query.tolerance;
+        loop {
+            let parent = self.pairs[place as usize].parent;
+            let until = self.odometer.due(long);
+            if parent == NONE || self.wakes.get(place) < until || !self.sleeps_until(place ^ 1, until) {
+                return;
+            }
+            let Pair { a, b, retry, .. } = self.pairs[parent as usize];
+            if retry > self.odometer.sum() {
+                return;
+            }
+            counters.node_pairs += 1;
+            let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
+            let enough = query.tolerance + long;
+            let gap = bound_of(node_a, node_b, query.pose_ba, enough);
+            if gap <= enough {
+                self.pairs[parent as usize].retry = self.odometer.due((enough - gap).max(MERGE_RETRY * long));
+                return;
+            }
+            counters.merged += 1;
+            let first = place & !1;
+            self.wakes.set(first, NEVER);
+            self.wakes.set(first + 1, NEVER);
+            self.free.push(first);
+            self.sleep(query, parent, gap);
+            place = parent;
+        }
+    }
+
+    fn sleeps_until(&self, place: u32, sum: u64) -> bool {
+        self.pairs[place as usize].state == State::Asleep && self.wakes.get(place) >= sum
+    }
+}

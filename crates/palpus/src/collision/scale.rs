@@ -1,0 +1,42 @@
+//! The lengths against which the distance of a pair is judged, by the march and by GJK alike.
+
+use crate::algebra::Placement;
+use crate::algebra::tolerance::{COPLANAR, MARCH_DOUBT, MARCH_NOISE, MARCH_PROOF, TOUCHING};
+use crate::body::Polytope;
+
+/// The lengths, in metres, against which a pair's answers are judged.
+pub(super) struct Scale {
+    /// Sum of the radii.
+    pub(super) size: f64,
+    /// Rounding of a placed vertex.
+    pub(super) noise: f64,
+    /// At or below this distance the bodies overlap.
+    pub(super) touching: f64,
+}
+
+impl Scale {
+    #[inline]
+    pub(super) fn of(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> Self {
+        let size = a.radius() + b.radius();
+        let noise = position_noise(a, b, pose_ba);
+        Self { size, noise, touching: (TOUCHING * size).max(noise) }
+    }
+
+    /// How far a vertex may reach past the closest points of an answer that needs no second look.
+    #[inline]
+    pub(super) fn tight(&self, distance: f64) -> f64 {
+        MARCH_PROOF * distance + self.noise
+    }
+
+    /// How far at most: the direction between near points is only known to the rounding of the points over their distance, and
+    /// merged faces are only planar within their merge distance. Never so far that the distance would be in doubt.
+    pub(super) fn loose(&self, distance: f64) -> f64 {
+        (COPLANAR * (self.size + distance) + self.noise * self.size / distance).min(MARCH_DOUBT * distance)
+    }
+}
+
+/// How far rounding may move a placed vertex: the unit of the tests that must not chase noise, in metres.
+fn position_noise(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> f64 {
+    let reach = |p: &Polytope| p.centroid().abs().element_sum() + p.radius();
+    MARCH_NOISE * (reach(a) + reach(b) + pose_ba.translation.abs().element_sum())
+}

@@ -1,0 +1,123 @@
+//! The own arcs in steps 2 and 3 of the search: which of them are looked at, and where a's cross b's.
+
+use glam::DVec3;
+
+use super::super::overlay::{below, crossing};
+use super::{AdmissibleScratch, Search};
+use crate::algebra::Placement;
+use crate::algebra::tolerance::{ADMISSIBLE_CROSSINGS, PARALLEL_EDGES};
+use crate::body::{Feature, FeaturePair, OwnArc, OwnNormals};
+use crate::collision::StopReason;
+
+/// An arc, in b's frame; for a, of the reflected body.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Arc {
+    edge: u32,
+    /// The edge's tail: a point of the body.
+    tail: DVec3,
+    /// From tail to head.
+    along: DVec3,
+    left: DVec3,
+    right: DVec3,
+}
+
+impl Arc {
+    pub(super) fn of(normals: &OwnNormals<'_>, arc: &OwnArc) -> Self {
+        let edge = normals.polytope().edge(arc.edge);
+        let (tail, head) = (normals.polytope().vertex(edge.tail), normals.polytope().vertex(edge.head));
+        let [left, right] = normals.ends(arc);
+        Self { edge: arc.edge, tail, along: head - tail, left, right }
+    }
+
+    /// The same arc of the reflected a.
+    pub(super) fn reflected(self, pose_ba: &Placement) -> Self {
+        let [along, left, right] = [self.along, self.left, self.right].map(|v| -pose_ba.vector(v));
+        Self { edge: self.edge, tail: pose_ba.point(self.tail), along, left, right }
+    }
+}
+
+/// True if the other body's vertex at `point` (in the piece's frame) lies less than `bar` below the plane at an end of the arc. If it
+/// does not, h is not below the bar anywhere on the arc.
+#[inline]
+fn dips(normals: &OwnNormals<'_>, arc: &OwnArc, point: DVec3, bar: f64) -> bool {
+    -normals.plane(arc.left).height(point) < bar || -normals.plane(arc.right).height(point) < bar
+}
+
+impl Search<'_> {
+    /// Every crossing of own arcs.
+    pub(super) fn arcs(&mut self, scratch: &mut AdmissibleScratch) {
+        let AdmissibleScratch { arcs_a, arcs_b } = scratch;
+        arcs_b.clear();
+        for own in self.b.arcs() {
+            let [left, right] = self.b.ends(own);
+            if !self.cap_a.may_meet(left, right) {
+                continue;
+            }
+            // Of most arcs a look from the last support is enough.
+            if dips(self.b, own, self.point_a, self.bar) {
+                let arc = Arc::of(self.b, own);
+                let a = self.cso.a.support_from(self.hub.a, self.cso.toward_b(arc.left + arc.right));
+                self.look_from_a(a);
+                if dips(self.b, own, self.point_a, self.bar) {
+                    self.keep(arcs_b, arc);
+                }
+            }
+        }
+        if arcs_b.is_empty() {
+            return;
+        }
+        arcs_a.clear();
+        for own in self.a.arcs() {
+            let [left, right] = self.a.ends(own);
+            if !self.cap_b.may_meet(left, right) {
+                continue;
+            }
+            if dips(self.a, own, self.point_b, self.bar) {
+                let arc = Arc::of(self.a, own).reflected(self.cso.pose_ba);
+                let b = self.cso.b.support_from(self.hub.b, arc.left + arc.right);
+                self.look_from_b(b);
+                if dips(self.a, own, self.point_b, self.bar) {
+                    self.keep(arcs_a, arc);
+                }
+            }
+        }
+        let mut looks = 0;
+        for a in &*arcs_a {
+            looks += arcs_b.len();
+            if looks > ADMISSIBLE_CROSSINGS {
+                self.stop = StopReason::Budget;
+                return;
+            }
+            for b in &*arcs_b {
+                self.cross(a, b);
+            }
+        }
+    }
+
+    fn keep(&mut self, arcs: &mut Vec<Arc>, arc: Arc) {
+        if arcs.len() < arcs.capacity() {
+            arcs.push(arc);
+        } else {
+            self.stop = StopReason::Budget;
+        }
+    }
+
+    /// The facet of two edges, if their arcs cross.
+    #[inline]
+    pub(super) fn cross(&mut self, a: &Arc, b: &Arc) {
+        let Some(across) = crossing([a.left, a.right], a.along, [b.left, b.right], b.along) else { return };
+        let length = across.length_squared();
+        let nearly = PARALLEL_EDGES * PARALLEL_EDGES * a.along.length_squared() * b.along.length_squared();
+        if length <= nearly || !below(across.dot(b.tail - a.tail), length, self.bar) {
+            return;
+        }
+        let normal = across.normalize_or_zero();
+        let (hub, offset) = self.cso.support(self.hub, normal);
+        self.look_from_b(hub.b);
+        self.look_from_a(hub.a);
+        if offset < self.bar {
+            let features = FeaturePair { a: Feature::Edge(a.edge), b: Feature::Edge(b.edge) };
+            self.take(normal, offset, features);
+        }
+    }
+}

@@ -1,0 +1,92 @@
+//! What a proof hands on to the next tick: its surface, and how far the bodies have moved since it was measured.
+
+use super::super::HubPair;
+use super::super::cso::Cso;
+use super::super::inner::{Joint, Surface};
+use crate::algebra::Placement;
+use crate::algebra::tolerance::{KEPT_CORNERS, KEPT_TRIANGLES, PROOF_GATHERED};
+
+/// What the proofs of one pair of polytopes hand on from tick to tick. It holds for that pair only; any pose will do, near
+/// ones save time.
+#[derive(Clone, Debug)]
+pub struct CertificateMemory {
+    pub(super) hubs: Vec<HubPair>,
+    pub(super) triangles: Vec<Joint>,
+    /// Of each triangle: its distance from the origin when it was measured, plus `moved` as it was then.
+    pub(super) awake_at: Vec<f64>,
+    /// At least how far any point has moved since the surface was judged whole.
+    pub(super) moved: f64,
+    /// The last pose.
+    pose_ba: Placement,
+    /// What tells one pair of polytopes from another.
+    pair: [f64; 4],
+    /// Triangles of the surface when it was new.
+    fresh: usize,
+}
+
+impl CertificateMemory {
+    /// Empty, with room for a surface of [`KEPT_CORNERS`] corners (about 12 kB). What needs more is proven from nothing each time.
+    pub fn new() -> Self {
+        Self {
+            hubs: Vec::with_capacity(KEPT_CORNERS),
+            triangles: Vec::with_capacity(KEPT_TRIANGLES),
+            awake_at: Vec::with_capacity(KEPT_TRIANGLES),
+            moved: 0.0,
+            pose_ba: Placement::IDENTITY,
+            pair: [0.0; 4],
+            fresh: 0,
+        }
+    }
+
+    /// Forgets the pair.
+    pub fn clear(&mut self) {
+        self.hubs.clear();
+        self.triangles.clear();
+        self.awake_at.clear();
+    }
+
+    /// True if it holds a surface, and of these two polytopes.
+    pub(super) fn serves(&self, cso: &Cso<'_>) -> bool {
+        !self.triangles.is_empty() && self.pair == pair_of(cso)
+    }
+
+    /// Counts the motion from the last pose to this one.
+    pub(super) fn advance(&mut self, cso: &Cso<'_>) {
+        let (from, to) = (&self.pose_ba, cso.pose_ba);
+        let centre = cso.a.centroid();
+        // Twice the sine of half the angle: how far a point at unit distance from the axis moves.
+        let turn = (0..3).map(|k| (to.rotation.col(k) - from.rotation.col(k)).length_squared()).sum::<f64>() * 0.5;
+        self.moved += to.point(centre).distance(from.point(centre)) + turn.sqrt() * cso.a.radius();
+        self.pose_ba = *to;
+    }
+
+    pub(super) fn keep(&mut self, cso: &Cso<'_>, surface: &Surface, bar: f64, new: bool) {
+        self.clear();
+        let count = surface.joints().len();
+        if new {
+            self.fresh = count;
+        }
+        let gathered = count > PROOF_GATHERED * (self.fresh + 1);
+        if gathered || count > KEPT_TRIANGLES || surface.tips().len() > KEPT_CORNERS {
+            return;
+        }
+        self.pair = pair_of(cso);
+        self.pose_ba = *cso.pose_ba;
+        self.moved = 0.0;
+        self.hubs.extend(surface.tips().iter().map(|tip| tip.hub));
+        self.triangles.extend_from_slice(surface.joints());
+        let finite = |&offset: &f64| if offset < f64::INFINITY { offset } else { bar };
+        self.awake_at.extend(surface.offsets().iter().map(finite));
+    }
+}
+
+fn pair_of(cso: &Cso<'_>) -> [f64; 4] {
+    let Cso { a, b, .. } = *cso;
+    [a.vertices().len() as f64, b.vertices().len() as f64, a.radius(), b.radius()]
+}
+
+impl Default for CertificateMemory {
+    fn default() -> Self {
+        Self::new()
+    }
+}

@@ -1,0 +1,290 @@
+//! The search for a proof: steps 1 to 4 of the certificate.
+
+use glam::DVec3;
+
+use super::super::cso::Cso;
+use super::super::descent::settle;
+use super::super::inner::{Joint, Refusal, Surface, judged};
+use super::super::overlay::Corner;
+use super::super::query::{answer_at, scan, walk_from};
+use super::super::seed::Start;
+use super::super::walk::Walked;
+use super::super::{Antipodal, Certainty, Depth, HubPair, WalkScratch};
+use super::CertificateMemory;
+use crate::algebra::tolerance::{
+    PROOF_BEGIN, PROOF_BLIND, PROOF_GROWTHS, PROOF_RELATIVE, PROOF_REPAIRS, PROOF_ROUNDING,
+};
+use crate::collision::StopReason;
+
+/// What a proof rests on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Ground {
+    /// The pair touches.
+    Touching,
+    /// A surface of an earlier tick, measured where that was needed.
+    Asleep,
+    /// A surface of an earlier tick, judged whole and repaired.
+    Kept,
+    /// A surface grown from nothing.
+    Grown,
+}
+
+pub(super) struct Search<'s, 'p> {
+    cso: &'s Cso<'p>,
+    /// The direction of the least h found so far.
+    best: Start,
+    /// The answer there, unless the direction is newer.
+    answer: Option<Depth>,
+    /// Corners of the facet there, if a triangle of the surface lies in it.
+    facet: Option<[HubPair; 3]>,
+    /// Moves of walks.
+    steps: u32,
+    /// Heights nearer than this to the depth are as good, beside [`PROOF_RELATIVE`] of the depth.
+    rounding: f64,
+    pub(super) growths: u32,
+    surface: &'s mut Surface,
+    walk: &'s mut WalkScratch,
+}
+
+impl<'s, 'p> Search<'s, 'p> {
+    pub(super) fn new(
+        cso: &'s Cso<'p>,
+        best: Start,
+        answer: Option<Depth>,
+        surface: &'s mut Surface,
+        walk: &'s mut WalkScratch,
+    ) -> Self {
+        let Cso { a, b, pose_ba } = *cso;
+        // Rounding is relative to the coordinates of which the CSO's points are differences.
+        let coordinates =
+            cso.size() + pose_ba.point(a.centroid()).length() + a.centroid().length() + b.centroid().length();
+        let steps = answer.map_or(0, |answer| answer.steps);
+        Self {
+            cso,
+            best,
+            answer,
+            facet: None,
+            steps,
+            rounding: PROOF_ROUNDING * coordinates,
+            growths: 0,
+            surface,
+            walk,
+        }
+    }
+
+    /// The proof, warm or cold, and the answer that is proven or the best known.
+    pub(super) fn run(&mut self, memory: &mut CertificateMemory) -> Depth {
+        let outcome = match self.warm(memory) {
+            Err(_) if self.answer.is_none() => self.cold(PROOF_BLIND).or_else(|_| {
+                self.believe_walk();
+                self.cold(PROOF_GROWTHS)
+            }),
+            Err(_) => self.cold(PROOF_GROWTHS),
+            warm => warm,
+        };
+        match outcome {
+            Ok(ground) => {
+                self.keep(memory, ground);
+                Depth { certainty: Certainty::GloballyOptimal, ..self.answer() }
+            }
+            Err(stop) => {
+                memory.clear();
+                Depth { certainty: Certainty::LocallyOptimal, stop, ..self.answer() }
+            }
+        }
+    }
+
+    /// Proof from the surface that the memory holds.
+    fn warm(&mut self, memory: &mut CertificateMemory) -> Result<Ground, StopReason> {
+        if self.touches()? {
+            return Ok(Ground::Touching);
+        }
+        if !memory.serves(self.cso) {
+            return Err(StopReason::Stalled);
+        }
+        memory.advance(self.cso);
+        if self.sleeps(memory) {
+            return Ok(Ground::Asleep);
+        }
+        self.surface.clear(self.slack(), true);
+        memory.hubs.iter().for_each(|&hub| self.surface.push_tip(self.cso, hub));
+        memory.triangles.iter().for_each(|&joint| self.surface.push_triangle(joint));
+        self.grow(PROOF_REPAIRS)?;
+        Ok(Ground::Kept)
+    }
+
+    /// True if those triangles of the kept surface that may have come too near have not.
+    fn sleeps(&self, memory: &mut CertificateMemory) -> bool {
+        let bar = self.bar();
+        let CertificateMemory { hubs, triangles, awake_at, moved, .. } = memory;
+        if *moved * f64::EPSILON > self.slack() {
+            return false; // The sums have become too coarse; they begin anew.
+        }
+        for (awake_at, Joint { tips, .. }) in awake_at.iter_mut().zip(triangles) {
+            let distance = *awake_at - *moved;
+            if distance >= bar {
+                continue;
+            }
+            if distance <= 0.0 {
+                return false;
+            }
+            let (_, offset) = judged(tips.map(|tip| self.cso.vertex(hubs[usize::from(tip)])), self.slack());
+            if offset < bar {
+                return false;
+            }
+            *awake_at = *moved + if offset.is_finite() { offset } else { bar };
+        }
+        true
+    }
+
+    /// What is no nearer than this needs no growth.
+    #[inline]
+    fn bar(&self) -> f64 {
+        self.best.offset - self.tolerance()
+    }
+
+    /// Heights nearer than this to the depth are as good.
+    #[inline]
+    fn tolerance(&self) -> f64 {
+        PROOF_RELATIVE * self.best.offset.max(0.0) + self.rounding
+    }
+
+    /// Lengths below this are rounding; of a depth that is known, part of what the proof may leave.
+    fn slack(&self) -> f64 {
+        0.25 * if self.answer.is_some() { self.tolerance() } else { self.rounding }
+    }
+
+    /// Goes on from where a walk ends that starts from the best direction. With the depth known exactly, fewer triangles come near enough to be
+    /// grown, and those of nearly flush features, which rounding may tear, mostly not.
+    fn believe_walk(&mut self) {
+        let Depth { hub, normal, depth, .. } = self.answer();
+        self.best = Start { hub, normal, offset: depth };
+    }
+
+    /// Proof from nothing, in at most so many growths.
+    fn cold(&mut self, most: u32) -> Result<Ground, StopReason> {
+        if self.touches()? {
+            return Ok(Ground::Touching);
+        }
+        self.surface.clear(self.slack(), false);
+        if !self.begin()? {
+            // No volume: then some direction has an h of rounding, and it was found.
+            return if self.touches()? { Ok(Ground::Touching) } else { Err(StopReason::Stalled) };
+        }
+        self.grow(most)?;
+        Ok(Ground::Grown)
+    }
+
+    /// True if the depth is zero within rounding; an error if it is negative.
+    fn touches(&self) -> Result<bool, StopReason> {
+        if self.best.offset < -self.tolerance() {
+            return Err(StopReason::Stalled);
+        }
+        Ok(self.best.offset <= self.tolerance())
+    }
+
+    /// A tetrahedron of supports. False if the CSO has no volume.
+    fn begin(&mut self) -> Result<bool, StopReason> {
+        let Start { hub: first, normal, .. } = self.best;
+        let second = self.support(-normal);
+        let [p, q] = [first, second].map(|hub| self.cso.vertex(hub));
+        let third = self.support_off(second, p, (q - p).any_orthogonal_vector());
+        let r = self.cso.vertex(third);
+        let fourth = self.support_off(third, p, (q - p).cross(r - p));
+        [first, second, third, fourth].iter().for_each(|&hub| self.surface.push_tip(self.cso, hub));
+        Ok(self.surface.close_tetrahedron())
+    }
+
+    /// The support along ± `direction` on the side of `from` where the origin is, or on the other if there is none off
+    /// `from`; `known` if there is no direction.
+    fn support_off(&mut self, known: HubPair, from: DVec3, direction: DVec3) -> HubPair {
+        let Some(normal) = direction.try_normalize() else { return known };
+        let normal = if normal.dot(from) <= 0.0 { normal } else { -normal };
+        let toward = self.support(normal);
+        if normal.dot(self.cso.vertex(toward) - from) > PROOF_BEGIN * self.cso.size() {
+            return toward;
+        }
+        let away = self.support(-normal);
+        let [one, other] = [toward, away].map(|hub| normal.dot(self.cso.vertex(hub) - from).abs());
+        if one >= other { toward } else { away }
+    }
+
+    /// The support along `normal`, which is noted if h is less there than anywhere else so far.
+    #[inline]
+    fn support(&mut self, normal: DVec3) -> HubPair {
+        let (hub, offset) = self.cso.support_anew(normal);
+        // What is lower by no more than rounding is no better than the answer with its exact normal.
+        if offset < self.best.offset - 0.5 * self.tolerance() {
+            self.best = Start { hub, normal, offset };
+            self.answer = None;
+        }
+        hub
+    }
+
+    /// The answer at the best direction: where a walk from there ends.
+    ///
+    /// Where features are parallel but for rounding, the walk tells corners apart less finely than the proof does and may
+    /// end a little above where it began. Then the direction itself is the answer, next to the features where the walk ended.
+    fn answer(&mut self) -> Depth {
+        if let Some(answer) = self.answer {
+            return answer;
+        }
+        let mut walked = self.walk_to_answer();
+        if walked.corner.offset > self.best.offset {
+            let Start { hub, normal, offset } = self.best;
+            walked = Walked { corner: Corner { normal, offset, hub, ..walked.corner }, alone: false, ..walked };
+        }
+        self.steps += walked.steps;
+        let answer = answer_at(self.cso, &Walked { steps: self.steps, ..walked }, &mut self.walk.clip);
+        self.answer = Some(answer);
+        answer
+    }
+
+    /// Where a walk from the best direction ends, begun at the facet there if that is known.
+    fn walk_to_answer(&mut self) -> Walked {
+        let known = self.facet.and_then(|hubs| Antipodal::spanned(self.cso.a, self.cso.b, hubs));
+        let highest = self.best.offset + self.tolerance();
+        known
+            .and_then(|antipodal| settle(self.cso, antipodal))
+            .filter(|walked| walked.corner.offset <= highest)
+            .or_else(|| walk_from(self.cso, self.best, false, &mut self.walk.trail))
+            .unwrap_or_else(|| scan(self.cso))
+    }
+
+    /// Grows the surface, nearest triangle first, until it keeps the depth away from the origin.
+    fn grow(&mut self, most: u32) -> Result<(), StopReason> {
+        let most = self.growths + most;
+        loop {
+            let low = self.surface.nearest();
+            let near = low.offset < self.bar();
+            if !near {
+                self.facet = (low.normal == self.best.normal).then(|| self.surface.hubs(low.triangle));
+                return if low.offset.is_finite() { Ok(()) } else { Err(StopReason::Stalled) };
+            }
+            if self.growths == most {
+                return Err(StopReason::Budget);
+            }
+            self.growths += 1;
+            let hub = self.support(low.normal);
+            if self.best.offset < -self.tolerance() {
+                return Err(StopReason::Stalled);
+            }
+            let near = low.offset < self.bar();
+            if !near {
+                continue;
+            }
+            self.surface.grow(self.cso, low.triangle, hub).map_err(|refusal| match refusal {
+                Refusal::Full => StopReason::Budget,
+                Refusal::Torn => StopReason::Stalled,
+            })?;
+        }
+    }
+
+    fn keep(&mut self, memory: &mut CertificateMemory, ground: Ground) {
+        if ground == Ground::Kept || ground == Ground::Grown {
+            self.surface.compact();
+            let bar = self.bar();
+            memory.keep(self.cso, self.surface, bar, ground == Ground::Grown);
+        }
+    }
+}

@@ -1,0 +1,120 @@
+//! A glance at a facet's hubs, which mostly tells that no facet at them is lower.
+
+use glam::DVec3;
+
+use super::super::HubPair;
+use super::super::overlay::below;
+use super::view::{View, farthest_side};
+use crate::algebra::tolerance::FACET_HUBS;
+
+/// A glance at a facet's hubs: the normals of one body alone may tell that there is nothing to see.
+///
+/// The directions along which a hub's vertex of the CSO has an offset of at least the bar make a circular cone. Being convex,
+/// it holds the whole normal cone of one body's vertex as soon as it holds the normals of its faces; and the overlap is part of that.
+pub(super) struct Glance {
+    pub(super) bar: f64,
+    pub(super) doubt: Doubt,
+}
+
+impl Glance {
+    /// The hubs of a facet of face `f` of p and vertex `w` of q.
+    #[inline]
+    pub(super) fn around_face(&mut self, view: &View<'_>, f: u32, w: u32) {
+        let corners = view.p.face_vertices(f);
+        let origin = view.q_in_p.point(view.q.vertex(w));
+        let few = corners.len() <= FACET_HUBS;
+        let first = if few { 0 } else { farthest_side(view.p, f, origin) };
+        let hubs = if few { corners.len() } else { 2 };
+        for k in first..first + hubs {
+            let v = corners.at(if k < corners.len() { k } else { k - corners.len() });
+            if !self.is_above(view, v, f, origin) {
+                self.doubt.push(view.hub(v, w));
+            }
+        }
+    }
+
+    /// True if no normal of vertex `v` of p but that of face `f` has an offset below the bar, with the vertex of q at `origin`.
+    #[inline]
+    fn is_above(&self, view: &View<'_>, v: u32, f: u32, origin: DVec3) -> bool {
+        let is_above = |face: u32| face == f || -view.p.plane(face).height(origin) >= self.bar;
+        self.bar >= 0.0 && view.p.ring(v).iter().all(|spoke| is_above(spoke.left))
+    }
+
+    /// The hubs of a facet of edge `g` of p and edge `e` of q; `mirror` is the view the other way round.
+    #[inline]
+    pub(super) fn around_edges(&mut self, view: &View<'_>, mirror: &View<'_>, g: u32, e: u32) {
+        let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
+        let ends = [edge_q.tail, edge_q.head].map(|w| view.q_in_p.point(view.q.vertex(w)));
+        let clear_p = [edge_p.tail, edge_p.head].map(|v| self.is_clear(view, v, g, ends));
+        if clear_p == [true; 2] {
+            return;
+        }
+        let ends = [edge_p.tail, edge_p.head].map(|v| mirror.q_in_p.point(view.p.vertex(v)));
+        let clear_q = [edge_q.tail, edge_q.head].map(|w| self.is_clear(mirror, w, e, ends));
+        for (v, p) in [edge_p.tail, edge_p.head].into_iter().zip(clear_p) {
+            for (w, q) in [edge_q.tail, edge_q.head].into_iter().zip(clear_q) {
+                if !p && !q {
+                    self.doubt.push(view.hub(v, w));
+                }
+            }
+        }
+    }
+
+    /// True if no normal of vertex `v` of p has an offset below the bar at the hubs of `v` and the two ends of an edge of q
+    /// (in p's frame): at that of them, for each normal, whose end supports it. The facet itself lies on the arc of p's edge `own`.
+    #[inline]
+    fn is_clear(&self, view: &View<'_>, v: u32, own: u32, [tail, head]: [DVec3; 2]) -> bool {
+        let (planes, ring, bar) = (view.p.planes(), view.p.ring(v), self.bar);
+        if bar < 0.0 {
+            return false;
+        }
+        let along = head - tail;
+        // Offsets at the tail, and how much lower the head stands: where it is negative, the head supports.
+        let sight = |face: u32| {
+            let plane = &planes[face as usize];
+            (plane.offset - plane.normal.dot(tail), plane.normal.dot(along))
+        };
+        let mut last_face = ring.last().left;
+        let (mut last_offset, mut last_drop) = sight(last_face);
+        for spoke in ring {
+            let (offset, drop) = sight(spoke.left);
+            if offset - drop.min(0.0) < bar {
+                return false;
+            }
+            // Between normals of different ends, the offset is least, if less than at both, where the ends change.
+            if offset.min(last_offset) < bar && drop * last_drop < 0.0 && spoke.edge != own {
+                let (here, there) = (last_drop.abs(), drop.abs());
+                let between = view.p.plane(spoke.left).normal * here + view.p.plane(last_face).normal * there;
+                if below(offset * here + last_offset * there, between.length_squared(), bar) {
+                    return false;
+                }
+            }
+            (last_face, last_offset, last_drop) = (spoke.left, offset, drop);
+        }
+        true
+    }
+}
+
+/// Hubs at which a glance cannot tell that there is nothing lower.
+#[derive(Clone, Copy, Debug)]
+pub(in crate::depth) struct Doubt {
+    hubs: [HubPair; FACET_HUBS],
+    pub(super) count: usize,
+}
+
+impl Doubt {
+    pub(super) const NONE: Self = Self { hubs: [HubPair { a: 0, b: 0 }; FACET_HUBS], count: 0 };
+
+    pub(in crate::depth) fn hubs(&self) -> &[HubPair] {
+        &self.hubs[..self.count]
+    }
+
+    /// Facets of more hubs than there is room for are not looked around wholly, as their sides are not.
+    #[inline]
+    fn push(&mut self, hub: HubPair) {
+        if self.count < FACET_HUBS {
+            self.hubs[self.count] = hub;
+            self.count += 1;
+        }
+    }
+}

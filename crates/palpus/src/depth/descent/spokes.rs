@@ -1,0 +1,105 @@
+//! A supporting plane turned about a side of its facet until a spoke of the other polytope's vertex meets it.
+
+use glam::DVec3;
+
+use super::super::overlay::below;
+use super::super::{Antipodal, HubPair};
+use super::Odd;
+use super::view::View;
+use crate::algebra::tolerance::{FACET_SPOKES, FLUSH_WITNESS};
+use crate::body::Polytope;
+
+/// Where the turning plane stopped.
+#[derive(Clone, Copy)]
+pub(super) struct Met {
+    pub(super) antipodal: Antipodal,
+    pub(super) hub: HubPair,
+    /// The plane's normal, not unit, from b into a and in b's frame; for an edge pair within rounding.
+    pub(super) normal: DVec3,
+}
+
+/// The lowest facet seen so far that is below the bar.
+pub(super) struct Lowest {
+    pub(super) bar: f64,
+    pub(super) met: Option<Met>,
+}
+
+/// The spokes of a vertex of q and how far each lies above the supporting plane (not at all: all are below it).
+pub(super) struct Spokes {
+    vertex: u32,
+    normal: DVec3,
+    heights: [f64; FACET_SPOKES],
+    /// The spoke that lies in the plane, since its edge is one of the facet's: see [`side_of`].
+    within: u32,
+}
+
+impl Spokes {
+    /// The spokes of vertex `w` over the plane of p's `normal`; `within` is the edge that lies in it. Odd if the vertex does
+    /// not support it or another spoke is flush with it.
+    #[inline]
+    pub(super) fn of(view: &View<'_>, w: u32, normal: DVec3, within: Option<u32>) -> Result<Self, Odd> {
+        let ring = view.q.ring(w);
+        if ring.len() > FACET_SPOKES {
+            return Err(Odd);
+        }
+        let within = within.map_or(u32::MAX, |edge| side_of(view.q, edge));
+        let (facing, at) = (view.facing(normal), view.q.vertex(w));
+        let mut heights = [0.0; FACET_SPOKES];
+        for (height, spoke) in heights.iter_mut().zip(ring) {
+            let along = view.q.vertex(spoke.neighbour) - at;
+            *height = facing.dot(along);
+            let clear = *height < 0.0 && *height * *height > FLUSH_WITNESS * FLUSH_WITNESS * along.length_squared();
+            if !clear && side_of(view.q, spoke.edge) != within {
+                return Err(Odd);
+            }
+        }
+        Ok(Self { vertex: w, normal, heights, within })
+    }
+
+    /// Turns the plane about edge `edge` of p (of which `corner` is an end) toward face `face` of p, until a spoke meets it.
+    #[inline]
+    pub(super) fn turn(&self, view: &View<'_>, edge: u32, face: u32, corner: u32, lowest: &mut Lowest) {
+        let end = view.p.plane(face).normal;
+        let (facing, at) = (view.facing(end), view.q.vertex(self.vertex));
+        // The first spoke to rise above the plane: the least share of the way at which its height is zero.
+        let mut first: Option<u32> = None;
+        let (mut below_by, mut rises_by) = (1.0, 0.0);
+        for (&height, spoke) in self.heights.iter().zip(view.q.ring(self.vertex)) {
+            let rise = facing.dot(view.q.vertex(spoke.neighbour) - at);
+            if rise > 0.0 && rise * below_by > rises_by * -height && side_of(view.q, spoke.edge) != self.within {
+                (below_by, rises_by) = (-height, rise);
+                first = Some(spoke.edge);
+            }
+        }
+        let c = view.vertex(corner, self.vertex);
+        let (normal, antipodal) = match first {
+            None => (end, view.face(face, self.vertex)),
+            Some(other) => {
+                let normal = self.normal * rises_by + end * below_by;
+                (normal, view.edges(edge, edge_toward(view.q, other, view.facing(normal))))
+            }
+        };
+        let (along, square) = (normal.dot(c), normal.length_squared());
+        if below(along, square, lowest.bar) {
+            lowest.bar = along / square.sqrt();
+            let normal = if view.p_is_a { view.facing(normal) } else { normal };
+            lowest.met = Some(Met { antipodal, hub: view.hub(corner, self.vertex), normal });
+        }
+    }
+}
+
+/// The edge itself; of a plate, which has two along each side, that of the front.
+#[inline]
+fn side_of(polytope: &Polytope, edge: u32) -> u32 {
+    if polytope.is_flat() { edge % (polytope.edge_count() as u32 / 2) } else { edge }
+}
+
+/// The edge itself; of a plate, that of the two along its side which supports `direction`.
+#[inline]
+fn edge_toward(polytope: &Polytope, edge: u32, direction: DVec3) -> u32 {
+    if !polytope.is_flat() {
+        return edge;
+    }
+    let front = polytope.plane(0).normal.dot(direction) >= 0.0;
+    side_of(polytope, edge) + if front { 0 } else { polytope.edge_count() as u32 / 2 }
+}

@@ -1,0 +1,62 @@
+//! The two polytopes of a facet, seen from the one whose face or edge the plane turns on.
+
+use glam::DVec3;
+
+use super::super::{Antipodal, HubPair};
+use crate::algebra::Placement;
+use crate::body::Polytope;
+
+/// One polytope, whose face or edge the plane turns on, and the other, which it meets; each kind of facet is written
+/// once and used both ways round. Directions are outward ones of p in p's frame; their opposites are outward ones of q.
+pub(super) struct View<'v> {
+    pub(super) p: &'v Polytope,
+    pub(super) q: &'v Polytope,
+    pub(super) q_in_p: &'v Placement,
+    pub(super) p_in_q: &'v Placement,
+    pub(super) p_is_a: bool,
+}
+
+impl View<'_> {
+    /// The direction of q, in q's frame, that faces p's `normal`.
+    #[inline]
+    pub(super) fn facing(&self, normal: DVec3) -> DVec3 {
+        -self.p_in_q.vector(normal)
+    }
+
+    /// The vertex of the CSO that vertex `v` of p and `w` of q make, in p's frame and outward with p's normals.
+    #[inline]
+    pub(super) fn vertex(&self, v: u32, w: u32) -> DVec3 {
+        self.p.vertex(v) - self.q_in_p.point(self.q.vertex(w))
+    }
+
+    #[inline]
+    pub(super) fn hub(&self, v: u32, w: u32) -> HubPair {
+        if self.p_is_a { HubPair { a: v, b: w } } else { HubPair { a: w, b: v } }
+    }
+
+    #[inline]
+    pub(super) fn face(&self, face: u32, w: u32) -> Antipodal {
+        if self.p_is_a { Antipodal::FaceVertex { a: face, b: w } } else { Antipodal::VertexFace { a: w, b: face } }
+    }
+
+    #[inline]
+    pub(super) fn edges(&self, edge: u32, other: u32) -> Antipodal {
+        if self.p_is_a { Antipodal::EdgeEdge { a: edge, b: other } } else { Antipodal::EdgeEdge { a: other, b: edge } }
+    }
+}
+
+/// The side of face `f` beyond which `point` lies farthest.
+pub(super) fn farthest_side(polytope: &Polytope, f: u32, point: DVec3) -> usize {
+    let (corners, normal) = (polytope.face_vertices(f), polytope.plane(f).normal);
+    let mut farthest = (f64::NEG_INFINITY, 0);
+    for (k, corner) in corners.iter().enumerate() {
+        let from = polytope.vertex(corner);
+        let side = polytope.vertex(corners.at((k + 1) % corners.len())) - from;
+        let outward = side.cross(normal);
+        let beyond = outward.dot(point - from) / outward.length();
+        if beyond > farthest.0 {
+            farthest = (beyond, k);
+        }
+    }
+    farthest.1
+}

@@ -1,0 +1,144 @@
+//! Steps 3 and 5 of the clustering: midpoints nearer than the radius, found by a grid of cells.
+
+use glam::DVec3;
+
+use super::Linkage;
+use crate::algebra::tolerance::CLUSTER_CELLS;
+
+/// Where a contact lies; sorting these puts the contacts of one cell side by side.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Cell {
+    label: u32,
+    key: u64,
+    rank: u32,
+}
+
+/// The contacts of one cell: `cells[start..end]`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Run {
+    label: u32,
+    key: u64,
+    start: u32,
+    end: u32,
+    /// All of them are linked with one another.
+    whole: bool,
+}
+
+/// Bits of a cell's key for each axis.
+const AXIS_BITS: u32 = 21;
+
+/// Rows of cells along z that hold the forward half of the cells within two of a cell, as (x, y) offsets. A cell's
+/// diagonal is δ, its side δ/√3, so a distance below δ reaches at most two cells along each axis.
+const ROWS: [(i64, i64); 13] =
+    [(0, 0), (0, 1), (0, 2), (1, -2), (1, -1), (1, 0), (1, 1), (1, 2), (2, -2), (2, -1), (2, 0), (2, 1), (2, 2)];
+
+impl Linkage {
+    /// Steps 3 and 5: components of "nearer than `radius` and of one label".
+    pub(super) fn link(&mut self, radius: f64) {
+        self.parents.clear();
+        self.parents.extend(0..self.order.len() as u32);
+        if radius <= 0.0 {
+            return;
+        }
+        let near = radius * radius;
+        self.fill_cells(radius);
+        for r in 0..self.runs.len() {
+            self.link_within(r, near);
+        }
+        for (dx, dy) in ROWS {
+            let offset = (dx << (2 * AXIS_BITS)) + (dy << AXIS_BITS);
+            // From the cell after this one in its own row, else from two cells back; always to two cells ahead.
+            let back = if offset == 0 { 1 } else { -2 };
+            let mut first = 0;
+            for r in 0..self.runs.len() {
+                let Run { label, key, .. } = self.runs[r];
+                let from = (label, key.wrapping_add_signed(offset + back));
+                let to = (label, key.wrapping_add_signed(offset + 2));
+                // Both runs and their targets ascend, so `first` never has to go back.
+                while first < self.runs.len() && (self.runs[first].label, self.runs[first].key) < from {
+                    first += 1;
+                }
+                let mut s = first;
+                while s < self.runs.len() && (self.runs[s].label, self.runs[s].key) <= to {
+                    self.link_across(r, s, near);
+                    s += 1;
+                }
+            }
+        }
+    }
+
+    /// Sorts the contacts into cells. Midpoints beyond the grid share its outermost cells, which is slower, not wrong:
+    /// every link is tested.
+    fn fill_cells(&mut self, radius: f64) {
+        let low = self.points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
+        let per_metre = 3f64.sqrt() / radius;
+        let axis = |x: f64| (x * per_metre).min(CLUSTER_CELLS) as u64 + 2;
+        self.cells.clear();
+        for (rank, point) in self.points.iter().enumerate() {
+            let p = *point - low;
+            let key = (axis(p.x) << (2 * AXIS_BITS)) | (axis(p.y) << AXIS_BITS) | axis(p.z);
+            self.cells.push(Cell { label: self.labels[rank], key, rank: rank as u32 });
+        }
+        self.cells.sort_unstable();
+        self.runs.clear();
+        for (k, &Cell { label, key, .. }) in self.cells.iter().enumerate() {
+            let k = k as u32;
+            match self.runs.last_mut() {
+                Some(run) if run.label == label && run.key == key => run.end = k + 1,
+                _ => self.runs.push(Run { label, key, start: k, end: k + 1, whole: false }),
+            }
+        }
+    }
+
+    fn link_within(&mut self, r: usize, near: f64) {
+        let Run { start, end, .. } = self.runs[r];
+        let mut whole = true;
+        for k in start + 1..end {
+            whole &= self.try_link(start, k, near);
+        }
+        if !whole {
+            // Only in an outermost cell, or where rounding moved a midpoint across a wall.
+            for j in start + 1..end {
+                for k in j + 1..end {
+                    self.try_link(j, k, near);
+                }
+            }
+        }
+        self.runs[r].whole = whole;
+    }
+
+    fn link_across(&mut self, r: usize, s: usize, near: f64) {
+        let (run, other) = (self.runs[r], self.runs[s]);
+        let whole = run.whole && other.whole;
+        if whole && self.root(self.cells[run.start as usize].rank) == self.root(self.cells[other.start as usize].rank) {
+            return;
+        }
+        for j in run.start..run.end {
+            for k in other.start..other.end {
+                if self.try_link(j, k, near) && whole {
+                    return;
+                }
+            }
+        }
+    }
+
+    /// Links the contacts in places `j` and `k` of `cells` if they are near; true if they are.
+    fn try_link(&mut self, j: u32, k: u32, near: f64) -> bool {
+        let (first, second) = (self.cells[j as usize].rank, self.cells[k as usize].rank);
+        let linked = self.points[first as usize].distance_squared(self.points[second as usize]) < near; // Eq. 2
+        if linked {
+            let (first, second) = (self.root(first), self.root(second));
+            self.parents[first.max(second) as usize] = first.min(second);
+        }
+        linked
+    }
+
+    pub(super) fn root(&mut self, mut rank: u32) -> u32 {
+        while self.parents[rank as usize] != rank {
+            let above = self.parents[self.parents[rank as usize] as usize];
+            self.parents[rank as usize] = above;
+            rank = above;
+        }
+        rank
+    }
+}
