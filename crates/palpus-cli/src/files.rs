@@ -15,6 +15,14 @@ pub(crate) fn free(base: &Path) -> PathBuf {
     numbered.into_iter().find(|path| !path.exists()).unwrap_or_else(|| base.to_owned())
 }
 
+/// The same of two files that belong together, the second one being that beside the first with `-addition`.
+pub(crate) fn free_pair(base: &Path, addition: &str) -> [PathBuf; 2] {
+    let pair = |path: PathBuf| [path.clone(), beside(&path, addition)];
+    let numbered = (2u32..).map(|k| pair(beside(base, k)));
+    let is_free = |pair: &[PathBuf; 2]| pair.iter().all(|path| !path.exists());
+    std::iter::once(pair(base.to_owned())).chain(numbered).find(is_free).unwrap_or_else(|| pair(base.to_owned()))
+}
+
 /// The file beside `base` of the same name but for `-addition` before the ending.
 pub(crate) fn beside(base: &Path, addition: impl Display) -> PathBuf {
     let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();

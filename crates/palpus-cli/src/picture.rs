@@ -30,7 +30,7 @@ pub(crate) fn write_model(
         Some(spread) => Solid::exploded(body, spread),
         None => Solid::of_body(body),
     };
-    let [colour, _] = ShownBody::colours(style.theme);
+    let [colour, ..] = ShownBody::colours(style.theme);
     let look = Look { pieces: !asked.plain, wireframe: asked.wireframe, translucent: false };
     let scene = Scene {
         bodies: vec![ShownBody { solid: Arc::new(solid), pose: Pose::IDENTITY, colour, look }],

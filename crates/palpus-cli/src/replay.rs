@@ -83,18 +83,27 @@ pub(crate) fn run_again(
 
 /// The recorded scene, ready to be run again, if it can be.
 pub(crate) fn replayable(recording: &Recording, policy: FilePolicy) -> anyhow::Result<Stage> {
+    check_rows(recording)?;
+    stage_of(recording, policy)
+}
+
+/// An error unless every tick of a run from its beginning is there.
+pub(crate) fn check_rows(recording: &Recording) -> anyhow::Result<()> {
     if recording.rows.is_empty() {
         bail!("the recording has no ticks to replay");
     }
-    check_gaps(recording)?;
-    stage_of(recording, policy)
+    check_gaps(recording)
+}
+
+/// rad: the crease angle at which a change in the recording has shading on, if one has.
+pub(crate) fn crease_angle(recording: &Recording) -> Option<f64> {
+    recording.changes.iter().find_map(|(_, settings)| Some(settings.shading?.crease_angle))
 }
 
 /// The engine as it was when the recording began, able to take up what the recording's changes bring.
 pub(crate) fn engine_of(recording: &Recording, stage: &Stage) -> anyhow::Result<Engine> {
     let engine = Engine::new(stage, recording.header.scene.render)?;
-    let crease_angle = recording.changes.iter().find_map(|(_, settings)| Some(settings.shading?.crease_angle));
-    Ok(match crease_angle {
+    Ok(match crease_angle(recording) {
         Some(angle) => engine.with_surfaces(angle),
         None => engine,
     })

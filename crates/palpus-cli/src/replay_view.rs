@@ -4,13 +4,73 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use anyhow::bail;
+use palpus::algebra::Wrench;
 use palpus_io::Recording;
 use palpus_io::scene::FilePolicy;
 
 use crate::args::ReplayArguments;
+use crate::engine::Engine;
 use crate::picture;
 use crate::plots::seconds;
 use crate::replay::{engine_of, replayable, run_again_on};
+use crate::run::Stopped;
+use crate::stage::Stage;
+use crate::two::{self, TwoEngine};
+
+/// A recording and what it is run again on: an engine of its own, or one for both tools and the other tool's recording.
+enum Again<'a> {
+    One(&'a Recording, Box<Engine>),
+    Two { which: usize, recording: &'a Recording, other: Box<Recording>, engine: Box<TwoEngine> },
+}
+
+impl<'a> Again<'a> {
+    /// The stage as well. `path` is where the recording was read from.
+    fn new(path: &Path, recording: &'a Recording, policy: FilePolicy) -> anyhow::Result<(Stage, Self)> {
+        let Some((which, _)) = two::replay::other_of(recording) else {
+            let stage = replayable(recording, policy)?;
+            let engine = engine_of(recording, &stage)?;
+            return Ok((stage, Self::One(recording, Box::new(engine))));
+        };
+        let other = Box::new(two::replay::read_other(path, recording)?);
+        let (stage, engine) = two::replay::ready(two::replay::in_order(which, recording, &other), policy)?;
+        Ok((stage, Self::Two { which, recording, other, engine: Box::new(engine) }))
+    }
+
+    /// The recording of the first tool, of two, or the only one.
+    fn first(&self) -> &Recording {
+        match self {
+            Self::One(recording, _) => recording,
+            Self::Two { which, recording, other, .. } => two::replay::in_order(*which, recording, other)[0],
+        }
+    }
+
+    fn keep(&mut self, tick: u64) {
+        match self {
+            Self::One(_, engine) => engine.keep(tick),
+            Self::Two { engine, .. } => engine.keep(tick),
+        }
+    }
+
+    /// Tells `each` of every row of the recording, until it breaks off: which one, and the wrench for the device.
+    fn run(&mut self, each: &mut dyn FnMut(usize, &Wrench) -> ControlFlow<()>) -> anyhow::Result<()> {
+        match self {
+            Self::One(recording, engine) => run_again_on(recording, engine, &mut |k, wrench, _| each(k, wrench)),
+            Self::Two { which, recording, other, engine } => {
+                let recordings = two::replay::in_order(*which, recording, other);
+                two::replay::run_again(recordings, engine, &mut |tool, k, wrench, _| {
+                    if tool == *which { each(k, wrench) } else { ControlFlow::Continue(()) }
+                })
+            }
+        }
+    }
+
+    fn stop(self) -> Stopped {
+        match self {
+            Self::One(_, engine) => Stopped::One(engine),
+            Self::Two { engine, .. } => Stopped::Two(engine),
+        }
+    }
+}
 
 /// Makes a picture of a tick: of the one at `--at`, else of the last.
 pub(crate) fn write_tick(
@@ -19,15 +79,12 @@ pub(crate) fn write_tick(
     arguments: &ReplayArguments,
     file: &Path,
 ) -> anyhow::Result<()> {
-    let stage = replayable(recording, policy)?;
+    let (stage, mut again) = Again::new(&arguments.recording, recording, policy)?;
     let wanted = chosen_tick(recording, arguments.at)?;
-    let settings = recording.header.scene.render;
-    let mut engine = engine_of(recording, &stage)?;
-    engine.keep(wanted as u64);
-    run_again_on(recording, &mut engine, &mut |k, _, _| {
-        if k == wanted { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    })?;
-    let moment = engine.shown(1.0 / recording.header.rate_hz);
+    let settings = again.first().header.scene.render;
+    again.keep(wanted as u64);
+    again.run(&mut |k, _| if k == wanted { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })?;
+    let moment = again.stop().shown(1.0 / recording.header.rate_hz);
     picture::write_run(&name(recording), &stage, settings.limits.torque, moment, file, &arguments.picture)
 }
 
@@ -71,13 +128,12 @@ mod here {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    use palpus_device::{Cuts, latest_of};
+    use palpus_device::{Cuts, Publisher, latest_of};
     use palpus_io::RecordRow;
     use palpus_window::{Look, Moment, Moments, Replayed, ReplayedTick, Scene, Theme};
 
     use super::*;
     use crate::seen::Seen;
-    use crate::stage::Stage;
     use crate::view_window;
 
     /// Of what the ticks of a run have to show: ten minutes with thirty contacts fit, of longer runs every second tick.
@@ -88,18 +144,22 @@ mod here {
     /// Shows a recording in a window while it is run again behind it.
     pub(crate) fn show(recording: &Recording, policy: FilePolicy, arguments: &ReplayArguments) -> anyhow::Result<()> {
         view_window::expect_one(INSTEAD)?;
-        let stage = replayable(recording, policy)?;
+        let (stage, again) = Again::new(&arguments.recording, recording, policy)?;
         let begin = match arguments.at {
             Some(at) => chosen_tick(recording, Some(at))?,
             None => 0,
         };
         let moments = Arc::new(Moments::new(MOST_BYTES));
-        let replayed =
-            Replayed { scene: scene(recording, &stage), ticks: ticks(recording), moments: Arc::clone(&moments), begin };
+        let replayed = Replayed {
+            scene: scene(recording, again.first(), &stage),
+            ticks: ticks(recording, again.first()),
+            moments: Arc::clone(&moments),
+            begin,
+        };
         let gone = AtomicBool::new(false);
         std::thread::scope(|scope| {
             scope.spawn(|| {
-                if let Err(error) = run_behind(recording, &stage, &moments, &gone) {
+                if let Err(error) = run_behind(recording, again, &moments, &gone) {
                     moments.fail(format!("{error:#}"));
                 }
             });
@@ -110,19 +170,42 @@ mod here {
     }
 
     /// Runs it again until it is over or the window is gone.
-    fn run_behind(recording: &Recording, stage: &Stage, moments: &Moments, gone: &AtomicBool) -> anyhow::Result<()> {
-        let settings = recording.header.scene.render;
-        let mut engine = engine_of(recording, stage)?;
-        let capacity = settings.capacity;
+    fn run_behind(
+        recording: &Recording,
+        mut again: Again<'_>,
+        moments: &Moments,
+        gone: &AtomicBool,
+    ) -> anyhow::Result<()> {
+        let capacity = again.capacity();
         let (publisher, mut newest) = latest_of(move || Moment::new(capacity));
-        engine.publish(publisher);
-        run_again_on(recording, &mut engine, &mut |k, wrench, _| {
+        again.publish(publisher);
+        again.run(&mut |k, wrench| {
             moments.push(newest.get(), recording.rows[k].same_wrench(wrench));
             if gone.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
     }
 
-    fn scene(recording: &Recording, stage: &Stage) -> Scene {
+    impl Again<'_> {
+        /// Room for what a tick has to show.
+        fn capacity(&self) -> usize {
+            match self {
+                Self::One(recording, _) => recording.header.scene.render.capacity,
+                Self::Two { recording, other, .. } => {
+                    recording.header.scene.render.capacity + other.header.scene.render.capacity
+                }
+            }
+        }
+
+        fn publish(&mut self, publisher: Publisher<Moment>) {
+            match self {
+                Self::One(_, engine) => engine.publish(publisher),
+                Self::Two { engine, .. } => engine.publish(publisher),
+            }
+        }
+    }
+
+    /// `first` is the recording of what is drawn as the probe.
+    fn scene(recording: &Recording, first: &Recording, stage: &Stage) -> Scene {
         let look = Look { translucent: true, ..Look::default() };
         let limits = recording.header.scene.render.limits;
         let largest =
@@ -132,21 +215,20 @@ mod here {
             force_scale: if largest > 0.0 { largest } else { limits.force },
             torque_scale: limits.torque,
             title: name(recording),
-            ..Seen::of(stage).scene(recording.rows[0].pose, Theme::Dark, look)
+            ..Seen::of(stage).scene(first.rows[0].pose, Theme::Dark, look)
         }
     }
 
-    fn ticks(recording: &Recording) -> Vec<ReplayedTick> {
+    fn ticks(recording: &Recording, first: &Recording) -> Vec<ReplayedTick> {
         let period_ns = 1e9 / recording.header.rate_hz;
         let mut before: Option<u64> = None;
-        let tick = |row: &RecordRow| {
-            let RecordRow { time_ns, pose, wrench, contacts, clusters, separation, query_us, total_us, faults, .. } =
-                *row;
+        let tick = |(k, row): (usize, &RecordRow)| {
+            let RecordRow { time_ns, wrench, contacts, clusters, separation, query_us, total_us, faults, .. } = *row;
             let passed = before.map_or(period_ns, |before| time_ns.saturating_sub(before) as f64);
             before = Some(time_ns);
             ReplayedTick {
                 time: seconds(row),
-                pose,
+                pose: first.rows.get(k).unwrap_or(row).pose,
                 force: wrench.force.length(),
                 torque: wrench.torque.length(),
                 contacts,
@@ -158,6 +240,6 @@ mod here {
                 cuts: Cuts::from_bits(faults),
             }
         };
-        recording.rows.iter().map(tick).collect()
+        recording.rows.iter().enumerate().map(tick).collect()
     }
 }

@@ -15,44 +15,37 @@ pub(crate) struct Seen<'a> {
     stage: &'a Stage,
     probe: Arc<Solid>,
     environment: Arc<Solid>,
+    /// What a second hand holds, and where it is while nobody says.
+    second: Option<(Arc<Solid>, Pose)>,
 }
 
 impl<'a> Seen<'a> {
     pub(crate) fn of(stage: &'a Stage) -> Self {
         let solid = |body| Arc::new(Solid::of_body(body));
-        Self { stage, probe: solid(&stage.probe), environment: solid(&stage.environment) }
+        let second = stage.second_probe().map(|(body, pose)| (solid(body), pose));
+        Self { stage, probe: solid(&stage.probe), environment: solid(&stage.environment), second }
     }
 
     /// The bodies, with the probe at `probe` (world). If something is seen through, as `look` says, it is the environment: what happens is mostly
     /// behind it.
     pub(crate) fn scene(&self, probe: Pose, theme: Theme, look: Look) -> Scene {
         let Self { stage, .. } = *self;
-        let [of_probe, of_environment] = ShownBody::colours(theme);
+        let [of_probe, of_environment, of_second] = ShownBody::colours(theme);
         let shown = |solid: &Arc<Solid>, pose, colour, look| ShownBody { solid: Arc::clone(solid), pose, colour, look };
-        Scene {
-            bodies: vec![
-                shown(&self.probe, probe, of_probe, Look { translucent: false, ..look }),
-                shown(&self.environment, stage.environment_pose, of_environment, look),
-            ],
-            moment_pose: stage.environment_pose,
-            unit: Unit::Metre,
-            ..Scene::default()
-        }
+        let mut bodies = vec![
+            shown(&self.probe, probe, of_probe, Look { translucent: false, ..look }),
+            shown(&self.environment, stage.environment_pose, of_environment, look),
+        ];
+        // The first may be in the second.
+        bodies.extend(self.second.iter().map(|(solid, pose)| shown(solid, *pose, of_second, look)));
+        Scene { bodies, moment_pose: stage.environment_pose, unit: Unit::Metre, ..Scene::default() }
     }
 
     /// The bodies where they are at `moment`, and what went on between them.
     pub(crate) fn scene_at(&self, moment: Moment, theme: Theme, look: Look) -> Scene {
-        let Self { stage, .. } = *self;
-        let mut scene = self.scene(stage.environment_pose * moment.tool, theme, look);
-        // A second tool has the first one's colour, and the first may be in it.
-        if let Some((pose, body)) = moment.second.zip(stage.second_probe()) {
-            let solid = Arc::new(Solid::of_body(body));
-            scene.bodies.push(ShownBody {
-                solid,
-                pose: stage.environment_pose * pose,
-                look,
-                ..scene.bodies[0].clone()
-            });
+        let mut scene = self.scene(self.stage.environment_pose * moment.tool, theme, look);
+        if let Some((body, pose)) = scene.bodies.get_mut(2).zip(moment.second) {
+            body.pose = self.stage.environment_pose * pose;
         }
         Scene { moment: Some(moment), ..scene }
     }

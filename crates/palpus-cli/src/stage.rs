@@ -123,9 +123,9 @@ impl Stage {
         }
     }
 
-    /// What a second hand holds.
-    pub(crate) fn second_probe(&self) -> Option<&Body> {
-        self.second.as_deref().map(|second| &*second.probe)
+    /// What a second hand holds, and where it begins (world).
+    pub(crate) fn second_probe(&self) -> Option<(&Body, Pose)> {
+        self.second.as_deref().map(|second| (&*second.probe, second.path.pose(0.0)))
     }
 
     /// An error if there is a second tool, which `what` has no device for.

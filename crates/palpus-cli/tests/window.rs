@@ -53,6 +53,28 @@ fn the_window_shows_the_run_and_goes_with_it() {
 }
 
 #[test]
+#[ignore = "needs Xvfb, Mesa and xdotool"]
+fn two_hands_are_seen_steered_and_replayed() {
+    let display = Display::open("two-hands");
+    let mut run = display.palpus(&["run", "two-hands", "--duration", "12", "--no-realtime"]).spawn().expect("it starts");
+    display.wait_for("peg and block", 300, &SCENE, orange);
+    display.focus();
+    mouse_to(&display, [600, 120]);
+    std::thread::sleep(Duration::from_millis(1500));
+    // Friction off; the paper's way of coupling.
+    drive(&display, "key i");
+    std::thread::sleep(Duration::from_millis(300));
+    drive(&display, "key d");
+    assert!(run.wait().expect("it is ours").success());
+    for file in ["palpus-out/run.csv", "palpus-out/run-second.csv"] {
+        let lines = fs::read_to_string(display.folder.join(file)).expect("a recording");
+        assert!(lines.lines().filter(|line| line.starts_with("# change")).count() >= 2, "{file}");
+        let replay = display.palpus(&["replay", file]).output().expect("it starts");
+        assert!(replay.status.success(), "{file}: {}", String::from_utf8_lossy(&replay.stdout));
+    }
+}
+
+#[test]
 #[ignore = "runs for ten seconds"]
 fn a_display_that_is_not_there_is_a_line_and_a_run_without_it() {
     let folder = std::env::temp_dir();

@@ -123,7 +123,7 @@ pub fn paint_gauss(shown: &PieceOf<'_>, from: &Camera, style: &Style, width: usi
         |solid: &Arc<Solid>, colour, look| ShownBody { solid: Arc::clone(solid), pose: Pose::IDENTITY, colour, look };
     let of_piece =
         [placed(&own, palette.own_face, Look::default()), placed(&hull, palette.other_face, Look::default())];
-    let [_, environment] = ShownBody::colours(style.theme);
+    let [_, environment, _] = ShownBody::colours(style.theme);
     let whole = placed(&Arc::new(Solid::of_body(body)), environment, Look { translucent: true, ..Look::default() });
     let in_place = [of_piece.to_vec(), vec![whole]].concat();
     let bare = Style { words: false, ..*style };

@@ -37,7 +37,7 @@ pub struct ShownBody {
 /// Everything in one picture.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// The bodies.
+    /// The bodies; of a scene that is felt the probe, the environment and, if there is one, the second probe.
     pub bodies: Vec<ShownBody>,
     /// Contacts and forces, if any.
     pub moment: Option<Moment>,
@@ -82,17 +82,29 @@ pub enum Unit {
 }
 
 impl ShownBody {
-    /// The colours of probe and environment in a theme.
-    pub fn colours(theme: Theme) -> [Rgb; 2] {
+    /// The colours of probe and environment in a theme, and of a second probe, which has the first one's.
+    pub fn colours(theme: Theme) -> [Rgb; 3] {
         let colours = theme.colours();
-        [colours.probe, colours.environment]
+        [colours.probe, colours.environment, colours.probe]
     }
 }
+
+/// What the bodies of a scene that is felt are called, in their order.
+pub(crate) const BODY_NAMES: [&str; 3] = ["probe", "environment", "second probe"];
 
 /// A proxy this part of the probe's size from the device is drawn apart from it.
 const APART: f64 = 2e-3;
 
 impl Scene {
+    /// Puts what moves where it is at `moment`; what is no pose leaves its body where it was.
+    pub(crate) fn pose_probes(&mut self, moment: &Moment) {
+        for (body, pose) in [(0, Some(moment.tool)), (2, moment.second)] {
+            if let Some((body, pose)) = self.bodies.get_mut(body).zip(pose).filter(|(_, pose)| pose.is_valid()) {
+                body.pose = self.moment_pose * pose;
+            }
+        }
+    }
+
     /// True if the device holds the probe elsewhere than where the proxy is, so that it is to be seen.
     pub(crate) fn is_device_apart(&self, moment: &Moment, probe: &ShownBody) -> bool {
         let (low, high) = probe.solid.bounds();

@@ -38,7 +38,7 @@ fn leaning(height: f64) -> Scene {
         colour,
         look: Look::default(),
     };
-    let [of_probe, of_table] = ShownBody::colours(Theme::Light);
+    let [of_probe, of_table, _] = ShownBody::colours(Theme::Light);
     Scene {
         bodies: vec![body(&probe, pose, of_probe), body(&table, Pose::IDENTITY, of_table)],
         force_scale: moment.wrench.force.length().max(0.1),

@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Clock, NoClock, Pose, Wrench};
-use palpus::body::Body;
+use palpus::body::{Body, Feature, FeaturePair, convex_hull};
+use palpus::collision::{Proximity, march};
 use palpus::render::{Duo, Limits, ProbeState, Renderer, Saturation, Settings, saturate};
 
 /// A clock that has been running for long.
@@ -83,5 +84,41 @@ fn a_quaternion_of_single_precision_stretches_nothing() {
             "{:?}",
             tick.contacts
         );
+    }
+}
+
+/// Two vertices a hair apart, and a merged face between them and the one that reaches farthest: the march ended at the hair, and
+/// was 1 % too far.
+#[test]
+fn a_march_does_not_end_at_a_hair() {
+    let points = |list: &[[f64; 3]]| list.iter().map(|&p| DVec3::from(p)).collect::<Vec<_>>();
+    let a = points(&[
+        [-3.125, -3.125, -3.125],
+        [-2.5625, -3.125, 0.5],
+        [-0.5, -0.5, 2.875],
+        [-0.5, 0.5, -0.5],
+        [0.5, -0.5, 3.625_000_83],
+        [0.5, -0.5, 3.625_000_84],
+    ]);
+    let b = points(&[
+        [-0.5, -0.5, -0.5],
+        [-0.5, -0.5, 2.875],
+        [-0.5, 0.5, 0.5],
+        [0.5, -2.718_75, -3.125],
+        [0.5, 0.5, -1.875],
+    ]);
+    let hull = |points: &[DVec3]| {
+        let extent = points.iter().map(|p| p.length()).fold(0.0, f64::max);
+        convex_hull(points, 1e-9 * extent).expect("a hull").into_polytope().expect("a solid").0
+    };
+    let (a, b) = (hull(&a), hull(&b));
+    let pose =
+        Pose::from_translation(DVec3::new(-15.863_545_472_809_99, -16.187_291_298_785_706, -2.589_966_607_805_713));
+    let place = pose.placement();
+    for v in 0..6 {
+        let start = FeaturePair { a: Feature::Vertex(v), b: Feature::Vertex(3) };
+        let marched = march(&a, &b, &place, start);
+        let Proximity::Disjoint(closest) = marched.proximity else { panic!("{marched:?}") };
+        assert!((closest.distance - 21.256_145_927_487_49).abs() < 1e-7, "from vertex {v}: {marched:?}");
     }
 }

@@ -1,18 +1,22 @@
 //! `palpus run`: the closed loop.
 //!
-//! 1. What was typed and a stage become a [`Plan`]: device, thresholds, settings.
-//! 2. A plan becomes a [`Session`], which owns the servo thread and is steered by newest values.
+//! 1. What was typed and a stage become a [`Plan`]: device, thresholds, settings; two, where the scene has two tools. With an engine it is [`Ready`].
+//! 2. That becomes a [`Session`], which owns the servo thread and is steered by newest values.
 //! 3. A window or a line in the terminal shows it ([`live`]); the window may have it followed by another one ([`crate::window`]).
 //! 4. What it was like is printed and plotted.
 
 mod live;
 mod plan;
+mod ready;
+mod recordings;
 mod replayed;
+mod seat;
 mod servo_thread;
 mod session;
 #[cfg(test)]
 mod session_tests;
 
+use std::path::Path;
 use std::process::ExitCode;
 #[cfg(feature = "window")]
 use std::sync::atomic::AtomicBool;
@@ -22,13 +26,17 @@ use std::time::{Duration, Instant};
 use anyhow::bail;
 use palpus_device::{RealTimeOptions, RunEnd};
 use palpus_io::read_recording;
+use serde::Serialize;
 
 use crate::args::{RunArguments, file_policy};
 use crate::interrupt::stop_at_ctrl_c;
-use crate::{output, picture, plots, safety, stage, summary, two, window};
+use crate::summary::Summary;
+use crate::two::NAMES;
+use crate::{output, picture, plots, stage, summary, window};
 
 pub(crate) use live::Live;
 pub(crate) use plan::Plan;
+pub(crate) use ready::{Ready, Stopped};
 pub(crate) use servo_thread::joined;
 pub(crate) use session::{Beginning, Ended, Session};
 
@@ -42,37 +50,33 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     if let Some(file) = &arguments.hand_path {
         stage.follow(file, arguments.hand_scale, arguments.hand_speed)?;
     }
-    if stage.second.is_some() {
-        return two::run(arguments, stage, &stop_at_ctrl_c());
-    }
     for (given, name) in [(&arguments.second_device, "--second-device"), (&arguments.second_hand, "--second-hand")] {
-        if given.is_some() {
+        if given.is_some() && stage.second.is_none() {
             bail!("{name} needs a scene with a second tool, such as two-hands; {} has one tool", arguments.scene);
         }
     }
-    let plan = Plan::new(arguments, &arguments.scene, stage, headless.is_none())?;
+    let mut ready = Ready::new(arguments, &arguments.scene, stage, headless.is_none())?;
     if arguments.limits {
-        safety::print(plan.spec(), &plan.limits, arguments.json)?;
+        ready.print_limits(arguments.json)?;
         return Ok(ExitCode::SUCCESS);
     }
-    let mut engine = plan.engine(headless.is_none())?;
     if let Some(at) = arguments.at {
-        engine.keep(tick_at(at, arguments.duration.unwrap_or(DEFAULT_SECONDS), plan.rate_hz)?);
+        ready.keep(tick_at(at, arguments.duration.unwrap_or(DEFAULT_SECONDS), ready.plan().rate_hz)?);
     }
     if !arguments.json {
-        plan.announce(arguments, headless);
+        ready.announce(arguments, headless)?;
     }
     let stop = stop_at_ctrl_c();
     let ended = match headless {
         Some(_) => {
-            let mut session = Session::start(plan, engine, &beginning(arguments), &stop)?;
+            let mut session = Session::start(ready, &beginning(arguments), &stop)?;
             if !arguments.json {
                 session.tell_claims();
                 live::watch(&mut session, &stop, None);
             }
             vec![session.wait()?]
         }
-        None => window::run(arguments, plan, engine, &stop)?,
+        None => window::run(arguments, ready, &stop)?,
     };
     finish(arguments, ended)
 }
@@ -81,7 +85,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
 const DEFAULT_SECONDS: f64 = 10.0;
 
 /// The tick that `--at` names, in a run of so many seconds.
-pub(crate) fn tick_at(at: f64, seconds: f64, rate_hz: f64) -> anyhow::Result<u64> {
+fn tick_at(at: f64, seconds: f64, rate_hz: f64) -> anyhow::Result<u64> {
     if !(0.0..seconds).contains(&at) {
         bail!("--at {at} is not within the {seconds} s of the run; see --duration");
     }
@@ -89,7 +93,7 @@ pub(crate) fn tick_at(at: f64, seconds: f64, rate_hz: f64) -> anyhow::Result<u64
 }
 
 /// True if a run that ended so is a failure of the command.
-pub(crate) fn has_failed(end: &RunEnd) -> bool {
+fn has_failed(end: &RunEnd) -> bool {
     matches!(end, RunEnd::DeviceFailed(_) | RunEnd::Panicked(_) | RunEnd::Faulted(_))
 }
 
@@ -133,26 +137,50 @@ fn finish(arguments: &RunArguments, ended: Vec<Ended>) -> anyhow::Result<ExitCod
             let moment = engine.shown(1.0 / rate_hz);
             picture::write_run(&name, &stage, settings.limits.torque, moment, file, &arguments.picture)?;
         }
-        failed |= has_failed(&run.end);
+        failed |= has_failed(&run.end) || run.second.is_some_and(|second| has_failed(&second.end));
     }
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
+/// The summaries of two devices; the first one's stands where that of a single one does.
+#[derive(Serialize)]
+struct Both<'a> {
+    #[serde(flatten)]
+    first: &'a Summary,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    second: Option<&'a Summary>,
+}
+
 fn report(arguments: &RunArguments, run: &Ended) -> anyhow::Result<()> {
+    let (first, second) = (&run.summary, run.second.as_ref().map(|second| &second.summary));
     if arguments.json {
-        return output::json(&run.summary);
+        return output::json(&Both { first, second });
     }
-    summary::print(&run.summary);
+    for (summary, name) in [Some(first), second].into_iter().flatten().zip(NAMES) {
+        if second.is_some() {
+            output::line(format!("{:>14}", format!("{name} hand")));
+        }
+        summary::print(summary);
+    }
     for file in &run.recordings {
-        let plot = file.with_extension("svg");
-        let recording = read_recording(file)?;
-        if recording.rows.len() > 1 {
-            plots::write_svg(&plots::run_figure(&run.name, &recording.rows), &plot)?;
-            output::line(format!("{:>14}  {} (plot: {})", "recorded", file.display(), plot.display()));
-            // What came before its first tick is not in it.
-            if recording.rows[0].tick == 0 {
-                output::line(format!("{:>14}  palpus replay {}", "again", file.display()));
-            }
+        told(&run.name, file, true)?;
+    }
+    for file in run.second.iter().flat_map(|second| &second.recordings) {
+        told(&format!("{}, {} hand", run.name, NAMES[1]), file, false)?;
+    }
+    Ok(())
+}
+
+/// Plots a recording of the scene `name`, and says where both are; and how it is replayed.
+fn told(name: &str, file: &Path, with_replay: bool) -> anyhow::Result<()> {
+    let plot = file.with_extension("svg");
+    let recording = read_recording(file)?;
+    if recording.rows.len() > 1 {
+        plots::write_svg(&plots::run_figure(name, &recording.rows), &plot)?;
+        output::line(format!("{:>14}  {} (plot: {})", "recorded", file.display(), plot.display()));
+        // What came before its first tick is not in it.
+        if with_replay && recording.rows[0].tick == 0 {
+            output::line(format!("{:>14}  palpus replay {}", "again", file.display()));
         }
     }
     Ok(())

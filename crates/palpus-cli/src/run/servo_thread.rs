@@ -1,6 +1,7 @@
 //! The servo thread's side of a session. Nothing here waits, locks or, once the loop runs, obtains memory: newest values come and go through
 //! exchanges of three slots, files to record to through a queue.
 
+use std::cell::Cell;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
@@ -10,13 +11,14 @@ use anyhow::anyhow;
 use palpus::render::Settings;
 use palpus_device::{
     DeviceState, FaultyDevice, HapticDevice, Publisher, RealTimeClaims, RealTimeOptions, RunStatistics, Script, Servo,
-    ServoTick, claim,
+    ServoTick, StepOutcome, ToolOutcome, claim,
 };
 
-use super::Live;
+use super::{Live, Stopped};
 use crate::engine::{Detail, Engine};
 use crate::recording::Rows;
 use crate::summary::Gatherer;
+use crate::two::TwoEngine;
 
 /// A recording to go on with, and the settings that its header tells of; `None`: none.
 pub(super) type Order = Option<(Rows, Settings)>;
@@ -26,23 +28,39 @@ pub(super) const ORDERS: usize = 64;
 
 /// All that the thread needs.
 pub(super) struct ServoThread {
-    pub(super) servo: Servo,
-    pub(super) engine: Engine,
-    pub(super) device: FaultyDevice<Box<dyn HapticDevice + Send>>,
+    pub(super) working: Working,
+    pub(super) work: Work,
     pub(super) script: Script,
-    pub(super) gatherer: Gatherer,
-    pub(super) log: Log,
-    pub(super) live: (Publisher<Live>, Live),
     pub(super) claims: Option<RealTimeOptions>,
     pub(super) stop: Arc<AtomicBool>,
 }
 
-/// What it leaves behind.
+/// What steps, and a second device if there is one.
+pub(super) enum Work {
+    One(Box<Engine>),
+    Two(Box<(TwoEngine, Working)>),
+}
+
+/// What one device needs.
+pub(super) struct Working {
+    pub(super) servo: Servo,
+    pub(super) device: FaultyDevice<Box<dyn HapticDevice + Send>>,
+    pub(super) gatherer: Gatherer,
+    pub(super) log: Log,
+    pub(super) live: (Publisher<Live>, Live),
+}
+
+/// What the thread leaves behind.
 pub(super) struct Turned {
+    pub(super) first: Worked,
+    pub(super) second: Option<Worked>,
+    pub(super) engine: Stopped,
+}
+
+/// What it leaves of one device.
+pub(super) struct Worked {
     pub(super) statistics: RunStatistics,
     pub(super) gatherer: Gatherer,
-    /// As it is after its last step.
-    pub(super) engine: Engine,
 }
 
 /// What a thread of a servo loop leaves behind when it is joined.
@@ -53,19 +71,70 @@ pub(crate) fn joined<T>(result: thread::Result<T>) -> anyhow::Result<T> {
 impl ServoThread {
     /// The loop, from its first tick to its last; before the first, `granted` is told what the system grants.
     pub(super) fn turn(self, granted: &mpsc::Sender<Option<RealTimeClaims>>) -> Turned {
-        let Self { mut servo, mut engine, mut device, script, mut gatherer, mut log, live, claims, stop } = self;
-        let (mut publisher, mut now) = live;
-        let mut observe = |tick: &ServoTick, detail: &Detail| {
-            gatherer.add(tick, detail);
-            log.add(tick, detail);
-            now = now.after(tick, detail);
-            publisher.publish(now);
-        };
+        let Self { working, work, script, claims, stop } = self;
         // The other end is there until it was told.
         let _ = granted.send(claims.as_ref().map(claim));
-        let step = script.step(|state: &DeviceState, dt| engine.step(state, dt));
-        let statistics = servo.run(&mut device, step, &mut observe, &stop);
-        Turned { statistics, gatherer, engine }
+        match work {
+            Work::One(engine) => one(working, engine, script, &stop),
+            Work::Two(both) => {
+                let (engine, second) = *both;
+                two([working, second], engine, script, &stop)
+            }
+        }
+    }
+}
+
+fn one(working: Working, mut engine: Box<Engine>, script: Script, stop: &AtomicBool) -> Turned {
+    let Working { mut servo, mut device, gatherer, log, live } = working;
+    let mut sight = Sight { gatherer, log, live };
+    let step = script.step(|state: &DeviceState, dt| engine.step(state, dt));
+    let mut observe = |tick: &ServoTick, detail: &Detail| sight.see(tick, detail);
+    let statistics = servo.run(&mut device, step, &mut observe, stop);
+    Turned { first: Worked { statistics, gatherer: sight.gatherer }, second: None, engine: Stopped::One(engine) }
+}
+
+fn two(working: [Working; 2], mut engine: TwoEngine, script: Script, stop: &AtomicBool) -> Turned {
+    let [first, second] =
+        working.map(|Working { servo, device, gatherer, log, live }| (servo, device, Sight { gatherer, log, live }));
+    let ((mut servo, mut device, sight), (mut other_servo, mut other_device, other_sight)) = (first, second);
+    let mut sights = [sight, other_sight];
+    // What goes wrong in the step on purpose does so around that of the first tool.
+    let aside = Cell::new(None);
+    let mut scripted = script.step(|state: &DeviceState, dt| {
+        let [first, second] = engine.step(&[*state, aside.take().unwrap_or(*state)], dt);
+        let StepOutcome { wrench, saturated, detail } = first.outcome;
+        StepOutcome { wrench, saturated, detail: (detail, first.received, second) }
+    });
+    let step = |states: &[DeviceState; 2], dt: f64| {
+        aside.set(Some(states[1]));
+        let StepOutcome { wrench, saturated, detail: (detail, received, second) } = scripted(&states[0], dt);
+        [ToolOutcome { outcome: StepOutcome { wrench, saturated, detail }, received }, second]
+    };
+    let mut observe = |which: usize, tick: &ServoTick, detail: &Detail| sights[which].see(tick, detail);
+    let statistics = servo.run_both(&mut other_servo, [&mut device, &mut other_device], step, &mut observe, stop);
+    drop(scripted);
+    let ([first, second], [sight, other_sight]) = (statistics, sights);
+    Turned {
+        first: Worked { statistics: first, gatherer: sight.gatherer },
+        second: Some(Worked { statistics: second, gatherer: other_sight.gatherer }),
+        engine: Stopped::Two(Box::new(engine)),
+    }
+}
+
+/// What sees every tick of a device.
+struct Sight {
+    gatherer: Gatherer,
+    log: Log,
+    live: (Publisher<Live>, Live),
+}
+
+impl Sight {
+    fn see(&mut self, tick: &ServoTick, detail: &Detail) {
+        self.gatherer.add(tick, detail);
+        self.log.add(tick, detail);
+        let (publisher, now) = &mut self.live;
+        *now = now.after(tick, detail);
+        publisher.publish(*now);
     }
 }
 

@@ -14,40 +14,28 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
 use std::thread::JoinHandle;
-use std::time::{Duration, Instant};
 
-use anyhow::anyhow;
-use palpus::render::{Clustering, Settings, SettingsError};
-use palpus_device::{
-    DeviceSpec, Guide, HapticDevice, Newest, Publisher, RealTimeClaims, RealTimeOptions, Reins, RunEnd, SafetyLimits,
-    Servo, latest, leave_core,
-};
-use palpus_io::RecordingHeader;
+use palpus::render::{Settings, SettingsError};
+use palpus_device::{DeviceSpec, Guide, Publisher, RealTimeClaims, RealTimeOptions, Reins, RunEnd, leave_core};
 use palpus_io::scene::CouplingMode;
 
-use super::servo_thread::{Log, ORDERS, Order, ServoThread, Turned, joined};
-use super::{Live, Plan};
-use crate::engine::Engine;
-use crate::recording::{Recording, Rows, Writing};
+use super::seat::{EndedSeat, Seat, Taken, preset};
+use super::servo_thread::{ServoThread, Turned, Work, joined};
+use super::{Live, Ready, Stopped};
+use crate::files;
+use crate::safety;
 use crate::stage::Stage;
-use crate::summary::{Gatherer, Summary};
-use crate::{files, safety};
+use crate::summary::Summary;
+use crate::two::NAMES;
 
 /// A run under way.
 pub(crate) struct Session {
     name: String,
     stage: Stage,
-    spec: DeviceSpec,
     rate_hz: f64,
-    limits: SafetyLimits,
-    /// Those of the next tick.
-    settings: Settings,
-    crease_angle: Option<f64>,
-    asked: Publisher<Settings>,
-    guide: Option<Publisher<Guide>>,
-    live: Newest<Live>,
+    first: Seat,
+    second: Option<Seat>,
     reins: Arc<Reins>,
-    recordings: Recordings,
     claims: Option<RealTimeClaims>,
     thread: JoinHandle<Turned>,
 }
@@ -55,7 +43,7 @@ pub(crate) struct Session {
 /// How a run begins.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Beginning<'a> {
-    /// Recorded to this file, which is overwritten.
+    /// Recorded to this file, which is overwritten; a second device to one beside it.
     pub(crate) record: Option<&'a Path>,
     /// What the servo thread asks of the system.
     pub(crate) claims: Option<RealTimeOptions>,
@@ -71,57 +59,49 @@ pub(crate) struct Ended {
     pub(crate) settings: Settings,
     pub(crate) summary: Summary,
     pub(crate) end: RunEnd,
-    /// As it is after its last step.
-    pub(crate) engine: Engine,
     /// Files that were recorded.
     pub(crate) recordings: Vec<PathBuf>,
+    /// What it was like for a second device.
+    pub(crate) second: Option<EndedSeat>,
+    /// As it is after its last step.
+    pub(crate) engine: Stopped,
     /// What else there is to say.
     pub(crate) notes: Vec<String>,
 }
 
 impl Session {
     /// Starts the loop on a thread of its own. It ends when its duration is over, when it is told to, or with `stop`.
-    pub(crate) fn start(
-        plan: Plan,
-        mut engine: Engine,
-        beginning: &Beginning<'_>,
-        stop: &Arc<AtomicBool>,
-    ) -> anyhow::Result<Self> {
+    pub(crate) fn start(ready: Ready, beginning: &Beginning<'_>, stop: &Arc<AtomicBool>) -> anyhow::Result<Self> {
         let Beginning { record, claims, paused } = *beginning;
-        let stop = Arc::clone(stop);
-        let Plan { name, stage, rate_hz, options, limits, settings, device, guide, script, header, .. } = plan;
-        let servo = Servo::new(options)?;
-        let (reins, spec) = (servo.reins(), device.spec().clone());
+        let plan = ready.plan();
+        let (name, rate_hz, script) = (plan.name.clone(), plan.rate_hz, plan.script.clone());
+        let (first, second, working, work, stage) = match ready {
+            Ready::One(run) => {
+                let (plan, mut engine) = *run;
+                let files = record.map(|file| (file, None));
+                let Taken { seat, working, newest, stage } = Seat::take(plan, 0, files, engine.crease_angle())?;
+                engine.steer(newest);
+                (seat, None, working, Work::One(Box::new(engine)), stage)
+            }
+            Ready::Two(run) => {
+                let ([plan, other], mut engine) = *run;
+                let beside = record.map(|file| files::beside(file, NAMES[1]));
+                let files = record.zip(beside.as_deref());
+                let crease_angle = engine.crease_angle();
+                let first = Seat::take(plan, 0, files.map(|(one, other)| (one, Some(other))), crease_angle)?;
+                let second = Seat::take(other, 1, files.map(|(one, other)| (other, Some(one))), crease_angle)?;
+                engine.steer([first.newest, second.newest]);
+                let work = Work::Two(Box::new((engine, second.working)));
+                (first.seat, Some(second.seat), first.working, work, first.stage)
+            }
+        };
+        let reins = working.servo.reins();
         reins.pause(paused);
-        let (asked, newest) = latest(settings);
-        let crease_angle = engine.crease_angle();
-        engine.steer(newest);
-        let (publisher, live) = latest(Live::new(rate_hz));
-        let (mut recordings, orders, over) = Recordings::new(header);
-        let rows = record.map(|path| recordings.start(path.to_owned(), &settings)).transpose()?;
-        let log = Log { rows, in_force: settings, orders, over };
-        let live_end = (publisher, Live::new(rate_hz));
-        let gatherer = Gatherer::new()?;
-        let work = ServoThread { servo, engine, device, script, gatherer, log, live: live_end, claims, stop };
+        let work = ServoThread { working, work, script, claims, stop: Arc::clone(stop) };
         let (granted, grants) = mpsc::channel();
         let thread = std::thread::Builder::new().name("servo".to_owned()).spawn(move || work.turn(&granted))?;
         let claims = grants.recv().ok().flatten();
-        Ok(Self {
-            name,
-            stage,
-            spec,
-            rate_hz,
-            limits,
-            settings,
-            crease_angle,
-            asked,
-            guide,
-            live,
-            reins,
-            recordings,
-            claims,
-            thread,
-        })
+        Ok(Self { name, stage, rate_hz, first, second, reins, claims, thread })
     }
 
     /// Says what the system granted.
@@ -131,9 +111,11 @@ impl Session {
         }
     }
 
-    /// The newest numbers.
+    /// The newest numbers: the first device's, with the faults of both.
     pub(crate) fn live(&mut self) -> Live {
-        *self.live.get()
+        let live = *self.first.live.get();
+        let of_second = self.second.as_mut().map_or(0, |second| second.live.get().faults);
+        Live { faults: live.faults + of_second, ..live }
     }
 
     /// The loop has ended.
@@ -143,19 +125,18 @@ impl Session {
 
     /// What it was like, when it is over.
     pub(crate) fn wait(self) -> anyhow::Result<Ended> {
-        let Turned { statistics, gatherer, engine } = joined(self.thread.join())?;
-        let (recordings, notes) = self.recordings.finish()?;
-        Ok(Ended {
-            name: self.name,
-            stage: self.stage,
-            rate_hz: self.rate_hz,
-            settings: self.settings,
-            summary: gatherer.finish(&statistics, &self.limits, self.claims.as_ref()),
-            end: statistics.end,
-            engine,
-            recordings,
-            notes,
-        })
+        let Turned { first, second, engine } = joined(self.thread.join())?;
+        let claims = self.claims.as_ref();
+        let settings = self.first.settings;
+        let (EndedSeat { summary, end, recordings }, mut notes) = self.first.end(first, claims)?;
+        let mut of_second = None;
+        if let Some((seat, worked)) = self.second.zip(second) {
+            let (ended, more) = seat.end(worked, claims)?;
+            notes.extend(more);
+            of_second = Some(ended);
+        }
+        let Self { name, stage, rate_hz, .. } = self;
+        Ok(Ended { name, stage, rate_hz, settings, summary, end, recordings, second: of_second, engine, notes })
     }
 }
 
@@ -175,9 +156,9 @@ impl Session {
         self.wait()
     }
 
-    /// What the device says of itself.
+    /// What the first device says of itself.
     pub(crate) fn spec(&self) -> &DeviceSpec {
-        &self.spec
+        &self.first.spec
     }
 
     /// What is run.
@@ -185,47 +166,40 @@ impl Session {
         &self.stage
     }
 
-    /// The engine's settings from the next tick on.
+    /// The engine's settings from the next tick on, of the first device's tool.
     pub(crate) fn settings(&self) -> &Settings {
-        &self.settings
+        &self.first.settings
     }
 
     /// Sets them. What the engine's memory, the device and the grip decide stays what it is: capacity, time budget, limits, grip and the crease angle
-    /// of shading; the tool's skin is never wider than the tolerance.
+    /// of shading; the tool's skin is never wider than the tolerance. A second device's tool gets the same but for its coupling, which is there
+    /// or not as the first one's is, and as its own device needs it.
     pub(crate) fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
-        let Settings { capacity, time_budget, limits, grip_a, .. } = self.settings;
-        let mut settings = Settings { capacity, time_budget, limits, grip_a, ..*settings };
-        if let (Some(shading), Some(crease_angle)) = (&mut settings.shading, self.crease_angle) {
-            shading.crease_angle = crease_angle;
+        let of_second = self.second.as_ref().map(|second| second.fit_of_other(settings));
+        if let Some(settings) = &of_second {
+            settings.validate()?;
         }
-        if let Some(coupling) = &mut settings.coupling {
-            coupling.skin = coupling.skin.min(settings.contact_tolerance);
-        }
-        settings.validate()?;
-        if settings != self.settings {
-            self.settings = settings;
-            self.asked.publish(settings);
+        self.first.set(&self.first.fit(settings))?;
+        if let Some((second, settings)) = self.second.as_mut().zip(of_second) {
+            second.set(&settings)?;
         }
         Ok(())
     }
 
     /// Settings by name: palpus's own for this scene on this device, and the paper's.
     pub(crate) fn presets(&self) -> [(&'static str, Settings); 2] {
-        let of = |mode, clustering| Settings { clustering, ..self.stage.settings_in(mode, &self.spec, self.rate_hz) };
-        [
-            ("palpus", of(CouplingMode::Coupled, Clustering::Smooth)),
-            ("paper", of(CouplingMode::Direct, Clustering::Linkage)),
-        ]
+        let of = |mode| preset(&self.stage, &self.first.spec, self.rate_hz, mode);
+        [("palpus", of(CouplingMode::Coupled)), ("paper", of(CouplingMode::Direct))]
     }
 
-    /// True if there is a simulated hand that can be moved.
+    /// True if there is a simulated hand that can be moved. Of two it is the first.
     pub(crate) fn can_guide(&self) -> bool {
-        self.guide.is_some()
+        self.first.guide.is_some()
     }
 
     /// Moves the simulated hand; `None` when there is none that can be moved.
     pub(crate) fn guide(&mut self) -> Option<&mut Publisher<Guide>> {
-        self.guide.as_mut()
+        self.first.guide.as_mut()
     }
 
     /// Pauses it, takes it on by single ticks.
@@ -233,84 +207,34 @@ impl Session {
         &self.reins
     }
 
-    /// The file that is being recorded to.
+    /// The file that is being recorded to; of two devices the first one's.
     pub(crate) fn recording(&self) -> Option<&Path> {
-        self.recordings.writing.as_ref().map(Writing::path)
+        self.first.recordings.path()
     }
 
-    /// Begins a recording with the next tick, in a file beside the one called `base` or in that, and not in one that exists. Ends the one that is under way.
+    /// Begins a recording with the next tick, in a file beside the one called `base` or in that, and not in one that exists; of two devices in two.
+    /// Ends the one that is under way.
     pub(crate) fn record(&mut self, base: &Path) -> anyhow::Result<PathBuf> {
         self.stop_recording()?;
-        let path = files::free(base);
-        let rows = self.recordings.start(path.clone(), &self.settings)?;
-        let ordered = self.recordings.order(Some((rows, self.settings)));
-        if ordered.is_err() {
-            self.recordings.writing = None;
+        let Some(second) = &mut self.second else {
+            let path = files::free(base);
+            self.first.recordings.begin(path.clone(), None, &self.first.settings)?;
+            return Ok(path);
+        };
+        let [path, beside] = files::free_pair(base, NAMES[1]);
+        self.first.recordings.begin(path.clone(), Some(&beside), &self.first.settings)?;
+        let begun = second.recordings.begin(beside, Some(&path), &second.settings);
+        if begun.is_err() {
+            self.stop_recording()?;
         }
-        ordered.map(|()| path)
+        begun.map(|()| path)
     }
 
     /// Ends the recording that is under way; answers its file.
     pub(crate) fn stop_recording(&mut self) -> anyhow::Result<Option<PathBuf>> {
-        self.recordings.stop()
-    }
-}
-
-/// The recordings of a session, one after the other.
-struct Recordings {
-    header: RecordingHeader,
-    orders: rtrb::Producer<Order>,
-    over: rtrb::Consumer<Rows>,
-    writing: Option<Writing>,
-    written: Vec<PathBuf>,
-    notes: Vec<String>,
-}
-
-/// For so long the servo thread may be waited for to put a recording down: many ticks; a paused loop does not answer.
-const PATIENCE: Duration = Duration::from_millis(50);
-
-impl Recordings {
-    /// And the servo thread's ends of the queues.
-    fn new(header: RecordingHeader) -> (Self, rtrb::Consumer<Order>, rtrb::Producer<Rows>) {
-        let (orders, ordered) = rtrb::RingBuffer::new(ORDERS);
-        // One more than can be ordered: the first is not ordered.
-        let (put_down, over) = rtrb::RingBuffer::new(ORDERS + 1);
-        (Self { header, orders, over, writing: None, written: Vec::new(), notes: Vec::new() }, ordered, put_down)
-    }
-
-    /// Creates a file and what writes to it; `settings` are those that are in force.
-    fn start(&mut self, path: PathBuf, settings: &Settings) -> anyhow::Result<Rows> {
-        self.header.scene.render = *settings;
-        let Recording { rows, writing } = Recording::start(&path, &self.header)?;
-        self.writing = Some(writing);
-        Ok(rows)
-    }
-
-    fn order(&mut self, order: Order) -> anyhow::Result<()> {
-        while self.over.pop().is_ok() {}
-        self.orders.push(order).map_err(|_| anyhow!("the loop does not answer; let it go on first"))
-    }
-
-    fn stop(&mut self) -> anyhow::Result<Option<PathBuf>> {
-        let Some(writing) = self.writing.take() else { return Ok(None) };
-        self.order(None)?;
-        let begin = Instant::now();
-        while self.over.is_empty() && begin.elapsed() < PATIENCE {
-            std::thread::sleep(Duration::from_micros(200));
+        if let Some(second) = &mut self.second {
+            second.recordings.stop()?;
         }
-        let path = writing.path().to_owned();
-        self.notes.extend(writing.finish()?);
-        self.written.push(path.clone());
-        Ok(Some(path))
-    }
-
-    /// The files, and what there is to say of them, when the loop is over.
-    fn finish(mut self) -> anyhow::Result<(Vec<PathBuf>, Vec<String>)> {
-        if let Some(writing) = self.writing.take() {
-            let path = writing.path().to_owned();
-            self.notes.extend(writing.finish()?);
-            self.written.push(path);
-        }
-        Ok((self.written, self.notes))
+        self.first.recordings.stop()
     }
 }

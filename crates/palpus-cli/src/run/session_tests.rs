@@ -13,10 +13,10 @@ use palpus_device::Guide;
 use palpus_io::read_recording;
 use palpus_io::scene::FilePolicy;
 
-use super::{Beginning, Ended, Plan, Session};
+use super::{Beginning, Ended, Ready, Session};
 use crate::args::RunArguments;
 use crate::replay::run_again;
-use crate::stage;
+use crate::{stage, two};
 
 /// A folder of its own for one test, gone when the test is over.
 struct Folder(PathBuf);
@@ -40,10 +40,9 @@ fn paused(scene: &str, record: Option<PathBuf>) -> Session {
     crate::bodies::use_cache(false);
     let arguments = RunArguments::parse_from(["run", scene, "--fast"]);
     let stage = stage::prepare(scene, FilePolicy::Inside).expect("a built-in scene");
-    let plan = Plan::new(&arguments, scene, stage, true).expect("a plan");
-    let engine = plan.engine(true).expect("an engine");
+    let ready = Ready::new(&arguments, scene, stage, true).expect("a plan and an engine");
     let beginning = Beginning { record: record.as_deref(), claims: None, paused: true };
-    Session::start(plan, engine, &beginning, &Arc::new(AtomicBool::new(false))).expect("a session")
+    Session::start(ready, &beginning, &Arc::new(AtomicBool::new(false))).expect("a session")
 }
 
 /// Long: the machine may have other things to do.
@@ -161,4 +160,44 @@ fn recordings_come_and_go_and_overwrite_nothing() {
     assert_eq!(replayed(&file).expect("it was recorded from the start"), (200, 200));
     let refused = replayed(&second).expect_err("it was not").to_string();
     assert!(refused.contains("tick 300") && refused.contains("in the course of"), "{refused}");
+}
+
+#[test]
+fn two_tools_are_steered_recorded_on_demand_and_replayed_bit_for_bit() {
+    let folder = Folder::new("two-tools");
+    let file = folder.0.join("run.csv");
+    let mut session = paused("two-hands", Some(file.clone()));
+    let [(_, usual), (_, paper)] = session.presets();
+    run_to(&mut session, 700);
+    let at = Pose { translation: session.stage().path.pose(0.3).translation, ..Pose::IDENTITY };
+    session.guide().expect("a hand").publish(Guide::Held(at));
+    session.set_settings(&Settings { friction: Some(FRICTION), shading: Some(SHADING), ..paper }).expect("it can be");
+    run_to(&mut session, 1500);
+    session.set_settings(&usual).expect("it can be");
+    run_to(&mut session, 2500);
+    // Nothing is overwritten, neither the first tool's file nor the second one's.
+    std::fs::write(folder.0.join("run-2-second.csv"), "mine").expect("a file");
+    let later = session.record(&file).expect("two files");
+    assert_eq!(later, folder.0.join("run-3.csv"));
+    run_to(&mut session, 2600);
+    let Ended { summary, recordings, second, notes, .. } = session.end().expect("it ends");
+    let second = second.expect("a second tool");
+    assert_eq!((summary.ticks, second.summary.ticks), (2600, 2600));
+    assert_eq!((summary.allocations, second.summary.allocations), (0, 0), "the loop allocates");
+    assert!(notes.is_empty(), "{notes:?}");
+    assert_eq!(recordings, [file.clone(), later.clone()]);
+    assert_eq!(second.recordings, ["run-second.csv", "run-3-second.csv"].map(|name| folder.0.join(name)));
+    let changed = |path: &PathBuf| -> Vec<u64> {
+        read_recording(path).expect("a recording").changes.iter().map(|change| change.0).collect()
+    };
+    assert_eq!((changed(&file), changed(&second.recordings[0])), (vec![700, 1500], vec![700, 1500]));
+    for path in [&file, &second.recordings[0]] {
+        let recording = read_recording(path).expect("a recording");
+        for report in two::replay::both(path, &recording, FilePolicy::Inside).expect("it can be replayed") {
+            assert!(report.is_identical(), "{}", path.display());
+        }
+    }
+    let late = read_recording(&later).expect("a recording");
+    let error = two::replay::both(&later, &late, FilePolicy::Inside).err().expect("it has no beginning").to_string();
+    assert!(error.contains("in the course of a run"), "{error}");
 }

@@ -1,8 +1,8 @@
 //! Two tools as the step of a servo loop: both devices' states in, a wrench for each out.
 
-use palpus::render::{Duo, Settings};
+use palpus::render::{Duo, Settings, SettingsError};
 use palpus_alloc::allocations_of_this_thread;
-use palpus_device::{DeviceState, StepOutcome, ToolOutcome};
+use palpus_device::{DeviceState, Newest, Publisher, StepOutcome, ToolOutcome};
 use palpus_window::Moment;
 
 use crate::clock::WallClock;
@@ -16,6 +16,9 @@ pub(crate) struct TwoEngine {
     clock: WallClock,
     shot: Option<(u64, Moment)>,
     taken: bool,
+    live: Option<Publisher<Moment>>,
+    asked: Option<[Newest<Settings>; 2]>,
+    crease_angle: Option<f64>,
 }
 
 impl TwoEngine {
@@ -24,7 +27,42 @@ impl TwoEngine {
         let probes = stages.map(|stage| stage.probe.clone());
         let duo = Duo::new(probes, stages[0].environment.clone(), settings)?;
         let frame = Frame::new(stages[0].environment_pose);
-        Ok(Self { duo, frame, clock: WallClock::new(), shot: None, taken: false })
+        let crease_angle = settings.iter().find_map(|settings| Some(settings.shading?.crease_angle));
+        let clock = WallClock::new();
+        Ok(Self { duo, frame, clock, shot: None, taken: false, live: None, asked: None, crease_angle })
+    }
+
+    /// The same, able to take up shading later on, at this crease angle (rad) if it has no other.
+    pub(crate) fn with_surfaces(self, crease_angle: f64) -> Self {
+        let crease_angle = self.crease_angle.unwrap_or(crease_angle);
+        Self { duo: self.duo.with_surfaces(crease_angle), crease_angle: Some(crease_angle), ..self }
+    }
+
+    /// rad: at which shading can be on.
+    pub(crate) fn crease_angle(&self) -> Option<f64> {
+        self.crease_angle
+    }
+
+    /// Before each step the newest settings of each tool are taken from `asked`.
+    pub(crate) fn steer(&mut self, asked: [Newest<Settings>; 2]) {
+        self.asked = Some(asked);
+    }
+
+    /// Goes on with other settings of tool `which` (0 or 1) from the next step on; see [`Duo::set_settings`].
+    pub(crate) fn set_settings(&mut self, which: usize, settings: &Settings) -> Result<(), SettingsError> {
+        self.duo.set_settings(which, settings)
+    }
+
+    /// The settings that have been asked for since the last step, if they can be.
+    fn changed(&mut self, which: usize) -> Option<Settings> {
+        let settings = *self.asked.as_mut()?[which].take()?;
+        self.set_settings(which, &settings).is_ok().then_some(settings)
+    }
+
+    /// Leaves what every tick has to show with `publisher`.
+    #[cfg(feature = "window")]
+    pub(crate) fn publish(&mut self, publisher: Publisher<Moment>) {
+        self.live = Some(publisher);
     }
 
     /// Keeps what tick number `tick` has to show, for [`Self::shown`].
@@ -50,19 +88,25 @@ impl TwoEngine {
     /// One tick of both: what each device is to push with.
     pub(crate) fn step(&mut self, states: &[DeviceState; 2], dt: f64) -> [ToolOutcome<Detail>; 2] {
         let before = allocations_of_this_thread();
+        let changed = [0, 1].map(|which| self.changed(which));
         let probes = states.each_ref().map(|state| self.frame.probe(&state.pose, &state.twist));
         let index = self.duo.step(&probes, dt, &self.clock)[0].index;
         if let Some((_, moment)) = self.shot.as_mut().filter(|(tick, _)| *tick == index) {
             fill(moment, &self.duo, dt);
             self.taken = true;
         }
+        if let Some(live) = &mut self.live {
+            let duo = &self.duo;
+            live.publish_with(|moment| fill(moment, duo, dt));
+        }
         // Whose it is does not matter: it must be none.
         let allocations = allocations_of_this_thread() - before;
-        self.duo.ticks().map(|tick| ToolOutcome {
+        let ticks = self.duo.ticks();
+        [0, 1].map(|which| (ticks[which], changed[which])).map(|(tick, changed)| ToolOutcome {
             outcome: StepOutcome {
                 wrench: self.frame.for_device(&tick.commanded),
                 saturated: tick.counters.saturated_force + tick.counters.saturated_torque > 0,
-                detail: Detail { tick: tick.summary(), allocations, changed: None },
+                detail: Detail { tick: tick.summary(), allocations, changed },
             },
             received: tick.work_from_other,
         })

@@ -2,6 +2,7 @@
 //!
 //! The two files name each other, without folders: the other one lies beside the one that was named.
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use anyhow::{Context, bail};
@@ -14,13 +15,14 @@ use toml::{Table, Value};
 
 use super::engine::TwoEngine;
 use crate::divergence::{Comparison, Report};
-use crate::{replay, safety, stage};
+use crate::stage::{self, Stage};
+use crate::{replay, safety};
 
 /// Under this name a recording's header tells of the other tool's.
 const SECTION: &str = "other_tool";
 
 /// For the header of tool `which` (0 or 1): where the other one's recording is.
-pub(super) fn name_other(which: usize, other: &Path, into: &mut Table) {
+pub(crate) fn name_other(which: usize, other: &Path, into: &mut Table) {
     let mut table = Table::new();
     let file = other.file_name().unwrap_or_default().to_string_lossy().into_owned();
     table.insert("recording".into(), file.into());
@@ -45,6 +47,21 @@ pub(crate) struct Reports<'a> {
 
 /// Runs both again; answers what came of the named one and of the other.
 pub(crate) fn both(path: &Path, recording: &Recording, policy: FilePolicy) -> anyhow::Result<[Report; 2]> {
+    let Some((which, _)) = other_of(recording) else { bail!("{} is of one tool alone", path.display()) };
+    let other = read_other(path, recording)?;
+    let recordings = in_order(which, recording, &other);
+    let mut comparisons = recordings.map(Comparison::new);
+    let (_, mut engine) = ready(recordings, policy)?;
+    run_again(recordings, &mut engine, &mut |which, k, wrench, contacts| {
+        comparisons[which].add(k, wrench, contacts);
+        ControlFlow::Continue(())
+    })?;
+    let [first, second] = comparisons.map(|comparison| comparison.report());
+    Ok(if which == 0 { [first, second] } else { [second, first] })
+}
+
+/// The recording that belongs to `recording`, which was read from `path`.
+pub(crate) fn read_other(path: &Path, recording: &Recording) -> anyhow::Result<Recording> {
     let Some((which, name)) = other_of(recording) else { bail!("{} is of one tool alone", path.display()) };
     // A name and no path: a recording from elsewhere must not make the program read other files.
     if Path::new(name).file_name().is_none_or(|file| file != name) || name.contains('\\') {
@@ -57,35 +74,54 @@ pub(crate) fn both(path: &Path, recording: &Recording, policy: FilePolicy) -> an
     if other_of(&other).map(|(which, _)| which) != Some(1 - which) {
         bail!("{} is not the recording of the other tool", beside.display());
     }
-    let mut recordings = [recording, &other];
-    if which == 1 {
-        recordings.swap(0, 1);
-    }
-    let mut comparisons = recordings.map(Comparison::new);
-    run_again(recordings, policy, &mut comparisons)?;
-    let [first, second] = comparisons.map(|comparison| comparison.report());
-    Ok(if which == 0 { [first, second] } else { [second, first] })
+    Ok(other)
 }
 
-fn run_again(
-    recordings: [&Recording; 2],
-    policy: FilePolicy,
-    comparisons: &mut [Comparison<'_>; 2],
-) -> anyhow::Result<()> {
+/// The first tool's recording first; `recording` is that of tool `which`.
+pub(crate) fn in_order<'a>(which: usize, recording: &'a Recording, other: &'a Recording) -> [&'a Recording; 2] {
+    if which == 0 { [recording, other] } else { [other, recording] }
+}
+
+/// The recorded scene, and the engine as it was when the recordings began.
+pub(crate) fn ready(recordings: [&Recording; 2], policy: FilePolicy) -> anyhow::Result<(Stage, TwoEngine)> {
     let first = replay::replayable(recordings[0], policy)?;
+    replay::check_rows(recordings[1])?;
     let Some(second) = first.of_second() else { bail!("the recorded scene has no second tool any more") };
     stage::check_content(&second, &recordings[1].header.scene)?;
     let settings = recordings.map(|recording| recording.header.scene.render);
-    let mut engine = TwoEngine::new([&first, &second], settings)?;
+    let engine = TwoEngine::new([&first, &second], settings)?;
+    let crease_angle = recordings.into_iter().find_map(replay::crease_angle);
+    let engine = match crease_angle {
+        Some(angle) => engine.with_surfaces(angle),
+        None => engine,
+    };
+    Ok((first, engine))
+}
+
+/// Runs both on an engine that is [`ready`] and tells `each` of every row: of which tool, which row, the wrench for its device, contacts; until that
+/// breaks off.
+pub(crate) fn run_again(
+    recordings: [&Recording; 2],
+    engine: &mut TwoEngine,
+    each: &mut dyn FnMut(usize, usize, &Wrench, u32) -> ControlFlow<()>,
+) -> anyhow::Result<()> {
     let mut chains = chains(recordings)?;
     let mut contact = ContactAccount::new([chains[0].limits(), chains[1].limits()]);
     let mut states = recordings.map(|recording| state(&recording.rows[0]));
+    let mut changes = recordings.map(|recording| recording.changes.iter().peekable());
     let ticks = recordings.map(|recording| recording.rows.len()).into_iter().max().unwrap_or_default();
     for k in 0..ticks {
         let rows = recordings.map(|recording| recording.rows.get(k));
         for (held, row) in states.iter_mut().zip(rows) {
             // A device that was lost stays where it was.
             *held = row.map_or(DeviceState { twist: Twist::default(), ..*held }, state);
+        }
+        for (which, changes) in changes.iter_mut().enumerate() {
+            while let Some((tick, settings)) = changes.next_if(|(tick, _)| *tick <= k as u64) {
+                let problem =
+                    || format!("the {} tool's settings from tick {tick} on cannot be set", super::NAMES[which]);
+                engine.set_settings(which, settings).with_context(problem)?;
+            }
         }
         let Some(dt) = rows.iter().flatten().next().map(|row| row.dt) else { break };
         let outcomes = engine.step(&states, dt);
@@ -97,7 +133,9 @@ fn run_again(
             let shaped = chains[which].shape(&states[which], &outcomes[which].outcome.wrench, told).wrench;
             // Of a device that was lost in the tick, the brake had the last word.
             let wrench = if told.has(Cut::Device) { Wrench::ZERO } else { shaped };
-            comparisons[which].add(k, &wrench, outcomes[which].outcome.detail.tick.contacts);
+            if each(which, k, &wrench, outcomes[which].outcome.detail.tick.contacts).is_break() {
+                return Ok(());
+            }
         }
     }
     Ok(())

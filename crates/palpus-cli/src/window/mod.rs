@@ -37,22 +37,16 @@ mod here {
 
     use super::steered::Steered;
     use crate::args::RunArguments;
-    use crate::engine::Engine;
-    use crate::run::{self, Beginning, Ended, Plan, Session};
+    use crate::run::{self, Beginning, Ended, Plan, Ready, Session};
     use crate::seen::Seen;
 
     pub(super) fn reason_for_none() -> Option<&'static str> {
         (!has_display()).then_some("no display")
     }
 
-    /// Runs `plan`, and whatever follows it, in a window until that is closed; in the terminal if none can be opened.
-    pub(crate) fn run(
-        arguments: &RunArguments,
-        plan: Plan,
-        engine: Engine,
-        stop: &Arc<AtomicBool>,
-    ) -> anyhow::Result<Vec<Ended>> {
-        let (session, scene, moments) = begin(plan, engine, &run::beginning(arguments), stop)?;
+    /// Runs what is `ready`, and whatever follows it, in a window until that is closed; in the terminal if none can be opened.
+    pub(crate) fn run(arguments: &RunArguments, ready: Ready, stop: &Arc<AtomicBool>) -> anyhow::Result<Vec<Ended>> {
+        let (session, scene, moments) = begin(ready, &run::beginning(arguments), stop)?;
         session.tell_claims();
         let mut steered = Steered::new(arguments, session, stop);
         match open(scene, moments, &mut steered) {
@@ -67,16 +61,15 @@ mod here {
     /// Starts a session that can be seen: what there is to see, and what changes of it. The calling thread, which is the one that draws, then
     /// keeps off the loop's core, and with it the threads that a graphics library without a graphics card starts.
     pub(super) fn begin(
-        plan: Plan,
-        mut engine: Engine,
+        mut ready: Ready,
         beginning: &Beginning<'_>,
         stop: &Arc<AtomicBool>,
     ) -> anyhow::Result<(Session, Scene, Newest<Moment>)> {
-        let capacity = plan.settings.capacity;
+        let capacity = ready.capacity();
         let (publisher, moments) = latest_of(move || Moment::new(capacity));
-        engine.publish(publisher);
-        let scene = scene(&plan);
-        let session = Session::start(plan, engine, beginning, stop)?;
+        ready.publish(publisher);
+        let scene = scene(ready.plan());
+        let session = Session::start(ready, beginning, stop)?;
         session.leave_core();
         Ok((session, scene, moments))
     }
@@ -101,14 +94,13 @@ mod here {
     use std::sync::atomic::AtomicBool;
 
     use crate::args::RunArguments;
-    use crate::engine::Engine;
-    use crate::run::{Ended, Plan};
+    use crate::run::{Ended, Ready};
 
     pub(super) fn reason_for_none() -> Option<&'static str> {
         Some("built without the window: --no-default-features leaves it out")
     }
 
-    pub(crate) fn run(_: &RunArguments, _: Plan, _: Engine, _: &Arc<AtomicBool>) -> anyhow::Result<Vec<Ended>> {
+    pub(crate) fn run(_: &RunArguments, _: Ready, _: &Arc<AtomicBool>) -> anyhow::Result<Vec<Ended>> {
         unreachable!("a program without the window gives a reason for it before every run")
     }
 }

@@ -21,8 +21,7 @@ use super::here::begin;
 use super::loading::{Loader, Tell, one_line};
 use crate::args::{RunArguments, file_policy};
 use crate::bodies::Teller;
-use crate::engine::Engine;
-use crate::run::{self, Beginning, Ended, Live, Plan, Session};
+use crate::run::{self, Beginning, Ended, Live, Ready, Session};
 use crate::stage::{self, Stage};
 use crate::{files, output};
 
@@ -48,7 +47,7 @@ enum Next {
     /// A stage, by name: the device is to be opened.
     Stage(String, Box<Stage>),
     /// Everything.
-    Run(Box<(Plan, Engine)>),
+    Run(Ready),
 }
 
 impl<'a> Steered<'a> {
@@ -89,14 +88,14 @@ impl<'a> Steered<'a> {
     fn follow(&mut self, next: Next) -> anyhow::Result<()> {
         let recorded = self.session.as_ref().is_some_and(|session| session.recording().is_some());
         self.end_session()?;
-        let (plan, engine) = match next {
-            Next::Run(run) => *run,
-            Next::Stage(name, stage) => planned(self.arguments, &name, *stage)?,
+        let ready = match next {
+            Next::Run(ready) => ready,
+            Next::Stage(name, stage) => Ready::new(self.arguments, &name, *stage, true)?,
         };
         let file = files::free(&self.arguments.record);
         let record = recorded.then_some(file.as_path());
         let beginning = Beginning { record, ..run::beginning(self.arguments) };
-        let (session, scene, moments) = begin(plan, engine, &beginning, self.stop)?;
+        let (session, scene, moments) = begin(ready, &beginning, self.stop)?;
         (self.spec, self.settings) = (session.spec().clone(), *session.settings());
         self.session = Some(session);
         self.next = Some((scene, moments));
@@ -106,12 +105,6 @@ impl<'a> Steered<'a> {
     fn session(&mut self) -> Result<&mut Session, String> {
         self.session.as_mut().filter(|session| !session.is_over()).ok_or_else(|| "the run is over".to_owned())
     }
-}
-
-fn planned(arguments: &RunArguments, name: &str, stage: Stage) -> anyhow::Result<(Plan, Engine)> {
-    let plan = Plan::new(arguments, name, stage, true)?;
-    let engine = plan.engine(true)?;
-    Ok((plan, engine))
 }
 
 /// Prepares what is wanted, on a thread of its own.
@@ -126,13 +119,13 @@ fn prepared(wanted: &Wanted, present: &Present, arguments: &RunArguments, tell: 
     };
     let calls = |body: &str, done: f64| tell(&format!("preparing {body}"), Some(done));
     let stage = stage::prepare_telling(&name, policy, &Teller::Calls(&calls))?;
-    stage.needs_one_device(&name, "the window")?;
     tell("making ready", None);
-    let is_hardware = arguments.device != "sim" && !arguments.device.starts_with("replay:");
-    if is_hardware {
+    let is_hardware = |device: &String| device != "sim" && !device.starts_with("replay:");
+    let mut devices = std::iter::once(&arguments.device).chain(&arguments.second_device);
+    if devices.any(is_hardware) {
         return Ok(Next::Stage(name, Box::new(stage)));
     }
-    planned(arguments, &name, stage).map(|run| Next::Run(Box::new(run)))
+    Ready::new(arguments, &name, stage, true).map(Next::Run)
 }
 
 impl Run for Steered<'_> {

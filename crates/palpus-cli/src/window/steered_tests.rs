@@ -15,7 +15,7 @@ use palpus_window::{Cap, Loading, Run, Wanted};
 use super::here::begin;
 use super::steered::Steered;
 use crate::args::RunArguments;
-use crate::run::{self, Plan};
+use crate::run::{self, Ready};
 use crate::stage;
 
 /// Long: the machine may have other things to do.
@@ -38,9 +38,8 @@ fn with_run(name: &str, test: impl FnOnce(Steered<'_>, &Path)) {
     let arguments = RunArguments::parse_from(["run", "pen-sphere", "--no-realtime", "--record", &record]);
     let stop = Arc::new(AtomicBool::new(false));
     let stage = stage::prepare("pen-sphere", FilePolicy::Inside).expect("a built-in scene");
-    let plan = Plan::new(&arguments, "pen-sphere", stage, true).expect("a plan");
-    let engine = plan.engine(true).expect("an engine");
-    let (session, scene, _) = begin(plan, engine, &run::beginning(&arguments), &stop).expect("a session");
+    let ready = Ready::new(&arguments, "pen-sphere", stage, true).expect("a plan and an engine");
+    let (session, scene, _) = begin(ready, &run::beginning(&arguments), &stop).expect("a session");
     assert_eq!(scene.bodies.len(), 2);
     test(Steered::new(&arguments, session, &stop), &folder);
     let _ = std::fs::remove_dir_all(&folder);

@@ -8,7 +8,7 @@ use super::keys::SceneAction;
 use super::run::Run;
 use super::run_keys::Action;
 use crate::camera::View;
-use crate::scene::ShownBody;
+use crate::scene::{BODY_NAMES, ShownBody};
 use crate::style::{Style, Theme};
 
 /// Points.
@@ -92,7 +92,7 @@ impl Bar<'_> {
             actions.push(Action::Freeze);
         }
         ui.separator();
-        for (body, name) in self.bodies.iter_mut().zip(["probe", "environment"]) {
+        for (body, name) in self.bodies.iter_mut().zip(BODY_NAMES) {
             ui.label(name);
             ui.horizontal(|ui| {
                 ui.toggle_value(&mut body.look.pieces, "pieces (P)");

@@ -103,9 +103,7 @@ impl<'a> Interface<'a> {
         let now = self.run.numbers();
         self.status.take(now);
         let moment = self.moments.get();
-        if let Some(probe) = self.scene.bodies.first_mut().filter(|_| moment.tool.is_valid()) {
-            probe.pose = self.scene.moment_pose * moment.tool;
-        }
+        self.scene.pose_probes(moment);
         match &mut self.scene.moment {
             Some(shown) => shown.clone_from(moment),
             none => *none = Some(moment.clone()),

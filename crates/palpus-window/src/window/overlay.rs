@@ -77,7 +77,8 @@ pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
 fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'static str)> {
     let body = |k: usize| scene.bodies.get(k).map(|body| body.colour);
     let mut lines = Vec::new();
-    lines.extend(body(0).map(|rgb| (rgb, "probe")));
+    let probes = if scene.bodies.len() > 2 { "both probes" } else { "probe" };
+    lines.extend(body(0).map(|rgb| (rgb, probes)));
     lines.extend(body(1).map(|rgb| (rgb, "environment")));
     if style.contacts {
         lines.extend([(colours.disjoint, "contact, apart"), (colours.penetrating, "contact, overlapping")]);

@@ -87,6 +87,8 @@ pub struct Polytope {
     centroid: DVec3,
     radius: f64,
     bulge: f64,
+    /// More than rounding bulges.
+    rough: bool,
     directory: Directory,
     flat: bool,
 }
@@ -227,6 +229,12 @@ impl Polytope {
         self.bulge
     }
 
+    /// More than rounding bulges: faces were merged that are not quite flat.
+    #[inline]
+    pub fn is_rough(&self) -> bool {
+        self.rough
+    }
+
     /// The vertices of face `f`, counter-clockwise seen from outside.
     #[inline]
     pub fn face_vertices(&self, f: u32) -> Loop<'_> {
@@ -297,7 +305,8 @@ impl Polytope {
     /// The vertex farthest along `direction` and its height there, by climbing from vertex `from`.
     ///
     /// A climb ends at a global maximum, since the polytope is convex; it moves only to strictly higher vertices, so a
-    /// plateau cannot make it cycle. From the vertex of a near direction it looks at one or two rings, which is less than
+    /// plateau cannot make it cycle. Where faces were merged that are not quite flat, an edge may be missing that led on from a vertex
+    /// beside a short one: there a climb ends only where no vertex of the faces around is higher. From the vertex of a near direction it looks at one or two rings, which is less than
     /// [`Self::support`] does; from any other, more.
     #[inline]
     pub fn climb(&self, from: u32, direction: DVec3) -> (u32, f64) {
@@ -322,7 +331,10 @@ impl Polytope {
                 }
             }
             if best == here {
-                return (best, height);
+                match self.over_missing_edge(here, height, direction) {
+                    Some(on) => (best, height) = on,
+                    None => return (best, height),
+                }
             }
         }
     }
@@ -353,9 +365,36 @@ impl Polytope {
                 }
             }
             if best == here {
-                return (best, height, next);
+                match self.over_missing_edge(here, height, direction) {
+                    Some(on) => (best, height) = on,
+                    None => return (best, height, next),
+                }
             }
         }
+    }
+
+    /// From vertex `here`, at `height`, above which no neighbour is: the highest vertex of the faces around that is, and its height.
+    #[inline]
+    fn over_missing_edge(&self, here: u32, height: f64, direction: DVec3) -> Option<(u32, f64)> {
+        if self.rough { self.highest_around(here, height, direction) } else { None }
+    }
+
+    #[inline(never)]
+    fn highest_around(&self, here: u32, height: f64, direction: DVec3) -> Option<(u32, f64)> {
+        let mut best = (here, height);
+        for spoke in self.ring(here).iter() {
+            let corners = self.face_vertices(spoke.left);
+            // All of a triangle are neighbours.
+            if corners.len() > 3 {
+                for v in corners {
+                    let h = direction.dot(self.vertex(v));
+                    if h > best.1 {
+                        best = (v, h);
+                    }
+                }
+            }
+        }
+        (best.0 != here).then_some(best)
     }
 }
 

@@ -32,9 +32,7 @@ use super::overlay::Corner;
 use super::walk::Walked;
 use super::{Antipodal, HubPair};
 use crate::algebra::Placement;
-use crate::algebra::tolerance::{
-    CRISP, FACET_HUBS, FLUSH_WITNESS, OFFSET_SLACK, PARALLEL_EDGES, WALK_DECREASE, WALK_STEPS,
-};
+use crate::algebra::tolerance::{FACET_HUBS, FLUSH_WITNESS, OFFSET_SLACK, PARALLEL_EDGES, WALK_DECREASE, WALK_STEPS};
 use crate::collision::StopReason;
 use glance::{Doubt, Glance};
 use spokes::{Lowest, Met, Spokes};
@@ -127,7 +125,7 @@ impl Downhill<'_, '_> {
     #[inline]
     fn end(&self, here: &Here, steps: u32) -> Option<Walked> {
         let Cso { a, b, .. } = *self.cso;
-        let crisp = here.supported && [a, b].iter().all(|body| body.bulge() <= CRISP * body.radius());
+        let crisp = here.supported && !(a.is_rough() || b.is_rough());
         let corner = if crisp { here.corner } else { measured(self.cso, &here.corner) };
         let is_true = corner.offset - here.corner.offset <= OFFSET_SLACK * self.cso.size();
         is_true.then_some(Walked { corner, alone: here.alone, steps, stop: StopReason::Converged })

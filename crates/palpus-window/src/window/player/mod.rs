@@ -177,7 +177,11 @@ impl Player {
             Action::Clusters => self.style.clusters ^= true,
             Action::Wrench => self.style.wrench ^= true,
             Action::Anchors => self.style.anchors ^= true,
-            Action::Glass => self.scene.bodies.iter_mut().skip(1).for_each(|body| body.look.translucent ^= true),
+            Action::Glass => {
+                if let Some(environment) = self.scene.bodies.get_mut(1) {
+                    environment.look.translucent ^= true;
+                }
+            }
             Action::Scene(action) => self.act_on_scene(context, action),
         }
     }
@@ -245,15 +249,16 @@ impl Player {
         if self.shown.is_some_and(complete) {
             return;
         }
-        let Some(probe) = self.scene.bodies.first_mut() else { return };
         match self.moments.at(tick) {
             Some((kept, moment)) => {
-                probe.pose = self.scene.moment_pose * moment.tool;
+                self.scene.pose_probes(&moment);
                 self.scene.moment = Some(moment);
                 self.shown = Some((tick, Some(kept)));
             }
             None => {
-                probe.pose = self.ticks[tick].pose;
+                if let Some(probe) = self.scene.bodies.first_mut() {
+                    probe.pose = self.ticks[tick].pose;
+                }
                 self.scene.moment = None;
                 self.shown = Some((tick, None));
             }

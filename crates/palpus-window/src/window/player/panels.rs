@@ -6,6 +6,7 @@ use palpus_device::Cut;
 use super::keys::Action;
 use super::timeline::Mark;
 use super::{Player, SPEEDS};
+use crate::scene::BODY_NAMES;
 use crate::window::view3d::colour;
 use crate::window::{keys, shell};
 
@@ -57,7 +58,7 @@ impl Player {
         ] {
             ui.checkbox(shown, words);
         }
-        for (body, name) in self.scene.bodies.iter_mut().zip(["probe", "environment"]) {
+        for (body, name) in self.scene.bodies.iter_mut().zip(BODY_NAMES) {
             ui.horizontal(|ui| {
                 ui.label(name);
                 ui.toggle_value(&mut body.look.pieces, "pieces");

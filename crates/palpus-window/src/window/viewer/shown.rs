@@ -76,7 +76,7 @@ impl Viewer {
 
 /// The scene: see [`Viewer::scene`].
 pub(super) fn bodies(body: &Body, spread: f64, piece: Option<u32>, look: Look, theme: Theme) -> Vec<ShownBody> {
-    let [_, environment] = ShownBody::colours(theme);
+    let [_, environment, _] = ShownBody::colours(theme);
     let all = if spread > 0.0 { Solid::exploded(body, spread) } else { Solid::of_body(body) };
     let shown = |solid: Solid, pose, colour, look| ShownBody { solid: Arc::new(solid), pose, colour, look };
     let Some(piece) = piece else { return vec![shown(all, Pose::IDENTITY, environment, look)] };

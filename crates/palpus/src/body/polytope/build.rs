@@ -11,6 +11,7 @@ use super::super::directory::Directory;
 use super::numbers::{Numbers, SPOKE};
 use super::{Edge, FACES_A_WORD, Lists, Polytope, PolytopeError, Provenance};
 use crate::algebra::Plane;
+use crate::algebra::tolerance::CRISP;
 
 impl Polytope {
     /// A solid polytope from its merged planar faces.
@@ -70,7 +71,7 @@ impl Polytope {
         let skin = Skin { loop_starts, loop_vertices, loop_edges, edges };
         let original = |f: usize| provenance[f] == Provenance::Original;
         let mut polytope = skin.assembled(&mut Room::default(), vertices, planes, original, false)?;
-        polytope.bulge = polytope.measured_bulge();
+        polytope.set_bulge(polytope.measured_bulge());
         Ok(polytope)
     }
 
@@ -109,8 +110,13 @@ impl Polytope {
         let skin = Skin { loop_starts, loop_vertices, loop_edges, edges };
         let original = |f: usize| f == 0 && front == Provenance::Original;
         let mut polytope = skin.assembled(&mut Room::default(), vertices, planes, original, true)?;
-        polytope.bulge = polytope.measured_bulge();
+        polytope.set_bulge(polytope.measured_bulge());
         Ok(polytope)
+    }
+
+    fn set_bulge(&mut self, bulge: f64) {
+        self.bulge = bulge;
+        self.rough = bulge > CRISP * self.radius;
     }
 
     /// How far any vertex stands off the planes around it: see [`Self::bulge`].
@@ -207,7 +213,7 @@ impl PolytopeRestorer {
             return None;
         }
         let mut polytope = skin.assembled(room, vertices, planes, |f| originals[f], false).ok()?;
-        polytope.bulge = bulge;
+        polytope.set_bulge(bulge);
         // A vertex of two corners would make a fold; one that is not finite shows in the sphere around all.
         let whole = (0..polytope.vertices.len() as u32).all(|v| polytope.ring(v).len() >= 3);
         (whole && polytope.centroid.is_finite() && polytope.radius.is_finite()).then_some(polytope)
@@ -261,6 +267,7 @@ impl Skin {
             centroid,
             radius,
             bulge: 0.0,
+            rough: false,
             directory: Directory::Scan(Box::default()),
             flat,
         };

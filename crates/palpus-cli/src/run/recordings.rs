@@ -1,0 +1,98 @@
+//! The recordings of one device of a session, one after the other.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use anyhow::anyhow;
+use palpus::render::Settings;
+use palpus_io::RecordingHeader;
+
+use super::servo_thread::{ORDERS, Order};
+use crate::recording::{Recording, Rows, Writing};
+use crate::two;
+
+/// See the module's description.
+pub(super) struct Recordings {
+    header: RecordingHeader,
+    /// Of two devices: which of them this is, 0 or 1.
+    which: usize,
+    orders: rtrb::Producer<Order>,
+    over: rtrb::Consumer<Rows>,
+    writing: Option<Writing>,
+    written: Vec<PathBuf>,
+    notes: Vec<String>,
+}
+
+/// The servo thread's ends of the queues.
+pub(super) type Ends = (rtrb::Consumer<Order>, rtrb::Producer<Rows>);
+
+/// For so long the servo thread may be waited for to put a recording down: many ticks; a paused loop does not answer.
+const PATIENCE: Duration = Duration::from_millis(50);
+
+impl Recordings {
+    /// Those of device `which` (0 or 1). `header` is that of a recording from the beginning.
+    pub(super) fn new(header: RecordingHeader, which: usize) -> (Self, Ends) {
+        let (orders, ordered) = rtrb::RingBuffer::new(ORDERS);
+        // One more than can be ordered: the first is not ordered.
+        let (put_down, over) = rtrb::RingBuffer::new(ORDERS + 1);
+        (
+            Self { header, which, orders, over, writing: None, written: Vec::new(), notes: Vec::new() },
+            (ordered, put_down),
+        )
+    }
+
+    /// The file that is being written.
+    pub(super) fn path(&self) -> Option<&Path> {
+        self.writing.as_ref().map(Writing::path)
+    }
+
+    /// Creates a file and what writes to it; `other` is that of the other device, if there are two, and `settings` are those that are in force.
+    pub(super) fn start(&mut self, path: PathBuf, other: Option<&Path>, settings: &Settings) -> anyhow::Result<Rows> {
+        self.header.scene.render = *settings;
+        if let Some(other) = other {
+            two::replay::name_other(self.which, other, &mut self.header.scene.more);
+        }
+        let Recording { rows, writing } = Recording::start(&path, &self.header)?;
+        self.writing = Some(writing);
+        Ok(rows)
+    }
+
+    /// The same from the next tick on, in the course of a run.
+    pub(super) fn begin(&mut self, path: PathBuf, other: Option<&Path>, settings: &Settings) -> anyhow::Result<()> {
+        let rows = self.start(path, other, settings)?;
+        let ordered = self.order(Some((rows, *settings)));
+        if ordered.is_err() {
+            self.writing = None;
+        }
+        ordered
+    }
+
+    fn order(&mut self, order: Order) -> anyhow::Result<()> {
+        while self.over.pop().is_ok() {}
+        self.orders.push(order).map_err(|_| anyhow!("the loop does not answer; let it go on first"))
+    }
+
+    /// Ends the one that is under way; answers its file.
+    pub(super) fn stop(&mut self) -> anyhow::Result<Option<PathBuf>> {
+        let Some(writing) = self.writing.take() else { return Ok(None) };
+        self.order(None)?;
+        let begin = Instant::now();
+        while self.over.is_empty() && begin.elapsed() < PATIENCE {
+            std::thread::sleep(Duration::from_micros(200));
+        }
+        let path = writing.path().to_owned();
+        self.notes.extend(writing.finish()?);
+        self.written.push(path.clone());
+        Ok(Some(path))
+    }
+
+    /// The files, and what there is to say of them, when the loop is over.
+    pub(super) fn finish(mut self) -> anyhow::Result<(Vec<PathBuf>, Vec<String>)> {
+        if let Some(writing) = self.writing.take() {
+            let path = writing.path().to_owned();
+            self.notes.extend(writing.finish()?);
+            self.written.push(path);
+        }
+        Ok((self.written, self.notes))
+    }
+}

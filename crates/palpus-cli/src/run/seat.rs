@@ -1,0 +1,126 @@
+//! One device of a session: what it is steered by, what is known of it, and what it leaves behind.
+
+use std::path::{Path, PathBuf};
+
+use palpus::render::{Clustering, Settings, SettingsError, VirtualCoupling};
+use palpus_device::{
+    DeviceSpec, Guide, HapticDevice, Newest, Publisher, RealTimeClaims, RunEnd, SafetyLimits, Servo, latest,
+};
+use palpus_io::scene::CouplingMode;
+
+use super::recordings::Recordings;
+use super::servo_thread::{Log, Worked, Working};
+use super::{Live, Plan};
+use crate::stage::Stage;
+use crate::summary::{Gatherer, Summary};
+
+/// See the module's description.
+pub(super) struct Seat {
+    pub(super) spec: DeviceSpec,
+    limits: SafetyLimits,
+    /// Those of the next tick.
+    pub(super) settings: Settings,
+    /// The coupling that fits the device.
+    coupling: Option<VirtualCoupling>,
+    crease_angle: Option<f64>,
+    asked: Publisher<Settings>,
+    pub(super) guide: Option<Publisher<Guide>>,
+    pub(super) live: Newest<Live>,
+    pub(super) recordings: Recordings,
+}
+
+/// What a run was like for one device.
+pub(crate) struct EndedSeat {
+    pub(crate) summary: Summary,
+    pub(crate) end: RunEnd,
+    /// Files that were recorded.
+    pub(crate) recordings: Vec<PathBuf>,
+}
+
+/// What [`Seat::take`] makes of a plan.
+pub(super) struct Taken {
+    pub(super) seat: Seat,
+    /// The servo thread's part.
+    pub(super) working: Working,
+    /// For the engine to take settings from.
+    pub(super) newest: Newest<Settings>,
+    pub(super) stage: Stage,
+}
+
+impl Seat {
+    /// Out of the plan of device `which` (0 or 1). It is recorded from the beginning to the first of `files`, if there are any; the second is the
+    /// other device's. `crease_angle`: at which the engine can shade.
+    pub(super) fn take(
+        plan: Plan,
+        which: usize,
+        files: Option<(&Path, Option<&Path>)>,
+        crease_angle: Option<f64>,
+    ) -> anyhow::Result<Taken> {
+        let Plan { stage, rate_hz, options, limits, settings, device, guide, header, .. } = plan;
+        let spec = device.spec().clone();
+        let coupling = preset(&stage, &spec, rate_hz, CouplingMode::Coupled).coupling;
+        let (asked, newest) = latest(settings);
+        let (publisher, live) = latest(Live::new(rate_hz));
+        let (mut recordings, (orders, over)) = Recordings::new(header, which);
+        let rows = files.map(|(path, other)| recordings.start(path.to_owned(), other, &settings)).transpose()?;
+        let working = Working {
+            servo: Servo::new(options)?,
+            device,
+            gatherer: Gatherer::new()?,
+            log: Log { rows, in_force: settings, orders, over },
+            live: (publisher, Live::new(rate_hz)),
+        };
+        let seat = Self { spec, limits, settings, coupling, crease_angle, asked, guide, live, recordings };
+        Ok(Taken { seat, working, newest, stage })
+    }
+
+    /// `wanted` as it can be here: what the engine's memory, the device and the grip decide stays what it is, and the tool's skin is never wider than the
+    /// tolerance.
+    pub(super) fn fit(&self, wanted: &Settings) -> Settings {
+        let Settings { capacity, time_budget, limits, grip_a, .. } = self.settings;
+        let mut settings = Settings { capacity, time_budget, limits, grip_a, ..*wanted };
+        if let (Some(shading), Some(crease_angle)) = (&mut settings.shading, self.crease_angle) {
+            shading.crease_angle = crease_angle;
+        }
+        if let Some(coupling) = &mut settings.coupling {
+            coupling.skin = coupling.skin.min(settings.contact_tolerance);
+        }
+        settings
+    }
+
+    /// The same of what another device's tool gets: this one's is coupled as suits its own device.
+    pub(super) fn fit_of_other(&self, wanted: &Settings) -> Settings {
+        self.fit(&Settings { coupling: wanted.coupling.and(self.coupling), ..*wanted })
+    }
+
+    /// Has the engine go on with these.
+    pub(super) fn set(&mut self, settings: &Settings) -> Result<(), SettingsError> {
+        settings.validate()?;
+        if *settings != self.settings {
+            self.settings = *settings;
+            self.asked.publish(*settings);
+        }
+        Ok(())
+    }
+
+    /// What it was like, when the loop is over; and what there is to say of it.
+    pub(super) fn end(
+        self,
+        worked: Worked,
+        claims: Option<&RealTimeClaims>,
+    ) -> anyhow::Result<(EndedSeat, Vec<String>)> {
+        let Worked { statistics, gatherer } = worked;
+        let (recordings, notes) = self.recordings.finish()?;
+        let summary = gatherer.finish(&statistics, &self.limits, claims);
+        Ok((EndedSeat { summary, end: statistics.end, recordings }, notes))
+    }
+}
+
+/// The settings of a scene on a device in one of both ways, as they are without being told otherwise.
+pub(super) fn preset(stage: &Stage, spec: &DeviceSpec, rate_hz: f64, mode: CouplingMode) -> Settings {
+    let clustering = match mode {
+        CouplingMode::Coupled => Clustering::Smooth,
+        CouplingMode::Direct => Clustering::Linkage,
+    };
+    Settings { clustering, ..stage.settings_in(mode, spec, rate_hz) }
+}
