@@ -56,7 +56,8 @@ fn the_window_shows_the_run_and_goes_with_it() {
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn two_hands_are_seen_steered_and_replayed() {
     let display = Display::open("two-hands");
-    let mut run = display.palpus(&["run", "two-hands", "--duration", "12", "--no-realtime"]).spawn().expect("it starts");
+    let mut run =
+        display.palpus(&["run", "two-hands", "--duration", "12", "--no-realtime"]).spawn().expect("it starts");
     display.wait_for("peg and block", 300, &SCENE, orange);
     display.focus();
     mouse_to(&display, [600, 120]);
