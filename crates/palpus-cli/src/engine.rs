@@ -7,6 +7,7 @@ use palpus_device::{DeviceState, Newest, Publisher, StepOutcome};
 use palpus_window::Moment;
 
 use crate::clock::WallClock;
+use crate::shots::Shots;
 use crate::stage::Stage;
 
 /// A renderer between device and scene. The device's frame is the world's; the environment may be placed in it.
@@ -14,16 +15,9 @@ pub(crate) struct Engine {
     renderer: Renderer,
     frame: Frame,
     clock: WallClock,
-    shots: Vec<Shot>,
+    shots: Shots,
     live: Option<Publisher<Moment>>,
     asked: Option<Newest<Settings>>,
-}
-
-/// A tick that is kept to be shown.
-struct Shot {
-    tick: u64,
-    taken: bool,
-    moment: Moment,
 }
 
 /// What a step says beside its wrench.
@@ -45,7 +39,7 @@ impl Engine {
             renderer,
             frame: Frame::new(stage.environment_pose),
             clock: WallClock::new(),
-            shots: Vec::new(),
+            shots: Shots::default(),
             live: None,
             asked: None,
         })
@@ -79,8 +73,7 @@ impl Engine {
 
     /// Keeps what tick number `tick` has to show, for [`Engine::shown`] and [`Engine::kept`].
     pub(crate) fn keep(&mut self, tick: u64) {
-        let moment = Moment::new(self.renderer.settings().capacity);
-        self.shots.push(Shot { tick, taken: false, moment });
+        self.shots.keep(tick, Moment::new(self.renderer.settings().capacity));
     }
 
     /// Leaves what every tick has to show with `publisher`.
@@ -103,8 +96,7 @@ impl Engine {
 
     /// What the kept ticks that came have to show, in the order in which they were asked for; `period` is a tick's, s.
     pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
-        let timed = |shot: Shot| Moment { time: shot.tick as f64 * period, ..shot.moment };
-        self.shots.drain(..).filter(|shot| shot.taken).map(timed).collect()
+        self.shots.kept(period)
     }
 
     /// One tick: what the device is to push with.
@@ -114,10 +106,7 @@ impl Engine {
         let probe = self.frame.probe(&state.pose, &state.twist);
         let grip_a = self.renderer.settings().grip_a;
         let tick = self.renderer.step(&probe, dt, &self.clock);
-        for shot in self.shots.iter_mut().filter(|shot| shot.tick == tick.index) {
-            shot.moment.fill(tick, 0.0, grip_a);
-            shot.taken = true;
-        }
+        self.shots.take(tick.index, |moment| moment.fill(tick, 0.0, grip_a));
         if let Some(live) = &mut self.live {
             live.publish_with(|moment| moment.fill(tick, tick.index as f64 * dt, grip_a));
         }

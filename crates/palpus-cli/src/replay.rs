@@ -39,7 +39,7 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
         return replay_both(arguments, &recording, policy);
     }
     let mut comparison = Comparison::new(&recording);
-    run_again(&recording, policy, &[], &mut |row, wrench, contacts| comparison.add(row, wrench, contacts))?;
+    run_again(&recording, policy, &mut |row, wrench, contacts| comparison.add(row, wrench, contacts))?;
     let report = comparison.report();
     if arguments.json {
         output::json(&report)?;
@@ -63,22 +63,18 @@ fn replay_both(arguments: &ReplayArguments, recording: &Recording, policy: FileP
     Ok(if identical { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Runs the recording again and tells `each` of every tick: which row, the wrench for the device, contacts. The engine comes back with
-/// what the ticks `keep` have to show.
+/// Runs the recording of one tool again and tells `each` of every tick: which row, the wrench for the device, contacts.
 pub(crate) fn run_again(
     recording: &Recording,
     policy: FilePolicy,
-    keep: &[u64],
     each: &mut dyn FnMut(usize, &Wrench, u32),
-) -> anyhow::Result<(Stage, Engine)> {
+) -> anyhow::Result<()> {
     let stage = replayable(recording, policy)?;
     let mut engine = engine_of(recording, &stage)?;
-    keep.iter().for_each(|tick| engine.keep(*tick));
     run_again_on(recording, &mut engine, &mut |k, wrench, contacts| {
         each(k, wrench, contacts);
         ControlFlow::Continue(())
-    })?;
-    Ok((stage, engine))
+    })
 }
 
 /// The recorded scene, ready to be run again, if it can be.

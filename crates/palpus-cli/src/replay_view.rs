@@ -4,73 +4,13 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use anyhow::bail;
-use palpus::algebra::Wrench;
 use palpus_io::Recording;
 use palpus_io::scene::FilePolicy;
 
 use crate::args::ReplayArguments;
-use crate::engine::Engine;
 use crate::picture;
 use crate::plots::seconds;
-use crate::replay::{engine_of, replayable, run_again_on};
-use crate::run::Stopped;
-use crate::stage::Stage;
-use crate::two::{self, TwoEngine};
-
-/// A recording and what it is run again on: an engine of its own, or one for both tools and the other tool's recording.
-enum Again<'a> {
-    One(&'a Recording, Box<Engine>),
-    Two { which: usize, recording: &'a Recording, other: Box<Recording>, engine: Box<TwoEngine> },
-}
-
-impl<'a> Again<'a> {
-    /// The stage as well. `path` is where the recording was read from.
-    fn new(path: &Path, recording: &'a Recording, policy: FilePolicy) -> anyhow::Result<(Stage, Self)> {
-        let Some((which, _)) = two::replay::other_of(recording) else {
-            let stage = replayable(recording, policy)?;
-            let engine = engine_of(recording, &stage)?;
-            return Ok((stage, Self::One(recording, Box::new(engine))));
-        };
-        let other = Box::new(two::replay::read_other(path, recording)?);
-        let (stage, engine) = two::replay::ready(two::replay::in_order(which, recording, &other), policy)?;
-        Ok((stage, Self::Two { which, recording, other, engine: Box::new(engine) }))
-    }
-
-    /// The recording of the first tool, of two, or the only one.
-    fn first(&self) -> &Recording {
-        match self {
-            Self::One(recording, _) => recording,
-            Self::Two { which, recording, other, .. } => two::replay::in_order(*which, recording, other)[0],
-        }
-    }
-
-    fn keep(&mut self, tick: u64) {
-        match self {
-            Self::One(_, engine) => engine.keep(tick),
-            Self::Two { engine, .. } => engine.keep(tick),
-        }
-    }
-
-    /// Tells `each` of every row of the recording, until it breaks off: which one, and the wrench for the device.
-    fn run(&mut self, each: &mut dyn FnMut(usize, &Wrench) -> ControlFlow<()>) -> anyhow::Result<()> {
-        match self {
-            Self::One(recording, engine) => run_again_on(recording, engine, &mut |k, wrench, _| each(k, wrench)),
-            Self::Two { which, recording, other, engine } => {
-                let recordings = two::replay::in_order(*which, recording, other);
-                two::replay::run_again(recordings, engine, &mut |tool, k, wrench, _| {
-                    if tool == *which { each(k, wrench) } else { ControlFlow::Continue(()) }
-                })
-            }
-        }
-    }
-
-    fn stop(self) -> Stopped {
-        match self {
-            Self::One(_, engine) => Stopped::One(engine),
-            Self::Two { engine, .. } => Stopped::Two(engine),
-        }
-    }
-}
+use crate::rerun::Rerun;
 
 /// Makes a picture of a tick: of the one at `--at`, else of the last.
 pub(crate) fn write_tick(
@@ -79,7 +19,7 @@ pub(crate) fn write_tick(
     arguments: &ReplayArguments,
     file: &Path,
 ) -> anyhow::Result<()> {
-    let (stage, mut again) = Again::new(&arguments.recording, recording, policy)?;
+    let (stage, mut again) = Rerun::new(&arguments.recording, recording, policy)?;
     let wanted = chosen_tick(recording, arguments.at)?;
     let settings = again.first().header.scene.render;
     again.keep(wanted as u64);
@@ -128,12 +68,13 @@ mod here {
     use std::sync::Arc;
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    use palpus_device::{Cuts, Publisher, latest_of};
+    use palpus_device::{Cuts, latest_of};
     use palpus_io::RecordRow;
     use palpus_window::{Look, Moment, Moments, Replayed, ReplayedTick, Scene, Theme};
 
     use super::*;
     use crate::seen::Seen;
+    use crate::stage::Stage;
     use crate::view_window;
 
     /// Of what the ticks of a run have to show: ten minutes with thirty contacts fit, of longer runs every second tick.
@@ -144,7 +85,7 @@ mod here {
     /// Shows a recording in a window while it is run again behind it.
     pub(crate) fn show(recording: &Recording, policy: FilePolicy, arguments: &ReplayArguments) -> anyhow::Result<()> {
         view_window::expect_one(INSTEAD)?;
-        let (stage, again) = Again::new(&arguments.recording, recording, policy)?;
+        let (stage, again) = Rerun::new(&arguments.recording, recording, policy)?;
         let begin = match arguments.at {
             Some(at) => chosen_tick(recording, Some(at))?,
             None => 0,
@@ -172,7 +113,7 @@ mod here {
     /// Runs it again until it is over or the window is gone.
     fn run_behind(
         recording: &Recording,
-        mut again: Again<'_>,
+        mut again: Rerun<'_>,
         moments: &Moments,
         gone: &AtomicBool,
     ) -> anyhow::Result<()> {
@@ -183,25 +124,6 @@ mod here {
             moments.push(newest.get(), recording.rows[k].same_wrench(wrench));
             if gone.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
-    }
-
-    impl Again<'_> {
-        /// Room for what a tick has to show.
-        fn capacity(&self) -> usize {
-            match self {
-                Self::One(recording, _) => recording.header.scene.render.capacity,
-                Self::Two { recording, other, .. } => {
-                    recording.header.scene.render.capacity + other.header.scene.render.capacity
-                }
-            }
-        }
-
-        fn publish(&mut self, publisher: Publisher<Moment>) {
-            match self {
-                Self::One(_, engine) => engine.publish(publisher),
-                Self::Two { engine, .. } => engine.publish(publisher),
-            }
-        }
     }
 
     /// `first` is the recording of what is drawn as the probe.

@@ -4,7 +4,7 @@ mod program_run;
 
 use std::fs;
 
-use program_run::{Folder, document, json, palpus, text};
+use program_run::{Folder, assert_success, document, json, palpus, text};
 
 #[test]
 fn both_hands_are_felt_summed_up_recorded_and_replayed_bit_for_bit() {
@@ -22,6 +22,13 @@ fn both_hands_are_felt_summed_up_recorded_and_replayed_bit_for_bit() {
         for tool in [&report, &report["other_tool"]] {
             assert_eq!((&tool["ticks"], &tool["identical"]), (&8000.into(), &8000.into()), "{file}: {tool}");
         }
+    }
+    // Looked at, either shows both.
+    for file in ["run.csv", "run-second.csv"] {
+        assert_success(&palpus(&folder.0, &["replay", file, "--screenshot", "tick.png", "--at", "4"]));
+        assert_success(&palpus(&folder.0, &["report", file]));
+        let page = fs::read_to_string(folder.0.join(file).with_extension("html")).expect("a page");
+        assert!(page.contains("replays bit for bit"), "{file}");
     }
     // The same run is the same, to the bit.
     let again = ["run", "two-hands", "--fast", "--duration", "8", "--second-hand", "firm", "--record", "again.csv"];

@@ -177,6 +177,11 @@ fn errors_say_what_where_and_what_to_do() {
             change("mesh = \"cup.obj\"", "mesh = \"cup.obj\"\nposition = [0, 0]"),
             "line 6, column 12: position must be a list of 3 finite numbers",
         ),
+        // Found by fuzzing: the error was one of two lines.
+        (
+            change("\"cup.obj\"", "\"cup.o\\nbj\""),
+            "line 5, column 8: a file name is expected here, without control characters",
+        ),
         (change("[contact]", "[contact"), "line 6, column 9: this is not TOML: unclosed table, expected `]`"),
     ];
     for (found, expected) in cases {

@@ -63,7 +63,7 @@ fn run_to(session: &mut Session, ticks: u64) {
 fn replayed(file: &std::path::Path) -> anyhow::Result<(usize, usize)> {
     let recording = read_recording(file)?;
     let mut same = 0;
-    run_again(&recording, FilePolicy::Inside, &[], &mut |k, wrench, _| {
+    run_again(&recording, FilePolicy::Inside, &mut |k, wrench, _| {
         same += usize::from(recording.rows[k].same_wrench(wrench));
     })?;
     Ok((same, recording.rows.len()))

@@ -7,6 +7,7 @@ use palpus_window::Moment;
 
 use crate::clock::WallClock;
 use crate::engine::{Detail, Frame};
+use crate::shots::Shots;
 use crate::stage::Stage;
 
 /// A renderer of two tools between two devices and a scene.
@@ -14,8 +15,7 @@ pub(crate) struct TwoEngine {
     duo: Duo,
     frame: Frame,
     clock: WallClock,
-    shot: Option<(u64, Moment)>,
-    taken: bool,
+    shots: Shots,
     live: Option<Publisher<Moment>>,
     asked: Option<[Newest<Settings>; 2]>,
     crease_angle: Option<f64>,
@@ -29,7 +29,7 @@ impl TwoEngine {
         let frame = Frame::new(stages[0].environment_pose);
         let crease_angle = settings.iter().find_map(|settings| Some(settings.shading?.crease_angle));
         let clock = WallClock::new();
-        Ok(Self { duo, frame, clock, shot: None, taken: false, live: None, asked: None, crease_angle })
+        Ok(Self { duo, frame, clock, shots: Shots::default(), live: None, asked: None, crease_angle })
     }
 
     /// The same, able to take up shading later on, at this crease angle (rad) if it has no other.
@@ -65,19 +65,24 @@ impl TwoEngine {
         self.live = Some(publisher);
     }
 
-    /// Keeps what tick number `tick` has to show, for [`Self::shown`].
+    /// Keeps what tick number `tick` has to show, for [`Self::shown`] and [`Self::kept`].
     pub(crate) fn keep(&mut self, tick: u64) {
-        self.shot = Some((tick, self.moment()));
+        let moment = self.moment();
+        self.shots.keep(tick, moment);
     }
 
     /// What the kept tick has to show, or the last one, if there is none; `period` is a tick's, s.
-    pub(crate) fn shown(self, period: f64) -> Moment {
-        let mut moment = self.moment();
-        if let Some((tick, kept)) = self.shot.filter(|_| self.taken) {
-            return Moment { time: tick as f64 * period, ..kept };
-        }
-        fill(&mut moment, &self.duo, period);
-        moment
+    pub(crate) fn shown(mut self, period: f64) -> Moment {
+        self.kept(period).into_iter().next().unwrap_or_else(|| {
+            let mut moment = self.moment();
+            fill(&mut moment, &self.duo, period);
+            moment
+        })
+    }
+
+    /// What the kept ticks that came have to show, in the order in which they were asked for; `period` is a tick's, s.
+    pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
+        self.shots.kept(period)
     }
 
     fn moment(&self) -> Moment {
@@ -91,12 +96,9 @@ impl TwoEngine {
         let changed = [0, 1].map(|which| self.changed(which));
         let probes = states.each_ref().map(|state| self.frame.probe(&state.pose, &state.twist));
         let index = self.duo.step(&probes, dt, &self.clock)[0].index;
-        if let Some((_, moment)) = self.shot.as_mut().filter(|(tick, _)| *tick == index) {
-            fill(moment, &self.duo, dt);
-            self.taken = true;
-        }
+        let duo = &self.duo;
+        self.shots.take(index, |moment| fill(moment, duo, dt));
         if let Some(live) = &mut self.live {
-            let duo = &self.duo;
             live.publish_with(|moment| fill(moment, duo, dt));
         }
         // Whose it is does not matter: it must be none.

@@ -303,8 +303,9 @@ fn read_hand(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneHand
 
 /// The path of a file that the scene names.
 fn resolve(section: &Section<'_>, named: &str, span: &Range<usize>, files: Files<'_>) -> Result<PathBuf, SceneError> {
-    if named.is_empty() || named.contains('\0') {
-        return Err(section.error_at(span, "a file name is expected here"));
+    // Errors name the file, in one line.
+    if named.is_empty() || named.contains(char::is_control) {
+        return Err(section.error_at(span, "a file name is expected here, without control characters"));
     }
     let relative = Path::new(named);
     // A backslash separates on Windows only: refused everywhere, so that a scene means the same everywhere.

@@ -9,6 +9,7 @@
 mod facts;
 mod measures;
 
+use std::ops::ControlFlow;
 use std::path::Path;
 
 use palpus_io::scene::FilePolicy;
@@ -21,7 +22,7 @@ use super::pictures::{self, Frame, Shot};
 use crate::durations::duration;
 use crate::numbers::{counted, number_of, said};
 use crate::plots::{self, Mark};
-use crate::replay::run_again;
+use crate::rerun::Rerun;
 use crate::stage::Stage;
 
 /// A run, ready to be told.
@@ -46,7 +47,7 @@ impl Run {
     pub(super) fn of(path: &Path, policy: FilePolicy) -> anyhow::Result<Self> {
         let recording = read_recording(path)?;
         let choices = choices(&recording.rows);
-        let again = again(&recording, policy, &choices).map_err(|error| {
+        let again = again(path, &recording, policy, &choices).map_err(|error| {
             let causes: Vec<String> = error.chain().map(ToString::to_string).collect();
             causes.join(": ")
         });
@@ -327,17 +328,19 @@ impl Run {
     }
 }
 
-fn again(recording: &Recording, policy: FilePolicy, choices: &[Choice]) -> anyhow::Result<Again> {
-    let keep: Vec<u64> = choices.iter().map(|choice| choice.tick).collect();
+fn again(path: &Path, recording: &Recording, policy: FilePolicy, choices: &[Choice]) -> anyhow::Result<Again> {
     let (mut identical, mut first_difference) = (0, None);
-    let (stage, mut engine) = run_again(recording, policy, &keep, &mut |k, wrench, _| {
+    let (stage, mut rerun) = Rerun::new(path, recording, policy)?;
+    choices.iter().for_each(|choice| rerun.keep(choice.tick));
+    rerun.run(&mut |k, wrench| {
         let row = &recording.rows[k];
         if row.same_wrench(wrench) {
             identical += 1;
         } else {
             first_difference = first_difference.or(Some(row.tick));
         }
+        ControlFlow::Continue(())
     })?;
-    let moments = engine.kept(1.0 / recording.header.rate_hz);
+    let moments = rerun.kept(1.0 / recording.header.rate_hz);
     Ok(Again { stage, moments, identical, first_difference })
 }

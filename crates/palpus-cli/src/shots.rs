@@ -1,0 +1,34 @@
+//! Ticks that are kept to be shown.
+
+use palpus_window::Moment;
+
+/// Those of a run, in the order in which they were asked for.
+#[derive(Default)]
+pub(crate) struct Shots(Vec<Shot>);
+
+struct Shot {
+    tick: u64,
+    taken: bool,
+    moment: Moment,
+}
+
+impl Shots {
+    /// Tick number `tick` is to be kept, in `moment`, which has room for it.
+    pub(crate) fn keep(&mut self, tick: u64, moment: Moment) {
+        self.0.push(Shot { tick, taken: false, moment });
+    }
+
+    /// If tick `index`, which is this one, is to be kept, `fill` writes it. Obtains no memory.
+    pub(crate) fn take(&mut self, index: u64, fill: impl Fn(&mut Moment)) {
+        for shot in self.0.iter_mut().filter(|shot| shot.tick == index) {
+            fill(&mut shot.moment);
+            shot.taken = true;
+        }
+    }
+
+    /// Those that came; `period` is a tick's, s.
+    pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
+        let timed = |shot: Shot| Moment { time: shot.tick as f64 * period, ..shot.moment };
+        self.0.drain(..).filter(|shot| shot.taken).map(timed).collect()
+    }
+}
