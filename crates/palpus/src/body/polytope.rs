@@ -126,7 +126,7 @@ impl Lists {
     fn neighbours<N: Copy + Into<u32>>(&self, all: &[N], v: u32) -> impl Iterator<Item = u32> {
         let k = (self.ring_starts + v) as usize;
         let (from, to): (u32, u32) = (all[k].into(), all[k + 1].into());
-        all[from as usize..to as usize].chunks_exact(SPOKE).map(|spoke| spoke[0].into())
+        all[from as usize..to as usize].as_chunks::<SPOKE>().0.iter().map(|spoke| spoke[0].into())
     }
 
     #[inline]

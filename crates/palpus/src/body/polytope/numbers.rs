@@ -206,8 +206,8 @@ impl<'a> Ring<'a> {
     #[inline]
     pub fn at(self, k: usize) -> Spoke {
         match self.0 {
-            Part::Narrow(numbers) => narrow_spoke(&numbers[SPOKE * k..SPOKE * (k + 1)]),
-            Part::Wide(numbers) => wide_spoke(&numbers[SPOKE * k..SPOKE * (k + 1)]),
+            Part::Narrow(numbers) => narrow_spoke(&numbers.as_chunks().0[k]),
+            Part::Wide(numbers) => wide_spoke(&numbers.as_chunks().0[k]),
         }
     }
 
@@ -231,8 +231,8 @@ impl<'a> Ring<'a> {
     #[inline]
     pub fn iter(self) -> RingIter<'a> {
         RingIter(match self.0 {
-            Part::Narrow(numbers) => Spoken::Narrow(numbers.chunks_exact(SPOKE)),
-            Part::Wide(numbers) => Spoken::Wide(numbers.chunks_exact(SPOKE)),
+            Part::Narrow(numbers) => Spoken::Narrow(numbers.as_chunks().0.iter()),
+            Part::Wide(numbers) => Spoken::Wide(numbers.as_chunks().0.iter()),
         })
     }
 }
@@ -248,13 +248,14 @@ impl<'a> IntoIterator for Ring<'a> {
 }
 
 #[inline]
-fn narrow_spoke(numbers: &[u16]) -> Spoke {
-    Spoke { neighbour: u32::from(numbers[0]), edge: u32::from(numbers[1]), left: u32::from(numbers[2]) }
+fn narrow_spoke(numbers: &[u16; SPOKE]) -> Spoke {
+    let [neighbour, edge, left] = numbers.map(u32::from);
+    Spoke { neighbour, edge, left }
 }
 
 #[inline]
-fn wide_spoke(numbers: &[u32]) -> Spoke {
-    Spoke { neighbour: numbers[0], edge: numbers[1], left: numbers[2] }
+fn wide_spoke(&[neighbour, edge, left]: &[u32; SPOKE]) -> Spoke {
+    Spoke { neighbour, edge, left }
 }
 
 /// See [`Ring::iter`].
@@ -263,8 +264,8 @@ pub struct RingIter<'a>(Spoken<'a>);
 
 #[derive(Clone, Debug)]
 enum Spoken<'a> {
-    Narrow(std::slice::ChunksExact<'a, u16>),
-    Wide(std::slice::ChunksExact<'a, u32>),
+    Narrow(std::slice::Iter<'a, [u16; SPOKE]>),
+    Wide(std::slice::Iter<'a, [u32; SPOKE]>),
 }
 
 impl Iterator for RingIter<'_> {
