@@ -204,23 +204,36 @@ mod system {
             Ok(allowed) => allowed,
             Err(error) => return refused(error.to_string()),
         };
+        let isolated = isolated();
+        let is_allowed = |core: usize| core < CpuSet::MAX_CPU && allowed.is_set(core);
+        let on = |core: usize| {
+            let mut one = CpuSet::new();
+            one.set(core);
+            sched_setaffinity(None, &one)
+        };
+        // The kernel leaves isolated cores out of what a process has, and grants them to who asks.
+        let granted =
+            in_turn(&isolated, is_allowed).into_iter().find(|&core| core < CpuSet::MAX_CPU && on(core).is_ok());
+        if let Some(core) = granted {
+            return (Claimed::Granted(format!("core {core}, isolated")), Some(core));
+        }
         if allowed.count() < 2 {
             return refused("there is one core only".to_owned());
         }
-        let isolated = isolated();
-        let of_allowed = |core: &usize| allowed.is_set(*core);
-        // Otherwise one of the fastest, and of those the last: interrupts and whatever is started first gather on the first.
-        let fastest = || (0..CpuSet::MAX_CPU).filter(of_allowed).max_by_key(|core| (top_frequency(*core), *core));
-        let Some(core) = isolated.iter().copied().find(of_allowed).or_else(fastest) else {
-            return (Claimed::NotAsked, None);
-        };
-        let mut one = CpuSet::new();
-        one.set(core);
-        match sched_setaffinity(None, &one) {
-            Ok(()) if isolated.contains(&core) => (Claimed::Granted(format!("core {core}, isolated")), Some(core)),
+        // One of the fastest, and of those the last: interrupts and whatever is started first gather on the first.
+        let fastest =
+            (0..CpuSet::MAX_CPU).filter(|&core| is_allowed(core)).max_by_key(|core| (top_frequency(*core), *core));
+        let Some(core) = fastest else { return (Claimed::NotAsked, None) };
+        match on(core) {
             Ok(()) => (Claimed::Granted(format!("core {core}")), Some(core)),
             Err(error) => refused(error.to_string()),
         }
+    }
+
+    /// Isolated cores in the order in which they are tried: first those that the process was given.
+    pub(super) fn in_turn(isolated: &[usize], is_allowed: impl Fn(usize) -> bool) -> Vec<usize> {
+        let (given, others): (Vec<_>, Vec<_>) = isolated.iter().partition(|&&core| is_allowed(core));
+        [given, others].concat()
     }
 
     /// Cores that the kernel keeps free of ordinary work.
@@ -305,6 +318,14 @@ mod tests {
         assert_eq!(cores("2,4-7\n"), [2, 4, 5, 6, 7]);
         assert_eq!(cores("\n"), [0usize; 0]);
         assert_eq!(cores("x,3-1,9"), [9]);
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn isolated_cores_are_tried_though_a_process_has_them_only_if_it_was_given_them() {
+        assert_eq!(system::in_turn(&[2, 3, 5], |core| core < 2), [2, 3, 5]);
+        assert_eq!(system::in_turn(&[2, 3, 5], |core| core == 5), [5, 2, 3]);
+        assert!(system::in_turn(&[], |_| true).is_empty());
     }
 
     #[test]
