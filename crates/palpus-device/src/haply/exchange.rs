@@ -27,7 +27,7 @@ use crate::realtime::{RealTimeOptions, claim};
 /// For the inventory after connecting, and for the first state.
 const FIRST_ANSWER: Duration = Duration::from_secs(1);
 /// For a state: a service on the same machine answers within a fraction of a millisecond.
-const ANSWER_TIME: Duration = Duration::from_millis(5);
+pub(super) const ANSWER_TIME: Duration = Duration::from_millis(5);
 /// Without a command of the loop for this long, zero is sent.
 const IDLE_TIME: Duration = Duration::from_millis(5);
 /// Without a state for this long, the device is lost.

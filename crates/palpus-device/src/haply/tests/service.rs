@@ -3,7 +3,7 @@
 use std::net::{TcpListener, TcpStream};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use serde_json::{Value, json};
@@ -14,6 +14,7 @@ use super::super::{HaplyDevice, HaplyOptions};
 /// A message as the service got it.
 #[derive(Clone, Debug)]
 pub(super) struct Told {
+    pub(super) at: Instant,
     pub(super) force: DVec3,
     pub(super) spelled: String,
 }
@@ -153,7 +154,7 @@ fn understood(text: &str) -> Told {
     assert_eq!(command.len(), 1);
     let (spelled, vector) = command.iter().next().unwrap();
     let part = |key: &str| vector[key].as_f64().unwrap();
-    Told { force: DVec3::new(part("x"), part("y"), part("z")), spelled: spelled.clone() }
+    Told { at: Instant::now(), force: DVec3::new(part("x"), part("y"), part("z")), spelled: spelled.clone() }
 }
 
 /// The first message: a state with the configurations.
