@@ -7,6 +7,7 @@ pub mod cache;
 mod exact;
 pub mod hand;
 pub mod mesh;
+mod one_line;
 pub mod query;
 pub mod record;
 pub mod scene;

@@ -74,6 +74,8 @@ fn errors_name_line_and_column() {
     assert!(error.contains("the header is wrong: setting `stiffness` is -1"), "{error}");
     let error = change("seed = \"18446744073709551615\"", "seed = \"x\"");
     assert!(error.starts_with("run.csv, line 5: the header is wrong: invalid digit"), "{error}");
+    let error = change("stiffness = 0.3333333333333333", &format!("stiffness = \"{}\"", "long\\n".repeat(1000)));
+    assert!(error.len() < 400 && !error.contains('\n'), "{error}");
     let error = change("tick,time_ns", "tick,time_ms");
     assert!(error.contains(&format!("line {}: the columns must be tick,time_ns,", header + 1)), "{error}");
     assert!(self::error(b"tx,ty,tz\n0,0,0\n").to_string().starts_with("run.csv, line 1: the columns must be"));

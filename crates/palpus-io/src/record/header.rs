@@ -10,6 +10,7 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::FORMAT;
 use crate::mesh::ContentHash;
+use crate::one_line::one_line;
 
 /// What was run, on what, and how.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -95,7 +96,7 @@ impl RecordingHeader {
     pub(super) fn of_text(text: &str) -> Result<Self, HeaderError> {
         let wrong = |error: toml::de::Error| HeaderError {
             line: error.span().map_or(0, |span| 1 + text[..span.start.min(text.len())].matches('\n').count() as u64),
-            problem: format!("the header is wrong: {}", error.message().replace('\n', " ")),
+            problem: format!("the header is wrong: {}", one_line(error.message())),
         };
         if text.len() > MOST_TEXT {
             return Err(HeaderError { line: 0, problem: "the header is far too long; is it a recording?".to_owned() });

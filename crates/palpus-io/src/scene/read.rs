@@ -15,6 +15,7 @@ use super::{
     CouplingMode, FilePolicy, HandPreset, SceneBody, SceneCoupling, SceneError, SceneFile, SceneGaps, SceneHand,
     SecondTool, unit,
 };
+use crate::one_line::one_line;
 
 /// The longest scene file that is read.
 const MAX_BYTES: u64 = 1 << 20;
@@ -62,7 +63,7 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     let file = path.display().to_string();
     let source = Source { file: &file, text };
     let root = DeTable::parse(text).map_err(|error| {
-        let problem = format!("this is not TOML: {}", error.message().trim().replace('\n', " "));
+        let problem = format!("this is not TOML: {}", one_line(error.message()));
         source.error(&error.span().unwrap_or(0..0), problem)
     })?;
     let files = Files { folder: path.parent().unwrap_or(Path::new("")), policy, check };
