@@ -38,6 +38,7 @@ mod seen;
 mod shots;
 mod soak;
 mod stage;
+mod stopped;
 mod summary;
 mod sweeps;
 mod threads;

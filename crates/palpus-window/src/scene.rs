@@ -90,6 +90,7 @@ impl ShownBody {
 }
 
 /// What the bodies of a scene that is felt are called, in their order.
+#[cfg(feature = "gui")]
 pub(crate) const BODY_NAMES: [&str; 3] = ["probe", "environment", "second probe"];
 
 /// A proxy this part of the probe's size from the device is drawn apart from it.
@@ -97,6 +98,7 @@ const APART: f64 = 2e-3;
 
 impl Scene {
     /// Puts what moves where it is at `moment`; what is no pose leaves its body where it was.
+    #[cfg(feature = "gui")]
     pub(crate) fn pose_probes(&mut self, moment: &Moment) {
         for (body, pose) in [(0, Some(moment.tool)), (2, moment.second)] {
             if let Some((body, pose)) = self.bodies.get_mut(body).zip(pose).filter(|(_, pose)| pose.is_valid()) {

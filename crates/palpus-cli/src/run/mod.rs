@@ -36,7 +36,7 @@ use crate::{output, picture, plots, stage, summary, window};
 
 pub(crate) use live::Live;
 pub(crate) use plan::Plan;
-pub(crate) use ready::{Ready, Stopped};
+pub(crate) use ready::Ready;
 pub(crate) use servo_thread::joined;
 pub(crate) use session::{Beginning, Ended, Session};
 

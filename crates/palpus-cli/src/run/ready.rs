@@ -1,7 +1,5 @@
 //! A run that can begin: a device and its engine, or two devices and an engine for both.
 
-use palpus_window::Moment;
-
 use super::Plan;
 use crate::args::RunArguments;
 use crate::engine::Engine;
@@ -62,7 +60,7 @@ impl Ready {
 
     /// Leaves what every tick has to show with `publisher`.
     #[cfg(feature = "window")]
-    pub(crate) fn publish(&mut self, publisher: palpus_device::Publisher<Moment>) {
+    pub(crate) fn publish(&mut self, publisher: palpus_device::Publisher<palpus_window::Moment>) {
         match self {
             Self::One(run) => run.1.publish(publisher),
             Self::Two(run) => run.1.publish(publisher),
@@ -86,23 +84,5 @@ impl Ready {
             plan.announce(arguments, headless);
         }
         Ok(())
-    }
-}
-
-/// An engine that has made its last step.
-pub(crate) enum Stopped {
-    /// Of one device.
-    One(Box<Engine>),
-    /// Of two.
-    Two(Box<TwoEngine>),
-}
-
-impl Stopped {
-    /// What the kept tick has to show, or the last one, if there is none; `period` is a tick's, s.
-    pub(crate) fn shown(self, period: f64) -> Moment {
-        match self {
-            Self::One(engine) => engine.shown(period),
-            Self::Two(engine) => engine.shown(period),
-        }
     }
 }

@@ -9,7 +9,7 @@ use palpus_io::RecordingHeader;
 
 use super::servo_thread::{ORDERS, Order};
 use crate::recording::{Recording, Rows, Writing};
-use crate::two;
+use crate::two::other::name_other;
 
 /// See the module's description.
 pub(super) struct Recordings {
@@ -50,7 +50,7 @@ impl Recordings {
     pub(super) fn start(&mut self, path: PathBuf, other: Option<&Path>, settings: &Settings) -> anyhow::Result<Rows> {
         self.header.scene.render = *settings;
         if let Some(other) = other {
-            two::replay::name_other(self.which, other, &mut self.header.scene.more);
+            name_other(self.which, other, &mut self.header.scene.more);
         }
         let Recording { rows, writing } = Recording::start(&path, &self.header)?;
         self.writing = Some(writing);

@@ -14,9 +14,10 @@ use palpus_device::{
     ServoTick, StepOutcome, ToolOutcome, claim,
 };
 
-use super::{Live, Stopped};
+use super::Live;
 use crate::engine::{Detail, Engine};
 use crate::recording::Rows;
+use crate::stopped::Stopped;
 use crate::summary::Gatherer;
 use crate::two::TwoEngine;
 

@@ -21,10 +21,11 @@ use palpus_io::scene::CouplingMode;
 
 use super::seat::{EndedSeat, Seat, Taken, preset};
 use super::servo_thread::{ServoThread, Turned, Work, joined};
-use super::{Live, Ready, Stopped};
+use super::{Live, Ready};
 use crate::files;
 use crate::safety;
 use crate::stage::Stage;
+use crate::stopped::Stopped;
 use crate::summary::Summary;
 use crate::two::NAMES;
 

@@ -15,7 +15,7 @@ use palpus_io::scene::FilePolicy;
 
 use super::{Beginning, Ended, Ready, Session};
 use crate::args::RunArguments;
-use crate::replay::run_again;
+use crate::rerun::one::run_again;
 use crate::{stage, two};
 
 /// A folder of its own for one test, gone when the test is over.

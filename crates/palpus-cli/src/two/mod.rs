@@ -5,6 +5,7 @@
 //! 3. Each tool is recorded in a file of its own; the two name each other, and `palpus replay` of either runs both again ([`replay`]).
 
 mod engine;
+pub(crate) mod other;
 pub(crate) mod replay;
 
 use anyhow::bail;

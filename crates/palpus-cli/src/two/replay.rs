@@ -1,6 +1,4 @@
 //! `palpus replay` of one of two recordings that belong together: both are run again, since each tool is what the other one felt.
-//!
-//! The two files name each other, without folders: the other one lies beside the one that was named.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -11,31 +9,13 @@ use palpus_device::{ContactAccount, Cut, Cuts, DeviceState, SafetyChain};
 use palpus_io::scene::FilePolicy;
 use palpus_io::{RecordRow, Recording, read_recording};
 use serde::Serialize;
-use toml::{Table, Value};
 
 use super::engine::TwoEngine;
+use super::other::other_of;
 use crate::divergence::{Comparison, Report};
+use crate::rerun::one;
+use crate::safety;
 use crate::stage::{self, Stage};
-use crate::{replay, safety};
-
-/// Under this name a recording's header tells of the other tool's.
-const SECTION: &str = "other_tool";
-
-/// For the header of tool `which` (0 or 1): where the other one's recording is.
-pub(crate) fn name_other(which: usize, other: &Path, into: &mut Table) {
-    let mut table = Table::new();
-    let file = other.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    table.insert("recording".into(), file.into());
-    table.insert("this_is".into(), super::NAMES[which].into());
-    into.insert(SECTION.into(), Value::Table(table));
-}
-
-/// If `recording` is that of one of two tools: which one, and the name of the other one's file.
-pub(crate) fn other_of(recording: &Recording) -> Option<(usize, &str)> {
-    let table = recording.header.scene.more.get(SECTION)?.as_table()?;
-    let this = table.get("this_is")?.as_str()?;
-    Some((super::NAMES.iter().position(|name| *name == this)?, table.get("recording")?.as_str()?))
-}
 
 /// What `--json` says of both; the named one's stands where that of a single tool does.
 #[derive(Serialize)]
@@ -84,13 +64,13 @@ pub(crate) fn in_order<'a>(which: usize, recording: &'a Recording, other: &'a Re
 
 /// The recorded scene, and the engine as it was when the recordings began.
 pub(crate) fn ready(recordings: [&Recording; 2], policy: FilePolicy) -> anyhow::Result<(Stage, TwoEngine)> {
-    let first = replay::replayable(recordings[0], policy)?;
-    replay::check_rows(recordings[1])?;
+    let first = one::replayable(recordings[0], policy)?;
+    one::check_rows(recordings[1])?;
     let Some(second) = first.of_second() else { bail!("the recorded scene has no second tool any more") };
     stage::check_content(&second, &recordings[1].header.scene)?;
     let settings = recordings.map(|recording| recording.header.scene.render);
     let engine = TwoEngine::new([&first, &second], settings)?;
-    let crease_angle = recordings.into_iter().find_map(replay::crease_angle);
+    let crease_angle = recordings.into_iter().find_map(one::crease_angle);
     let engine = match crease_angle {
         Some(angle) => engine.with_surfaces(angle),
         None => engine,

@@ -1,5 +1,7 @@
 //! A recording that is run again to be looked at: by itself, or with that of the other tool.
 
+pub(crate) mod one;
+
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -10,10 +12,11 @@ use palpus_io::Recording;
 use palpus_io::scene::FilePolicy;
 use palpus_window::Moment;
 
+use self::one::{engine_of, replayable, run_again_on};
 use crate::engine::Engine;
-use crate::replay::{engine_of, replayable, run_again_on};
-use crate::run::Stopped;
 use crate::stage::Stage;
+use crate::stopped::Stopped;
+use crate::two::other::other_of;
 use crate::two::{self, TwoEngine};
 
 /// A recording and what it is run again on: an engine of its own, or one for both tools and the other tool's recording.
@@ -25,7 +28,7 @@ pub(crate) enum Rerun<'a> {
 impl<'a> Rerun<'a> {
     /// The stage as well. `path` is where the recording was read from.
     pub(crate) fn new(path: &Path, recording: &'a Recording, policy: FilePolicy) -> anyhow::Result<(Stage, Self)> {
-        let Some((which, _)) = two::replay::other_of(recording) else {
+        let Some((which, _)) = other_of(recording) else {
             let stage = replayable(recording, policy)?;
             let engine = engine_of(recording, &stage)?;
             return Ok((stage, Self::One(recording, Box::new(engine))));
