@@ -122,3 +122,49 @@ fn a_march_does_not_end_at_a_hair() {
         assert!((closest.distance - 21.256_145_927_487_49).abs() < 1e-7, "from vertex {v}: {marched:?}");
     }
 }
+
+/// The same with two vertices that are one but for rounding, so that nothing bulges by more than that: 2.6 % too far.
+#[test]
+fn a_march_does_not_end_at_a_vertex_that_is_there_twice() {
+    let points = |list: &[[f64; 3]]| list.iter().map(|&p| DVec3::from(p)).collect::<Vec<_>>();
+    let a = points(&[
+        [-3.125, -3.125, -3.125],
+        [-3.125, 1.0, 1.0],
+        [-2.968_75, 0.5, 0.0],
+        [-0.5, -0.5, 2.875],
+        [-0.5, 2.625_000_84, 3.625_000_000_084],
+        [0.0, 0.0, -1.125],
+        [0.3125, 0.093_75, 0.5],
+        [2.0, -3.125, 2.718_75],
+    ]);
+    let b = points(&[
+        [-1.343_750_000_000_043, -1.343_750_000_000_047, -1.343_750_000_000_043],
+        [-1.343_750_000_000_043, -1.343_750_000_000_043, -1.343_750_000_000_043],
+        [-1.343_750_000_000_043, -1.343_750_000_000_043, -0.5],
+        [-0.5, -1.343_750_86, 2.1875],
+        [-0.5, 0.5, -0.5],
+        [0.0, -3.125, 1.0],
+        [0.5, -2.968_75, 0.5],
+        [1.0, 2.0, -3.125],
+        [2.1875, -1.343_750_000_000_043, 0.3125],
+        [2.1875, 2.1875, 2.1875],
+        [3.624_999_999_999_957, -1.343_750_000_000_043, -1.343_750_000_000_043],
+    ]);
+    let hull = |points: &[DVec3]| {
+        let extent = points.iter().map(|p| p.length()).fold(0.0, f64::max);
+        convex_hull(points, 1e-9 * extent).expect("a hull").into_polytope().expect("a solid").0
+    };
+    let (a, b) = (hull(&a), hull(&b));
+    let turn = DQuat::from_xyzw(
+        -0.802_033_161_854_941_7,
+        -0.444_202_981_950_429_23,
+        0.037_016_915_162_535_774,
+        0.397_562_908_359_370_14,
+    );
+    let place = Pose::new(turn, DVec3::new(0.0, 0.0, -16.514_354_033_720_025)).placement();
+    for v in 0..11 {
+        let start = FeaturePair { a: Feature::Vertex(0), b: Feature::Vertex(v) };
+        let Proximity::Disjoint(closest) = march(&a, &b, &place, start).proximity else { panic!("they are apart") };
+        assert!((closest.distance - 11.798_546_764_667_083).abs() < 1e-7, "from vertex {v}: {closest:?}");
+    }
+}

@@ -533,6 +533,11 @@ pub const OFFSET_SLACK: f64 = 4e-9;
 /// Some dozen roundings of a coordinate. Larger adds to the error of depths; smaller measures again what is exact.
 pub const CRISP: f64 = 1e-14;
 
+/// Relative to the shortest edge: a bulge of more than this may hide an edge that leads on from one of its ends, so that climbs look further there.
+///
+/// Larger lets a climb end at a pair of vertices that are one but for rounding; smaller makes climbs over sound polytopes slower.
+pub const SHORT_EDGE: f64 = 1e-6;
+
 /// Moves after which a walk is ended with what it has. A cold walk over 2000 vertices takes about 30.
 pub const WALK_STEPS: u32 = 500;
 

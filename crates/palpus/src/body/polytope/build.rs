@@ -11,7 +11,7 @@ use super::super::directory::Directory;
 use super::numbers::{Numbers, SPOKE};
 use super::{Edge, FACES_A_WORD, Lists, Polytope, PolytopeError, Provenance};
 use crate::algebra::Plane;
-use crate::algebra::tolerance::CRISP;
+use crate::algebra::tolerance::{CRISP, SHORT_EDGE};
 
 impl Polytope {
     /// A solid polytope from its merged planar faces.
@@ -116,7 +116,9 @@ impl Polytope {
 
     fn set_bulge(&mut self, bulge: f64) {
         self.bulge = bulge;
-        self.rough = bulge > CRISP * self.radius;
+        let length = |edge: super::Edge| self.vertex(edge.tail).distance(self.vertex(edge.head));
+        let shortest = self.edges().map(length).fold(f64::INFINITY, f64::min);
+        self.rough = bulge > CRISP * self.radius || bulge > SHORT_EDGE * shortest;
     }
 
     /// How far any vertex stands off the planes around it: see [`Self::bulge`].
