@@ -107,6 +107,14 @@ impl Scene {
         }
     }
 
+    /// Turns the environment to glass, or back.
+    #[cfg(feature = "gui")]
+    pub(crate) fn toggle_glass(&mut self) {
+        if let Some(environment) = self.bodies.get_mut(1) {
+            environment.look.translucent ^= true;
+        }
+    }
+
     /// True if the device holds the probe elsewhere than where the proxy is, so that it is to be seen.
     pub(crate) fn is_device_apart(&self, moment: &Moment, probe: &ShownBody) -> bool {
         let (low, high) = probe.solid.bounds();

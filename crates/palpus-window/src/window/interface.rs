@@ -162,11 +162,7 @@ impl<'a> Interface<'a> {
             Action::Clusters => self.style.clusters ^= true,
             Action::Wrench => self.style.wrench ^= true,
             Action::Anchors => self.style.anchors ^= true,
-            Action::Glass => {
-                if let Some(environment) = self.scene.bodies.get_mut(1) {
-                    environment.look.translucent ^= true;
-                }
-            }
+            Action::Glass => self.scene.toggle_glass(),
             Action::Scene(action) => self.act_on_scene(context, action),
             of_settings => {
                 self.notices.check(self.feel.act(of_settings, self.run));

@@ -17,6 +17,7 @@
 //! instead of an ambiguous half, and no walk needs a special case: a rim's plane is a true supporting plane.
 
 mod build;
+mod climb;
 mod numbers;
 
 use std::ops::Range;
@@ -87,7 +88,7 @@ pub struct Polytope {
     centroid: DVec3,
     radius: f64,
     bulge: f64,
-    /// More than rounding bulges.
+    /// See [`Self::is_rough`].
     rough: bool,
     directory: Directory,
     flat: bool,
@@ -229,7 +230,8 @@ impl Polytope {
         self.bulge
     }
 
-    /// More than rounding bulges: faces were merged that are not quite flat.
+    /// True where a local maximum of the vertices joined by edges need not be the global one: faces were merged that are not quite flat, or an
+    /// edge is so short that rounding decides which way it leads.
     #[inline]
     pub fn is_rough(&self) -> bool {
         self.rough
@@ -300,101 +302,6 @@ impl Polytope {
     #[inline]
     pub fn support_from(&self, hint: u32, direction: DVec3) -> u32 {
         self.directory.scan(direction).unwrap_or_else(|| self.climb(hint, direction).0)
-    }
-
-    /// The vertex farthest along `direction` and its height there, by climbing from vertex `from`.
-    ///
-    /// A climb ends at a global maximum, since the polytope is convex; it moves only to strictly higher vertices, so a
-    /// plateau cannot make it cycle. Where faces were merged that are not quite flat, an edge may be missing that led on from a vertex
-    /// beside a short one: there a climb ends only where no vertex of the faces around is higher. From the vertex of a near direction it looks at one or two rings, which is less than
-    /// [`Self::support`] does; from any other, more.
-    #[inline]
-    pub fn climb(&self, from: u32, direction: DVec3) -> (u32, f64) {
-        match &self.lists.all {
-            Numbers::Narrow(all) => self.climb_among(all, from, direction),
-            Numbers::Wide(all) => self.climb_among(all, from, direction),
-        }
-    }
-
-    /// A climb over one kind of list.
-    #[inline]
-    fn climb_among<N: Copy + Into<u32>>(&self, all: &[N], from: u32, direction: DVec3) -> (u32, f64) {
-        let mut best = from;
-        let mut height = direction.dot(self.vertex(best));
-        loop {
-            let here = best;
-            for neighbour in self.lists.neighbours(all, here) {
-                let h = direction.dot(self.vertex(neighbour));
-                if h > height {
-                    height = h;
-                    best = neighbour;
-                }
-            }
-            if best == here {
-                match self.over_missing_edge(here, height, direction) {
-                    Some(on) => (best, height) = on,
-                    None => return (best, height),
-                }
-            }
-        }
-    }
-
-    /// The same, and the height of the highest of the neighbours there.
-    #[inline]
-    pub fn climb_apart(&self, from: u32, direction: DVec3) -> (u32, f64, f64) {
-        match &self.lists.all {
-            Numbers::Narrow(all) => self.climb_apart_among(all, from, direction),
-            Numbers::Wide(all) => self.climb_apart_among(all, from, direction),
-        }
-    }
-
-    #[inline]
-    fn climb_apart_among<N: Copy + Into<u32>>(&self, all: &[N], from: u32, direction: DVec3) -> (u32, f64, f64) {
-        let mut best = from;
-        let mut height = direction.dot(self.vertex(best));
-        loop {
-            let here = best;
-            let mut next = f64::NEG_INFINITY;
-            for neighbour in self.lists.neighbours(all, here) {
-                let h = direction.dot(self.vertex(neighbour));
-                if h > height {
-                    height = h;
-                    best = neighbour;
-                } else {
-                    next = next.max(h);
-                }
-            }
-            if best == here {
-                match self.over_missing_edge(here, height, direction) {
-                    Some(on) => (best, height) = on,
-                    None => return (best, height, next),
-                }
-            }
-        }
-    }
-
-    /// From vertex `here`, at `height`, above which no neighbour is: the highest vertex of the faces around that is, and its height.
-    #[inline]
-    fn over_missing_edge(&self, here: u32, height: f64, direction: DVec3) -> Option<(u32, f64)> {
-        if self.rough { self.highest_around(here, height, direction) } else { None }
-    }
-
-    #[inline(never)]
-    fn highest_around(&self, here: u32, height: f64, direction: DVec3) -> Option<(u32, f64)> {
-        let mut best = (here, height);
-        for spoke in self.ring(here).iter() {
-            let corners = self.face_vertices(spoke.left);
-            // All of a triangle are neighbours.
-            if corners.len() > 3 {
-                for v in corners {
-                    let h = direction.dot(self.vertex(v));
-                    if h > best.1 {
-                        best = (v, h);
-                    }
-                }
-            }
-        }
-        (best.0 != here).then_some(best)
     }
 }
 

@@ -177,11 +177,7 @@ impl Player {
             Action::Clusters => self.style.clusters ^= true,
             Action::Wrench => self.style.wrench ^= true,
             Action::Anchors => self.style.anchors ^= true,
-            Action::Glass => {
-                if let Some(environment) = self.scene.bodies.get_mut(1) {
-                    environment.look.translucent ^= true;
-                }
-            }
+            Action::Glass => self.scene.toggle_glass(),
             Action::Scene(action) => self.act_on_scene(context, action),
         }
     }
