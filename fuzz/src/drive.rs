@@ -100,7 +100,7 @@ pub fn settings(bytes: &mut Bytes<'_>) -> Settings {
         split_angle: (flags & 16 != 0).then(|| 1.05 + 1.9 * bytes.share()),
         stiffness: positive(bytes, 800.0),
         damping: not_negative(bytes, 1.0),
-        blend_angle: (flags & 32 != 0).then(|| 2e-3 + 0.34 * bytes.share()),
+        patch_angle: (flags & 32 != 0).then(|| 2e-3 + 0.34 * bytes.share()),
         shading,
         friction,
         coupling,

@@ -26,7 +26,7 @@ fn run(data: &[u8]) {
     let proof = if flags & 1 != 0 { Proof::Prove } else { Proof::None };
     let blend = (flags & 2 != 0).then(|| bytes.between(1.8e-3, 0.35));
     let capacity = if flags & 4 != 0 { 1 + bytes.below(8) } else { 256 };
-    let mut query = PairQuery::new(&a, &b, capacity).with_proof(proof).with_blend(blend);
+    let mut query = PairQuery::new(&a, &b, capacity).with_proof(proof).with_patches(blend);
     if flags & 8 != 0 {
         query = query.with_guard();
     }

@@ -89,7 +89,7 @@ fn contacts_have_the_promised_columns() {
         point_b: DVec3::Y,
         normal: DVec3::Z,
         separation: 0.5,
-        extent: 0.0,
+        slope: 0.0,
     };
     let mut writer = ContactWriter::new(Vec::new()).unwrap();
     writer.write(2, &[contact, contact]).unwrap();

@@ -148,7 +148,7 @@ mod tests {
             point_b: DVec3::Z,
             normal: -DVec3::Z,
             separation: 1.0,
-            extent: 0.0,
+            slope: 0.0,
         };
         let mut tick = Tick::new(100);
         tick.contacts.resize(100, contact);

@@ -24,7 +24,7 @@ fn cuboid(half: DVec3) -> Arc<Body> {
 /// A box that leans on a table with one edge: `height` metres above touch.
 fn leaning(height: f64) -> Scene {
     let (probe, table) = (cuboid(DVec3::new(0.02, 0.015, 0.01)), cuboid(DVec3::new(0.05, 0.04, 0.01)));
-    let settings = Settings { blend_angle: None, ..Settings::default() };
+    let settings = Settings { patch_angle: None, ..Settings::default() };
     let mut renderer = Renderer::new(probe.clone(), table.clone(), settings).expect("valid settings");
     let rotation = DQuat::from_rotation_y(0.5);
     let lowest = probe.mesh().vertices().iter().map(|v| (rotation * *v).z).fold(f64::INFINITY, f64::min);

@@ -27,7 +27,7 @@ fn contacts(n: u32, tick: u32) -> Vec<Contact> {
                 point_b,
                 normal,
                 separation,
-                extent: 0.01 * spin(k, 1e-3).sin().abs(),
+                slope: 0.0875,
             }
         })
         .collect()

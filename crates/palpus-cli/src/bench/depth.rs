@@ -91,7 +91,7 @@ fn tilting(path: &Path) -> anyhow::Result<()> {
     let body = |soup| Body::from_soup(&soup, &BodySettings::default(), &mut |_| ());
     let (a, b) = (body(shape::cuboid(BOX))?, body(shape::table())?);
     let curve = |blend: Option<f64>| -> anyhow::Result<Vec<(f64, f64)>> {
-        let mut pair = PairQuery::new(&a, &b, 16).with_blend(blend);
+        let mut pair = PairQuery::new(&a, &b, 16).with_patches(blend);
         let steps = (2.0 * TILT / TILT_STEP).round() as usize;
         (0..=steps)
             .map(|k| {
@@ -104,7 +104,7 @@ fn tilting(path: &Path) -> anyhow::Result<()> {
             })
             .collect()
     };
-    let blended = curve(Settings::default().blend_angle)?;
+    let blended = curve(Settings::default().patch_angle)?;
     let exact = curve(None)?;
     let figure = Figure {
         title: "A box tilts through flat on a table: where it is touched".to_owned(),

@@ -86,7 +86,7 @@ fn settings_changed_in_a_run_come_back_bit_for_bit_and_cost_no_memory() {
         Settings { shading, ..usual },
         paper,
         Settings { stiffness: 1200.0, contact_tolerance: 2e-3, ..paper },
-        Settings { friction: None, shading: None, blend_angle: None, ..usual },
+        Settings { friction: None, shading: None, patch_angle: None, ..usual },
         usual,
     ]
     .iter()

@@ -158,9 +158,9 @@ pub(super) struct RenderText {
     split_angle: Option<f64>,
     stiffness: f64,
     damping: f64,
-    /// Absent from recordings that were made before there was a blend.
-    #[serde(default)]
-    blend_angle: Option<f64>,
+    /// Called `blend_angle` in recordings that were made before there were patches, and absent from older ones.
+    #[serde(default, alias = "blend_angle")]
+    patch_angle: Option<f64>,
     saturation: SaturationText,
     grip_a: [f64; 3],
     capacity: u64,
@@ -233,7 +233,7 @@ impl RenderText {
             split_angle,
             stiffness,
             damping,
-            blend_angle,
+            patch_angle,
             shading,
             friction,
             limits: Limits { force, torque },
@@ -255,7 +255,7 @@ impl RenderText {
                 split_angle,
                 stiffness,
                 damping,
-                blend_angle,
+                patch_angle,
                 saturation: match saturation {
                     Saturation::Separate => SaturationText::Separate,
                     Saturation::Joint => SaturationText::Joint,
@@ -300,7 +300,7 @@ impl RenderText {
                 split_angle: text.split_angle,
                 stiffness: text.stiffness,
                 damping: text.damping,
-                blend_angle: text.blend_angle,
+                patch_angle: text.patch_angle,
                 shading: text
                     .shading
                     .map(|ShadingText { crease_angle, most_turn }| ShadingSettings { crease_angle, most_turn }),

@@ -28,7 +28,7 @@ pub fn settings() -> Settings {
         split_angle: None,
         stiffness: 1.0 / 3.0,
         damping: 2.5,
-        blend_angle: Some(0.07),
+        patch_angle: Some(0.07),
         shading: Some(ShadingSettings { crease_angle: 0.7, most_turn: 0.3 }),
         friction: Some(FrictionSettings {
             static_coefficient: 0.4,

@@ -647,35 +647,27 @@ pub const KEPT_CORNERS: usize = 256;
 /// Triangles of a surface that is kept from tick to tick; a closed one has twice as many as corners, less four.
 pub const KEPT_TRIANGLES: usize = 512;
 
-// depth: the blended witness (blend, pulled_gap)
+// depth: contact patches (patch)
 
-/// Vertex pairs that one pulled gap of the blended witness may ask for. From nothing it takes about 5, from the last one 1 to 3.
+/// Corners that the outline of a face has in a patch; of larger faces every n-th is taken.
 ///
-/// Smaller leaves exact witnesses, which jump, where a gap would still have been found.
-pub const BLEND_ROUNDS: u32 = 64;
+/// A disc loses 2 % of its radius between two of them. More cost time in every flush pair of round faces, by the square.
+pub const PATCH_SIDES: usize = 16;
 
-/// Sine of the angle by which a pull may lean the direction between crossing edges that pass for steep.
+/// Faces, or else edges, of one piece in a patch. Of more, the flattest are taken, and the slope shrinks to theirs.
 ///
-/// Larger skips the blend for edges that cross at smaller angles, where the estimate of the slope that they need is poor.
-pub const BLEND_LEANING: f64 = 0.5;
+/// More widen the patches of finely curved pieces, which roll on them; fewer leave a cylinder one facet.
+pub const PATCH_FACES: usize = 4;
 
-/// Relative to the pair's size: bodies nearer than this, or overlapping, are moved apart so far along the normal for the blend.
+/// Corners of one patch, before those that are too far apart are left out.
 ///
-/// Exactly touching bodies have many equally good directions between them. A normal that jumps moves the blend by up to that length
-/// over the angle; smaller comes near to the rounding of a gap, and rounds run out.
-pub const BLEND_PARTED: f64 = 1e-9;
+/// Two polygons of [`PATCH_SIDES`] have no more. Smaller drops corners with load on them.
+pub const PATCH_CORNERS: usize = 2 * PATCH_SIDES;
 
-/// Sine of the angle below which the sides of a triangle of vertex pairs are parallel, and relative weight below which a pair's
-/// share in the blended witness's gap is none.
+/// Relative to the pair's size: corners of a patch nearer than this are one.
 ///
-/// The triangle's normal would be noise. Larger leaves out triangles that are needed between nearly parallel edges.
-pub const BLEND_FLAT: f64 = 1e-12;
-
-/// Relative to the pair's size and its distance from b's origin: a gap that is known as exactly as this ends its program.
-///
-/// The witness is wrong by about that over the angle. Smaller than the rounding of a gap lets nearly singular bases pivot to
-/// and fro; larger shows as noise of the witness of bodies that hardly move.
-pub const BLEND_ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// The same corner comes from two faces that share it, with different rounding. Larger merges corners that are apart.
+pub const PATCH_SAME: f64 = 1e-9;
 
 // force: the pair query (pair_query, belief)
 
@@ -764,6 +756,11 @@ pub const CAP_STEPS: u32 = 16;
 /// directions that are meant; smaller lets noise point the force.
 pub const CANCELLED_NORMAL: f64 = 1e-6;
 
+/// Relative to their distance from b's origin: contacts across one direction nearer than this are one place.
+///
+/// The corner that two pieces share comes from each with its own rounding. Larger lets the second of two near contacts vanish.
+pub const TILT_SAME: f64 = 1e-9;
+
 /// Contacts that smooth clustering lets meet, each with each: the deepest.
 ///
 /// Bounds the tick: 256 contacts take some 60 µs, 100 some 10, by the square of their number. Fewer let the place of a force that many
@@ -783,11 +780,11 @@ pub const FRICTION_HELD: f64 = 1e-9;
 /// Around a rounded edge neighbours differ by tens of degrees; opposite walls of a slot must not exchange strains.
 pub const FRICTION_HEIR: f64 = 0.5;
 
-/// Of a flat contact's extent: the lever at which all of its load resists a twist as the evenly loaded patch does.
+/// Of a corner's distance from the middle of its patch: where its friction acts.
 ///
-/// The mean distance from the middle over the patch. Between the 0.206 to 0.231 of squares and rectangles (0.225 to 0.231 for
-/// sides along b's axes), the 0.236 of a disc and the 0.250 of a stretch. It scales the resistance to twisting.
-pub const FRICTION_LEVER: f64 = 0.23;
+/// Under an even load the mean distance from the middle is 0.50 of the corners' on a stretch, 0.54 on a square, 0.67 on a
+/// disc. Larger brakes a spin too strongly, smaller lets it go on.
+pub const FRICTION_SPREAD: f64 = 0.54;
 
 /// How many tracked contacts may be looked at in one tick to find predecessors of new contacts.
 ///

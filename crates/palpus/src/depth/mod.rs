@@ -3,9 +3,6 @@
 mod admissible;
 mod answer;
 mod antipodal;
-mod blend;
-#[cfg(test)]
-mod blend_tests;
 mod certificate;
 mod cso;
 mod descent;
@@ -14,7 +11,7 @@ mod inner;
 #[cfg(test)]
 pub(crate) mod oracle;
 mod overlay;
-mod pulled_gap;
+mod patch;
 mod query;
 mod seed;
 #[cfg(test)]
@@ -24,7 +21,7 @@ mod witness;
 
 pub use admissible::{AdmissibleDepth, AdmissibleScratch, admissible_depth, half_admissible_depth, is_admissible};
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
-pub use blend::{Blend, Touch, blend};
 pub use certificate::{CertificateMemory, ProofScratch, depth_proven, prove};
+pub use patch::{Corner, Patch, Touch};
 pub use query::{WalkScratch, depth};
 pub use seed::Seed;

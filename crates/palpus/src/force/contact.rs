@@ -23,10 +23,9 @@ pub struct Contact {
     pub normal: DVec3,
     /// d of \[K02\]: distance when apart, minus the depth when overlapping, in model units (metres in a scene).
     pub separation: f64,
-    /// m: how far the common part of the features reaches: the root of the sum of the squares of its two widths, which is the
-    /// length of a stretch and the diagonal of an ellipse's box; 0 of a point, and where the contact is not blended
-    /// ([`crate::depth::Blend::extent`]).
-    pub extent: f64,
+    /// Tangent of the angle of tilt up to which the other corners of the contact's patch are contacts too
+    /// ([`crate::depth::Patch`]); 0 where no patches are looked for.
+    pub slope: f64,
 }
 
 impl Contact {

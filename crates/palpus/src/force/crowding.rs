@@ -5,15 +5,16 @@
 //! mesh's pieces happen to lie apart. Here there is no cluster and no event. Every contact pushes along its own direction, and
 //! those that push the same way have together the force of the deepest of them,
 //!
-//! F = Σᵢ k wᵢ · (maxⱼ κᵢⱼ wⱼ / Σⱼ κᵢⱼ wⱼ) · nᵢ, with w the engagements (t − d, or with a tool its skin less d, where positive), and κᵢⱼ = (nᵢ·nⱼ)²₊.
+//! F = Σᵢ k αᵢ wᵢ · (maxⱼ κᵢⱼ wⱼ / Σⱼ κᵢⱼ αⱼ wⱼ) · nᵢ, with w the engagements (t − d, or with a tool its skin less d, where
+//! positive), κᵢⱼ = (nᵢ·nⱼ)²₊, and α the tilt shares ([`tilt_share`]), 1 for a contact that is no corner of a patch.
 //!
 //! * κᵢᵢ = 1: a contact alone keeps all of its force. k contacts with one direction push as one: what eq. 3–5 of \[K02\] say of a
 //!   cluster, force, direction and point, holds of them exactly.
 //! * κ is 0 for directions at a right angle or more: the walls of a groove and of a slot push as if each were alone.
 //! * Every term is continuous in every position, direction and engagement, and a contact that enters at w = 0 changes
-//!   nothing. No share exceeds 1.
+//!   nothing.
 //! * Contacts of which every two have κ ≥ c push together with at most the deepest one's force over c: each sum over j is at
-//!   least c Σ w, no maximum exceeds the deepest w, and Σ w max w/(c Σ w) = max w / c.
+//!   least c Σ αw, no maximum exceeds the deepest w, and Σ αw max w/(c Σ αw) = max w / c.
 //! * So a surface is as stiff however many pieces and triangles it is made of, and wherever they end: two bodies that approach
 //!   along n resist with k for each independent direction, whatever lies between them. (Of a crowd with many contacts, not so
 //!   deep, the places still say where the force acts, and so how two bodies resist a tilt.)
@@ -30,23 +31,14 @@
 //!
 //! 1. *Cut*: of more than [`CROWD_MOST`] contacts the deepest remain. The one that leaves is as deep as the one that enters, so that
 //!    no size jumps, and the place by at most one part in that many.
-//! 2. *Share*: every contact looks at every other.
+//! 2. *Tilt*: the tilt share of each.
+//! 3. *Share*: every contact looks at every other. Where none of its direction pushes yet, as if the nearest did.
 //!
 //! The contacts come in canonical order, so that sums do not depend on how the query found them. All memory is obtained by
 //! [`Crowding::new`].
 
-use glam::DVec3;
-
+use super::tilt::{Tilted, tilt_share};
 use crate::algebra::tolerance::CROWD_MOST;
-
-/// What one contact brings into the crowd.
-#[derive(Clone, Copy, Debug)]
-pub struct Crowded {
-    /// Unit: where it pushes a.
-    pub direction: DVec3,
-    /// w = t − d, m; 0 for one that does not push yet.
-    pub engagement: f64,
-}
 
 /// Shares of the last run, and the memory to find them.
 #[derive(Clone, Debug)]
@@ -54,29 +46,37 @@ pub struct Crowding {
     /// Which contacts are the deepest.
     deepest: Vec<u32>,
     /// Those.
-    met: Vec<Crowded>,
+    met: Vec<Tilted>,
+    /// Their tilt shares.
+    tilts: Vec<f64>,
     shares: Vec<f64>,
 }
 
 impl Crowding {
     /// Memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
+        let most = capacity.min(CROWD_MOST);
         Self {
             deepest: Vec::with_capacity(capacity),
-            met: Vec::with_capacity(capacity.min(CROWD_MOST)),
+            met: Vec::with_capacity(most),
+            tilts: Vec::with_capacity(most),
             shares: Vec::with_capacity(capacity),
         }
     }
 
-    /// The share of its own force that each contact keeps, above 0 and up to 1; 0 for those that were cut.
+    /// The share of its own force that each contact keeps; 0 for those that were cut, and for those that others of
+    /// their surface surround. Contacts that do not push yet get the share that they will have when they do, together with all that are no
+    /// more than `ahead` (m) farther than the nearest.
     ///
     /// They stand in [`Self::shares`] until the next run.
-    pub fn run(&mut self, crowd: &[Crowded]) -> &[f64] {
+    pub fn run(&mut self, crowd: &[Tilted], ahead: f64) -> &[f64] {
         self.cut(crowd);
+        self.tilts.clear();
+        self.tilts.extend((0..self.met.len()).map(|i| tilt_share(i, &self.met)));
         self.shares.clear();
         self.shares.resize(crowd.len(), 0.0);
-        for (&i, one) in self.deepest.iter().zip(&self.met) {
-            self.shares[i as usize] = share(one, &self.met);
+        for (&i, (one, tilt)) in self.deepest.iter().zip(self.met.iter().zip(&self.tilts)) {
+            self.shares[i as usize] = tilt * self.share(one, ahead);
         }
         &self.shares
     }
@@ -86,40 +86,60 @@ impl Crowding {
         &self.shares
     }
 
+    /// The tilt shares of the last run, parallel to its crowd, are added to `tilts`; 0 for those that were cut.
+    pub fn tilts_into(&self, tilts: &mut Vec<f64>) {
+        let first = tilts.len();
+        tilts.resize(first + self.shares.len(), 0.0);
+        for (&i, &tilt) in self.deepest.iter().zip(&self.tilts) {
+            tilts[first + i as usize] = tilt;
+        }
+    }
+
     /// Step 1.
-    fn cut(&mut self, crowd: &[Crowded]) {
+    fn cut(&mut self, crowd: &[Tilted]) {
         self.deepest.clear();
         self.deepest.extend(0..crowd.len() as u32);
         if crowd.len() > CROWD_MOST {
-            let engagement = |i: u32| crowd[i as usize].engagement;
+            let separation = |i: u32| crowd[i as usize].separation;
             self.deepest
-                .select_nth_unstable_by(CROWD_MOST, |&i, &j| engagement(j).total_cmp(&engagement(i)).then(i.cmp(&j)));
+                .select_nth_unstable_by(CROWD_MOST, |&i, &j| separation(i).total_cmp(&separation(j)).then(i.cmp(&j)));
             self.deepest.truncate(CROWD_MOST);
             self.deepest.sort_unstable();
         }
         self.met.clear();
         self.met.extend(self.deepest.iter().map(|&i| crowd[i as usize]));
     }
-}
 
-/// Step 2: what `one`, which is among the `crowd`, keeps: the greatest κ w of the crowd over their sum.
-fn share(one: &Crowded, crowd: &[Crowded]) -> f64 {
-    // Four at a time, which is how a processor likes it: the order of the sum is always the same.
-    let (mut sums, mut most) = ([0.0; 4], [0.0; 4]);
-    for four in crowd.chunks(4) {
-        for ((sum, most), other) in sums.iter_mut().zip(&mut most).zip(four) {
-            let felt = kernel(one, other) * other.engagement;
-            *sum += felt;
-            *most = if felt > *most { felt } else { *most };
+    /// Step 3: the greatest κ w of the crowd over the sum of κ α w, as `one` sees them.
+    fn share(&self, one: &Tilted, ahead: f64) -> f64 {
+        let felt = self.sum(one, |other| other.engagement);
+        if felt.0 > 0.0 {
+            // None bears more than all would; one without load is told no more than its own.
+            return if felt.1 > 0.0 { felt.0 / felt.1 } else { 1.0 };
         }
+        let alike = self.met.iter().filter(|other| kernel(one, other) > 0.0);
+        let nearest = alike.map(|other| other.separation).fold(one.separation, f64::min);
+        let (most, sum) = self.sum(one, |other| (nearest + ahead - other.separation).max(0.0));
+        if sum > 0.0 { most / sum } else { 1.0 }
     }
-    let sum = sums[0] + sums[1] + sums[2] + sums[3];
-    // Nobody pushes that way yet: it would have all.
-    if sum > 0.0 { most.into_iter().fold(0.0, f64::max) / sum } else { 1.0 }
+
+    /// The greatest κ w and the sum of κ α w.
+    fn sum(&self, one: &Tilted, engagement: impl Fn(&Tilted) -> f64) -> (f64, f64) {
+        // Four at a time, which is how a processor likes it: the order of the sum is always the same.
+        let (mut sums, mut most) = ([0.0; 4], [0.0; 4]);
+        for (four, tilts) in self.met.chunks(4).zip(self.tilts.chunks(4)) {
+            for (k, (other, tilt)) in four.iter().zip(tilts).enumerate() {
+                let felt = kernel(one, other) * engagement(other);
+                sums[k] += tilt * felt;
+                most[k] = if felt > most[k] { felt } else { most[k] };
+            }
+        }
+        (most.into_iter().fold(0.0, f64::max), sums[0] + sums[1] + sums[2] + sums[3])
+    }
 }
 
 /// κ of two contacts, from 0 to 1.
-fn kernel(one: &Crowded, other: &Crowded) -> f64 {
+fn kernel(one: &Tilted, other: &Tilted) -> f64 {
     let alike = one.direction.dot(other.direction).max(0.0);
     alike * alike
 }
@@ -128,14 +148,20 @@ fn kernel(one: &Crowded, other: &Crowded) -> f64 {
 mod tests {
     use super::super::testing::Random;
     use super::*;
+    use glam::DVec3;
 
     const SEED: u64 = 0xC20D;
 
-    fn crowd(random: &mut Random, n: usize) -> Vec<Crowded> {
-        (0..n).map(|_| Crowded { direction: random.direction(), engagement: random.between(1e-5, 2e-3) }).collect()
+    /// A contact that is no corner of a patch.
+    fn single(direction: DVec3, engagement: f64) -> Tilted {
+        Tilted { place: DVec3::ZERO, direction, separation: -engagement, engagement, slope: 0.0, pieces: [0; 2] }
     }
 
-    fn toward_z(random: &mut Random, n: usize, spread: f64) -> Vec<Crowded> {
+    fn crowd(random: &mut Random, n: usize) -> Vec<Tilted> {
+        (0..n).map(|_| single(random.direction(), random.between(1e-5, 2e-3))).collect()
+    }
+
+    fn toward_z(random: &mut Random, n: usize, spread: f64) -> Vec<Tilted> {
         let mut crowd = crowd(random, n);
         for contact in &mut crowd {
             contact.direction = (DVec3::Z + spread * contact.direction).normalize();
@@ -144,9 +170,9 @@ mod tests {
     }
 
     /// Σ wᵢ sᵢ nᵢ: the force for k = 1 N/m.
-    fn push(crowd: &[Crowded]) -> DVec3 {
+    fn push(crowd: &[Tilted]) -> DVec3 {
         let mut crowding = Crowding::new(crowd.len());
-        crowd.iter().zip(crowding.run(crowd)).map(|(c, share)| c.engagement * share * c.direction).sum()
+        crowd.iter().zip(crowding.run(crowd, 0.0)).map(|(c, share)| c.engagement * share * c.direction).sum()
     }
 
     #[test]
@@ -156,9 +182,9 @@ mod tests {
             let n = 1 + random.below(60);
             let crowd = crowd(&mut random, n);
             let mut crowding = Crowding::new(n);
-            let shares = crowding.run(&crowd);
+            let shares = crowding.run(&crowd, 0.0);
             for (one, share) in crowd.iter().zip(shares) {
-                let felt = |other: &Crowded| kernel(one, other) * other.engagement;
+                let felt = |other: &Tilted| kernel(one, other) * other.engagement;
                 let most = crowd.iter().map(felt).fold(one.engagement, f64::max);
                 let expected = most / crowd.iter().map(felt).sum::<f64>();
                 assert!((share - expected).abs() < 1e-9, "seed {SEED:#x}, round {round}");
@@ -184,7 +210,7 @@ mod tests {
             let mut crowd = crowd(&mut random, 20);
             let before = push(&crowd);
             for engagement in [1e-12, 1e-9, 1e-7] {
-                crowd.push(Crowded { engagement, direction: random.direction() });
+                crowd.push(single(random.direction(), engagement));
                 // It takes from each neighbour at most κ of its own engagement, and there are twenty of them.
                 assert!((push(&crowd) - before).length() <= 21.0 * engagement, "seed {SEED:#x}, round {round}");
                 crowd.pop();
@@ -199,11 +225,11 @@ mod tests {
         for round in 0..200 {
             let crowd = crowd(&mut random, 12);
             let (motion, turn) = (1e-9, 1e-6);
-            let moved: Vec<Crowded> = crowd
+            let moved: Vec<Tilted> = crowd
                 .iter()
-                .map(|c| Crowded {
-                    direction: (c.direction + turn * random.direction()).normalize(),
-                    engagement: c.engagement + random.between(-motion, motion),
+                .map(|c| {
+                    let direction = (c.direction + turn * random.direction()).normalize();
+                    single(direction, c.engagement + random.between(-motion, motion))
                 })
                 .collect();
             // Each share of w·max/Σ has a slope of at most 3 by each engagement, and of 6 w by each direction.
@@ -220,7 +246,7 @@ mod tests {
             let least = crowd.iter().flat_map(|a| crowd.iter().map(|b| kernel(a, b))).fold(1.0, f64::min);
             let deepest = crowd.iter().map(|contact| contact.engagement).fold(0.0, f64::max);
             let mut crowding = Crowding::new(30);
-            let sizes: f64 = crowd.iter().zip(crowding.run(&crowd)).map(|(c, share)| c.engagement * share).sum();
+            let sizes: f64 = crowd.iter().zip(crowding.run(&crowd, 0.0)).map(|(c, share)| c.engagement * share).sum();
             assert!(sizes <= deepest / least * (1.0 + 1e-12), "seed {SEED:#x}, round {round}");
         }
     }
@@ -228,8 +254,8 @@ mod tests {
     #[test]
     fn opposed_and_square_walls_do_not_know_of_each_other() {
         for other in [DVec3::NEG_Y, DVec3::X] {
-            let wall = |direction| Crowded { direction, engagement: 1e-3 };
-            assert_eq!(Crowding::new(2).run(&[wall(DVec3::Y), wall(other)]), [1.0, 1.0]);
+            let wall = |direction| single(direction, 1e-3);
+            assert_eq!(Crowding::new(2).run(&[wall(DVec3::Y), wall(other)], 0.0), [1.0, 1.0]);
         }
     }
 
@@ -237,12 +263,12 @@ mod tests {
     fn a_finer_mesh_is_not_a_stiffer_one() {
         // A dome of 20° pressed by its middle: from one contact to four hundred.
         let dome = |rings: i32| -> f64 {
-            let crowd: Vec<Crowded> = (0..rings * rings)
+            let crowd: Vec<Tilted> = (0..rings * rings)
                 .map(|k| {
                     let place = |k: i32| f64::from(2 * k - rings + 1) / f64::from(rings);
                     let slope = DVec3::new(place(k / rings), place(k % rings), 0.0) * 0.25;
                     let direction = (DVec3::Z + slope).normalize();
-                    Crowded { direction, engagement: 1e-3 * (1.0 - 4.0 * slope.length_squared()) }
+                    single(direction, 1e-3 * (1.0 - 4.0 * slope.length_squared()))
                 })
                 .collect();
             push(&crowd).z
@@ -258,13 +284,13 @@ mod tests {
         let mut random = Random(SEED ^ 3);
         let mut crowd = toward_z(&mut random, CROWD_MOST + 80, 0.1);
         let mut crowding = Crowding::new(crowd.len());
-        let left_out = crowding.run(&crowd).iter().filter(|share| **share == 0.0).count();
+        let left_out = crowding.run(&crowd, 0.0).iter().filter(|share| **share == 0.0).count();
         assert_eq!(left_out, 80);
         // One contact rises through the cut.
-        crowd[7].engagement = 0.0;
+        crowd[7] = single(crowd[7].direction, 0.0);
         let mut last = push(&crowd);
         for _ in 0..2000 {
-            crowd[7].engagement += 1e-6;
+            crowd[7] = single(crowd[7].direction, crowd[7].engagement + 1e-6);
             let now = push(&crowd);
             assert!((now - last).length() < 1e-5, "seed {SEED:#x}: {last} to {now}");
             last = now;

@@ -16,18 +16,17 @@
 //! 4. *Force* on a: −k_t z at x. While it sticks, that is the gradient of ½ k_t z²: at any other point, as at the contact's, which
 //!    moves while a block rocks, it would feed a swing.
 //!
-//! **Twist.** A flat contact is one contact, however large, but its parts lie apart and hold against twisting about the
-//! normal as well. With the lever R = [`FRICTION_LEVER`] · extent, at which all of the load would resist a twist as the evenly
-//! loaded patch does, a twist by φ since the adhesion began is a strain R φ beside z: ‖(z, R φ)‖ is what sticks or slides, the
-//! torque on a is −k_t R² φ along the normal. So friction and torque lie within the ellipsoid |F|² + (τ/R)² ≤ (μ F_n)², which
-//! stands for the patch's true limit surface (Goyal, Ruina, Papadopoulos 1991; the ellipsoid is Howe and Cutkosky's, 1996).
-//! Both slide together: a block that is pushed along turns easily. φ is a function of two stored attitudes, like z of points.
+//! **Twist.** A flush contact is as many contacts as its patch has corners, and each holds where it is: together they resist a
+//! twist about the normal. They hold at points drawn towards the patch's middle
+//! ([`FRICTION_SPREAD`](crate::algebra::tolerance::FRICTION_SPREAD)), so that a
+//! spinning block is braked as by an evenly loaded patch and not as by its rim. Corners that slide share one limit: pushing
+//! and turning go together as on the limit surface of the patch (Goyal, Ruina, Papadopoulos 1991).
 //!
 //! Strain is a function of two stored points, not a sum of velocities: while it sticks, a contact that returns to its
 //! place returns to its force, after any number of ticks.
 //!
-//! **Clusters.** The normal force belongs to a cluster, whose members share it in proportion to their engagement:
-//! s_i = w_i / Σ w. Each member's load and tangential stiffness are the cluster's times s_i, so its z_max is the cluster's
+//! **Clusters.** The normal force belongs to a cluster, whose members share it in proportion to their engagement and tilt share:
+//! s_i = α_i w_i / Σ α w. Each member's load and tangential stiffness are the cluster's times s_i, so its z_max is the cluster's
 //! own, μ F_n / k_t, and the friction of the members together is at most μ F_n of the cluster, in its tangent plane, for any
 //! number of members. That many members also give a cluster a resistance to spinning about its normal, as far as they lie
 //! apart.
@@ -40,11 +39,11 @@
 //! Deviations from HA00: static and dynamic coefficients, with the slip between (their elasto-plastic transition blends them); and
 //! both points are taken along, strain kept, where the contact wanders farther than the reach from x (the probe rolls).
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 
 use super::{Cluster, Contact};
 use crate::algebra::Pose;
-use crate::algebra::tolerance::{FRICTION_HEIR, FRICTION_HELD, FRICTION_LEVER, FRICTION_LOOKS};
+use crate::algebra::tolerance::{FRICTION_HEIR, FRICTION_HELD, FRICTION_LOOKS};
 
 /// How surfaces hold each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,8 +67,6 @@ pub struct Adhesion {
     pub holding_a: DVec3,
     /// w: the point of b at which it holds, in b's frame.
     pub held_b: DVec3,
-    /// a's attitude in b's frame at which it holds without twist.
-    pub untwisted: DQuat,
     /// Midpoint of the contact when last seen, in b's frame.
     pub midpoint: DVec3,
     /// Normal of its cluster when last seen, in b's frame.
@@ -89,8 +86,16 @@ pub struct Grasp<'a> {
     pub members: &'a [u32],
     /// The clusters, naming ranges of `members`.
     pub clusters: &'a [Cluster],
+    /// Tilt shares of the members.
+    pub tilts: &'a [f64],
+    /// Where the members hold, in b's frame.
+    pub holds: &'a [DVec3],
     /// N: the normal force of each cluster.
     pub normal_forces: &'a [f64],
+    /// N/m: how fast that grows, of each cluster, and of one that has no other beside it.
+    pub stiffnesses: &'a [f64],
+    /// N/m.
+    pub stiffness: f64,
     /// t, m.
     pub tolerance: f64,
     /// m: how far a contact may be from its predecessor or from its own holding point.
@@ -99,22 +104,18 @@ pub struct Grasp<'a> {
     pub pose_ba: Pose,
 }
 
-/// How one member of a cluster is held: a spring across its normal and one about it; in b's frame.
+/// How one member of a cluster is held: a spring across its normal; in b's frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Grip {
     /// x, where the force acts.
     pub point: DVec3,
     /// N, on a: −stiffness · z.
     pub force: DVec3,
-    /// N·m, on a: −stiffness · lever² · φ along the normal.
-    pub torque: DVec3,
     /// N/m: what is felt of k_t here.
     pub stiffness: f64,
-    /// m: R.
-    pub lever: f64,
-    /// The most that both springs together hold, for each newton of the cluster's normal force; a torque counts over the lever.
+    /// The most that it holds, for each newton of the cluster's normal force.
     pub coefficient: f64,
-    /// It is being dragged: neither spring gets longer.
+    /// It is being dragged: the spring gets no longer.
     pub sliding: bool,
 }
 
@@ -187,16 +188,19 @@ impl FrictionTracker {
         let most = grasp.most_pressed();
         for (cluster, &normal_force) in grasp.clusters.iter().zip(grasp.normal_forces) {
             let stiffness = if most > 0.0 { settings.tangential_stiffness * normal_force / most } else { 0.0 };
-            let load = Load { normal: cluster.normal, most, stiffness };
-            for &i in &grasp.members[cluster.members()] {
-                let contact = &grasp.contacts[i as usize];
-                let mut adhesion = self.find(contact, cluster.normal, grasp, &mut looks, &mut counters);
-                let mut strain = carry(&mut adhesion, contact, cluster.normal, grasp);
+            let load = Load { most, stiffness };
+            for k in cluster.members() {
+                let contact = &grasp.contacts[grasp.members[k] as usize];
+                let place = grasp.holds[k];
+                let mut adhesion = self.find(contact, place, cluster.normal, grasp, &mut looks, &mut counters);
+                let mut strain = carry(&mut adhesion, place, cluster.normal, grasp);
                 let coefficient = stick_or_slide(&mut adhesion, &mut strain, &load, grasp, settings);
                 let point = grasp.pose_ba.point(adhesion.holding_a);
-                let share = (grasp.tolerance - contact.separation) / cluster.weight;
+                let share = grasp.share_of(k, cluster);
+                let stiffness = load.stiffness * share;
                 let coefficient = share * coefficient;
-                self.grips.push(Grip { point, coefficient, sliding: adhesion.sliding, ..strain.grip(share, &load) });
+                let sliding = adhesion.sliding;
+                self.grips.push(Grip { point, force: -stiffness * strain, stiffness, coefficient, sliding });
                 counters.sliding += u32::from(adhesion.sliding);
                 self.current.push(adhesion);
             }
@@ -215,12 +219,12 @@ impl FrictionTracker {
     fn find(
         &self,
         contact: &Contact,
+        midpoint: DVec3,
         normal: DVec3,
         grasp: &Grasp<'_>,
         looks: &mut usize,
         counters: &mut FrictionCounters,
     ) -> Adhesion {
-        let midpoint = contact.midpoint();
         let pieces = (contact.piece_a, contact.piece_b);
         let first = self.previous.partition_point(|adhesion| (adhesion.piece_a, adhesion.piece_b) < pieces);
         let same = self.previous[first..].iter().take_while(|a| (a.piece_a, a.piece_b) == pieces);
@@ -235,7 +239,6 @@ impl FrictionTracker {
             piece_b: contact.piece_b,
             holding_a: grasp.pose_ba.inverse().point(midpoint),
             held_b: midpoint,
-            untwisted: grasp.pose_ba.rotation,
             midpoint,
             normal,
             sliding: false,
@@ -254,7 +257,6 @@ impl FrictionTracker {
         }
         if let Some(old) = heir_of {
             fresh.held_b -= grasp.pose_ba.point(old.holding_a) - old.held_b;
-            fresh.untwisted = old.untwisted;
             (fresh.sliding, fresh.slipped) = (old.sliding, old.slipped);
             counters.inherited += 1;
         } else {
@@ -267,80 +269,47 @@ impl FrictionTracker {
 impl Grasp<'_> {
     /// N: the largest normal force that a cluster has, before the crowd leaves it a share of it.
     fn most_pressed(&self) -> f64 {
-        let alone = |(cluster, &force): (&Cluster, &f64)| {
-            let share = cluster.engagement / (self.tolerance - cluster.separation);
-            if share > 0.0 { force / share } else { 0.0 }
+        let alone = |(&force, &stiffness): (&f64, &f64)| {
+            if stiffness > 0.0 { force * (self.stiffness / stiffness) } else { 0.0 }
         };
-        self.clusters.iter().zip(self.normal_forces).map(alone).fold(0.0, f64::max)
+        self.normal_forces.iter().zip(self.stiffnesses).map(alone).fold(0.0, f64::max)
+    }
+
+    /// What of the load of its cluster member `k` bears; all of it if it is the only one.
+    fn share_of(&self, k: usize, cluster: &Cluster) -> f64 {
+        if cluster.member_count == 1 {
+            return 1.0;
+        }
+        let contact = &self.contacts[self.members[k] as usize];
+        self.tilts[k] * (self.tolerance - contact.separation) / cluster.weight
     }
 }
 
 /// What a cluster's friction rests on.
 #[derive(Clone, Copy, Debug)]
 struct Load {
-    normal: DVec3,
     /// N: of the cluster that is pressed hardest.
     most: f64,
     /// N/m: of all members of this one together.
     stiffness: f64,
 }
 
-/// How far a contact is from where it would not be held.
-#[derive(Clone, Copy, Debug)]
-struct Strain {
-    /// z, m.
-    along: DVec3,
-    /// φ, rad about the normal.
-    twist: f64,
-    /// R, m.
-    lever: f64,
-}
-
-impl Strain {
-    fn length(&self) -> f64 {
-        self.along.length().hypot(self.lever * self.twist)
-    }
-
-    fn scaled(&self, factor: f64) -> Self {
-        Self { along: self.along * factor, twist: self.twist * factor, ..*self }
-    }
-
-    /// Step 4.
-    fn grip(&self, share: f64, load: &Load) -> Grip {
-        let Self { along, twist, lever } = *self;
-        let stiffness = load.stiffness * share;
-        let torque = load.normal * (-stiffness * lever * lever * twist);
-        Grip { force: -stiffness * along, torque, stiffness, lever, ..Grip::default() }
-    }
-}
-
-/// Step 2: the strain of `adhesion` now.
-fn carry(adhesion: &mut Adhesion, contact: &Contact, normal: DVec3, grasp: &Grasp<'_>) -> Strain {
-    let midpoint = contact.midpoint();
+/// Step 2: the strain of `adhesion` now, whose contact holds at `place`.
+fn carry(adhesion: &mut Adhesion, place: DVec3, normal: DVec3, grasp: &Grasp<'_>) -> DVec3 {
     let x = grasp.pose_ba.point(adhesion.holding_a);
-    let strain = Strain {
-        along: (x - adhesion.held_b).reject_from_normalized(normal),
-        twist: twist(grasp.pose_ba.rotation * adhesion.untwisted.conjugate(), normal),
-        lever: FRICTION_LEVER * contact.extent,
-    };
-    adhesion.midpoint = midpoint;
+    let strain = (x - adhesion.held_b).reject_from_normalized(normal);
+    adhesion.midpoint = place;
     adhesion.normal = normal;
-    let away = x - midpoint;
+    let away = x - place;
     let too_far = away.length() > grasp.reach;
-    hold(adhesion, if too_far { midpoint + away.clamp_length_max(grasp.reach) } else { x }, &strain, grasp);
+    hold(adhesion, if too_far { place + away.clamp_length_max(grasp.reach) } else { x }, strain, grasp);
     strain
-}
-
-/// The angle about `axis` (unit) of a rotation, between −π and π: of all turns about the axis, it is the nearest to it.
-fn twist(rotation: DQuat, axis: DVec3) -> f64 {
-    let upright = if rotation.w < 0.0 { -rotation } else { rotation };
-    2.0 * upright.xyz().dot(axis).atan2(upright.w)
 }
 
 /// Step 3: shortens `strain` to what is held, and answers the μ that it is held with.
 fn stick_or_slide(
     adhesion: &mut Adhesion,
-    strain: &mut Strain,
+    strain: &mut DVec3,
     load: &Load,
     grasp: &Grasp<'_>,
     settings: &FrictionSettings,
@@ -361,19 +330,18 @@ fn stick_or_slide(
         adhesion.slipped = 0.0;
     }
     if length > most {
-        *strain = strain.scaled(most / length);
+        *strain *= most / length;
         adhesion.slipped += length - most;
-        adhesion.untwisted = DQuat::from_axis_angle(adhesion.normal, -strain.twist) * grasp.pose_ba.rotation;
         let x = grasp.pose_ba.point(adhesion.holding_a);
         let renewed = if most > 0.0 { ((length - most) / most).min(1.0) } else { 1.0 };
-        hold(adhesion, x.lerp(adhesion.midpoint, renewed), strain, grasp);
+        hold(adhesion, x.lerp(adhesion.midpoint, renewed), *strain, grasp);
     }
     coefficient
 }
 
 /// Has `adhesion` hold at `x`, in b's frame, at the given strain.
-fn hold(adhesion: &mut Adhesion, x: DVec3, strain: &Strain, grasp: &Grasp<'_>) {
-    adhesion.held_b = x - strain.along;
+fn hold(adhesion: &mut Adhesion, x: DVec3, strain: DVec3, grasp: &Grasp<'_>) {
+    adhesion.held_b = x - strain;
     if x != grasp.pose_ba.point(adhesion.holding_a) {
         adhesion.holding_a = grasp.pose_ba.inverse().point(x);
     }

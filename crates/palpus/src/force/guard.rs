@@ -203,7 +203,7 @@ impl Side {
             point_b,
             normal,
             separation,
-            extent: 0.0,
+            slope: 0.0,
         })
     }
 }

@@ -49,7 +49,6 @@ struct Carried {
     point_b: DVec3,
     normal: DVec3,
     turns_with_a: bool,
-    extent: f64,
     /// Vertices near the supports.
     hub: [u32; 2],
 }
@@ -93,7 +92,6 @@ impl HeldContacts {
                 point_b: contact.point_b,
                 normal: if turns_with_a { pose_ba.inverse_vector(contact.normal) } else { contact.normal },
                 turns_with_a,
-                extent: contact.extent,
                 hub: [contact.features.a.some_vertex(piece_a), contact.features.b.some_vertex(piece_b)],
             }
         });
@@ -137,7 +135,7 @@ impl HeldContacts {
             point_b,
             normal,
             separation,
-            extent: carried.extent,
+            slope: 0.0,
         })
     }
 }

@@ -15,15 +15,17 @@ mod representative;
 mod shading;
 mod smooth_body;
 mod smooth_surface;
+mod tilt;
 #[cfg(test)]
 pub(crate) mod testing;
 
 pub use cluster::{Linkage, LinkageCounters, LinkageSettings};
 pub use contact::Contact;
-pub use crowding::{Crowded, Crowding};
+pub use crowding::Crowding;
 pub use friction::{Adhesion, FrictionCounters, FrictionSettings, FrictionTracker, Grasp, Grip};
 pub use pair_query::{PairQuery, Proof, QueryCounters};
 pub use penalty::{Centers, NetWrench, PenaltySettings, normal_force};
 pub use representative::{Cluster, represent};
 pub use shading::{ShadingSettings, SmoothNormal, shade};
 pub use smooth_body::SmoothBody;
+pub use tilt::{Tilted, tilt_share};

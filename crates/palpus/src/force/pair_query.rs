@@ -16,9 +16,8 @@
 //! When the pose has jumped since the last query, what is remembered of a pair's depth is a guess like any other: the walk
 //! then starts cold, from several seeds, and keeps the best end.
 //!
-//! The points of a contact are exact, or on request *blended*: moved to where they change
-//! continuously as flat contact opens ([`blend`](crate::depth::blend())). The nearest pair of [`PairQuery::nearest`] is a contact, and blended, where
-//! the bodies are within tolerance.
+//! A pair of pieces is one contact, at its exact witness points, or on request the corners of its *patch* ([`Patch`]): as many contacts
+//! as it takes to say where flush features touch.
 //!
 //! Contacts come in the order in which they began; after a jump, in that of the descent. The same history gives the same order.
 
@@ -39,7 +38,7 @@ use super::held::HeldContacts;
 use crate::algebra::{Clock, Deadline, Placement, Pose};
 use crate::body::{Body, Polytope};
 use crate::collision::{Front, LeafPairs, Proximity, Side};
-use crate::depth::{AdmissibleScratch, WalkScratch};
+use crate::depth::{AdmissibleScratch, Patch, WalkScratch};
 
 /// Whether depths are proven.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -66,7 +65,8 @@ pub struct PairQuery {
     last_overlap: LastOverlap,
     guard: Option<Guard>,
     coherent: bool,
-    blend_angle: Option<f64>,
+    patch_slope: Option<f64>,
+    patch: Patch,
     held: HeldContacts,
     /// The leaf pair with which the next query begins, if time has run out.
     resume: Option<u32>,
@@ -92,7 +92,8 @@ impl PairQuery {
             last_overlap: LastOverlap::default(),
             guard: None,
             coherent: false,
-            blend_angle: None,
+            patch_slope: None,
+            patch: Patch::new(),
             held: HeldContacts::default(),
             resume: None,
             unseen_separation: f64::INFINITY,
@@ -108,16 +109,16 @@ impl PairQuery {
         Self { prover, ..self }
     }
 
-    /// The same, with contacts that are blended over tilts up to `angle` (rad, above 0 and below a right angle; `None`: exact).
-    ///
-    /// The witness points of [`Self::contacts`] then move continuously through flat contact: see [`crate::depth::blend`].
-    pub fn with_blend(self, angle: Option<f64>) -> Self {
-        Self { blend_angle: angle, ..self }
+    /// The same query with the corners of patches as contacts, for tilts up to `angle` (rad, above 0 and below a right angle;
+    /// `None`: one exact contact for each pair of pieces). See [`Patch`].
+    pub fn with_patches(mut self, angle: Option<f64>) -> Self {
+        self.set_patches(angle);
+        self
     }
 
-    /// From the next query on, contacts are blended over tilts up to `angle`: see [`Self::with_blend`].
-    pub fn set_blend(&mut self, angle: Option<f64>) {
-        self.blend_angle = angle;
+    /// Sets the angle of [`Self::with_patches`] from the next query on.
+    pub fn set_patches(&mut self, angle: Option<f64>) {
+        self.patch_slope = angle.map(f64::tan);
     }
 
     /// True if there is memory to hold contacts when a deadline passes.

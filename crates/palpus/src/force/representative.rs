@@ -1,6 +1,7 @@
 //! One contact for each cluster \[K02 §4.2, eq. 3–5\].
 //!
-//! The weights are the engagements t − d, so that deeper contacts count more. Normals that cancel leave eq. 3 without an
+//! The weights are the engagements t − d, so that deeper contacts count more; of the corners of a patch, times their tilt
+//! shares α, so that all of them together count as one. Normals that cancel leave eq. 3 without an
 //! answer; the deepest member's direction then stands in, and the caller is told. Clusters cut by normals
 //! ([`super::LinkageSettings::split_angle`]) cannot cancel.
 
@@ -21,7 +22,7 @@ pub struct Cluster {
     /// m, what the normal force is in proportion to: t − d as [`represent`] makes it. The force stage puts in its place what smooth
     /// clustering and the tool's skin leave of it, which may be 0.
     pub engagement: f64,
-    /// Σ (t − dᵢ) over the members, m.
+    /// Σ α (t − d) over the members, m.
     pub weight: f64,
     /// Index of the deepest member among the contacts.
     pub deepest: u32,
@@ -41,13 +42,14 @@ impl Cluster {
 }
 
 /// The representative of the contacts that `members` names: indices into `contacts`, at least one, each nearer than
-/// `tolerance`; `directions`, parallel to `members`, are their force directions.
+/// `tolerance`; parallel to `members` are their force `directions` and tilt shares, `tilts`.
 ///
 /// The sums run in the order of `members`. `first_member` is stored as it is given.
 pub fn represent(
     contacts: &[Contact],
     members: &[u32],
     directions: &[DVec3],
+    tilts: &[f64],
     first_member: u32,
     tolerance: f64,
 ) -> Cluster {
@@ -60,7 +62,7 @@ pub fn represent(
     let mut weighted_midpoint = DVec3::ZERO;
     let mut deepest = 0;
     for (k, (&i, &direction)) in members.iter().zip(directions).enumerate() {
-        let w = tolerance - separation(k);
+        let w = tilts[k] * (tolerance - separation(k));
         weight += w;
         weighted_normal += w * direction;
         weighted_midpoint += w * (contacts[i as usize].midpoint() - origin);
@@ -97,7 +99,7 @@ mod tests {
     fn of(contacts: &[Contact]) -> Cluster {
         let members: Vec<u32> = (0..contacts.len() as u32).collect();
         let directions: Vec<DVec3> = contacts.iter().map(|contact| contact.normal).collect();
-        represent(contacts, &members, &directions, 0, T)
+        represent(contacts, &members, &directions, &vec![1.0; contacts.len()], 0, T)
     }
 
     #[test]

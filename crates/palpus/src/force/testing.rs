@@ -28,7 +28,7 @@ pub(crate) fn contact(pieces: (u32, u32), midpoint: DVec3, normal: DVec3, separa
         point_b: midpoint - normal * (0.5 * separation),
         normal,
         separation,
-        extent: 0.0,
+        slope: 0.0,
     }
 }
 

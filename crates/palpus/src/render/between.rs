@@ -50,7 +50,7 @@ impl Between {
     /// Goes on with what the settings of both ask; they are of the memory that there is.
     pub(super) fn set_settings(&mut self, settings: &[Settings; 2]) {
         self.settings = common(settings);
-        self.query.set_blend(self.settings.blend_angle);
+        self.query.set_patches(self.settings.patch_angle);
         if self.settings.friction.is_none() {
             self.scratch.clear();
         }
@@ -184,10 +184,12 @@ impl Forces {
         for direction in &mut self.directions {
             *direction = pose.vector(*direction);
         }
+        for hold in &mut self.holds {
+            *hold = pose.point(*hold);
+        }
         for grip in &mut self.grips {
             grip.point = pose.point(grip.point);
             grip.force = pose.vector(grip.force);
-            grip.torque = pose.vector(grip.torque);
         }
         let NetWrench { on_a, on_b } = self.net;
         self.net = NetWrench { on_a: on_a.rotated(pose), on_b: on_b.rotated(pose) };
@@ -207,12 +209,13 @@ impl Forces {
         }));
         self.members.extend(other.members.iter().map(|i| i + first_contact));
         self.directions.extend(other.directions.iter().map(|direction: &DVec3| *direction * sign));
+        self.tilts.extend_from_slice(&other.tilts);
+        self.holds.extend_from_slice(&other.holds);
         self.normal_forces.extend_from_slice(&other.normal_forces);
         self.stiffnesses.extend_from_slice(&other.stiffnesses);
         self.grips.extend(other.grips.iter().map(|grip| {
             let mut grip = *grip;
             grip.force *= sign;
-            grip.torque *= sign;
             grip
         }));
         self.net.on_a = self.net.on_a + if turned { other.net.on_b } else { other.net.on_a };

@@ -200,7 +200,7 @@ fn in_a_moved_frame_everything_is_the_same() {
         // The blend's directions are those of the environment's own frame.
         let settings = Settings {
             friction: Some(FRICTION),
-            blend_angle: None,
+            patch_angle: None,
             ..if coupling { coupled(&block) } else { direct() }
         };
         let duo = |at: &Pose| Duo::new([block.clone(), block.clone()], boxes(&[FLOOR], at), [settings; 2]).unwrap();

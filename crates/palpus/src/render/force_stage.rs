@@ -4,17 +4,19 @@
 //! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents itself, by the share of its
 //!    engagement that the crowd of those that push the same way leaves to it.
 //! 3. *Push*: the normal force of each cluster, at its midpoint.
-//! 4. *Rub*: the friction of each member, where it holds, and its resistance to twisting.
+//! 4. *Rub*: the friction of each member, where it holds. Corners of a patch stand for all of it, and hold where an
+//!    evenly loaded patch would: nearer to its middle, by [`FRICTION_SPREAD`].
 //!
 //! Everything is in b's frame. Sums run in the canonical order of the clusters and of their members.
 
 use glam::DVec3;
 
 use super::{Clustering, Scratch, Settings};
+use crate::algebra::tolerance::FRICTION_SPREAD;
 use crate::algebra::{Pose, Twist};
 use crate::force::{
-    Centers, Cluster, Contact, Crowded, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, PenaltySettings,
-    normal_force, represent,
+    Centers, Cluster, Contact, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, PenaltySettings, Tilted,
+    normal_force, represent, tilt_share,
 };
 
 /// Where the bodies are and how the probe moves, in b's frame.
@@ -37,6 +39,10 @@ pub struct Forces {
     pub members: Vec<u32>,
     /// Unit force directions of the members: their normals, or the shaded stand-ins.
     pub directions: Vec<DVec3>,
+    /// Tilt shares of the members: how much of its patch each stands for ([`tilt_share`]).
+    pub tilts: Vec<f64>,
+    /// Where each member holds by friction, b's frame; empty without friction.
+    pub holds: Vec<DVec3>,
     /// N, of each cluster, along its normal on a; not negative.
     pub normal_forces: Vec<f64>,
     /// N/m, of each cluster: how fast its normal force grows with engagement.
@@ -60,6 +66,8 @@ impl Forces {
             clusters: Vec::with_capacity(capacity),
             members: Vec::with_capacity(capacity),
             directions: Vec::with_capacity(capacity),
+            tilts: Vec::with_capacity(capacity),
+            holds: Vec::with_capacity(capacity),
             normal_forces: Vec::with_capacity(capacity),
             stiffnesses: Vec::with_capacity(capacity),
             grips: Vec::with_capacity(capacity),
@@ -75,6 +83,8 @@ impl Forces {
         self.clusters.clear();
         self.members.clear();
         self.directions.clear();
+        self.tilts.clear();
+        self.holds.clear();
         self.normal_forces.clear();
         self.stiffnesses.clear();
         self.grips.clear();
@@ -98,16 +108,17 @@ pub fn force(
 ) {
     forces.clear();
     forces.linkage = scratch.linkage.run(contacts, &settings.linkage(), direction);
-    if settings.clustering == Clustering::Smooth {
-        share(contacts, settings, scratch);
-    }
     forces.members.extend_from_slice(scratch.linkage.members());
     forces.directions.extend_from_slice(scratch.linkage.directions());
+    share(contacts, settings, scratch, forces);
     for k in 0..scratch.linkage.len() {
         let range = scratch.linkage.range(k);
+        let smooth = settings.clustering == Clustering::Smooth;
+        let tilts = if smooth { &[1.0] } else { &forces.tilts[range.clone()] };
         let (members, directions) = (&forces.members[range.clone()], &forces.directions[range.clone()]);
-        let mut cluster = represent(contacts, members, directions, range.start as u32, settings.contact_tolerance);
-        let share = if settings.clustering == Clustering::Smooth { scratch.crowding.shares()[k] } else { 1.0 };
+        let first = range.start as u32;
+        let mut cluster = represent(contacts, members, directions, tilts, first, settings.contact_tolerance);
+        let share = if smooth { scratch.crowding.shares()[k] } else { 1.0 };
         cluster.engagement = share * (settings.skin() - cluster.separation).max(0.0);
         forces.stiffnesses.push(settings.stiffness * share);
         forces.cancelled_normals += u32::from(cluster.cancelled);
@@ -117,15 +128,47 @@ pub fn force(
     rub(contacts, motion, settings, scratch, forces);
 }
 
-/// What the crowd leaves to each contact; every contact is a cluster of its own.
-fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch) {
-    let Scratch { linkage, crowd, crowding, .. } = scratch;
+/// What contacts leave to each other: the tilt shares of all members, and with smooth clustering, where every contact is a
+/// cluster of its own, the shares of the crowd.
+fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, forces: &mut Forces) {
+    let Scratch { crowd, crowding, .. } = scratch;
+    let skin = settings.skin();
     crowd.clear();
-    crowd.extend(linkage.members().iter().zip(linkage.directions()).map(|(&i, &direction)| {
-        let engagement = (settings.skin() - contacts[i as usize].separation).max(0.0);
-        Crowded { direction, engagement }
+    crowd.extend(forces.members.iter().zip(&forces.directions).map(|(&i, &direction)| {
+        let contact = &contacts[i as usize];
+        let Contact { separation, slope, .. } = *contact;
+        let pieces = [contact.piece_a, contact.piece_b];
+        let engagement = (skin - separation).max(0.0);
+        Tilted { place: contact.midpoint(), direction, separation, engagement, slope, pieces }
     }));
-    crowding.run(crowd);
+    match settings.clustering {
+        Clustering::Smooth => {
+            crowding.run(crowd, AHEAD * skin);
+            crowding.tilts_into(&mut forces.tilts);
+        }
+        Clustering::Linkage => {
+            for patch in patches(contacts, &forces.members) {
+                forces.tilts.extend((0..patch.len()).map(|i| tilt_share(i, &crowd[patch.clone()])));
+            }
+        }
+    }
+}
+
+/// Of the skin: contacts that are so much farther than the nearest share a load that is only coming.
+const AHEAD: f64 = 0.5;
+
+/// The corners of one patch stand side by side among the `members`: their ranges.
+fn patches(contacts: &[Contact], members: &[u32]) -> impl Iterator<Item = std::ops::Range<usize>> {
+    let mut start = 0;
+    let alike = |i: u32, j: u32| {
+        let (one, other) = (&contacts[i as usize], &contacts[j as usize]);
+        one.slope > 0.0 && (one.piece_a, one.piece_b) == (other.piece_a, other.piece_b)
+    };
+    members.chunk_by(move |&i, &j| alike(i, j)).map(move |chunk| {
+        let range = start..start + chunk.len();
+        start = range.end;
+        range
+    })
 }
 
 /// Step 3.
@@ -141,11 +184,24 @@ fn push(cluster: &Cluster, motion: &Motion, share: f64, settings: &Settings, for
 /// Step 4.
 fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut Scratch, forces: &mut Forces) {
     let Some(friction) = &settings.friction else { return };
+    let Forces { members, holds, .. } = forces;
+    for patch in patches(contacts, members) {
+        let corners = &scratch.crowd[patch];
+        let tilts = (0..corners.len()).map(|i| tilt_share(i, corners));
+        let (weight, sum) = tilts.zip(corners).fold((0.0, DVec3::ZERO), |(weight, sum), (tilt, corner)| {
+            (weight + tilt, sum + corner.place * tilt)
+        });
+        holds.extend(corners.iter().map(|corner| (sum / weight).lerp(corner.place, FRICTION_SPREAD)));
+    }
     let grasp = Grasp {
         contacts,
         members: &forces.members,
+        tilts: &forces.tilts,
+        holds: &forces.holds,
         clusters: &forces.clusters,
         normal_forces: &forces.normal_forces,
+        stiffnesses: &forces.stiffnesses,
+        stiffness: settings.stiffness,
         tolerance: settings.contact_tolerance,
         reach: settings.cluster_radius.max(settings.contact_tolerance),
         pose_ba: motion.pose_ba,
@@ -154,6 +210,5 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
     forces.grips.extend_from_slice(scratch.friction.grips());
     for grip in &forces.grips {
         forces.net.add(grip.force, grip.point, &motion.centers);
-        forces.net.add_torque(grip.torque);
     }
 }

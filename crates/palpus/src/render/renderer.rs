@@ -99,7 +99,7 @@ impl Renderer {
     pub fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
         settings.validate()?;
         self.check_memory(settings)?;
-        self.query.set_blend(settings.blend_angle);
+        self.query.set_patches(settings.patch_angle);
         self.tool.set(self.a.mass(), settings.coupling.unwrap_or(VirtualCoupling::SLACK), settings);
         // What rests does not wake up where it was.
         if settings.coupling.is_none() {
@@ -294,7 +294,7 @@ impl Renderer {
 
 /// The query of a pair of bodies.
 pub(super) fn query(a: &Body, b: &Body, settings: &Settings) -> PairQuery {
-    let query = PairQuery::new(a, b, settings.capacity).with_blend(settings.blend_angle).with_guard();
+    let query = PairQuery::new(a, b, settings.capacity).with_patches(settings.patch_angle).with_guard();
     if settings.time_budget.is_some() { query.with_holding() } else { query }
 }
 

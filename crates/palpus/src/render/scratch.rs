@@ -1,12 +1,12 @@
 //! All working memory of the force stage, sized once.
 
-use crate::force::{Crowded, Crowding, FrictionTracker, Linkage};
+use crate::force::{Crowding, FrictionTracker, Linkage, Tilted};
 
 /// Working memory, and the adhesions that friction carries from tick to tick.
 #[derive(Clone, Debug)]
 pub struct Scratch {
     pub(super) linkage: Linkage,
-    pub(super) crowd: Vec<Crowded>,
+    pub(super) crowd: Vec<Tilted>,
     pub(super) crowding: Crowding,
     pub(super) friction: FrictionTracker,
 }

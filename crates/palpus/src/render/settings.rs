@@ -21,9 +21,9 @@ pub struct Settings {
     pub stiffness: f64,
     /// Of the normal motion of each cluster, N·s/m; 0 for none.
     pub damping: f64,
-    /// rad: flat and nearly flat contacts are felt at a point that moves continuously as they open to this angle (see
-    /// [`crate::depth::blend`]); a smaller angle is truer and moves the point faster. `None`: exact witness points, which jump.
-    pub blend_angle: Option<f64>,
+    /// rad: flush and nearly flush pieces touch at the corners of their overlap, which fade out as they open to this angle (see
+    /// [`crate::depth::Patch`]). `None`: one exact witness point for each pair of pieces, which jumps.
+    pub patch_angle: Option<f64>,
     /// Force directions from smoothed normals; `None`: from the contact normals.
     pub shading: Option<ShadingSettings>,
     /// Stick–slip friction, if any.
@@ -54,7 +54,7 @@ impl Default for Settings {
             split_angle: Some(130f64.to_radians()),
             stiffness: 800.0,
             damping: 0.0,
-            blend_angle: Some(5f64.to_radians()),
+            patch_angle: Some(5f64.to_radians()),
             shading: None,
             friction: None,
             coupling: None,
@@ -109,8 +109,8 @@ impl Settings {
         }
         positive("stiffness", self.stiffness)?;
         not_negative("damping", self.damping)?;
-        if let Some(angle) = self.blend_angle {
-            between("blend_angle", angle, 0.1, 20.0, "an angle from 0.1° to 20°")?;
+        if let Some(angle) = self.patch_angle {
+            between("patch_angle", angle, 0.1, 20.0, "an angle from 0.1° to 20°")?;
         }
         if let Some(shading) = &self.shading {
             between("shading.crease_angle", shading.crease_angle, 0.0, 180.0, "an angle from 0° to 180°")?;
@@ -194,7 +194,7 @@ mod tests {
             (Settings { contact_tolerance: f64::NAN, ..good }, "contact_tolerance"),
             (Settings { cluster_radius: -1e-3, ..good }, "cluster_radius"),
             (Settings { split_angle: Some(0.1), ..good }, "split_angle"),
-            (Settings { blend_angle: Some(0.0), ..good }, "blend_angle"),
+            (Settings { patch_angle: Some(0.0), ..good }, "patch_angle"),
             (Settings { stiffness: f64::INFINITY, ..good }, "stiffness"),
             (Settings { damping: -1.0, ..good }, "damping"),
             (friction(0.3, 0.4, 500.0), "friction.static_coefficient"),

@@ -37,10 +37,6 @@ struct Rub {
     normal: DVec3,
     /// z, m.
     strain: DVec3,
-    /// φ, rad.
-    twist: f64,
-    /// R, m.
-    lever: f64,
     /// N/m while it sticks.
     stiffness: f64,
     /// N/m: of the line from no strain to the force at the end of the step.
@@ -67,13 +63,10 @@ impl Touches {
             self.pushes.push(Push { offset, normal: cluster.normal, force, stiffness, predicted: force });
             let Some(grips) = forces.grips.get(cluster.members()) else { continue };
             for grip in grips.iter().filter(|grip| grip.stiffness > 0.0) {
-                let twisting = grip.stiffness * grip.lever * grip.lever;
                 self.rubs.push(Rub {
                     offset: grip.point - center,
                     normal: cluster.normal,
                     strain: -grip.force / grip.stiffness,
-                    twist: if twisting > 0.0 { -grip.torque.dot(cluster.normal) / twisting } else { 0.0 },
-                    lever: grip.lever,
                     stiffness: grip.stiffness,
                     secant: grip.stiffness,
                     coefficient: grip.coefficient,
@@ -92,10 +85,7 @@ impl Touches {
         for rub in self.rubs.iter().filter(|rub| rub.secant > 0.0) {
             system.add_at(rub.offset, h * h * rub.secant);
             system.add_along(rub.normal, rub.offset, -h * h * rub.secant);
-            let twisting = rub.secant * rub.lever * rub.lever;
-            system.add_turning_about(rub.normal, h * h * twisting);
-            let held = Wrench::of_force_at(rub.strain * (-rub.secant * h), rub.offset);
-            *load = *load + held + Wrench { torque: rub.normal * (-twisting * rub.twist * h), force: DVec3::ZERO };
+            *load = *load + Wrench::of_force_at(rub.strain * (-rub.secant * h), rub.offset);
         }
     }
 
@@ -111,8 +101,7 @@ impl Touches {
         for rub in &mut self.rubs {
             let strain = rub.strain + twist.at(rub.offset).reject_from_normalized(rub.normal) * h;
             let most = rub.coefficient * self.pushes[rub.cluster as usize].predicted;
-            let turned = rub.twist + twist.angular.dot(rub.normal) * h;
-            let length = strain.length().hypot(rub.lever * turned);
+            let length = strain.length();
             let secant = if rub.stiffness * length > most { most / length } else { rub.stiffness };
             news |= (secant - rub.secant).abs() > COUPLING_SETTLED * rub.stiffness;
             rub.secant = secant;

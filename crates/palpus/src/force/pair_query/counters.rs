@@ -35,10 +35,8 @@ pub struct QueryCounters {
     pub sub_steps: u32,
     /// Contacts that are held on the side from which they came, since they had been jumped over.
     pub kept_side: u32,
-    /// Contacts whose witness is a blend, and not the exact one.
-    pub blended: u32,
-    /// Contacts whose witness stayed exact since the blend did not converge.
-    pub blend_stops: u32,
+    /// Contacts that are further corners of a patch.
+    pub corners: u32,
     /// Contacts that were left out since something in them was no number.
     pub non_finite: u32,
     /// Time in the descent and the marches, ns.
@@ -65,8 +63,7 @@ impl std::ops::AddAssign for QueryCounters {
             unseen,
             sub_steps,
             kept_side,
-            blended,
-            blend_stops,
+            corners,
             non_finite,
             query_ns,
             depth_ns,
@@ -86,8 +83,7 @@ impl std::ops::AddAssign for QueryCounters {
         self.unseen += unseen;
         self.sub_steps += sub_steps;
         self.kept_side += kept_side;
-        self.blended += blended;
-        self.blend_stops += blend_stops;
+        self.corners += corners;
         self.non_finite += non_finite;
         self.query_ns += query_ns;
         self.depth_ns += depth_ns;

@@ -5,8 +5,7 @@ use super::super::contact::points_about;
 use super::{Asked, PairQuery, QueryCounters, pieces};
 use crate::collision::{Closest, Home, LeafPair, Memory, Overlap, Proximity, StopReason};
 use crate::depth::{
-    AdmissibleDepth, Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, blend, depth,
-    half_admissible_depth,
+    AdmissibleDepth, Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, half_admissible_depth,
 };
 use glam::DVec3;
 
@@ -98,17 +97,42 @@ impl PairQuery {
         half_admissible_depth(&normals_a, &normals_b, place, hub, &mut self.scratch).map(|half| at(leaf, &half))
     }
 
-    /// Blends the contact that a leaf pair has added to those `known`, and keeps it for when there is no time.
+    /// Adds the other corners of the contact that a leaf pair has added to those `known`, and keeps it for when there is no
+    /// time.
     pub(super) fn keep(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize, counters: &mut QueryCounters) {
-        if let Some(angle) = self.blend_angle {
-            for contact in &mut self.contacts[known..] {
-                blend_witness(asked, contact, angle, counters);
-            }
+        if let Some(slope) = self.patch_slope
+            && let Some(contact) = self.contacts.get(known).copied()
+        {
+            self.spread(asked, &contact, known, slope, counters);
         }
         if let Home::Place(home) = leaf.home {
             let both = pieces(asked.a, asked.b, leaf.piece_a, leaf.piece_b);
             self.held.keep(home, [leaf.piece_a, leaf.piece_b], self.contacts.get(known), both, &asked.place);
         }
+    }
+}
+
+impl PairQuery {
+    /// Puts the corners of its patch in the place of the contact at `place`, the last one.
+    fn spread(
+        &mut self,
+        asked: &Asked<'_>,
+        contact: &Contact,
+        place: usize,
+        slope: f64,
+        counters: &mut QueryCounters,
+    ) {
+        let Contact { features, point_a, point_b, normal, .. } = *contact;
+        let (piece_a, piece_b) = pieces(asked.a, asked.b, contact.piece_a, contact.piece_b);
+        let touch = Touch { features, point_a, point_b, normal };
+        let slope = self.patch.find(piece_a, piece_b, &asked.place, &touch, slope, asked.tolerance);
+        let room = self.contacts.capacity() - place;
+        self.contacts.truncate(place);
+        self.contacts.extend(self.patch.corners().iter().take(room).map(|corner| {
+            let [point_a, point_b] = points_about(corner.midpoint, normal, corner.separation);
+            Contact { features: corner.features, point_a, point_b, separation: corner.separation, slope, ..*contact }
+        }));
+        counters.corners += (self.contacts.len() - place - 1) as u32;
     }
 }
 
@@ -122,7 +146,7 @@ pub(super) fn at_closest(leaf: &LeafPair, closest: &Closest) -> Contact {
         point_b: closest.point_b,
         normal: closest.normal,
         separation: closest.distance,
-        extent: 0.0,
+        slope: 0.0,
     }
 }
 
@@ -136,7 +160,7 @@ fn at(leaf: &LeafPair, real: &AdmissibleDepth) -> Contact {
         point_b: real.point_b,
         normal: real.normal,
         separation: -real.depth,
-        extent: 0.0,
+        slope: 0.0,
     }
 }
 
@@ -147,16 +171,4 @@ fn is_surface(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> bool {
     let Closest { point_a, point_b, normal, features, .. } = *closest;
     a.owns(leaf.piece_a, features.a, place.inverse_point(point_a), place.inverse_vector(-normal))
         && b.owns(leaf.piece_b, features.b, point_b, normal)
-}
-
-/// Moves the points of `contact` to where they change continuously.
-fn blend_witness(asked: &Asked<'_>, contact: &mut Contact, angle: f64, counters: &mut QueryCounters) {
-    let Contact { piece_a, piece_b, features, point_a, point_b, normal, separation, .. } = *contact;
-    let (piece_a, piece_b) = pieces(asked.a, asked.b, piece_a, piece_b);
-    let blend = blend(piece_a, piece_b, &asked.place, &Touch { features, point_a, point_b, normal }, angle);
-    counters.blended += u32::from(blend.rounds > 0);
-    counters.blend_stops += u32::from(!blend.converged);
-    contact.extent = blend.extent;
-    let midpoint = contact.midpoint() + blend.shift;
-    [contact.point_a, contact.point_b] = points_about(midpoint, normal, separation);
 }

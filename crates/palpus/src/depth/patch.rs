@@ -1,0 +1,501 @@
+//! Contact patches: where two pieces are flush or nearly flush, the corners of their overlap \[K02 §3.3.3 leaves it open\].
+//!
+//! Many points of a face on a face are equally close. One of them says nothing about how the pair
+//! resists a tilt, and the exact witness jumps between them. The patch has them all: its corners, each
+//! with its own gap, span the overlap, and a load anywhere on it is a load on corners.
+//!
+//! In the *contact frame*, z along the normal, the gap between the two surfaces is a convex function
+//! of the place (x, y): a's lower surface minus b's upper one, over the common part of their shadows.
+//! It is linear between its corners, so the corners carry all of it:
+//!
+//! 1. *Outlines*: the original faces of each piece around the contact's feature whose slope against
+//!    the contact plane is less than the patch's, each a polygon; without such a face, the edges at
+//!    the feature that are as flat. A steep feature has none, and the witness alone is the contact.
+//! 2. *Overlap*: each outline of a is clipped by each of b, in their shadows; the gap at a corner is
+//!    the height of a's plane over b's.
+//! 3. *Sides beside each other*: nearly parallel sides that pass outside each other give the ends of
+//!    their common stretch, the gap being height plus lateral distance. An edge along an edge has
+//!    no overlap, and its patch is that stretch.
+//! 4. *One of each*: corners that coincide are one; the exact witness joins if none of them is as deep.
+//!
+//! How much a corner counts is not decided here. [`crate::force::tilt_share`] does, for all contacts of a
+//! pair of bodies at once, by the range of tilts (up to the slope) for which the bodies would stand on
+//! it. A corner that comes or goes, by sliding, turning or tilting, does so with a share of zero:
+//! it then coincides with another one, lies on the line between two, or its face is as steep as the slope.
+//! Where a piece has more such faces than a patch holds, the slope shrinks to that of the first face
+//! that is left out, which changes continuously too.
+//!
+//! Outlines with many sides are thinned to every n-th corner, the same ones at any pose.
+
+use glam::{DVec2, DVec3};
+
+use super::cso::Cso;
+use crate::algebra::Placement;
+use crate::algebra::tolerance::{PATCH_CORNERS, PATCH_FACES, PATCH_SAME, PATCH_SIDES};
+use crate::body::{Feature, FeaturePair, Polytope, Provenance};
+
+/// A contact whose patch is looked for; in b's frame.
+#[derive(Clone, Copy, Debug)]
+pub struct Touch {
+    /// On which the exact witness points lie.
+    pub features: FeaturePair,
+    /// Exact.
+    pub point_a: DVec3,
+    /// Exact.
+    pub point_b: DVec3,
+    /// Unit, from b into a.
+    pub normal: DVec3,
+}
+
+/// A corner of a patch, in b's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corner {
+    /// Half way between the two surfaces.
+    pub midpoint: DVec3,
+    /// Distance between the surfaces along the contact's normal, minus the depth where they overlap, model units.
+    pub separation: f64,
+    /// The faces or edges between which it lies.
+    pub features: FeaturePair,
+}
+
+/// Memory for one patch.
+#[derive(Clone, Debug)]
+pub struct Patch {
+    outlines: [Outlines; 2],
+    clipped: [[DVec2; 2 * PATCH_SIDES]; 2],
+    found: [Found; PATCH_CORNERS],
+    count: usize,
+    corners: Vec<Corner>,
+}
+
+/// A corner in the contact frame.
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    place: DVec2,
+    /// Of the midpoint.
+    height: f64,
+    gap: f64,
+    features: FeaturePair,
+}
+
+/// The faces, or else the edges, of one piece that nearly lie in the contact plane.
+#[derive(Clone, Debug)]
+struct Outlines {
+    list: [Outline; PATCH_FACES],
+    count: usize,
+    /// No face or edge flatter than this is left out.
+    slope: f64,
+}
+
+/// A polygon, counter-clockwise about the normal, or a segment; in the contact frame.
+#[derive(Clone, Copy, Debug)]
+struct Outline {
+    corners: [DVec2; PATCH_SIDES],
+    count: usize,
+    /// The height at the origin, and how it grows.
+    height: f64,
+    rise: DVec2,
+    feature: Feature,
+}
+
+/// The contact plane's axes and origin, in the frame of one of the bodies.
+#[derive(Clone, Copy)]
+struct Frame {
+    origin: DVec3,
+    x: DVec3,
+    y: DVec3,
+    z: DVec3,
+}
+
+impl Frame {
+    fn about(touch: &Touch) -> Self {
+        let (x, y) = touch.normal.any_orthonormal_pair();
+        Self { origin: touch.point_a.midpoint(touch.point_b), x, y, z: touch.normal }
+    }
+
+    /// The same frame, as a body sees it which `place` places.
+    fn seen_from(&self, place: &Placement) -> Self {
+        let axis = |axis| place.inverse_vector(axis);
+        Self { origin: place.inverse_point(self.origin), x: axis(self.x), y: axis(self.y), z: axis(self.z) }
+    }
+
+    fn point(&self, p: DVec3) -> DVec3 {
+        self.vector(p - self.origin)
+    }
+
+    fn vector(&self, v: DVec3) -> DVec3 {
+        DVec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
+    }
+}
+
+impl Outline {
+    const NONE: Self = Self {
+        corners: [DVec2::ZERO; PATCH_SIDES],
+        count: 0,
+        height: 0.0,
+        rise: DVec2::ZERO,
+        feature: Feature::Vertex(0),
+    };
+
+    fn corners(&self) -> &[DVec2] {
+        &self.corners[..self.count]
+    }
+
+    fn is_segment(&self) -> bool {
+        self.count == 2
+    }
+
+    fn height(&self, place: DVec2) -> f64 {
+        self.height + self.rise.dot(place)
+    }
+
+    /// Of a face; `turned` for one whose loop runs clockwise about the normal.
+    fn of_face(polytope: &Polytope, face: u32, frame: &Frame, turned: bool) -> Self {
+        let mut outline = Self { feature: Feature::Face(face), ..Self::NONE };
+        let corners = polytope.face_vertices(face);
+        let stride = corners.len().div_ceil(PATCH_SIDES);
+        for k in (0..corners.len()).step_by(stride) {
+            let place = frame.point(polytope.vertex(corners.at(k)));
+            outline.corners[outline.count] = place.truncate();
+            outline.count += 1;
+        }
+        if turned {
+            outline.corners[..outline.count].reverse();
+        }
+        let plane = polytope.plane(face);
+        let normal = frame.vector(plane.normal);
+        outline.rise = -normal.truncate() / normal.z;
+        outline.height = -plane.height(frame.origin) / normal.z;
+        outline
+    }
+
+    /// Of an edge; `None` if it stands upright.
+    fn of_edge(polytope: &Polytope, edge: u32, frame: &Frame) -> Option<Self> {
+        let ends = polytope.edge(edge);
+        let [tail, head] = [ends.tail, ends.head].map(|v| frame.point(polytope.vertex(v)));
+        let along = (head - tail).truncate();
+        let mut outline = Self { feature: Feature::Edge(edge), count: 2, ..Self::NONE };
+        (outline.corners[0], outline.corners[1]) = (tail.truncate(), head.truncate());
+        outline.rise = along * ((head.z - tail.z) / along.length_squared());
+        outline.height = tail.z - outline.rise.dot(tail.truncate());
+        outline.rise.is_finite().then_some(outline)
+    }
+}
+
+impl Outlines {
+    const NONE: Self = Self { list: [Outline::NONE; PATCH_FACES], count: 0, slope: 0.0 };
+
+    fn list(&self) -> &[Outline] {
+        &self.list[..self.count]
+    }
+
+    /// Step 1, for the piece whose surface looks along `outward` (1: with the normal, −1: against it).
+    fn gather(&mut self, polytope: &Polytope, feature: Feature, frame: &Frame, outward: f64, slope: f64) {
+        (self.count, self.slope) = (0, slope);
+        let mut near = NearFaces { polytope, up: frame.z * outward, slope, faces: [(0, 0.0); 2 * PATCH_FACES], count: 0 };
+        match feature {
+            Feature::Face(face) => near.visit(face),
+            Feature::Edge(edge) => {
+                let edge = polytope.edge(edge);
+                near.visit(edge.left);
+                near.visit(edge.right);
+            }
+            Feature::Vertex(v) => polytope.ring(v).iter().for_each(|spoke| near.visit(spoke.left)),
+        }
+        near.spread();
+        let faces = &mut near.faces[..near.count];
+        faces.sort_unstable_by(|x, y| x.1.total_cmp(&y.1).then(x.0.cmp(&y.0)));
+        if let Some(&(_, left_out)) = faces.get(PATCH_FACES) {
+            self.slope = left_out.sqrt();
+        }
+        for &(face, _) in faces.iter().take(PATCH_FACES) {
+            self.list[self.count] = Outline::of_face(polytope, face, frame, outward < 0.0);
+            self.count += 1;
+        }
+        if self.count == 0 {
+            self.gather_edges(polytope, feature, frame);
+        }
+    }
+
+    /// Step 1 where no face is flat enough.
+    fn gather_edges(&mut self, polytope: &Polytope, feature: Feature, frame: &Frame) {
+        match feature {
+            Feature::Face(_) => {}
+            Feature::Edge(edge) => self.push_edge(polytope, edge, frame),
+            Feature::Vertex(v) => polytope.ring(v).iter().for_each(|spoke| self.push_edge(polytope, spoke.edge, frame)),
+        }
+    }
+
+    fn push_edge(&mut self, polytope: &Polytope, edge: u32, frame: &Frame) {
+        if polytope.edge_provenance(edge) != Provenance::Original {
+            return;
+        }
+        let Some(outline) = Outline::of_edge(polytope, edge, frame) else { return };
+        let slope = outline.rise.length();
+        if slope < self.slope {
+            if self.count < PATCH_FACES {
+                self.list[self.count] = outline;
+                self.count += 1;
+            } else {
+                self.slope = slope;
+            }
+        }
+    }
+}
+
+/// The search for faces that are flat enough.
+struct NearFaces<'p> {
+    polytope: &'p Polytope,
+    /// Unit, in the piece's frame: out of the piece, towards the other one.
+    up: DVec3,
+    slope: f64,
+    /// With the square of their slope.
+    faces: [(u32, f64); 2 * PATCH_FACES],
+    count: usize,
+}
+
+impl NearFaces<'_> {
+    fn visit(&mut self, face: u32) {
+        let normal = self.polytope.plane(face).normal;
+        let upright = normal.dot(self.up);
+        if upright <= 0.0 {
+            return;
+        }
+        let slope = (normal - self.up * upright).length_squared() / (upright * upright);
+        let is_known = || self.faces[..self.count].iter().any(|known| known.0 == face);
+        if slope < self.slope * self.slope
+            && self.count < self.faces.len()
+            && !is_known()
+            && self.polytope.face_provenance(face) == Provenance::Original
+        {
+            self.faces[self.count] = (face, slope);
+            self.count += 1;
+        }
+    }
+
+    /// Looks across the sides of all faces that were found.
+    fn spread(&mut self) {
+        let mut next = 0;
+        while next < self.count {
+            let face = self.faces[next].0;
+            for edge in self.polytope.face_edges(face).iter() {
+                let sides = self.polytope.edge(edge);
+                self.visit(if sides.left == face { sides.right } else { sides.left });
+            }
+            next += 1;
+        }
+    }
+}
+
+impl Patch {
+    /// All the memory that any patch needs.
+    pub fn new() -> Self {
+        let nowhere = Found {
+            place: DVec2::ZERO,
+            height: 0.0,
+            gap: 0.0,
+            features: FeaturePair { a: Feature::Vertex(0), b: Feature::Vertex(0) },
+        };
+        Self {
+            outlines: [Outlines::NONE; 2],
+            clipped: [[DVec2::ZERO; 2 * PATCH_SIDES]; 2],
+            found: [nowhere; PATCH_CORNERS],
+            count: 0,
+            corners: Vec::with_capacity(PATCH_CORNERS),
+        }
+    }
+
+    /// Finds the corners of the contact `touch` nearer than `within` (model units), for tilts up to `slope` (tangent of
+    /// an angle); returns the slope up to which they are all there.
+    ///
+    /// The witness, or the corner that is as deep, is the first of [`Self::corners`].
+    pub fn find(
+        &mut self,
+        a: &Polytope,
+        b: &Polytope,
+        pose_ba: &Placement,
+        touch: &Touch,
+        slope: f64,
+        within: f64,
+    ) -> f64 {
+        let separation = touch.normal.dot(touch.point_a - touch.point_b);
+        let frame = Frame::about(touch);
+        self.count = 0;
+        self.corners.clear();
+        self.corners.push(Corner { midpoint: frame.origin, separation, features: touch.features });
+        let [outlines_a, outlines_b] = &mut self.outlines;
+        outlines_b.gather(b, touch.features.b, &frame, 1.0, slope);
+        if outlines_b.count == 0 {
+            return outlines_b.slope;
+        }
+        outlines_a.gather(a, touch.features.a, &frame.seen_from(pose_ba), -1.0, slope);
+        let slope = outlines_a.slope.min(outlines_b.slope);
+        let rounding = PATCH_SAME * Cso { a, b, pose_ba }.size();
+        for i in 0..self.outlines[0].count {
+            for j in 0..self.outlines[1].count {
+                let (first, second) = (self.outlines[0].list()[i], self.outlines[1].list()[j]);
+                self.overlap(&first, &second, rounding);
+                self.beside(&first, &second, slope, rounding);
+            }
+        }
+        self.write(&frame, separation, within, rounding);
+        slope
+    }
+
+    /// The corners of the last patch.
+    pub fn corners(&self) -> &[Corner] {
+        &self.corners
+    }
+
+    /// Step 2.
+    fn overlap(&mut self, a: &Outline, b: &Outline, rounding: f64) {
+        if a.is_segment() && b.is_segment() {
+            if let Some(place) = crossing([a.corners[0], a.corners[1]], [b.corners[0], b.corners[1]]) {
+                self.add(a, b, place, 0.0, rounding);
+            }
+            return;
+        }
+        // A segment can be cut by a polygon, not the other way round.
+        let (cut, knife) = if b.is_segment() { (b, a) } else { (a, b) };
+        let mut count = cut.count;
+        self.clipped[0][..count].copy_from_slice(cut.corners());
+        let corners = knife.corners();
+        for (k, &from) in corners.iter().enumerate() {
+            let along = corners[(k + 1) % corners.len()] - from;
+            let [points, kept] = &mut self.clipped;
+            count = clip(&points[..count], kept, |p| along.perp_dot(p - from));
+            self.clipped.swap(0, 1);
+        }
+        for k in 0..count {
+            self.add(a, b, self.clipped[0][k], 0.0, rounding);
+        }
+    }
+
+    /// Step 3.
+    fn beside(&mut self, a: &Outline, b: &Outline, slope: f64, rounding: f64) {
+        let (first, second) = (a.corners(), b.corners());
+        let sides = |count: usize| if count == 2 { 1 } else { count };
+        for i in 0..sides(a.count) {
+            let side_a = [first[i], first[(i + 1) % a.count]];
+            for j in 0..sides(b.count) {
+                let side_b = [second[j], second[(j + 1) % b.count]];
+                let (along_a, along_b) = (side_a[1] - side_a[0], side_b[1] - side_b[0]);
+                let across = along_a.perp_dot(along_b);
+                let lengths = along_a.length_squared() * along_b.length_squared();
+                if across * across > slope * slope * lengths {
+                    continue;
+                }
+                for end in side_a {
+                    self.add_beside(a, b, end, side_b, b.is_segment(), slope, rounding);
+                }
+                for end in side_b {
+                    self.add_beside(a, b, end, side_a, a.is_segment(), slope, rounding);
+                }
+            }
+        }
+    }
+
+    /// Adds the place between `end` and the nearest point of `side`, if it is beside that side and outside of its polygon.
+    #[allow(clippy::too_many_arguments, reason = "two outlines, a point of the one, a side of the other, two tolerances")]
+    fn add_beside(
+        &mut self,
+        a: &Outline,
+        b: &Outline,
+        end: DVec2,
+        [from, to]: [DVec2; 2],
+        is_segment: bool,
+        slope: f64,
+        rounding: f64,
+    ) {
+        let along = to - from;
+        let length = along.length();
+        let share = along.dot(end - from) / (length * length);
+        let inward = along.perp_dot(end - from) / length;
+        let lateral = if is_segment { inward.abs() } else { -inward };
+        if (0.0..=1.0).contains(&share) && lateral > 0.0 && lateral < slope * length {
+            self.add(a, b, end.midpoint(from + along * share), lateral, rounding);
+        }
+    }
+
+    /// Step 4: adds a corner at `place`, or makes the gap there that of the deeper one.
+    fn add(&mut self, a: &Outline, b: &Outline, place: DVec2, lateral: f64, rounding: f64) {
+        let (above, below) = (a.height(place), b.height(place));
+        let gap = above - below + lateral;
+        let found = Found {
+            place,
+            height: 0.5 * (above + below),
+            gap,
+            features: FeaturePair { a: a.feature, b: b.feature },
+        };
+        let same = |known: &&mut Found| known.place.distance_squared(place) <= rounding * rounding;
+        if let Some(known) = self.found[..self.count].iter_mut().find(same) {
+            if gap < known.gap {
+                *known = found;
+            }
+        } else if self.count < self.found.len() {
+            self.found[self.count] = found;
+            self.count += 1;
+        }
+    }
+
+    /// The corners nearer than `within`, the witness's or the deepest in the place of the witness.
+    fn write(&mut self, frame: &Frame, separation: f64, within: f64, rounding: f64) {
+        let found = &self.found[..self.count];
+        let corner = |found: &Found| {
+            let midpoint =
+                frame.origin + frame.x * found.place.x + frame.y * found.place.y + frame.z * found.height;
+            // No gap is less than the separation; planes of faces that were merged are true to the flatness only.
+            Corner { midpoint, separation: found.gap.max(separation), features: found.features }
+        };
+        let deepest = (0..found.len()).min_by(|&i, &j| found[i].gap.total_cmp(&found[j].gap));
+        let Some(deepest) = deepest else { return };
+        if found[deepest].gap <= separation + rounding {
+            self.corners[0] = Corner { separation, ..corner(&found[deepest]) };
+        }
+        let is_written = found[deepest].gap <= separation + rounding;
+        for (k, other) in found.iter().enumerate() {
+            if !(is_written && k == deepest) && other.gap < within {
+                self.corners.push(corner(other));
+            }
+        }
+    }
+}
+
+impl Default for Patch {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Where two segments cross.
+fn crossing([p, q]: [DVec2; 2], [r, s]: [DVec2; 2]) -> Option<DVec2> {
+    let (along, other) = (q - p, s - r);
+    let across = along.perp_dot(other);
+    let (t, u) = ((r - p).perp_dot(other) / across, (r - p).perp_dot(along) / across);
+    ((0.0..=1.0).contains(&t) && (0.0..=1.0).contains(&u)).then(|| p + along * t)
+}
+
+/// Keeps the part of a convex polygon or segment where `height` is not negative; returns how many corners it has.
+fn clip(points: &[DVec2], kept: &mut [DVec2], height: impl Fn(DVec2) -> f64) -> usize {
+    let Some(&last) = points.last() else { return 0 };
+    let mut count = 0;
+    let mut push = |p: DVec2| {
+        if count < kept.len() {
+            kept[count] = p;
+            count += 1;
+        }
+    };
+    let mut from = last;
+    let mut from_height = height(from);
+    for &to in points {
+        let to_height = height(to);
+        if (from_height < 0.0) != (to_height < 0.0) {
+            push(from.lerp(to, from_height / (from_height - to_height)));
+        }
+        if to_height >= 0.0 {
+            push(to);
+        }
+        (from, from_height) = (to, to_height);
+    }
+    count
+}
