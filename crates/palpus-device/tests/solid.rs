@@ -127,3 +127,23 @@ fn a_minute_of_contact_gives_the_hand_no_energy() {
         assert!(felt.work.most <= 1e-6, "{name}: {} J, seed {SEED:#x}", felt.work.most);
     }
 }
+
+/// Forces and torques within the bar of 1 mN and 0.1 mN·m are nothing to a hand.
+#[test]
+fn nothing_is_felt_in_free_air() {
+    let scene = scene("box-table").expect("a built-in scene");
+    let mut renderer = renderer(&scene, 5000.0);
+    let start = Pose { translation: scene.path.pose(0.0).translation + DVec3::Z * 0.2, ..Pose::IDENTITY };
+    // m, rad/s: from a creep, whose encoder steps are far apart, to a fast reach, at 0.4 m/s.
+    for (reach, rate) in [(2e-3, 1.0), (0.02, 3.0), (0.1, 4.0)] {
+        let intent = |time: f64| {
+            let s = (rate * time).sin();
+            let rotation = glam::DQuat::from_rotation_x(3.0 * reach * s);
+            Pose { rotation, translation: start.translation + DVec3::new(reach, 0.3 * reach, 0.0) * s }
+        };
+        renderer.clear();
+        let felt = run(&mut renderer, HandImpedance::NORMAL, intent, DVec3::ZERO, None, 4.0);
+        let largest = felt.forces.iter().fold(0.0_f64, |most, force| most.max(force.length()));
+        assert!(largest < 1e-3, "{largest} N at {} m/s, seed {SEED:#x}", reach * rate);
+    }
+}

@@ -188,8 +188,9 @@ impl Duo {
         let damping = self.between.settings();
         let lag = damping.damping / damping.stiffness;
         let shift = first.centers.a - second.centers.a;
+        let separation = self.between.forces.separation();
         let [one, other] = &mut self.tools;
-        let mut sides = [one.side(first, h), other.side(second, h)];
+        let mut sides = [one.side(first, separation, h), other.side(second, separation, h)];
         let mut shared = Shared { touches: &mut self.between.touches, shift, lag };
         let mut counters = ToolCounters::default();
         let settled = settle(&mut sides, &mut shared, h, &mut counters);

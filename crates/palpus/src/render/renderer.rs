@@ -201,12 +201,13 @@ impl Renderer {
         self.tick = Tick::new(self.settings.capacity + capacity);
     }
 
-    /// In a step that moves another tool as well: a tool with a coupling as it has begun the step of `h` seconds, or how the probe moves.
-    pub(super) fn side(&mut self, motion: &Motion, h: f64) -> Side<'_> {
+    /// In a step that moves another tool as well, which is at `separation` (m): a tool with a coupling as it has begun the step of `h`
+    /// seconds, or how the probe moves.
+    pub(super) fn side(&mut self, motion: &Motion, separation: f64, h: f64) -> Side<'_> {
         if self.settings.coupling.is_none() {
             return Side::Driven(motion.twist);
         }
-        let begun = self.tool.begin(&self.tick.probe, &self.tick.forces, h);
+        let begun = self.tool.begin(&self.tick.probe, &self.tick.forces, separation, h);
         Side::Held(&mut self.tool, begun)
     }
 
