@@ -47,6 +47,8 @@ fn renderer(scene: &Scene, stiffness: f64) -> Renderer {
 /// What a loop was like.
 struct Felt {
     forces: Vec<DVec3>,
+    /// True places of the grip, m.
+    places: Vec<DVec3>,
     /// What was done on the hand.
     work: HandWork,
 }
@@ -64,7 +66,7 @@ fn run(
     let spec = palpus_device::DeviceSpec { force_max: f64::INFINITY, ..default.spec.clone() };
     let settings = SimulationSettings { hand, spec, jitter: Some(Jitter::logged(SEED)), ..default };
     let mut device = SimulatedDevice::new(settings, intent).expect("usual settings");
-    let mut felt = Felt { forces: Vec::new(), work: HandWork::default() };
+    let mut felt = Felt { forces: Vec::new(), places: Vec::new(), work: HandWork::default() };
     let mut time = 0.0;
     for _ in 0..(seconds / TICK) as usize {
         let state = device.read().expect("it is simulated");
@@ -72,11 +74,16 @@ fn run(
         felt.work.moved_to(&pose);
         let dt = elapsed(&state, &mut time);
         let computed = renderer.step(&ProbeState { pose_ba: state.pose, twist: state.twist }, dt, &NoClock).commanded;
-        let wrench = chain.as_mut().map_or(computed, |chain| chain.shape(&state, &computed, Cuts::NONE).wrench);
+        let wrench = chain.as_mut().map_or(computed, |chain| {
+            let shaped = chain.shape(&state, &computed, Cuts::NONE);
+            renderer.set_available(&shaped.available);
+            shaped.wrench
+        });
         device.write(&Wrench { force: wrench.force + load, ..wrench }).expect("it is finite");
         let applied = device.applied();
         felt.work.act(pose, Wrench { force: applied.force - load, ..applied });
         felt.forces.push(wrench.force);
+        felt.places.push(pose.translation);
     }
     felt
 }
@@ -146,4 +153,46 @@ fn nothing_is_felt_in_free_air() {
         let largest = felt.forces.iter().fold(0.0_f64, |most, force| most.max(force.length()));
         assert!(largest < 1e-3, "{largest} N at {} m/s, seed {SEED:#x}", reach * rate);
     }
+}
+
+/// The motors bear 1.4 N for ever. A hand that presses a wall with 4 N for a minute sinks in, and must not feel force on all of its way back.
+#[test]
+fn a_hot_device_is_not_far_from_its_tool() {
+    let scene = scene("box-table").expect("a built-in scene");
+    let limits = limits();
+    let stiffness = VirtualCoupling::contact_stiffness(&limits, scene.contact.tolerance).expect("a limit");
+    let mut renderer = renderer(&scene, stiffness);
+    // The box lies flat; 4 N are balanced where hand and coupling are both stretched.
+    let flat = scene.path.pose(2.6);
+    let hand = HandImpedance::NORMAL;
+    let coupling = renderer.settings().coupling.expect("it has one");
+    let depth = 4.0 / hand.stiffness + 4.0 / coupling.stiffness;
+    // Down in a second, a minute there, up to 40 mm above in two seconds, and about in free air.
+    let intent = |time: f64| {
+        let down = (depth + 0.005) * time.min(1.0);
+        let up = (depth + 0.04) * ((time - 61.0) / 2.0).clamp(0.0, 1.0);
+        let about = 0.05 * (4.0 * (time - 63.0).max(0.0)).sin();
+        Pose { translation: flat.translation + DVec3::new(about, 0.0, 0.005 - down + up), ..flat }
+    };
+    let spec = SimulationSettings::default().spec;
+    let limits = SafetyLimits { ramp: 0.0, ..SafetyLimits::of(&spec, 1.0 / TICK) };
+    let chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), TICK);
+    let felt = run(&mut renderer, hand, intent, DVec3::ZERO, Some(chain), 68.0);
+    let pressed = felt.forces[3000].length();
+    assert!((3.5..4.5).contains(&pressed), "{pressed} N at first, seed {SEED:#x}");
+    let turned = 61_000;
+    let hot = felt.forces[turned - 1].length();
+    assert!(hot < 1.5, "{hot} N after a minute, seed {SEED:#x}");
+    let free = (turned..felt.forces.len()).find(|k| felt.forces[*k].length() < 0.05).expect("it comes free");
+    let way = felt.places[turned].distance(felt.places[free]);
+    let sunk = flat.translation.z - felt.places[turned].z;
+    // 1.4 mm are the coupling's own, 3 mm those before its anchor slips.
+    assert!(sunk > 0.015 && way < 5e-3, "{sunk} m in, felt for {way} m, seed {SEED:#x}");
+    let step = felt.forces.windows(2).map(|pair| pair[1].distance(pair[0])).fold(0.0, f64::max);
+    assert!(step < 0.5, "{step} N in a tick, seed {SEED:#x}");
+    assert!(felt.work.most <= 1e-6, "{} J, seed {SEED:#x}", felt.work.most);
+    // In free air the tool has come back to the device.
+    let tick = renderer.tick();
+    let apart = tick.tool_ba.translation.distance(tick.probe.pose_ba.translation);
+    assert!(apart < 2e-3, "{apart} m, seed {SEED:#x}");
 }

@@ -113,6 +113,8 @@ pub struct Shaped {
     pub cuts: Cuts,
     /// Where the engagement stands.
     pub phase: Phase,
+    /// What the motors can give in the next tick, as far as their heat limits it; for the coupling that the next wrench comes from.
+    pub available: Limits,
 }
 
 /// Stages 3 to 8, and what follows from all of them; see the module's description.
@@ -230,7 +232,7 @@ impl SafetyChain {
         if let Some(stage) = self.passivity.as_mut().filter(|_| phase.is_on()) {
             stage.commanded(&wrench);
         }
-        Shaped { wrench, cuts, phase }
+        Shaped { wrench, cuts, phase, available: self.heat_caps() }
     }
 
     fn fault(&self, cuts: Cuts) -> Option<AfterFault> {

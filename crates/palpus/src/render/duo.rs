@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use super::between::{Between, mirrored};
 use super::together::{Settled, Shared, Side, settle};
-use super::{Motion, ProbeState, Renderer, Settings, SettingsError, Tick, ToolCounters};
+use super::{Limits, Motion, ProbeState, Renderer, Settings, SettingsError, Tick, ToolCounters};
 use crate::algebra::{Clock, Deadline, Pose, Wrench, rotation_between};
 use crate::body::Body;
 
@@ -97,6 +97,13 @@ impl Duo {
             times.total = saturated - begin;
         }
         self.ticks()
+    }
+
+    /// The devices can give no more than `available` from now on: see [`Renderer::set_available`].
+    pub fn set_available(&mut self, available: &[Limits; 2]) {
+        for (tool, available) in self.tools.iter_mut().zip(available) {
+            tool.set_available(available);
+        }
     }
 
     /// The last ticks. What they have in common, and the time of the whole step, is in both.

@@ -21,7 +21,7 @@ use glam::DVec3;
 
 use super::together::Side;
 use super::{
-    Forces, Motion, ProbeState, Scratch, Settings, SettingsError, Tick, Tool, VirtualCoupling, force, saturate,
+    Forces, Limits, Motion, ProbeState, Scratch, Settings, SettingsError, Tick, Tool, VirtualCoupling, force, saturate,
 };
 use crate::algebra::{Clock, Deadline, Pose, Twist, Wrench};
 use crate::body::Body;
@@ -134,6 +134,12 @@ impl Renderer {
         }
         self.tick.times.total = clock.now_ns() - begin;
         &self.tick
+    }
+
+    /// The device can give no more than `available` from now on: what the coupling does not hold, the hand takes. Without a
+    /// coupling, nothing changes.
+    pub fn set_available(&mut self, available: &Limits) {
+        self.tool.set_available(available);
     }
 
     /// The last tick.

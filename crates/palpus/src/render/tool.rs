@@ -15,7 +15,7 @@
 //! 5. *Solve* the 6 × 6 system, move the tool. The coupling's force in V′, reversed, is what the device feels.
 //!
 //! All matrices that are added are positive semi-definite, the coupling's is definite: the step has a solution at any stiffness,
-//! mass 0 included, and no gain of it grows. The spring's force levels off at the device's limits, so that a hand that presses
+//! mass 0 included, and no gain of it grows. The spring's force levels off at what the device can give as of now, so that a hand that presses
 //! harder than the device can answer does not press the tool into the wall.
 //!
 //! Deviations from OL06: the derivatives of normals and lever arms are left out (they can make the matrix indefinite, and
@@ -23,10 +23,11 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+use super::anchor::Anchor;
 use super::touches::Touches;
 use super::{Forces, Limits, ProbeState, Settings, VirtualCoupling};
 use crate::algebra::tolerance::COUPLING_ROUNDS;
-use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench, rotation_between};
+use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
 use crate::body::MassProperties;
 
 /// What happened in one step of the tool.
@@ -47,6 +48,8 @@ pub struct ToolCounters {
 pub struct Tool {
     coupling: VirtualCoupling,
     limits: Limits,
+    /// What the device can give as of now, where that is less.
+    available: Limits,
     /// m.
     contact_tolerance: f64,
     /// In a's frame: where it is held.
@@ -63,6 +66,7 @@ pub struct Tool {
     twist: Twist,
     /// Of its mass, in the previous step: [`VirtualCoupling::mass_share`].
     mass_share: f64,
+    anchor: Anchor,
     touches: Touches,
 }
 
@@ -101,6 +105,7 @@ impl Tool {
         let mut tool = Self {
             coupling,
             limits: settings.limits,
+            available: Limits::UNLIMITED,
             contact_tolerance: settings.contact_tolerance,
             contact_lag: 0.0,
             grip_a: settings.grip_a,
@@ -109,6 +114,7 @@ impl Tool {
             pose_ba: None,
             twist: Twist::default(),
             mass_share: 0.0,
+            anchor: Anchor::AT_GRIP,
             touches: Touches::new(settings.capacity),
         };
         tool.set(probe, coupling, settings);
@@ -125,6 +131,11 @@ impl Tool {
         self.inertia_a = probe.inertia * (coupling.mass / probe.volume);
     }
 
+    /// The device can give no more than `available` from now on.
+    pub fn set_available(&mut self, available: &Limits) {
+        self.available = *available;
+    }
+
     /// Where it is; where the device is, before the first step and after [`Self::clear`].
     pub fn pose_ba(&mut self, device: &ProbeState) -> Pose {
         if let Some(pose) = self.pose_ba {
@@ -132,7 +143,8 @@ impl Tool {
         }
         let to_center = device.pose_ba.vector(self.center_a - self.grip_a);
         self.twist = Twist { linear: device.twist.at(to_center), ..device.twist };
-        self.mass_share = 1.0;
+        self.mass_share = 0.0;
+        self.anchor = Anchor::AT_GRIP;
         self.pose_ba = Some(device.pose_ba);
         device.pose_ba
     }
@@ -166,6 +178,9 @@ impl Tool {
         let separation = forces.separation().min(separation);
         let share = self.coupling.mass_share(separation, self.contact_tolerance);
         self.touches.gather(forces, pose.point(self.center_a), self.coupling.skin);
+        if share <= 0.0 {
+            self.anchor.come_back(&device.twist, h);
+        }
         let bond = self.bond(device, &pose);
         let (system, load) = self.unhindered(&bond, &pose, share, h);
         self.mass_share = share;
@@ -196,18 +211,21 @@ impl Tool {
         felt
     }
 
-    fn bond(&self, device: &ProbeState, pose: &Pose) -> Bond {
+    fn bond(&mut self, device: &ProbeState, pose: &Pose) -> Bond {
         let VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, .. } = self.coupling;
-        let stretch = device.pose_ba.point(self.grip_a) - pose.point(self.grip_a);
-        let turn = rotation_between(pose.rotation, device.pose_ba.rotation);
+        let most_force = self.limits.force.min(self.available.force);
         // A torque limit of 0 says that no torque is felt; the tool is to be aligned all the same.
-        let most_torque = if self.limits.torque > 0.0 { self.limits.torque } else { f64::INFINITY };
+        let felt = self.limits.torque > 0.0;
+        let most_torque = if felt { self.limits.torque.min(self.available.torque) } else { f64::INFINITY };
+        let ahead = device.pose_ba.point(self.grip_a) - pose.point(self.grip_a);
+        let stretch = self.anchor.stretch(ahead, most_force / stiffness);
+        let turn = self.anchor.turn(pose.rotation, device.pose_ba.rotation, most_torque / angular_stiffness);
         Bond {
             offset: pose.vector(self.grip_a - self.center_a),
             stretch,
             turn,
             device: device.twist,
-            stiffness: levelled(stiffness, stretch, self.limits.force),
+            stiffness: levelled(stiffness, stretch, most_force),
             angular_stiffness: levelled(angular_stiffness, turn, most_torque),
             damping,
             angular_damping,
