@@ -190,7 +190,7 @@ impl Servo {
         Ok(Self { options, reins: Arc::default(), passivity: None, tally: Tally::new() })
     }
 
-    /// With this in place of the usual third stage of the safety chain.
+    /// With this in place of the usual passivity stage of the safety chain.
     #[must_use]
     pub fn with_passivity(mut self, stage: Box<dyn Passivity>) -> Self {
         self.passivity = Some(stage);
