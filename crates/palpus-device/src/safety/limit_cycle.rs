@@ -1,21 +1,24 @@
 //! Limit cycles: an oscillation of the computed wrench that the hand does not make.
 //!
-//! A contact gives back what the hand puts in. Its wrench swings because the grip moves: over a texture, through stick and slip,
-//! against a wall. A loop that feeds itself swings while the hand holds still. Each axis of force and torque is looked at by
-//! itself, so that any period from two ticks on is seen, and irregular cycles too:
+//! A contact gives back what the hand puts in. Its wrench swings because the grip moves: over a
+//! texture, through stick and slip, against a wall. A loop that feeds itself swings while the hand
+//! holds still. Each axis of force and torque is looked at by itself, so that any period from two
+//! ticks on is seen, and irregular cycles too:
 //!
-//! 1. *Turning points*: the wrench turns where it has come back from an extreme by [`LEAST_SWING`] of the peak. From one turning
-//!    point to the next is a half cycle of at most [`LONGEST_HALF`].
-//! 2. *Explained?* Motion is counted in travels that explain a swing of the whole peak ([`OWN_TRAVEL`], [`OWN_TURN`]). The hand
-//!    explains a half cycle if the grip is displaced far enough within the cycle (texture, stick and slip), or if it goes far
-//!    enough to and fro without being given energy by it (a tremor against a wall).
+//! 1. *Turning points*: the wrench turns where it has come back from an extreme by [`LEAST_SWING`]
+//!    of the peak. From one turning point to the next is a half cycle of at most [`LONGEST_HALF`].
+//! 2. *Explained?* Motion is counted in travels that explain a swing of the whole peak
+//!    ([`OWN_TRAVEL`], [`OWN_TURN`]). The hand explains a half cycle if the grip is displaced far
+//!    enough within the cycle (texture, stick and slip), or if it goes far enough to and fro
+//!    without being given energy by it (a tremor against a wall).
 //! 3. *Sustained*: [`HALF_CYCLES`] half cycles that nothing explains, over [`LEAST_TIME`].
-//! 4. *Attenuation*: while it lasts the gain of the force, or of the torque, falls to [`LEAST_GAIN`]. The gain multiplies the
-//!    wrench and has no phase of its own; a filter would lag, and a lagging spring gives energy. The gain
-//!    rises again only once the cycle is over and the wrench is small, as after a fault: a loaded spring that stiffens gives energy.
+//! 4. *Attenuation*: while it lasts the gain of the force, or of the torque, falls to
+//!    [`LEAST_GAIN`]. The gain multiplies the wrench and has no phase of its own; a filter would
+//!    lag, and a lagging spring gives energy. The gain rises again only once the cycle is over and
+//!    the wrench is small, as after a fault: a loaded spring that stiffens gives energy.
 //!
-//! A cycle is no fault, however strong: a fault drops the force in one tick and the tool with it, and what the gain leaves is as
-//! little as the damping that a fault leaves.
+//! A cycle is no fault, however strong: a fault drops the force in one tick and the tool with it,
+//! and what the gain leaves is as little as the damping that a fault leaves.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench, rotation_between};
@@ -25,17 +28,19 @@ use crate::acting::Acting;
 
 /// Of the peak: below this a swing is noise. Encoder steps in contact reach 0.01 of it.
 const LEAST_SWING: f64 = 0.025;
-/// s: half of the longest period that is looked for (0.1 s), and a fifth more for one that is not even.
+/// s: half of the longest period that is looked for (0.1 s), and a fifth more for one that is not
+/// even.
 const LONGEST_HALF: f64 = 0.06;
-/// m: displacement of the grip that explains a swing of the whole peak. Couplings need eight times as much, direct contacts at
-/// the edge of stability twice.
+/// m: displacement of the grip that explains a swing of the whole peak. Couplings need eight times
+/// as much, direct contacts at the edge of stability twice.
 const OWN_TRAVEL: f64 = 1e-3;
 /// rad, likewise.
 const OWN_TURN: f64 = 0.04;
-/// Of the two above: motion within it adds nothing to a path, so that an encoder between two of its steps (0.03 mm) goes nowhere.
+/// Of the two above: motion within it adds nothing to a path, so that an encoder between two of its
+/// steps (0.03 mm) goes nowhere.
 const PLAY: f64 = 0.05;
-/// Of swing times path: work in a cycle beyond which the grip is driven. A passive wall that acts 1.5 ms late has 0.04 at 10 Hz;
-/// a limit cycle has to pay for the hand's damping, 0.07 and more.
+/// Of swing times path: work in a cycle beyond which the grip is driven. A passive wall that acts
+/// 1.5 ms late has 0.04 at 10 Hz; a limit cycle has to pay for the hand's damping, 0.07 and more.
 const DRIVEN: f64 = 0.05;
 /// In a row, up to two for each that is explained. An impact rings for two or three.
 const HALF_CYCLES: u32 = 8;
@@ -65,8 +70,8 @@ pub(super) struct LimitCycle {
     gains: [f64; 2],
 }
 
-/// Sums since the last reset. Force and translation come first, torque and rotation second, all relative to peaks and to travels
-/// that explain them.
+/// Sums since the last reset. Force and translation come first, torque and rotation second, all
+/// relative to peaks and to travels that explain them.
 #[derive(Clone, Copy, Debug, Default)]
 struct History {
     ticks: u64,
@@ -114,8 +119,8 @@ impl LimitCycle {
         }
     }
 
-    /// Returns `computed`, a wrench within the peaks for a grip at `pose`, attenuated where it cycles, and whether it was: `computed`
-    /// itself, to the bit, where it was not.
+    /// Returns `computed`, a wrench within the peaks for a grip at `pose`, attenuated where it
+    /// cycles, and whether it was: `computed` itself, to the bit, where it was not.
     pub(super) fn attenuate(&mut self, computed: &Wrench, pose: &Pose) -> (Wrench, bool) {
         self.move_to(pose);
         let parts = [computed.force, computed.torque];
@@ -213,7 +218,8 @@ impl Axis {
     }
 }
 
-/// Whether the hand's own motion in the cycle between the two histories explains a `swing` of force (0) or torque (1).
+/// Whether the hand's own motion in the cycle between the two histories explains a `swing` of force
+/// (0) or torque (1).
 fn is_explained(kind: usize, swing: f64, from: &History, to: &History) -> bool {
     let moved = [0, 1].map(|k| to.place[k] - from.place[k]);
     if swing <= moved[0].length() + moved[1].length() {

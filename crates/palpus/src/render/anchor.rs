@@ -1,14 +1,19 @@
-//! The anchor: where the coupling is tied to the device. It slips where a hand presses on against what the device can give.
+//! The anchor: where the coupling is tied to the device. It slips where a hand presses on against
+//! what the device can give.
 //!
-//! A spring that has levelled off stretches on under a hand that is stronger than the device, and the hand would feel the full
-//! force on all of its way back. So the coupling is tied to the device by a clutch:
+//! A spring that has levelled off stretches on under a hand that is stronger than the device, and
+//! the hand would feel the full force on all of its way back. So the coupling is tied to the device
+//! by a clutch:
 //!
-//! 1. *Slip*: a stretch beyond that of the force which is there, and [`COUPLING_SLIP`], shifts the anchor. The force has
-//!    levelled off by then, so nothing jumps, and the hand has paid for the way.
-//! 2. *Return*: in free air, where the coupling is slack, the anchor goes back to the grip, by at most [`COUPLING_RETURN`] of the
-//!    device's own motion: a hand that is still sees its tool still, and a tool is never moved into contact by its anchor alone.
+//! 1. *Slip*: a stretch beyond that of the force which is there, and [`COUPLING_SLIP`], shifts the
+//!    anchor. The force has levelled off by then, so nothing jumps, and the hand has paid for the
+//!    way.
+//! 2. *Return*: in free air, where the coupling is slack, the anchor goes back to the grip, by at
+//!    most [`COUPLING_RETURN`] of the device's own motion: a hand that is still sees its tool
+//!    still, and a tool is never moved into contact by its anchor alone.
 //!
-//! Rotation likewise. Neither does work on the hand: a slip takes energy, and a return moves nothing that pulls.
+//! Rotation likewise. Neither does work on the hand: a slip takes energy, and a return moves
+//! nothing that pulls.
 
 use glam::{DQuat, DVec3};
 
@@ -27,7 +32,8 @@ impl Anchor {
     /// At the grip.
     pub(super) const AT_GRIP: Self = Self { slip: DVec3::ZERO, turn: DQuat::IDENTITY };
 
-    /// Returns the coupling's stretch for a device `ahead` (m) of the tool; its spring levels off at `levelled` (m). Slips.
+    /// Returns the coupling's stretch for a device `ahead` (m) of the tool; its spring levels off
+    /// at `levelled` (m). Slips.
     pub(super) fn stretch(&mut self, ahead: DVec3, levelled: f64) -> DVec3 {
         let stretch = ahead + self.slip;
         let share = share_kept(stretch.length(), levelled + COUPLING_SLIP);
@@ -35,7 +41,8 @@ impl Anchor {
         stretch * share
     }
 
-    /// Returns the coupling's turn (rad) from the tool's rotation to the device's; its spring levels off at `levelled`. Slips.
+    /// Returns the coupling's turn (rad) from the tool's rotation to the device's; its spring
+    /// levels off at `levelled`. Slips.
     pub(super) fn turn(&mut self, tool: DQuat, device: DQuat, levelled: f64) -> DVec3 {
         let turn = rotation_between(tool, self.turn * device);
         let share = share_kept(turn.length(), levelled + COUPLING_SLIP_TURN);

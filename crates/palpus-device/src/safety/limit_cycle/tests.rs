@@ -1,4 +1,5 @@
-//! Cycles of every period are seen and attenuated; what a moving hand feels is left alone to the bit.
+//! Cycles of every period are seen and attenuated; what a moving hand feels is left alone to the
+//! bit.
 
 use std::f64::consts::TAU;
 
@@ -86,7 +87,7 @@ fn cycles_of_any_period_are_attenuated() {
 }
 
 #[test]
-fn a_cycle_that_shakes_the_hand_is_seen() {
+fn cycle_that_shakes_the_hand_is_seen() {
     // A force of 2 N drives 0.3 kg at 11, 20 and 60 Hz against a hand that damps.
     for rate in [11.0, 20.0, 60.0] {
         let pulse = TAU * rate;
@@ -100,8 +101,9 @@ fn a_cycle_that_shakes_the_hand_is_seen() {
 }
 
 #[test]
-fn a_hand_that_shakes_against_a_wall_is_left_alone() {
-    // Springs of 1 kN/m (with the damper that goes with it) and 4 kN/m, a tremor of 6 to 12 Hz, taps among it.
+fn shaking_against_a_wall_is_left_alone() {
+    // Springs of 1 kN/m (with the damper that goes with it) and 4 kN/m, a tremor of 6 to 12 Hz,
+    // taps among it.
     for (stiffness, damping) in [(1000.0, 3.0), (4000.0, 0.0)] {
         for rate in [3.0, 6.0, 9.0, 12.0] {
             for size in [2e-4, 1e-3, 4e-3] {
@@ -121,7 +123,7 @@ fn a_hand_that_shakes_against_a_wall_is_left_alone() {
 }
 
 #[test]
-fn stick_and_slip_and_textures_are_left_alone() {
+fn stick_slip_and_textures_are_left_alone() {
     for speed in [2e-3, 0.02, 0.2] {
         // A saw tooth of 1 N, by a spring of 1 kN/m that lets go.
         let slip = changed(4.0, |time| (force(-2.0 - (speed * time * 1e3).fract()), at(speed * time)));
