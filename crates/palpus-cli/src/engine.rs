@@ -1,7 +1,7 @@
 //! The engine as the step of a servo loop: device state in, wrench for the device out.
 
 use palpus::algebra::{Pose, Twist, Wrench};
-use palpus::render::{ProbeState, Renderer, Settings, SettingsError, TickSummary};
+use palpus::render::{Limits, ProbeState, Renderer, Settings, SettingsError, TickSummary};
 use palpus_alloc::allocations_of_this_thread;
 use palpus_device::{DeviceState, Newest, Publisher, StepOutcome};
 use palpus_window::Moment;
@@ -97,6 +97,11 @@ impl Engine {
     /// What the kept ticks that came have to show, in the order in which they were asked for; `period` is a tick's, s.
     pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
         self.shots.kept(period)
+    }
+
+    /// The device can give no more than `available` from now on.
+    pub(crate) fn set_available(&mut self, available: &Limits) {
+        self.renderer.set_available(available);
     }
 
     /// One tick: what the device is to push with.

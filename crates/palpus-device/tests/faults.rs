@@ -74,7 +74,7 @@ fn try_sequences(count: u64) {
     }
     for cut in Cut::ALL {
         assert!(
-            seen.has(cut) || matches!(cut, Cut::Passivity | Cut::Heat | Cut::Paused),
+            seen.has(cut) || matches!(cut, Cut::Passivity | Cut::Heat | Cut::Paused | Cut::LimitCycle),
             "{} was never seen",
             cut.name()
         );

@@ -1,4 +1,5 @@
-//! Contact through the virtual coupling is solid: still in the hand, at rest and moving, and no source of energy.
+//! Contact through the virtual coupling is solid: still in the hand, at rest and moving, and no
+//! source of energy.
 
 mod closed_loop;
 
@@ -11,8 +12,8 @@ use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::force::FrictionSettings;
 use palpus::render::{Clustering, Limits, ProbeState, Renderer, Settings, VirtualCoupling};
 use palpus_device::{
-    Cuts, Engagement, HandImpedance, HapticDevice, Jitter, SafetyChain, SafetyLimits, SafetyOptions, SimulatedDevice,
-    SimulationSettings,
+    Cut, Cuts, Engagement, HandImpedance, HapticDevice, Jitter, SafetyChain, SafetyLimits, SafetyOptions,
+    SimulatedDevice, SimulationSettings,
 };
 use palpus_scenes::{Scene, scene};
 
@@ -47,11 +48,16 @@ fn renderer(scene: &Scene, stiffness: f64) -> Renderer {
 /// What a loop was like.
 struct Felt {
     forces: Vec<DVec3>,
+    /// True places of the grip, m.
+    places: Vec<DVec3>,
     /// What was done on the hand.
     work: HandWork,
+    /// Of all ticks.
+    cuts: Cuts,
 }
 
-/// `seconds` of the closed loop, its servo uneven like a logged one. With `load`, N, a weight pulls beside the hand.
+/// `seconds` of the closed loop, its servo uneven like a logged one. With `load`, N, a weight pulls
+/// beside the hand.
 fn run(
     renderer: &mut Renderer,
     hand: HandImpedance,
@@ -64,7 +70,7 @@ fn run(
     let spec = palpus_device::DeviceSpec { force_max: f64::INFINITY, ..default.spec.clone() };
     let settings = SimulationSettings { hand, spec, jitter: Some(Jitter::logged(SEED)), ..default };
     let mut device = SimulatedDevice::new(settings, intent).expect("usual settings");
-    let mut felt = Felt { forces: Vec::new(), work: HandWork::default() };
+    let mut felt = Felt { forces: Vec::new(), places: Vec::new(), work: HandWork::default(), cuts: Cuts::NONE };
     let mut time = 0.0;
     for _ in 0..(seconds / TICK) as usize {
         let state = device.read().expect("it is simulated");
@@ -72,11 +78,17 @@ fn run(
         felt.work.moved_to(&pose);
         let dt = elapsed(&state, &mut time);
         let computed = renderer.step(&ProbeState { pose_ba: state.pose, twist: state.twist }, dt, &NoClock).commanded;
-        let wrench = chain.as_mut().map_or(computed, |chain| chain.shape(&state, &computed, Cuts::NONE).wrench);
+        let wrench = chain.as_mut().map_or(computed, |chain| {
+            let shaped = chain.shape(&state, &computed, Cuts::NONE);
+            renderer.set_available(&shaped.available);
+            felt.cuts = felt.cuts.or(shaped.cuts);
+            shaped.wrench
+        });
         device.write(&Wrench { force: wrench.force + load, ..wrench }).expect("it is finite");
         let applied = device.applied();
         felt.work.act(pose, Wrench { force: applied.force - load, ..applied });
         felt.forces.push(wrench.force);
+        felt.places.push(pose.translation);
     }
     felt
 }
@@ -84,7 +96,8 @@ fn run(
 #[test]
 fn contacts_of_5_kn_per_m_lie_still_in_every_hand() {
     let hands = [("none", HandImpedance::NONE), ("normal", HandImpedance::NORMAL), ("firm", HandImpedance::FIRM)];
-    // Where the scene's own hand is in contact, the way in, and from how far. A peg is pressed against the side of its hole.
+    // Where the scene's own hand is in contact, the way in, and from how far. A peg is pressed
+    // against the side of its hole.
     let scenes = [
         ("box-table", 2.6, DVec3::NEG_Z, 2e-3),
         ("v-groove", 3.0, DVec3::NEG_Z, 2e-3),
@@ -125,5 +138,69 @@ fn a_minute_of_contact_gives_the_hand_no_energy() {
         let path = scene.path.clone();
         let felt = run(&mut renderer, HandImpedance::NORMAL, |time| path.pose(time), DVec3::ZERO, Some(chain), 60.0);
         assert!(felt.work.most <= 1e-6, "{name}: {} J, seed {SEED:#x}", felt.work.most);
+        assert!(!felt.cuts.has(Cut::LimitCycle), "{name}, seed {SEED:#x}");
     }
+}
+
+/// Forces and torques within the bar of 1 mN and 0.1 mN·m are nothing to a hand.
+#[test]
+fn nothing_is_felt_in_free_air() {
+    let scene = scene("box-table").expect("a built-in scene");
+    let mut renderer = renderer(&scene, 5000.0);
+    let start = Pose { translation: scene.path.pose(0.0).translation + DVec3::Z * 0.2, ..Pose::IDENTITY };
+    // m, rad/s: from a creep, whose encoder steps are far apart, to a fast reach, at 0.4 m/s.
+    for (reach, rate) in [(2e-3, 1.0), (0.02, 3.0), (0.1, 4.0)] {
+        let intent = |time: f64| {
+            let s = (rate * time).sin();
+            let rotation = glam::DQuat::from_rotation_x(3.0 * reach * s);
+            Pose { rotation, translation: start.translation + DVec3::new(reach, 0.3 * reach, 0.0) * s }
+        };
+        renderer.clear();
+        let felt = run(&mut renderer, HandImpedance::NORMAL, intent, DVec3::ZERO, None, 4.0);
+        let largest = felt.forces.iter().fold(0.0_f64, |most, force| most.max(force.length()));
+        assert!(largest < 1e-3, "{largest} N at {} m/s, seed {SEED:#x}", reach * rate);
+    }
+}
+
+/// The motors bear 1.4 N for ever. A hand that presses a wall with 4 N for a minute sinks in, and
+/// must not feel force on all of its way back.
+#[test]
+fn hot_device_stays_near_its_tool() {
+    let scene = scene("box-table").expect("a built-in scene");
+    let limits = limits();
+    let stiffness = VirtualCoupling::contact_stiffness(&limits, scene.contact.tolerance).expect("a limit");
+    let mut renderer = renderer(&scene, stiffness);
+    // The box lies flat; 4 N are balanced where hand and coupling are both stretched.
+    let flat = scene.path.pose(2.6);
+    let hand = HandImpedance::NORMAL;
+    let coupling = renderer.settings().coupling.expect("it has one");
+    let depth = 4.0 / hand.stiffness + 4.0 / coupling.stiffness;
+    // Down in a second, a minute there, up to 40 mm above in two seconds, and about in free air.
+    let intent = |time: f64| {
+        let down = (depth + 0.005) * time.min(1.0);
+        let up = (depth + 0.04) * ((time - 61.0) / 2.0).clamp(0.0, 1.0);
+        let about = 0.05 * (4.0 * (time - 63.0).max(0.0)).sin();
+        Pose { translation: flat.translation + DVec3::new(about, 0.0, 0.005 - down + up), ..flat }
+    };
+    let spec = SimulationSettings::default().spec;
+    let limits = SafetyLimits { ramp: 0.0, ..SafetyLimits::of(&spec, 1.0 / TICK) };
+    let chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), TICK);
+    let felt = run(&mut renderer, hand, intent, DVec3::ZERO, Some(chain), 68.0);
+    let pressed = felt.forces[3000].length();
+    assert!((3.5..4.5).contains(&pressed), "{pressed} N at first, seed {SEED:#x}");
+    let turned = 61_000;
+    let hot = felt.forces[turned - 1].length();
+    assert!(hot < 1.5, "{hot} N after a minute, seed {SEED:#x}");
+    let free = (turned..felt.forces.len()).find(|k| felt.forces[*k].length() < 0.05).expect("it comes free");
+    let way = felt.places[turned].distance(felt.places[free]);
+    let sunk = flat.translation.z - felt.places[turned].z;
+    // 1.4 mm are the coupling's own, 3 mm those before its anchor slips.
+    assert!(sunk > 0.015 && way < 5e-3, "{sunk} m in, felt for {way} m, seed {SEED:#x}");
+    let step = felt.forces.windows(2).map(|pair| pair[1].distance(pair[0])).fold(0.0, f64::max);
+    assert!(step < 0.5, "{step} N in a tick, seed {SEED:#x}");
+    assert!(felt.work.most <= 1e-6, "{} J, seed {SEED:#x}", felt.work.most);
+    // In free air the tool has come back to the device.
+    let tick = renderer.tick();
+    let apart = tick.tool_ba.translation.distance(tick.probe.pose_ba.translation);
+    assert!(apart < 2e-3, "{apart} m, seed {SEED:#x}");
 }

@@ -74,7 +74,11 @@ pub(crate) fn run_again_on(
         // Faults, which the device, the clock and the step's own trouble decide, are as recorded; all else the chain finds again.
         let told = Cuts::from_bits(row.faults).and(Cuts::TOLD);
         let wrench = match &mut chain {
-            Some(chain) => chain.shape(&state, &outcome.wrench, told).wrench,
+            Some(chain) => {
+                let shaped = chain.shape(&state, &outcome.wrench, told);
+                engine.set_available(&shaped.available);
+                shaped.wrench
+            }
             None => outcome.wrench,
         };
         if each(k, &wrench, outcome.detail.tick.contacts).is_break() {

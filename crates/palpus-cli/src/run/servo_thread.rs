@@ -8,7 +8,7 @@ use std::sync::mpsc;
 use std::thread;
 
 use anyhow::anyhow;
-use palpus::render::Settings;
+use palpus::render::{Limits, Settings};
 use palpus_device::{
     DeviceState, FaultyDevice, HapticDevice, Publisher, RealTimeClaims, RealTimeOptions, RunStatistics, Script, Servo,
     ServoTick, StepOutcome, ToolOutcome, claim,
@@ -88,8 +88,15 @@ impl ServoThread {
 fn one(working: Working, mut engine: Box<Engine>, script: Script, stop: &AtomicBool) -> Turned {
     let Working { mut servo, mut device, gatherer, log, live } = working;
     let mut sight = Sight { gatherer, log, live };
-    let step = script.step(|state: &DeviceState, dt| engine.step(state, dt));
-    let mut observe = |tick: &ServoTick, detail: &Detail| sight.see(tick, detail);
+    let available = Cell::new(Limits::UNLIMITED);
+    let step = script.step(|state: &DeviceState, dt| {
+        engine.set_available(&available.get());
+        engine.step(state, dt)
+    });
+    let mut observe = |tick: &ServoTick, detail: &Detail| {
+        available.set(tick.available);
+        sight.see(tick, detail);
+    };
     let statistics = servo.run(&mut device, step, &mut observe, stop);
     Turned { first: Worked { statistics, gatherer: sight.gatherer }, second: None, engine: Stopped::One(engine) }
 }
@@ -101,7 +108,9 @@ fn two(working: [Working; 2], mut engine: TwoEngine, script: Script, stop: &Atom
     let mut sights = [sight, other_sight];
     // What goes wrong in the step on purpose does so around that of the first tool.
     let aside = Cell::new(None);
+    let available = [Cell::new(Limits::UNLIMITED), Cell::new(Limits::UNLIMITED)];
     let mut scripted = script.step(|state: &DeviceState, dt| {
+        engine.set_available(&available.each_ref().map(Cell::get));
         let [first, second] = engine.step(&[*state, aside.take().unwrap_or(*state)], dt);
         let StepOutcome { wrench, saturated, detail } = first.outcome;
         StepOutcome { wrench, saturated, detail: (detail, first.received, second) }
@@ -111,7 +120,10 @@ fn two(working: [Working; 2], mut engine: TwoEngine, script: Script, stop: &Atom
         let StepOutcome { wrench, saturated, detail: (detail, received, second) } = scripted(&states[0], dt);
         [ToolOutcome { outcome: StepOutcome { wrench, saturated, detail }, received }, second]
     };
-    let mut observe = |which: usize, tick: &ServoTick, detail: &Detail| sights[which].see(tick, detail);
+    let mut observe = |which: usize, tick: &ServoTick, detail: &Detail| {
+        available[which].set(tick.available);
+        sights[which].see(tick, detail);
+    };
     let statistics = servo.run_both(&mut other_servo, [&mut device, &mut other_device], step, &mut observe, stop);
     drop(scripted);
     let ([first, second], [sight, other_sight]) = (statistics, sights);

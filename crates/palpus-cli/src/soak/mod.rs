@@ -17,13 +17,14 @@ mod report;
 mod scene;
 mod tally;
 
+use std::cell::Cell;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::time::{Duration, Instant};
 
 use anyhow::bail;
-use palpus::render::Settings;
+use palpus::render::{Limits, Settings};
 use palpus_device::{
     DeviceSpec, DeviceState, HandImpedance, HapticDevice, Newest, RealTimeClaims, RealTimeOptions, RunStatistics,
     SafetyOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, claim, latest_of,
@@ -139,9 +140,14 @@ impl Run {
             let thread = std::thread::Builder::new().name("servo".to_owned()).spawn_scoped(scope, move || {
                 // The other end is there until this thread is joined.
                 let _ = granted.send(claims_of.as_ref().map(claim));
-                let step = |state: &DeviceState, dt| engine.step(state, dt);
+                let available = Cell::new(Limits::UNLIMITED);
+                let step = |state: &DeviceState, dt| {
+                    engine.set_available(&available.get());
+                    engine.step(state, dt)
+                };
                 tally.begin();
                 let mut observe = |tick: &ServoTick, detail: &Detail| {
+                    available.set(tick.available);
                     tally.add(tick, detail);
                     if let Some(rows) = &mut rows {
                         rows.row(tick, detail);

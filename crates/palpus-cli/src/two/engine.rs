@@ -1,6 +1,6 @@
 //! Two tools as the step of a servo loop: both devices' states in, a wrench for each out.
 
-use palpus::render::{Duo, Settings, SettingsError};
+use palpus::render::{Duo, Limits, Settings, SettingsError};
 use palpus_alloc::allocations_of_this_thread;
 use palpus_device::{DeviceState, Newest, Publisher, StepOutcome, ToolOutcome};
 use palpus_window::Moment;
@@ -88,6 +88,11 @@ impl TwoEngine {
     fn moment(&self) -> Moment {
         let capacity = self.duo.settings().map(|settings| settings.capacity);
         Moment::new(capacity[0] + capacity[1])
+    }
+
+    /// The devices can give no more than `available` from now on.
+    pub(crate) fn set_available(&mut self, available: &[Limits; 2]) {
+        self.duo.set_available(available);
     }
 
     /// One tick of both: what each device is to push with.

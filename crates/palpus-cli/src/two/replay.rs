@@ -5,6 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, bail};
 use palpus::algebra::{Twist, Wrench};
+use palpus::render::Limits;
 use palpus_device::{ContactAccount, Cut, Cuts, DeviceState, SafetyChain};
 use palpus_io::scene::FilePolicy;
 use palpus_io::{RecordRow, Recording, read_recording};
@@ -87,6 +88,7 @@ pub(crate) fn run_again(
 ) -> anyhow::Result<()> {
     let mut chains = chains(recordings)?;
     let mut contact = ContactAccount::new([chains[0].limits(), chains[1].limits()]);
+    let mut available = [Limits::UNLIMITED; 2];
     let mut states = recordings.map(|recording| state(&recording.rows[0]));
     let mut changes = recordings.map(|recording| recording.changes.iter().peekable());
     let ticks = recordings.map(|recording| recording.rows.len()).into_iter().max().unwrap_or_default();
@@ -104,15 +106,18 @@ pub(crate) fn run_again(
             }
         }
         let Some(dt) = rows.iter().flatten().next().map(|row| row.dt) else { break };
+        engine.set_available(&available);
         let outcomes = engine.step(&states, dt);
         let received = contact.pass(outcomes.each_ref().map(|outcome| outcome.received));
         for which in 0..2 {
             let Some(row) = rows[which] else { continue };
             let told = Cuts::from_bits(row.faults).and(Cuts::TOLD);
             chains[which].receive(received[which]);
-            let shaped = chains[which].shape(&states[which], &outcomes[which].outcome.wrench, told).wrench;
+            let shaped = chains[which].shape(&states[which], &outcomes[which].outcome.wrench, told);
             // Of a device that was lost in the tick, the brake had the last word.
-            let wrench = if told.has(Cut::Device) { Wrench::ZERO } else { shaped };
+            let lost = told.has(Cut::Device);
+            available[which] = if lost { Limits::UNLIMITED } else { shaped.available };
+            let wrench = if lost { Wrench::ZERO } else { shaped.wrench };
             if each(which, k, &wrench, outcomes[which].outcome.detail.tick.contacts).is_break() {
                 return Ok(());
             }

@@ -36,11 +36,13 @@ pub enum Cut {
     Device,
     /// Somebody has stopped the run for a while, with a device that does not stop with it.
     Paused,
+    /// The wrench oscillates without the hand, and is attenuated. Last because recordings name cuts by their place.
+    LimitCycle,
 }
 
 impl Cut {
     /// All of them, in the order of the chain.
-    pub const ALL: [Self; 16] = [
+    pub const ALL: [Self; 17] = [
         Self::NonFiniteState,
         Self::NonFiniteWrench,
         Self::PoseJump,
@@ -57,6 +59,7 @@ impl Cut {
         Self::Panic,
         Self::Device,
         Self::Paused,
+        Self::LimitCycle,
     ];
 
     /// As it stands in summaries.
@@ -78,6 +81,7 @@ impl Cut {
             Self::Panic => "panic",
             Self::Device => "device",
             Self::Paused => "paused",
+            Self::LimitCycle => "limit_cycle",
         }
     }
 

@@ -6,12 +6,13 @@
 //! |---|---|---|
 //! | 1 non-finite | a number in the state or the wrench is none | nothing; a fault |
 //! | 2 gate | the pose jumps, the grip is too fast, the state is frozen or its clock leaps | nothing; a fault |
-//! | 3 passivity | a port has given more energy than it took ([`EnergyAccount`]) | less along the motion, or damping |
-//! | 4 slew | the wrench changes by more than N/s, N·m/s | as much of the change as may be |
-//! | 5 saturation | it is beyond the device's peak | the same direction, shorter |
-//! | 6 heat | it was beyond the continuous rating for too long (I²t) | the same direction, shorter |
-//! | 7 engagement | nobody asked for forces, or the ramp is not over | nothing, or a share |
-//! | 8 watchdog | the loop is late or dead | nothing; a fault |
+//! | 3 limit cycle | the wrench oscillates, from 10 Hz up, and the hand's motion does not explain it | a smaller share of force or torque |
+//! | 4 passivity | a port has given more energy than it took ([`EnergyAccount`]) | less along the motion, or damping |
+//! | 5 slew | the wrench changes by more than N/s, N·m/s | as much of the change as may be |
+//! | 6 saturation | it is beyond the device's peak | the same direction, shorter |
+//! | 7 heat | it was beyond the continuous rating for too long (I²t) | the same direction, shorter |
+//! | 8 engagement | nobody asked for forces, or the ramp is not over | nothing, or a share |
+//! | 9 watchdog | the loop is late or dead | nothing; a fault |
 //!
 //! A fault takes the wrench away in the tick in which it is seen. What remains is damping of the grip, at most a tenth of the peak,
 //! and not even that when the velocity is among what cannot be believed; the force comes back only through the
@@ -20,7 +21,7 @@
 //!
 //! A wrench that no stage has a reason to touch comes out as it came in, to the bit.
 //!
-//! **Whose answer depends on what.** Stage 2 and 8 need the device and the clock ([`Gate`], [`Watch`]) and *tell* the chain what
+//! **Whose answer depends on what.** Stage 2 and 9 need the device and the clock ([`Gate`], [`Watch`]) and *tell* the chain what
 //! they found ([`Cuts::TOLD`]). Everything else ([`SafetyChain::shape`]) is a pure function of what it was given since it was made:
 //! a recording of states, cuts and wrenches can be computed again bit for bit.
 //!
@@ -32,6 +33,7 @@ mod energy;
 mod engagement;
 mod gate;
 mod heat;
+mod limit_cycle;
 mod limits;
 mod passivity;
 mod watchdog;
@@ -43,6 +45,7 @@ use palpus::render::{Limits, Saturation, saturate};
 use crate::device::{DeviceSpec, DeviceState};
 use engagement::{Event, Machine};
 use heat::Heat;
+use limit_cycle::LimitCycle;
 
 pub use cuts::{Cut, Cuts, SafetyCounters};
 pub use energy::{ContactAccount, EnergyAccount};
@@ -110,9 +113,11 @@ pub struct Shaped {
     pub cuts: Cuts,
     /// Where the engagement stands.
     pub phase: Phase,
+    /// What the motors can give in the next tick, as far as their heat limits it; for the coupling that the next wrench comes from.
+    pub available: Limits,
 }
 
-/// Stages 3 to 7, and what follows from all of them; see the module's description.
+/// Stages 3 to 8, and what follows from all of them; see the module's description.
 pub struct SafetyChain {
     limits: SafetyLimits,
     saturation: Saturation,
@@ -122,8 +127,9 @@ pub struct SafetyChain {
     machine: Machine,
     heat_force: Heat,
     heat_torque: Heat,
+    limit_cycle: LimitCycle,
     passivity: Option<Box<dyn Passivity>>,
-    /// What stages 3 to 6 made of the last wrench: where the slew limit counts from.
+    /// What stages 3 to 7 made of the last wrench: where the slew limit counts from.
     shaped: Wrench,
     commanded: Wrench,
 }
@@ -142,20 +148,21 @@ impl SafetyChain {
             machine: Machine::new(engagement, limits.ramp, limits.hold),
             heat_force: Heat::new(limits.force_peak, limits.force_continuous, limits.heating_time, period),
             heat_torque: Heat::new(limits.torque_peak, limits.torque_continuous, limits.heating_time, period),
+            limit_cycle: LimitCycle::new(limits, period),
             passivity: Some(Box::new(EnergyAccount::new(limits, period))),
             shaped: Wrench::ZERO,
             commanded: Wrench::ZERO,
         }
     }
 
-    /// With another third stage, or none.
+    /// With another passivity stage, or none.
     #[must_use]
     pub fn with_passivity(mut self, stage: Option<Box<dyn Passivity>>) -> Self {
         self.passivity = stage;
         self
     }
 
-    /// Gives the third stage back.
+    /// Gives the passivity stage back.
     pub fn into_passivity(self) -> Option<Box<dyn Passivity>> {
         self.passivity
     }
@@ -189,7 +196,7 @@ impl SafetyChain {
         // 1. Non-finite.
         cuts.note(Cut::NonFiniteWrench, !computed.is_finite());
         let mut wrench = if cuts.has(Cut::NonFiniteWrench) { Wrench::ZERO } else { *computed };
-        // 2 and 8. A fault, whoever found it.
+        // 2 and 9. A fault, whoever found it.
         let was = self.machine.phase();
         self.machine.advance(&Event {
             buttons: state.buttons,
@@ -200,6 +207,7 @@ impl SafetyChain {
         });
         let phase = self.machine.phase();
         if phase.is_on() {
+            wrench = self.attenuated(&wrench, state, &mut cuts);
             wrench = self.passive(&wrench, state, &mut cuts);
             wrench = self.slewed(&wrench, &mut cuts);
             wrench = self.saturated(&wrench, &mut cuts);
@@ -220,10 +228,11 @@ impl SafetyChain {
         self.commanded = wrench;
         self.heat_force.spend(wrench.force.length());
         self.heat_torque.spend(wrench.torque.length());
+        self.limit_cycle.commanded(&wrench);
         if let Some(stage) = self.passivity.as_mut().filter(|_| phase.is_on()) {
             stage.commanded(&wrench);
         }
-        Shaped { wrench, cuts, phase }
+        Shaped { wrench, cuts, phase, available: self.heat_caps() }
     }
 
     fn fault(&self, cuts: Cuts) -> Option<AfterFault> {
@@ -240,7 +249,14 @@ impl SafetyChain {
             && (!torque_felt || wrench.torque.length() <= self.limits.engage_torque)
     }
 
-    /// Stage 3.
+    /// Stage 3. What is beyond the peak is no oscillation that could be felt.
+    fn attenuated(&mut self, wrench: &Wrench, state: &DeviceState, cuts: &mut Cuts) -> Wrench {
+        let (attenuated, cut) = self.limit_cycle.attenuate(&self.within_peak(wrench), &state.pose);
+        cuts.note(Cut::LimitCycle, cut);
+        if cut { attenuated } else { *wrench }
+    }
+
+    /// Stage 4.
     fn passive(&mut self, wrench: &Wrench, state: &DeviceState, cuts: &mut Cuts) -> Wrench {
         let Some(stage) = &mut self.passivity else { return *wrench };
         let limited = stage.limit(wrench, state, self.period);
@@ -249,7 +265,7 @@ impl SafetyChain {
         if limited.is_finite() { limited } else { Wrench::ZERO }
     }
 
-    /// Stage 4. What is on its way to a wrench beyond the peak, and has come as far as the next two stages let it, is not cut here.
+    /// Stage 5. What is on its way to a wrench beyond the peak, and has come as far as the next two stages let it, is not cut here.
     fn slewed(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let (within, cut) = self.towards(&self.shaped, wrench);
         if !cut {
@@ -263,7 +279,7 @@ impl SafetyChain {
         within
     }
 
-    /// Stage 5.
+    /// Stage 6.
     fn saturated(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let peak = Limits { force: self.limits.force_peak, torque: self.limits.torque_peak };
         let answer = saturate(*wrench, &peak, self.saturation);
@@ -271,14 +287,14 @@ impl SafetyChain {
         answer.wrench
     }
 
-    /// Stage 6.
+    /// Stage 7.
     fn cooled(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let answer = saturate(*wrench, &self.heat_caps(), Saturation::Separate);
         cuts.note(Cut::Heat, answer.force_cut || answer.torque_cut);
         answer.wrench
     }
 
-    /// Stage 7.
+    /// Stage 8.
     fn engaged(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         if self.machine.phase() == Phase::Engaged {
             return *wrench;
@@ -291,6 +307,7 @@ impl SafetyChain {
     /// Not engaged: the stages follow what is computed, so that they begin from there.
     fn rest(&mut self, wrench: &Wrench) {
         self.shaped = self.within_peak(wrench);
+        self.limit_cycle.reset();
         if let Some(stage) = &mut self.passivity {
             stage.reset();
         }

@@ -1,4 +1,4 @@
-//! The place of the passivity observer and controller in the chain: the third stage, after the gate and before the slew
+//! The place of the passivity observer and controller in the chain: the fourth stage, after the gate and before the slew
 //! limit, where the wrench is still what the engine computed and the motion is believed.
 
 use palpus::algebra::Wrench;

@@ -19,6 +19,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
+use palpus::render::Limits;
 
 use super::line::{COAST, Line};
 use super::pace::{Pace, Start};
@@ -206,7 +207,9 @@ impl<'a> Seat<'a> {
                 // The step has had its state, so that there is a tick to tell of.
                 let mut cuts = self.cuts.or(found);
                 cuts.note(Cut::Device, true);
-                Some(Shaped { wrench: Wrench::ZERO, cuts, phase: Phase::Faulted })
+                // A replay knows no more of it either.
+                let available = Limits::UNLIMITED;
+                Some(Shaped { wrench: Wrench::ZERO, cuts, phase: Phase::Faulted, available })
             }
         }
     }
@@ -293,7 +296,8 @@ impl BothTurns<'_> {
         for k in (0..2).filter(|k| read[*k]) {
             let answered = outcome.as_ref().ok().map(|outcomes| &outcomes[k].outcome);
             let computed = answered.map_or(Wrench::ZERO, |outcome| outcome.wrench);
-            let Some(Shaped { wrench, cuts, phase }) = self.seats[k].answer(&computed, found, panicked) else {
+            let Some(Shaped { wrench, cuts, phase, available }) = self.seats[k].answer(&computed, found, panicked)
+            else {
                 continue;
             };
             let tick = ServoTick {
@@ -304,6 +308,7 @@ impl BothTurns<'_> {
                 wrench,
                 cuts,
                 phase,
+                available,
                 saturated: answered.is_some_and(|outcome| outcome.saturated),
                 step_s,
                 lateness_s: start.lateness.as_secs_f64(),

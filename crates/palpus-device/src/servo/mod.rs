@@ -38,6 +38,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use palpus::algebra::Wrench;
+use palpus::render::Limits;
 
 use crate::device::{DeviceState, HapticDevice};
 use crate::safety::{Cut, Cuts, Passivity, Phase, SafetyOptions, Shaped};
@@ -134,6 +135,8 @@ pub struct ServoTick {
     pub cuts: Cuts,
     /// Where the engagement stands.
     pub phase: Phase,
+    /// What the motors can give in the next tick: [`Shaped::available`].
+    pub available: Limits,
     /// The step said that it cut the wrench.
     pub saturated: bool,
     /// Wall time of the step, s.
@@ -187,7 +190,7 @@ impl Servo {
         Ok(Self { options, reins: Arc::default(), passivity: None, tally: Tally::new() })
     }
 
-    /// With this in place of the usual third stage of the safety chain.
+    /// With this in place of the usual passivity stage of the safety chain.
     #[must_use]
     pub fn with_passivity(mut self, stage: Box<dyn Passivity>) -> Self {
         self.passivity = Some(stage);
@@ -322,7 +325,7 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
         let computed = outcome.as_ref().map_or(Wrench::ZERO, |outcome| outcome.wrench);
         let mut found = admitted.cuts;
         found.note(Cut::Paused, !self.stands && self.reins.is_paused());
-        let Shaped { wrench, cuts, phase } = match self.line.answer(&state, &computed, found, panicked) {
+        let Shaped { wrench, cuts, phase, available } = match self.line.answer(&state, &computed, found, panicked) {
             Ok(shaped) => shaped,
             Err(error) => return ControlFlow::Break(RunEnd::DeviceFailed(error)),
         };
@@ -334,6 +337,7 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
             wrench,
             cuts,
             phase,
+            available,
             saturated: outcome.as_ref().is_ok_and(|outcome| outcome.saturated),
             step_s,
             lateness_s: start.lateness.as_secs_f64(),

@@ -823,6 +823,19 @@ pub const COUPLING_LEAD: f64 = 3.0;
 /// N·m/rad: aligns the tool where the device has no torque; stiff for a hand-held thing.
 pub const COUPLING_ALIGNMENT: f64 = 5.0;
 
+/// m: how much farther a coupling is stretched, whose spring has levelled off, before its anchor slips.
+///
+/// Shorter slips in presses that are just harder than the device; longer is felt on the way back.
+pub const COUPLING_SLIP: f64 = 3e-3;
+
+/// rad: likewise how much farther it is turned, in the ratio of [`COUPLING_TURN`] to [`COUPLING_STRETCH`].
+pub const COUPLING_SLIP_TURN: f64 = 0.075;
+
+/// Of the device's motion in free air: how far an anchor that has slipped goes back to the grip.
+///
+/// A third more or less of one's own motion passes unnoticed; from 1 on the tool could go against the hand.
+pub const COUPLING_RETURN: f64 = 0.3;
+
 /// kg/m³: of the tool, when the scene does not say its mass.
 pub const TOOL_DENSITY: f64 = 1000.0;
 

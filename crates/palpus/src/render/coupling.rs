@@ -13,7 +13,8 @@
 //! 2. *Damping* of three periods times the stiffness. A held force and one tick of delay lag by one and a half, which turns
 //!    that much of the stiffness into negative damping; the rest is margin, for the lag of the velocity's filter.
 //! 3. *Mass* from the mesh at the density of water, made lighter as a whole until neither translation nor rotation rings
-//!    (damping ratio ½).
+//!    (damping ratio ½). The mass keeps contacts stable and is needed for nothing else, so a tool in free air has none
+//!    ([`VirtualCoupling::mass_share`]): its coupling is slack and the hand feels nothing, however coarse the encoders are.
 //! 4. *Skin*: contacts push from a tenth of the tolerance on, so that a peg goes into a hole with little play; from there to the
 //!    tolerance they are only looked ahead at, and push if the tool would come that near within the tick.
 //! 5. *Contact stiffness* so that the largest force comes half way into the skin: the bodies then never overlap, and distances
@@ -40,8 +41,8 @@ pub struct VirtualCoupling {
     pub angular_damping: f64,
     /// m, positive and at most the contact tolerance: contacts push from this separation on.
     pub skin: f64,
-    /// Of the tool, kg. Its inertia is that of the probe's mesh with this mass. 0: the tool has none and is where all
-    /// forces balance.
+    /// Of the tool in contact, kg. Its inertia is that of the probe's mesh with this mass. 0: the tool has none and is
+    /// where all forces balance, as it always is in free air.
     pub mass: f64,
 }
 
@@ -79,6 +80,14 @@ impl VirtualCoupling {
     pub fn contact_stiffness(limits: &Limits, contact_tolerance: f64) -> Option<f64> {
         let stiffness = limits.force / (TOOL_SINKS * TOOL_SKIN * contact_tolerance);
         (stiffness.is_finite() && stiffness > 0.0).then_some(stiffness)
+    }
+
+    /// Returns the share of the mass, 0 to 1, that a tool has whose nearest contact is at `separation` (m): 0 from the
+    /// contact tolerance on, 1 from the skin on, linear between the two.
+    pub(super) fn mass_share(&self, separation: f64, contact_tolerance: f64) -> f64 {
+        let range = contact_tolerance - self.skin;
+        // A skin as wide as the tolerance leaves no range in which the mass could come in.
+        if range > 0.0 { ((contact_tolerance - separation) / range).clamp(0.0, 1.0) } else { 1.0 }
     }
 
     pub(super) fn validate(&self, contact_tolerance: f64) -> Result<(), SettingsError> {

@@ -15,7 +15,7 @@ use std::sync::Arc;
 
 use super::between::{Between, mirrored};
 use super::together::{Settled, Shared, Side, settle};
-use super::{Motion, ProbeState, Renderer, Settings, SettingsError, Tick, ToolCounters};
+use super::{Limits, Motion, ProbeState, Renderer, Settings, SettingsError, Tick, ToolCounters};
 use crate::algebra::{Clock, Deadline, Pose, Wrench, rotation_between};
 use crate::body::Body;
 
@@ -97,6 +97,13 @@ impl Duo {
             times.total = saturated - begin;
         }
         self.ticks()
+    }
+
+    /// The devices can give no more than `available` from now on: see [`Renderer::set_available`].
+    pub fn set_available(&mut self, available: &[Limits; 2]) {
+        for (tool, available) in self.tools.iter_mut().zip(available) {
+            tool.set_available(available);
+        }
     }
 
     /// The last ticks. What they have in common, and the time of the whole step, is in both.
@@ -188,8 +195,9 @@ impl Duo {
         let damping = self.between.settings();
         let lag = damping.damping / damping.stiffness;
         let shift = first.centers.a - second.centers.a;
+        let separation = self.between.forces.separation();
         let [one, other] = &mut self.tools;
-        let mut sides = [one.side(first, h), other.side(second, h)];
+        let mut sides = [one.side(first, separation, h), other.side(second, separation, h)];
         let mut shared = Shared { touches: &mut self.between.touches, shift, lag };
         let mut counters = ToolCounters::default();
         let settled = settle(&mut sides, &mut shared, h, &mut counters);

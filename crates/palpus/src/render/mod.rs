@@ -1,5 +1,6 @@
 //! One tick: from the probe's state to the wrench in the hand \[K02 §4.3, §5\].
 
+mod anchor;
 mod between;
 #[cfg(test)]
 mod changed_tests;

@@ -21,7 +21,7 @@ use glam::DVec3;
 
 use super::together::Side;
 use super::{
-    Forces, Motion, ProbeState, Scratch, Settings, SettingsError, Tick, Tool, VirtualCoupling, force, saturate,
+    Forces, Limits, Motion, ProbeState, Scratch, Settings, SettingsError, Tick, Tool, VirtualCoupling, force, saturate,
 };
 use crate::algebra::{Clock, Deadline, Pose, Twist, Wrench};
 use crate::body::Body;
@@ -136,6 +136,12 @@ impl Renderer {
         &self.tick
     }
 
+    /// The device can give no more than `available` from now on: what the coupling does not hold, the hand takes. Without a
+    /// coupling, nothing changes.
+    pub fn set_available(&mut self, available: &Limits) {
+        self.tool.set_available(available);
+    }
+
     /// The last tick.
     pub fn tick(&self) -> &Tick {
         &self.tick
@@ -201,12 +207,13 @@ impl Renderer {
         self.tick = Tick::new(self.settings.capacity + capacity);
     }
 
-    /// In a step that moves another tool as well: a tool with a coupling as it has begun the step of `h` seconds, or how the probe moves.
-    pub(super) fn side(&mut self, motion: &Motion, h: f64) -> Side<'_> {
+    /// In a step that moves another tool as well, which is at `separation` (m): a tool with a coupling as it has begun the step of `h`
+    /// seconds, or how the probe moves.
+    pub(super) fn side(&mut self, motion: &Motion, separation: f64, h: f64) -> Side<'_> {
         if self.settings.coupling.is_none() {
             return Side::Driven(motion.twist);
         }
-        let begun = self.tool.begin(&self.tick.probe, &self.tick.forces, h);
+        let begun = self.tool.begin(&self.tick.probe, &self.tick.forces, separation, h);
         Side::Held(&mut self.tool, begun)
     }
 

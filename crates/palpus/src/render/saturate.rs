@@ -14,6 +14,11 @@ pub struct Limits {
     pub torque: f64,
 }
 
+impl Limits {
+    /// Whatever is asked for.
+    pub const UNLIMITED: Self = Self { force: f64::INFINITY, torque: f64::INFINITY };
+}
+
 /// How a wrench beyond the limits is brought within.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Saturation {

@@ -4,7 +4,9 @@
 //! Once a tick, after the contacts at the tool's present pose are known, one step of backward Euler over h seconds with one
 //! Newton iteration. Every force is linearised in the velocity V′ that the tool has at the end of the step:
 //!
-//! 1. *Inertia*: M (V′ − V) / h.
+//! 1. *Inertia*: M (V′ − V) / h, with M from nothing at the contact tolerance to the whole tool at the skin. A tool in free air
+//!    has no mass: each step of the device's encoders would throw it, and the hand would feel that. Mass that comes in is at rest
+//!    and mass that goes takes its momentum along, so that neither brings energy.
 //! 2. *Coupling*: k (e − h v′) + b (v_d − v′) at the grip, the same for rotation, with e from the tool's grip to the device's.
 //! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal, with b in proportion to k. One that would pull has let go and is left out, and one
 //!    that does not push yet is in when the tool comes near enough; which ones press is found by solving again, a bounded number of times.
@@ -13,7 +15,7 @@
 //! 5. *Solve* the 6 × 6 system, move the tool. The coupling's force in V′, reversed, is what the device feels.
 //!
 //! All matrices that are added are positive semi-definite, the coupling's is definite: the step has a solution at any stiffness,
-//! mass 0 included, and no gain of it grows. The spring's force levels off at the device's limits, so that a hand that presses
+//! mass 0 included, and no gain of it grows. The spring's force levels off at what the device can give as of now, so that a hand that presses
 //! harder than the device can answer does not press the tool into the wall.
 //!
 //! Deviations from OL06: the derivatives of normals and lever arms are left out (they can make the matrix indefinite, and
@@ -21,10 +23,11 @@
 
 use glam::{DMat3, DQuat, DVec3};
 
+use super::anchor::Anchor;
 use super::touches::Touches;
 use super::{Forces, Limits, ProbeState, Settings, VirtualCoupling};
 use crate::algebra::tolerance::COUPLING_ROUNDS;
-use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench, rotation_between};
+use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
 use crate::body::MassProperties;
 
 /// What happened in one step of the tool.
@@ -45,6 +48,10 @@ pub struct ToolCounters {
 pub struct Tool {
     coupling: VirtualCoupling,
     limits: Limits,
+    /// What the device can give as of now, where that is less.
+    available: Limits,
+    /// m.
+    contact_tolerance: f64,
     /// In a's frame: where it is held.
     grip_a: DVec3,
     /// In a's frame: the centre of mass.
@@ -57,6 +64,9 @@ pub struct Tool {
     pose_ba: Option<Pose>,
     /// Its linear part is that of the centre of mass.
     twist: Twist,
+    /// Of its mass, in the previous step: [`VirtualCoupling::mass_share`].
+    mass_share: f64,
+    anchor: Anchor,
     touches: Touches,
 }
 
@@ -95,12 +105,16 @@ impl Tool {
         let mut tool = Self {
             coupling,
             limits: settings.limits,
+            available: Limits::UNLIMITED,
+            contact_tolerance: settings.contact_tolerance,
             contact_lag: 0.0,
             grip_a: settings.grip_a,
             center_a: probe.center_of_mass,
             inertia_a: DMat3::ZERO,
             pose_ba: None,
             twist: Twist::default(),
+            mass_share: 0.0,
+            anchor: Anchor::AT_GRIP,
             touches: Touches::new(settings.capacity),
         };
         tool.set(probe, coupling, settings);
@@ -111,9 +125,15 @@ impl Tool {
     pub fn set(&mut self, probe: &MassProperties, coupling: VirtualCoupling, settings: &Settings) {
         self.coupling = coupling;
         self.limits = settings.limits;
+        self.contact_tolerance = settings.contact_tolerance;
         self.contact_lag = settings.damping / settings.stiffness;
         self.grip_a = settings.grip_a;
         self.inertia_a = probe.inertia * (coupling.mass / probe.volume);
+    }
+
+    /// The device can give no more than `available` from now on.
+    pub fn set_available(&mut self, available: &Limits) {
+        self.available = *available;
     }
 
     /// Where it is; where the device is, before the first step and after [`Self::clear`].
@@ -123,6 +143,8 @@ impl Tool {
         }
         let to_center = device.pose_ba.vector(self.center_a - self.grip_a);
         self.twist = Twist { linear: device.twist.at(to_center), ..device.twist };
+        self.mass_share = 0.0;
+        self.anchor = Anchor::AT_GRIP;
         self.pose_ba = Some(device.pose_ba);
         device.pose_ba
     }
@@ -139,7 +161,7 @@ impl Tool {
         if !(h > 0.0 && h.is_finite()) {
             return (Wrench::ZERO, ToolCounters::default());
         }
-        let begun = self.begin(device, forces, h);
+        let begun = self.begin(device, forces, f64::INFINITY, h);
         let mut counters = ToolCounters::default();
         let Some(twist) = self.settle(&begun, h, &mut counters) else {
             self.clear();
@@ -149,12 +171,19 @@ impl Tool {
         (self.end(&begun, twist, h), counters)
     }
 
-    /// The step's system as far as it does not depend on which contacts press and which slide.
-    pub(super) fn begin(&mut self, device: &ProbeState, forces: &Forces, h: f64) -> Begun {
+    /// The step's system as far as it does not depend on which contacts press and which slide. `separation` (m) is that of the
+    /// nearest contact that is not among the `forces`.
+    pub(super) fn begin(&mut self, device: &ProbeState, forces: &Forces, separation: f64, h: f64) -> Begun {
         let pose = self.pose_ba(device);
+        let separation = forces.separation().min(separation);
+        let share = self.coupling.mass_share(separation, self.contact_tolerance);
         self.touches.gather(forces, pose.point(self.center_a), self.coupling.skin);
+        if share <= 0.0 {
+            self.anchor.come_back(&device.twist, h);
+        }
         let bond = self.bond(device, &pose);
-        let (system, load) = self.unhindered(&bond, &pose, h);
+        let (system, load) = self.unhindered(&bond, &pose, share, h);
+        self.mass_share = share;
         Begun { pose, bond, system, load }
     }
 
@@ -182,29 +211,36 @@ impl Tool {
         felt
     }
 
-    fn bond(&self, device: &ProbeState, pose: &Pose) -> Bond {
+    fn bond(&mut self, device: &ProbeState, pose: &Pose) -> Bond {
         let VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, .. } = self.coupling;
-        let stretch = device.pose_ba.point(self.grip_a) - pose.point(self.grip_a);
-        let turn = rotation_between(pose.rotation, device.pose_ba.rotation);
+        let most_force = self.limits.force.min(self.available.force);
         // A torque limit of 0 says that no torque is felt; the tool is to be aligned all the same.
-        let most_torque = if self.limits.torque > 0.0 { self.limits.torque } else { f64::INFINITY };
+        let felt = self.limits.torque > 0.0;
+        let most_torque = if felt { self.limits.torque.min(self.available.torque) } else { f64::INFINITY };
+        let ahead = device.pose_ba.point(self.grip_a) - pose.point(self.grip_a);
+        let stretch = self.anchor.stretch(ahead, most_force / stiffness);
+        let turn = self.anchor.turn(pose.rotation, device.pose_ba.rotation, most_torque / angular_stiffness);
         Bond {
             offset: pose.vector(self.grip_a - self.center_a),
             stretch,
             turn,
             device: device.twist,
-            stiffness: levelled(stiffness, stretch, self.limits.force),
+            stiffness: levelled(stiffness, stretch, most_force),
             angular_stiffness: levelled(angular_stiffness, turn, most_torque),
             damping,
             angular_damping,
         }
     }
 
-    /// Steps 1 and 2: the system without contacts, its right side times h.
-    fn unhindered(&self, bond: &Bond, pose: &Pose, h: f64) -> (SpatialMatrix, Wrench) {
+    /// Steps 1 and 2: the system without contacts, with that `share` of the mass; its right side times h.
+    fn unhindered(&self, bond: &Bond, pose: &Pose, share: f64, h: f64) -> (SpatialMatrix, Wrench) {
         let rotation = DMat3::from_quat(pose.rotation);
-        let mut system = SpatialMatrix::of_body(self.coupling.mass, rotation * self.inertia_a * rotation.transpose());
-        let momentum = system.times(&self.twist);
+        let inertia = rotation * (self.inertia_a * share) * rotation.transpose();
+        let mut system = SpatialMatrix::of_body(self.coupling.mass * share, inertia);
+        // Of the mass that is in both steps.
+        let kept = if share > self.mass_share { self.mass_share / share } else { 1.0 };
+        let Twist { angular, linear } = self.twist;
+        let momentum = system.times(&Twist { angular: angular * kept, linear: linear * kept });
         system.add_at(bond.offset, h * (h * bond.stiffness + bond.damping));
         system.add_turning(h * (h * bond.angular_stiffness + bond.angular_damping));
         let force = bond.stretch * bond.stiffness + bond.device.linear * bond.damping;
