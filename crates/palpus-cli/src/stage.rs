@@ -76,7 +76,7 @@ impl Stage {
             return settings;
         }
         let SceneCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass, .. } = self.coupling;
-        let tuned = VirtualCoupling::tuned(&limits, 1.0 / rate_hz, settings.contact_tolerance, self.probe.mass());
+        let tuned = VirtualCoupling::tuned(&limits, 1.0 / rate_hz, settings.contact_tolerance);
         settings.coupling = Some(VirtualCoupling {
             stiffness: stiffness.unwrap_or(tuned.stiffness),
             damping: damping.unwrap_or(tuned.damping),

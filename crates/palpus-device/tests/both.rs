@@ -209,7 +209,7 @@ fn blocks() -> Duo {
     let settings = Settings {
         limits,
         stiffness: VirtualCoupling::contact_stiffness(&limits, 1e-3).expect("a limit"),
-        coupling: Some(VirtualCoupling::tuned(&limits, 1.0 / RATE_HZ, 1e-3, block.mass())),
+        coupling: Some(VirtualCoupling::tuned(&limits, 1.0 / RATE_HZ, 1e-3)),
         ..Settings::default()
     };
     Duo::new([block.clone(), block], make(shape::table()), [settings; 2]).expect("valid settings")

@@ -32,7 +32,7 @@ fn duo(friction: bool) -> Duo {
             dynamic_coefficient: 0.3,
             tangential_stiffness: stiffness,
         }),
-        coupling: Some(VirtualCoupling::tuned(&limits, TICK, usual.contact_tolerance, block.mass())),
+        coupling: Some(VirtualCoupling::tuned(&limits, TICK, usual.contact_tolerance)),
         ..usual
     };
     Duo::new([block.clone(), block], table, [settings; 2]).expect("valid settings")

@@ -39,7 +39,7 @@ fn renderer(scene: &Scene, stiffness: f64) -> Renderer {
             tangential_stiffness: stiffness,
         }),
         limits,
-        coupling: Some(VirtualCoupling::tuned(&limits, TICK, scene.contact.tolerance, a.mass())),
+        coupling: Some(VirtualCoupling::tuned(&limits, TICK, scene.contact.tolerance)),
         ..Settings::default()
     };
     Renderer::new(a, b, settings).expect("valid settings")

@@ -42,7 +42,7 @@ fn no_step_of_any_scene_obtains_memory() {
             ..Settings::default()
         };
         let hurried = Settings { clustering: Clustering::Smooth, time_budget: Some(20_000), ..paper };
-        let coupling = Some(VirtualCoupling::tuned(&paper.limits, 1e-3, paper.contact_tolerance, a.mass()));
+        let coupling = Some(VirtualCoupling::tuned(&paper.limits, 1e-3, paper.contact_tolerance));
         let ways = [
             ("whole", paper),
             ("hurried", hurried),

@@ -87,7 +87,7 @@ fn a_step_does_not_allocate() {
     let direct = Settings { clustering: Clustering::Linkage, shading: None, friction: None, ..settings };
     for k in 0..400 {
         if k % 10 == 0 {
-            let coupling = VirtualCoupling::tuned(&settings.limits, 1e-3, 1e-3, renderer.probe().mass());
+            let coupling = VirtualCoupling::tuned(&settings.limits, 1e-3, 1e-3);
             let coupled = Settings { coupling: Some(coupling), stiffness: 2000.0, ..settings };
             let changed = [settings, coupled, direct][k as usize / 10 % 3];
             renderer.set_settings(&changed).expect("the settings are valid");
@@ -111,7 +111,7 @@ fn a_step_does_not_allocate() {
 #[test]
 fn a_step_of_two_tools_does_not_allocate() {
     let (settings, [probe, environment]) = (every_force_stage(), tori());
-    let coupling = VirtualCoupling::tuned(&settings.limits, 1e-3, 1e-3, probe.mass());
+    let coupling = VirtualCoupling::tuned(&settings.limits, 1e-3, 1e-3);
     let coupled = Settings { coupling: Some(coupling), stiffness: 5000.0, ..settings };
     let probes = [probe.clone(), probe];
     let mut duos = [[settings; 2], [coupled; 2], [coupled, settings]]

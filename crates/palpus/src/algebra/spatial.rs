@@ -59,6 +59,14 @@ impl Wrench {
     }
 }
 
+impl std::ops::Mul<f64> for Twist {
+    type Output = Self;
+
+    fn mul(self, factor: f64) -> Self {
+        Self { angular: self.angular * factor, linear: self.linear * factor }
+    }
+}
+
 impl std::ops::Add for Wrench {
     type Output = Self;
 

@@ -836,9 +836,6 @@ pub const COUPLING_SLIP_TURN: f64 = 0.075;
 /// A third more or less of one's own motion passes unnoticed; from 1 on the tool could go against the hand.
 pub const COUPLING_RETURN: f64 = 0.3;
 
-/// kg/m³: of the tool, when the scene does not say its mass.
-pub const TOOL_DENSITY: f64 = 1000.0;
-
 /// Relative to the tool's skin: how far it sinks under the device's largest force.
 ///
 /// All of it would hold hard presses at exact touch, where normals and witnesses are least sure.
@@ -851,6 +848,27 @@ pub const TOOL_SINKS: f64 = 0.5;
 pub const TOOL_SKIN: f64 = 0.1;
 
 // render: the tool's step (tool, together, touches)
+
+/// Skins: the least way that contacts are looked ahead for.
+///
+/// Covers the encoder steps and the slow motion of a tool at rest. Larger looks at more pairs that are no contact; smaller
+/// cuts the first steps of a tool that is pulled away.
+pub const REACH_LEAST: f64 = 2.0;
+
+/// How many times as far as in the last step the tool may move in the next one.
+///
+/// A hand cannot double its speed in a millisecond. Larger looks at more pairs when the tool is fast; 1 would never let it speed up.
+pub const REACH_GROWTH: f64 = 2.0;
+
+/// What is left of the way that contacts are looked ahead for, in each step that needs less.
+///
+/// The front spends clearance whenever the tolerance grows, so that it had better not shrink and grow with every step.
+pub const REACH_FADE: f64 = 0.9;
+
+/// m/s: no tool is faster, whatever the device says.
+///
+/// Faster than a hand throws. It bounds the tolerance of the query.
+pub const TOOL_FASTEST: f64 = 5.0;
 
 /// Times that a tool's step is solved at most, to find which contacts press and which slide.
 ///

@@ -79,22 +79,23 @@ impl Between {
         self.query.unseen_separation()
     }
 
-    /// All contacts of the two.
+    /// All contacts of the two nearer than `within` (m).
     pub(super) fn query<C: Clock>(
         &mut self,
         [first, second]: [&Body; 2],
         motions: &[Motion; 2],
+        within: f64,
         deadline: &Deadline<C>,
     ) -> QueryCounters {
         let pose = in_second(motions);
-        let counters = self.query.run_until(first, second, &pose, self.settings.contact_tolerance, deadline);
+        let counters = self.query.run_until(first, second, &pose, within, deadline);
         self.contacts.clear();
         self.contacts.extend(self.query.contacts().iter().take(self.settings.capacity));
         counters
     }
 
-    /// The wrenches on both; what it leaves is in the environment's frame.
-    pub(super) fn force(&mut self, bodies: [&Body; 2], motions: &[Motion; 2]) {
+    /// The wrenches on both, of contacts nearer than `within` (m); what it leaves is in the environment's frame.
+    pub(super) fn force(&mut self, bodies: [&Body; 2], motions: &[Motion; 2], within: f64) {
         let [first, second] = motions;
         let pose_ba = in_second(motions);
         let inverse = second.pose_ba.inverse();
@@ -114,7 +115,8 @@ impl Between {
             }
             None => contact.normal,
         };
-        force(&self.contacts, &motion, &self.settings, direction, &mut self.scratch, &mut self.forces);
+        let settings = Settings { contact_tolerance: within, ..self.settings };
+        force(&self.contacts, &motion, &settings, direction, &mut self.scratch, &mut self.forces);
         for contact in &mut self.contacts {
             *contact = placed(contact, &second.pose_ba);
         }

@@ -29,8 +29,8 @@ fn drums(settings: Settings) -> Renderer {
     Renderer::new(drum(0.01, 0.02, 12), drum(0.03, 0.01, 24), settings).unwrap()
 }
 
-fn coupling(renderer: &Renderer) -> VirtualCoupling {
-    VirtualCoupling::tuned(&Limits { force: 8.5, torque: 0.188 }, DT, 1e-3, renderer.probe().mass())
+fn coupling() -> VirtualCoupling {
+    VirtualCoupling::tuned(&Limits { force: 8.5, torque: 0.188 }, DT, 1e-3)
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn a_wider_tolerance_finds_what_a_renderer_built_so_finds() {
 fn a_coupling_begins_where_the_device_is_and_ends_there() {
     let direct = settings();
     let mut turned = cube_on_floor(direct);
-    let coupled = Settings { coupling: Some(coupling(&turned)), ..direct };
+    let coupled = Settings { coupling: Some(coupling()), ..direct };
     let felt = |tick: &Tick| (tick.tool_ba, tick.commanded);
     for x in 0..20 {
         turned.step(&at(f64::from(x) * 1e-4, -1e-3), DT, &NoClock);
@@ -103,7 +103,7 @@ fn a_coupling_begins_where_the_device_is_and_ends_there() {
         last = tool;
     }
     // Changed while it is there, it goes on from where it is.
-    let soft = VirtualCoupling { stiffness: 100.0, ..coupling(&turned) };
+    let soft = VirtualCoupling { stiffness: 100.0, ..coupling() };
     turned.set_settings(&Settings { coupling: Some(soft), ..direct }).unwrap();
     let (tool, _) = felt(turned.step(&at(60e-4, -1e-3), DT, &NoClock));
     assert!(tool.translation.distance(last.translation) < 1e-3);

@@ -12,20 +12,19 @@
 //!    dry friction stays quiet up to twice that (simulated over stiffness and damping with hands from none to firm).
 //! 2. *Damping* of three periods times the stiffness. A held force and one tick of delay lag by one and a half, which turns
 //!    that much of the stiffness into negative damping; the rest is margin, for the lag of the velocity's filter.
-//! 3. *Mass* from the mesh at the density of water, made lighter as a whole until neither translation nor rotation rings
-//!    (damping ratio ½). The mass keeps contacts stable and is needed for nothing else, so a tool in free air has none
-//!    ([`VirtualCoupling::mass_share`]): its coupling is slack and the hand feels nothing, however coarse the encoders are.
-//! 4. *Skin*: contacts push from a tenth of the tolerance on, so that a peg goes into a hole with little play; from there to the
-//!    tolerance they are only looked ahead at, and push if the tool would come that near within the tick.
+//! 3. *Mass*: none. The tool is where all forces balance, so that it follows the device in free air without any force,
+//!    however coarse the encoders are, and stores no energy that contacts could give back to the hand. (A mass is
+//!    of no use to stability either: the step is implicit, and flush contacts resist turning at their corners.)
+//! 4. *Skin*: contacts push from a tenth of the tolerance on, so that a peg goes into a hole with little play; beyond it
+//!    they are only looked ahead at, as far as the tool can come in the next step, and push if it would come that near.
 //! 5. *Contact stiffness* so that the largest force comes half way into the skin: the bodies then never overlap, and distances
 //!    decide, not depths.
 
 use super::{Limits, SettingsError};
 use crate::algebra::tolerance::{
     APPARENT_INERTIA, APPARENT_MASS, COUPLING_ALIGNMENT, COUPLING_LEAD, COUPLING_SAMPLED, COUPLING_STRETCH,
-    COUPLING_TURN, TOOL_DENSITY, TOOL_SINKS, TOOL_SKIN,
+    COUPLING_TURN, TOOL_SINKS, TOOL_SKIN,
 };
-use crate::body::MassProperties;
 
 /// A spring and damper for translation between the grip of the device and that of the tool, another for rotation, and the
 /// mass of the tool.
@@ -41,8 +40,8 @@ pub struct VirtualCoupling {
     pub angular_damping: f64,
     /// m, positive and at most the contact tolerance: contacts push from this separation on.
     pub skin: f64,
-    /// Of the tool in contact, kg. Its inertia is that of the probe's mesh with this mass. 0: the tool has none and is
-    /// where all forces balance, as it always is in free air.
+    /// Of the tool, kg. Its inertia is that of the probe's mesh with this mass. 0: the tool has none and is where all
+    /// forces balance.
     pub mass: f64,
 }
 
@@ -51,9 +50,8 @@ impl VirtualCoupling {
     pub(super) const SLACK: Self =
         Self { stiffness: 0.0, damping: 0.0, angular_stiffness: 0.0, angular_damping: 0.0, skin: 0.0, mass: 0.0 };
 
-    /// For a device of these limits whose loop turns every `period` seconds, contacts of this tolerance (m), and a probe of this
-    /// shape.
-    pub fn tuned(limits: &Limits, period: f64, contact_tolerance: f64, probe: &MassProperties) -> Self {
+    /// For a device of these limits whose loop turns every `period` seconds, and contacts of this tolerance (m).
+    pub fn tuned(limits: &Limits, period: f64, contact_tolerance: f64) -> Self {
         let per_square = COUPLING_SAMPLED / (period * period);
         let stiffness = (limits.force / COUPLING_STRETCH).min(per_square * APPARENT_MASS);
         // A force limit of nothing leaves nothing to feel; the tool still has to follow.
@@ -66,28 +64,14 @@ impl VirtualCoupling {
         };
         let (damping, angular_damping) =
             (COUPLING_LEAD * period * stiffness, COUPLING_LEAD * period * angular_stiffness);
-        let full = TOOL_DENSITY * probe.volume;
-        let largest_moment = TOOL_DENSITY * crate::algebra::eigen(probe.inertia).0.z;
-        // d² = k m is a damping ratio of one half.
-        let lighter = (damping * damping / stiffness / full)
-            .min(angular_damping * angular_damping / angular_stiffness / largest_moment)
-            .min(1.0);
         let skin = TOOL_SKIN * contact_tolerance;
-        Self { stiffness, damping, angular_stiffness, angular_damping, skin, mass: full * lighter }
+        Self { stiffness, damping, angular_stiffness, angular_damping, skin, mass: 0.0 }
     }
 
     /// N/m: the contact stiffness that goes with a coupling, for contacts of this tolerance (m); `None` without a force limit.
     pub fn contact_stiffness(limits: &Limits, contact_tolerance: f64) -> Option<f64> {
         let stiffness = limits.force / (TOOL_SINKS * TOOL_SKIN * contact_tolerance);
         (stiffness.is_finite() && stiffness > 0.0).then_some(stiffness)
-    }
-
-    /// Returns the share of the mass, 0 to 1, that a tool has whose nearest contact is at `separation` (m): 0 from the
-    /// contact tolerance on, 1 from the skin on, linear between the two.
-    pub(super) fn mass_share(&self, separation: f64, contact_tolerance: f64) -> f64 {
-        let range = contact_tolerance - self.skin;
-        // A skin as wide as the tolerance leaves no range in which the mass could come in.
-        if range > 0.0 { ((contact_tolerance - separation) / range).clamp(0.0, 1.0) } else { 1.0 }
     }
 
     pub(super) fn validate(&self, contact_tolerance: f64) -> Result<(), SettingsError> {

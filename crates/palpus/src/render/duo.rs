@@ -78,7 +78,8 @@ impl Duo {
             }
         }
         if let [Some(first), Some(second)] = motions {
-            self.between.force([self.tools[0].probe(), self.tools[1].probe()], &[first, second]);
+            let within = self.looked_ahead();
+            self.between.force([self.tools[0].probe(), self.tools[1].probe()], &[first, second], within);
         }
         let forced = clock.now_ns();
         self.couple(&motions, dt);
@@ -156,13 +157,22 @@ impl Duo {
             return;
         };
         let bodies = [self.tools[0].probe(), self.tools[1].probe()];
-        let counters = self.between.query(bodies, &[*first, *second], &until(QUERIES));
+        let counters = self.between.query(bodies, &[*first, *second], self.looked_ahead(), &until(QUERIES));
         for tool in &mut self.tools {
             let tick = tool.tick_mut();
             tick.counters.query += counters;
             tick.times.query += counters.query_ns;
             tick.times.depth += counters.depth_ns;
             tick.unseen_separation = tick.unseen_separation.min(self.between.unseen_separation());
+        }
+    }
+
+    /// m: how near contacts between the tools are looked for in this tick: with couplings, as near as the two can come to the skin.
+    fn looked_ahead(&self) -> f64 {
+        let settings = self.between.settings();
+        match self.tools.each_ref().map(Renderer::reach) {
+            [Some(one), Some(other)] => settings.skin() + one + other,
+            _ => settings.contact_tolerance,
         }
     }
 
@@ -195,20 +205,30 @@ impl Duo {
         let damping = self.between.settings();
         let lag = damping.damping / damping.stiffness;
         let shift = first.centers.a - second.centers.a;
-        let separation = self.between.forces.separation();
+        let apart = self.between.forces.clusters.is_empty();
         let [one, other] = &mut self.tools;
-        let mut sides = [one.side(first, separation, h), other.side(second, separation, h)];
+        let mut sides = [one.side(first, apart, h), other.side(second, apart, h)];
         let mut shared = Shared { touches: &mut self.between.touches, shift, lag };
         let mut counters = ToolCounters::default();
         let settled = settle(&mut sides, &mut shared, h, &mut counters);
         let between = shared.touches.released();
+        // One share for both, so that what holds between them holds on the way.
+        let mut share = 1.0f64;
+        if let Some(Settled { twists, .. }) = &settled {
+            for (side, twist) in sides.iter().zip(twists) {
+                if let Side::Held(tool, _) = side {
+                    share = share.min(tool.share_within_reach(twist, h));
+                }
+            }
+        }
+        counters.bounded = u32::from(share < 1.0);
         let mut felt = [None; 2];
         for (k, side) in sides.into_iter().enumerate() {
             felt[k] = match (side, settled) {
                 (Side::Driven(_), _) => None,
                 (Side::Held(tool, begun), Some(settled)) => {
                     let released = tool.released() + between;
-                    Some((tool.end(&begun, settled.twists[k], h), ToolCounters { released, ..counters }))
+                    Some((tool.end(&begun, settled.twists[k] * share, h), ToolCounters { released, ..counters }))
                 }
                 (Side::Held(tool, _), None) => {
                     tool.clear();
@@ -217,6 +237,7 @@ impl Duo {
             };
         }
         let Settled { twists, impulse } = settled.unwrap_or_default();
+        let twists = twists.map(|twist| twist * share);
         let impulses = [impulse, -impulse.about(-shift)];
         for (k, (tool, motion)) in self.tools.iter_mut().zip([first, second]).enumerate() {
             let Some((computed, counters)) = felt[k] else { continue };

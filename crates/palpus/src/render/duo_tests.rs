@@ -50,12 +50,12 @@ fn direct() -> Settings {
     Settings { limits: Limits { force: f64::INFINITY, torque: f64::INFINITY }, ..Settings::default() }
 }
 
-fn coupled(body: &Body) -> Settings {
+fn coupled() -> Settings {
     let settings = Settings::default();
     Settings {
         limits: LIMITS,
         stiffness: VirtualCoupling::contact_stiffness(&LIMITS, settings.contact_tolerance).unwrap(),
-        coupling: Some(VirtualCoupling::tuned(&LIMITS, DT, settings.contact_tolerance, body.mass())),
+        coupling: Some(VirtualCoupling::tuned(&LIMITS, DT, settings.contact_tolerance)),
         ..settings
     }
 }
@@ -63,7 +63,7 @@ fn coupled(body: &Body) -> Settings {
 /// Two blocks over a floor.
 fn blocks(change: impl Fn(&mut Settings), coupling: bool) -> Duo {
     let block = block();
-    let mut settings = if coupling { coupled(&block) } else { direct() };
+    let mut settings = if coupling { coupled() } else { direct() };
     change(&mut settings);
     Duo::new([block.clone(), block], boxes(&[FLOOR], &Pose::IDENTITY), [settings; 2]).unwrap()
 }
@@ -95,7 +95,7 @@ fn tools_that_do_not_touch_are_alone_to_the_bit() {
     for coupling in [false, true] {
         let block = block();
         let floor = boxes(&[FLOOR], &Pose::IDENTITY);
-        let settings = Settings { friction: Some(FRICTION), ..if coupling { coupled(&block) } else { direct() } };
+        let settings = Settings { friction: Some(FRICTION), ..if coupling { coupled() } else { direct() } };
         let mut duo = Duo::new([block.clone(), block.clone()], floor.clone(), [settings; 2]).unwrap();
         let mut alone = [0, 1].map(|_| Renderer::new(block.clone(), floor.clone(), settings).unwrap());
         let mut random = Random(SEED);
@@ -201,7 +201,7 @@ fn in_a_moved_frame_everything_is_the_same() {
         let settings = Settings {
             friction: Some(FRICTION),
             patch_angle: None,
-            ..if coupling { coupled(&block) } else { direct() }
+            ..if coupling { coupled() } else { direct() }
         };
         let duo = |at: &Pose| Duo::new([block.clone(), block.clone()], boxes(&[FLOOR], at), [settings; 2]).unwrap();
         let (mut here, mut there) = (duo(&Pose::IDENTITY), duo(&moved));
@@ -241,8 +241,8 @@ fn in_a_moved_frame_everything_is_the_same() {
 
 #[test]
 fn at_rest_a_pair_stays_at_rest() {
-    // Apart, within the tolerance but not the skin, and just touching.
-    for gap in [0.01, 5e-4, 1.0001e-4] {
+    // Apart, looked ahead at, and just touching.
+    for gap in [0.01, 4e-4, 1.0001e-4] {
         let mut duo = blocks(|settings| settings.friction = Some(FRICTION), true);
         let poses = [at(-HALF.x - gap / 2.0, 0.0, 0.1), at(HALF.x + gap / 2.0, 0.001, 0.1)];
         for k in 0..200 {
@@ -251,7 +251,7 @@ fn at_rest_a_pair_stays_at_rest() {
                 assert!((tick.tool_ba.translation - pose.translation).length() < 1e-12, "tick {k}, gap {gap}");
                 assert!(tick.commanded.force.length() < 1e-9 && tick.commanded.torque.length() < 1e-10);
             }
-            assert_eq!(ticks[0].contacts_between > 0, gap < 1e-3);
+            assert_eq!(ticks[0].contacts_between > 0, gap < 1e-3, "gap {gap}");
         }
     }
 }
@@ -306,7 +306,7 @@ fn pushed_along_they_press_as_at_rest() {
 fn a_tool_against_a_driven_one_is_a_tool_against_a_wall() {
     let block = block();
     let floor = boxes(&[FLOOR], &Pose::IDENTITY);
-    let held = coupled(&block);
+    let held = coupled();
     let driven = Settings { coupling: None, ..held };
     for driven_first in [false, true] {
         let settings = if driven_first { [driven, held] } else { [held, driven] };

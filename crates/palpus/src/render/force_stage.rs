@@ -78,11 +78,6 @@ impl Forces {
         }
     }
 
-    /// Returns the least separation of all clusters, m; infinite without one.
-    pub(super) fn separation(&self) -> f64 {
-        self.clusters.iter().map(|cluster| cluster.separation).fold(f64::INFINITY, f64::min)
-    }
-
     /// No contact, no force.
     pub fn clear(&mut self) {
         self.clusters.clear();

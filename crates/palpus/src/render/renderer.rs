@@ -64,7 +64,7 @@ impl Renderer {
         settings.validate()?;
         Ok(Self {
             surfaces: settings.shading.map(|shading| Surfaces::new(&a, &b, shading.crease_angle)),
-            tool: Tool::new(a.mass(), settings.coupling.unwrap_or(VirtualCoupling::SLACK), &settings),
+            tool: Tool::new(&a, settings.coupling.unwrap_or(VirtualCoupling::SLACK), &settings),
             query: query(&a, &b, &settings),
             after_query: 0,
             scratch: Scratch::new(settings.capacity),
@@ -100,7 +100,7 @@ impl Renderer {
         settings.validate()?;
         self.check_memory(settings)?;
         self.query.set_patches(settings.patch_angle);
-        self.tool.set(self.a.mass(), settings.coupling.unwrap_or(VirtualCoupling::SLACK), settings);
+        self.tool.set(&self.a, settings.coupling.unwrap_or(VirtualCoupling::SLACK), settings);
         // What rests does not wake up where it was.
         if settings.coupling.is_none() {
             self.tool.clear();
@@ -207,14 +207,25 @@ impl Renderer {
         self.tick = Tick::new(self.settings.capacity + capacity);
     }
 
-    /// In a step that moves another tool as well, which is at `separation` (m): a tool with a coupling as it has begun the step of `h`
-    /// seconds, or how the probe moves.
-    pub(super) fn side(&mut self, motion: &Motion, separation: f64, h: f64) -> Side<'_> {
+    /// In a step that moves another tool as well: a tool with a coupling as it has begun the step of `h` seconds, or how the
+    /// probe moves. `apart`: the two tools are not near each other.
+    pub(super) fn side(&mut self, motion: &Motion, apart: bool, h: f64) -> Side<'_> {
         if self.settings.coupling.is_none() {
             return Side::Driven(motion.twist);
         }
-        let begun = self.tool.begin(&self.tick.probe, &self.tick.forces, separation, h);
+        let free = apart && self.tick.forces.clusters.is_empty();
+        let begun = self.tool.begin(&self.tick.probe, &self.tick.forces, free, h);
         Side::Held(&mut self.tool, begun)
+    }
+
+    /// m: with a coupling, no point of the tool moves farther in the next step.
+    pub(super) fn reach(&self) -> Option<f64> {
+        self.settings.coupling.map(|_| self.tool.reach())
+    }
+
+    /// m: how near contacts are looked for in this tick. With a coupling, as near as the tool can come to the skin.
+    fn looked_ahead(&self) -> f64 {
+        self.reach().map_or(self.settings.contact_tolerance, |reach| self.settings.skin() + reach)
     }
 
     /// Where the probe, or the tool in its place, is looked for; `None` if its state means nothing.
@@ -249,7 +260,7 @@ impl Renderer {
 
     /// Stages 1 and 2.
     pub(super) fn query<C: Clock>(&mut self, pose_ba: &Pose, deadline: &Deadline<C>) {
-        let tolerance = self.settings.contact_tolerance;
+        let tolerance = self.looked_ahead();
         let counters = self.query.run_until(&self.a, &self.b, pose_ba, tolerance, deadline);
         self.tick.unseen_separation = self.query.unseen_separation();
         self.tick.times.query = counters.query_ns;
@@ -260,6 +271,7 @@ impl Renderer {
 
     /// Stage 3.
     pub(super) fn force(&mut self, motion: &Motion) {
+        let contact_tolerance = self.looked_ahead();
         let Tick { contacts, forces, .. } = &mut self.tick;
         let shading = self.surfaces.as_ref().zip(self.settings.shading);
         let direction = |contact: &Contact| match shading {
@@ -268,7 +280,8 @@ impl Renderer {
             }
             None => contact.normal,
         };
-        force(contacts, motion, &self.settings, direction, &mut self.scratch, forces);
+        let settings = Settings { contact_tolerance, ..self.settings };
+        force(contacts, motion, &settings, direction, &mut self.scratch, forces);
         let Forces { linkage, adhesion, cancelled_normals, .. } = *forces;
         let counters = &mut self.tick.counters;
         (counters.linkage, counters.friction, counters.cancelled_normals) = (linkage, adhesion, cancelled_normals);

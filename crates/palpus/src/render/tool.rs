@@ -12,7 +12,8 @@
 //!    that does not push yet is in when the tool comes near enough; which ones press is found by solving again, a bounded number of times.
 //! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, with c the contact's k_t while it
 //!    sticks, and so small that both together are μ F_n when it slides. The same rounds find c.
-//! 5. *Solve* the 6 × 6 system, move the tool. The coupling's force in V′, reversed, is what the device feels.
+//! 5. *Solve* the 6 × 6 system, move the tool, but no point of it farther than contacts were looked ahead for: that is at least
+//!    two skins, and twice the way of the last step. So nothing can be jumped over, at any speed. The coupling's force in V′, reversed, is what the device feels.
 //!
 //! All matrices that are added are positive semi-definite, the coupling's is definite: the step has a solution at any stiffness,
 //! mass 0 included, and no gain of it grows. The spring's force levels off at what the device can give as of now, so that a hand that presses
@@ -26,9 +27,9 @@ use glam::{DMat3, DQuat, DVec3};
 use super::anchor::Anchor;
 use super::touches::Touches;
 use super::{Forces, Limits, ProbeState, Settings, VirtualCoupling};
-use crate::algebra::tolerance::COUPLING_ROUNDS;
+use crate::algebra::tolerance::{COUPLING_ROUNDS, REACH_FADE, REACH_GROWTH, REACH_LEAST, TOOL_FASTEST};
 use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
-use crate::body::MassProperties;
+use crate::body::Body;
 
 /// What happened in one step of the tool.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -39,6 +40,8 @@ pub struct ToolCounters {
     pub released: u32,
     /// 1 if the last round still changed something.
     pub unsettled: u32,
+    /// 1 if the step was cut, so that nothing moves beyond what was looked ahead for.
+    pub bounded: u32,
     /// 1 if the system had no finite solution; the tool was put to where the device is.
     pub reset: u32,
 }
@@ -50,8 +53,6 @@ pub struct Tool {
     limits: Limits,
     /// What the device can give as of now, where that is less.
     available: Limits,
-    /// m.
-    contact_tolerance: f64,
     /// In a's frame: where it is held.
     grip_a: DVec3,
     /// In a's frame: the centre of mass.
@@ -64,8 +65,10 @@ pub struct Tool {
     pose_ba: Option<Pose>,
     /// Its linear part is that of the centre of mass.
     twist: Twist,
-    /// Of its mass, in the previous step: [`VirtualCoupling::mass_share`].
-    mass_share: f64,
+    /// From the centre of mass to the farthest corner of the probe's box, m.
+    radius: f64,
+    /// m: no point of the tool moves farther in the next step. Contacts are looked for that much beyond the skin.
+    reach: f64,
     anchor: Anchor,
     touches: Touches,
 }
@@ -101,19 +104,19 @@ struct Bond {
 
 impl Tool {
     /// A tool that will begin where the device is first seen; memory for `settings.capacity` contacts.
-    pub fn new(probe: &MassProperties, coupling: VirtualCoupling, settings: &Settings) -> Self {
+    pub fn new(probe: &Body, coupling: VirtualCoupling, settings: &Settings) -> Self {
         let mut tool = Self {
             coupling,
             limits: settings.limits,
             available: Limits::UNLIMITED,
-            contact_tolerance: settings.contact_tolerance,
             contact_lag: 0.0,
             grip_a: settings.grip_a,
-            center_a: probe.center_of_mass,
+            center_a: probe.mass().center_of_mass,
             inertia_a: DMat3::ZERO,
             pose_ba: None,
             twist: Twist::default(),
-            mass_share: 0.0,
+            radius: 0.0,
+            reach: 0.0,
             anchor: Anchor::AT_GRIP,
             touches: Touches::new(settings.capacity),
         };
@@ -122,13 +125,16 @@ impl Tool {
     }
 
     /// Goes on with another coupling and other settings of the same capacity, where it is and as it moves.
-    pub fn set(&mut self, probe: &MassProperties, coupling: VirtualCoupling, settings: &Settings) {
+    pub fn set(&mut self, probe: &Body, coupling: VirtualCoupling, settings: &Settings) {
         self.coupling = coupling;
         self.limits = settings.limits;
-        self.contact_tolerance = settings.contact_tolerance;
         self.contact_lag = settings.damping / settings.stiffness;
         self.grip_a = settings.grip_a;
-        self.inertia_a = probe.inertia * (coupling.mass / probe.volume);
+        let mass = probe.mass();
+        self.inertia_a = mass.inertia * (coupling.mass / mass.volume);
+        let bounds = probe.mesh().bounds();
+        self.radius = (bounds.max - self.center_a).max(self.center_a - bounds.min).length();
+        self.reach = self.reach.max(REACH_LEAST * coupling.skin);
     }
 
     /// The device can give no more than `available` from now on.
@@ -143,7 +149,6 @@ impl Tool {
         }
         let to_center = device.pose_ba.vector(self.center_a - self.grip_a);
         self.twist = Twist { linear: device.twist.at(to_center), ..device.twist };
-        self.mass_share = 0.0;
         self.anchor = Anchor::AT_GRIP;
         self.pose_ba = Some(device.pose_ba);
         device.pose_ba
@@ -161,29 +166,44 @@ impl Tool {
         if !(h > 0.0 && h.is_finite()) {
             return (Wrench::ZERO, ToolCounters::default());
         }
-        let begun = self.begin(device, forces, f64::INFINITY, h);
+        let begun = self.begin(device, forces, forces.clusters.is_empty(), h);
         let mut counters = ToolCounters::default();
         let Some(twist) = self.settle(&begun, h, &mut counters) else {
             self.clear();
             counters.reset = 1;
             return (Wrench::ZERO, counters);
         };
-        (self.end(&begun, twist, h), counters)
+        let share = self.share_within_reach(&twist, h);
+        counters.bounded = u32::from(share < 1.0);
+        (self.end(&begun, twist * share, h), counters)
     }
 
-    /// The step's system as far as it does not depend on which contacts press and which slide. `separation` (m) is that of the
-    /// nearest contact that is not among the `forces`.
-    pub(super) fn begin(&mut self, device: &ProbeState, forces: &Forces, separation: f64, h: f64) -> Begun {
+    /// m: no point of the tool moves farther in the next step.
+    pub(super) fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// The share of a step of `h` seconds with `twist`, at most 1, that keeps the tool within its reach. What it was looked ahead for then
+    /// is all that it can meet.
+    pub(super) fn share_within_reach(&self, twist: &Twist, h: f64) -> f64 {
+        let travel = self.travel(twist, h);
+        if travel > self.reach { self.reach / travel } else { 1.0 }
+    }
+
+    /// m: no point of the tool moves farther in `h` seconds with `twist`.
+    fn travel(&self, twist: &Twist, h: f64) -> f64 {
+        (twist.linear.length() + twist.angular.length() * self.radius) * h
+    }
+
+    /// The step's system as far as it does not depend on which contacts press and which slide. `free`: nothing is near.
+    pub(super) fn begin(&mut self, device: &ProbeState, forces: &Forces, free: bool, h: f64) -> Begun {
         let pose = self.pose_ba(device);
-        let separation = forces.separation().min(separation);
-        let share = self.coupling.mass_share(separation, self.contact_tolerance);
         self.touches.gather(forces, pose.point(self.center_a), self.coupling.skin);
-        if share <= 0.0 {
+        if free {
             self.anchor.come_back(&device.twist, h);
         }
         let bond = self.bond(device, &pose);
-        let (system, load) = self.unhindered(&bond, &pose, share, h);
-        self.mass_share = share;
+        let (system, load) = self.unhindered(&bond, &pose, h);
         Begun { pose, bond, system, load }
     }
 
@@ -232,15 +252,11 @@ impl Tool {
         }
     }
 
-    /// Steps 1 and 2: the system without contacts, with that `share` of the mass; its right side times h.
-    fn unhindered(&self, bond: &Bond, pose: &Pose, share: f64, h: f64) -> (SpatialMatrix, Wrench) {
+    /// Steps 1 and 2: the system without contacts, its right side times h.
+    fn unhindered(&self, bond: &Bond, pose: &Pose, h: f64) -> (SpatialMatrix, Wrench) {
         let rotation = DMat3::from_quat(pose.rotation);
-        let inertia = rotation * (self.inertia_a * share) * rotation.transpose();
-        let mut system = SpatialMatrix::of_body(self.coupling.mass * share, inertia);
-        // Of the mass that is in both steps.
-        let kept = if share > self.mass_share { self.mass_share / share } else { 1.0 };
-        let Twist { angular, linear } = self.twist;
-        let momentum = system.times(&Twist { angular: angular * kept, linear: linear * kept });
+        let mut system = SpatialMatrix::of_body(self.coupling.mass, rotation * self.inertia_a * rotation.transpose());
+        let momentum = system.times(&self.twist);
         system.add_at(bond.offset, h * (h * bond.stiffness + bond.damping));
         system.add_turning(h * (h * bond.angular_stiffness + bond.angular_damping));
         let force = bond.stretch * bond.stiffness + bond.device.linear * bond.damping;
@@ -272,6 +288,8 @@ impl Tool {
         let center = pose.point(self.center_a) + twist.linear * h;
         self.pose_ba = Some(Pose { rotation, translation: center - rotation * self.center_a });
         self.twist = twist;
+        let needed = (REACH_GROWTH * self.travel(&twist, h)).max(REACH_FADE * self.reach);
+        self.reach = needed.min(TOOL_FASTEST * h).max(REACH_LEAST * self.coupling.skin);
     }
 }
 
