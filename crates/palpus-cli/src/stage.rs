@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use anyhow::bail;
 use glam::DVec3;
-use palpus::algebra::{NoClock, Pose};
+use palpus::algebra::{NoClock, Pose, Twist};
 use palpus::body::{Body, BodySettings};
 use palpus::force::{FrictionSettings, PairQuery, ShadingSettings};
-use palpus::render::{Limits, Saturation, Settings, VirtualCoupling};
+use palpus::render::{Limits, ProbeState, Saturation, Settings, VirtualCoupling};
 use palpus_device::{DeviceSpec, HandImpedance, hand_preset};
 use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
 use palpus_io::scene::{CouplingMode, FilePolicy, SceneBody, SceneCoupling, SceneFile, SceneHand, read_scene};
@@ -31,7 +31,8 @@ pub(crate) struct Stage {
     pub(crate) settings: Settings,
     /// What the scene says of the coupling.
     pub(crate) coupling: SceneCoupling,
-    /// What the simulated hand intends, in the world.
+    /// Where the simulated hand intends the probe (the frame of its mesh), in the world. The hand
+    /// itself holds the grip: see [`Stage::intent`].
     pub(crate) path: HandPath,
     /// The hand that the scene asks for, if it does.
     pub(crate) hand: Option<&'static str>,
@@ -110,6 +111,25 @@ impl Stage {
             Some(hand) => Ok(hand),
             None => bail!("there is no hand `{name}`; hands are relaxed, normal, firm, tight and none"),
         }
+    }
+
+    /// Returns the pose of the grip, world, when the probe has this pose: what a device reports.
+    pub(crate) fn grip(&self, probe: Pose) -> Pose {
+        probe.with_origin(self.settings.grip_a)
+    }
+
+    /// Returns what the simulated hand intends: the grip's pose, world, by the time in seconds, so
+    /// that the probe follows [`Stage::path`].
+    pub(crate) fn intent(&self) -> impl Fn(f64) -> Pose + Send + use<> {
+        let (path, grip_a) = (self.path.clone(), self.settings.grip_a);
+        move |time| path.pose(time).with_origin(grip_a)
+    }
+
+    /// Returns the probe's state at `time` (s) on the path, world.
+    pub(crate) fn scripted(&self, time: f64) -> ProbeState {
+        let (pose_ba, Twist { angular, linear }) = (self.path.pose(time), self.path.twist(time));
+        let to_grip = pose_ba.vector(self.settings.grip_a);
+        ProbeState { pose_ba, twist: Twist { angular, linear: linear + angular.cross(to_grip) } }
     }
 
     /// What a recording says of a run of it on the device that is called so; safety chain and device add to it.
@@ -264,7 +284,7 @@ fn of_file(path: &Path, mut file: SceneFile, teller: &Teller<'_>) -> anyhow::Res
     };
     let (probe, probe_hash) = prepare(&file.probe)?;
     let (environment, environment_hash) = prepare(&file.environment)?;
-    let notes = gaps::fill(&mut file, &probe, &environment);
+    let mut notes = gaps::fill(&mut file, &probe, &environment);
     let hand = file.hand.preset.name();
     let path_of_hand = intended(&file, &file.hand, &file.probe, &probe, &environment)?;
     let body = |mesh: &Path, content, pose| RecordedBody { mesh: mesh.display().to_string(), content, pose };
@@ -272,10 +292,11 @@ fn of_file(path: &Path, mut file: SceneFile, teller: &Teller<'_>) -> anyhow::Res
         None => None,
         Some(tool) => {
             let (probe, hash) = prepare(&tool.body)?;
+            let grip_a = tool.grip.or_else(|| gaps::grip(&probe, "second", &mut notes)).unwrap_or_default();
             Some(Box::new(SecondStage {
                 path: intended(&file, &tool.hand, &tool.body, &probe, &environment)?,
                 probe,
-                grip_a: tool.grip,
+                grip_a,
                 hand: Some(tool.hand.preset.name()),
                 recorded: body(&tool.body.mesh, hash, tool.body.pose),
             }))

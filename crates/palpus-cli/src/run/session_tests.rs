@@ -9,7 +9,6 @@ use clap::Parser;
 use palpus::algebra::Pose;
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::Settings;
-use palpus_device::Guide;
 use palpus_io::read_recording;
 use palpus_io::scene::FilePolicy;
 
@@ -96,7 +95,8 @@ fn settings_changed_in_a_run_come_back_bit_for_bit_and_cost_no_memory() {
         session.set_settings(change).expect("it can be");
         if k == 2 {
             let at = Pose { translation: session.stage().path.pose(0.0).translation, ..Pose::IDENTITY };
-            session.guide().expect("a hand").publish(Guide::Held(at));
+            assert!(session.can_guide());
+            session.guide(Some(at));
         }
     }
     run_to(&mut session, 3000);
@@ -170,7 +170,8 @@ fn two_tools_are_steered_recorded_on_demand_and_replayed_bit_for_bit() {
     let [(_, usual), (_, paper)] = session.presets();
     run_to(&mut session, 700);
     let at = Pose { translation: session.stage().path.pose(0.3).translation, ..Pose::IDENTITY };
-    session.guide().expect("a hand").publish(Guide::Held(at));
+    assert!(session.can_guide());
+    session.guide(Some(at));
     session.set_settings(&Settings { friction: Some(FRICTION), shading: Some(SHADING), ..paper }).expect("it can be");
     run_to(&mut session, 1500);
     session.set_settings(&usual).expect("it can be");

@@ -121,8 +121,8 @@ pub struct SceneGaps {
 pub struct SecondTool {
     /// What it is and where it starts.
     pub body: SceneBody,
-    /// m: where the hand holds it, in its mesh's frame.
-    pub grip: DVec3,
+    /// Where the hand holds it, m, in its mesh's frame; `None` if the file does not say.
+    pub grip: Option<DVec3>,
     /// The simulated hand.
     pub hand: SceneHand,
 }

@@ -48,6 +48,18 @@ impl Pose {
         Placement { rotation: DMat3::from_quat(self.rotation), translation: self.translation }
     }
 
+    /// Returns the frame with the axes of this one whose origin is at `point`, a point in this
+    /// frame's coordinates. Of a probe with the pose `p`, the grip's pose is `p.with_origin(grip_a)`;
+    /// of a grip with the pose `g`, the probe's pose is `g.with_origin(-grip_a)`.
+    #[must_use]
+    pub fn with_origin(self, point: DVec3) -> Self {
+        if point == DVec3::ZERO {
+            // Adding zero would turn -0.0 into 0.0, and recordings replay to the bit.
+            return self;
+        }
+        Self { translation: self.point(point), ..self }
+    }
+
     /// True when every number is finite and the quaternion is of unit length within 1e-6.
     pub fn is_valid(&self) -> bool {
         self.rotation.is_finite() && self.translation.is_finite() && (self.rotation.length() - 1.0).abs() < 1e-6
