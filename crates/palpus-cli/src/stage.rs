@@ -10,7 +10,7 @@ use palpus::body::{Body, BodySettings};
 use palpus::force::{FrictionSettings, PairQuery, ShadingSettings};
 use palpus::render::{Limits, ProbeState, Saturation, Settings, VirtualCoupling};
 use palpus_device::{DeviceSpec, HandImpedance, hand_preset};
-use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
+use palpus_io::record::{FORMAT, RecordedBody, RecordedScene, SceneSource};
 use palpus_io::scene::{CouplingMode, FilePolicy, SceneBody, SceneCoupling, SceneFile, SceneHand, read_scene};
 use palpus_io::{ContentHash, RecordingHeader};
 use palpus_scenes::{HandPath, Key, Scene, Tremor};
@@ -135,6 +135,7 @@ impl Stage {
     /// What a recording says of a run of it on the device that is called so; safety chain and device add to it.
     pub(crate) fn header(&self, settings: Settings, device: &str, rate_hz: f64) -> RecordingHeader {
         RecordingHeader {
+            format: FORMAT,
             palpus_version: env!("CARGO_PKG_VERSION").to_owned(),
             device: device.to_owned(),
             rate_hz,
