@@ -16,6 +16,8 @@ mod export;
 mod faults;
 mod files;
 mod gaps;
+#[cfg(test)]
+mod grip_tests;
 mod hand_path;
 mod inspect;
 mod interrupt;

@@ -89,9 +89,8 @@ impl Ground {
         let seconds = path.duration().min(seconds);
         let mut judge = Judge::new(&stage.probe, &stage.environment, stage.settings.contact_tolerance);
         let begin = begin(&path, &mut judge, LATER * (path.duration() - seconds));
-        let script: Vec<ProbeState> = (0..=(seconds / TICK).round() as usize)
-            .map(|k| stage.scripted(begin + k as f64 * TICK))
-            .collect();
+        let script: Vec<ProbeState> =
+            (0..=(seconds / TICK).round() as usize).map(|k| stage.scripted(begin + k as f64 * TICK)).collect();
         let grip = stage.settings.grip_a;
         let reach = stage.probe.mesh().vertices().iter().map(|v| v.distance(grip)).fold(0.0, f64::max);
         let judged: Vec<(Pose, Option<Contact>)> =
