@@ -2,6 +2,7 @@
 //!
 //! Exit status: 0 done, 1 it failed (one error line on standard error says what, where and what to do), 2 wrong use.
 
+mod approach;
 mod args;
 mod bench;
 mod bodies;

@@ -151,6 +151,21 @@ mod tests {
     }
 
     #[test]
+    fn a_far_grip_strays_no_farther_than_a_near_one() {
+        let path = scene("spoon-cup").expect("a built-in scene").path;
+        let hand = Wander::about(&path, SHIFT, TURN, SEED);
+        let grip = DVec3::new(0.24, 0.0, 0.1);
+        let far = hand.clone().turning_at(grip);
+        for time in [0.5, 77.0, 3600.0] {
+            let (near, far) = (hand.pose(time), far.pose(time));
+            assert!(near.rotation.dot(far.rotation).abs() > 1.0 - 1e-12, "{time}, seed {SEED}");
+            let script = hand.path.pose(hand.along(time));
+            let strayed = far.point(grip) - script.point(grip);
+            assert!(strayed.distance(near.translation - script.translation) < 1e-12, "{time}, seed {SEED}");
+        }
+    }
+
+    #[test]
     fn it_moves_smoothly_stays_near_its_path_and_goes_on_for_hours() {
         for name in ["spoon-cup", "torus-torus", "intestine"] {
             let path = scene(name).expect("a built-in scene").path;

@@ -139,4 +139,16 @@ mod tests {
         assert!((pose.placement().inverse_point(pose.point(p)) - p).length() < 1e-15);
         assert!(((pose * pose.inverse()).translation).length() < 1e-14);
     }
+
+    #[test]
+    fn with_origin_keeps_points_and_undoes_itself() {
+        let pose = Pose::new(DQuat::from_rotation_x(0.7) * DQuat::from_rotation_z(-1.2), DVec3::new(1.0, -0.0, 3.0));
+        let grip = DVec3::new(0.3, 0.4, -0.5);
+        let held = pose.with_origin(grip);
+        assert_eq!((held.rotation, held.translation), (pose.rotation, pose.point(grip)));
+        assert!(held.with_origin(-grip).translation.distance(pose.translation) < 1e-15);
+        // A grip at the origin changes no bit: old recordings replay.
+        let same = pose.with_origin(-DVec3::ZERO).translation.y;
+        assert_eq!(same.to_bits(), (-0f64).to_bits());
+    }
 }
