@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::{Settings, VirtualCoupling};
-use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
+use palpus_io::record::{FORMAT, RecordedBody, RecordedScene, SceneSource};
 use palpus_io::{ContentHash, RecordRow, RecordingHeader};
 
 /// A header with everything in it; `more` is what a program adds.
@@ -31,6 +31,7 @@ pub fn header(more: toml::Table) -> RecordingHeader {
         ..Settings::default()
     };
     RecordingHeader {
+        format: FORMAT,
         palpus_version: "0.1.0".to_owned(),
         device: "sim".to_owned(),
         rate_hz: 1000.0,
@@ -66,5 +67,6 @@ pub fn row(tick: u64) -> RecordRow {
         total_us: 17.0,
         saturated: tick > 0,
         faults: 5,
+        tool: Some(Pose { rotation: DQuat::IDENTITY, translation: DVec3::splat(-x) }),
     }
 }

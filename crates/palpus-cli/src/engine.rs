@@ -1,5 +1,6 @@
 //! The engine as the step of a servo loop: device state in, wrench for the device out.
 
+use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
 use palpus::render::{Limits, ProbeState, Renderer, Settings, SettingsError, TickSummary};
 use palpus_alloc::allocations_of_this_thread;
@@ -10,7 +11,8 @@ use crate::clock::WallClock;
 use crate::shots::Shots;
 use crate::stage::Stage;
 
-/// A renderer between device and scene. The device's frame is the world's; the environment may be placed in it.
+/// A renderer between device and scene. The device's frame is the world's; the environment may be
+/// placed in it. The device's pose and twist are those of the grip, which has the probe's axes.
 pub(crate) struct Engine {
     renderer: Renderer,
     frame: Frame,
@@ -25,6 +27,8 @@ pub(crate) struct Engine {
 pub(crate) struct Detail {
     /// Of the engine's tick.
     pub(crate) tick: TickSummary,
+    /// Where the engine rendered the probe, world.
+    pub(crate) tool: Pose,
     /// Times that the step obtained memory.
     pub(crate) allocations: u64,
     /// The settings that were new in this step.
@@ -108,8 +112,8 @@ impl Engine {
     pub(crate) fn step(&mut self, state: &DeviceState, dt: f64) -> StepOutcome<Detail> {
         let before = allocations_of_this_thread();
         let changed = self.changed();
-        let probe = self.frame.probe(&state.pose, &state.twist);
         let grip_a = self.renderer.settings().grip_a;
+        let probe = self.frame.probe(state, grip_a);
         let tick = self.renderer.step(&probe, dt, &self.clock);
         self.shots.take(tick.index, |moment| moment.fill(tick, 0.0, grip_a));
         if let Some(live) = &mut self.live {
@@ -117,9 +121,9 @@ impl Engine {
         }
         let wrench = self.frame.for_device(&tick.commanded);
         let saturated = tick.counters.saturated_force + tick.counters.saturated_torque > 0;
-        let summary = tick.summary();
+        let (summary, tool) = (tick.summary(), self.frame.in_world(&tick.tool_ba));
         let allocations = allocations_of_this_thread() - before;
-        StepOutcome { wrench, saturated, detail: Detail { tick: summary, allocations, changed } }
+        StepOutcome { wrench, saturated, detail: Detail { tick: summary, tool, allocations, changed } }
     }
 }
 
@@ -140,16 +144,20 @@ impl Frame {
         wrench.rotated(&self.environment)
     }
 
-    /// The probe in the environment's frame.
-    pub(crate) fn probe(&self, pose: &Pose, twist: &Twist) -> ProbeState {
+    /// Returns the probe's state in the environment's frame, of a device that holds it at `grip_a`
+    /// (m, in the probe's frame).
+    pub(crate) fn probe(&self, state: &DeviceState, grip_a: DVec3) -> ProbeState {
         if self.environment == Pose::IDENTITY {
             // Not multiplied, so that a recorded pose reaches the engine bit for bit.
-            return ProbeState { pose_ba: *pose, twist: *twist };
+            return ProbeState::of_grip(&state.pose, &state.twist, grip_a);
         }
         let turn = |v| self.from_world.vector(v);
-        ProbeState {
-            pose_ba: self.from_world * *pose,
-            twist: Twist { angular: turn(twist.angular), linear: turn(twist.linear) },
-        }
+        let twist = Twist { angular: turn(state.twist.angular), linear: turn(state.twist.linear) };
+        ProbeState::of_grip(&(self.from_world * state.pose), &twist, grip_a)
+    }
+
+    /// Returns the world pose of what stands at `pose` in the environment's frame.
+    pub(crate) fn in_world(&self, pose: &Pose) -> Pose {
+        if self.environment == Pose::IDENTITY { *pose } else { self.environment * *pose }
     }
 }

@@ -3,7 +3,8 @@
 //! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body where that is less; on bodies of a millimetre, 1 mm would be all of them.
 //! 2. *Places*: where neither body has one and they would stand in each other, the probe begins above the environment, clear of it
 //!    however it is turned.
-//! 3. *Grip*: the origin of the probe's mesh, or its centre of mass where that origin lies outside of the mesh's box.
+//! 3. *Grip*, of the probe and of a second tool: the origin of its mesh, or its centre of mass where
+//!    that origin is outside of the mesh's box.
 //!
 //! Bodies of sizes that no hand feels are a hint that the unit is wrong, and said so. What is chosen depends on the file and the meshes alone, so that a recording replays.
 
@@ -42,14 +43,10 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Body, environment: &Body) -> Ve
             least * 1e3
         ));
     }
-    let bounds = probe.mesh().bounds();
-    let is_outside = DVec3::ZERO.clamp(bounds.min, bounds.max) != DVec3::ZERO;
-    if file.gaps.grip && is_outside {
-        file.render.grip_a = probe.mass().center_of_mass;
-        notes.push(
-            "held at its centre of mass, since the origin of the probe's mesh is outside of it; see [probe] grip"
-                .to_owned(),
-        );
+    if file.gaps.grip
+        && let Some(grip_a) = grip(probe, "probe", &mut notes)
+    {
+        file.render.grip_a = grip_a;
     }
     if file.gaps.places && file.hand.path.is_none() && boxes_overlap(probe, environment) {
         file.probe.pose = Pose { translation: above(probe, environment), ..Pose::IDENTITY };
@@ -58,6 +55,19 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Body, environment: &Body) -> Ve
             .push(format!("the probe begins above the environment, at [{x:.3}, {y:.3}, {z:.3}]; see [probe] position"));
     }
     notes
+}
+
+/// Returns where to hold `body`, m, in its mesh's frame: its centre of mass if the origin of the mesh
+/// is outside of the mesh's box, which a note then says of the scene file's `section`; else `None`.
+pub(crate) fn grip(body: &Body, section: &str, notes: &mut Vec<String>) -> Option<DVec3> {
+    let bounds = body.mesh().bounds();
+    if DVec3::ZERO.clamp(bounds.min, bounds.max) == DVec3::ZERO {
+        return None;
+    }
+    notes.push(format!(
+        "held at its centre of mass, since the origin of its mesh is outside of the mesh; see [{section}] grip"
+    ));
+    Some(body.mass().center_of_mass)
 }
 
 fn boxes_overlap(probe: &Body, environment: &Body) -> bool {

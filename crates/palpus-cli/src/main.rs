@@ -2,6 +2,7 @@
 //!
 //! Exit status: 0 done, 1 it failed (one error line on standard error says what, where and what to do), 2 wrong use.
 
+mod approach;
 mod args;
 mod bench;
 mod bodies;
@@ -16,6 +17,8 @@ mod export;
 mod faults;
 mod files;
 mod gaps;
+#[cfg(test)]
+mod grip_tests;
 mod hand_path;
 mod inspect;
 mod interrupt;

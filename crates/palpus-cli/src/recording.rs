@@ -62,7 +62,7 @@ impl Rows {
 }
 
 fn row(tick: &ServoTick, detail: &Detail) -> RecordRow {
-    let Detail { tick: engine, .. } = detail;
+    let Detail { tick: engine, tool, .. } = detail;
     let micros = |ns: u64| ns as f64 / 1e3;
     RecordRow {
         tick: tick.index,
@@ -81,6 +81,7 @@ fn row(tick: &ServoTick, detail: &Detail) -> RecordRow {
         total_us: micros(engine.times.total),
         saturated: tick.saturated,
         faults: tick.cuts.bits(),
+        tool: Some(*tool),
     }
 }
 

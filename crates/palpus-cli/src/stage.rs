@@ -5,16 +5,17 @@ use std::sync::Arc;
 
 use anyhow::bail;
 use glam::DVec3;
-use palpus::algebra::{NoClock, Pose};
+use palpus::algebra::{Pose, Twist};
 use palpus::body::{Body, BodySettings};
-use palpus::force::{FrictionSettings, PairQuery, ShadingSettings};
-use palpus::render::{Limits, Saturation, Settings, VirtualCoupling};
+use palpus::force::{FrictionSettings, ShadingSettings};
+use palpus::render::{Limits, ProbeState, Saturation, Settings, VirtualCoupling};
 use palpus_device::{DeviceSpec, HandImpedance, hand_preset};
-use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
+use palpus_io::record::{FORMAT, RecordedBody, RecordedScene, SceneSource};
 use palpus_io::scene::{CouplingMode, FilePolicy, SceneBody, SceneCoupling, SceneFile, SceneHand, read_scene};
 use palpus_io::{ContentHash, RecordingHeader};
-use palpus_scenes::{HandPath, Key, Scene, Tremor};
+use palpus_scenes::{HandPath, Scene, Tremor};
 
+use crate::approach::approach;
 use crate::bodies::{self, Teller};
 use crate::gaps;
 use crate::hand_path::{Following, follow};
@@ -31,7 +32,8 @@ pub(crate) struct Stage {
     pub(crate) settings: Settings,
     /// What the scene says of the coupling.
     pub(crate) coupling: SceneCoupling,
-    /// What the simulated hand intends, in the world.
+    /// Where the simulated hand intends the probe (the frame of its mesh), in the world. The hand
+    /// itself holds the grip: see [`Stage::intent`].
     pub(crate) path: HandPath,
     /// The hand that the scene asks for, if it does.
     pub(crate) hand: Option<&'static str>,
@@ -112,9 +114,29 @@ impl Stage {
         }
     }
 
+    /// Returns the pose of the grip, world, when the probe has this pose: what a device reports.
+    pub(crate) fn grip(&self, probe: Pose) -> Pose {
+        probe.with_origin(self.settings.grip_a)
+    }
+
+    /// Returns what the simulated hand intends: the grip's pose, world, by the time in seconds, so
+    /// that the probe follows [`Stage::path`].
+    pub(crate) fn intent(&self) -> impl Fn(f64) -> Pose + Send + use<> {
+        let (path, grip_a) = (self.path.clone(), self.settings.grip_a);
+        move |time| path.pose(time).with_origin(grip_a)
+    }
+
+    /// Returns the probe's state at `time` (s) on the path, world.
+    pub(crate) fn scripted(&self, time: f64) -> ProbeState {
+        let (pose_ba, Twist { angular, linear }) = (self.path.pose(time), self.path.twist(time));
+        let to_grip = pose_ba.vector(self.settings.grip_a);
+        ProbeState { pose_ba, twist: Twist { angular, linear: linear + angular.cross(to_grip) } }
+    }
+
     /// What a recording says of a run of it on the device that is called so; safety chain and device add to it.
     pub(crate) fn header(&self, settings: Settings, device: &str, rate_hz: f64) -> RecordingHeader {
         RecordingHeader {
+            format: FORMAT,
             palpus_version: env!("CARGO_PKG_VERSION").to_owned(),
             device: device.to_owned(),
             rate_hz,
@@ -264,7 +286,7 @@ fn of_file(path: &Path, mut file: SceneFile, teller: &Teller<'_>) -> anyhow::Res
     };
     let (probe, probe_hash) = prepare(&file.probe)?;
     let (environment, environment_hash) = prepare(&file.environment)?;
-    let notes = gaps::fill(&mut file, &probe, &environment);
+    let mut notes = gaps::fill(&mut file, &probe, &environment);
     let hand = file.hand.preset.name();
     let path_of_hand = intended(&file, &file.hand, &file.probe, &probe, &environment)?;
     let body = |mesh: &Path, content, pose| RecordedBody { mesh: mesh.display().to_string(), content, pose };
@@ -272,10 +294,11 @@ fn of_file(path: &Path, mut file: SceneFile, teller: &Teller<'_>) -> anyhow::Res
         None => None,
         Some(tool) => {
             let (probe, hash) = prepare(&tool.body)?;
+            let grip_a = tool.grip.or_else(|| gaps::grip(&probe, "second", &mut notes)).unwrap_or_default();
             Some(Box::new(SecondStage {
                 path: intended(&file, &tool.hand, &tool.body, &probe, &environment)?,
                 probe,
-                grip_a: tool.grip,
+                grip_a,
                 hand: Some(tool.hand.preset.name()),
                 recorded: body(&tool.body.mesh, hash, tool.body.pose),
             }))
@@ -328,48 +351,6 @@ fn intended(
     let trembles = hand.tremor > 0.0;
     Ok(if trembles { path.with_tremor(Tremor::new(hand.tremor, u64::from(hand.seed))) } else { path })
 }
-
-/// A hand for a scene without a path: from the start towards the environment until the bodies touch, a little deeper, and
-/// back, again and again. It heads for the environment's middle, or if that leads past it, for its nearest point.
-fn approach(a: &Arc<Body>, b: &Arc<Body>, start: Pose, environment: Pose, tolerance: f64) -> HandPath {
-    let mut pair = PairQuery::new(a, b, 1 << 14);
-    let mut nearest = |pose: Pose| {
-        let pose_ba = environment.inverse() * pose;
-        let mut counters = pair.run(a, b, &pose_ba, 0.0, &NoClock);
-        pair.nearest(a, b, &pose_ba, &mut counters)
-    };
-    let goal = environment.point(b.mass().center_of_mass) - start.point(a.mass().center_of_mass);
-    let mut towards = goal.normalize_or(-DVec3::Z);
-    let at = |towards: DVec3, travel: f64| Pose { translation: start.translation + towards * travel, ..start };
-    // Conservative advancement: the nearest distance can always be travelled.
-    let (mut travel, mut touches) = (0.0, false);
-    for _ in 0..MOST_ADVANCES {
-        let gap = nearest(at(towards, travel)).map_or(f64::INFINITY, |contact| contact.separation);
-        touches = gap <= 0.1 * tolerance;
-        if touches || travel > goal.length() {
-            break;
-        }
-        travel += gap;
-    }
-    if !touches && let Some(contact) = nearest(start) {
-        towards = environment.vector(contact.point_b - contact.point_a).normalize_or(towards);
-        travel = contact.separation.max(0.0);
-    }
-    let press = (PRESS_TOLERANCES * tolerance).max(LEAST_PRESS.min(LEAST_PRESS_SHARE * a.size().min(b.size())));
-    let pressed = at(towards, travel + press);
-    let period = (travel / APPROACH_SPEED).max(1.0);
-    HandPath::cyclic(&[Key::rest(0.0, start), Key::rest(period, pressed), Key::rest(2.0 * period, start)])
-}
-
-/// Steps of the search for first touch; it converges linearly, and a grazing approach may be cut short.
-const MOST_ADVANCES: usize = 200;
-/// How far the hand presses beyond touch, in contact tolerances.
-const PRESS_TOLERANCES: f64 = 3.0;
-/// m, and of the smaller body: less is lost in the device's friction.
-const LEAST_PRESS: f64 = 3e-3;
-const LEAST_PRESS_SHARE: f64 = 0.1;
-/// m/s.
-const APPROACH_SPEED: f64 = 0.05;
 
 /// The content of the meshes of a recorded scene as they are now, to refuse a replay on others.
 pub(crate) fn check_content(stage: &Stage, recorded: &RecordedScene) -> anyhow::Result<()> {

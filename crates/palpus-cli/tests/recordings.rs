@@ -77,3 +77,78 @@ fn a_killed_run_leaves_a_recording_that_opens_and_is_replayed() {
         assert_eq!(replay["identical"], replay["ticks"], "{format}");
     }
 }
+
+/// A cube held 240 mm from its mesh's origin over another one, in direct rendering.
+fn far_cube(folder: &Folder, grip: &str) {
+    let cube = |low: [f64; 3]| {
+        let corner = |k: u32| [0, 1, 2].map(|axis| low[axis] + 0.02 * f64::from(k >> axis & 1));
+        let mut text: String = (0..8).map(corner).map(|at| format!("v {} {} {}\n", at[0], at[1], at[2])).collect();
+        text += "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n";
+        text
+    };
+    folder.file("probe.obj", &cube([0.24, 0.0, 0.0]));
+    folder.file("table.obj", &cube([0.0, 0.0, 0.0]));
+    let scene = format!(
+        "unit = \"m\"\n[probe]\nmesh = \"probe.obj\"\nposition = [-0.24, 0, 0.03]\ngrip = {grip}\n\
+         [environment]\nmesh = \"table.obj\"\nposition = [0.001, 0.002, 0]\norientation = [0, 0, 0.6, 0.8]\n\
+         [coupling]\nmode = \"direct\"\n"
+    );
+    folder.file("scene.toml", &scene);
+}
+
+#[test]
+fn recorded_tool_pose_is_the_device_pose_less_the_grip() {
+    let folder = Folder::new("tool-pose");
+    far_cube(&folder, "[0.25, 0.01, 0.015]");
+    for format in FORMATS {
+        let file = format!("run.{format}");
+        let run = ["run", "scene.toml", "--fast", "--duration", "3", "--record", &file, "--json"];
+        assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 3000);
+        let recording = palpus_io::read_recording(&folder.0.join(&file)).expect("a recording");
+        let grip_a = recording.header.scene.render.grip_a;
+        assert!(recording.rows.iter().any(|row| row.contacts > 0), "it touches");
+        for row in &recording.rows {
+            let tool = row.tool.expect("a pose of the tool");
+            let off = tool.point(grip_a).distance(row.pose.translation);
+            let turned = tool.rotation.dot(row.pose.rotation).abs();
+            assert!(off < 1e-12 && turned > 1.0 - 1e-12, "{format}, tick {}: {off} m", row.tick);
+        }
+        assert_eq!(document(&palpus(&folder.0, &["replay", &file, "--json"]))["identical"], 3000);
+    }
+}
+
+/// The same recording as one of format 1, which has no pose of the tool.
+fn as_format_1(text: &str) -> String {
+    let old = |line: &str| match line.strip_prefix('#') {
+        Some(_) => line.replace("format = 2", "format = 1"),
+        None => line.split(',').take(32).collect::<Vec<_>>().join(","),
+    };
+    text.lines().map(|line| old(line) + "\n").collect()
+}
+
+#[test]
+fn format_1_is_replayed_where_grip_and_origin_are_one() {
+    let folder = Folder::new("format-1");
+    for (grip, replays) in [("[0, 0, 0]", true), ("[0.25, 0.01, 0.015]", false)] {
+        far_cube(&folder, grip);
+        let run = ["run", "scene.toml", "--fast", "--duration", "1", "--record", "run.csv", "--json"];
+        assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 1000);
+        let text = fs::read_to_string(folder.0.join("run.csv")).expect("a recording");
+        folder.file("old.csv", &as_format_1(&text));
+        assert!(palpus(&folder.0, &["convert", "old.csv", "old.mcap"]).status.success());
+        for file in ["old.csv", "old.mcap"] {
+            let device = format!("replay:{file}");
+            for arguments in
+                [&["replay", file][..], &["run", "scene.toml", "--fast", "--device", &device, "--no-record"]]
+            {
+                let output = palpus(&folder.0, arguments);
+                assert_eq!(output.status.success(), replays, "{arguments:?}: {}", text_of(&output));
+                assert!(replays || text_of(&output).contains("is of format 1"), "{}", text_of(&output));
+            }
+        }
+    }
+}
+
+fn text_of(output: &std::process::Output) -> String {
+    text(&output.stderr)
+}

@@ -25,7 +25,7 @@ fn the_file_is_a_table_behind_comments() {
     let table: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
     assert_eq!(table.len(), 2, "{text}");
     assert_eq!(table[0].split(',').count(), table[1].split(',').count());
-    assert!(text.starts_with("# format = 1\n# palpus_version = \"0.1.0\"\n# device = \"sim\"\n"), "{text}");
+    assert!(text.starts_with("# format = 2\n# palpus_version = \"0.1.0\"\n# device = \"sim\"\n"), "{text}");
 }
 
 #[test]
@@ -64,11 +64,11 @@ fn errors_name_line_and_column() {
     let short = last.rsplit_once(',').unwrap().0;
     assert_eq!(
         change(last, short),
-        format!("run.csv, line {row}: there are 31 cells and should be 32; correct or remove the line")
+        format!("run.csv, line {row}: there are 38 cells and should be 39; correct or remove the line")
     );
     assert_eq!(
-        change("format = 1", "format = 2"),
-        "run.csv, line 1: recordings of format 2 are not read, only 1; use the palpus that wrote it"
+        change("format = 2", "format = 3"),
+        "run.csv, line 1: recordings of format 3 are not read, only 1 to 2; use the palpus that wrote it"
     );
     let error = change("stiffness = 0.3333333333333333", "stiffness = -1.0");
     assert!(error.contains("the header is wrong: setting `stiffness` is -1"), "{error}");

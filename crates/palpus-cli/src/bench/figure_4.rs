@@ -4,7 +4,7 @@
 use std::fs;
 use std::path::Path;
 
-use palpus::render::{Clustering, ProbeState, Renderer, Settings};
+use palpus::render::{Clustering, Renderer, Settings};
 use palpus_io::scene::FilePolicy;
 use palpus_window::{Moment, View};
 use serde::Serialize;
@@ -61,7 +61,7 @@ fn choose(stage: &Stage, renderer: &mut Renderer) -> (Moment, Description) {
     let mut best: Option<(f64, Moment, Description)> = None;
     for k in 0..ticks(stage) {
         let time = k as f64 * TICK;
-        let state = ProbeState { pose_ba: stage.path.pose(time), twist: stage.path.twist(time) };
+        let state = stage.scripted(time);
         let grip_a = renderer.settings().grip_a;
         let tick = renderer.step(&state, TICK, &clock);
         let forces = &tick.forces;

@@ -11,7 +11,7 @@ use std::process::ExitCode;
 use anyhow::anyhow;
 use palpus::algebra::NoClock;
 use palpus::force::{Contact, PairQuery};
-use palpus::render::{Clustering, ProbeState, Renderer, Settings, TickSummary};
+use palpus::render::{Clustering, Renderer, Settings, TickSummary};
 use palpus_io::scene::FilePolicy;
 
 use super::figure_4::figure_4;
@@ -104,8 +104,7 @@ fn pass(stage: &Stage, renderer: &mut Renderer) -> Vec<TickSummary> {
     (0..ticks(stage))
         .map(|k| {
             let time = k as f64 * TICK;
-            let state = ProbeState { pose_ba: stage.path.pose(time), twist: stage.path.twist(time) };
-            renderer.step(&state, TICK, &clock).summary()
+            renderer.step(&stage.scripted(time), TICK, &clock).summary()
         })
         .collect()
 }

@@ -49,8 +49,7 @@ pub(super) fn prepare(name: &str) -> anyhow::Result<Stage> {
 /// Runs the scene's loop in real time for `duration` seconds on a thread of its own.
 pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Result<SceneTimes> {
     let settings = SimulationSettings { rate_hz: RATE_HZ, hand: stage.hand(None)?, ..SimulationSettings::default() };
-    let path = stage.path.clone();
-    let mut device = SimulatedDevice::new(settings, move |time| path.pose(time))?;
+    let mut device = SimulatedDevice::new(settings, stage.intent())?;
     let mut engine = Engine::new(stage, stage.settings_for(&SimulationSettings::default().spec, RATE_HZ))?;
     let options = ServoOptions { rate_hz: RATE_HZ, duration: Some(duration), ..ServoOptions::default() };
     let mut servo = Servo::new(options)?;

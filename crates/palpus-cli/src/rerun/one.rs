@@ -33,8 +33,24 @@ pub(crate) fn replayable(recording: &Recording, policy: FilePolicy) -> anyhow::R
     stage_of(recording, policy)
 }
 
-/// An error unless every tick of a run from its beginning is there.
+/// An error if the recorded device poses are not those of the grip, which is what this palpus takes
+/// device poses to be.
+pub(crate) fn check_poses(recording: &Recording) -> anyhow::Result<()> {
+    let header = &recording.header;
+    if !header.has_grip_poses() {
+        bail!(
+            "the recording is of format {}, in which device poses are those of the origin of the probe's mesh and not \
+             of its grip; it can be read, plotted and converted, and replayed with palpus {}, which wrote it",
+            header.format,
+            header.palpus_version
+        );
+    }
+    Ok(())
+}
+
+/// An error unless every tick of a run from its beginning is there, with device poses of the grip.
 pub(crate) fn check_rows(recording: &Recording) -> anyhow::Result<()> {
+    check_poses(recording)?;
     if recording.rows.is_empty() {
         bail!("the recording has no ticks to replay");
     }

@@ -14,6 +14,7 @@ use palpus_io::{RecordRow, RecordingHeader, read_recording};
 use super::{DEFAULT_SECONDS, replayed};
 use crate::args::RunArguments;
 use crate::engine::Engine;
+use crate::rerun::one::check_poses;
 use crate::stage::Stage;
 use crate::{devices, faults, output, safety};
 
@@ -134,15 +135,15 @@ fn open(arguments: &RunArguments, stage: &Stage, rate_hz: f64) -> anyhow::Result
         if arguments.fast {
             bail!("only `sim` and `replay:FILE` run faster than time; leave --fast out");
         }
-        let device = devices::open(&arguments.device, stage.path.pose(0.0), !arguments.no_realtime, &mut notes)?
-            .ok_or_else(|| anyhow!("there is no device `{}`; there are: {}", arguments.device, devices::NAMES))?;
+        let device =
+            devices::open(&arguments.device, stage.grip(stage.path.pose(0.0)), !arguments.no_realtime, &mut notes)?
+                .ok_or_else(|| anyhow!("there is no device `{}`; there are: {}", arguments.device, devices::NAMES))?;
         return Ok(Opened { device, guide: None, notes });
     }
     let hand = stage.hand(arguments.hand.as_deref())?;
-    let path = stage.path.clone();
     let settings = SimulationSettings { rate_hz, hand, ..SimulationSettings::default() };
     let (publisher, guide) = latest(Guide::Script);
-    let intent = Guided::new(move |time: f64| path.pose(time), guide);
+    let intent = Guided::new(stage.intent(), guide);
     let device = Box::new(SimulatedDevice::new(settings, intent)?);
     // Who holds nothing cannot be led by it.
     Ok(Opened { device, guide: Some(publisher).filter(|_| hand.stiffness > 0.0), notes })
@@ -151,6 +152,7 @@ fn open(arguments: &RunArguments, stage: &Stage, rate_hz: f64) -> anyhow::Result
 /// The hand of a recording, in a device of the limits of that which was recorded.
 fn replay(file: &Path) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     let recording = read_recording(file)?;
+    check_poses(&recording)?;
     let state = |row: &RecordRow| DeviceState {
         pose: row.pose,
         twist: row.twist,

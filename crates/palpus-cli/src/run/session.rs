@@ -15,8 +15,9 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
 use std::thread::JoinHandle;
 
+use palpus::algebra::Pose;
 use palpus::render::{Settings, SettingsError};
-use palpus_device::{DeviceSpec, Guide, Publisher, RealTimeClaims, RealTimeOptions, Reins, RunEnd, leave_core};
+use palpus_device::{DeviceSpec, Guide, RealTimeClaims, RealTimeOptions, Reins, RunEnd, leave_core};
 use palpus_io::scene::CouplingMode;
 
 use super::seat::{EndedSeat, Seat, Taken, preset};
@@ -198,9 +199,13 @@ impl Session {
         self.first.guide.is_some()
     }
 
-    /// Moves the simulated hand; `None` when there is none that can be moved.
-    pub(crate) fn guide(&mut self) -> Option<&mut Publisher<Guide>> {
-        self.first.guide.as_mut()
+    /// Has the simulated hand hold the probe at this pose (of its mesh's frame, world), or follow
+    /// its script again. Does nothing unless [`Self::can_guide`].
+    pub(crate) fn guide(&mut self, probe: Option<Pose>) {
+        let grip_a = self.first.settings.grip_a;
+        if let Some(guide) = &mut self.first.guide {
+            guide.publish(probe.map_or(Guide::Script, |pose| Guide::Held(pose.with_origin(grip_a))));
+        }
     }
 
     /// Pauses it, takes it on by single ticks.

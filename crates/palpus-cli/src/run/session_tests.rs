@@ -9,7 +9,6 @@ use clap::Parser;
 use palpus::algebra::Pose;
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::Settings;
-use palpus_device::Guide;
 use palpus_io::read_recording;
 use palpus_io::scene::FilePolicy;
 
@@ -96,7 +95,8 @@ fn settings_changed_in_a_run_come_back_bit_for_bit_and_cost_no_memory() {
         session.set_settings(change).expect("it can be");
         if k == 2 {
             let at = Pose { translation: session.stage().path.pose(0.0).translation, ..Pose::IDENTITY };
-            session.guide().expect("a hand").publish(Guide::Held(at));
+            assert!(session.can_guide());
+            session.guide(Some(at));
         }
     }
     run_to(&mut session, 3000);
@@ -163,6 +163,39 @@ fn recordings_come_and_go_and_overwrite_nothing() {
 }
 
 #[test]
+fn guided_probe_with_a_far_grip_goes_where_it_is_held() {
+    let folder = Folder::new("far-grip");
+    let file = folder.0.join("run.csv");
+    let box_at = |low: f64| {
+        let corner = |k: u32| [low + 0.02 * f64::from(k & 1), 0.02 * f64::from(k >> 1 & 1), 0.02 * f64::from(k >> 2)];
+        let corners: String = (0..8).map(corner).map(|at| format!("v {} {} {}\n", at[0], at[1], at[2])).collect();
+        corners + "f 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\nf 1 3 4 2\nf 5 6 8 7\n"
+    };
+    std::fs::write(folder.0.join("far.obj"), box_at(0.24)).expect("a file");
+    std::fs::write(folder.0.join("near.obj"), box_at(0.0)).expect("a file");
+    let scene = folder.0.join("scene.toml");
+    let text =
+        "unit = \"m\"\n[probe]\nmesh = \"far.obj\"\nposition = [0, 0, 0.1]\n[environment]\nmesh = \"near.obj\"\n";
+    std::fs::write(&scene, text).expect("a file");
+    let mut session = paused(&scene.display().to_string(), Some(file.clone()));
+    let (grip_a, start) = (session.settings().grip_a, session.stage().path.pose(0.0));
+    assert!(grip_a.x > 0.2, "{grip_a}");
+    run_to(&mut session, 100);
+    // The probe is turned about its grip and lifted.
+    let rotation = glam::DQuat::from_rotation_z(0.4);
+    let goal = Pose { rotation, ..start.with_origin(grip_a) }.with_origin(-grip_a);
+    let goal = Pose { translation: goal.translation + glam::DVec3::Z * 0.02, ..goal };
+    session.guide(Some(goal));
+    run_to(&mut session, 1600);
+    session.end().expect("it ends");
+    let recording = read_recording(&file).expect("a recording");
+    let tool = recording.rows.last().and_then(|row| row.tool).expect("a pose of the tool");
+    let off = tool.point(grip_a).distance(goal.point(grip_a));
+    let turned = palpus::algebra::rotation_between(tool.rotation, goal.rotation).length();
+    assert!(off < 2e-3 && turned < 0.1, "{off} m, {turned} rad");
+}
+
+#[test]
 fn two_tools_are_steered_recorded_on_demand_and_replayed_bit_for_bit() {
     let folder = Folder::new("two-tools");
     let file = folder.0.join("run.csv");
@@ -170,7 +203,8 @@ fn two_tools_are_steered_recorded_on_demand_and_replayed_bit_for_bit() {
     let [(_, usual), (_, paper)] = session.presets();
     run_to(&mut session, 700);
     let at = Pose { translation: session.stage().path.pose(0.3).translation, ..Pose::IDENTITY };
-    session.guide().expect("a hand").publish(Guide::Held(at));
+    assert!(session.can_guide());
+    session.guide(Some(at));
     session.set_settings(&Settings { friction: Some(FRICTION), shading: Some(SHADING), ..paper }).expect("it can be");
     run_to(&mut session, 1500);
     session.set_settings(&usual).expect("it can be");

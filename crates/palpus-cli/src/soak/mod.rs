@@ -195,9 +195,9 @@ impl Run {
         if hand == HandImpedance::NONE {
             bail!("a hand that wanders has to hold the device; take another one than `none`");
         }
-        let wander = ground.hand.clone();
+        let (wander, grip_a) = (ground.hand.clone(), ground.stage.settings.grip_a);
         let settings = SimulationSettings { rate_hz: self.rate_hz, hand, ..SimulationSettings::default() };
-        Ok(SimulatedDevice::new(settings, move |time| wander.pose(time))?)
+        Ok(SimulatedDevice::new(settings, move |time| wander.pose(time).with_origin(grip_a))?)
     }
 
     /// Keeps the report until the loop is over; stops it when its time is.

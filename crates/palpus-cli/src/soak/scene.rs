@@ -45,7 +45,8 @@ pub(super) fn prepare(arguments: &SoakArguments) -> anyhow::Result<Ground> {
         found(&stage, arguments.seed)?
     };
     let shift = STRAY_TOLERANCES * stage.settings.contact_tolerance;
-    Ok(Ground { name, hand: Wander::about(&path, shift, STRAY_TURN, arguments.seed), stage })
+    let hand = Wander::about(&path, shift, STRAY_TURN, arguments.seed).turning_at(stage.settings.grip_a);
+    Ok(Ground { name, hand, stage })
 }
 
 /// A path over places that the probe finds by itself.

@@ -99,7 +99,8 @@ impl TwoEngine {
     pub(crate) fn step(&mut self, states: &[DeviceState; 2], dt: f64) -> [ToolOutcome<Detail>; 2] {
         let before = allocations_of_this_thread();
         let changed = [0, 1].map(|which| self.changed(which));
-        let probes = states.each_ref().map(|state| self.frame.probe(&state.pose, &state.twist));
+        let grips = self.duo.settings().map(|settings| settings.grip_a);
+        let probes = [0, 1].map(|which| self.frame.probe(&states[which], grips[which]));
         let index = self.duo.step(&probes, dt, &self.clock)[0].index;
         let duo = &self.duo;
         self.shots.take(index, |moment| fill(moment, duo, dt));
@@ -113,7 +114,7 @@ impl TwoEngine {
             outcome: StepOutcome {
                 wrench: self.frame.for_device(&tick.commanded),
                 saturated: tick.counters.saturated_force + tick.counters.saturated_torque > 0,
-                detail: Detail { tick: tick.summary(), allocations, changed },
+                detail: Detail { tick: tick.summary(), tool: self.frame.in_world(&tick.tool_ba), allocations, changed },
             },
             received: tick.work_from_other,
         })

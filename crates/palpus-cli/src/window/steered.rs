@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 use anyhow::anyhow;
 use palpus::algebra::Pose;
 use palpus::render::Settings;
-use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, SpaceMouse, SpaceMouseError};
+use palpus_device::{DeviceSpec, HapticDevice, Newest, SpaceMouse, SpaceMouseError};
 use palpus_io::scene::FilePolicy;
 use palpus_window::{Cap, FileKind, Loading, Moment, Numbers, Painted, Preset, Run, Scene, Wanted};
 
@@ -175,8 +175,8 @@ impl Run for Steered<'_> {
     }
 
     fn guide(&mut self, held: Option<Pose>) {
-        if let Some(hand) = self.session.as_mut().and_then(Session::guide) {
-            hand.publish(held.map_or(Guide::Script, Guide::Held));
+        if let Some(session) = &mut self.session {
+            session.guide(held);
         }
     }
 

@@ -3,10 +3,10 @@
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
 
-use super::RecordRow;
+use super::{FORMAT, RecordRow};
 
 /// The columns, in their order.
-pub const COLUMNS: [&str; 32] = [
+pub const COLUMNS: [&str; 39] = [
     "tick",
     "time_ns",
     "dt",
@@ -39,7 +39,27 @@ pub const COLUMNS: [&str; 32] = [
     "total_us",
     "saturated",
     "faults",
+    "tool_tx",
+    "tool_ty",
+    "tool_tz",
+    "tool_qx",
+    "tool_qy",
+    "tool_qz",
+    "tool_qw",
 ];
+
+/// Returns the columns of recordings of this format: those of format 1 end before the tool's pose.
+pub(super) fn columns_of(format: u32) -> &'static [&'static str] {
+    if has_tool(format) { &COLUMNS } else { &COLUMNS[..COLUMNS.len() - TOOL_COLUMNS] }
+}
+
+/// Columns of the tool's pose.
+const TOOL_COLUMNS: usize = 7;
+
+/// True if recordings of this format have the tool's pose.
+fn has_tool(format: u32) -> bool {
+    format >= 2
+}
 
 /// Takes the values of a row, in the order of the columns.
 pub(super) trait Put {
@@ -74,15 +94,26 @@ pub(super) trait Take {
     fn vector(&mut self) -> Result<DVec3, Self::Error> {
         Ok(DVec3::new(self.double()?, self.double()?, self.double()?))
     }
+
+    /// Seven doubles: translation and quaternion.
+    fn pose(&mut self) -> Result<Pose, Self::Error> {
+        let translation = self.vector()?;
+        // Not normalised: that could change bits.
+        let rotation = [self.double()?, self.double()?, self.double()?, self.double()?];
+        Ok(Pose { rotation: DQuat::from_array(rotation), translation })
+    }
 }
 
-/// Hands the values of a row over.
-pub(super) fn put(row: &RecordRow, out: &mut impl Put) {
+/// Passes the values of a row to `out`, in the order of the columns of `format`.
+pub(super) fn put(row: &RecordRow, format: u32, out: &mut impl Put) {
+    let pose = |pose: &Pose, out: &mut dyn FnMut(f64)| {
+        pose.translation.to_array().into_iter().for_each(&mut *out);
+        pose.rotation.to_array().into_iter().for_each(out);
+    };
     out.long(row.tick);
     out.long(row.time_ns);
     out.double(row.dt);
-    row.pose.translation.to_array().into_iter().for_each(|x| out.double(x));
-    row.pose.rotation.to_array().into_iter().for_each(|x| out.double(x));
+    pose(&row.pose, &mut |x| out.double(x));
     for vector in [row.twist.angular, row.twist.linear] {
         vector.to_array().into_iter().for_each(|x| out.double(x));
     }
@@ -99,20 +130,22 @@ pub(super) fn put(row: &RecordRow, out: &mut impl Put) {
     out.double(row.total_us);
     out.flag(row.saturated);
     out.whole(row.faults);
+    if has_tool(format) {
+        pose(&row.tool.unwrap_or(NO_POSE), &mut |x| out.double(x));
+    }
 }
 
+/// Stands for a pose that is not known.
+const NO_POSE: Pose =
+    Pose { rotation: DQuat::from_xyzw(f64::NAN, f64::NAN, f64::NAN, f64::NAN), translation: DVec3::NAN };
+
 /// Makes a row of its values; see [`put`].
-pub(super) fn take<T: Take>(from: &mut T) -> Result<RecordRow, T::Error> {
+pub(super) fn take<T: Take>(format: u32, from: &mut T) -> Result<RecordRow, T::Error> {
     Ok(RecordRow {
         tick: from.long()?,
         time_ns: from.long()?,
         dt: from.double()?,
-        pose: {
-            let translation = from.vector()?;
-            // Not normalised: that could change bits.
-            let rotation = [from.double()?, from.double()?, from.double()?, from.double()?];
-            Pose { rotation: DQuat::from_array(rotation), translation }
-        },
+        pose: from.pose()?,
         twist: Twist { angular: from.vector()?, linear: from.vector()? },
         buttons: from.whole()?,
         wrench: Wrench { torque: from.vector()?, force: from.vector()? },
@@ -125,6 +158,7 @@ pub(super) fn take<T: Take>(from: &mut T) -> Result<RecordRow, T::Error> {
         total_us: from.double()?,
         saturated: from.flag()?,
         faults: from.whole()?,
+        tool: if has_tool(format) { Some(from.pose()?) } else { None },
     })
 }
 
@@ -146,6 +180,7 @@ const NO_ROW: RecordRow = RecordRow {
     total_us: 0.0,
     saturated: false,
     faults: 0,
+    tool: None,
 };
 
 /// What stands in a column.
@@ -190,6 +225,6 @@ pub(super) fn kinds() -> [Kind; COLUMNS.len()] {
         }
     }
     let mut kinds = Kinds([Kind::Double; COLUMNS.len()], 0);
-    put(&NO_ROW, &mut kinds);
+    put(&NO_ROW, FORMAT, &mut kinds);
     kinds.0
 }

@@ -15,6 +15,8 @@ use crate::one_line::one_line;
 /// What was run, on what, and how.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordingHeader {
+    /// Version of the recording's format, from 1 to [`FORMAT`](super::FORMAT).
+    pub format: u32,
     /// Version of palpus that wrote the recording.
     pub palpus_version: String,
     /// The device, as the program names it.
@@ -87,9 +89,15 @@ pub(super) struct HeaderError {
 }
 
 impl RecordingHeader {
-    /// As TOML, with the format's number before it. Errors are of what TOML cannot hold (a very large integer in `more`).
+    /// True if the recorded device poses are those of the grip, as devices report them. In format 1
+    /// they are those of the origin of the probe's mesh, which is the same only if the grip is there.
+    pub fn has_grip_poses(&self) -> bool {
+        self.format >= 2 || self.scene.render.grip_a == DVec3::ZERO
+    }
+
+    /// As TOML. Errors are of what TOML cannot hold (a very large integer in `more`).
     pub(super) fn to_text(&self) -> io::Result<String> {
-        Ok(format!("format = {FORMAT}\n{}", toml::to_string(self).map_err(io::Error::other)?))
+        toml::to_string(self).map_err(io::Error::other)
     }
 
     /// The header that such a text spells.
@@ -102,9 +110,9 @@ impl RecordingHeader {
             return Err(HeaderError { line: 0, problem: "the header is far too long; is it a recording?".to_owned() });
         }
         let version: Version = toml::from_str(text).map_err(wrong)?;
-        if version.format != FORMAT {
+        if !(1..=i64::from(FORMAT)).contains(&version.format) {
             let problem = format!(
-                "recordings of format {} are not read, only {FORMAT}; use the palpus that wrote it",
+                "recordings of format {} are not read, only 1 to {FORMAT}; use the palpus that wrote it",
                 version.format
             );
             return Err(HeaderError { line: 1, problem });

@@ -15,14 +15,18 @@
 //! | columns | meaning |
 //! |---|---|
 //! | `tick`, `time_ns`, `dt` | number of the tick; time since the first one; the step's length as the engine got it, s |
-//! | `device_tx` … `device_qw` | pose of the device in the world as the engine got it, m and quaternion (x, y, z, w) |
+//! | `device_tx` … `device_qw` | pose of the device, which is the grip's, in the world as the engine got it, m and quaternion (x, y, z, w) |
 //! | `angular_x` … `linear_z` | its twist, rad/s and m/s |
 //! | `buttons` | its buttons, one bit each |
-//! | `torque_x` … `force_z` | the wrench sent to it, N·m and N |
+//! | `torque_x` … `force_z` | the wrench sent to it, about the grip, N·m and N |
 //! | `contacts`, `clusters` | how many |
 //! | `separation` | least distance, or minus the greatest depth, m; `inf` when nothing is near |
 //! | `query_us`, `depth_us`, `force_us`, `total_us` | time of the stages, µs; `depth_us` may be empty (part of `query_us`) |
 //! | `saturated`, `faults` | 0 or 1; the safety chain's faults, one bit each |
+//! | `tool_tx` … `tool_qw` | pose of the probe's mesh in the world where the engine rendered it, m and quaternion |
+//!
+//! **Formats.** Recordings of format 1 have no tool pose, and their device pose is that of the origin of the probe's mesh instead of the
+//! grip ([`RecordingHeader::has_grip_poses`]). They are read, and written again as format 1.
 //!
 //! A program that is killed loses what [`RecordingWriter`] has not handed over: less than a second. What it leaves behind is
 //! whole up to there in every format; a piece that was being written at that very moment is left out, with a notice.
@@ -48,8 +52,8 @@ pub use header::{RecordedBody, RecordedScene, RecordingHeader, SceneSource};
 pub use reader::{Recording, read_recording, read_recording_from};
 pub use writer::{RecordingFormat, RecordingWriter};
 
-/// Version of the format, the header's first entry.
-pub const FORMAT: i64 = 1;
+/// Version of the format of new recordings; see [`RecordingHeader::format`].
+pub const FORMAT: u32 = 2;
 
 /// Bytes for a place in a file.
 struct Piece {
@@ -67,9 +71,11 @@ pub struct RecordRow {
     pub time_ns: u64,
     /// Length of the step, exactly as the engine got it, s.
     pub dt: f64,
-    /// The device in the world, exactly as the engine got it (a replay must not normalise it again).
+    /// The device's pose in the world, which is that of the grip with the probe's axes, exactly as
+    /// the engine got it (a replay must not normalise it again). In format 1 that of the origin of
+    /// the probe's mesh.
     pub pose: Pose,
-    /// The device's twist.
+    /// The device's twist, along the world's axes; the linear part is that of the grip.
     pub twist: Twist,
     /// The device's buttons, one bit each.
     pub buttons: u32,
@@ -93,6 +99,8 @@ pub struct RecordRow {
     pub saturated: bool,
     /// What the safety chain cut, one bit each, in the order of the chain.
     pub faults: u32,
+    /// The pose of the probe's mesh in the world, where the engine rendered it; `None` in format 1.
+    pub tool: Option<Pose>,
 }
 
 impl RecordRow {

@@ -87,9 +87,9 @@ impl<W: Write + Seek> RecordingWriter<W> {
     pub fn new(out: W, format: RecordingFormat, header: &RecordingHeader) -> io::Result<Self> {
         let text = header.to_text()?;
         let encoder = match format {
-            RecordingFormat::Csv => Encoder::Csv(csv::Writer::new(&text)),
-            RecordingFormat::Parquet => Encoder::Parquet(parquet::Writer::new(&text)),
-            RecordingFormat::Mcap => Encoder::Mcap(mcap::Writer::new(&text)),
+            RecordingFormat::Csv => Encoder::Csv(csv::Writer::new(&text, header.format)),
+            RecordingFormat::Parquet => Encoder::Parquet(parquet::Writer::new(&text, header.format)),
+            RecordingFormat::Mcap => Encoder::Mcap(mcap::Writer::new(&text, header.format)),
         };
         let pending = Pending::default();
         let mut writer = Self { out, encoder, pending, waiting: 0, handed_over: Instant::now(), path: None };

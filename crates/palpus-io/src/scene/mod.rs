@@ -9,7 +9,7 @@
 //! unit = "mm"               # of this mesh alone, if it has another one; lengths here stay in the scene's
 //! position = [0, 0, 0]      # where it starts: its mesh's origin in the world
 //! orientation = [0, 0, 0, 1]   # unit quaternion x, y, z, w
-//! grip = [0, 0, 0]          # where the hand holds it, in its mesh's frame
+//! grip = [0, 0, 0]          # where the hand holds it, in its mesh's frame: what a device moves
 //!
 //! [environment]             # body b
 //! mesh = "cup.obj"
@@ -47,7 +47,7 @@
 //!
 //! [hand]
 //! preset = "normal"         # or relaxed, firm, tight, none
-//! path = "stir.csv"         # what the hand follows: poses half a second apart, or a recorded hand ([`crate::hand`])
+//! path = "stir.csv"         # what the mesh's frame is to follow: poses half a second apart, or a recorded hand ([`crate::hand`])
 //! path_scale = 1            # of a recorded hand's way
 //! path_speed = 1            # so many times as fast
 //! tremor = 0                # a length
@@ -121,8 +121,8 @@ pub struct SceneGaps {
 pub struct SecondTool {
     /// What it is and where it starts.
     pub body: SceneBody,
-    /// m: where the hand holds it, in its mesh's frame.
-    pub grip: DVec3,
+    /// Where the hand holds it, m, in its mesh's frame; `None` if the file does not say.
+    pub grip: Option<DVec3>,
     /// The simulated hand.
     pub hand: SceneHand,
 }

@@ -126,7 +126,7 @@ fn read_second(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<Option<
         return Ok(None);
     }
     let body = read_body(&section, "second", unit, files)?;
-    let grip = section.vector("grip")?.map_or(DVec3::ZERO, |grip| DVec3::from_array(grip.into_inner()) * unit);
+    let grip = section.vector("grip")?.map(|grip| DVec3::from_array(grip.into_inner()) * unit);
     Ok(Some(SecondTool { body, grip, hand: read_hand(&section, unit, files)? }))
 }
 

@@ -6,7 +6,7 @@ use palpus::algebra::{Pose, Twist, Wrench};
 use palpus::body::PolygonSoup;
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::{Clustering, Limits, Saturation, Settings, VirtualCoupling};
-use palpus_io::record::{RecordedBody, RecordedScene, SceneSource};
+use palpus_io::record::{FORMAT, RecordedBody, RecordedScene, SceneSource};
 use palpus_io::{ContentHash, RecordRow, RecordingHeader};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -64,6 +64,7 @@ pub fn header() -> RecordingHeader {
     more.insert("coupling".to_owned(), toml::Table::from_iter([("mass".to_owned(), toml::Value::Float(0.1))]).into());
     more.insert("note".to_owned(), "two\nlines # and\t\"quotes\" \u{2028}".into());
     RecordingHeader {
+        format: FORMAT,
         palpus_version: "0.1.0".to_owned(),
         device: "sim".to_owned(),
         rate_hz: 1000.0,
@@ -79,7 +80,7 @@ pub fn header() -> RecordingHeader {
     }
 }
 
-pub fn row(bits: [u64; 25], whole: [u32; 5], depth: bool) -> RecordRow {
+pub fn row(bits: [u64; 32], whole: [u32; 5], depth: bool) -> RecordRow {
     let x = |k: usize| f64::from_bits(bits[k]);
     let vec = |k: usize| DVec3::new(x(k), x(k + 1), x(k + 2));
     RecordRow {
@@ -99,6 +100,7 @@ pub fn row(bits: [u64; 25], whole: [u32; 5], depth: bool) -> RecordRow {
         total_us: x(23),
         saturated: whole[3] % 2 == 1,
         faults: whole[4],
+        tool: Some(Pose { rotation: DQuat::from_xyzw(x(28), x(29), x(30), x(31)), translation: vec(25) }),
     }
 }
 
@@ -111,6 +113,11 @@ pub fn bits(row: &RecordRow) -> Vec<u64> {
     for v in [row.twist.angular, row.twist.linear, row.wrench.torque, row.wrench.force] {
         push(&v.to_array());
     }
+    // A recording of format 1 has none.
+    if let Some(tool) = row.tool {
+        push(&tool.translation.to_array());
+        push(&tool.rotation.to_array());
+    }
     push(&[row.dt, row.separation, row.query_us, row.depth_us.unwrap_or(-1.0), row.force_us, row.total_us]);
     let whole = [row.buttons, row.contacts, row.clusters, u32::from(row.saturated), row.faults];
     all.extend(whole.map(u64::from));
@@ -119,7 +126,7 @@ pub fn bits(row: &RecordRow) -> Vec<u64> {
 
 /// A row of ones.
 pub fn plain() -> RecordRow {
-    row([1f64.to_bits(); 25], [1; 5], true)
+    row([1f64.to_bits(); 32], [1; 5], true)
 }
 
 /// Rows of any bits, odd ones often.
@@ -127,7 +134,7 @@ pub fn any_row() -> impl Strategy<Value = RecordRow> {
     let special = prop::sample::select(vec![0.0, -0.0, f64::NAN, -f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 5e-324]);
     let number = prop_oneof![special.prop_map(f64::to_bits), any::<u64>(), any::<f64>().prop_map(f64::to_bits)];
     (
-        prop::collection::vec(number, 25).prop_map(|bits| <[u64; 25]>::try_from(bits).unwrap()),
+        prop::collection::vec(number, 32).prop_map(|bits| <[u64; 32]>::try_from(bits).unwrap()),
         any::<[u32; 5]>(),
         any::<bool>(),
     )

@@ -36,6 +36,8 @@ pub struct Wander {
     pace: Waves,
     shift: [Waves; 3],
     turn: [Waves; 3],
+    /// m, in the probe's frame: where the hand holds it, and so turns it.
+    grip_a: DVec3,
 }
 
 /// A sum of sines that stays within an amplitude.
@@ -87,13 +89,22 @@ impl Wander {
             pace: waves(PACE),
             shift: [waves(shift), waves(shift), waves(shift)],
             turn: [waves(turn), waves(turn), waves(turn)],
+            grip_a: DVec3::ZERO,
         }
     }
 
-    /// Where the hand intends the probe to be at `time` (s, from 0 on): at the path's start at first.
+    /// The same hand holding the probe at `grip_a` (m, in the probe's frame), about which it turns
+    /// the probe away from the path. By default the origin of the probe's frame.
+    #[must_use]
+    pub fn turning_at(self, grip_a: DVec3) -> Self {
+        Self { grip_a, ..self }
+    }
+
+    /// Returns the intended pose of the probe (not of the grip) at `time` (s, from 0 on): at the
+    /// path's start at first.
     pub fn pose(&self, time: f64) -> Pose {
         let time = time.max(0.0);
-        let script = self.path.pose(self.along(time));
+        let script = self.path.pose(self.along(time)).with_origin(self.grip_a);
         let begun = (time / BEGINNING).min(1.0);
         let begun = begun * begun * begun * (10.0 + begun * (6.0 * begun - 15.0));
         let strayed = |waves: &[Waves; 3]| DVec3::from_array([0, 1, 2].map(|axis| waves[axis].at(time))) * begun;
@@ -102,7 +113,7 @@ impl Wander {
             translation += tremor.displacement(time);
         }
         let turned = DQuat::from_scaled_axis(strayed(&self.turn));
-        Pose { rotation: (turned * script.rotation).normalize(), translation }
+        Pose { rotation: (turned * script.rotation).normalize(), translation }.with_origin(-self.grip_a)
     }
 
     /// The path's own time.
@@ -136,6 +147,21 @@ mod tests {
         for time in [0.5, 77.0, 3600.0] {
             assert_eq!(hand.pose(time), same.pose(time), "seed {SEED}");
             assert!(hand.pose(time).translation.distance(other.pose(time).translation) > 1e-5, "{time}, seed {SEED}");
+        }
+    }
+
+    #[test]
+    fn a_far_grip_strays_no_farther_than_a_near_one() {
+        let path = scene("spoon-cup").expect("a built-in scene").path;
+        let hand = Wander::about(&path, SHIFT, TURN, SEED);
+        let grip = DVec3::new(0.24, 0.0, 0.1);
+        let far = hand.clone().turning_at(grip);
+        for time in [0.5, 77.0, 3600.0] {
+            let (near, far) = (hand.pose(time), far.pose(time));
+            assert!(near.rotation.dot(far.rotation).abs() > 1.0 - 1e-12, "{time}, seed {SEED}");
+            let script = hand.path.pose(hand.along(time));
+            let strayed = far.point(grip) - script.point(grip);
+            assert!(strayed.distance(near.translation - script.translation) < 1e-12, "{time}, seed {SEED}");
         }
     }
 

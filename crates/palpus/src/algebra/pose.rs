@@ -48,6 +48,18 @@ impl Pose {
         Placement { rotation: DMat3::from_quat(self.rotation), translation: self.translation }
     }
 
+    /// Returns the frame with the axes of this one whose origin is at `point`, a point in this
+    /// frame's coordinates. Of a probe with the pose `p`, the grip's pose is `p.with_origin(grip_a)`;
+    /// of a grip with the pose `g`, the probe's pose is `g.with_origin(-grip_a)`.
+    #[must_use]
+    pub fn with_origin(self, point: DVec3) -> Self {
+        if point == DVec3::ZERO {
+            // Adding zero would turn -0.0 into 0.0, and recordings replay to the bit.
+            return self;
+        }
+        Self { translation: self.point(point), ..self }
+    }
+
     /// True when every number is finite and the quaternion is of unit length within 1e-6.
     pub fn is_valid(&self) -> bool {
         self.rotation.is_finite() && self.translation.is_finite() && (self.rotation.length() - 1.0).abs() < 1e-6
@@ -126,5 +138,17 @@ mod tests {
         assert!((pose.inverse().point(pose.point(p)) - p).length() < 1e-15);
         assert!((pose.placement().inverse_point(pose.point(p)) - p).length() < 1e-15);
         assert!(((pose * pose.inverse()).translation).length() < 1e-14);
+    }
+
+    #[test]
+    fn with_origin_keeps_points_and_undoes_itself() {
+        let pose = Pose::new(DQuat::from_rotation_x(0.7) * DQuat::from_rotation_z(-1.2), DVec3::new(1.0, -0.0, 3.0));
+        let grip = DVec3::new(0.3, 0.4, -0.5);
+        let held = pose.with_origin(grip);
+        assert_eq!((held.rotation, held.translation), (pose.rotation, pose.point(grip)));
+        assert!(held.with_origin(-grip).translation.distance(pose.translation) < 1e-15);
+        // A grip at the origin changes no bit: old recordings replay.
+        let same = pose.with_origin(-DVec3::ZERO).translation.y;
+        assert_eq!(same.to_bits(), (-0f64).to_bits());
     }
 }

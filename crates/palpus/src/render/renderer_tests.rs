@@ -91,6 +91,23 @@ fn the_torque_is_about_the_grip() {
 }
 
 #[test]
+fn device_state_is_that_of_the_grip() {
+    let (grip, turn) = (DVec3::new(0.03, 0.0, 0.1), DQuat::from_rotation_z(0.2));
+    let twist = Twist { angular: DVec3::X, linear: DVec3::Y };
+    // The cube lies 1 mm deep in the floor and is turned about the point where it is held.
+    let held = Pose { rotation: turn, translation: grip - DVec3::Z * 1e-3 };
+    let state = ProbeState::of_grip(&held, &twist, grip);
+    assert!(state.pose_ba.point(grip).distance(held.translation) < 1e-15);
+    assert_eq!((state.pose_ba.rotation, state.twist), (turn, twist));
+    let mut renderer = cube_on_floor(Settings { grip_a: grip, ..settings() });
+    let tick = renderer.step(&ProbeState::of_grip(&held, &Twist::default(), grip), DT, &NoClock);
+    let to_middle = turn * -grip;
+    let push = DVec3::Z * 1.6;
+    assert!((tick.commanded.force - push).length() < 1e-9, "{}", tick.commanded.force);
+    assert!((tick.commanded.torque - to_middle.cross(push)).length() < 1e-9, "{}", tick.commanded.torque);
+}
+
+#[test]
 fn damping_hears_the_velocity_at_the_contact() {
     let mut renderer = cube_on_floor(Settings { damping: 4.0, ..settings() });
     let mut probe = at(0.0, -1e-3);

@@ -34,8 +34,9 @@ pub struct Settings {
     pub limits: Limits,
     /// How the limits are kept.
     pub saturation: Saturation,
-    /// Where the hand holds the probe, in the probe's frame: the point about which the device's torque is stated, and
-    /// whose velocity the probe's twist is. By default the origin of the probe's frame.
+    /// Where the hand holds the probe, m, in the probe's frame. The device's pose
+    /// ([`super::ProbeState::of_grip`]), its torque and the linear part of its twist are all taken
+    /// at this point. By default the origin of the probe's frame.
     pub grip_a: DVec3,
     /// The most contacts that one tick can hold; of more, the deepest are kept.
     pub capacity: usize,

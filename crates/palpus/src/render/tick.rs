@@ -2,8 +2,11 @@
 //!
 //! **Frames.** Contacts, clusters, forces and wrenches are written in b's frame, which is the scene's: the environment does
 //! not move. The probe's pose is a's in b, `pose_ba`; whoever has a device or a camera in another frame converts there.
+//! A device holds the grip: [`ProbeState::of_grip`] turns the grip's pose into the probe's.
 //! Wrenches that the device is told are about the grip ([`super::Settings::grip_a`]), those in [`Forces::net`] about each
 //! body's centre of mass.
+
+use glam::DVec3;
 
 use super::{Forces, ToolCounters};
 use crate::algebra::{Pose, Twist, Wrench};
@@ -12,9 +15,10 @@ use crate::force::{Contact, FrictionCounters, LinkageCounters, QueryCounters};
 /// Where the probe is and how it moves, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ProbeState {
-    /// a placed in b's frame.
+    /// a placed in b's frame: the origin is that of the probe's mesh, not the grip.
     pub pose_ba: Pose,
-    /// Its velocity; the linear part is that of the grip. Only dampers read it.
+    /// The probe's velocity along b's axes, m/s and rad/s; the linear part is that of the grip.
+    /// Only dampers read it.
     pub twist: Twist,
 }
 
@@ -22,6 +26,12 @@ impl ProbeState {
     /// At rest.
     pub fn at(pose_ba: Pose) -> Self {
         Self { pose_ba, twist: Twist::default() }
+    }
+
+    /// Returns the state of a probe whose grip has this pose and twist in b's frame: what a device
+    /// says, which holds the probe at `grip_a` ([`super::Settings::grip_a`]) with the probe's axes.
+    pub fn of_grip(grip_b: &Pose, twist: &Twist, grip_a: DVec3) -> Self {
+        Self { pose_ba: grip_b.with_origin(-grip_a), twist: *twist }
     }
 }
 

@@ -44,7 +44,7 @@ pub(super) struct Drive<'a> {
     pub(super) hand: HandImpedance,
     /// Where the hand wants the probe, by the time in seconds.
     pub(super) intent: &'a dyn Fn(f64) -> Pose,
-    /// N: a steady force beside the hand's, as a weight.
+    /// N: a steady force at the grip beside the hand's, as a weight.
     pub(super) load: DVec3,
 }
 
@@ -68,7 +68,8 @@ pub(super) fn run(
     let spec = DeviceSpec { force_max: f64::INFINITY, ..default.spec.clone() };
     let jitter = Some(Jitter::logged(PACE_SEED));
     let settings = SimulationSettings { hand: drive.hand, spec, jitter, ..default.clone() };
-    let mut device = SimulatedDevice::new(settings, |time: f64| (drive.intent)(time))?;
+    let grip = ground.settings.grip_a;
+    let mut device = SimulatedDevice::new(settings, |time: f64| (drive.intent)(time).with_origin(grip))?;
     let mut account = entry.is_passive.then(|| {
         let limits = SafetyLimits { allowance: 0.0, ..SafetyLimits::of(&default.spec, 1.0 / TICK) };
         EnergyAccount::new(&limits, TICK)
@@ -77,16 +78,15 @@ pub(super) fn run(
     let mut ticks = Vec::with_capacity(count);
     let mut work = [0.0; 2];
     let (mut last_time, mut last_pose, mut acting) = (0.0, device.true_pose(), Wrench::ZERO);
-    let grip = ground.settings.grip_a;
     for k in 0..count {
         let state = device.read()?;
         let pose = device.true_pose();
-        let moved = pose.point(grip) - last_pose.point(grip);
+        let moved = pose.translation - last_pose.translation;
         work[0] += acting.force.dot(moved);
         work[1] += acting.torque.dot(turned(&last_pose, &pose));
         let dt = if k == 0 { TICK } else { state.time - last_time };
         (last_time, last_pose) = (state.time, pose);
-        let step = method.step(&ProbeState { pose_ba: state.pose, twist: state.twist }, dt);
+        let step = method.step(&ProbeState::of_grip(&state.pose, &state.twist, grip), dt);
         let mut felt = within_limits(&step.wrench);
         if let Some(account) = &mut account {
             felt = account.limit(&felt, &state, dt);
@@ -102,6 +102,7 @@ pub(super) fn run(
             // Nothing was written before.
             acting = Wrench::ZERO;
         }
+        let pose = pose.with_origin(-grip);
         ticks.push(LoopTick { time: state.time, pose, shown: step.shown, felt, work });
     }
     Ok(ticks)

@@ -85,16 +85,12 @@ impl Ground {
         stage.coupling.mode = CouplingMode::Coupled;
         let coupled = stage.settings_for(&SimulationSettings::default().spec, 1.0 / TICK);
         let scene = palpus_scenes::scene(name).ok_or_else(|| anyhow!("there is no scene called {name}"))?;
-        let path = stage.path;
+        let path = stage.path.clone();
         let seconds = path.duration().min(seconds);
         let mut judge = Judge::new(&stage.probe, &stage.environment, stage.settings.contact_tolerance);
         let begin = begin(&path, &mut judge, LATER * (path.duration() - seconds));
-        let script: Vec<ProbeState> = (0..=(seconds / TICK).round() as usize)
-            .map(|k| {
-                let time = begin + k as f64 * TICK;
-                ProbeState { pose_ba: path.pose(time), twist: path.twist(time) }
-            })
-            .collect();
+        let script: Vec<ProbeState> =
+            (0..=(seconds / TICK).round() as usize).map(|k| stage.scripted(begin + k as f64 * TICK)).collect();
         let grip = stage.settings.grip_a;
         let reach = stage.probe.mesh().vertices().iter().map(|v| v.distance(grip)).fold(0.0, f64::max);
         let judged: Vec<(Pose, Option<Contact>)> =

@@ -163,6 +163,7 @@ mod tests {
             total_us: tick as f64,
             saturated: false,
             faults: if tick == 50 || tick == 60 { 1 << Cut::PoseJump as u32 } else { 0 },
+            tool: Some(Pose::IDENTITY),
         }
     }
 

@@ -6,9 +6,9 @@
 use std::io::{BufRead, Read};
 
 use crate::TableError;
-use crate::record::columns::{COLUMNS, Take, take};
+use crate::record::columns::{COLUMNS, Take, columns_of, take};
 use crate::record::header::MOST_TEXT;
-use crate::record::{Recording, RecordingHeader, change};
+use crate::record::{FORMAT, Recording, RecordingHeader, change};
 use crate::table::Cells;
 
 /// The longest line that is taken for one of a recording.
@@ -20,6 +20,7 @@ const LONGEST_LINE: u64 = 1 << 16;
 pub(in crate::record) fn read(input: impl BufRead, name: &str) -> Result<Recording, TableError> {
     let mut lines = Lines { input, name, line: 0, text: String::new() };
     let header = header(&mut lines)?;
+    let format = header.format;
     let mut recording = Recording::empty(header);
     while lines.next()? {
         let line = lines.line;
@@ -37,7 +38,7 @@ pub(in crate::record) fn read(input: impl BufRead, name: &str) -> Result<Recordi
                 recording.changes.push(change);
             }
             None if text.starts_with('#') => {}
-            None => recording.rows.push(take(&mut Cells::new(name, line, &COLUMNS, text)?)?),
+            None => recording.rows.push(take(format, &mut Cells::new(name, line, columns_of(format), text)?)?),
         }
     }
     Ok(recording)
@@ -84,11 +85,17 @@ fn header<R: BufRead>(lines: &mut Lines<'_, R>) -> Result<RecordingHeader, Table
             toml.push('\n');
             continue;
         }
-        if entry.is_none() && (!lines.is_whole() || text != COLUMNS.join(",")) {
+        let has_columns_of = |format: u32| text == columns_of(format).join(",");
+        let other_columns = || {
             let problem = format!("the columns must be {}; was it written by another version?", COLUMNS.join(","));
-            return Err(TableError::at(name, lines.line, problem));
+            TableError::at(name, lines.line, problem)
+        };
+        if entry.is_none() && !(lines.is_whole() && (1..=FORMAT).any(has_columns_of)) {
+            return Err(other_columns());
         }
-        return RecordingHeader::of_text(&toml).map_err(|error| TableError::at(name, error.line, error.problem));
+        let header =
+            RecordingHeader::of_text(&toml).map_err(|error| TableError::at(name, error.line, error.problem))?;
+        return if has_columns_of(header.format) { Ok(header) } else { Err(other_columns()) };
     }
     Err(TableError::at(name, lines.line, "the file ends before the line of column names; it is no whole recording"))
 }

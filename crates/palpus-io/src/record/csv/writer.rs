@@ -1,12 +1,13 @@
 //! A recording as lines of text.
 
-use crate::record::columns::{COLUMNS, Put, put};
+use crate::record::columns::{Put, columns_of, put};
 use crate::record::{Piece, RecordRow};
 use crate::table::Line;
 
 /// Makes lines of rows.
-#[derive(Default)]
 pub(in crate::record) struct Writer {
+    /// Of the recording.
+    format: u32,
     line: Line,
     lines: Vec<u8>,
     /// Bytes handed out.
@@ -14,11 +15,11 @@ pub(in crate::record) struct Writer {
 }
 
 impl Writer {
-    /// The file so far: the header, each line behind `# `, and the names of the columns.
-    pub(in crate::record) fn new(header: &str) -> Self {
-        let mut writer = Self::default();
+    /// The file so far: the header, each line behind `# `, and the names of the columns of `format`.
+    pub(in crate::record) fn new(header: &str, format: u32) -> Self {
+        let mut writer = Self { format, line: Line::default(), lines: Vec::new(), written: 0 };
         header.lines().for_each(|line| writer.comment(line));
-        writer.lines.extend(COLUMNS.join(",").bytes());
+        writer.lines.extend(columns_of(format).join(",").bytes());
         writer.lines.push(b'\n');
         writer
     }
@@ -40,7 +41,7 @@ impl Writer {
     /// A tick, as one whole line.
     pub(in crate::record) fn row(&mut self, row: &RecordRow) {
         self.line.clear();
-        put(row, &mut self.line);
+        put(row, self.format, &mut self.line);
         self.lines.extend(self.line.end());
     }
 

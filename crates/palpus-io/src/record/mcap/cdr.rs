@@ -1,6 +1,6 @@
 //! Messages in CDR, little-endian: each number at a multiple of its own size, counted from behind the four bytes of the head.
 
-use crate::record::columns::{COLUMNS, Kind, Put, Take, kinds};
+use crate::record::columns::{Kind, Put, Take, columns_of, kinds};
 
 /// Says that what follows is plain CDR, little-endian.
 const HEAD: [u8; 4] = [0, 1, 0, 0];
@@ -166,8 +166,8 @@ pub(super) fn settings() -> String {
         .to_owned()
 }
 
-/// Definition of `palpus_msgs/msg/Tick`: the columns.
-pub(super) fn tick() -> String {
+/// Definition of `palpus_msgs/msg/Tick`: the columns of recordings of `format`.
+pub(super) fn tick(format: u32) -> String {
     let kind = |kind| match kind {
         Kind::Long => "uint64",
         Kind::Whole => "uint32",
@@ -175,5 +175,5 @@ pub(super) fn tick() -> String {
         Kind::Optional => "float64[<=1]",
         Kind::Flag => "bool",
     };
-    COLUMNS.iter().zip(kinds()).map(|(name, of)| format!("{} {name}\n", kind(of))).collect()
+    columns_of(format).iter().zip(kinds()).map(|(name, of)| format!("{} {name}\n", kind(of))).collect()
 }

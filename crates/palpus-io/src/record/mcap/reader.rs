@@ -12,7 +12,7 @@ use super::records::{MAGIC, Values, opcode};
 use super::writer::{ENCODINGS, METADATA, NOT_COMPRESSED, SETTINGS, TICKS};
 use crate::TableError;
 use crate::record::columns::{Take, take};
-use crate::record::{Recording, RecordingHeader, change};
+use crate::record::{FORMAT, Recording, RecordingHeader, change};
 
 /// Reads a recording; `name` is how errors call the file.
 pub(in crate::record) fn read(mut input: impl BufRead, name: &str) -> Result<Recording, TableError> {
@@ -127,10 +127,11 @@ impl State {
         let number = values.number::<2>()?;
         let (_name, encoding, definition) = (values.text()?, values.text()?, values.text()?);
         if encoding == ENCODINGS.1 {
-            for (known, own) in self.schemas.iter_mut().zip([cdr::tick(), cdr::settings()]) {
-                if definition == own {
-                    *known = Some(number);
-                }
+            let [ticks, settings] = &mut self.schemas;
+            if (1..=FORMAT).any(|format| definition == cdr::tick(format)) {
+                *ticks = Some(number);
+            } else if definition == cdr::settings() {
+                *settings = Some(number);
             }
         }
         Some(())
@@ -159,7 +160,7 @@ impl State {
         let message = values.0.get(4 + 8 + 8..).and_then(|message| Fields::new(message).ok()).ok_or(End::Damaged)?;
         if k == 0 {
             let mut message = message;
-            recording.rows.push(take(&mut message).map_err(|_| End::Damaged)?);
+            recording.rows.push(take(recording.header.format, &mut message).map_err(|_| End::Damaged)?);
         } else {
             let mut message = message;
             let text = message.long().and_then(|_tick| message.text()).map_err(|_| End::Damaged)?;

@@ -20,21 +20,30 @@ const SECOND: u64 = 1_000_000_000;
 struct Channel {
     topic: &'static str,
     schema: &'static str,
-    definition: fn() -> String,
+    /// In recordings of this format.
+    definition: fn(u32) -> String,
 }
 
 /// The channels by their number less one.
-const CHANNELS: [Channel; 5] = [
+const CHANNELS: [Channel; 6] = [
     Channel { topic: TICKS, schema: "palpus_msgs/msg/Tick", definition: cdr::tick },
-    Channel { topic: SETTINGS, schema: "palpus_msgs/msg/Settings", definition: cdr::settings },
-    Channel { topic: "/palpus/device/pose", schema: "geometry_msgs/msg/PoseStamped", definition: cdr::pose_stamped },
-    Channel { topic: "/palpus/device/twist", schema: "geometry_msgs/msg/TwistStamped", definition: cdr::twist_stamped },
+    Channel { topic: SETTINGS, schema: "palpus_msgs/msg/Settings", definition: |_| cdr::settings() },
+    Channel { topic: "/palpus/device/pose", schema: POSE, definition: |_| cdr::pose_stamped() },
+    Channel {
+        topic: "/palpus/device/twist",
+        schema: "geometry_msgs/msg/TwistStamped",
+        definition: |_| cdr::twist_stamped(),
+    },
     Channel {
         topic: "/palpus/device/wrench",
         schema: "geometry_msgs/msg/WrenchStamped",
-        definition: cdr::wrench_stamped,
+        definition: |_| cdr::wrench_stamped(),
     },
+    // Without messages in recordings of format 1.
+    Channel { topic: "/palpus/tool/pose", schema: POSE, definition: |_| cdr::pose_stamped() },
 ];
+
+const POSE: &str = "geometry_msgs/msg/PoseStamped";
 
 /// Topic of the rows.
 pub(super) const TICKS: &str = "/palpus/tick";
@@ -47,9 +56,12 @@ const OF_SETTINGS: usize = 1;
 const OF_POSES: usize = 2;
 const OF_TWISTS: usize = 3;
 const OF_WRENCHES: usize = 4;
+const OF_TOOLS: usize = 5;
 
 /// Gathers messages into chunks.
 pub(in crate::record) struct Writer {
+    /// Of the recording.
+    format: u32,
     /// Where the next piece goes: the summary there is written over.
     data_end: u64,
     /// What goes before the next chunk: the beginning of the file, once.
@@ -67,8 +79,8 @@ pub(in crate::record) struct Writer {
 }
 
 impl Writer {
-    /// A file of nothing but this header.
-    pub(in crate::record) fn new(header: &str) -> Self {
+    /// A file of nothing but this header, of a recording of `format`.
+    pub(in crate::record) fn new(header: &str, format: u32) -> Self {
         let mut beginning = MAGIC.to_vec();
         record(&mut beginning, opcode::HEADER, |out| {
             text(out, "ros2");
@@ -83,9 +95,10 @@ impl Writer {
             });
         });
         let metadata = (metadata_start, beginning.len() as u64 - metadata_start);
-        schemas(&mut beginning);
+        schemas(&mut beginning, format);
         channels(&mut beginning);
         Self {
+            format,
             data_end: 0,
             beginning,
             metadata,
@@ -109,12 +122,16 @@ impl Writer {
     /// A tick: all of it, and what of it robotics tools know.
     pub(in crate::record) fn row(&mut self, row: &RecordRow) {
         let time = row.time_ns;
-        self.message(OF_TICKS, row.tick, time, |message| put(row, message));
-        self.message(OF_POSES, row.tick, time, |message| {
-            stamp(message, time);
-            vector(message, row.pose.translation);
-            quaternion(message, row.pose.rotation);
-        });
+        let format = self.format;
+        self.message(OF_TICKS, row.tick, time, |message| put(row, format, message));
+        for (channel, pose) in [(OF_POSES, Some(row.pose)), (OF_TOOLS, row.tool)] {
+            let Some(pose) = pose else { continue };
+            self.message(channel, row.tick, time, |message| {
+                stamp(message, time);
+                vector(message, pose.translation);
+                quaternion(message, pose.rotation);
+            });
+        }
         self.message(OF_TWISTS, row.tick, time, |message| {
             stamp(message, time);
             vector(message, row.twist.linear);
@@ -213,7 +230,7 @@ impl Writer {
             body(out);
             groups.push((opcode, start, place(out) - start));
         };
-        group(out, opcode::SCHEMA, &schemas);
+        group(out, opcode::SCHEMA, &|out| schemas(out, self.format));
         group(out, opcode::CHANNEL, &channels);
         group(out, opcode::STATISTICS, &|out| self.statistics(out));
         if self.chunks > 0 {
@@ -271,13 +288,13 @@ fn number(channel: usize) -> u16 {
     channel as u16 + 1
 }
 
-fn schemas(out: &mut Vec<u8>) {
+fn schemas(out: &mut Vec<u8>, format: u32) {
     for (k, channel) in CHANNELS.iter().enumerate() {
         record(out, opcode::SCHEMA, |out| {
             out.extend(number(k).to_le_bytes());
             text(out, channel.schema);
             text(out, ENCODINGS.1);
-            text(out, &(channel.definition)());
+            text(out, &(channel.definition)(format));
         });
     }
 }

@@ -1,7 +1,8 @@
 //! What a Parquet file says of itself in its footer, and each page in its header.
 
 use super::thrift::{self, Fields, Input, Kind as Thrift};
-use crate::record::columns::{COLUMNS, Kind, kinds};
+use crate::record::RecordingHeader;
+use crate::record::columns::{COLUMNS, Kind, columns_of, kinds};
 
 /// First and last bytes of a file.
 pub(in crate::record) const MAGIC: &[u8] = b"PAR1";
@@ -9,8 +10,8 @@ pub(in crate::record) const MAGIC: &[u8] = b"PAR1";
 /// Of the file's metadata, under which the header stands.
 const KEY: &str = "palpus";
 
-/// Columns of a file: the recording's and the changes.
-pub(super) const WIDTH: usize = COLUMNS.len() + 1;
+/// Columns of a file at the most: the recording's and the changes.
+const MOST_WIDTH: usize = COLUMNS.len() + 1;
 
 /// What a column of a file is.
 pub(super) struct Column {
@@ -19,13 +20,10 @@ pub(super) struct Column {
     pub(super) kind: Option<Kind>,
 }
 
-/// The columns of a file, in their order.
-pub(super) fn columns() -> [Column; WIDTH] {
-    let kinds = kinds();
-    std::array::from_fn(|k| match COLUMNS.get(k) {
-        Some(name) => Column { name, kind: Some(kinds[k]) },
-        None => Column { name: crate::record::change::KEY, kind: None },
-    })
+/// The columns of the file of a recording of `format`, in their order.
+pub(super) fn columns(format: u32) -> Vec<Column> {
+    let rows = columns_of(format).iter().zip(kinds()).map(|(name, kind)| Column { name, kind: Some(kind) });
+    rows.chain([Column { name: crate::record::change::KEY, kind: None }]).collect()
 }
 
 impl Column {
@@ -102,21 +100,20 @@ impl Group {
 }
 
 /// A footer.
-#[derive(Debug, PartialEq, Eq)]
 pub(super) struct Footer {
-    pub(super) header: String,
+    pub(super) header: RecordingHeader,
     pub(super) groups: Vec<Group>,
 }
 
-/// Appends a footer, its length and the magic.
-pub(super) fn write_footer(out: &mut Vec<u8>, header: &str, groups: &[Group]) {
+/// Appends the footer of a recording of `format`, its length and the magic.
+pub(super) fn write_footer(out: &mut Vec<u8>, header: &str, format: u32, groups: &[Group]) {
     let begin = out.len();
-    let columns = columns();
+    let columns = columns(format);
     thrift::write(out, |file| {
         file.int(1, 1);
         // The root, which has no column of its own, and the columns.
         let schema: Vec<Option<&Column>> = std::iter::once(None).chain(columns.iter().map(Some)).collect();
-        file.structures(2, &schema, |column, element| write_element(*column, element));
+        file.structures(2, &schema, |column, element| write_element(*column, columns.len(), element));
         file.long(3, groups.iter().map(|group| group.rows).sum());
         file.structures(4, groups, |group, out| write_group(group, &columns, out));
         file.structures(5, &[header], |header, pair| {
@@ -130,10 +127,10 @@ pub(super) fn write_footer(out: &mut Vec<u8>, header: &str, groups: &[Group]) {
     out.extend(MAGIC);
 }
 
-fn write_element(column: Option<&Column>, element: &mut Fields<'_>) {
+fn write_element(column: Option<&Column>, width: usize, element: &mut Fields<'_>) {
     let Some(column) = column else {
         element.text(4, "recording");
-        element.int(5, WIDTH as i32);
+        element.int(5, width as i32);
         return;
     };
     element.int(1, column.physical());
@@ -194,7 +191,12 @@ pub(super) fn read_footer(bytes: &[u8]) -> Result<Footer, String> {
         })
         .ok_or("the footer is damaged")?;
     let header = header.ok_or("it has no header of palpus (metadata `palpus`); is it a recording?")?;
-    check_schema(&schema)?;
+    let header = RecordingHeader::of_text(&header).map_err(|error| error.problem)?;
+    let columns = columns(header.format);
+    check_schema(&schema, &columns)?;
+    if groups.iter().any(|read| read.group.chunks.len() != columns.len()) {
+        return Err("the footer is damaged".to_owned());
+    }
     if groups.iter().any(|group: &Read| group.is_compressed) {
         return Err(
             "it was written by another program (its columns are compressed); only palpus's own are read".to_owned()
@@ -240,10 +242,9 @@ fn read_element(input: &mut Input<'_>) -> Option<Element> {
 }
 
 /// The columns must be ours, all of them, in our order.
-fn check_schema(schema: &[Element]) -> Result<(), String> {
-    let columns = columns();
-    let is_ours = schema.len() == WIDTH + 1
-        && schema[1..].iter().zip(&columns).all(|((name, physical, repetition, converted), column)| {
+fn check_schema(schema: &[Element], columns: &[Column]) -> Result<(), String> {
+    let is_ours = schema.len() == columns.len() + 1
+        && schema[1..].iter().zip(columns).all(|((name, physical, repetition, converted), column)| {
             name == column.name
                 && *physical == Some(column.physical().into())
                 && *repetition == Some(column.is_optional().into())
@@ -288,7 +289,7 @@ fn read_group(input: &mut Input<'_>) -> Option<Read> {
         }
         Some(true)
     })?;
-    (read.group.chunks.len() == WIDTH).then_some(read)
+    Some(read)
 }
 
 fn read_chunk(input: &mut Input<'_>, read: &mut Read) -> Option<()> {
@@ -311,7 +312,7 @@ fn read_chunk(input: &mut Input<'_>, read: &mut Read) -> Option<()> {
     })?;
     read.is_compressed |= compressed;
     // A footer may claim many groups, but a row takes a column each.
-    if read.group.chunks.len() >= WIDTH {
+    if read.group.chunks.len() >= MOST_WIDTH {
         return None;
     }
     read.group.chunks.push(chunk);

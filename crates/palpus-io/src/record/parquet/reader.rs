@@ -10,7 +10,7 @@ use super::meta::{Column, Footer, Group, MAGIC, columns, read_footer, read_page}
 use super::thrift::Input;
 use crate::TableError;
 use crate::record::columns::{Kind, Take, take};
-use crate::record::{Recording, RecordingHeader, change};
+use crate::record::{Recording, change};
 
 /// Bytes from the end in which a whole footer is looked for: more than any piece that could be cut off.
 const MOST_CUT_OFF: u64 = 1 << 26;
@@ -33,8 +33,7 @@ pub(in crate::record) fn read(input: &mut (impl Read + Seek), name: &str) -> Res
             None => return Err(wrong(problem)),
         },
     };
-    let header = RecordingHeader::of_text(&footer.header).map_err(|error| wrong(error.problem))?;
-    let mut recording = Recording::empty(header);
+    let mut recording = Recording::empty(footer.header);
     let mut read_to = MAGIC.len() as u64;
     for (k, group) in footer.groups.iter().enumerate() {
         let problem = |problem: &str| wrong(format!("row group {k}: {problem}"));
@@ -111,7 +110,8 @@ fn group_bytes(
 /// Appends the rows of a group to a recording.
 fn rows(group: &Group, bytes: &[u8], recording: &mut Recording) -> Result<(), String> {
     let damaged = |column: &Column| format!("column {} is damaged", column.name);
-    let columns = columns();
+    let format = recording.header.format;
+    let columns = columns(format);
     let rows = usize::try_from(group.rows).map_err(|_| "it has too many rows")?;
     let mut values = Vec::new();
     for (chunk, column) in group.chunks.iter().zip(&columns) {
@@ -124,7 +124,7 @@ fn rows(group: &Group, bytes: &[u8], recording: &mut Recording) -> Result<(), St
     let mut cursor = Cursor { columns: &values, column: 0, row: 0 };
     for row in 0..rows {
         (cursor.column, cursor.row) = (0, row);
-        recording.rows.push(take(&mut cursor).map_err(|Missing| "its columns are not equally long")?);
+        recording.rows.push(take(format, &mut cursor).map_err(|Missing| "its columns are not equally long")?);
     }
     if let Some(Values::Texts(texts)) = texts {
         for line in texts.iter().flat_map(|text| text.lines()) {

@@ -4,7 +4,7 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use super::meta::{Chunk, Group, MAGIC, WIDTH, columns, write_footer, write_page};
+use super::meta::{Chunk, Group, MAGIC, columns, write_footer, write_page};
 use super::thrift::varint;
 use crate::record::columns::{Put, put};
 use crate::record::{Piece, RecordRow};
@@ -15,6 +15,8 @@ pub(super) const MERGED: usize = 1 << 16;
 /// Gathers rows into groups.
 pub(in crate::record) struct Writer {
     header: String,
+    /// Of the recording.
+    format: u32,
     /// Bytes handed out.
     written: u64,
     /// The living groups.
@@ -35,10 +37,10 @@ struct Tail {
 }
 
 impl Writer {
-    /// A file of nothing but this header.
-    pub(in crate::record) fn new(header: &str) -> Self {
+    /// A file of nothing but this header, of a recording of `format`.
+    pub(in crate::record) fn new(header: &str, format: u32) -> Self {
         let header = header.to_owned();
-        Self { header, written: 0, groups: Vec::new(), tail: Tail::default(), in_small: 0, small: 0 }
+        Self { header, format, written: 0, groups: Vec::new(), tail: Tail::default(), in_small: 0, small: 0 }
     }
 
     /// A change of settings before the next row.
@@ -64,14 +66,14 @@ impl Writer {
         let mut bytes = if at == 0 { MAGIC.to_vec() } else { Vec::new() };
         if self.tail.rows.len() >= MERGED {
             self.groups.truncate(self.groups.len() - self.small);
-            self.groups.push(self.tail.group(0, at, &mut bytes));
+            self.groups.push(self.tail.group(self.format, 0, at, &mut bytes));
             (self.tail, self.in_small, self.small) = (Tail::default(), 0, 0);
         } else if self.tail.rows.len() > self.in_small {
-            self.groups.push(self.tail.group(self.in_small, at, &mut bytes));
+            self.groups.push(self.tail.group(self.format, self.in_small, at, &mut bytes));
             self.in_small = self.tail.rows.len();
             self.small += 1;
         }
-        write_footer(&mut bytes, &self.header, &self.groups);
+        write_footer(&mut bytes, &self.header, self.format, &self.groups);
         self.written += bytes.len() as u64;
         Piece { at, bytes }
     }
@@ -102,25 +104,26 @@ fn copy(writer: &Writer, old: &mut File, mut new: File) -> io::Result<()> {
     }
     let mut rest = Vec::new();
     if !writer.tail.rows.is_empty() {
-        groups.push(writer.tail.group(0, at, &mut rest));
+        groups.push(writer.tail.group(writer.format, 0, at, &mut rest));
     }
-    write_footer(&mut rest, &writer.header, &groups);
+    write_footer(&mut rest, &writer.header, writer.format, &groups);
     new.write_all(&rest)
 }
 
 impl Tail {
     /// Appends the rows from number `from` on as a group to a piece that goes to `at`.
-    fn group(&self, from: usize, at: u64, out: &mut Vec<u8>) -> Group {
+    fn group(&self, format: u32, from: usize, at: u64, out: &mut Vec<u8>) -> Group {
         let rows = &self.rows[from..];
-        let mut pages = Pages { pages: std::array::from_fn(|_| Page::default()), row: 0, column: 0 };
+        let columns = columns(format);
+        let mut pages = Pages { pages: columns.iter().map(|_| Page::default()).collect(), row: 0, column: 0 };
         let mut changes = self.changes.iter().filter(|(row, _)| *row >= from).peekable();
         for (k, row) in rows.iter().enumerate() {
             (pages.row, pages.column) = (k, 0);
-            put(row, &mut pages);
+            put(row, format, &mut pages);
             pages.text(changes.next_if(|(row, _)| *row == from + k).map(|(_, lines)| lines.as_str()));
         }
         let mut chunks = Vec::new();
-        for (page, column) in pages.pages.into_iter().zip(columns()) {
+        for (page, column) in pages.pages.into_iter().zip(columns) {
             let begin = out.len();
             let levels = if column.is_optional() { page.levels() } else { Vec::new() };
             write_page(out, rows.len(), levels.len() + page.values.len());
@@ -134,7 +137,7 @@ impl Tail {
 
 /// The values of a group, column by column.
 struct Pages {
-    pages: [Page; WIDTH],
+    pages: Vec<Page>,
     row: usize,
     column: usize,
 }
