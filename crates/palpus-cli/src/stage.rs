@@ -197,7 +197,8 @@ pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_
     bail!("there is no scene called `{name}`; built-in scenes are {}, or name a scene file (TOML)", names.join(", "))
 }
 
-fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<Stage> {
+/// Prepares a scene that code has made.
+pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<Stage> {
     let contact = &scene.contact;
     let settings = Settings {
         contact_tolerance: contact.tolerance,

@@ -66,6 +66,15 @@ impl Fit {
         FlushCase { fit: self, play, twist: f64::to_radians(twist_degrees), tolerance }
     }
 
+    /// m: the lever on which a torque that turns the part presses it against the other one.
+    pub const fn lever(self) -> f64 {
+        match self {
+            Self::Slot | Self::Drawer => 0.025,
+            Self::Key => KEY_SIDE / 2.0,
+            Self::Peg => 0.0075,
+        }
+    }
+
     /// Unit: the direction in which a weight presses the part against a wall of the other one.
     pub fn sideways(self) -> DVec3 {
         match self {
@@ -99,9 +108,6 @@ const FRAME_LENGTH: f64 = 0.050;
 const WALL: f64 = 0.010;
 const KEY_BLOCK_HEIGHT: f64 = 0.012;
 const PEG_BLOCK_HEIGHT: f64 = 0.025;
-
-/// A box by its lowest and its highest corner, m.
-pub type BoxPart = [DVec3; 2];
 
 impl FlushCase {
     /// Builds the scene.
@@ -168,30 +174,9 @@ impl FlushCase {
         if self.fit == Fit::Key { KEY_BLOCK_HEIGHT } else { PEG_BLOCK_HEIGHT }
     }
 
-    /// The environment as boxes that share no volume, for engines that need convex parts.
-    pub fn environment_boxes(&self) -> Vec<BoxPart> {
-        if self.fit == Fit::Slot {
-            let ChannelSection { half_gap, half_width, floor, bottom } = self.slot();
-            let wall = |low: f64, high: f64, from: f64, to: f64| {
-                [DVec3::new(-SLOT_LENGTH / 2.0, low, from), DVec3::new(SLOT_LENGTH / 2.0, high, to)]
-            };
-            return vec![
-                wall(-half_width, half_width, bottom, floor),
-                wall(-half_width, -half_gap, floor, 0.0),
-                wall(half_gap, half_width, floor, 0.0),
-            ];
-        }
-        let (inner, outer) = (self.hole() / 2.0, self.hole() / 2.0 + WALL);
-        let length = if self.fit == Fit::Drawer { FRAME_LENGTH } else { self.block_height() };
-        let turned = |p: DVec3| if self.fit == Fit::Drawer { DVec3::new(p.z, p.x, p.y) } else { p };
-        [
-            (DVec2::new(-outer.x, -outer.y), DVec2::new(-inner.x, outer.y)),
-            (DVec2::new(inner.x, -outer.y), DVec2::new(outer.x, outer.y)),
-            (DVec2::new(-inner.x, -outer.y), DVec2::new(inner.x, -inner.y)),
-            (DVec2::new(-inner.x, inner.y), DVec2::new(inner.x, outer.y)),
-        ]
-        .map(|(low, high)| [turned(low.extend(-length)), turned(high.extend(0.0))])
-        .to_vec()
+    /// Where the part is free in its play, before it is turned.
+    pub fn free(&self) -> Pose {
+        self.keys()[1].pose
     }
 
     fn keys(&self) -> Vec<Key> {

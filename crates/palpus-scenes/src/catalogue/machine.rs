@@ -63,14 +63,14 @@ pub(super) fn screwdriver() -> Parts {
             Key::rest(0.0, free),
             Key::rest(1.0, turned(0.0)),
             Key::rest(1.8, turned(TWIST)),
-            Key::rest(2.8, turned(TWIST)),
-            Key::rest(4.0, turned(-TWIST)),
-            Key::rest(5.0, turned(-TWIST)),
-            Key::rest(5.8, tilted(0.0)),
-            Key::rest(6.4, tilted(TILT)),
-            Key::rest(7.6, tilted(TILT)),
-            Key::rest(8.2, tilted(0.0)),
-            Key::rest(9.2, free),
+            Key::rest(3.2, turned(TWIST)),
+            Key::rest(4.4, turned(-TWIST)),
+            Key::rest(5.4, turned(-TWIST)),
+            Key::rest(6.2, tilted(0.0)),
+            Key::rest(6.8, tilted(TILT)),
+            Key::rest(8.0, tilted(TILT)),
+            Key::rest(8.6, tilted(0.0)),
+            Key::rest(9.6, free),
         ]),
         second: None,
     }
@@ -107,15 +107,15 @@ fn rollers_of(around: usize, along: usize) -> Parts {
     Parts {
         probe: shape::knurled_roller(around, along),
         environment: shape::knurled_roller(around, along),
-        contact: ContactSettings { tolerance: 0.2e-3, cluster_radius: 1e-3, ..USUAL },
+        contact: ContactSettings { tolerance: 0.1e-3, cluster_radius: 1e-3, ..USUAL },
         path: roll_path(touching + 0.003, touching - press(1.5), 0.0),
         second: None,
     }
 }
 
-/// Two knurled rollers of 7872 triangles roll on each other.
+/// Two knurled rollers of 2016 triangles roll on each other.
 pub(super) fn rollers() -> Parts {
-    rollers_of(96, 40)
+    rollers_of(48, 20)
 }
 
 /// The same rollers with 200 000 triangles each.
@@ -157,7 +157,8 @@ pub(super) fn ball_joint() -> Parts {
     Parts {
         probe: shape::ball_on_stem(),
         environment: shape::socket(PLAY),
-        contact: ContactSettings { tolerance: 0.3e-3, cluster_radius: 2e-3, ..USUAL },
+        // Half of the play, so that the ball is not in contact all round.
+        contact: ContactSettings { tolerance: PLAY / 2.0, cluster_radius: 2e-3, ..USUAL },
         path: HandPath::through(&[
             Key::rest(0.0, at(DVec3::ZERO, DVec3::ZERO)),
             Key::rest(0.6, at(DVec3::ZERO, pull)),

@@ -128,7 +128,7 @@ const TRIALS: [SceneEntry; 15] = [
     SceneEntry { name: "gears", summary: "two gears roll on each other, a tooth in each gap", parts: machine::gears },
     SceneEntry {
         name: "rollers",
-        summary: "two knurled rollers of 7872 triangles roll on each other",
+        summary: "two knurled rollers of 2016 triangles roll on each other",
         parts: machine::rollers,
     },
     SceneEntry {

@@ -18,7 +18,7 @@ const ALONG: f64 = 10.0;
 const LENGTH: f64 = 0.026;
 
 /// A roller of 26 mm along y about the origin with `around` × `along` quads on its side:
-/// 2 · `around` · (`along` + 1) triangles. The bumps need at least 96 × 40.
+/// 2 · `around` · (`along` + 1) triangles. The bumps need at least 48 × 20.
 pub fn knurled_roller(around: usize, along: usize) -> PolygonSoup {
     let mut skin = Skin::default();
     let rings: Vec<Vec<u32>> = (0..=along)

@@ -43,7 +43,7 @@ const CASES: [Case; 26] = [
     Case { name: "key", build: key, triangles: 28, genus: 0 },
     Case { name: "square peg", build: square_peg, triangles: 20, genus: 0 },
     Case { name: "screwdriver", build: screwdriver, triangles: 92, genus: 0 },
-    Case { name: "knurled roller", build: || knurled_roller(96, 40), triangles: 7872, genus: 0 },
+    Case { name: "knurled roller", build: || knurled_roller(48, 20), triangles: 2016, genus: 0 },
     Case { name: "ball on stem", build: ball_on_stem, triangles: 958, genus: 0 },
     Case { name: "socket", build: || socket(0.0001), triangles: 894, genus: 0 },
     Case { name: "gear", build: gear, triangles: 1024, genus: 0 },
