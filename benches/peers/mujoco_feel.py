@@ -1,19 +1,24 @@
 #!/usr/bin/env python3
-"""What flush faces, play and machine parts feel like in MuJoCo, beside palpus, on the same hand motion.
+"""Feel of flush faces, play and machine parts in MuJoCo beside palpus, on the same hand motion.
 
 usage: mujoco_feel.py PALPUS [--out DIR] [--scene NAME]...      (needs mujoco and numpy from PyPI)
 
-1. `palpus run SCENE --record` runs the closed loop; the recording has the device's pose and the felt wrench.
-2. MuJoCo replays that device motion open loop at 1 kHz: a mocap body follows it, and a weld constraint (MuJoCo's
-   default solref) ties the tool to it. The felt wrench is the weld's. Gravity is off.
-3. Non-convex parts are cut into convex ones: boxes where all faces are axis-aligned, otherwise palpus's own pieces.
-4. Both wrenches are judged alike: hum above 10 Hz in the last second at rest, the most net work on the hand along the
-   recorded motion, the true overlap of the meshes (winding number of samples of both surfaces), and the time of a step.
+1. `palpus run SCENE --record` runs the closed loop; the recording has the device's pose and the
+   felt wrench.
+2. MuJoCo replays that device motion open loop at 1 kHz: a mocap body follows it, and a weld
+   constraint (MuJoCo's default solref) ties the tool to it. The felt wrench is the weld's. Gravity
+   is off.
+3. Non-convex parts are cut into convex ones: boxes where all faces are axis-aligned, otherwise
+   palpus's own pieces.
+4. Both wrenches are judged alike: hum above 10 Hz in the last second at rest, the most net work on
+   the hand along the recorded motion, the true overlap of the meshes (winding number of samples of
+   both surfaces), and the time of a step.
 
-Comparable: hum, energy along this motion, overlap. Not comparable: MuJoCo's hand cannot yield to what it feels, since
-the motion was recorded with palpus's force; its weld is softer or stiffer than palpus's coupling as the solver decides;
-contacts of both are as soft as their defaults. palpus's overlap comes from `palpus bench feel` (normal hand, without the
-safety chain), since a recording has no tool pose.
+Comparable: hum, energy along this motion, overlap. Not comparable: MuJoCo's hand cannot yield to
+what it feels, since the motion was recorded with palpus's force; its weld is softer or stiffer than
+palpus's coupling as the solver decides; contacts of both are as soft as their defaults. palpus's
+overlap comes from `palpus bench feel` (normal hand, without the safety chain), since a recording
+has no tool pose.
 """
 import argparse
 import csv

@@ -5,8 +5,8 @@
 //!    number says, and then by its distance to the other surface.
 //! 3. Along edges that enter the other solid the deepest point is refined between the samples.
 //!
-//! This is a lower bound of the overlap; what it misses is a crossing of two edges that enters by less
-//! than the spacing of the samples.
+//! This is a lower bound of the overlap; what it misses is a crossing of two edges that enters by
+//! less than the spacing of the samples.
 
 use glam::DVec3;
 use palpus::algebra::Pose;
@@ -73,7 +73,8 @@ impl SampledSolid {
         self.tree.nearest(p).map_or(0.0, |near| near.distance)
     }
 
-    /// The deepest that the samples of `other`, placed by `pose` in this one's frame, lie in this solid.
+    /// The deepest that the samples of `other`, placed by `pose` in this one's frame, lie in this
+    /// solid.
     fn deepest_of(&self, other: &Self, pose: &Pose) -> f64 {
         let mut deepest = other.points.iter().map(|&p| self.depth(pose.point(p))).fold(0.0, f64::max);
         let bounds = self.tree.bounds();
@@ -114,7 +115,8 @@ fn refined(at: &impl Fn(f64) -> f64, place: f64, end: f64) -> f64 {
     at(0.5 * (low + high))
 }
 
-/// How deep the solid `a`, placed by `pose_ba` in b's frame, and the solid `b` overlap, m; 0 if apart.
+/// How deep the solid `a`, placed by `pose_ba` in b's frame, and the solid `b` overlap, m; 0 if
+/// apart.
 pub fn overlap(a: &SampledSolid, b: &SampledSolid, pose_ba: &Pose) -> f64 {
     b.deepest_of(a, pose_ba).max(a.deepest_of(b, &pose_ba.inverse()))
 }

@@ -83,7 +83,8 @@ fn rolling(angle: f64, distance: f64, phase: f64) -> Pose {
     Pose::new(DQuat::from_rotation_y(2.0 * angle + phase), DVec3::new(sin, 0.0, cos) * distance)
 }
 
-/// Down, over to one side, to the other one, and up: `free` and `pressed` are distances of the axes, m.
+/// Down, over to one side, to the other one, and up: `free` and `pressed` are distances of the
+/// axes, m.
 fn roll_path(free: f64, pressed: f64, phase: f64) -> HandPath {
     const REACH: f64 = 0.45;
     let at = |angle: f64| rolling(angle, pressed, phase);

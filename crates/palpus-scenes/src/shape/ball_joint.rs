@@ -14,8 +14,8 @@ pub const JOINT_CENTER: DVec3 = DVec3::new(0.0, 0.0, -0.040);
 
 const SIDES: usize = 32;
 
-/// A ball of 8 mm radius under a stem of 3 mm radius along z, gripped 40 mm above the ball's centre:
-/// 958 triangles.
+/// A ball of 8 mm radius under a stem of 3 mm radius along z, gripped 40 mm above the ball's
+/// centre: 958 triangles.
 pub fn ball_on_stem() -> PolygonSoup {
     const STEM_RADIUS: f64 = 0.003;
     const STEM_TOP: f64 = 0.010;
@@ -39,8 +39,8 @@ pub fn ball_on_stem() -> PolygonSoup {
     skin.finish()
 }
 
-/// A socket about the origin that holds the ball of [`ball_on_stem`] beyond its equator and leaves it
-/// at least `play` (m) on every side: 894 triangles.
+/// A socket about the origin that holds the ball of [`ball_on_stem`] beyond its equator and leaves
+/// it at least `play` (m) on every side: 894 triangles.
 pub fn socket(play: f64) -> PolygonSoup {
     const RINGS: usize = 12;
     const OUTER_RADIUS: f64 = 0.013;

@@ -48,8 +48,8 @@ pub fn channel(length: f64, section: &ChannelSection) -> PolygonSoup {
     skin.finish()
 }
 
-/// A block with sides `outer` (m), its top in the plane z = 0, with a rectangular hole of sides `hole`
-/// (m) along the z axis right through it: 32 triangles, genus 1.
+/// A block with sides `outer` (m), its top in the plane z = 0, with a rectangular hole of sides
+/// `hole` (m) along the z axis right through it: 32 triangles, genus 1.
 pub fn sleeve(outer: DVec3, hole: DVec2) -> PolygonSoup {
     let mut skin = Skin::default();
     let mut level = |z: f64| (skin.ring(rectangle(outer.truncate(), z)), skin.ring(rectangle(hole, z)));
@@ -88,8 +88,8 @@ pub fn key() -> PolygonSoup {
 /// Sides of the square peg's cross-section, m.
 pub const SQUARE_PEG: DVec2 = DVec2::new(0.010, 0.006);
 
-/// A rectangular peg along z, 50 mm long, with a 0.5 mm chamfer at its lower end, gripped 40 mm above
-/// [`super::PEG_TIP`]: 20 triangles.
+/// A rectangular peg along z, 50 mm long, with a 0.5 mm chamfer at its lower end, gripped 40 mm
+/// above [`super::PEG_TIP`]: 20 triangles.
 pub fn square_peg() -> PolygonSoup {
     const LENGTH: f64 = 0.050;
     const CHAMFER: f64 = 0.0005;

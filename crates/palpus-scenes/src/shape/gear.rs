@@ -1,9 +1,9 @@
 //! A spur gear with involute flanks.
 //!
-//! 1. Each tooth has two flanks of [`FLANK`] points; where the flank lies above the base circle it is
-//!    the involute, below it the tooth widens a little, as a fillet would.
-//! 2. The outline is swept along y. A face is cut into the teeth, by strips, and the disc within the
-//!    roots, by a fan.
+//! 1. Each tooth has two flanks of [`FLANK`] points; where the flank lies above the base circle it
+//!    is the involute, below it the tooth widens a little, as a fillet would.
+//! 2. The outline is swept along y. A face is cut into the teeth, by strips, and the disc within
+//!    the roots, by a fan.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

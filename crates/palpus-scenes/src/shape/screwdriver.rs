@@ -31,7 +31,8 @@ pub fn screwdriver() -> PolygonSoup {
         octagon(HANDLE_RADIUS, HANDLE_LOW),
         octagon(HANDLE_RADIUS, HANDLE_HIGH),
     ];
-    // Four of the blade's corners lie on straight sides, so a fan would have triangles without area.
+    // Four of the blade's corners lie on straight sides, so a fan would have triangles without
+    // area.
     for [a, b, c, d] in [[0, 7, 6, 1], [1, 6, 5, 2], [2, 5, 4, 3]] {
         skin.quad([tip[a], tip[b], tip[c], tip[d]]);
     }

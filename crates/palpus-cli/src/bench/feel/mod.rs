@@ -2,7 +2,7 @@
 //!
 //! 1. *Open loop* (`open`): all methods feel the same poses. Steps, directions, truth, pop-through.
 //! 2. *Closed loop* (`scripted`): a simulated hand follows the scene's script. Energy, depth, insertion.
-//! 3. *Flush* (`flush`): flush faces, play and machine parts in the closed loop; and the flush sweep.
+//! 3. *Flush* (`flush`): flush faces, play and machine parts in the closed loop; the flush sweep.
 //! 4. *Held* (`held`): the probe rests in contact. Limit cycles, the greatest stable stiffness, and that over damping and hands (Z-width).
 //!
 //! Nothing here reads a clock: the same seed gives the same numbers. Scenes and methods are shared out among threads, a pair at a time.
@@ -169,7 +169,8 @@ fn measure_all(grounds: &[Ground], entries: &[Entry], effort: &Effort) -> anyhow
     Ok(outcomes)
 }
 
-/// Answers of `work` for 0 to `count`, in order, worked out by all threads; says how far it has come.
+/// Returns `work(k)` for each k below `count`, in order. All threads share the work; the terminal
+/// shows how many are done.
 fn shared_out<T: Send>(count: usize, work: impl Fn(usize) -> anyhow::Result<T> + Sync) -> anyhow::Result<Vec<T>> {
     let slots: Vec<Mutex<Option<anyhow::Result<T>>>> = (0..count).map(|_| Mutex::new(None)).collect();
     let watched = output::watched();

@@ -2,11 +2,12 @@
 //! overlap.
 //!
 //! 1. The closed loop follows the scene's path; the hand presses no more than the path says.
-//! 2. *Hum* is what is left of force and torque above 10 Hz, as root of the mean square: in the last
-//!    second at rest, and in the half second in which it is largest.
-//! 3. *Energy generated* is the most net work that the applied wrench has done on the hand at any time.
-//! 4. *True overlap* is the deepest that the meshes overlap where the method shows the probe. Samples
-//!    of both surfaces decide it (`palpus_scenes::overlap`), not the engine's contacts.
+//! 2. *Hum* is what is left of force and torque above 10 Hz, as root of the mean square: in the
+//!    last second at rest, and in the half second in which it is largest.
+//! 3. *Energy generated* is the most net work that the applied wrench has done on the hand at any
+//!    time.
+//! 4. *True overlap* is the deepest that the meshes overlap where the method shows the probe.
+//!    Samples of both surfaces decide it (`palpus_scenes::overlap`), not the engine's contacts.
 
 pub(super) mod sweep;
 
@@ -42,8 +43,9 @@ pub(super) const SCENES: [(&str, f64); 9] = [
 /// Measured only where it is asked for by name: preparing it takes long.
 pub(super) const LARGE: (&str, f64) = ("rollers-200k", 3.4);
 
-/// The engine's own ways of rendering. benches/peers/mujoco_feel.py sets another engine beside them.
-const METHODS: [&str; 4] = ["paper", "smooth", "coupled", "coupled-smooth"];
+/// Rendering through the coupling. Direct rendering lets the probe sink in as deep as the hand
+/// presses, and contacts of fine meshes then number thousands.
+const METHODS: [&str; 2] = ["coupled", "coupled-smooth"];
 
 /// s: how long the hum at rest is watched, and the hum anywhere.
 const AT_REST: f64 = 1.0;
