@@ -37,7 +37,6 @@ pub(crate) enum Teller<'a> {
     /// By a bar in the terminal.
     Bar,
     /// By calls, with the name of what is prepared and the part that is done, 0 to 1.
-    #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a window shows it"))]
     Calls(&'a dyn Fn(&str, f64)),
 }
 

@@ -128,9 +128,7 @@ impl Stage {
 
     /// Returns the probe's state at `time` (s) on the path, world.
     pub(crate) fn scripted(&self, time: f64) -> ProbeState {
-        let (pose_ba, Twist { angular, linear }) = (self.path.pose(time), self.path.twist(time));
-        let to_grip = pose_ba.vector(self.settings.grip_a);
-        ProbeState { pose_ba, twist: Twist { angular, linear: linear + angular.cross(to_grip) } }
+        scripted(&self.path, self.settings.grip_a, time)
     }
 
     /// What a recording says of a run of it on the device that is called so; safety chain and device add to it.
@@ -191,6 +189,13 @@ impl Stage {
     }
 }
 
+/// Returns the state at `time` (s) on `path` (world) of a probe that is held at `grip_a` (in its frame).
+pub(crate) fn scripted(path: &HandPath, grip_a: DVec3, time: f64) -> ProbeState {
+    let (pose_ba, Twist { angular, linear }) = (path.pose(time), path.twist(time));
+    let to_grip = pose_ba.vector(grip_a);
+    ProbeState { pose_ba, twist: Twist { angular, linear: linear + angular.cross(to_grip) } }
+}
+
 /// Ticks per second when nobody says.
 const DEFAULT_RATE_HZ: f64 = 1000.0;
 
@@ -219,7 +224,8 @@ pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_
     bail!("there is no scene called `{name}`; built-in scenes are {}, or name a scene file (TOML)", names.join(", "))
 }
 
-fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<Stage> {
+/// Prepares a scene that code has made.
+pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<Stage> {
     let contact = &scene.contact;
     let settings = Settings {
         contact_tolerance: contact.tolerance,

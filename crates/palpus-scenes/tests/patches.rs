@@ -76,7 +76,9 @@ fn prism(outline: &[DVec2], height: f64) -> PolygonSoup {
 }
 
 fn ring(corners: u32, radius: f64) -> Vec<DVec2> {
-    (0..corners).map(|k| DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / f64::from(corners)) * radius).collect()
+    (0..corners)
+        .map(|k| DVec2::from_angle(f64::from(k) * std::f64::consts::TAU / f64::from(corners)) * radius)
+        .collect()
 }
 
 /// What a path is called, how much it may step, the probe, the ground, and the path.
@@ -102,9 +104,8 @@ fn cases() -> Vec<Case> {
             };
             cases.push(("sliding over an edge", 1.2, block.clone(), table.clone(), Box::new(slide)));
         }
-        let twisting = move |s: f64| {
-            Pose::new(DQuat::from_rotation_z(90.0 * s * DEGREE), DVec3::new(0.09, 0.0, flush + gap))
-        };
+        let twisting =
+            move |s: f64| Pose::new(DQuat::from_rotation_z(90.0 * s * DEGREE), DVec3::new(0.09, 0.0, flush + gap));
         cases.push(("twisting on a face", 1.2, block.clone(), table.clone(), Box::new(twisting)));
         let tipping = move |s: f64| {
             let turn = DQuat::from_axis_angle(DVec3::new(1.0, 0.3, 0.0).normalize(), (2.0 * s - 1.0) * 3.0 * DEGREE);

@@ -25,7 +25,7 @@ pub(crate) enum BenchCommand {
     },
     /// Measures what contact feels like: steps of force and torque, truth, energy, stability; every method on every scene in every hand.
     #[command(
-        after_help = "Examples:\n  palpus bench feel --out feel\n  palpus bench feel --scene v-groove --method smooth --quick\n\nWrites feel.md, feel.html (with plots), feel.csv and feel.json. The same numbers come out of every run."
+        after_help = "Examples:\n  palpus bench feel --out feel\n  palpus bench feel --scene v-groove --method smooth --quick\n  palpus bench feel --sweep 200\n\nWrites feel.md, feel.html (with plots), feel.csv and feel.json. The same numbers come out of every run."
     )]
     Feel {
         /// Where the files go.
@@ -40,6 +40,12 @@ pub(crate) enum BenchCommand {
         /// Parts of the scripts, one hand, a coarse search: half a minute.
         #[arg(long)]
         quick: bool,
+        /// Runs only the flush sweep: so many random cases of parts in play, judged by hum, energy and true overlap.
+        #[arg(long, value_name = "N", conflicts_with_all = ["scene", "method", "quick"])]
+        sweep: Option<usize>,
+        /// Seed of the sweep's first case, decimal or hexadecimal (0x…).
+        #[arg(long, value_name = "SEED", requires = "sweep", value_parser = seed)]
+        seed: Option<u64>,
     },
     /// Times the engine step against the number of triangles and of contacts, and on real pairs; plots, CSV, JSON and text.
     #[command(
@@ -81,4 +87,9 @@ pub(crate) enum BenchCommand {
         #[arg(long, value_name = "T")]
         tolerance: Option<f64>,
     },
+}
+
+/// Reads a seed.
+fn seed(text: &str) -> Result<u64, std::num::ParseIntError> {
+    text.strip_prefix("0x").map_or_else(|| text.parse(), |digits| u64::from_str_radix(digits, 16))
 }

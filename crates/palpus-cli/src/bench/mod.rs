@@ -21,9 +21,14 @@ pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {
     match command {
         BenchCommand::Figures { out, models } => figures::figures(out, models.as_deref()),
         BenchCommand::Depth { out } => depth::depth(out),
-        BenchCommand::Feel { out, scene, method, quick } => {
-            feel::feel(&feel::Wanted { out, scene: scene.as_deref(), method: method.as_deref(), quick: *quick })
-        }
+        BenchCommand::Feel { out, scene, method, quick, sweep, seed } => feel::feel(&feel::Wanted {
+            out,
+            scene: scene.as_deref(),
+            method: method.as_deref(),
+            quick: *quick,
+            sweep: *sweep,
+            seed: *seed,
+        }),
         BenchCommand::Scale { out, models, ticks, passes, only } => {
             let effort = scale::Effort { ticks: *ticks, passes: *passes };
             scale::scale(out, models.as_deref(), effort, only.as_deref())

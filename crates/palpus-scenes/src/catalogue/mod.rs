@@ -2,6 +2,7 @@
 
 mod block;
 mod gut;
+mod machine;
 mod pen_sphere;
 pub(crate) use pen_sphere::RADIUS as SPHERE_RADIUS;
 mod spoon_cup;
@@ -11,6 +12,7 @@ mod two_hands;
 
 use std::f64::consts::PI;
 
+use crate::flush::Fit;
 use crate::scene::{ContactSettings, Friction, Scene, SecondTool};
 
 /// A scene that has not been built yet: its meshes and its path are made on demand.
@@ -86,7 +88,7 @@ const SCENES: [SceneEntry; 8] = [
     },
 ];
 
-const TRIALS: [SceneEntry; 5] = [
+const TRIALS: [SceneEntry; 15] = [
     SceneEntry { name: "box-tilt", summary: "a box is rocked through flat on a table", parts: trial::box_tilt },
     SceneEntry {
         name: "box-edge",
@@ -104,7 +106,47 @@ const TRIALS: [SceneEntry; 5] = [
         summary: "a nut is wound onto its bolt, pushed and pulled in the thread's play",
         parts: trial::nut_bolt,
     },
+    fit_entry(Fit::Slot, || flush(Fit::Slot)),
+    fit_entry(Fit::Drawer, || flush(Fit::Drawer)),
+    fit_entry(Fit::Key, || flush(Fit::Key)),
+    fit_entry(Fit::Peg, || flush(Fit::Peg)),
+    SceneEntry {
+        name: "box-slide",
+        summary: "a box is pressed on a plate with 4 N and slides along it with friction",
+        parts: machine::box_slide,
+    },
+    SceneEntry {
+        name: "screwdriver",
+        summary: "a screwdriver, held at its handle, is twisted and tilted in a screw's slot",
+        parts: machine::screwdriver,
+    },
+    SceneEntry {
+        name: "ball-joint",
+        summary: "a ball is pulled against its socket and turned, with 0.1 mm of play",
+        parts: machine::ball_joint,
+    },
+    SceneEntry { name: "gears", summary: "two gears roll on each other, a tooth in each gap", parts: machine::gears },
+    SceneEntry {
+        name: "rollers",
+        summary: "two knurled rollers of 2016 triangles roll on each other",
+        parts: machine::rollers,
+    },
+    SceneEntry {
+        name: "rollers-200k",
+        summary: "the same rollers with 200 000 triangles each",
+        parts: machine::fine_rollers,
+    },
 ];
+
+const fn fit_entry(fit: Fit, parts: fn() -> Parts) -> SceneEntry {
+    SceneEntry { name: fit.name(), summary: fit.summary(), parts }
+}
+
+/// The usual case of a flush fit.
+fn flush(fit: Fit) -> Parts {
+    let Scene { probe, environment, contact, path, .. } = fit.usual().scene();
+    Parts { probe, environment, contact, path, second: None }
+}
 
 /// Scenes that are made to be measured, beside the [`scenes`] that are made to be felt; none of them built yet.
 pub fn trials() -> &'static [SceneEntry] {

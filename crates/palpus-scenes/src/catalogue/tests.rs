@@ -3,46 +3,32 @@
 //! than the size of a triangle.
 
 use palpus::algebra::Pose;
-use palpus::body::{Mesh, TriangleTree};
 
 use super::*;
+use crate::overlap::{SampledSolid, overlap};
 
 /// Separations are told up to this, m.
 const FAR: f64 = 0.01;
 
-struct Surface {
-    tree: TriangleTree,
-    samples: Vec<glam::DVec3>,
+/// Least signed distance of `samples`, placed by `pose`, to the solid; at most [`FAR`].
+fn separation(solid: &SampledSolid, samples: &[glam::DVec3], pose: &Pose) -> f64 {
+    samples.iter().map(|&p| solid.signed_distance(pose.point(p), FAR)).fold(FAR, f64::min)
 }
 
-impl Surface {
-    fn new(soup: &palpus::body::PolygonSoup) -> Self {
-        let (mesh, _) = Mesh::from_soup(soup).expect("the shapes are sound");
-        let centers = (0..mesh.triangles().len() as u32).map(|t| mesh.triangle_centroid(t));
-        Self { tree: mesh.tree(), samples: mesh.vertices().iter().copied().chain(centers).collect() }
-    }
-
-    /// Distance of another body's samples, placed by `pose`, to this one; negative inside, at most [`FAR`].
-    fn separation(&self, samples: &[glam::DVec3], pose: &Pose) -> f64 {
-        let bounds = self.tree.bounds();
-        let signed = |p| {
-            let Some(near) = self.tree.nearest_within(p, FAR) else { return FAR };
-            if bounds.holds(p) && self.tree.inside(p) { -near.distance } else { near.distance }
-        };
-        samples.iter().map(|&p| signed(pose.point(p))).fold(FAR, f64::min)
-    }
+fn sampled(soup: &palpus::body::PolygonSoup) -> SampledSolid {
+    SampledSolid::new(soup).expect("the shapes are sound")
 }
 
 /// Separations at even times along the scene's path.
 fn profile(scene: &Scene, count: usize) -> Vec<f64> {
-    let (a, b) = (Surface::new(&scene.probe), Surface::new(&scene.environment));
+    let (a, b) = (sampled(&scene.probe), sampled(&scene.environment));
     let at = |k: usize| {
         let pose = scene.path.pose(scene.path.duration() * k as f64 / count as f64);
         // Of a large environment only the samples near the probe can matter.
         let back = pose.inverse();
-        let reach = a.samples.iter().map(|p| p.length()).fold(0.0, f64::max) + FAR;
-        let near: Vec<_> = b.samples.iter().copied().filter(|p| p.distance(pose.translation) < reach).collect();
-        b.separation(&a.samples, &pose).min(a.separation(&near, &back))
+        let reach = a.points().iter().map(|p| p.length()).fold(0.0, f64::max) + FAR;
+        let near: Vec<_> = b.points().iter().copied().filter(|p| p.distance(pose.translation) < reach).collect();
+        separation(&b, a.points(), &pose).min(separation(&a, &near, &back))
     };
     (0..=count).map(at).collect()
 }
@@ -97,10 +83,10 @@ fn the_ball_slides_in_the_groove() {
 fn the_peg_goes_into_the_block_that_the_other_hand_holds() {
     let scene = scene("two-hands").expect("a scene of that name");
     let second = scene.second.as_ref().expect("a second tool");
-    let surfaces = [&scene.probe, &second.probe, &scene.environment].map(Surface::new);
+    let surfaces = [&scene.probe, &second.probe, &scene.environment].map(sampled);
     let between = |a: usize, b: usize, pose: &Pose| {
-        let there = surfaces[b].separation(&surfaces[a].samples, pose);
-        there.min(surfaces[a].separation(&surfaces[b].samples, &pose.inverse()))
+        let there = separation(&surfaces[b], surfaces[a].points(), pose);
+        there.min(separation(&surfaces[a], surfaces[b].points(), &pose.inverse()))
     };
     let (mut least, mut deepest_tip) = ([FAR; 2], FAR);
     for k in 0..=96 {
@@ -154,4 +140,32 @@ fn names_are_unique_and_found() {
         assert!(scene(entry.name).is_some_and(|scene| scene.summary == entry.summary));
     }
     assert!(scene("no such scene").is_none());
+}
+
+/// Parts in play start free, and their hand wants them in each other.
+#[test]
+fn machine_parts_start_free_and_touch() {
+    let names = ["slot", "drawer", "key", "square-peg", "box-slide", "screwdriver", "ball-joint", "gears"];
+    for name in names {
+        let scene = scene(name).expect("a scene of that name");
+        let (a, b) = (sampled(&scene.probe), sampled(&scene.environment));
+        assert_eq!(overlap(&a, &b, &scene.start), 0.0, "{name} starts overlapped");
+        let deepest = (0..=20)
+            .map(|k| overlap(&a, &b, &scene.path.pose(scene.path.duration() * f64::from(k) / 20.0)))
+            .fold(0.0, f64::max);
+        assert!(deepest > 0.05e-3, "{name}: {deepest} m");
+    }
+}
+
+/// In the middle of its play a gear meets no other tooth while it rolls.
+#[test]
+fn gears_roll_freely_at_their_distance() {
+    let scene = scene("gears").expect("a scene of that name");
+    let (a, b) = (sampled(&scene.probe), sampled(&scene.environment));
+    for k in 0..12 {
+        let angle = f64::from(k) * PI / 96.0;
+        let pose = machine::meshed_gears(angle);
+        let deepest = overlap(&a, &b, &pose);
+        assert!(deepest < 1e-6, "{deepest} m at {angle} rad");
+    }
 }

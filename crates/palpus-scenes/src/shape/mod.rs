@@ -4,13 +4,18 @@
 //! a stated number of triangles. Each shape's doc says where its frame lies; a shape that is held has its origin where
 //! the hand grips it.
 
+mod ball_joint;
 mod cup;
+mod fit;
+mod gear;
 mod groove;
 mod intestine;
 mod peg_hole;
 mod primitive;
 mod rails;
+mod roller;
 mod scan;
+mod screwdriver;
 mod skin;
 #[cfg(test)]
 mod soundness;
@@ -18,13 +23,18 @@ mod spoon;
 mod thread;
 mod torus;
 
+pub use ball_joint::{JOINT_CENTER, JOINT_RADIUS, ball_on_stem, socket};
 pub use cup::{CUP_FLOOR, CUP_HEIGHT, cup, cup_inner_radius};
+pub use fit::{ChannelSection, KEY_SIDE, KEY_TIP, SQUARE_PEG, along_x, channel, key, sleeve, square_peg};
+pub use gear::{GEAR_BACKLASH, GEAR_PITCH_RADIUS, GEAR_TEETH, gear};
 pub use groove::{GROOVE_DEPTH, v_groove};
 pub use intestine::{CenterLine, LUMEN_RADIUS, intestine};
 pub use peg_hole::{DEFAULT_CLEARANCE, PEG_RADIUS, PEG_TIP, hole_block, peg};
 pub use primitive::{PEN_TIP, cuboid, pen, sphere, table};
 pub use rails::{KNIFE_DEPTH, knife, rails, rails_half_gap};
+pub use roller::{KNURL_HEIGHT, ROLLER_RADIUS, knurled_roller};
 pub use scan::scanned_torus;
+pub use screwdriver::{BLADE_THICKNESS, SCREWDRIVER_TIP, screwdriver};
 pub use spoon::{SPOON_TIP, spoon};
 pub use thread::{BOLT_LENGTH, NUT_GRIP, THREAD_CLEARANCE, THREAD_PITCH, bolt, nut};
 pub use torus::{TORUS_MAJOR_RADIUS, TORUS_MINOR_RADIUS, torus};

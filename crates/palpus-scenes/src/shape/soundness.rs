@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ops::ControlFlow;
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use palpus::body::{Cleaning, Mesh, PolygonSoup, TrianglePair};
 
 use super::*;
@@ -15,7 +15,7 @@ struct Case {
     genus: i64,
 }
 
-const CASES: [Case; 17] = [
+const CASES: [Case; 26] = [
     Case { name: "torus", build: torus, triangles: 2000, genus: 1 },
     Case { name: "cup", build: cup, triangles: 500, genus: 1 },
     Case { name: "spoon", build: spoon, triangles: 336, genus: 0 },
@@ -33,7 +33,23 @@ const CASES: [Case; 17] = [
     Case { name: "knife", build: knife, triangles: 8, genus: 0 },
     Case { name: "bolt", build: bolt, triangles: 1300, genus: 0 },
     Case { name: "nut", build: nut, triangles: 824, genus: 1 },
+    Case { name: "channel", build: || channel(0.08, &SLOT), triangles: 28, genus: 0 },
+    Case {
+        name: "sleeve",
+        build: || along_x(sleeve(DVec3::new(0.03, 0.04, 0.05), DVec2::new(0.02, 0.03))),
+        triangles: 32,
+        genus: 1,
+    },
+    Case { name: "key", build: key, triangles: 28, genus: 0 },
+    Case { name: "square peg", build: square_peg, triangles: 20, genus: 0 },
+    Case { name: "screwdriver", build: screwdriver, triangles: 92, genus: 0 },
+    Case { name: "knurled roller", build: || knurled_roller(48, 20), triangles: 2016, genus: 0 },
+    Case { name: "ball on stem", build: ball_on_stem, triangles: 958, genus: 0 },
+    Case { name: "socket", build: || socket(0.0001), triangles: 894, genus: 0 },
+    Case { name: "gear", build: gear, triangles: 1024, genus: 0 },
 ];
+
+const SLOT: ChannelSection = ChannelSection { half_gap: 0.0011, half_width: 0.015, floor: -0.02, bottom: -0.03 };
 
 fn triangle(soup: &PolygonSoup, f: usize) -> [DVec3; 3] {
     let face = soup.face(f);

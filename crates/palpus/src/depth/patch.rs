@@ -192,7 +192,8 @@ impl Outlines {
     /// Step 1, for the piece whose surface looks along `outward` (1: with the normal, −1: against it).
     fn gather(&mut self, polytope: &Polytope, feature: Feature, frame: &Frame, outward: f64, slope: f64) {
         (self.count, self.slope) = (0, slope);
-        let mut near = NearFaces { polytope, up: frame.z * outward, slope, faces: [(0, 0.0); 2 * PATCH_FACES], count: 0 };
+        let mut near =
+            NearFaces { polytope, up: frame.z * outward, slope, faces: [(0, 0.0); 2 * PATCH_FACES], count: 0 };
         match feature {
             Feature::Face(face) => near.visit(face),
             Feature::Edge(edge) => {
@@ -396,7 +397,10 @@ impl Patch {
     }
 
     /// Adds the place between `end` and the nearest point of `side`, if it is beside that side and outside of its polygon.
-    #[allow(clippy::too_many_arguments, reason = "two outlines, a point of the one, a side of the other, two tolerances")]
+    #[allow(
+        clippy::too_many_arguments,
+        reason = "two outlines, a point of the one, a side of the other, two tolerances"
+    )]
     fn add_beside(
         &mut self,
         a: &Outline,
@@ -421,12 +425,8 @@ impl Patch {
     fn add(&mut self, a: &Outline, b: &Outline, place: DVec2, lateral: f64, rounding: f64) {
         let (above, below) = (a.height(place), b.height(place));
         let gap = above - below + lateral;
-        let found = Found {
-            place,
-            height: 0.5 * (above + below),
-            gap,
-            features: FeaturePair { a: a.feature, b: b.feature },
-        };
+        let found =
+            Found { place, height: 0.5 * (above + below), gap, features: FeaturePair { a: a.feature, b: b.feature } };
         let same = |known: &&mut Found| known.place.distance_squared(place) <= rounding * rounding;
         if let Some(known) = self.found[..self.count].iter_mut().find(same) {
             if gap < known.gap {
@@ -442,8 +442,7 @@ impl Patch {
     fn write(&mut self, frame: &Frame, separation: f64, within: f64, rounding: f64) {
         let found = &self.found[..self.count];
         let corner = |found: &Found| {
-            let midpoint =
-                frame.origin + frame.x * found.place.x + frame.y * found.place.y + frame.z * found.height;
+            let midpoint = frame.origin + frame.x * found.place.x + frame.y * found.place.y + frame.z * found.height;
             // No gap is less than the separation; planes of faces that were merged are true to the flatness only.
             Corner { midpoint, separation: found.gap.max(separation), features: found.features }
         };

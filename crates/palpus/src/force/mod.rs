@@ -15,9 +15,9 @@ mod representative;
 mod shading;
 mod smooth_body;
 mod smooth_surface;
-mod tilt;
 #[cfg(test)]
 pub(crate) mod testing;
+mod tilt;
 
 pub use cluster::{Linkage, LinkageCounters, LinkageSettings};
 pub use contact::Contact;

@@ -180,8 +180,7 @@ impl Cell {
     /// The area within the unit disc, over that of the disc.
     fn share(&self) -> f64 {
         let corners = &self.corners[..self.count];
-        let twice: f64 =
-            (0..self.count).map(|k| twice_within_disc(corners[k], corners[(k + 1) % self.count])).sum();
+        let twice: f64 = (0..self.count).map(|k| twice_within_disc(corners[k], corners[(k + 1) % self.count])).sum();
         (0.5 * twice / PI).clamp(0.0, 1.0)
     }
 }
@@ -310,7 +309,13 @@ mod tests {
     #[test]
     fn shares_are_continuous_where_a_corner_splits() {
         let square = |cut: f64| {
-            vec![at(0.0, 0.0, 0.0), at(0.02 - cut, 0.0, 0.0), at(0.02, cut, 0.0), at(0.02, 0.02, 0.0), at(0.0, 0.02, 0.0)]
+            vec![
+                at(0.0, 0.0, 0.0),
+                at(0.02 - cut, 0.0, 0.0),
+                at(0.02, cut, 0.0),
+                at(0.02, 0.02, 0.0),
+                at(0.0, 0.02, 0.0),
+            ]
         };
         let mean = |contacts: &[Tilted]| -> DVec3 {
             let shares = shares(contacts);

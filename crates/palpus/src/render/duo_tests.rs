@@ -198,11 +198,8 @@ fn in_a_moved_frame_everything_is_the_same() {
     for coupling in [false, true] {
         let block = block();
         // The blend's directions are those of the environment's own frame.
-        let settings = Settings {
-            friction: Some(FRICTION),
-            patch_angle: None,
-            ..if coupling { coupled() } else { direct() }
-        };
+        let settings =
+            Settings { friction: Some(FRICTION), patch_angle: None, ..if coupling { coupled() } else { direct() } };
         let duo = |at: &Pose| Duo::new([block.clone(), block.clone()], boxes(&[FLOOR], at), [settings; 2]).unwrap();
         let (mut here, mut there) = (duo(&Pose::IDENTITY), duo(&moved));
         let mut most = 0.0f64;

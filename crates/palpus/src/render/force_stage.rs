@@ -188,9 +188,9 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
     for patch in patches(contacts, members) {
         let corners = &scratch.crowd[patch];
         let tilts = (0..corners.len()).map(|i| tilt_share(i, corners));
-        let (weight, sum) = tilts.zip(corners).fold((0.0, DVec3::ZERO), |(weight, sum), (tilt, corner)| {
-            (weight + tilt, sum + corner.place * tilt)
-        });
+        let (weight, sum) = tilts
+            .zip(corners)
+            .fold((0.0, DVec3::ZERO), |(weight, sum), (tilt, corner)| (weight + tilt, sum + corner.place * tilt));
         holds.extend(corners.iter().map(|corner| (sum / weight).lerp(corner.place, FRICTION_SPREAD)));
     }
     let grasp = Grasp {

@@ -68,6 +68,14 @@ pub(super) const PEG: [Column; 5] = [
     ),
 ];
 
+pub(super) const FLUSH: [Column; 5] = [
+    column("hum at rest (mN)", &["hum at rest"], 1e3, 3),
+    column("hum at rest (mN·m)", &["hum at rest torque"], 1e3, 3),
+    column("worst hum (mN / mN·m)", &["worst hum", "worst hum torque"], 1e3, 3),
+    column("energy generated (mJ)", &["energy generated"], 1e3, 3),
+    column("true overlap (mm)", &["true overlap"], 1e3, 3),
+];
+
 pub(super) const SUMMARY: [Column; 6] = [
     column("force step, max (mN/ms)", &["force step max"], 1e3, 3),
     column("over motion × k", &["force step over motion"], 1.0, 3),

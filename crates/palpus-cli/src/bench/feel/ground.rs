@@ -10,11 +10,12 @@ use palpus::force::{Contact, PairQuery};
 use palpus::render::{ProbeState, Settings};
 use palpus_baselines::{BaselineError, Voxel};
 use palpus_device::SimulationSettings;
-use palpus_io::scene::{CouplingMode, FilePolicy};
-use palpus_scenes::HandPath;
+use palpus_io::scene::CouplingMode;
 use palpus_scenes::truth::Truth;
+use palpus_scenes::{HandPath, Scene};
 
 use crate::bench::TICK;
+use crate::bodies::Teller;
 use crate::stage;
 
 /// The scenes of the suite.
@@ -81,38 +82,47 @@ pub(super) struct Rest {
 impl Ground {
     /// Prepares the scene called `name`; `seconds` of its path at the most.
     pub(super) fn new(name: &'static str, seconds: f64) -> anyhow::Result<Self> {
-        let mut stage = stage::prepare(name, FilePolicy::Inside)?;
-        stage.coupling.mode = CouplingMode::Coupled;
-        let coupled = stage.settings_for(&SimulationSettings::default().spec, 1.0 / TICK);
         let scene = palpus_scenes::scene(name).ok_or_else(|| anyhow!("there is no scene called {name}"))?;
-        let path = stage.path.clone();
+        let ground = Self::unscripted(&scene)?;
+        let path = ground.path.clone();
         let seconds = path.duration().min(seconds);
-        let mut judge = Judge::new(&stage.probe, &stage.environment, stage.settings.contact_tolerance);
+        let mut judge = ground.judge();
         let begin = begin(&path, &mut judge, LATER * (path.duration() - seconds));
-        let script: Vec<ProbeState> =
-            (0..=(seconds / TICK).round() as usize).map(|k| stage.scripted(begin + k as f64 * TICK)).collect();
-        let grip = stage.settings.grip_a;
-        let reach = stage.probe.mesh().vertices().iter().map(|v| v.distance(grip)).fold(0.0, f64::max);
+        let grip = ground.settings.grip_a;
+        let script: Vec<ProbeState> = (0..=(seconds / TICK).round() as usize)
+            .map(|k| stage::scripted(&path, grip, begin + k as f64 * TICK))
+            .collect();
         let judged: Vec<(Pose, Option<Contact>)> =
             script.iter().step_by(JUDGED).map(|probe| (probe.pose_ba, judge.deepest(&probe.pose_ba))).collect();
         let presses = presses(name, &judged);
-        let nothing = -stage.settings.contact_tolerance;
+        let nothing = -ground.settings.contact_tolerance;
         let depths = judged.iter().map(|(_, contact)| contact.map_or(nothing, |contact| -contact.separation)).collect();
+        let rest = rest(name, &path, &judged);
+        Ok(Self { truth: Truth::of(&scene), rest, begin, script, depths, presses, ..ground })
+    }
+
+    /// The bodies, settings and path of `scene`, without its script and without a judge's answers.
+    pub(super) fn unscripted(scene: &Scene) -> anyhow::Result<Self> {
+        let mut stage = stage::of_built_in(scene, &Teller::Calls(&|_, _| ()))?;
+        stage.coupling.mode = CouplingMode::Coupled;
+        let coupled = stage.settings_for(&SimulationSettings::default().spec, 1.0 / TICK);
+        let grip = stage.settings.grip_a;
+        let reach = stage.probe.mesh().vertices().iter().map(|v| v.distance(grip)).fold(0.0, f64::max);
         Ok(Self {
-            name,
-            truth: Truth::of(&scene),
+            name: scene.name,
+            truth: None,
             reach,
-            rest: rest(name, &path, &judged),
-            begin,
+            rest: None,
+            begin: 0.0,
             coupled,
             voxels: OnceLock::new(),
-            script,
-            depths,
-            presses,
+            script: Vec::new(),
+            depths: Vec::new(),
+            presses: Vec::new(),
             probe: stage.probe,
             environment: stage.environment,
             settings: stage.settings,
-            path,
+            path: stage.path,
         })
     }
 

@@ -109,7 +109,7 @@ pub(super) fn hold(
 const HALF_WINDOW: usize = 50;
 
 /// Root of the mean square of what is above 10 Hz.
-fn cycle(felt: &[Wrench], of: impl Fn(&Wrench) -> DVec3) -> f64 {
+pub(super) fn cycle(felt: &[Wrench], of: impl Fn(&Wrench) -> DVec3) -> f64 {
     let values: Vec<DVec3> = felt.iter().map(of).collect();
     let width = (2 * HALF_WINDOW + 1) as f64;
     let squares: Vec<f64> = values

@@ -2,13 +2,15 @@
 //!
 //! 1. *Open loop* (`open`): all methods feel the same poses. Steps, directions, truth, pop-through.
 //! 2. *Closed loop* (`scripted`): a simulated hand follows the scene's script. Energy, depth, insertion.
-//! 3. *Held* (`held`): the probe rests in contact. Limit cycles, the greatest stable stiffness, and that over damping and hands (Z-width).
+//! 3. *Flush* (`flush`): flush faces, play and machine parts in the closed loop; the flush sweep.
+//! 4. *Held* (`held`): the probe rests in contact. Limit cycles, the greatest stable stiffness, and that over damping and hands (Z-width).
 //!
 //! Nothing here reads a clock: the same seed gives the same numbers. Scenes and methods are shared out among threads, a pair at a time.
 
 mod closed;
 mod columns;
 mod figure;
+mod flush;
 mod glance;
 mod ground;
 mod held;
@@ -38,6 +40,9 @@ pub(super) struct Wanted<'a> {
     pub(super) scene: Option<&'a str>,
     pub(super) method: Option<&'a str>,
     pub(super) quick: bool,
+    /// Cases of the flush sweep, which then is all that runs, and its first seed.
+    pub(super) sweep: Option<usize>,
+    pub(super) seed: Option<u64>,
 }
 
 /// What one method did on one scene.
@@ -49,11 +54,15 @@ struct Outcome {
 
 pub(super) fn feel(wanted: &Wanted<'_>) -> anyhow::Result<ExitCode> {
     files::make_folder(wanted.out)?;
-    let scenes = chosen("--scene", wanted.scene, &SCENES)?;
+    if let Some(count) = wanted.sweep {
+        return flush::sweep::sweep(wanted.out, count, wanted.seed.unwrap_or(flush::sweep::SEED));
+    }
+    let scenes = chosen_scenes(wanted.scene)?;
     let methods = chosen("--method", wanted.method, &METHODS.map(|entry| entry.name))?;
     let effort = if wanted.quick { Effort::QUICK } else { Effort::FULL };
+    let (scripted, flush): (Vec<_>, Vec<_>) = scenes.into_iter().partition(|name| SCENES.contains(name));
     let grounds: Vec<Ground> =
-        scenes.iter().map(|name| Ground::new(name, effort.seconds)).collect::<anyhow::Result<_>>()?;
+        scripted.iter().map(|name| Ground::new(name, effort.seconds)).collect::<anyhow::Result<_>>()?;
     let entries: Vec<Entry> = METHODS.into_iter().filter(|entry| methods.contains(&entry.name)).collect();
     let outcomes = measure_all(&grounds, &entries, &effort)?;
     let count = entries.len();
@@ -63,14 +72,34 @@ pub(super) fn feel(wanted: &Wanted<'_>) -> anyhow::Result<ExitCode> {
         let curves: Vec<_> = entries.iter().map(|entry| entry.name).zip(of_scene(k)).collect();
         figures.push((ground.name, figure::of_scene(ground, &curves)));
     }
-    let rows: Vec<Row> = outcomes.into_iter().flat_map(|outcome| outcome.rows).collect();
-    report::write(wanted.out, &grounds, &entries, &rows, &figures, wanted.quick)?;
+    let mut rows: Vec<Row> = outcomes.into_iter().flat_map(|outcome| outcome.rows).collect();
+    rows.extend(flush::measure_all(&flush, &entries, &effort)?);
+    report::write(
+        wanted.out,
+        &report::Measured {
+            grounds: &grounds,
+            flush: &flush,
+            entries: &entries,
+            rows: &rows,
+            figures: &figures,
+            quick: wanted.quick,
+        },
+    )?;
     if let Some(glance) = glance::markdown(&rows) {
         files::write(&wanted.out.join("glance.md"), &glance)?;
         output::line(glance);
     }
     output::line(format!("written to {}: feel.md, feel.html, feel.csv, feel.json and the plots", wanted.out.display()));
     Ok(ExitCode::SUCCESS)
+}
+
+/// The scenes that are meant: all but the large one, or the one.
+fn chosen_scenes(only: Option<&str>) -> anyhow::Result<Vec<&'static str>> {
+    let mut usual = SCENES.to_vec();
+    usual.extend(flush::SCENES.map(|(name, _)| name));
+    let Some(_) = only else { return Ok(usual) };
+    usual.push(flush::LARGE.0);
+    chosen("--scene", only, &usual)
 }
 
 /// The names that are meant: all, or the one.
@@ -129,19 +158,29 @@ const Z_WIDTH_SCENE: &str = "box-rest";
 
 fn measure_all(grounds: &[Ground], entries: &[Entry], effort: &Effort) -> anyhow::Result<Vec<Outcome>> {
     let count = grounds.len() * entries.len();
-    let slots: Vec<Mutex<Option<anyhow::Result<Outcome>>>> = (0..count).map(|_| Mutex::new(None)).collect();
-    // The last scenes are the largest, and begin first.
-    let work = |k: usize| {
+    let mut outcomes = shared_out(count, |k| {
+        // The last scenes are the largest, and begin first.
         let k = count - 1 - k;
         let (ground, entry) = (&grounds[k / entries.len()], &entries[k % entries.len()]);
-        let outcome = measure(ground, entry, effort)
-            .with_context(|| format!("{} on {} could not be measured", entry.name, ground.name));
+        measure(ground, entry, effort)
+            .with_context(|| format!("{} on {} could not be measured", entry.name, ground.name))
+    })?;
+    outcomes.reverse();
+    Ok(outcomes)
+}
+
+/// Returns `work(k)` for each k below `count`, in order. All threads share the work; the terminal
+/// shows how many are done.
+fn shared_out<T: Send>(count: usize, work: impl Fn(usize) -> anyhow::Result<T> + Sync) -> anyhow::Result<Vec<T>> {
+    let slots: Vec<Mutex<Option<anyhow::Result<T>>>> = (0..count).map(|_| Mutex::new(None)).collect();
+    let watched = output::watched();
+    let fill = |k: usize| {
+        let answer = work(k);
         if let Ok(mut slot) = slots[k].lock() {
-            *slot = Some(outcome);
+            *slot = Some(answer);
         }
     };
-    let watched = output::watched();
-    Threads::all().each(count, &work, &mut |done| {
+    Threads::all().each(count, &fill, &mut |done| {
         if watched {
             output::live(&format!("measured {done} of {count}"));
         }
@@ -150,7 +189,7 @@ fn measure_all(grounds: &[Ground], entries: &[Entry], effort: &Effort) -> anyhow
         output::live_end();
     }
     let taken = |slot: Mutex<Option<_>>| slot.into_inner().ok().flatten();
-    slots.into_iter().map(|slot| taken(slot).context("a measuring thread failed").and_then(|outcome| outcome)).collect()
+    slots.into_iter().map(|slot| taken(slot).context("a measuring thread failed").and_then(|answer| answer)).collect()
 }
 
 fn measure(ground: &Ground, entry: &Entry, effort: &Effort) -> anyhow::Result<Outcome> {

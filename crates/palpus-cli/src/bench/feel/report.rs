@@ -7,7 +7,7 @@ use serde::Serialize;
 
 use super::Z_WIDTH;
 use super::closed::{HANDS, PACE_SEED};
-use super::columns::{Column, LOOP, OPEN, PEG, REST, SUMMARY, SUMMARY_OF_HANDS, TRUTH, column};
+use super::columns::{Column, FLUSH, LOOP, OPEN, PEG, REST, SUMMARY, SUMMARY_OF_HANDS, TRUTH, column};
 use super::ground::Ground;
 use super::held::HARDEST;
 use super::method::Entry;
@@ -38,15 +38,21 @@ struct Document<'a> {
     rows: &'a [Row],
 }
 
-pub(super) fn write(
-    out: &Path,
-    grounds: &[Ground],
-    entries: &[Entry],
-    rows: &[Row],
-    figures: &[(&str, Vec<Svg>)],
-    quick: bool,
-) -> anyhow::Result<()> {
-    let sections = sections(grounds, entries, rows, figures, quick);
+/// What was measured, and of what.
+#[derive(Clone, Copy)]
+pub(super) struct Measured<'a> {
+    pub(super) grounds: &'a [Ground],
+    /// Scenes of flush faces, play and machine parts.
+    pub(super) flush: &'a [&'static str],
+    pub(super) entries: &'a [Entry],
+    pub(super) rows: &'a [Row],
+    pub(super) figures: &'a [(&'a str, Vec<Svg>)],
+    pub(super) quick: bool,
+}
+
+pub(super) fn write(out: &Path, measured: &Measured<'_>) -> anyhow::Result<()> {
+    let sections = sections(measured);
+    let Measured { rows, figures, quick, .. } = *measured;
     let mut csv = String::from("scene,method,hand,measure,unit,value\n");
     for Row { scene, method, hand, measure, unit, value } in rows {
         writeln!(csv, "{scene},{method},{hand},{measure},{unit},{value}")?;
@@ -65,14 +71,9 @@ pub(super) fn write(
     Ok(())
 }
 
-fn sections<'a>(
-    grounds: &[Ground],
-    entries: &[Entry],
-    rows: &[Row],
-    figures: &'a [(&str, Vec<Svg>)],
-    quick: bool,
-) -> Vec<Section<'a>> {
-    let mut sections = vec![introduction(grounds, entries, rows, quick)];
+fn sections<'a>(measured: &Measured<'a>) -> Vec<Section<'a>> {
+    let Measured { grounds, flush, entries, rows, figures, .. } = *measured;
+    let mut sections = vec![introduction(measured)];
     for (ground, (_, figures)) in grounds.iter().zip(figures) {
         let pick = Pick { rows, scene: ground.name };
         let mut tables = vec![pick.by_method("Open loop", entries, &OPEN)];
@@ -93,10 +94,19 @@ fn sections<'a>(
         );
         sections.push(Section { title: ground.name.to_owned(), text, tables, figures });
     }
+    for &scene in flush {
+        let table = Pick { rows, scene }.by_hand("Closed loop", entries, &FLUSH);
+        let text = String::from(
+            "Flush faces, play or machine parts: hum above 10 Hz, energy, and the true overlap of the meshes.",
+        );
+        sections.push(Section { title: scene.to_owned(), text, tables: vec![table], figures: &[] });
+    }
     sections
 }
 
-fn introduction(grounds: &[Ground], entries: &[Entry], rows: &[Row], quick: bool) -> Section<'static> {
+fn introduction(measured: &Measured<'_>) -> Section<'static> {
+    let Measured { grounds, flush, entries, rows, quick, .. } = *measured;
+    let scripted: Vec<&str> = grounds.iter().map(|ground| ground.name).collect();
     let mut text = String::from("Methods: ");
     let methods: Vec<String> = entries.iter().map(|entry| format!("{}: {}", entry.name, entry.summary)).collect();
     text += &methods.join("; ");
@@ -104,21 +114,25 @@ fn introduction(grounds: &[Ground], entries: &[Entry], rows: &[Row], quick: bool
     if quick {
         text += " This is a quick run: parts of the scripts, one hand, a coarse search.";
     }
-    let across = |title: &str, columns: &[Column], hand: &'static str| {
+    let across = |title: &str, scenes: &[&str], columns: &[Column], hand: &'static str| {
         let mut table = Table { title: title.to_owned(), head: heads(&["scene", "method"], columns), rows: Vec::new() };
-        for ground in grounds {
-            let pick = Pick { rows, scene: ground.name };
+        for &scene in scenes {
+            let pick = Pick { rows, scene };
             for entry in entries {
                 let cells = pick.cells(entry.name, hand, columns);
                 if cells.iter().any(|cell| !cell.is_empty()) {
-                    table.rows.push([ground.name.to_owned(), entry.name.to_owned()].into_iter().chain(cells).collect());
+                    table.rows.push([scene.to_owned(), entry.name.to_owned()].into_iter().chain(cells).collect());
                 }
             }
         }
         table
     };
-    let mut tables = vec![across("Open loop", &SUMMARY, ""), across("In a normal hand", &SUMMARY_OF_HANDS, "normal")];
-    tables.push(across("Nobody holds it", &SUMMARY_OF_HANDS, "none"));
+    let mut tables = vec![
+        across("Open loop", &scripted, &SUMMARY, ""),
+        across("In a normal hand", &scripted, &SUMMARY_OF_HANDS, "normal"),
+    ];
+    tables.push(across("Nobody holds it", &scripted, &SUMMARY_OF_HANDS, "none"));
+    tables.push(across("Flush faces, play and machine parts in a normal hand", flush, &FLUSH, "normal"));
     tables.retain(|table| !table.rows.is_empty());
     Section { title: "What contact feels like".to_owned(), text, tables, figures: &[] }
 }

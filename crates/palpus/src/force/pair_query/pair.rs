@@ -114,14 +114,7 @@ impl PairQuery {
 
 impl PairQuery {
     /// Puts the corners of its patch in the place of the contact at `place`, the last one.
-    fn spread(
-        &mut self,
-        asked: &Asked<'_>,
-        contact: &Contact,
-        place: usize,
-        slope: f64,
-        counters: &mut QueryCounters,
-    ) {
+    fn spread(&mut self, asked: &Asked<'_>, contact: &Contact, place: usize, slope: f64, counters: &mut QueryCounters) {
         let Contact { features, point_a, point_b, normal, .. } = *contact;
         let (piece_a, piece_b) = pieces(asked.a, asked.b, contact.piece_a, contact.piece_b);
         let touch = Touch { features, point_a, point_b, normal };

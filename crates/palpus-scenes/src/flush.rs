@@ -1,0 +1,208 @@
+//! Parts with flush faces in play, twisted against each other: a family of scenes with parameters.
+//!
+//! Every case has the same times: the part moves to where it is held, rests there from
+//! [`REST_START`] to [`REST_END`] turned by more than its play allows, and goes back.
+
+use std::f64::consts::FRAC_1_SQRT_2;
+
+use glam::{DQuat, DVec2, DVec3};
+use palpus::algebra::Pose;
+use palpus::body::PolygonSoup;
+
+use crate::scene::{ContactSettings, Scene};
+use crate::shape::{self, ChannelSection, KEY_SIDE, KEY_TIP, PEG_TIP, SQUARE_PEG};
+use crate::{HandPath, Key};
+
+/// s: from here on the hand holds still, the part turned.
+pub const REST_START: f64 = 1.8;
+/// s: until here.
+pub const REST_END: f64 = 3.8;
+
+/// Which two parts fit into each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fit {
+    /// A plate of 2 mm in a slot, twisted about the slot's depth.
+    Slot,
+    /// A drawer of 60 mm × 40 mm × 20 mm in its frame, tilted about y.
+    Drawer,
+    /// A key with a square shaft of 6 mm in a through hole, twisted about its shaft.
+    Key,
+    /// A peg of 10 mm × 6 mm put into its hole and tilted about x.
+    Peg,
+}
+
+impl Fit {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Slot, Self::Drawer, Self::Key, Self::Peg];
+
+    /// The name of the built-in scene.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Slot => "slot",
+            Self::Drawer => "drawer",
+            Self::Key => "key",
+            Self::Peg => "square-peg",
+        }
+    }
+
+    /// One line for a list.
+    pub const fn summary(self) -> &'static str {
+        match self {
+            Self::Slot => "a 2 mm plate is twisted in a slot of 2.2 mm: two flush faces on each side",
+            Self::Drawer => "a drawer with 0.3 mm of play is tilted in its frame and held",
+            Self::Key => "a square key with 0.05 mm of play is twisted in its hole",
+            Self::Peg => "a square peg with 0.015 mm of play goes into its hole and is tilted in it",
+        }
+    }
+
+    /// The case of the built-in scene.
+    pub fn usual(self) -> FlushCase {
+        let (play, twist_degrees, tolerance) = match self {
+            Self::Slot => (0.1e-3, 15.0, 0.5e-3),
+            Self::Drawer => (0.3e-3, 10.0, 0.5e-3),
+            Self::Key => (0.05e-3, 20.0, 0.3e-3),
+            Self::Peg => (0.015e-3, 4.0, 0.2e-3),
+        };
+        FlushCase { fit: self, play, twist: f64::to_radians(twist_degrees), tolerance }
+    }
+
+    /// m: the lever on which a torque that turns the part presses it against the other one.
+    pub const fn lever(self) -> f64 {
+        match self {
+            Self::Slot | Self::Drawer => 0.025,
+            Self::Key => KEY_SIDE / 2.0,
+            Self::Peg => 0.0075,
+        }
+    }
+
+    /// Unit: the direction in which a weight presses the part against a wall of the other one.
+    pub fn sideways(self) -> DVec3 {
+        match self {
+            Self::Slot => DVec3::Y,
+            Self::Drawer => DVec3::NEG_Z,
+            Self::Key | Self::Peg => DVec3::new(FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0),
+        }
+    }
+}
+
+/// One fit with its parameters.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FlushCase {
+    /// The two parts.
+    pub fit: Fit,
+    /// Gap on each side, m.
+    pub play: f64,
+    /// How far the hand turns the part, rad.
+    pub twist: f64,
+    /// Contact tolerance, m.
+    pub tolerance: f64,
+}
+
+/// Sides of the plate and of the drawer, m.
+const PLATE: DVec3 = DVec3::new(0.050, 0.002, 0.040);
+const DRAWER: DVec3 = DVec3::new(0.060, 0.040, 0.020);
+/// Length of the slot, and of the drawer's frame, m.
+const SLOT_LENGTH: f64 = 0.080;
+const FRAME_LENGTH: f64 = 0.050;
+/// Walls of the drawer's frame and of the blocks with holes, m.
+const WALL: f64 = 0.010;
+const KEY_BLOCK_HEIGHT: f64 = 0.012;
+const PEG_BLOCK_HEIGHT: f64 = 0.025;
+
+impl FlushCase {
+    /// Builds the scene.
+    pub fn scene(&self) -> Scene {
+        let path = HandPath::through(&self.keys());
+        Scene {
+            name: self.fit.name(),
+            summary: self.fit.summary(),
+            probe: self.probe(),
+            environment: self.environment(),
+            contact: ContactSettings {
+                tolerance: self.tolerance,
+                cluster_radius: 4.0 * self.tolerance,
+                stiffness: 800.0,
+                friction: None,
+                shading: false,
+                crease: 0.0,
+            },
+            start: path.pose(0.0),
+            path,
+            second: None,
+        }
+    }
+
+    fn probe(&self) -> PolygonSoup {
+        match self.fit {
+            Fit::Slot => shape::cuboid(PLATE),
+            Fit::Drawer => shape::cuboid(DRAWER),
+            Fit::Key => shape::key(),
+            Fit::Peg => shape::square_peg(),
+        }
+    }
+
+    fn environment(&self) -> PolygonSoup {
+        match self.fit {
+            Fit::Slot => shape::channel(SLOT_LENGTH, &self.slot()),
+            Fit::Drawer => {
+                let hole = self.hole();
+                shape::along_x(shape::sleeve((hole + 2.0 * WALL).extend(FRAME_LENGTH), hole))
+            }
+            Fit::Key | Fit::Peg => {
+                let hole = self.hole();
+                shape::sleeve((hole + 2.0 * WALL).extend(self.block_height()), hole)
+            }
+        }
+    }
+
+    fn slot(&self) -> ChannelSection {
+        ChannelSection { half_gap: PLATE.y / 2.0 + self.play, half_width: 0.015, floor: -0.022, bottom: -0.030 }
+    }
+
+    /// Sides of the hole, m; of the drawer's frame across x.
+    fn hole(&self) -> DVec2 {
+        let part = match self.fit {
+            Fit::Slot => DVec2::ZERO,
+            Fit::Drawer => DVec2::new(DRAWER.y, DRAWER.z),
+            Fit::Key => DVec2::splat(KEY_SIDE),
+            Fit::Peg => SQUARE_PEG,
+        };
+        part + 2.0 * self.play
+    }
+
+    fn block_height(&self) -> f64 {
+        if self.fit == Fit::Key { KEY_BLOCK_HEIGHT } else { PEG_BLOCK_HEIGHT }
+    }
+
+    /// Where the part is free in its play, before it is turned.
+    pub fn free(&self) -> Pose {
+        self.keys()[1].pose
+    }
+
+    fn keys(&self) -> Vec<Key> {
+        let at = |place: DVec3, axis: DVec3, turn: f64| Pose::new(DQuat::from_axis_angle(axis, turn), place);
+        // Free in the play, turned, and a little aside while turned, as a hand would lean.
+        let (free, held, axis) = match self.fit {
+            Fit::Slot => (DVec3::new(0.0, 0.0, -0.0005), DVec3::new(0.002, 0.0, -0.0005), DVec3::Z),
+            Fit::Drawer => (DVec3::new(-0.015, 0.0, 0.0), DVec3::new(-0.025, 0.001, 0.0005), DVec3::Y),
+            Fit::Key => {
+                let place = DVec3::Z * (KEY_TIP - 0.010);
+                (place, place, DVec3::Z)
+            }
+            Fit::Peg => {
+                let place = DVec3::Z * (-PEG_TIP.z - 0.015);
+                (place, place + DVec3::new(0.0002, 0.0, 0.0), DVec3::X)
+            }
+        };
+        let above = if self.fit == Fit::Peg { free + DVec3::Z * 0.018 } else { free };
+        let (outside, inside) = (at(above, axis, 0.0), at(free, axis, 0.0));
+        vec![
+            Key::rest(0.0, outside),
+            Key::rest(1.0, inside),
+            Key::rest(REST_START, at(held, axis, self.twist)),
+            Key::rest(REST_END, at(held, axis, self.twist)),
+            Key::rest(4.6, inside),
+            Key::rest(5.4, outside),
+        ]
+    }
+}

@@ -1,0 +1,119 @@
+//! Parts that fit into each other with flush faces: channel, sleeve, key, square peg.
+//!
+//! A sleeve or channel is the part that holds; its play is the gap on each side.
+
+use glam::{DVec2, DVec3};
+use palpus::body::PolygonSoup;
+
+use super::skin::Skin;
+
+/// Cross-section of a [`channel`], in the y–z plane, m.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChannelSection {
+    /// Half the width of the slot.
+    pub half_gap: f64,
+    /// Half the width of the block.
+    pub half_width: f64,
+    /// z of the slot's floor; the top of the block is z = 0.
+    pub floor: f64,
+    /// z of the block's lower face.
+    pub bottom: f64,
+}
+
+/// A block of `length` (m) along x whose top, in the plane z = 0, has a slot along x: 28 triangles.
+pub fn channel(length: f64, section: &ChannelSection) -> PolygonSoup {
+    let ChannelSection { half_gap: gap, half_width: wide, floor, bottom } = *section;
+    // Counter-clockwise about +x, the direction of the sweep.
+    let profile = |x: f64| {
+        [
+            (-wide, bottom),
+            (wide, bottom),
+            (wide, 0.0),
+            (gap, 0.0),
+            (gap, floor),
+            (-gap, floor),
+            (-gap, 0.0),
+            (-wide, 0.0),
+        ]
+        .map(|(y, z)| DVec3::new(x, y, z))
+    };
+    let mut skin = Skin::default();
+    let (near, far) = (skin.ring(profile(-length / 2.0)), skin.ring(profile(length / 2.0)));
+    skin.band(&near, &far);
+    // The ends are not convex: two walls and the base.
+    for [a, b, c] in [[1, 2, 3], [1, 3, 4], [0, 5, 6], [0, 6, 7], [0, 1, 4], [0, 4, 5]] {
+        skin.triangle(far[a], far[b], far[c]);
+        skin.triangle(near[a], near[c], near[b]);
+    }
+    skin.finish()
+}
+
+/// A block with sides `outer` (m), its top in the plane z = 0, with a rectangular hole of sides
+/// `hole` (m) along the z axis right through it: 32 triangles, genus 1.
+pub fn sleeve(outer: DVec3, hole: DVec2) -> PolygonSoup {
+    let mut skin = Skin::default();
+    let mut level = |z: f64| (skin.ring(rectangle(outer.truncate(), z)), skin.ring(rectangle(hole, z)));
+    let (outer_low, hole_low) = level(-outer.z);
+    let (outer_top, hole_top) = level(0.0);
+    skin.band(&outer_low, &outer_top);
+    skin.band(&outer_top, &hole_top);
+    skin.band(&hole_top, &hole_low);
+    skin.band(&hole_low, &outer_low);
+    skin.finish()
+}
+
+/// Sides of the key's square shaft, m.
+pub const KEY_SIDE: f64 = 0.006;
+/// From the key's grip down to the end of its shaft, m.
+pub const KEY_TIP: f64 = 0.050;
+
+/// A key along z: a square shaft of 6 mm under a bow of 20 mm × 8 mm, gripped in the middle of the
+/// bow: 28 triangles.
+pub fn key() -> PolygonSoup {
+    const BOW: DVec2 = DVec2::new(0.020, 0.008);
+    const BOW_HALF_HEIGHT: f64 = 0.010;
+    let mut skin = Skin::default();
+    let mut ring_at = |sides: DVec2, z: f64| skin.ring(rectangle(sides, z));
+    let shaft = DVec2::splat(KEY_SIDE);
+    let (tip, neck) = (ring_at(shaft, -KEY_TIP), ring_at(shaft, -BOW_HALF_HEIGHT));
+    let (low, high) = (ring_at(BOW, -BOW_HALF_HEIGHT), ring_at(BOW, BOW_HALF_HEIGHT));
+    skin.cap_start(&tip);
+    skin.band(&tip, &neck);
+    skin.band(&neck, &low);
+    skin.band(&low, &high);
+    skin.cap_end(&high);
+    skin.finish()
+}
+
+/// Sides of the square peg's cross-section, m.
+pub const SQUARE_PEG: DVec2 = DVec2::new(0.010, 0.006);
+
+/// A rectangular peg along z, 50 mm long, with a 0.5 mm chamfer at its lower end, gripped 40 mm
+/// above [`super::PEG_TIP`]: 20 triangles.
+pub fn square_peg() -> PolygonSoup {
+    const LENGTH: f64 = 0.050;
+    const CHAMFER: f64 = 0.0005;
+    let mut skin = Skin::default();
+    let mut ring_at = |sides: DVec2, height: f64| skin.ring(rectangle(sides, super::PEG_TIP.z + height));
+    let tip = ring_at(SQUARE_PEG - 2.0 * CHAMFER, 0.0);
+    let (shoulder, top) = (ring_at(SQUARE_PEG, CHAMFER), ring_at(SQUARE_PEG, LENGTH));
+    skin.cap_start(&tip);
+    skin.band(&tip, &shoulder);
+    skin.band(&shoulder, &top);
+    skin.cap_end(&top);
+    skin.finish()
+}
+
+/// The same shape with its z axis turned to x, its x axis to y and its y axis to z.
+pub fn along_x(mut soup: PolygonSoup) -> PolygonSoup {
+    for vertex in &mut soup.vertices {
+        *vertex = DVec3::new(vertex.z, vertex.x, vertex.y);
+    }
+    soup
+}
+
+/// A rectangle about the z axis at height `z`, counter-clockwise about +z.
+fn rectangle(sides: DVec2, z: f64) -> [DVec3; 4] {
+    [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0)]
+        .map(|(x, y)| DVec3::new(x * sides.x / 2.0, y * sides.y / 2.0, z))
+}
