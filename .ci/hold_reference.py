@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Runs the two reference scripts and holds their answers against the bars of this stage.
+"""Runs the reference scripts and holds their answers against the bars of this stage.
 
 usage: hold_reference.py REFERENCE_FOLDER MODELS_FOLDER PALPUS
 
@@ -43,9 +43,19 @@ def nonconvex(reference, models, palpus):
     return [] if subprocess.run(script).returncode == 0 else ["non-convex: wrong answers"]
 
 
+def feel(reference, palpus):
+    scenes = reference / "feel"
+    if not scenes.is_dir():
+        print("skipped: no closed loops of feel beside the reference answers")
+        return []
+    folders = sorted(p for p in scenes.iterdir() if p.is_dir())
+    script = [sys.executable, reference / "check_feel.py", *folders, "--palpus", palpus]
+    return [] if subprocess.run(script).returncode == 0 else ["feel: wrong"]
+
+
 def main():
     reference, models, palpus = map(pathlib.Path, sys.argv[1:4])
-    faults = convex(reference, palpus) + nonconvex(reference, models, palpus)
+    faults = convex(reference, palpus) + nonconvex(reference, models, palpus) + feel(reference, palpus)
     for fault in faults:
         print("FAILED:", fault)
     return 1 if faults else 0
