@@ -6,7 +6,7 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use glam::{DQuat, DVec2, DVec3};
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, Wrench};
 use palpus::body::PolygonSoup;
 
 use crate::scene::{ContactSettings, Scene};
@@ -75,15 +75,22 @@ impl Fit {
         }
     }
 
-    /// Unit: the direction in which a weight presses the part against a wall of the other one.
-    pub fn sideways(self) -> DVec3 {
-        match self {
-            Self::Slot => DVec3::Y,
-            Self::Drawer => DVec3::NEG_Z,
-            Self::Key | Self::Peg => DVec3::new(FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0),
-        }
+    /// A weight of `newtons` that presses the part sideways against a wall, as a wrench about the
+    /// grip. It acts in the middle of the faces that touch, so that the part does not tip over.
+    pub fn weight(self, newtons: f64) -> Wrench {
+        let (direction, place) = match self {
+            Self::Slot => (DVec3::Y, DVec3::Z * -0.010),
+            Self::Drawer => (DVec3::NEG_Z, DVec3::X * -0.0075),
+            Self::Key => (DIAGONAL, DVec3::Z * (0.005 - KEY_TIP)),
+            Self::Peg => (DIAGONAL, PEG_TIP + DVec3::Z * 0.0075),
+        };
+        let force = direction * newtons;
+        Wrench { torque: place.cross(force), force }
     }
 }
+
+/// Unit: into the corner of a rectangular hole.
+const DIAGONAL: DVec3 = DVec3::new(FRAC_1_SQRT_2, FRAC_1_SQRT_2, 0.0);
 
 /// One fit with its parameters.
 #[derive(Clone, Copy, Debug, PartialEq)]

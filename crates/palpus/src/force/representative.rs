@@ -17,6 +17,8 @@ pub struct Cluster {
     pub midpoint: DVec3,
     /// n (eq. 3): unit, from b into a.
     pub normal: DVec3,
+    /// The deepest member's contact normal, unit: along it the separation changes as the body moves, wherever shading has the force point.
+    pub surface: DVec3,
     /// d (eq. 5): the separation of the deepest member, m.
     pub separation: f64,
     /// m, what the normal force is in proportion to: t − d as [`represent`] makes it. The force stage puts in its place what smooth
@@ -78,6 +80,7 @@ pub fn represent(
     Cluster {
         midpoint,
         normal,
+        surface: contacts[members[deepest] as usize].normal,
         separation: separation(deepest), // Eq. 5
         engagement,
         weight,

@@ -122,7 +122,7 @@ impl Between {
         }
         self.forces.place(&second.pose_ba);
         let skin = self.settings.skin();
-        self.touches.gather(&self.forces, first.centers.a, skin);
+        self.touches.gather(&self.forces, first.centers.a, skin, &Twist::default());
     }
 }
 
@@ -182,6 +182,7 @@ impl Forces {
         for cluster in &mut self.clusters {
             cluster.midpoint = pose.point(cluster.midpoint);
             cluster.normal = pose.vector(cluster.normal);
+            cluster.surface = pose.vector(cluster.surface);
         }
         for direction in &mut self.directions {
             *direction = pose.vector(*direction);
@@ -205,6 +206,7 @@ impl Forces {
         self.clusters.extend(other.clusters.iter().map(|cluster| {
             let mut cluster = *cluster;
             cluster.normal *= sign;
+            cluster.surface *= sign;
             cluster.first_member += first_member;
             cluster.deepest += first_contact;
             cluster

@@ -53,13 +53,17 @@ impl Touches {
     }
 
     /// What `forces` are now, about `center`; contacts push from a separation of `skin` on. As far as it does not depend on the solution.
-    pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, skin: f64) {
+    ///
+    /// Where shading turns a force away from the contact's normal, a body that slides along the surface moves along the force
+    /// as well, and that is no change of the gap: the `way` (m, rad) of the last step says how much of it there will be.
+    pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, skin: f64, way: &Twist) {
         self.pushes.clear();
         self.rubs.clear();
         for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
             let offset = cluster.midpoint - center;
             // Negative where it does not push yet.
-            let force = stiffness * (skin - cluster.separation);
+            let sideways = way.at(offset).dot(cluster.surface - cluster.normal);
+            let force = stiffness * (skin - cluster.separation - sideways);
             self.pushes.push(Push { offset, normal: cluster.normal, force, stiffness, predicted: force });
             let Some(grips) = forces.grips.get(cluster.members()) else { continue };
             for grip in grips.iter().filter(|grip| grip.stiffness > 0.0) {

@@ -46,8 +46,8 @@ pub(super) struct Drive<'a> {
     pub(super) hand: HandImpedance,
     /// Where the hand wants the probe, by the time in seconds.
     pub(super) intent: &'a dyn Fn(f64) -> Pose,
-    /// N: a steady force at the grip beside the hand's, as a weight.
-    pub(super) load: DVec3,
+    /// A steady wrench about the grip beside the hand's, as a weight.
+    pub(super) load: Wrench,
 }
 
 /// The limits of the simulated device.
@@ -67,7 +67,7 @@ pub(super) fn run(
     let mut method = entry.build(ground, &Tuning { limits: limits(), ..*tuning })?;
     let default = SimulationSettings::default();
     // The load is no part of what the device can push with.
-    let spec = DeviceSpec { force_max: f64::INFINITY, ..default.spec.clone() };
+    let spec = DeviceSpec { force_max: f64::INFINITY, torque_max: f64::INFINITY, ..default.spec.clone() };
     let jitter = Some(Jitter::logged(PACE_SEED));
     let settings = SimulationSettings { hand: drive.hand, spec, jitter, ..default.clone() };
     let grip = ground.settings.grip_a;
@@ -97,9 +97,8 @@ pub(super) fn run(
         if !(felt.is_finite() && pose.is_valid()) {
             break;
         }
-        device.write(&Wrench { force: felt.force + drive.load, ..felt })?;
-        let applied = device.applied();
-        acting = Wrench { force: applied.force - drive.load, ..applied };
+        device.write(&plus(&felt, &drive.load, 1.0))?;
+        acting = plus(&device.applied(), &drive.load, -1.0);
         if k == 0 {
             // Nothing was written before.
             acting = Wrench::ZERO;
@@ -108,6 +107,12 @@ pub(super) fn run(
         ticks.push(LoopTick { time: state.time, pose, shown: step.shown, felt, load: step.load, work });
     }
     Ok(ticks)
+}
+
+/// Returns `wrench` + `factor` · `load`.
+fn plus(wrench: &Wrench, load: &Wrench, factor: f64) -> Wrench {
+    let Wrench { torque, force } = *load;
+    Wrench { torque: wrench.torque + torque * factor, force: wrench.force + force * factor }
 }
 
 /// What the device can push with, of methods that do not look at it themselves.

@@ -86,7 +86,8 @@ pub(super) fn hold(
         let s = (time / APPROACH).clamp(0.0, 1.0);
         moved(start + (end - start) * (s * s * s * (10.0 - s * (15.0 - 6.0 * s))))
     };
-    let load = if is_held { DVec3::ZERO } else { rest.press * PRESS };
+    let weight = if is_held { DVec3::ZERO } else { rest.press * PRESS };
+    let load = Wrench { force: weight, torque: DVec3::ZERO };
     let settle = SETTLE[usize::from(!is_held)];
     let drive = Drive { hand: *hand, intent: &intent, load };
     let ticks = run(ground, entry, tuning, &drive, settle + WATCHED)?;

@@ -6,8 +6,7 @@
 //! * *Deepest shown*, *pop-throughs*: as in the open loop, by the judge, where the method shows the probe; and how deep the hand itself went.
 //! * *Peg*: whether and when its tip has gone nine tenths of the way into the hole that the hand wants, and with which force.
 
-use glam::DVec3;
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, Wrench};
 use palpus_scenes::shape::PEG_TIP;
 
 use super::closed::{Drive, HANDS, LoopTick, run};
@@ -40,7 +39,7 @@ pub(super) fn measure(
             let pose = ground.path.pose(ground.begin + time);
             Pose { translation: pose.translation + ground.press(time) * (PRESS / hand.stiffness), ..pose }
         };
-        let drive = Drive { hand, intent: &intent, load: DVec3::ZERO };
+        let drive = Drive { hand, intent: &intent, load: Wrench::ZERO };
         let ticks = run(ground, entry, &Tuning::of(ground), &drive, seconds + AFTER)?;
         let add = &mut |measure, unit, value| rows.add(name, measure, unit, value);
         of_run(ground, &ticks, add);

@@ -139,7 +139,7 @@ impl Judged {
 
 /// The hand follows the scene's path.
 fn follow<'a>(hand: HandImpedance, intent: &'a dyn Fn(f64) -> Pose) -> Drive<'a> {
-    Drive { hand, intent, load: DVec3::ZERO }
+    Drive { hand, intent, load: Wrench::ZERO }
 }
 
 /// Every method on the scenes `names` in every hand of the effort.

@@ -12,7 +12,6 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::Context;
-use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};
 use palpus_device::{HAND_PRESETS, HandImpedance};
 use palpus_scenes::flush::{Fit, FlushCase, REST_END};
@@ -73,7 +72,7 @@ impl Case {
         // What nobody holds lies in its play, pressed against a wall.
         let free = self.flush.free();
         let intent = |time: f64| -> Pose { if is_held { judged.ground.path.pose(time) } else { free } };
-        let load = if is_held { DVec3::ZERO } else { self.flush.fit.sideways() * WEIGHT };
+        let load = if is_held { Wrench::ZERO } else { self.flush.fit.weight(WEIGHT) };
         let skin = judged.ground.coupled.coupling.map_or(0.0, |coupling| coupling.skin);
         let lever = self.flush.fit.lever();
         let give = |load: &Wrench| {
