@@ -107,6 +107,7 @@ impl Between {
                 angular: inverse.vector(first.twist.angular - second.twist.angular),
                 linear: inverse.vector(first.twist.linear - second.twist.at(apart)),
             },
+            pressed: 0.0,
         };
         let shading = self.surfaces.as_ref().zip(self.settings.shading);
         let direction = |contact: &Contact| match shading {

@@ -28,6 +28,8 @@ pub struct Motion {
     pub centers: Centers,
     /// Velocity of a with respect to b, its linear part that of a's centre of mass.
     pub twist: Twist,
+    /// N: what the hardest pressed contact bore alone at the end of the last step, if that was implicit; else 0.
+    pub pressed: f64,
 }
 
 /// Clusters, their forces and the net wrenches of one tick, in b's frame.
@@ -202,6 +204,8 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
         normal_forces: &forces.normal_forces,
         stiffnesses: &forces.stiffnesses,
         stiffness: settings.stiffness,
+        pressed: motion.pressed,
+        ahead: AHEAD * settings.skin(),
         tolerance: settings.contact_tolerance,
         reach: settings.cluster_radius.max(settings.contact_tolerance),
         pose_ba: motion.pose_ba,

@@ -247,7 +247,8 @@ impl Renderer {
         let centers = Centers { a: pose_ba.point(self.center_a), b: self.center_b };
         let grip = pose_ba.point(self.settings.grip_a);
         let at_center = Twist { angular: twist.angular, linear: twist.at(centers.a - grip) };
-        Some(Motion { pose_ba, centers, twist: at_center })
+        let pressed = self.settings.coupling.map_or(0.0, |_| self.tool.pressed());
+        Some(Motion { pose_ba, centers, twist: at_center, pressed })
     }
 
     /// When the query has to end, for a step that began at `begin`.

@@ -57,6 +57,8 @@ pub struct Tool {
     grip_a: DVec3,
     /// In a's frame: the centre of mass.
     center_a: DVec3,
+    /// N/m: of a contact alone.
+    contact_stiffness: f64,
     /// s: damping of contacts over their stiffness, so that those which share a stiffness share a damping alike.
     contact_lag: f64,
     /// kg·m² about the centre of mass, along a's axes.
@@ -109,6 +111,7 @@ impl Tool {
             coupling,
             limits: settings.limits,
             available: Limits::UNLIMITED,
+            contact_stiffness: 0.0,
             contact_lag: 0.0,
             grip_a: settings.grip_a,
             center_a: probe.mass().center_of_mass,
@@ -128,6 +131,7 @@ impl Tool {
     pub fn set(&mut self, probe: &Body, coupling: VirtualCoupling, settings: &Settings) {
         self.coupling = coupling;
         self.limits = settings.limits;
+        self.contact_stiffness = settings.stiffness;
         self.contact_lag = settings.damping / settings.stiffness;
         self.grip_a = settings.grip_a;
         let mass = probe.mass();
@@ -156,6 +160,7 @@ impl Tool {
 
     /// Lets go of everything: the next step begins where the device is.
     pub fn clear(&mut self) {
+        self.touches.clear();
         self.pose_ba = None;
     }
 
@@ -176,6 +181,11 @@ impl Tool {
         let share = self.share_within_reach(&twist, h);
         counters.bounded = u32::from(share < 1.0);
         (self.end(&begun, twist * share, h), counters)
+    }
+
+    /// N: what the hardest pressed contact bore alone at the end of the last step.
+    pub(super) fn pressed(&self) -> f64 {
+        self.touches.pressed(self.contact_stiffness)
     }
 
     /// m: no point of the tool moves farther in the next step.

@@ -52,13 +52,18 @@ impl Touches {
         Self { pushes: Vec::with_capacity(capacity), rubs: Vec::with_capacity(capacity) }
     }
 
+    /// No contact.
+    pub(super) fn clear(&mut self) {
+        self.pushes.clear();
+        self.rubs.clear();
+    }
+
     /// What `forces` are now, about `center`; contacts push from a separation of `skin` on. As far as it does not depend on the solution.
     ///
     /// Where shading turns a force away from the contact's normal, a body that slides along the surface moves along the force
     /// as well, and that is no change of the gap: the `way` (m, rad) of the last step says how much of it there will be.
     pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, skin: f64, way: &Twist) {
-        self.pushes.clear();
-        self.rubs.clear();
+        self.clear();
         for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
             let offset = cluster.midpoint - center;
             // Negative where it does not push yet.
@@ -111,6 +116,13 @@ impl Touches {
             rub.secant = secant;
         }
         news
+    }
+
+    /// N: what the contact that is pressed hardest at the end of the step would bear alone, at `stiffness` (N/m).
+    pub(super) fn pressed(&self, stiffness: f64) -> f64 {
+        let alone =
+            |push: &Push| if push.stiffness > 0.0 { push.predicted * (stiffness / push.stiffness) } else { 0.0 };
+        self.pushes.iter().map(alone).fold(0.0, f64::max)
     }
 
     /// How many let go within the step.
