@@ -41,8 +41,12 @@ fn the_force_stage_does_not_allocate() {
     let smooth = Settings { clustering: Clustering::Smooth, ..linkage };
     let mut scratch = Scratch::new(linkage.capacity);
     let mut forces = Forces::new(linkage.capacity);
-    let motion =
-        Motion { pose_ba: Pose::IDENTITY, centers: Centers { a: DVec3::X, b: DVec3::ZERO }, twist: Twist::default() };
+    let motion = Motion {
+        pose_ba: Pose::IDENTITY,
+        centers: Centers { a: DVec3::X, b: DVec3::ZERO },
+        twist: Twist::default(),
+        pressed: 0.0,
+    };
     // None, a few, as many as fit, and far too many; clusters that are cut; contacts that come and go.
     let ticks: Vec<_> = [0, 3, 40, 300, 900, 2000, 7, 0, 150].iter().zip(0..).map(|(&n, t)| contacts(n, t)).collect();
     let before = allocations_of_this_thread();

@@ -98,6 +98,30 @@ struct Outline {
     feature: Feature,
 }
 
+/// A side of an outline.
+#[derive(Clone, Copy)]
+struct Side {
+    from: DVec2,
+    along: DVec2,
+}
+
+impl Side {
+    fn ends(&self) -> [DVec2; 2] {
+        [self.from, self.from + self.along]
+    }
+
+    /// How far `p` lies inside of it, times its length.
+    fn inward(&self, p: DVec2) -> f64 {
+        self.along.perp_dot(p - self.from)
+    }
+
+    /// The nearest point of its line to `p`, if that is between its ends.
+    fn foot(&self, p: DVec2) -> Option<DVec2> {
+        let share = self.along.dot(p - self.from) / self.along.length_squared();
+        (0.0..=1.0).contains(&share).then(|| self.from + self.along * share)
+    }
+}
+
 /// The contact plane's axes and origin, in the frame of one of the bodies.
 #[derive(Clone, Copy)]
 struct Frame {
@@ -147,6 +171,15 @@ impl Outline {
 
     fn height(&self, place: DVec2) -> f64 {
         self.height + self.rise.dot(place)
+    }
+
+    fn side_count(&self) -> usize {
+        if self.is_segment() { 1 } else { self.count }
+    }
+
+    fn side(&self, k: usize) -> Side {
+        let from = self.corners[k];
+        Side { from, along: self.corners[(k + 1) % self.count] - from }
     }
 
     /// Of a face; `turned` for one whose loop runs clockwise about the normal.
@@ -374,50 +407,43 @@ impl Patch {
 
     /// Step 3.
     fn beside(&mut self, a: &Outline, b: &Outline, slope: f64, rounding: f64) {
-        let (first, second) = (a.corners(), b.corners());
-        let sides = |count: usize| if count == 2 { 1 } else { count };
-        for i in 0..sides(a.count) {
-            let side_a = [first[i], first[(i + 1) % a.count]];
-            for j in 0..sides(b.count) {
-                let side_b = [second[j], second[(j + 1) % b.count]];
-                let (along_a, along_b) = (side_a[1] - side_a[0], side_b[1] - side_b[0]);
-                let across = along_a.perp_dot(along_b);
-                let lengths = along_a.length_squared() * along_b.length_squared();
+        for i in 0..a.side_count() {
+            let side_a = a.side(i);
+            for j in 0..b.side_count() {
+                let side_b = b.side(j);
+                let across = side_a.along.perp_dot(side_b.along);
+                let lengths = side_a.along.length_squared() * side_b.along.length_squared();
                 if across * across > slope * slope * lengths {
                     continue;
                 }
-                for end in side_a {
-                    self.add_beside(a, b, end, side_b, b.is_segment(), slope, rounding);
+                for p in side_a.ends() {
+                    if let Some(q) = side_b.foot(p) {
+                        self.add_beside(a, b, [side_a, side_b], [p, q], slope, rounding);
+                    }
                 }
-                for end in side_b {
-                    self.add_beside(a, b, end, side_a, a.is_segment(), slope, rounding);
+                for q in side_b.ends() {
+                    if let Some(p) = side_a.foot(q) {
+                        self.add_beside(a, b, [side_a, side_b], [p, q], slope, rounding);
+                    }
                 }
             }
         }
     }
 
-    /// Adds the place between `end` and the nearest point of `side`, if it is beside that side and outside of its polygon.
-    #[allow(
-        clippy::too_many_arguments,
-        reason = "two outlines, a point of the one, a side of the other, two tolerances"
-    )]
+    /// Adds the place between p, on a side of `a`, and q, on one of `b`, if the two sides are beside each other there.
     fn add_beside(
         &mut self,
         a: &Outline,
         b: &Outline,
-        end: DVec2,
-        [from, to]: [DVec2; 2],
-        is_segment: bool,
+        [side_a, side_b]: [Side; 2],
+        [p, q]: [DVec2; 2],
         slope: f64,
         rounding: f64,
     ) {
-        let along = to - from;
-        let length = along.length();
-        let share = along.dot(end - from) / (length * length);
-        let inward = along.perp_dot(end - from) / length;
-        let lateral = if is_segment { inward.abs() } else { -inward };
-        if (0.0..=1.0).contains(&share) && lateral > 0.0 && lateral < slope * length {
-            self.add(a, b, end.midpoint(from + along * share), lateral, rounding);
+        let lateral = p.distance(q);
+        let outside = (a.is_segment() || side_a.inward(q) < 0.0) && (b.is_segment() || side_b.inward(p) < 0.0);
+        if outside && lateral < slope * side_a.along.length().min(side_b.along.length()) {
+            self.add(a, b, p.midpoint(q), lateral, rounding);
         }
     }
 
@@ -498,3 +524,6 @@ fn clip(points: &[DVec2], kept: &mut [DVec2], height: impl Fn(DVec2) -> f64) -> 
     }
     count
 }
+
+#[cfg(test)]
+mod tests;

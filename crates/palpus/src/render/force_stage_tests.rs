@@ -47,6 +47,7 @@ fn motion(random: &mut Random) -> Motion {
         pose_ba: random.pose(0.02),
         centers: Centers { a: random.point(0.05), b: random.point(0.05) },
         twist: Twist { angular: random.point(3.0), linear: random.point(0.2) },
+        pressed: 0.0,
     }
 }
 
@@ -99,6 +100,7 @@ fn moving_the_whole_scene_moves_the_wrench() {
             pose_ba: pose * m.pose_ba,
             centers: Centers { a: pose.point(m.centers.a), b: pose.point(m.centers.b) },
             twist: Twist { angular: pose.vector(m.twist.angular), linear: pose.vector(m.twist.linear) },
+            pressed: m.pressed,
         });
         let moved = two_ticks(&shift(&first), &shift(&second), &turned, &settings);
         for (here, there) in [(answer.net.on_a, moved.net.on_a), (answer.net.on_b, moved.net.on_b)] {
@@ -135,8 +137,12 @@ fn more_contacts_of_one_surface_are_not_a_stiffer_one() {
     let mut random = Random(SEED ^ 3);
     let patch: Vec<_> =
         (0..200).map(|k| contact((k, 0), random.point(1e-3) * DVec3::new(1.0, 1.0, 0.0), DVec3::Z, -1e-3)).collect();
-    let still =
-        Motion { pose_ba: Pose::IDENTITY, centers: Centers { a: DVec3::Z, b: DVec3::ZERO }, twist: Twist::default() };
+    let still = Motion {
+        pose_ba: Pose::IDENTITY,
+        centers: Centers { a: DVec3::Z, b: DVec3::ZERO },
+        twist: Twist::default(),
+        pressed: 0.0,
+    };
     let forces = two_ticks(&patch, &patch, &[still; 2], &linkage());
     assert_eq!(forces.clusters.len(), 1);
     assert!((forces.net.on_a.force - DVec3::Z * 1.6).length() < 1e-12);
@@ -163,6 +169,7 @@ fn a_slot_narrower_than_delta_grips_the_probe_from_both_sides() {
         pose_ba: Pose::IDENTITY,
         centers: Centers { a: DVec3::ZERO, b: DVec3::ZERO },
         twist: Twist::default(),
+        pressed: 0.0,
     };
     let settings = Settings { friction: None, ..linkage() };
     let at = |shift: f64| two_ticks(&slot(shift), &slot(shift), &[still; 2], &settings);
