@@ -139,7 +139,7 @@ fn common([first, second]: &[Settings; 2]) -> Settings {
     let skin = first.skin().min(second.skin());
     Settings {
         contact_tolerance: lesser(|settings| settings.contact_tolerance),
-        stiffness: lesser(|settings| settings.stiffness),
+        stiffness: lesser(Settings::held_stiffness),
         damping: lesser(|settings| settings.damping),
         shading: first.shading.or(second.shading),
         friction: first.friction.zip(second.friction).map(|(one, other)| FrictionSettings {

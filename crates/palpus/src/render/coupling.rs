@@ -19,8 +19,12 @@
 //!    they are only looked ahead at, as far as the tool can come in the next step, and push if it would come that near.
 //! 5. *Contact stiffness* so that the largest force comes half way into the skin: the bodies then never overlap, and distances
 //!    decide, not depths.
+//!
+//! A scene may ask for softer contacts ([`Settings::stiffness`]). That is how they feel, not how far the tool sinks in: the
+//! tool is held as hard as by 5, and the coupling is softened so that both in a row are as stiff as that contact and the coupling
+//! would have been. A tool that sinks into a wall by millimetres would leave a thin part on its other side.
 
-use super::{Limits, SettingsError};
+use super::{Limits, Settings, SettingsError};
 use crate::algebra::tolerance::{
     APPARENT_INERTIA, APPARENT_MASS, COUPLING_ALIGNMENT, COUPLING_LEAD, COUPLING_SAMPLED, COUPLING_STRETCH,
     COUPLING_TURN, TOOL_SINKS, TOOL_SKIN,
@@ -43,6 +47,14 @@ pub struct VirtualCoupling {
     /// Of the tool, kg. Its inertia is that of the probe's mesh with this mass. 0: the tool has none and is where all
     /// forces balance.
     pub mass: f64,
+}
+
+impl Settings {
+    /// N/m: how hard contacts hold. With a coupling at least so hard that the largest force comes half way into the skin.
+    pub(super) fn held_stiffness(&self) -> f64 {
+        let hard = self.coupling.map_or(0.0, |coupling| self.limits.force / (TOOL_SINKS * coupling.skin));
+        if hard.is_finite() { self.stiffness.max(hard) } else { self.stiffness }
+    }
 }
 
 impl VirtualCoupling {
@@ -72,6 +84,13 @@ impl VirtualCoupling {
     pub fn contact_stiffness(limits: &Limits, contact_tolerance: f64) -> Option<f64> {
         let stiffness = limits.force / (TOOL_SINKS * TOOL_SKIN * contact_tolerance);
         (stiffness.is_finite() && stiffness > 0.0).then_some(stiffness)
+    }
+
+    /// The coupling that in a row with contacts of `hard` (N/m) is as stiff as this one with contacts of `stiffness` (N/m).
+    pub(super) fn softened(self, stiffness: f64, hard: f64) -> Self {
+        let compliance = 1.0 / self.stiffness + 1.0 / stiffness - 1.0 / hard;
+        let share = 1.0 / (self.stiffness * compliance);
+        Self { stiffness: self.stiffness * share, damping: self.damping * share, ..self }
     }
 
     pub(super) fn validate(&self, contact_tolerance: f64) -> Result<(), SettingsError> {

@@ -17,7 +17,7 @@ pub struct Settings {
     pub clustering: Clustering,
     /// rad: opening of the cone that holds the normals of a cluster, 60° to 170°; `None`: no cut, as in the paper.
     pub split_angle: Option<f64>,
-    /// k, N/m, of each cluster.
+    /// k, N/m, of each cluster. With a coupling, how stiff a contact feels in a row with it.
     pub stiffness: f64,
     /// Of the normal motion of each cluster, N·s/m; 0 for none.
     pub damping: f64,

@@ -129,10 +129,11 @@ impl Tool {
 
     /// Goes on with another coupling and other settings of the same capacity, where it is and as it moves.
     pub fn set(&mut self, probe: &Body, coupling: VirtualCoupling, settings: &Settings) {
-        self.coupling = coupling;
+        let hard = settings.held_stiffness();
+        self.coupling = coupling.softened(settings.stiffness, hard);
         self.limits = settings.limits;
-        self.contact_stiffness = settings.stiffness;
-        self.contact_lag = settings.damping / settings.stiffness;
+        self.contact_stiffness = hard;
+        self.contact_lag = settings.damping / hard;
         self.grip_a = settings.grip_a;
         let mass = probe.mass();
         self.inertia_a = mass.inertia * (coupling.mass / mass.volume);
