@@ -66,15 +66,6 @@ impl Fit {
         FlushCase { fit: self, play, twist: f64::to_radians(twist_degrees), tolerance }
     }
 
-    /// m: the lever on which a torque that turns the part presses it against the other one.
-    pub const fn lever(self) -> f64 {
-        match self {
-            Self::Slot | Self::Drawer => 0.025,
-            Self::Key => KEY_SIDE / 2.0,
-            Self::Peg => 0.0075,
-        }
-    }
-
     /// A weight of `newtons` that presses the part sideways against a wall, as a wrench about the
     /// grip. It acts in the middle of the faces that touch, so that the part does not tip over.
     pub fn weight(self, newtons: f64) -> Wrench {

@@ -18,11 +18,11 @@
 //! orientation = [0, 0, 0, 1]
 //!
 //! [contact]
-//! tolerance = 1.0           # else 1 mm, whatever the unit
+//! tolerance = 1.0           # else 1 mm, whatever the unit; coupled, it decides the skin
 //! cluster_radius = 4.0      # else 4 mm; of linkage, and how far friction holds on
 //! clustering = "smooth"     # forces that never jump when contacts meet; or "linkage", the paper's
 //! split_angle = 130         # degrees, or false for no cut; of linkage
-//! stiffness = 800           # N/m; left out, coupled: the device's largest force at half the skin; direct: 800
+//! stiffness = 800           # N/m, as felt; left out, coupled: the device's largest force at half the skin; direct: 800
 //! damping = 0               # N·s/m
 //! friction = { static = 0.4, dynamic = 0.3, stiffness = 800 }   # else none; stiffness (N/m) is the contact's if left out
 //! shading = true            # else false
@@ -32,12 +32,12 @@
 //!
 //! [coupling]
 //! mode = "coupled"          # or "direct"
-//! stiffness = 800           # N/m; these six follow from the device when left out
+//! stiffness = 800           # N/m; these follow from the device when left out
 //! damping = 2               # N·s/m
 //! angular_stiffness = 2     # N·m/rad
 //! angular_damping = 0.005   # N·m·s/rad
-//! skin = 0.1                # contacts push from here on; between it and the tolerance they are looked ahead at
-//! mass = 0.1                # kg, of the probe; 0: it has none
+//! skin = 0.1                # contacts push from here on, and are looked ahead for as far as the probe can move in a step
+//! mass = 0                  # kg, of the probe; 0 unless said: it is where all forces balance
 //!
 //! [device]
 //! force_limit = 8.5         # N

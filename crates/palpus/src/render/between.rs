@@ -134,12 +134,14 @@ fn in_second([first, second]: &[Motion; 2]) -> Pose {
 
 /// What holds between two tools of these settings: the first one's, as soft as the softer of the two and within the lesser tolerance, so
 /// that both are looked after by one law.
-fn common([first, second]: &[Settings; 2]) -> Settings {
+fn common(settings: &[Settings; 2]) -> Settings {
+    let [first, second] = settings.each_ref().map(Settings::held);
+    let [first, second] = [&first, &second];
     let lesser = |of: fn(&Settings) -> f64| of(first).min(of(second));
     let skin = first.skin().min(second.skin());
     Settings {
         contact_tolerance: lesser(|settings| settings.contact_tolerance),
-        stiffness: lesser(Settings::held_stiffness),
+        stiffness: lesser(|settings| settings.stiffness),
         damping: lesser(|settings| settings.damping),
         shading: first.shading.or(second.shading),
         friction: first.friction.zip(second.friction).map(|(one, other)| FrictionSettings {

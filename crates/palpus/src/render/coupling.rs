@@ -50,10 +50,19 @@ pub struct VirtualCoupling {
 }
 
 impl Settings {
-    /// N/m: how hard contacts hold. With a coupling at least so hard that the largest force comes half way into the skin.
-    pub(super) fn held_stiffness(&self) -> f64 {
+    /// The settings of contacts as they hold. With a coupling, at least so hard that the largest force comes half way into
+    /// the skin, sideways too; what is softer of it is in the coupling ([`VirtualCoupling::softened`]).
+    pub(super) fn held(&self) -> Self {
         let hard = self.coupling.map_or(0.0, |coupling| self.limits.force / (TOOL_SINKS * coupling.skin));
-        if hard.is_finite() { self.stiffness.max(hard) } else { self.stiffness }
+        if !(hard.is_finite() && hard > self.stiffness) {
+            return *self;
+        }
+        let mut held = Self { stiffness: hard, ..*self };
+        if let Some(friction) = &mut held.friction {
+            let left = 1.0 / friction.tangential_stiffness - 1.0 / self.stiffness;
+            friction.tangential_stiffness = 1.0 / (left.max(0.0) + 1.0 / hard);
+        }
+        held
     }
 }
 

@@ -281,7 +281,7 @@ impl Renderer {
             }
             None => contact.normal,
         };
-        let settings = Settings { contact_tolerance, stiffness: self.settings.held_stiffness(), ..self.settings };
+        let settings = Settings { contact_tolerance, ..self.settings.held() };
         force(contacts, motion, &settings, direction, &mut self.scratch, forces);
         let Forces { linkage, adhesion, cancelled_normals, .. } = *forces;
         let counters = &mut self.tick.counters;

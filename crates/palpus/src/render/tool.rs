@@ -129,7 +129,7 @@ impl Tool {
 
     /// Goes on with another coupling and other settings of the same capacity, where it is and as it moves.
     pub fn set(&mut self, probe: &Body, coupling: VirtualCoupling, settings: &Settings) {
-        let hard = settings.held_stiffness();
+        let hard = settings.held().stiffness;
         self.coupling = coupling.softened(settings.stiffness, hard);
         self.limits = settings.limits;
         self.contact_stiffness = hard;

@@ -243,3 +243,29 @@ fn what_a_device_allows_is_what_a_coupling_is() {
         Settings { coupling: Some(VirtualCoupling { mass: -1.0, ..of(8.5, 0.1, 1e-3) }), ..Settings::default() };
     assert_eq!(settings.validate().unwrap_err().field, "coupling.mass");
 }
+
+#[test]
+fn a_pressed_plate_stands_flat() {
+    // 2 N on a plate of 60 mm hold it against 60 mN·m before it tips over its edge.
+    let half = DVec3::new(0.03, 0.03, 0.0025);
+    let mut settings =
+        Settings { limits: LIMITS, coupling: Some(VirtualCoupling::tuned(&LIMITS, DT, 1e-3)), ..Settings::default() };
+    settings.stiffness = VirtualCoupling::contact_stiffness(&LIMITS, settings.contact_tolerance).unwrap();
+    let coupling = settings.coupling.unwrap();
+    let mut renderer = Renderer::new(cuboid(-half, half), floor(), settings).unwrap();
+    renderer.step(&at(Pose::from_translation(DVec3::Z * 0.005)), DT, &NoClock);
+    let low = half.z - 2.0 / coupling.stiffness;
+    for torque in [0.0, 0.02, 0.04, 0.057] {
+        for axis in [DVec3::X, DVec3::Y] {
+            let turn = DQuat::from_axis_angle(axis, torque / coupling.angular_stiffness);
+            for _ in 0..400 {
+                renderer.step(&at(Pose::new(turn, DVec3::Z * low)), DT, &NoClock);
+            }
+            let tick = renderer.tick();
+            let tilt = tick.tool_ba.rotation.angle_between(DQuat::IDENTITY).to_degrees();
+            assert!((tick.commanded.force.z - 2.0).abs() < 0.1, "{torque}: {:?}", tick.commanded);
+            assert!((tick.commanded.torque.dot(axis) + torque).abs() < 0.02 * torque + 1e-6, "{:?}", tick.commanded);
+            assert!(tilt < 0.1, "{torque} N·m about {axis}: {tilt}°");
+        }
+    }
+}

@@ -35,8 +35,6 @@ pub(super) struct LoopTick {
     pub(super) shown: Pose,
     /// What the method said in this tick.
     pub(super) felt: Wrench,
-    /// What it computed, before the device's limits.
-    pub(super) load: Wrench,
     /// Net work that forces and torques of the method have done on the hand until now, J.
     pub(super) work: [f64; 2],
 }
@@ -104,7 +102,7 @@ pub(super) fn run(
             acting = Wrench::ZERO;
         }
         let pose = pose.with_origin(-grip);
-        ticks.push(LoopTick { time: state.time, pose, shown: step.shown, felt, load: step.load, work });
+        ticks.push(LoopTick { time: state.time, pose, shown: step.shown, felt, work });
     }
     Ok(ticks)
 }

@@ -16,8 +16,6 @@ use super::ground::Ground;
 pub(super) struct FeltTick {
     /// On the probe, about its grip, in the environment's frame.
     pub(super) wrench: Wrench,
-    /// The same before the device's limits: behind a coupling, what presses the tool against contacts.
-    pub(super) load: Wrench,
     /// Of the deepest contact as the method sees it, m; infinite without contacts.
     pub(super) separation: f64,
     /// Where the method has the probe, and shows it.
@@ -221,7 +219,7 @@ struct Rendered(Renderer);
 impl Method for Rendered {
     fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick {
         let tick = self.0.step(probe, dt, &NoClock);
-        FeltTick { wrench: tick.commanded, load: tick.computed, separation: tick.separation(), shown: tick.tool_ba }
+        FeltTick { wrench: tick.commanded, separation: tick.separation(), shown: tick.tool_ba }
     }
 }
 
@@ -231,7 +229,7 @@ struct Other<B>(B);
 impl<B: Baseline> Method for Other<B> {
     fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick {
         let Felt { wrench, deepest, .. } = self.0.step(&probe.pose_ba, &probe.twist, dt);
-        FeltTick { wrench, load: wrench, separation: deepest, shown: probe.pose_ba }
+        FeltTick { wrench, separation: deepest, shown: probe.pose_ba }
     }
 }
 

@@ -242,20 +242,20 @@ fn parry_alone(data: &Data<'_>) -> Option<Table> {
     })
 }
 
-/// How often the walk is only local, and what the blend of witnesses does.
+/// How often the walk is only local, and how the middle of a contact patch moves.
 pub(super) fn depth(html: &mut Html, data: &Data<'_>, run: &str) {
     html.section("depth", "Penetration depth: how true, how smooth", |section| {
         section.paragraph(
             "The paper's walk finds a local minimum of the depth, often the least there is. How often it is not, from a cold start, for random poses of two \
-             rounded hulls of 100 vertices; and what the blended contact point does that an exact one cannot: move continuously while a box tilts through \
-             flat on a table.",
+             rounded hulls of 100 vertices; and what the middle of a contact patch does that an exact contact point cannot: move continuously while a box \
+             tilts through flat on a table.",
         );
         origin(section, data, "depth", run);
         if let Some(svg) = data.bytes("depth", "depth_local.svg") {
             section.drawing(&svg, "By how much the walk misses the least depth, the worst twentieth of all poses");
         }
         if let Some(svg) = data.bytes("depth", "depth_witness.svg") {
-            section.drawing(&svg, "Where a tilting box touches a table: exactly, and blended over 5°");
+            section.drawing(&svg, "Where a tilting box touches a table: the exact witness, and the middle of the contact patch");
         }
         if let Some(text) = data.text("depth", SAID) {
             section.said(text.lines().next().unwrap_or(""));

@@ -58,7 +58,7 @@ pub(super) fn of_settings(settings: &Settings) -> Facts {
         fact("clusters are split beyond", settings.split_angle.map_or_else(none, degrees)),
         fact("contact stiffness", format!("{} N/m", said(settings.stiffness, 4))),
         fact("contact damping", format!("{} N·s/m", said(settings.damping, 4))),
-        fact("flat contacts are blended over", settings.patch_angle.map_or_else(none, degrees)),
+        fact("faces are flush up to", settings.patch_angle.map_or_else(none, degrees)),
         fact(
             "force shading",
             settings.shading.map_or_else(none, |shading| {

@@ -68,8 +68,6 @@ struct Felt {
     energy: f64,
     /// m.
     overlap: f64,
-    /// The same beyond what contacts of their stiffness give way under the load, m.
-    excess: f64,
     /// Mean force at rest, N.
     mean_force: f64,
 }
@@ -83,12 +81,6 @@ struct Judged {
     period: f64,
 }
 
-/// By how much contacts give way under a load, m.
-type Give<'a> = &'a dyn Fn(&Wrench) -> f64;
-
-/// Contacts that are as stiff as they should be.
-const NO_GIVE: Give<'static> = &|_| 0.0;
-
 impl Judged {
     fn new(scene: &palpus_scenes::Scene, rest_end: f64) -> anyhow::Result<Self> {
         let (probe, environment) = (SampledSolid::new(&scene.probe)?, SampledSolid::new(&scene.environment)?);
@@ -98,7 +90,7 @@ impl Judged {
     }
 
     /// Runs the method in the closed loop and judges it.
-    fn felt(&self, entry: &Entry, tuning: &Tuning, drive: &Drive<'_>, give: Give<'_>) -> anyhow::Result<Felt> {
+    fn felt(&self, entry: &Entry, tuning: &Tuning, drive: &Drive<'_>) -> anyhow::Result<Felt> {
         let seconds = self.ground.path.duration();
         let ticks = run(&self.ground, entry, tuning, drive, seconds)?;
         let rest = self.hum(&ticks, self.rest_end - AT_REST..self.rest_end);
@@ -116,8 +108,8 @@ impl Judged {
         let mean_force = at_rest.iter().sum::<DVec3>().length() / at_rest.len().max(1) as f64;
         // A loop that ended early was no longer finite.
         let rest = rest.unwrap_or([f64::INFINITY; 2]);
-        let [overlap, excess] = self.overlap(&ticks, give);
-        Ok(Felt { rest, worst, energy, overlap, excess, mean_force })
+        let overlap = self.overlap(&ticks);
+        Ok(Felt { rest, worst, energy, overlap, mean_force })
     }
 
     /// Hum within `span` (s); `None` if the loop ended before.
@@ -127,13 +119,11 @@ impl Judged {
         whole.then(|| [cycle(&within, |felt| felt.force), cycle(&within, |felt| felt.torque)])
     }
 
-    /// The largest true overlap, and the largest beyond what contacts give.
-    fn overlap(&self, ticks: &[LoopTick], give: Give<'_>) -> [f64; 2] {
+    /// The largest true overlap, m.
+    fn overlap(&self, ticks: &[LoopTick]) -> f64 {
         let step = (self.period / crate::bench::TICK) as usize;
-        ticks.iter().step_by(step).fold([0.0; 2], |[most, excess], tick| {
-            let overlap = overlap(&self.probe, &self.environment, &tick.shown);
-            [overlap.max(most), (overlap - give(&tick.load)).max(excess)]
-        })
+        let judged = ticks.iter().step_by(step);
+        judged.map(|tick| overlap(&self.probe, &self.environment, &tick.shown)).fold(0.0, f64::max)
     }
 }
 
@@ -166,7 +156,7 @@ fn measure(scene: &Judged, entry: &Entry, effort: &Effort) -> anyhow::Result<Vec
     // Without a hand nobody follows a path.
     for &(name, hand) in HANDS.iter().filter(|(name, _)| effort.hands.contains(name) && *name != "none") {
         let intent = |time: f64| scene.ground.path.pose(time);
-        let felt = scene.felt(entry, &Tuning::of(&scene.ground), &follow(hand, &intent), NO_GIVE)?;
+        let felt = scene.felt(entry, &Tuning::of(&scene.ground), &follow(hand, &intent))?;
         rows.add(name, "hum at rest", "N", felt.rest[0]);
         rows.add(name, "hum at rest torque", "N·m", felt.rest[1]);
         rows.add(name, "worst hum", "N", felt.worst[0]);
