@@ -875,7 +875,7 @@ pub const TOOL_FASTEST: f64 = 5.0;
 /// Pressing settles in two or three; sliding halves its error in each. More only costs time.
 pub const COUPLING_ROUNDS: u32 = 12;
 
-/// Relative to the stiffness of sticking: a change of a sliding contact's secant that is worth another round.
+/// Relative to the most that a contact holds: a change of its friction that is worth another round of a tool's step.
 ///
 /// A hundredth of the friction of one contact, gone in the next tick.
 pub const COUPLING_SETTLED: f64 = 0.01;

@@ -72,12 +72,17 @@ impl Touches {
             self.pushes.push(Push { offset, normal: cluster.normal, force, stiffness, predicted: force });
             let Some(grips) = forces.grips.get(cluster.members()) else { continue };
             for grip in grips.iter().filter(|grip| grip.stiffness > 0.0) {
+                let (offset, strain) = (grip.point - center, -grip.force / grip.stiffness);
+                // What slides goes on sliding: the step before says about how far.
+                let ahead = (strain + way.at(offset).reject_from_normalized(cluster.normal)).length();
+                let most = grip.coefficient * force.max(0.0);
+                let slides = force > 0.0 && grip.stiffness * ahead > most;
                 self.rubs.push(Rub {
-                    offset: grip.point - center,
+                    offset,
                     normal: cluster.normal,
-                    strain: -grip.force / grip.stiffness,
+                    strain,
                     stiffness: grip.stiffness,
-                    secant: grip.stiffness,
+                    secant: if slides { most / ahead } else { grip.stiffness },
                     coefficient: grip.coefficient,
                     cluster: k as u32,
                 });
@@ -112,7 +117,7 @@ impl Touches {
             let most = rub.coefficient * self.pushes[rub.cluster as usize].predicted;
             let length = strain.length();
             let secant = if rub.stiffness * length > most { most / length } else { rub.stiffness };
-            news |= (secant - rub.secant).abs() > COUPLING_SETTLED * rub.stiffness;
+            news |= (secant - rub.secant).abs() * length > COUPLING_SETTLED * most;
             rub.secant = secant;
         }
         news
