@@ -172,13 +172,13 @@ fn contacts_as_felt(settings: &Settings) -> String {
     let Some(coupling) = settings.coupling else {
         return format!("direct rendering: contacts of {:.0} N/m, {clustering}", settings.stiffness);
     };
+    let tool = if coupling.mass > 0.0 { format!(", tool of {:.1} g", coupling.mass * 1e3) } else { String::new() };
     format!(
-        "coupled: {:.0} N/m and {:.1} N·s/m, {:.2} N·m/rad and {:.2} mN·m·s/rad, tool of {:.1} g; contacts of {:.0} N/m, {clustering}",
+        "coupled: {:.0} N/m and {:.1} N·s/m, {:.2} N·m/rad and {:.2} mN·m·s/rad{tool}; contacts of {:.0} N/m, {clustering}",
         coupling.stiffness,
         coupling.damping,
         coupling.angular_stiffness,
         coupling.angular_damping * 1e3,
-        coupling.mass * 1e3,
         settings.stiffness
     )
 }
