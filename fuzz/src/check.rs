@@ -40,9 +40,9 @@ const IDENTITY_SLACK: f64 = 1e-9;
 /// pose together.
 pub fn contacts(contacts: &[Contact], tolerance: f64, size: f64) {
     for contact in contacts {
-        let Contact { point_a, point_b, normal, separation, extent, .. } = *contact;
+        let Contact { point_a, point_b, normal, separation, slope, .. } = *contact;
         assert!(point_a.is_finite() && point_b.is_finite() && normal.is_finite(), "{contact:?}");
-        assert!(separation.is_finite() && extent.is_finite() && extent >= 0.0, "{contact:?}");
+        assert!(separation.is_finite() && slope.is_finite() && slope >= 0.0, "{contact:?}");
         assert!((normal.length() - 1.0).abs() < 1e-9, "{contact:?}");
         let gap: DVec3 = point_a - point_b - separation * normal;
         assert!(gap.length() <= IDENTITY_SLACK * size, "off by {:e} of {size}: {contact:?}", gap.length());

@@ -1,4 +1,4 @@
-//! Two small bodies on a way of any poses: contacts are finite and true to themselves, with and without proofs, blending and a
+//! Two small bodies on a way of any poses: contacts are finite and true to themselves, with and without proofs, patches and a
 //! deadline; and the nearest pair is.
 #![no_main]
 
@@ -24,9 +24,9 @@ fn run(data: &[u8]) {
     let (Some(a), Some(b)) = (bytes.body(unit), bytes.body(unit)) else { return };
     let flags = bytes.byte();
     let proof = if flags & 1 != 0 { Proof::Prove } else { Proof::None };
-    let blend = (flags & 2 != 0).then(|| bytes.between(1.8e-3, 0.35));
+    let patches = (flags & 2 != 0).then(|| bytes.between(1.8e-3, 0.35));
     let capacity = if flags & 4 != 0 { 1 + bytes.below(8) } else { 256 };
-    let mut query = PairQuery::new(&a, &b, capacity).with_proof(proof).with_patches(blend);
+    let mut query = PairQuery::new(&a, &b, capacity).with_proof(proof).with_patches(patches);
     if flags & 8 != 0 {
         query = query.with_guard();
     }
