@@ -6,7 +6,7 @@
 //! 3. *Link* every two whose midpoints are nearer than the radius δ (eq. 2, strictly nearer): a group is a connected
 //!    component of that relation, exactly. A grid of cells of diagonal δ only saves work: midpoints in one cell are
 //!    linked through its first, and a cell is held against all cells that a distance below δ can reach.
-//!    The corners of one patch are linked however far apart they are: they are one contact of two pieces.
+//!    The corners of one patch are one contact of two pieces: each is linked as if it were in the patch's middle.
 //! 4. *Cut* a group whose normals do not fit into one cone of opening `split_angle`: its deepest contact leads a first
 //!    cone and takes every member within half the opening of it; of the rest, the one whose normal is farthest from all
 //!    leaders leads the next, and so on. (Farthest, so that the cones around a peg come out opposite each other.)
@@ -28,6 +28,7 @@ use std::cmp::Ordering;
 use glam::DVec3;
 
 use super::Contact;
+use super::tilt::{Tilted, tilt_share};
 use link::{Cell, Run};
 
 /// What makes contacts one cluster.
@@ -72,8 +73,8 @@ pub struct Linkage {
     order: Vec<u32>,
     points: Vec<DVec3>,
     normals: Vec<DVec3>,
-    /// Per rank: it is a corner of the same patch as the rank before.
-    joined: Vec<bool>,
+    /// The corners of the patch whose middle is looked for.
+    corners: Vec<Tilted>,
     /// Per rank: contacts of different labels are never linked.
     labels: Vec<u32>,
     /// Union–find over ranks; the root of a component is its smallest rank.
@@ -99,7 +100,7 @@ impl Linkage {
             order: Vec::with_capacity(2 * capacity + 1),
             points: Vec::with_capacity(capacity),
             normals: Vec::with_capacity(capacity),
-            joined: Vec::with_capacity(capacity),
+            corners: Vec::with_capacity(capacity),
             labels: Vec::with_capacity(capacity),
             parents: Vec::with_capacity(capacity),
             cells: Vec::with_capacity(capacity),
@@ -123,6 +124,9 @@ impl Linkage {
     ) -> LinkageCounters {
         let mut counters = self.admit(contacts, settings.tolerance);
         self.place_in_order(contacts, &mut direction);
+        if settings.radius > 0.0 {
+            self.draw_together(contacts);
+        }
         self.link(settings.radius);
         self.gather();
         if let Some(angle) = settings.split_angle {
@@ -202,15 +206,26 @@ impl Linkage {
         self.points.extend(self.order.iter().map(|&i| contacts[i as usize].midpoint()));
         self.normals.clear();
         self.normals.extend(self.order.iter().map(|&i| direction(&contacts[i as usize])));
-        let pieces = |i: u32| (contacts[i as usize].piece_a, contacts[i as usize].piece_b);
-        self.joined.clear();
-        self.joined.extend(self.order.iter().enumerate().map(|(rank, &i)| {
-            rank > 0 && contacts[i as usize].slope > 0.0 && pieces(self.order[rank - 1]) == pieces(i)
-        }));
         self.labels.clear();
         self.labels.resize(self.order.len(), 0);
         self.to_leader.clear();
         self.to_leader.resize(self.order.len(), 0.0);
+    }
+
+    /// Puts the corners of each patch in its middle. The canonical order has them side by side.
+    fn draw_together(&mut self, contacts: &[Contact]) {
+        let mut first = 0;
+        for patch in self.order.chunk_by(|&i, &j| contacts[i as usize].shares_patch(&contacts[j as usize])) {
+            let ranks = first..first + patch.len();
+            first = ranks.end;
+            if patch.len() > 1 {
+                self.corners.clear();
+                self.corners.extend(patch.iter().map(|&i| contacts[i as usize].unloaded()));
+                let middle: DVec3 =
+                    (0..patch.len()).map(|k| self.corners[k].place * tilt_share(k, &self.corners)).sum();
+                self.points[ranks].fill(middle);
+            }
+        }
     }
 
     /// Lists the components one after the other, each in canonical order, ordered by their first members.

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::tilt::Tilted;
 use crate::body::FeaturePair;
 
 /// A pair of points, one on each body, nearer than the contact tolerance; in b's frame.
@@ -32,6 +33,23 @@ impl Contact {
     /// p̂ of \[K02\]: half way between the two points.
     pub fn midpoint(&self) -> DVec3 {
         (self.point_a + self.point_b) * 0.5 // Eq. 1
+    }
+
+    /// True if the two are corners of one patch.
+    pub(crate) fn shares_patch(&self, other: &Self) -> bool {
+        self.slope > 0.0 && (self.piece_a, self.piece_b) == (other.piece_a, other.piece_b)
+    }
+
+    /// What the corner brings to tilt shares that go by geometry alone.
+    pub(crate) fn unloaded(&self) -> Tilted {
+        Tilted {
+            place: self.midpoint(),
+            direction: self.normal,
+            separation: self.separation,
+            engagement: 0.0,
+            slope: self.slope,
+            pieces: [self.piece_a, self.piece_b],
+        }
     }
 
     /// True unless a place or a size in it is no number: of bodies absurdly far apart, squares of distances are none.

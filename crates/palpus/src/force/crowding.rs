@@ -86,15 +86,6 @@ impl Crowding {
         &self.shares
     }
 
-    /// The tilt shares of the last run, parallel to its crowd, are added to `tilts`; 0 for those that were cut.
-    pub fn tilts_into(&self, tilts: &mut Vec<f64>) {
-        let first = tilts.len();
-        tilts.resize(first + self.shares.len(), 0.0);
-        for (&i, &tilt) in self.deepest.iter().zip(&self.tilts) {
-            tilts[first + i as usize] = tilt;
-        }
-    }
-
     /// Step 1.
     fn cut(&mut self, crowd: &[Tilted]) {
         self.deepest.clear();

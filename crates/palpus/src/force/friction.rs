@@ -90,8 +90,8 @@ pub struct Grasp<'a> {
     pub members: &'a [u32],
     /// The clusters, naming ranges of `members`.
     pub clusters: &'a [Cluster],
-    /// Tilt shares of the members.
-    pub tilts: &'a [f64],
+    /// Weights of the members in their clusters, m.
+    pub weights: &'a [f64],
     /// Where the members hold, in b's frame.
     pub holds: &'a [DVec3],
     /// N: the normal force of each cluster.
@@ -104,8 +104,6 @@ pub struct Grasp<'a> {
     pub pressed: f64,
     /// m: contacts that are so much farther than the nearest may come to bear in the step.
     pub ahead: f64,
-    /// t, m.
-    pub tolerance: f64,
     /// m: how far a contact may be from its predecessor or from its own holding point.
     pub reach: f64,
     /// a placed in b's frame.
@@ -299,8 +297,7 @@ impl Grasp<'_> {
         if cluster.member_count == 1 {
             return 1.0;
         }
-        let contact = &self.contacts[self.members[k] as usize];
-        self.tilts[k] * (self.tolerance - contact.separation) / cluster.weight
+        self.weights[k] / cluster.weight
     }
 }
 

@@ -74,7 +74,7 @@ mod tests {
     const SETTINGS: PenaltySettings = PenaltySettings { stiffness: 800.0, damping: 2.0 };
 
     fn alone(contact: Contact) -> Cluster {
-        represent(&[contact], &[0], &[contact.normal], &[1.0], 0, T)
+        represent(&[contact], &[0], &[contact.normal], &[T - contact.separation], 0, T)
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! One contact for each cluster \[K02 §4.2, eq. 3–5\].
 //!
 //! The weights are the engagements t − d, so that deeper contacts count more; of the corners of a patch, times their tilt
-//! shares α, so that all of them together count as one. Normals that cancel leave eq. 3 without an
+//! shares, so that all of them together count as one. Normals that cancel leave eq. 3 without an
 //! answer; the deepest member's direction then stands in, and the caller is told. Clusters cut by normals
 //! ([`super::LinkageSettings::split_angle`]) cannot cancel.
 
@@ -17,14 +17,12 @@ pub struct Cluster {
     pub midpoint: DVec3,
     /// n (eq. 3): unit, from b into a.
     pub normal: DVec3,
-    /// The deepest member's contact normal, unit: along it the separation changes as the body moves, wherever shading has the force point.
-    pub surface: DVec3,
     /// d (eq. 5): the separation of the deepest member, m.
     pub separation: f64,
     /// m, what the normal force is in proportion to: t − d as [`represent`] makes it. The force stage puts in its place what smooth
     /// clustering and the tool's skin leave of it, which may be 0.
     pub engagement: f64,
-    /// Σ α (t − d) over the members, m.
+    /// Sum of the members' weights, m.
     pub weight: f64,
     /// Index of the deepest member among the contacts.
     pub deepest: u32,
@@ -44,14 +42,14 @@ impl Cluster {
 }
 
 /// The representative of the contacts that `members` names: indices into `contacts`, at least one, each nearer than
-/// `tolerance`; parallel to `members` are their force `directions` and tilt shares, `tilts`.
+/// `tolerance`; parallel to `members` are their force `directions` and `weights` (m).
 ///
 /// The sums run in the order of `members`. `first_member` is stored as it is given.
 pub fn represent(
     contacts: &[Contact],
     members: &[u32],
     directions: &[DVec3],
-    tilts: &[f64],
+    weights: &[f64],
     first_member: u32,
     tolerance: f64,
 ) -> Cluster {
@@ -64,7 +62,7 @@ pub fn represent(
     let mut weighted_midpoint = DVec3::ZERO;
     let mut deepest = 0;
     for (k, (&i, &direction)) in members.iter().zip(directions).enumerate() {
-        let w = tilts[k] * (tolerance - separation(k));
+        let w = weights[k];
         weight += w;
         weighted_normal += w * direction;
         weighted_midpoint += w * (contacts[i as usize].midpoint() - origin);
@@ -80,7 +78,6 @@ pub fn represent(
     Cluster {
         midpoint,
         normal,
-        surface: contacts[members[deepest] as usize].normal,
         separation: separation(deepest), // Eq. 5
         engagement,
         weight,
@@ -102,7 +99,8 @@ mod tests {
     fn of(contacts: &[Contact]) -> Cluster {
         let members: Vec<u32> = (0..contacts.len() as u32).collect();
         let directions: Vec<DVec3> = contacts.iter().map(|contact| contact.normal).collect();
-        represent(contacts, &members, &directions, &vec![1.0; contacts.len()], 0, T)
+        let weights: Vec<f64> = contacts.iter().map(|contact| T - contact.separation).collect();
+        represent(contacts, &members, &directions, &weights, 0, T)
     }
 
     #[test]

@@ -116,14 +116,15 @@ impl Between {
             }
             None => contact.normal,
         };
-        let settings = Settings { contact_tolerance: within, ..self.settings };
+        let contact_tolerance = within.max(self.settings.contact_tolerance);
+        let settings = Settings { contact_tolerance, ..self.settings };
         force(&self.contacts, &motion, &settings, direction, &mut self.scratch, &mut self.forces);
         for contact in &mut self.contacts {
             *contact = placed(contact, &second.pose_ba);
         }
         self.forces.place(&second.pose_ba);
         let skin = self.settings.skin();
-        self.touches.gather(&self.forces, first.centers.a, skin, &Twist::default());
+        self.touches.gather(&self.forces, first.centers.a, skin);
     }
 }
 
@@ -185,7 +186,6 @@ impl Forces {
         for cluster in &mut self.clusters {
             cluster.midpoint = pose.point(cluster.midpoint);
             cluster.normal = pose.vector(cluster.normal);
-            cluster.surface = pose.vector(cluster.surface);
         }
         for direction in &mut self.directions {
             *direction = pose.vector(*direction);
@@ -209,14 +209,13 @@ impl Forces {
         self.clusters.extend(other.clusters.iter().map(|cluster| {
             let mut cluster = *cluster;
             cluster.normal *= sign;
-            cluster.surface *= sign;
             cluster.first_member += first_member;
             cluster.deepest += first_contact;
             cluster
         }));
         self.members.extend(other.members.iter().map(|i| i + first_contact));
         self.directions.extend(other.directions.iter().map(|direction: &DVec3| *direction * sign));
-        self.tilts.extend_from_slice(&other.tilts);
+        self.weights.extend_from_slice(&other.weights);
         self.holds.extend_from_slice(&other.holds);
         self.normal_forces.extend_from_slice(&other.normal_forces);
         self.stiffnesses.extend_from_slice(&other.stiffnesses);

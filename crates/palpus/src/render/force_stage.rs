@@ -41,8 +41,8 @@ pub struct Forces {
     pub members: Vec<u32>,
     /// Unit force directions of the members: their normals, or the shaded stand-ins.
     pub directions: Vec<DVec3>,
-    /// Tilt shares of the members: how much of its patch each stands for ([`tilt_share`]).
-    pub tilts: Vec<f64>,
+    /// Weights of the members in their clusters, m: what [`represent`] was told.
+    pub weights: Vec<f64>,
     /// Where each member holds by friction, b's frame; empty without friction.
     pub holds: Vec<DVec3>,
     /// N, of each cluster, along its normal on a; not negative.
@@ -68,7 +68,7 @@ impl Forces {
             clusters: Vec::with_capacity(capacity),
             members: Vec::with_capacity(capacity),
             directions: Vec::with_capacity(capacity),
-            tilts: Vec::with_capacity(capacity),
+            weights: Vec::with_capacity(capacity),
             holds: Vec::with_capacity(capacity),
             normal_forces: Vec::with_capacity(capacity),
             stiffnesses: Vec::with_capacity(capacity),
@@ -85,7 +85,7 @@ impl Forces {
         self.clusters.clear();
         self.members.clear();
         self.directions.clear();
-        self.tilts.clear();
+        self.weights.clear();
         self.holds.clear();
         self.normal_forces.clear();
         self.stiffnesses.clear();
@@ -116,10 +116,9 @@ pub fn force(
     for k in 0..scratch.linkage.len() {
         let range = scratch.linkage.range(k);
         let smooth = settings.clustering == Clustering::Smooth;
-        let tilts = if smooth { &[1.0] } else { &forces.tilts[range.clone()] };
         let (members, directions) = (&forces.members[range.clone()], &forces.directions[range.clone()]);
-        let first = range.start as u32;
-        let mut cluster = represent(contacts, members, directions, tilts, first, settings.contact_tolerance);
+        let (weights, first) = (&forces.weights[range.clone()], range.start as u32);
+        let mut cluster = represent(contacts, members, directions, weights, first, settings.contact_tolerance);
         let share = if smooth { scratch.crowding.shares()[k] } else { 1.0 };
         cluster.engagement = share * (settings.skin() - cluster.separation).max(0.0);
         forces.stiffnesses.push(settings.stiffness * share);
@@ -130,27 +129,28 @@ pub fn force(
     rub(contacts, motion, settings, scratch, forces);
 }
 
-/// What contacts leave to each other: the tilt shares of all members, and with smooth clustering, where every contact is a
-/// cluster of its own, the shares of the crowd.
+/// What contacts leave to each other: the weights of members in their clusters, and with smooth clustering, where every
+/// contact is a cluster of its own, the shares of the crowd.
 fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, forces: &mut Forces) {
     let Scratch { crowd, crowding, .. } = scratch;
-    let skin = settings.skin();
+    let (skin, tolerance) = (settings.skin(), settings.contact_tolerance);
+    let members = forces.members.iter().map(|&i| &contacts[i as usize]);
     crowd.clear();
-    crowd.extend(forces.members.iter().zip(&forces.directions).map(|(&i, &direction)| {
-        let contact = &contacts[i as usize];
-        let Contact { separation, slope, .. } = *contact;
-        let pieces = [contact.piece_a, contact.piece_b];
-        let engagement = (skin - separation).max(0.0);
-        Tilted { place: contact.midpoint(), direction, separation, engagement, slope, pieces }
-    }));
     match settings.clustering {
         Clustering::Smooth => {
+            crowd.extend(members.zip(&forces.directions).map(|(contact, &direction)| {
+                let engagement = (skin - contact.separation).max(0.0);
+                Tilted { direction, engagement, ..contact.unloaded() }
+            }));
             crowding.run(crowd, AHEAD * skin);
-            crowding.tilts_into(&mut forces.tilts);
+            forces.weights.extend(crowd.iter().map(|corner| tolerance - corner.separation));
         }
         Clustering::Linkage => {
+            crowd.extend(members.map(Contact::unloaded));
             for patch in patches(contacts, &forces.members) {
-                forces.tilts.extend((0..patch.len()).map(|i| tilt_share(i, &crowd[patch.clone()])));
+                let corners = &crowd[patch];
+                let weight = |i: usize| tilt_share(i, corners) * (tolerance - corners[i].separation);
+                forces.weights.extend((0..corners.len()).map(weight));
             }
         }
     }
@@ -162,10 +162,7 @@ const AHEAD: f64 = 0.5;
 /// The corners of one patch stand side by side among the `members`: their ranges.
 fn patches(contacts: &[Contact], members: &[u32]) -> impl Iterator<Item = std::ops::Range<usize>> {
     let mut start = 0;
-    let alike = |i: u32, j: u32| {
-        let (one, other) = (&contacts[i as usize], &contacts[j as usize]);
-        one.slope > 0.0 && (one.piece_a, one.piece_b) == (other.piece_a, other.piece_b)
-    };
+    let alike = |i: u32, j: u32| contacts[i as usize].shares_patch(&contacts[j as usize]);
     members.chunk_by(move |&i, &j| alike(i, j)).map(move |chunk| {
         let range = start..start + chunk.len();
         start = range.end;
@@ -198,7 +195,7 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
     let grasp = Grasp {
         contacts,
         members: &forces.members,
-        tilts: &forces.tilts,
+        weights: &forces.weights,
         holds: &forces.holds,
         clusters: &forces.clusters,
         normal_forces: &forces.normal_forces,
@@ -206,7 +203,6 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
         stiffness: settings.stiffness,
         pressed: motion.pressed,
         ahead: AHEAD * settings.skin(),
-        tolerance: settings.contact_tolerance,
         reach: settings.cluster_radius.max(settings.contact_tolerance),
         pose_ba: motion.pose_ba,
     };

@@ -272,7 +272,7 @@ impl Renderer {
 
     /// Stage 3.
     pub(super) fn force(&mut self, motion: &Motion) {
-        let contact_tolerance = self.looked_ahead();
+        let contact_tolerance = self.looked_ahead().max(self.settings.contact_tolerance);
         let Tick { contacts, forces, .. } = &mut self.tick;
         let shading = self.surfaces.as_ref().zip(self.settings.shading);
         let direction = |contact: &Contact| match shading {

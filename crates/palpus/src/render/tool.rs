@@ -209,7 +209,7 @@ impl Tool {
     /// The step's system as far as it does not depend on which contacts press and which slide. `free`: nothing is near.
     pub(super) fn begin(&mut self, device: &ProbeState, forces: &Forces, free: bool, h: f64) -> Begun {
         let pose = self.pose_ba(device);
-        self.touches.gather(forces, pose.point(self.center_a), self.coupling.skin, &(self.twist * h));
+        self.touches.gather(forces, pose.point(self.center_a), self.coupling.skin);
         if free {
             self.anchor.come_back(&device.twist, h);
         }

@@ -59,30 +59,21 @@ impl Touches {
     }
 
     /// What `forces` are now, about `center`; contacts push from a separation of `skin` on. As far as it does not depend on the solution.
-    ///
-    /// Where shading turns a force away from the contact's normal, a body that slides along the surface moves along the force
-    /// as well, and that is no change of the gap: the `way` (m, rad) of the last step says how much of it there will be.
-    pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, skin: f64, way: &Twist) {
+    pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, skin: f64) {
         self.clear();
         for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
             let offset = cluster.midpoint - center;
             // Negative where it does not push yet.
-            let sideways = way.at(offset).dot(cluster.surface - cluster.normal);
-            let force = stiffness * (skin - cluster.separation - sideways);
+            let force = stiffness * (skin - cluster.separation);
             self.pushes.push(Push { offset, normal: cluster.normal, force, stiffness, predicted: force });
             let Some(grips) = forces.grips.get(cluster.members()) else { continue };
             for grip in grips.iter().filter(|grip| grip.stiffness > 0.0) {
-                let (offset, strain) = (grip.point - center, -grip.force / grip.stiffness);
-                // What slides goes on sliding: the step before says about how far.
-                let ahead = (strain + way.at(offset).reject_from_normalized(cluster.normal)).length();
-                let most = grip.coefficient * force.max(0.0);
-                let slides = force > 0.0 && grip.stiffness * ahead > most;
                 self.rubs.push(Rub {
-                    offset,
+                    offset: grip.point - center,
                     normal: cluster.normal,
-                    strain,
+                    strain: -grip.force / grip.stiffness,
                     stiffness: grip.stiffness,
-                    secant: if slides { most / ahead } else { grip.stiffness },
+                    secant: grip.stiffness,
                     coefficient: grip.coefficient,
                     cluster: k as u32,
                 });

@@ -65,11 +65,6 @@ impl Linkage {
                 }
             }
         }
-        for rank in 1..self.order.len() {
-            if self.joined[rank] && self.labels[rank] == self.labels[rank - 1] {
-                self.unite(rank as u32 - 1, rank as u32);
-            }
-        }
     }
 
     /// Sorts the contacts into cells. Midpoints beyond the grid share its outermost cells, which is slower, not wrong:
@@ -132,14 +127,10 @@ impl Linkage {
         let (first, second) = (self.cells[j as usize].rank, self.cells[k as usize].rank);
         let linked = self.points[first as usize].distance_squared(self.points[second as usize]) < near; // Eq. 2
         if linked {
-            self.unite(first, second);
+            let (first, second) = (self.root(first), self.root(second));
+            self.parents[first.max(second) as usize] = first.min(second);
         }
         linked
-    }
-
-    fn unite(&mut self, first: u32, second: u32) {
-        let (first, second) = (self.root(first), self.root(second));
-        self.parents[first.max(second) as usize] = first.min(second);
     }
 
     pub(super) fn root(&mut self, mut rank: u32) -> u32 {

@@ -16,20 +16,19 @@ const NORMAL_FORCE: f64 = 2.0;
 fn tick(tracker: &mut FrictionTracker, contacts: &[Contact], pose_ba: Pose, normal_force: f64) -> DVec3 {
     let members: Vec<u32> = (0..contacts.len() as u32).collect();
     let directions: Vec<DVec3> = contacts.iter().map(|contact| contact.normal).collect();
-    let tilts = vec![1.0; contacts.len()];
+    let weights: Vec<f64> = contacts.iter().map(|contact| T - contact.separation).collect();
     let holds: Vec<DVec3> = contacts.iter().map(Contact::midpoint).collect();
     let grasp = Grasp {
         contacts,
         members: &members,
-        tilts: &tilts,
+        weights: &weights,
         holds: &holds,
-        clusters: &[represent(contacts, &members, &directions, &tilts, 0, T)],
+        clusters: &[represent(contacts, &members, &directions, &weights, 0, T)],
         normal_forces: &[normal_force],
         stiffnesses: &[1.0],
         stiffness: 1.0,
         pressed: 0.0,
         ahead: 0.0,
-        tolerance: T,
         reach: 4e-3,
         pose_ba,
     };
@@ -157,7 +156,7 @@ fn the_next_piece_takes_over_the_strain_and_a_lost_contact_is_forgotten() {
     let grasp = Grasp {
         contacts: &[],
         members: &[],
-        tilts: &[],
+        weights: &[],
         holds: &[],
         clusters: &[],
         normal_forces: &[],
@@ -165,7 +164,6 @@ fn the_next_piece_takes_over_the_strain_and_a_lost_contact_is_forgotten() {
         stiffness: 1.0,
         pressed: 0.0,
         ahead: 0.0,
-        tolerance: T,
         reach: 4e-3,
         pose_ba: pose,
     };
@@ -240,11 +238,11 @@ fn a_crowded_contact_holds_as_stiffly_as_its_share() {
         let mut force = DVec3::ZERO;
         for x in [DVec3::ZERO, shift] {
             let (contact, pose_ba) = block(x);
-            let cluster = represent(&[contact], &[0], &[contact.normal], &[1.0], 0, T);
+            let cluster = represent(&[contact], &[0], &[contact.normal], &[T - contact.separation], 0, T);
             let grasp = Grasp {
                 contacts: &[contact],
                 members: &[0],
-                tilts: &[share],
+                weights: &[T - contact.separation],
                 holds: &[contact.midpoint()],
                 clusters: &[cluster],
                 normal_forces: &[share * NORMAL_FORCE],
@@ -252,7 +250,6 @@ fn a_crowded_contact_holds_as_stiffly_as_its_share() {
                 stiffness: 1.0,
                 pressed: 0.0,
                 ahead: 0.0,
-                tolerance: T,
                 reach: 4e-3,
                 pose_ba,
             };
