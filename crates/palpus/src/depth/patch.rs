@@ -27,12 +27,15 @@
 //!
 //! Outlines with many sides are thinned to every n-th corner, the same ones at any pose.
 
+mod outline;
+
 use glam::{DVec2, DVec3};
 
+use self::outline::{Frame, Outline, Outlines, Side};
 use super::cso::Cso;
 use crate::algebra::Placement;
-use crate::algebra::tolerance::{PATCH_CORNERS, PATCH_FACES, PATCH_SAME, PATCH_SIDES};
-use crate::body::{Feature, FeaturePair, Polytope, Provenance};
+use crate::algebra::tolerance::{PATCH_CORNERS, PATCH_SAME, PATCH_SIDES};
+use crate::body::{Feature, FeaturePair, Polytope};
 
 /// A contact whose patch is looked for; in b's frame.
 #[derive(Clone, Copy, Debug)]
@@ -76,249 +79,6 @@ struct Found {
     height: f64,
     gap: f64,
     features: FeaturePair,
-}
-
-/// The faces, or else the edges, of one piece that nearly lie in the contact plane.
-#[derive(Clone, Debug)]
-struct Outlines {
-    list: [Outline; PATCH_FACES],
-    count: usize,
-    /// No face or edge flatter than this is left out.
-    slope: f64,
-}
-
-/// A polygon, counter-clockwise about the normal, or a segment; in the contact frame.
-#[derive(Clone, Copy, Debug)]
-struct Outline {
-    corners: [DVec2; PATCH_SIDES],
-    count: usize,
-    /// The height at the origin, and how it grows.
-    height: f64,
-    rise: DVec2,
-    feature: Feature,
-}
-
-/// A side of an outline.
-#[derive(Clone, Copy)]
-struct Side {
-    from: DVec2,
-    along: DVec2,
-}
-
-impl Side {
-    fn ends(&self) -> [DVec2; 2] {
-        [self.from, self.from + self.along]
-    }
-
-    /// How far `p` lies inside of it, times its length.
-    fn inward(&self, p: DVec2) -> f64 {
-        self.along.perp_dot(p - self.from)
-    }
-
-    /// The nearest point of its line to `p`, if that is between its ends.
-    fn foot(&self, p: DVec2) -> Option<DVec2> {
-        let share = self.along.dot(p - self.from) / self.along.length_squared();
-        (0.0..=1.0).contains(&share).then(|| self.from + self.along * share)
-    }
-}
-
-/// The contact plane's axes and origin, in the frame of one of the bodies.
-#[derive(Clone, Copy)]
-struct Frame {
-    origin: DVec3,
-    x: DVec3,
-    y: DVec3,
-    z: DVec3,
-}
-
-impl Frame {
-    fn about(touch: &Touch) -> Self {
-        let (x, y) = touch.normal.any_orthonormal_pair();
-        Self { origin: touch.point_a.midpoint(touch.point_b), x, y, z: touch.normal }
-    }
-
-    /// The same frame, as a body sees it which `place` places.
-    fn seen_from(&self, place: &Placement) -> Self {
-        let axis = |axis| place.inverse_vector(axis);
-        Self { origin: place.inverse_point(self.origin), x: axis(self.x), y: axis(self.y), z: axis(self.z) }
-    }
-
-    fn point(&self, p: DVec3) -> DVec3 {
-        self.vector(p - self.origin)
-    }
-
-    fn vector(&self, v: DVec3) -> DVec3 {
-        DVec3::new(self.x.dot(v), self.y.dot(v), self.z.dot(v))
-    }
-}
-
-impl Outline {
-    const NONE: Self = Self {
-        corners: [DVec2::ZERO; PATCH_SIDES],
-        count: 0,
-        height: 0.0,
-        rise: DVec2::ZERO,
-        feature: Feature::Vertex(0),
-    };
-
-    fn corners(&self) -> &[DVec2] {
-        &self.corners[..self.count]
-    }
-
-    fn is_segment(&self) -> bool {
-        self.count == 2
-    }
-
-    fn height(&self, place: DVec2) -> f64 {
-        self.height + self.rise.dot(place)
-    }
-
-    fn side_count(&self) -> usize {
-        if self.is_segment() { 1 } else { self.count }
-    }
-
-    fn side(&self, k: usize) -> Side {
-        let from = self.corners[k];
-        Side { from, along: self.corners[(k + 1) % self.count] - from }
-    }
-
-    /// Of a face; `turned` for one whose loop runs clockwise about the normal.
-    fn of_face(polytope: &Polytope, face: u32, frame: &Frame, turned: bool) -> Self {
-        let mut outline = Self { feature: Feature::Face(face), ..Self::NONE };
-        let corners = polytope.face_vertices(face);
-        let stride = corners.len().div_ceil(PATCH_SIDES);
-        for k in (0..corners.len()).step_by(stride) {
-            let place = frame.point(polytope.vertex(corners.at(k)));
-            outline.corners[outline.count] = place.truncate();
-            outline.count += 1;
-        }
-        if turned {
-            outline.corners[..outline.count].reverse();
-        }
-        let plane = polytope.plane(face);
-        let normal = frame.vector(plane.normal);
-        outline.rise = -normal.truncate() / normal.z;
-        outline.height = -plane.height(frame.origin) / normal.z;
-        outline
-    }
-
-    /// Of an edge; `None` if it stands upright.
-    fn of_edge(polytope: &Polytope, edge: u32, frame: &Frame) -> Option<Self> {
-        let ends = polytope.edge(edge);
-        let [tail, head] = [ends.tail, ends.head].map(|v| frame.point(polytope.vertex(v)));
-        let along = (head - tail).truncate();
-        let mut outline = Self { feature: Feature::Edge(edge), count: 2, ..Self::NONE };
-        (outline.corners[0], outline.corners[1]) = (tail.truncate(), head.truncate());
-        outline.rise = along * ((head.z - tail.z) / along.length_squared());
-        outline.height = tail.z - outline.rise.dot(tail.truncate());
-        outline.rise.is_finite().then_some(outline)
-    }
-}
-
-impl Outlines {
-    const NONE: Self = Self { list: [Outline::NONE; PATCH_FACES], count: 0, slope: 0.0 };
-
-    fn list(&self) -> &[Outline] {
-        &self.list[..self.count]
-    }
-
-    /// Step 1, for the piece whose surface looks along `outward` (1: with the normal, −1: against it).
-    fn gather(&mut self, polytope: &Polytope, feature: Feature, frame: &Frame, outward: f64, slope: f64) {
-        (self.count, self.slope) = (0, slope);
-        let mut near =
-            NearFaces { polytope, up: frame.z * outward, slope, faces: [(0, 0.0); 2 * PATCH_FACES], count: 0 };
-        match feature {
-            Feature::Face(face) => near.visit(face),
-            Feature::Edge(edge) => {
-                let edge = polytope.edge(edge);
-                near.visit(edge.left);
-                near.visit(edge.right);
-            }
-            Feature::Vertex(v) => polytope.ring(v).iter().for_each(|spoke| near.visit(spoke.left)),
-        }
-        near.spread();
-        let faces = &mut near.faces[..near.count];
-        faces.sort_unstable_by(|x, y| x.1.total_cmp(&y.1).then(x.0.cmp(&y.0)));
-        if let Some(&(_, left_out)) = faces.get(PATCH_FACES) {
-            self.slope = left_out.sqrt();
-        }
-        for &(face, _) in faces.iter().take(PATCH_FACES) {
-            self.list[self.count] = Outline::of_face(polytope, face, frame, outward < 0.0);
-            self.count += 1;
-        }
-        if self.count == 0 {
-            self.gather_edges(polytope, feature, frame);
-        }
-    }
-
-    /// Step 1 where no face is flat enough.
-    fn gather_edges(&mut self, polytope: &Polytope, feature: Feature, frame: &Frame) {
-        match feature {
-            Feature::Face(_) => {}
-            Feature::Edge(edge) => self.push_edge(polytope, edge, frame),
-            Feature::Vertex(v) => polytope.ring(v).iter().for_each(|spoke| self.push_edge(polytope, spoke.edge, frame)),
-        }
-    }
-
-    fn push_edge(&mut self, polytope: &Polytope, edge: u32, frame: &Frame) {
-        if polytope.edge_provenance(edge) != Provenance::Original {
-            return;
-        }
-        let Some(outline) = Outline::of_edge(polytope, edge, frame) else { return };
-        let slope = outline.rise.length();
-        if slope < self.slope {
-            if self.count < PATCH_FACES {
-                self.list[self.count] = outline;
-                self.count += 1;
-            } else {
-                self.slope = slope;
-            }
-        }
-    }
-}
-
-/// The search for faces that are flat enough.
-struct NearFaces<'p> {
-    polytope: &'p Polytope,
-    /// Unit, in the piece's frame: out of the piece, towards the other one.
-    up: DVec3,
-    slope: f64,
-    /// With the square of their slope.
-    faces: [(u32, f64); 2 * PATCH_FACES],
-    count: usize,
-}
-
-impl NearFaces<'_> {
-    fn visit(&mut self, face: u32) {
-        let normal = self.polytope.plane(face).normal;
-        let upright = normal.dot(self.up);
-        if upright <= 0.0 {
-            return;
-        }
-        let slope = (normal - self.up * upright).length_squared() / (upright * upright);
-        let is_known = || self.faces[..self.count].iter().any(|known| known.0 == face);
-        if slope < self.slope * self.slope
-            && self.count < self.faces.len()
-            && !is_known()
-            && self.polytope.face_provenance(face) == Provenance::Original
-        {
-            self.faces[self.count] = (face, slope);
-            self.count += 1;
-        }
-    }
-
-    /// Looks across the sides of all faces that were found.
-    fn spread(&mut self) {
-        let mut next = 0;
-        while next < self.count {
-            let face = self.faces[next].0;
-            for edge in self.polytope.face_edges(face).iter() {
-                let sides = self.polytope.edge(edge);
-                self.visit(if sides.left == face { sides.right } else { sides.left });
-            }
-            next += 1;
-        }
-    }
 }
 
 impl Patch {
@@ -384,7 +144,7 @@ impl Patch {
     /// Step 2.
     fn overlap(&mut self, a: &Outline, b: &Outline, rounding: f64) {
         if a.is_segment() && b.is_segment() {
-            if let Some(place) = crossing([a.corners[0], a.corners[1]], [b.corners[0], b.corners[1]]) {
+            if let Some(place) = crossing(a.side(0).ends(), b.side(0).ends()) {
                 self.add(a, b, place, 0.0, rounding);
             }
             return;

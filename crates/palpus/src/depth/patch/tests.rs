@@ -7,6 +7,7 @@ use glam::{DQuat, DVec3};
 use super::*;
 use crate::algebra::Pose;
 use crate::algebra::random::Random;
+use crate::body::Provenance;
 use crate::body::convex_hull;
 use crate::collision::{Proximity, initial_features, march};
 
