@@ -118,11 +118,11 @@ impl Patch {
         self.corners.clear();
         self.corners.push(Corner { midpoint: frame.origin, separation, features: touch.features });
         let [outlines_a, outlines_b] = &mut self.outlines;
-        outlines_b.gather(b, touch.features.b, &frame, 1.0, slope);
-        if outlines_b.count == 0 {
-            return outlines_b.slope;
-        }
         outlines_a.gather(a, touch.features.a, &frame.seen_from(pose_ba), -1.0, slope);
+        if outlines_a.count == 0 {
+            return outlines_a.slope;
+        }
+        outlines_b.gather(b, touch.features.b, &frame, 1.0, slope);
         let slope = outlines_a.slope.min(outlines_b.slope);
         let rounding = PATCH_SAME * Cso { a, b, pose_ba }.size();
         for i in 0..self.outlines[0].count {

@@ -154,6 +154,11 @@ impl Outlines {
     /// Step 1, for the piece whose surface looks along `outward` (1: with the normal, −1: against it).
     pub(super) fn gather(&mut self, polytope: &Polytope, feature: Feature, frame: &Frame, outward: f64, slope: f64) {
         (self.count, self.slope) = (0, slope);
+        if let Feature::Vertex(v) = feature
+            && is_steep(polytope, v, frame, slope)
+        {
+            return;
+        }
         let mut near =
             NearFaces { polytope, up: frame.z * outward, slope, faces: [(0, 0.0); 2 * PATCH_FACES], count: 0 };
         match feature {
@@ -190,20 +195,31 @@ impl Outlines {
     }
 
     fn push_edge(&mut self, polytope: &Polytope, edge: u32, frame: &Frame) {
-        if polytope.edge_provenance(edge) != Provenance::Original {
+        let ends = polytope.edge(edge);
+        let along = polytope.vertex(ends.head) - polytope.vertex(ends.tail);
+        if !is_flat(along, frame, self.slope) || polytope.edge_provenance(edge) != Provenance::Original {
             return;
         }
         let Some(outline) = Outline::of_edge(polytope, edge, frame) else { return };
-        let slope = outline.rise.length();
-        if slope < self.slope {
-            if self.count < PATCH_FACES {
-                self.list[self.count] = outline;
-                self.count += 1;
-            } else {
-                self.slope = slope;
-            }
+        if self.count < PATCH_FACES {
+            self.list[self.count] = outline;
+            self.count += 1;
+        } else {
+            self.slope = outline.rise.length();
         }
     }
+}
+
+/// True if `along` rises by less than `slope` over the contact plane.
+fn is_flat(along: DVec3, frame: &Frame, slope: f64) -> bool {
+    let rise = frame.z.dot(along);
+    rise * rise < slope * slope * (along.length_squared() - rise * rise)
+}
+
+/// True if no edge at vertex `v` is flat, and so no face there: most single points of contact are, and cost no more than this.
+fn is_steep(polytope: &Polytope, v: u32, frame: &Frame, slope: f64) -> bool {
+    let from = polytope.vertex(v);
+    polytope.ring(v).iter().all(|spoke| !is_flat(polytope.vertex(spoke.neighbour) - from, frame, slope))
 }
 
 /// The search for faces that are flat enough.
@@ -221,7 +237,8 @@ impl NearFaces<'_> {
     fn visit(&mut self, face: u32) {
         let normal = self.polytope.plane(face).normal;
         let upright = normal.dot(self.up);
-        if upright <= 0.0 {
+        // Most faces are steep, and cost no more than this.
+        if upright <= 0.0 || upright * upright * (1.0 + self.slope * self.slope) <= 1.0 {
             return;
         }
         let slope = (normal - self.up * upright).length_squared() / (upright * upright);
