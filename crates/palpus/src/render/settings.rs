@@ -8,8 +8,8 @@ use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSe
 /// Everything that can be chosen about rendering; checked before it is taken up, by [`Settings::validate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
-    /// t of \[K02\], m: contacts are looked for up to this separation. Bodies push each other from it on, or with a coupling
-    /// from its skin on.
+    /// t of \[K02\], m: contacts are looked for up to this separation, and push from it on. With a coupling they push from
+    /// its skin on, and are looked for as far beyond as the tool can move in the next step.
     pub contact_tolerance: f64,
     /// δ of \[K02\], m: contacts nearer than this share one force. 0: every contact has its own.
     pub cluster_radius: f64,
