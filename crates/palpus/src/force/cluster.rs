@@ -28,7 +28,7 @@ use std::cmp::Ordering;
 use glam::DVec3;
 
 use super::Contact;
-use super::tilt::{Tilted, tilt_share};
+use super::tilt::{TiltShares, Tilted};
 use link::{Cell, Run};
 
 /// What makes contacts one cluster.
@@ -75,6 +75,7 @@ pub struct Linkage {
     normals: Vec<DVec3>,
     /// The corners of the patch whose middle is looked for.
     corners: Vec<Tilted>,
+    tilts: TiltShares,
     /// Per rank: contacts of different labels are never linked.
     labels: Vec<u32>,
     /// Union–find over ranks; the root of a component is its smallest rank.
@@ -101,6 +102,7 @@ impl Linkage {
             points: Vec::with_capacity(capacity),
             normals: Vec::with_capacity(capacity),
             corners: Vec::with_capacity(capacity),
+            tilts: TiltShares::new(capacity),
             labels: Vec::with_capacity(capacity),
             parents: Vec::with_capacity(capacity),
             cells: Vec::with_capacity(capacity),
@@ -221,8 +223,8 @@ impl Linkage {
             if patch.len() > 1 {
                 self.corners.clear();
                 self.corners.extend(patch.iter().map(|&i| contacts[i as usize].unloaded()));
-                let middle: DVec3 =
-                    (0..patch.len()).map(|k| self.corners[k].place * tilt_share(k, &self.corners)).sum();
+                let shares = self.tilts.run(&self.corners);
+                let middle: DVec3 = self.corners.iter().zip(shares).map(|(corner, share)| corner.place * *share).sum();
                 self.points[ranks].fill(middle);
             }
         }

@@ -187,6 +187,9 @@ impl Forces {
             cluster.midpoint = pose.point(cluster.midpoint);
             cluster.normal = pose.vector(cluster.normal);
         }
+        for place in &mut self.places {
+            *place = pose.point(*place);
+        }
         for direction in &mut self.directions {
             *direction = pose.vector(*direction);
         }
@@ -214,6 +217,8 @@ impl Forces {
             cluster
         }));
         self.members.extend(other.members.iter().map(|i| i + first_contact));
+        self.places.extend_from_slice(&other.places);
+        self.separations.extend_from_slice(&other.separations);
         self.directions.extend(other.directions.iter().map(|direction: &DVec3| *direction * sign));
         self.weights.extend_from_slice(&other.weights);
         self.holds.extend_from_slice(&other.holds);
