@@ -29,10 +29,8 @@
 //! contacts for one, is ½ k (max w)²: E(w, 0) = E(w, w) leaves nothing for a second contact to add on the way. Its force acts at
 //! the deepest contact and jumps to the next. Continuity is paid for with a field that can do work around a loop.
 //!
-//! 1. *Cut*: of more than [`CROWD_MOST`] contacts the deepest remain. The one that leaves is as deep as the one that enters, so that
-//!    no size jumps, and the place by at most one part in that many.
-//! 2. *Tilt*: the tilt share of each.
-//! 3. *Share*: every contact looks at every other. Where none of its direction pushes yet, as if the nearest did.
+//! 1. *Tilt*: the tilt share of each.
+//! 2. *Share*: every contact looks at every other. Where none of its direction pushes yet, as if the nearest did.
 //!
 //! The contacts come in canonical order, so that sums do not depend on how the query found them. All memory is obtained by
 //! [`Crowding::new`].
@@ -40,18 +38,11 @@
 use glam::DVec3;
 
 use super::tilt::{TiltShares, Tilted};
-use crate::algebra::tolerance::CROWD_MOST;
-
 /// Shares of the last run, and the memory to find them.
 #[derive(Clone, Debug)]
 pub struct Crowding {
-    /// Which contacts are the deepest.
-    deepest: Vec<u32>,
-    /// Those.
-    met: Vec<Tilted>,
-    /// Their tilt shares.
     tilts: TiltShares,
-    /// The same as others see them: first those that push.
+    /// The contacts as others see them: first those that push.
     seen: Vec<Seen>,
     /// How many push.
     pushing: usize,
@@ -70,32 +61,25 @@ struct Seen {
 impl Crowding {
     /// Memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
-        let most = capacity.min(CROWD_MOST);
         Self {
-            deepest: Vec::with_capacity(capacity),
-            met: Vec::with_capacity(most),
-            tilts: TiltShares::new(most),
-            seen: Vec::with_capacity(most),
+            tilts: TiltShares::new(capacity),
+            seen: Vec::with_capacity(capacity),
             pushing: 0,
             shares: Vec::with_capacity(capacity),
         }
     }
 
-    /// The share of its own force that each contact keeps; 0 for those that were cut, and for those that others of
-    /// their surface surround. Contacts that do not push yet get the share that they will have when they do, together with all that are no
+    /// The share of its own force that each contact keeps; 0 for those that others of their surface surround. Contacts that do not push yet get the share that they will have when they do, together with all that are no
     /// more than `ahead` (m) farther than the nearest.
     ///
     /// They stand in [`Self::shares`] until the next run.
     pub fn run(&mut self, crowd: &[Tilted], ahead: f64) -> &[f64] {
-        self.cut(crowd);
-        self.tilts.run(&self.met);
-        self.look();
+        self.tilts.run(crowd);
+        self.look(crowd);
         self.shares.clear();
-        self.shares.resize(crowd.len(), 0.0);
-        for (&i, (one, &tilt)) in self.deepest.iter().zip(self.met.iter().zip(self.tilts.shares())) {
-            if tilt > 0.0 {
-                self.shares[i as usize] = tilt * self.share(one, ahead);
-            }
+        for (one, &tilt) in crowd.iter().zip(self.tilts.shares()) {
+            let share = if tilt > 0.0 { tilt * self.share(one, ahead) } else { 0.0 };
+            self.shares.push(share);
         }
         &self.shares
     }
@@ -105,24 +89,9 @@ impl Crowding {
         &self.shares
     }
 
-    /// Step 1.
-    fn cut(&mut self, crowd: &[Tilted]) {
-        self.deepest.clear();
-        self.deepest.extend(0..crowd.len() as u32);
-        if crowd.len() > CROWD_MOST {
-            let separation = |i: u32| crowd[i as usize].separation;
-            self.deepest
-                .select_nth_unstable_by(CROWD_MOST, |&i, &j| separation(i).total_cmp(&separation(j)).then(i.cmp(&j)));
-            self.deepest.truncate(CROWD_MOST);
-            self.deepest.sort_unstable();
-        }
-        self.met.clear();
-        self.met.extend(self.deepest.iter().map(|&i| crowd[i as usize]));
-    }
-
     /// What others see, those that push first.
-    fn look(&mut self) {
-        let seen = self.met.iter().zip(self.tilts.shares()).map(|(contact, &tilt)| {
+    fn look(&mut self, crowd: &[Tilted]) {
+        let seen = crowd.iter().zip(self.tilts.shares()).map(|(contact, &tilt)| {
             let Tilted { direction, separation, engagement, .. } = *contact;
             Seen { direction, separation, engagement, tilt }
         });
@@ -132,7 +101,7 @@ impl Crowding {
         self.seen.extend(seen.filter(|one| one.engagement <= 0.0));
     }
 
-    /// Step 3: the greatest κ w of the crowd over the sum of κ α w, as `one` sees them.
+    /// Step 2: the greatest κ w of the crowd over the sum of κ α w, as `one` sees them.
     fn share(&self, one: &Tilted, ahead: f64) -> f64 {
         let (most, sum) = felt(one, &self.seen[..self.pushing], |other| other.engagement);
         if most > 0.0 {
@@ -298,24 +267,6 @@ mod tests {
         let coarse = dome(1);
         for rings in [3, 9, 21] {
             assert!((dome(rings) / coarse - 1.0).abs() < 0.05, "{rings}: {} and {coarse}", dome(rings));
-        }
-    }
-
-    #[test]
-    fn of_too_many_the_deepest_remain_and_the_size_does_not_jump() {
-        let mut random = Random(SEED ^ 3);
-        let mut crowd = toward_z(&mut random, CROWD_MOST + 80, 0.1);
-        let mut crowding = Crowding::new(crowd.len());
-        let left_out = crowding.run(&crowd, 0.0).iter().filter(|share| **share == 0.0).count();
-        assert_eq!(left_out, 80);
-        // One contact rises through the cut.
-        crowd[7] = single(crowd[7].direction, 0.0);
-        let mut last = push(&crowd);
-        for _ in 0..2000 {
-            crowd[7] = single(crowd[7].direction, crowd[7].engagement + 1e-6);
-            let now = push(&crowd);
-            assert!((now - last).length() < 1e-5, "seed {SEED:#x}: {last} to {now}");
-            last = now;
         }
     }
 }
