@@ -1,0 +1,355 @@
+//! Devices behind the bridge: sessions, ends, hostile frames, and 4 kHz beside the loop.
+
+mod bridge_driver;
+mod seeded;
+
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use bridge_driver::{Manner, Seen, StandIn, Vice, WAYS, Way, new_path, pose, repair};
+use glam::{DQuat, DVec3};
+use palpus::algebra::{Pose, Twist, Wrench};
+use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
+use palpus_device::bridge_frames::{Body, Command, Frame, LONGEST, READY, State, decode, encode};
+use palpus_device::{
+    BridgeAddress, BridgeCounts, BridgeDevice, BridgeError, BridgeOptions, DeviceError, DeviceState, HapticDevice,
+    PlacedDevice, RunEnd, RunStatistics, Servo, ServoOptions, ServoTick, StepOutcome,
+};
+use seeded::Random;
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+fn open(driver: &StandIn) -> BridgeDevice {
+    try_open(&driver.address).expect("a session")
+}
+
+fn try_open(address: &BridgeAddress) -> Result<BridgeDevice, BridgeError> {
+    BridgeDevice::open(&BridgeOptions { address: address.clone(), priority: None })
+}
+
+/// Waits until `what` is so; false if it is not after two seconds.
+fn comes_to(mut what: impl FnMut() -> bool) -> bool {
+    let begun = Instant::now();
+    while begun.elapsed() < Duration::from_secs(2) {
+        if what() {
+            return true;
+        }
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    false
+}
+
+fn up(newtons: f64) -> Wrench {
+    Wrench { force: DVec3::Z * newtons, torque: DVec3::ZERO }
+}
+
+/// Reads and writes as a loop does, until the driver applies `wrench`.
+fn push(device: &mut BridgeDevice, driver: &StandIn, wrench: Wrench) -> bool {
+    comes_to(|| {
+        device.read().expect("a state");
+        device.write(&wrench).expect("a driver");
+        driver.seen().applied.last() == Some(&wrench)
+    })
+}
+
+/// A floor at the start's height, for so many seconds; and the allocations after the first tick.
+fn run(device: BridgeDevice, rate_hz: f64, seconds: f64) -> (RunStatistics, u64, BridgeCounts) {
+    let mut device = Counted { device: PlacedDevice::new(device, Pose::IDENTITY) };
+    let mut servo =
+        Servo::new(ServoOptions { rate_hz, duration: Some(seconds), ..Default::default() }).expect("options in range");
+    let (mut first, mut last) = (None, 0);
+    let mut observer = |_: &ServoTick, _: &()| {
+        last = allocations_of_this_thread();
+        first.get_or_insert(last);
+    };
+    let step = |state: &DeviceState, _: f64| {
+        let depth = (-state.pose.translation.z).max(0.0);
+        StepOutcome::of(up(100.0 * depth))
+    };
+    let statistics = servo.run(&mut device.device, step, &mut observer, &AtomicBool::new(false));
+    let counts = device.counts();
+    (statistics, last - first.unwrap_or(last), counts)
+}
+
+/// The placed device does not give its inner one away.
+struct Counted {
+    device: PlacedDevice<BridgeDevice>,
+}
+
+impl Counted {
+    fn counts(&self) -> BridgeCounts {
+        let of = |name: &str| {
+            let counts = self.device.counts();
+            counts.iter().find(|count| count.0.contains(name)).map_or(0, |count| count.1)
+        };
+        BridgeCounts { lost: of("lost"), ignored: of("ignored"), unsent: of("room"), ..Default::default() }
+    }
+}
+
+#[test]
+fn a_loop_pushes_allocates_nothing_and_ends_with_zero() {
+    for way in WAYS {
+        let driver = StandIn::start(Manner::good(*way));
+        let (statistics, allocations, counts) = run(open(&driver), 1000.0, 1.5);
+        assert_eq!((statistics.end, allocations), (RunEnd::Duration, 0), "{way:?}");
+        assert_eq!((counts.lost, counts.ignored), (0, 0), "{way:?}");
+        let Seen { applied, commands, .. } = driver.end();
+        assert!(applied.iter().all(|wrench| (0.0..=2.0 + 1e-6).contains(&wrench.force.z)), "{way:?}");
+        assert!(applied.iter().any(|wrench| wrench.force.z > 0.0), "{way:?}: it must have pushed");
+        assert_eq!(commands.last().map(|command| command.wrench), Some(Wrench::ZERO), "{way:?}");
+    }
+}
+
+#[test]
+fn states_are_those_of_the_driver() {
+    for way in WAYS {
+        let driver = StandIn::start(Manner::good(*way));
+        let mut device = open(&driver);
+        assert_eq!(device.spec(), &bridge_driver::spec());
+        let first = device.read().expect("a state");
+        assert!(comes_to(|| device.read().expect("a state").time > first.time + 0.05), "{way:?}");
+        let state = device.read().expect("a state");
+        let known = (1..=driver.seen().sent).any(|sequence| pose(sequence, 1000.0) == state.pose);
+        assert!(known && state.time > 0.0, "{way:?}: {state:?}");
+    }
+}
+
+#[test]
+fn a_wrench_ends_when_the_loop_is_silent() {
+    for way in WAYS {
+        let driver = StandIn::start(Manner::good(*way));
+        let mut device = open(&driver);
+        assert!(push(&mut device, &driver, up(1.0)), "{way:?}");
+        assert!(comes_to(|| driver.seen().applied.last() == Some(&Wrench::ZERO)), "{way:?}");
+        // The session stays alive, and what is computed from before the end does not push.
+        std::thread::sleep(Duration::from_millis(400));
+        device.write(&up(1.0)).expect("a driver");
+        std::thread::sleep(Duration::from_millis(30));
+        assert_eq!(driver.seen().applied.last(), Some(&Wrench::ZERO), "{way:?}");
+        let withheld = device.read().expect("a state").withheld;
+        assert!(withheld, "{way:?}: the loop must be told");
+        device.write(&Wrench::ZERO).expect("a driver");
+        assert!(comes_to(|| !device.read().expect("a state").withheld), "{way:?}");
+        assert!(push(&mut device, &driver, up(1.0)), "{way:?}");
+    }
+}
+
+#[test]
+fn a_brake_takes_the_wrench_from_any_thread() {
+    let driver = StandIn::start(Manner::good(WAYS[0]));
+    let mut device = open(&driver);
+    assert!(push(&mut device, &driver, up(2.0)));
+    let brake = device.brake().expect("a brake");
+    std::thread::scope(|scope| scope.spawn(|| brake.apply()).join()).expect("no panic");
+    assert!(comes_to(|| driver.seen().applied.last() == Some(&Wrench::ZERO)));
+    let from = driver.seen().applied.len();
+    assert!(comes_to(|| {
+        device.read().expect("a state");
+        device.write(&up(2.0)).expect("a driver");
+        driver.seen().applied.len() > from + 20
+    }));
+    assert!(driver.seen().applied[from..].iter().all(|wrench| *wrench == Wrench::ZERO));
+    brake.release();
+    assert!(push(&mut device, &driver, up(2.0)));
+}
+
+#[test]
+fn a_state_is_withheld_while_the_driver_withholds() {
+    let driver = StandIn::start(Manner::good(WAYS[0]));
+    let mut device = open(&driver);
+    let mut reads = |withheld: bool| {
+        comes_to(|| {
+            let state = device.read().expect("a state");
+            device.write(&Wrench::ZERO).expect("a driver");
+            state.withheld == withheld
+        })
+    };
+    assert!(reads(false));
+    driver.withhold(true);
+    assert!(reads(true));
+    driver.withhold(false);
+    assert!(reads(false));
+}
+
+#[test]
+fn a_silent_driver_is_withheld_and_then_lost() {
+    for way in WAYS {
+        let driver = StandIn::start(Manner::good(*way));
+        let mut device = open(&driver);
+        driver.fall_silent();
+        let mut withheld = 0;
+        let lost = comes_to(|| match device.read() {
+            Ok(state) => {
+                withheld += u32::from(state.withheld);
+                false
+            }
+            Err(DeviceError::Lost(why)) => why.contains("no state for 250 ms") && why.contains("start the run again"),
+            Err(_) => false,
+        });
+        assert!(lost && withheld > 0, "{way:?}: {withheld}");
+        assert!(matches!(device.write(&Wrench::ZERO), Err(DeviceError::Lost(_))), "{way:?}");
+    }
+}
+
+#[test]
+fn a_driver_that_ends_is_lost_with_its_reason() {
+    for way in WAYS {
+        let driver = StandIn::start(Manner { closes_after: Some(50), ..Manner::good(*way) });
+        let (statistics, ..) = run(open(&driver), 1000.0, 20.0);
+        let RunEnd::DeviceFailed(error) = &statistics.end else { panic!("{way:?}: {:?}", statistics.end) };
+        assert!(error.to_string().contains("ended the session: out of oil"), "{way:?}: {error}");
+        let driver = StandIn::start(Manner::good(*way));
+        let mut device = open(&driver);
+        driver.end();
+        assert!(comes_to(|| matches!(device.read(), Err(DeviceError::Lost(_)))), "{way:?}");
+    }
+}
+
+#[test]
+fn drivers_that_cannot_be_used_are_named() {
+    let error = |address: &BridgeAddress| try_open(address).err().expect("no session").to_string();
+    let nowhere = if WAYS.contains(&Way::Path) {
+        BridgeAddress::Path(new_path())
+    } else {
+        BridgeAddress::parse("udp:127.0.0.1:9").expect("an address")
+    };
+    assert!(error(&nowhere).contains("no driver listens at"), "{}", error(&nowhere));
+    let slow = StandIn::start(Manner { rate_hz: 60.0, ..Manner::good(WAYS[0]) });
+    assert!(error(&slow.address).contains("500 are needed"), "{}", error(&slow.address));
+    let newer = StandIn::start(Manner { vice: Some(Vice::SpeaksVersion2), ..Manner::good(WAYS[0]) });
+    assert!(error(&newer.address).contains("version 2 of the protocol"), "{}", error(&newer.address));
+    // One driver, one session.
+    let busy = StandIn::start(Manner::good(Way::Udp));
+    let _first = open(&busy);
+    assert!(error(&busy.address).contains("session with another program"), "{}", error(&busy.address));
+}
+
+const HOSTILE_SEED: u64 = 0x0b5e_55ed_f4a3;
+const HOSTILE: usize = 100_000;
+
+/// A real state, elsewhere and with another number, that was bent; or bytes at random.
+fn hostile(random: &mut Random, nonce: u64) -> Vec<u8> {
+    let state = State {
+        time_ns: random.next() >> 20,
+        pose: Pose { rotation: DQuat::from_rotation_y(random.between(-3.0, 3.0)), translation: 9.0 * random.direction() },
+        twist: Twist { angular: random.direction(), linear: random.direction() },
+        applied: up(3.0),
+        echo: random.below(1000),
+        buttons: 0,
+        flags: READY,
+    };
+    let command = Command { echo: 1, time_ns: state.time_ns, wrench: up(5.0), valid_for_us: 100_000 };
+    let sequence = 1_000_000_000 + random.below(1_000_000);
+    let whole = |nonce: u64, sequence: u64, body: Body| {
+        encode(&Frame { nonce, sequence, body }, &mut [0; LONGEST]).to_vec()
+    };
+    match random.below(8) {
+        0 => whole(nonce ^ (1 << random.below(64)), sequence, Body::State(state)),
+        1 => whole(nonce, 0, Body::State(state)),
+        2 => whole(nonce, sequence, Body::Command(command)),
+        3 => whole(nonce ^ 1, sequence, Body::Close("nothing".into())),
+        4 => {
+            let mut bytes = whole(nonce, sequence, Body::State(state));
+            let length = random.below(bytes.len() as u64) as usize;
+            bytes.truncate(length.max(1));
+            bytes
+        }
+        5 => (0..1 + random.below(270)).map(|_| random.next() as u8).collect(),
+        6 => {
+            // One number is none, or the quaternion is not of unit length, and the CRC-32 is right.
+            let mut bytes = whole(nonce, sequence, Body::State(state));
+            let at = 40 + 8 * random.below(19) as usize;
+            let bad = [f64::NAN, f64::INFINITY, -1e300][random.below(3) as usize];
+            bytes[at..at + 8].copy_from_slice(&bad.to_le_bytes());
+            repair(&mut bytes);
+            bytes
+        }
+        _ => {
+            let mut bytes = whole(nonce, sequence, Body::State(state));
+            for _ in 0..=random.below(4) {
+                let at = random.below(bytes.len() as u64) as usize;
+                bytes[at] ^= 1 + random.below(255) as u8;
+            }
+            bytes
+        }
+    }
+}
+
+#[test]
+fn hostile_frames_never_move_a_hand() {
+    let driver = StandIn::start(Manner { rate_hz: 2000.0, ..Manner::good(WAYS[0]) });
+    let mut device = open(&driver);
+    let mut random = Random(HOSTILE_SEED);
+    {
+        let mut seen = driver.seen();
+        let nonce = seen.session;
+        seen.hostile.extend((0..HOSTILE).map(|_| hostile(&mut random, nonce)));
+    }
+    let (mut last, mut moved) = (device.read().expect("a state"), 0);
+    while !driver.seen().hostile.is_empty() {
+        let state = device.read().unwrap_or_else(|error| panic!("seed {HOSTILE_SEED:#x}: {error}"));
+        device.write(&up(0.5)).expect("a driver");
+        assert!(state.pose.translation.length() <= 0.01, "seed {HOSTILE_SEED:#x}: {state:?}");
+        assert_eq!((state.pose.rotation, state.twist), (DQuat::IDENTITY, Twist::default()), "seed {HOSTILE_SEED:#x}");
+        assert!(state.time >= last.time, "seed {HOSTILE_SEED:#x}");
+        moved += u32::from(state.pose != last.pose);
+        last = state;
+        std::thread::sleep(Duration::from_micros(200));
+    }
+    assert!(moved > 100, "the real states must have gone on: {moved}");
+    let applied = &driver.seen().applied;
+    assert!(applied.iter().all(|wrench| *wrench == up(0.5) || *wrench == Wrench::ZERO), "seed {HOSTILE_SEED:#x}");
+    if WAYS.contains(&Way::Path) {
+        // Over UDP some of a flood may be lost.
+        let ignored = || device.counts().ignored;
+        assert!(comes_to(|| ignored() >= HOSTILE as u64), "seed {HOSTILE_SEED:#x}: {} of {HOSTILE}", ignored());
+        assert_eq!((ignored(), device.counts().lost), (HOSTILE as u64, 0), "seed {HOSTILE_SEED:#x}");
+    }
+}
+
+const BENT_SEED: u64 = 0xb3a7_f4a3_e001;
+
+#[test]
+fn a_bent_frame_is_refused_or_is_what_it_was() {
+    let mut random = Random(BENT_SEED);
+    for round in 0..100_000 {
+        let bytes = hostile(&mut random, 7);
+        let Ok(frame) = decode(&bytes) else { continue };
+        let mut buffer = [0; LONGEST];
+        let again = encode(&frame, &mut buffer);
+        let finite = match &frame.body {
+            Body::State(state) => state.pose.is_valid() && state.twist.linear.is_finite() && state.applied.is_finite(),
+            Body::Command(command) => command.wrench.is_finite(),
+            _ => true,
+        };
+        assert!(finite && again.len() == bytes.len(), "seed {BENT_SEED:#x}, round {round}: {frame:?}");
+    }
+}
+
+/// A driver and a loop of 4 kHz; nothing may be lost between them, however late either is.
+fn four_kilohertz(way: Way, seconds: f64) {
+    let driver = StandIn::start(Manner { rate_hz: 4000.0, ..Manner::good(way) });
+    let (statistics, allocations, counts) = run(open(&driver), 4000.0, seconds);
+    assert_eq!((statistics.end, allocations), (RunEnd::Duration, 0), "{way:?}");
+    assert_eq!((counts.lost, counts.ignored, counts.unsent), (0, 0, 0), "{way:?}");
+    let Seen { sent, commands, lost_commands, .. } = driver.end();
+    println!("{way:?}: {sent} states, {} commands, none lost", commands.len());
+    assert_eq!(lost_commands, 0, "{way:?}");
+    assert!(sent > 0 && commands.len() as u64 > statistics.ticks / 2, "{way:?}: {sent}, {}", commands.len());
+}
+
+#[test]
+fn no_frame_is_lost_at_four_kilohertz() {
+    for way in WAYS {
+        four_kilohertz(*way, 1.0);
+    }
+}
+
+#[test]
+#[ignore = "takes a minute for each kind of socket"]
+fn no_frame_is_lost_in_a_minute_at_four_kilohertz() {
+    for way in WAYS {
+        four_kilohertz(*way, 60.0);
+    }
+}
