@@ -1,4 +1,5 @@
 //! Devices behind the bridge: sessions, ends, hostile frames, and 4 kHz beside the loop.
+#![allow(clippy::print_stdout, reason = "the run of a minute says what it counted")]
 
 mod bridge_driver;
 mod seeded;
@@ -55,6 +56,18 @@ fn push(device: &mut BridgeDevice, driver: &StandIn, wrench: Wrench) -> bool {
 
 /// A floor at the start's height, for so many seconds; and the allocations after the first tick.
 fn run(device: BridgeDevice, rate_hz: f64, seconds: f64) -> (RunStatistics, u64, BridgeCounts) {
+    run_with(device, rate_hz, seconds, |state| {
+        let depth = (-state.pose.translation.z).max(0.0);
+        up(100.0 * depth)
+    })
+}
+
+fn run_with(
+    device: BridgeDevice,
+    rate_hz: f64,
+    seconds: f64,
+    mut wrench: impl FnMut(&DeviceState) -> Wrench,
+) -> (RunStatistics, u64, BridgeCounts) {
     let mut device = Counted { device: PlacedDevice::new(device, Pose::IDENTITY) };
     let mut servo =
         Servo::new(ServoOptions { rate_hz, duration: Some(seconds), ..Default::default() }).expect("options in range");
@@ -63,10 +76,7 @@ fn run(device: BridgeDevice, rate_hz: f64, seconds: f64) -> (RunStatistics, u64,
         last = allocations_of_this_thread();
         first.get_or_insert(last);
     };
-    let step = |state: &DeviceState, _: f64| {
-        let depth = (-state.pose.translation.z).max(0.0);
-        StepOutcome::of(up(100.0 * depth))
-    };
+    let step = |state: &DeviceState, _: f64| StepOutcome::of(wrench(state));
     let statistics = servo.run(&mut device.device, step, &mut observer, &AtomicBool::new(false));
     let counts = device.counts();
     (statistics, last - first.unwrap_or(last), counts)
@@ -173,6 +183,40 @@ fn a_state_is_withheld_while_the_driver_withholds() {
 }
 
 #[test]
+fn a_withheld_force_returns_slowly() {
+    // Where the machine stalls the loop, its fault takes the force away for good: once more then.
+    let forces = (0..5).find_map(|_| forces_around_withholding()).expect("a second and a half without a fault");
+    let at_full = forces.iter().position(|force| *force == FULL).expect("the force was there");
+    let away = at_full + forces[at_full..].iter().position(|force| *force == 0.0).expect("it was withheld");
+    let back = away + forces[away..].iter().position(|force| *force != 0.0).expect("it came back");
+    assert!(forces[back..].contains(&FULL), "all of it");
+    for (before, after) in forces[back - 1..].iter().zip(&forces[back..]) {
+        // 5 N in 50 ms, and a few ticks that were skipped in between.
+        assert!(after - before <= 0.5, "from {before} to {after} N in one message");
+    }
+}
+
+/// N: what is computed, before and after.
+const FULL: f64 = 4.0;
+
+/// The forces of all commands of a run in which the driver withholds for 60 ms; `None` after a fault.
+fn forces_around_withholding() -> Option<Vec<f64>> {
+    let driver = StandIn::start(Manner::good(WAYS[0]));
+    let device = open(&driver);
+    let mut ticks = 0u32;
+    let step = |_: &DeviceState| {
+        ticks += 1;
+        driver.withhold((1000..1060).contains(&ticks));
+        // Small until it is engaged.
+        if ticks > 600 { up(FULL) } else { Wrench::ZERO }
+    };
+    let (statistics, ..) = run_with(device, 1000.0, 1.5, step);
+    assert_eq!(statistics.end, RunEnd::Duration);
+    let commands = driver.end().commands;
+    (statistics.safety.faults() == 0).then(|| commands.iter().map(|command| command.wrench.force.z).collect())
+}
+
+#[test]
 fn a_silent_driver_is_withheld_and_then_lost() {
     for way in WAYS {
         let driver = StandIn::start(Manner::good(*way));
@@ -232,7 +276,10 @@ const HOSTILE: usize = 100_000;
 fn hostile(random: &mut Random, nonce: u64) -> Vec<u8> {
     let state = State {
         time_ns: random.next() >> 20,
-        pose: Pose { rotation: DQuat::from_rotation_y(random.between(-3.0, 3.0)), translation: 9.0 * random.direction() },
+        pose: Pose {
+            rotation: DQuat::from_rotation_y(random.between(-3.0, 3.0)),
+            translation: 9.0 * random.direction(),
+        },
         twist: Twist { angular: random.direction(), linear: random.direction() },
         applied: up(3.0),
         echo: random.below(1000),
@@ -241,9 +288,8 @@ fn hostile(random: &mut Random, nonce: u64) -> Vec<u8> {
     };
     let command = Command { echo: 1, time_ns: state.time_ns, wrench: up(5.0), valid_for_us: 100_000 };
     let sequence = 1_000_000_000 + random.below(1_000_000);
-    let whole = |nonce: u64, sequence: u64, body: Body| {
-        encode(&Frame { nonce, sequence, body }, &mut [0; LONGEST]).to_vec()
-    };
+    let whole =
+        |nonce: u64, sequence: u64, body: Body| encode(&Frame { nonce, sequence, body }, &mut [0; LONGEST]).to_vec();
     match random.below(8) {
         0 => whole(nonce ^ (1 << random.below(64)), sequence, Body::State(state)),
         1 => whole(nonce, 0, Body::State(state)),

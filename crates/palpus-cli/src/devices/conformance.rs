@@ -19,7 +19,9 @@ pub(super) fn conformance(address: &str, json: bool) -> anyhow::Result<ExitCode>
         output::line(match failed {
             0 => format!("The driver at {address} conforms: palpus run --device bridge:{address}"),
             1 => format!("The driver at {address} does not conform: mend what failed; docs/bridge.md says how."),
-            more => format!("The driver at {address} does not conform: {more} checks failed; docs/bridge.md says how to mend them."),
+            more => format!(
+                "The driver at {address} does not conform: {more} checks failed; docs/bridge.md says how to mend them."
+            ),
         });
     }
     Ok(if failed == 0 { ExitCode::SUCCESS } else { ExitCode::FAILURE })

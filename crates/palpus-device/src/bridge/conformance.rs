@@ -228,15 +228,9 @@ fn refuses_stale(peer: &mut Peer) -> Result<String, String> {
     let wrench = push(peer)?;
     let old = peer.newest()?;
     let age = u64::from(VALID_FOR_US) * 1000;
-    let newest = peer
-        .state_where(|state| state.time_ns > old.state.time_ns + 2 * age)?
-        .ok_or("states do not go on")?;
-    let told = peer.tell(Command {
-        echo: newest.sequence,
-        time_ns: old.state.time_ns,
-        wrench,
-        valid_for_us: VALID_FOR_US,
-    })?;
+    let newest = peer.state_where(|state| state.time_ns > old.state.time_ns + 2 * age)?.ok_or("states do not go on")?;
+    let told =
+        peer.tell(Command { echo: newest.sequence, time_ns: old.state.time_ns, wrench, valid_for_us: VALID_FOR_US })?;
     never_pushes(peer, told, "its `time_ns + valid_for_us` had passed when it came: stay at zero")?;
     resume(peer)
 }

@@ -54,6 +54,9 @@ const USUAL_RATE: f64 = 1000.0;
 const STALE_TIME: Duration = Duration::from_millis(5);
 const STALE_PERIODS: f64 = 3.0;
 
+/// The first read waits at most this long for a fresh state.
+const FIRST_READ: Duration = Duration::from_millis(100);
+
 /// How to find a driver.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BridgeOptions {
@@ -124,6 +127,8 @@ pub struct BridgeDevice {
     states: Newest<Sensed>,
     /// The state that was read last.
     known: Sensed,
+    /// There has been a read.
+    is_read: bool,
     /// Age from which on a state is withheld.
     stale: Duration,
     shared: Arc<Shared>,
@@ -161,7 +166,7 @@ impl BridgeDevice {
         )];
         let brake = Arc::new(BridgeBrake { flag: BrakeFlag::default(), shared: Arc::clone(&shared) });
         let stale = STALE_TIME.max(Duration::from_secs_f64(STALE_PERIODS / welcome.rate_hz));
-        Ok(Self { spec, notes, states, known: first, stale, shared, brake, thread: Some(thread) })
+        Ok(Self { spec, notes, states, known: first, is_read: false, stale, shared, brake, thread: Some(thread) })
     }
 
     /// What is worth writing down of the driver.
@@ -182,6 +187,16 @@ impl BridgeDevice {
         }
     }
 
+    /// Waits for a fresh state. While the loop starts, the system locks the program's memory, which
+    /// holds the thread up; were the loop to begin with an old state, the next one would look like a
+    /// leap of the device's clock.
+    fn wait_for_fresh(&mut self) {
+        let begun = Instant::now();
+        while self.states.get().arrived.elapsed() > self.stale && begun.elapsed() < FIRST_READ {
+            std::thread::sleep(STALE_TIME / 10);
+        }
+    }
+
     fn alive(&self) -> Result<(), DeviceError> {
         self.shared.lost.get().map_or(Ok(()), |why| Err(DeviceError::Lost(why.clone())))
     }
@@ -198,9 +213,14 @@ impl HapticDevice for BridgeDevice {
         &self.spec
     }
 
-    /// The newest state; the same one again, with its time, while there is no newer one. Does not wait.
+    /// The newest state; the same one again, with its time, while there is no newer one. Does not
+    /// wait, but for a fresh state to begin with.
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         self.alive()?;
+        if !self.is_read {
+            self.wait_for_fresh();
+            self.is_read = true;
+        }
         self.known = *self.states.get();
         let Sensed { state, arrived, .. } = self.known;
         Ok(DeviceState {

@@ -12,9 +12,7 @@ use std::time::{Duration, Instant};
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
-use palpus_device::bridge_frames::{
-    Body, Command, Frame, LONGEST, READY, State, WITHHELD, Welcome, decode, encode,
-};
+use palpus_device::bridge_frames::{Body, Command, Frame, LONGEST, READY, State, WITHHELD, Welcome, decode, encode};
 use palpus_device::{Axes, BridgeAddress, DeviceSpec};
 
 use line::Line;
@@ -301,8 +299,7 @@ impl Driver {
         let session = self.offer.map_or(0, |(_, session)| session);
         let welcome = Welcome { session, rate_hz: self.manner.rate_hz, spec: spec() };
         let mut buffer = [0; LONGEST];
-        let mut bytes =
-            encode(&Frame { nonce: hello, sequence, body: Body::Welcome(welcome) }, &mut buffer).to_vec();
+        let mut bytes = encode(&Frame { nonce: hello, sequence, body: Body::Welcome(welcome) }, &mut buffer).to_vec();
         if self.has(Vice::SpeaksVersion2) {
             bytes[4] = 2;
             repair(&mut bytes);

@@ -60,7 +60,9 @@ impl Hostile {
                 let state = State { applied: self.wrench, ..newest.state };
                 self.set(&Frame { body: Body::State(state), ..good });
             }
-            9 => self.set(&Frame { nonce: nonce_but(self.session), sequence: 1, body: Body::Hello { rate_hz: 1000.0 } }),
+            9 => {
+                self.set(&Frame { nonce: nonce_but(self.session), sequence: 1, body: Body::Hello { rate_hz: 1000.0 } })
+            }
             _ => {
                 let length = 1 + self.random(LONGEST);
                 self.bytes.clear();
