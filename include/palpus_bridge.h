@@ -65,7 +65,7 @@ typedef struct palpus_bridge_welcome {
     double rate_hz;           /* states a second, at least 500 */
     uint8_t actuated[3];      /* axes with motors: translation 0-3, rotation 0-3, gripper 0-1 */
     uint8_t sensed[3];        /* axes with sensors, likewise */
-    uint8_t buttons;          /* 0-32 */
+    uint8_t buttons;          /* 0-30 */
     uint8_t reserved;         /* 0 */
 } palpus_bridge_welcome;
 
@@ -89,7 +89,7 @@ typedef struct palpus_bridge_state {
     double applied_force[3];  /* what the device pushes with now, N */
     double applied_torque[3]; /* N m */
     uint64_t echo;            /* sequence of the newest command that was accepted; 0 before the first */
-    uint32_t buttons;         /* bit k: button k is pressed */
+    uint32_t buttons;         /* bit k: button k is pressed; bits 30 and 31 are 0 */
     uint32_t flags;           /* PALPUS_BRIDGE_READY, PALPUS_BRIDGE_WITHHELD; all other bits 0 */
 } palpus_bridge_state;
 

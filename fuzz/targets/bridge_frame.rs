@@ -34,13 +34,13 @@ fn check(bytes: &[u8]) {
             assert!((1.0..=1e5).contains(rate_hz));
             assert!((1..=64).contains(&spec.name.len()) && !spec.name.chars().any(char::is_control));
             assert!((0.0..=1e9).contains(&spec.force_max) && (0.0..=1e9).contains(&spec.torque_max));
-            assert!(spec.buttons <= 32 && spec.actuated.translation <= 3 && spec.sensed.rotation <= 3);
+            assert!(spec.buttons <= 30 && spec.actuated.translation <= 3 && spec.sensed.rotation <= 3);
         }
         Body::Command(Command { wrench, valid_for_us, .. }) => {
             assert!(wrench.is_finite() && *valid_for_us <= MOST_VALID_FOR_US);
         }
-        Body::State(State { pose, twist, applied, flags, .. }) => {
-            assert!(pose.is_valid() && applied.is_finite() && flags & !(READY | WITHHELD) == 0);
+        Body::State(State { pose, twist, applied, buttons, flags, .. }) => {
+            assert!(pose.is_valid() && applied.is_finite() && buttons >> 30 == 0 && flags & !(READY | WITHHELD) == 0);
             assert!(twist.linear.is_finite() && twist.angular.is_finite());
         }
         Body::Close(reason) => assert!(reason.len() <= 96 && !reason.chars().any(char::is_control)),

@@ -20,6 +20,8 @@ pub const VERSION: u16 = 1;
 pub const LONGEST: usize = 208;
 /// Longest time for which a command may ask to be applied, µs.
 pub const MOST_VALID_FOR_US: u32 = 100_000;
+/// Buttons that a device may have: the loop's keys have the other bits.
+pub const MOST_BUTTONS: u8 = 30;
 /// State flag: the device is powered, calibrated and gives the force that it is told.
 pub const READY: u32 = 1;
 /// State flag: the device gives no force now, whatever it is told.
@@ -270,7 +272,7 @@ fn read_welcome(from: &mut Reader<'_>) -> Result<Welcome, Refusal> {
     let rate_hz = rate(from)?;
     let (actuated, sensed) = (axes(from, "actuated")?, axes(from, "sensed")?);
     let [buttons, reserved] = from.take();
-    if buttons > 32 {
+    if buttons > MOST_BUTTONS {
         return Err(Refusal::Value("buttons"));
     }
     if reserved != 0 {
@@ -324,6 +326,9 @@ fn read_state(from: &mut Reader<'_>) -> Result<State, Refusal> {
     let (force, torque) = (vector(from, "applied_force")?, vector(from, "applied_torque")?);
     let echo = from.count();
     let (buttons, flags) = (u32::from_le_bytes(from.take()), u32::from_le_bytes(from.take()));
+    if buttons >> MOST_BUTTONS != 0 {
+        return Err(Refusal::Value("buttons"));
+    }
     if flags & !(READY | WITHHELD) != 0 {
         return Err(Refusal::Value("flags"));
     }
