@@ -251,6 +251,14 @@ fn a_driver_that_ends_is_lost_with_its_reason() {
 }
 
 #[test]
+fn a_force_that_nobody_told_loses_the_device() {
+    let driver = StandIn::start(Manner { vice: Some(Vice::PushesUnasked), ..Manner::good(WAYS[0]) });
+    let mut device = open(&driver);
+    let lost = |error: &DeviceError| error.to_string().contains("pushes with 1.0 N although it was told zero");
+    assert!(comes_to(|| device.read().is_err_and(|error| lost(&error))));
+}
+
+#[test]
 fn drivers_that_cannot_be_used_are_named() {
     let error = |address: &BridgeAddress| try_open(address).err().expect("no session").to_string();
     let nowhere = if WAYS.contains(&Way::Path) {

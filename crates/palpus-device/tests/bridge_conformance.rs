@@ -39,7 +39,7 @@ fn every_vice_is_found() {
         Vice::StreamsEarly => "sends nothing before",
         Vice::HalfTheRate | Vice::SkipsNumbers | Vice::ClockStands => "numbers states from 1",
         Vice::EchoesNothing => "echoes commands",
-        Vice::PushesAskew => "applies a valid wrench",
+        Vice::PushesAskew | Vice::PushesUnasked => "applies a valid wrench",
         Vice::NeverExpires | Vice::ExpiresUnsaid => "goes to zero",
         Vice::PushesUnknowing => "does not know",
         Vice::PushesStale => "older than its validity",

@@ -43,7 +43,9 @@ const VALID_FOR_US: u32 = 20_000;
 /// tenth of a second at 1 kHz, since the tester itself may be late.
 const PATIENCE_STATES: u64 = 100;
 /// Frames that no driver may act on.
-const HOSTILE_FRAMES: usize = 2000;
+const HOSTILE_FRAMES: usize = 20_000;
+/// Of these between two states.
+const HOSTILE_AT_ONCE: usize = 20;
 
 /// Tests the driver at `address`, in about five seconds. The device moves by at most [`PUSH`] for
 /// some tenths of a second.
@@ -242,7 +244,7 @@ fn ignores_hostile(peer: &mut Peer) -> Result<String, String> {
     let mut told = peer.answer(&newest, Wrench::ZERO, VALID_FOR_US)?;
     for k in 0..HOSTILE_FRAMES {
         peer.send_bytes(hostile.next(&newest, told))?;
-        if k % 4 != 0 {
+        if k % HOSTILE_AT_ONCE != 0 {
             continue;
         }
         newest = peer.next_state()?;

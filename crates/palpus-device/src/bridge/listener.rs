@@ -6,6 +6,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
 
+use palpus::algebra::Wrench;
+
 use super::frame::{self, Body, Command, Frame, State};
 use super::session::{BUFFER, Session};
 use super::socket::Heard;
@@ -14,6 +16,9 @@ use crate::realtime::{RealTimeOptions, claim};
 
 /// Without a state for this long, the device is lost.
 const LOST_TIME: Duration = Duration::from_millis(250);
+
+/// N: a force that nobody told is felt from here on.
+const UNASKED: f64 = 0.5;
 
 /// A state, its number, and when it arrived.
 #[derive(Clone, Copy, Debug)]
@@ -37,6 +42,8 @@ pub(super) struct Shared {
     opened: Instant,
     /// ns since `opened` when the last command was sent.
     written: AtomicU64,
+    /// ns since `opened` when the last command was sent that has a wrench.
+    pushed: AtomicU64,
     /// Device time of the first state, ns.
     first_ns: AtomicU64,
 }
@@ -60,6 +67,7 @@ impl Shared {
             counts: Counts::default(),
             opened: Instant::now(),
             written: AtomicU64::new(0),
+            pushed: AtomicU64::new(0),
             first_ns: AtomicU64::new(0),
         }
     }
@@ -75,12 +83,22 @@ impl Shared {
     pub(super) fn send(&self, sequence: u64, command: Command) -> io::Result<()> {
         let sent = self.session.send(sequence, Body::Command(command))?;
         self.counts.unsent.fetch_add(u64::from(!sent), Ordering::Relaxed);
-        self.written.store(self.now(), Ordering::Relaxed);
+        let now = self.now();
+        self.written.store(now, Ordering::Relaxed);
+        if command.wrench != Wrench::ZERO {
+            self.pushed.store(now, Ordering::Relaxed);
+        }
         Ok(())
     }
 
     fn now(&self) -> u64 {
         u64::try_from(self.opened.elapsed().as_nanos()).unwrap_or(u64::MAX)
+    }
+
+    /// True if nobody has told the driver to push for so long that it cannot be an old wrench.
+    fn is_at_rest(&self) -> bool {
+        let since = self.now().saturating_sub(self.pushed.load(Ordering::Relaxed));
+        Duration::from_nanos(since) > self.valid_for + LOST_TIME
     }
 
     /// Keeps the session alive without a wrench, where the loop has not written for as long as a
@@ -152,6 +170,10 @@ impl Listener {
                 let arrived = Instant::now();
                 (self.newest, self.heard) = (sequence, arrived);
                 self.states.publish(Sensed { sequence, state, arrived });
+                let force = state.applied.force.length();
+                if force > UNASKED && self.shared.is_at_rest() {
+                    return Err(format!("the driver pushes with {force:.1} N although it was told zero"));
+                }
                 Ok(())
             }
             Ok(Frame { nonce, body: Body::Close(reason), .. }) if nonce == self.shared.session.nonce => {

@@ -12,8 +12,8 @@
 //!    own clock, its wrench is valid. Then the driver goes to zero by itself, whatever happened to
 //!    palpus, and stays there until a command knows of it.
 //! 4. A state is `withheld` while the driver says so, and while there is no newer one for 5 ms.
-//! 5. No state for a quarter of a second, a closed connection, a driver that says goodbye: the device
-//!    is lost. It does not connect again by itself: a force would come back unasked.
+//! 5. No state for a quarter of a second, a closed connection, a driver that says goodbye, or one that
+//!    pushes although it was told zero: the device is lost. It does not connect again by itself: a force would come back unasked.
 //!
 //! **Why a thread, when the loop could read the socket?** A session must stay alive before the loop
 //! begins and while it stalls, and states must not pile up meanwhile: then the first state that the

@@ -36,9 +36,10 @@ pub(crate) enum Vice {
     PushesAskew,
     ClockStands,
     SpeaksVersion2,
+    PushesUnasked,
 }
 
-pub(crate) const VICES: [Vice; 16] = [
+pub(crate) const VICES: [Vice; 17] = [
     Vice::NeverExpires,
     Vice::ExpiresUnsaid,
     Vice::PushesUnknowing,
@@ -55,6 +56,7 @@ pub(crate) const VICES: [Vice; 16] = [
     Vice::PushesAskew,
     Vice::ClockStands,
     Vice::SpeaksVersion2,
+    Vice::PushesUnasked,
 ];
 
 /// How it is reached.
@@ -340,12 +342,13 @@ impl Driver {
     fn send_state(&mut self) {
         self.sent += if self.has(Vice::SkipsNumbers) { 2 } else { 1 };
         let askew = if self.has(Vice::PushesAskew) { -1.0 } else { 1.0 };
+        let unasked = if self.has(Vice::PushesUnasked) { DVec3::Z } else { DVec3::ZERO };
         let unsaid = self.has(Vice::ExpiresUnsaid);
         let state = State {
             time_ns: if self.has(Vice::ClockStands) { 1 } else { self.now_ns() },
             pose: pose(self.sent, self.manner.rate_hz),
             twist: Twist::default(),
-            applied: Wrench { torque: self.wrench.torque, force: self.wrench.force * askew },
+            applied: Wrench { torque: self.wrench.torque, force: self.wrench.force * askew + unasked },
             echo: if self.has(Vice::EchoesNothing) { 0 } else { self.accepted },
             buttons: 0,
             flags: READY | if self.withheld && !unsaid { WITHHELD } else { 0 },
