@@ -30,6 +30,9 @@ fn a_good_driver_passes() {
     for way in WAYS {
         assert_conforms(&StandIn::start(Manner::good(*way)).address);
     }
+    assert_conforms(&StandIn::start(Manner { rate_hz: 4000.0, ..Manner::good(WAYS[0]) }).address);
+    // An input without motors.
+    assert_conforms(&StandIn::start(Manner { force_max: 0.0, ..Manner::good(WAYS[0]) }).address);
 }
 
 #[test]

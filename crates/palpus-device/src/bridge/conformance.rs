@@ -12,7 +12,7 @@ use std::time::Duration;
 use glam::DVec3;
 use palpus::algebra::Wrench;
 
-use super::frame::{Body, Command, READY, WITHHELD};
+use super::frame::{Body, Command, READY, State, WITHHELD};
 use super::session::new_nonce;
 use super::{BridgeAddress, BridgeError, SLOWEST};
 use hostile::Hostile;
@@ -31,8 +31,12 @@ pub struct Check {
 const PUSH: f64 = 0.5;
 /// Of the peak, likewise.
 const PUSH_SHARE: f64 = 0.1;
-/// N: rounding of what a driver says that it applies.
-const FORCE_SLACK: f64 = 1e-6;
+/// N: what a driver says that it applies may be rounded, or measured.
+const FORCE_SLACK: f64 = 0.05;
+/// N and N·m: below this, a device applies nothing.
+const REST: (f64, f64) = (0.02, 1e-3);
+/// Seen of a device without motors.
+const NO_FORCE: &str = "not tested: the device gives no force, or hardly any";
 /// States over which the rate is measured.
 const RATE_STATES: u64 = 500;
 /// Of the stated rate that a driver may be off.
@@ -101,14 +105,18 @@ impl Report {
     }
 }
 
-/// What the tester pushes with.
-fn push(peer: &Peer) -> Result<Wrench, String> {
+/// What the tester pushes with; `None` if the device gives no force.
+fn push(peer: &Peer) -> Option<Wrench> {
     let force = PUSH.min(PUSH_SHARE * peer.welcome.spec.force_max);
-    if force > 0.0 {
-        Ok(Wrench { force: DVec3::Z * force, torque: DVec3::ZERO })
-    } else {
-        Err("not tested: the device states no force".to_owned())
-    }
+    (force > 2.0 * REST.0).then_some(Wrench { force: DVec3::Z * force, torque: DVec3::ZERO })
+}
+
+fn is_pushing(state: &State) -> bool {
+    state.applied.force.length() > REST.0 || state.applied.torque.length() > REST.1
+}
+
+fn applies_all_of(state: &State, wrench: Wrench) -> bool {
+    is_pushing(state) && state.applied.force.distance(wrench.force) <= FORCE_SLACK
 }
 
 fn usable(peer: &mut Peer) -> Result<String, String> {
@@ -166,14 +174,13 @@ fn echoes(peer: &mut Peer) -> Result<String, String> {
 }
 
 fn applies(peer: &mut Peer) -> Result<String, String> {
-    let wrench = push(peer)?;
+    let Some(wrench) = push(peer) else { return Ok(NO_FORCE.to_owned()) };
     let mut newest = peer.newest()?;
     let told = peer.answer(&newest, wrench, VALID_FOR_US)?;
     for _ in 0..PATIENCE_STATES {
         newest = peer.next_state()?;
-        let applied = newest.state.applied;
-        if newest.state.echo >= told && applied.force.distance(wrench.force) <= FORCE_SLACK {
-            return Ok(format!("{:.2} N along +Z", applied.force.z));
+        if newest.state.echo >= told && applies_all_of(&newest.state, wrench) {
+            return Ok(format!("{:.2} N along +Z", newest.state.applied.force.z));
         }
         peer.answer(&newest, wrench, VALID_FOR_US)?;
     }
@@ -185,7 +192,7 @@ fn applies(peer: &mut Peer) -> Result<String, String> {
 
 /// Lets a wrench run out, and looks at each state by the device's clock.
 fn expires(peer: &mut Peer) -> Result<String, String> {
-    let wrench = push(peer)?;
+    let Some(wrench) = push(peer) else { return Ok(NO_FORCE.to_owned()) };
     let (knows, told) = hold(peer, wrench)?;
     // A step of the driver may lie between the end and its next state.
     let periods = Duration::from_secs_f64(2.0 / peer.welcome.rate_hz).as_nanos() as u64;
@@ -195,7 +202,7 @@ fn expires(peer: &mut Peer) -> Result<String, String> {
         if state.state.time_ns <= end {
             continue;
         }
-        if state.state.applied != Wrench::ZERO {
+        if is_pushing(&state.state) {
             let late = (state.state.time_ns - end) / 1000;
             return Err(format!(
                 "{late} µs after `time_ns + valid_for_us` of command {told} the applied wrench is not zero"
@@ -210,7 +217,7 @@ fn expires(peer: &mut Peer) -> Result<String, String> {
 
 /// After an end, forces that know only states from before it stay away.
 fn stays_at_zero(peer: &mut Peer) -> Result<String, String> {
-    let wrench = push(peer)?;
+    let Some(wrench) = push(peer) else { return Ok(NO_FORCE.to_owned()) };
     let (knows, _) = hold(peer, wrench)?;
     let expired = peer
         .state_where(|state| state.flags & WITHHELD != 0)?
@@ -227,7 +234,7 @@ fn stays_at_zero(peer: &mut Peer) -> Result<String, String> {
 }
 
 fn refuses_stale(peer: &mut Peer) -> Result<String, String> {
-    let wrench = push(peer)?;
+    let Some(wrench) = push(peer) else { return Ok(NO_FORCE.to_owned()) };
     let old = peer.newest()?;
     let age = u64::from(VALID_FOR_US) * 1000;
     let newest = peer.state_where(|state| state.time_ns > old.state.time_ns + 2 * age)?.ok_or("states do not go on")?;
@@ -238,7 +245,7 @@ fn refuses_stale(peer: &mut Peer) -> Result<String, String> {
 }
 
 fn ignores_hostile(peer: &mut Peer) -> Result<String, String> {
-    let wrench = push(peer)?;
+    let wrench = push(peer).unwrap_or_default();
     let mut hostile = Hostile::new(peer.session(), wrench);
     let mut newest = peer.newest()?;
     let mut told = peer.answer(&newest, Wrench::ZERO, VALID_FOR_US)?;
@@ -248,7 +255,7 @@ fn ignores_hostile(peer: &mut Peer) -> Result<String, String> {
             continue;
         }
         newest = peer.next_state()?;
-        if newest.state.applied != Wrench::ZERO {
+        if is_pushing(&newest.state) {
             return Err(format!("a force was applied after {}", hostile.last()));
         }
         if newest.state.echo > told {
@@ -274,7 +281,7 @@ fn reopens(mut peer: Peer, address: &BridgeAddress) -> Result<String, String> {
         return Err("the second session has the nonce of the first; choose a new one at random".to_owned());
     }
     let state = again.begin()?;
-    let old = again.foreign_command(before, &state, push(&again).unwrap_or(Wrench::ZERO))?;
+    let old = again.foreign_command(before, &state, push(&again).unwrap_or_default())?;
     never_pushes(&mut again, old, "a command of the session before was applied")?;
     let _ = again.send_body(Body::Close("the conformance tester has finished".into()));
     Ok("the second session has another nonce".to_owned())
@@ -286,7 +293,7 @@ fn hold(peer: &mut Peer, wrench: Wrench) -> Result<(Numbered, u64), String> {
         let newest = peer.newest()?;
         let told = peer.answer(&newest, wrench, VALID_FOR_US)?;
         let state = peer.next_state()?;
-        if state.state.applied.force.distance(wrench.force) <= FORCE_SLACK {
+        if applies_all_of(&state.state, wrench) {
             return Ok((newest, told));
         }
     }
@@ -299,7 +306,7 @@ fn never_pushes(peer: &mut Peer, told: u64, why: &str) -> Result<(), String> {
     let mut after = 0;
     for _ in 0..PATIENCE_STATES + 20 {
         let state = peer.next_state()?.state;
-        if state.applied != Wrench::ZERO {
+        if is_pushing(&state) {
             return Err(format!("a wrench was applied although {why}"));
         }
         after += u32::from(state.echo >= told);

@@ -74,6 +74,8 @@ pub(crate) const WAYS: &[Way] = if cfg!(target_os = "linux") { &[Way::Path, Way:
 pub(crate) struct Manner {
     pub(crate) way: Way,
     pub(crate) rate_hz: f64,
+    /// N, as it states.
+    pub(crate) force_max: f64,
     pub(crate) vice: Option<Vice>,
     /// Ends the session with a close frame after so many states.
     pub(crate) closes_after: Option<u64>,
@@ -81,7 +83,7 @@ pub(crate) struct Manner {
 
 impl Manner {
     pub(crate) fn good(way: Way) -> Self {
-        Self { way, rate_hz: 1000.0, vice: None, closes_after: None }
+        Self { way, rate_hz: 1000.0, force_max: spec().force_max, vice: None, closes_after: None }
     }
 }
 
@@ -299,7 +301,11 @@ impl Driver {
             self.offer = Some((hello, session));
         }
         let session = self.offer.map_or(0, |(_, session)| session);
-        let welcome = Welcome { session, rate_hz: self.manner.rate_hz, spec: spec() };
+        let welcome = Welcome {
+            session,
+            rate_hz: self.manner.rate_hz,
+            spec: DeviceSpec { force_max: self.manner.force_max, ..spec() },
+        };
         let mut buffer = [0; LONGEST];
         let mut bytes = encode(&Frame { nonce: hello, sequence, body: Body::Welcome(welcome) }, &mut buffer).to_vec();
         if self.has(Vice::SpeaksVersion2) {

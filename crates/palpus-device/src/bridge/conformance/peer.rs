@@ -14,7 +14,8 @@ use crate::bridge::{BridgeAddress, BridgeError, USUAL_RATE};
 const SILENCE: Duration = Duration::from_millis(500);
 /// For states that were on their way.
 const SOON: Duration = Duration::from_millis(150);
-/// States in which something asked for has to be seen.
+/// s and states in which something asked for has to be seen.
+const MOST_TIME: f64 = 0.2;
 const MOST_STATES: u64 = 200;
 
 /// A state and its number.
@@ -91,7 +92,7 @@ impl Peer {
     pub(super) fn newest(&mut self) -> Result<Numbered, String> {
         let mut newest = self.next_state()?;
         // Those that had been waiting; the driver goes on sending, so there is an end to them.
-        for _ in 0..MOST_STATES {
+        for _ in 0..self.most_states() {
             let begun = Instant::now();
             newest = self.next_state()?;
             if begun.elapsed() > Duration::from_micros(100) {
@@ -103,13 +104,17 @@ impl Peer {
 
     /// The first of the next states of which `what` is true; `None` if none of many is.
     pub(super) fn state_where(&mut self, what: impl Fn(&State) -> bool) -> Result<Option<Numbered>, String> {
-        for _ in 0..MOST_STATES {
+        for _ in 0..self.most_states() {
             let next = self.next_state()?;
             if what(&next.state) {
                 return Ok(Some(next));
             }
         }
         Ok(None)
+    }
+
+    fn most_states(&self) -> u64 {
+        MOST_STATES.max((MOST_TIME * self.welcome.rate_hz) as u64)
     }
 
     /// Sends a command; returns its sequence.
