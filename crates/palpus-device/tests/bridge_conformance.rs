@@ -1,4 +1,4 @@
-//! The conformance tester finds each vice, and passes good drivers: the stand-in and the examples.
+//! The conformance tester finds each defect, and passes good drivers: the stand-in and the examples.
 #![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
 
 mod bridge_driver;
@@ -7,7 +7,7 @@ use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use bridge_driver::{Manner, StandIn, VICES, Vice, WAYS, Way, new_path};
+use bridge_driver::{Behaviour, DEFECTS, Defect, StandIn, WAYS, Way, new_path};
 use palpus_device::{BridgeAddress, Check, conformance};
 
 fn root() -> PathBuf {
@@ -28,36 +28,36 @@ fn assert_conforms(address: &BridgeAddress) {
 #[test]
 fn a_good_driver_passes() {
     for way in WAYS {
-        assert_conforms(&StandIn::start(Manner::good(*way)).address);
+        assert_conforms(&StandIn::start(Behaviour::good(*way)).address);
     }
-    assert_conforms(&StandIn::start(Manner { rate_hz: 4000.0, ..Manner::good(WAYS[0]) }).address);
+    assert_conforms(&StandIn::start(Behaviour { rate_hz: 4000.0, ..Behaviour::good(WAYS[0]) }).address);
     // An input without motors.
-    assert_conforms(&StandIn::start(Manner { force_max: 0.0, ..Manner::good(WAYS[0]) }).address);
+    assert_conforms(&StandIn::start(Behaviour { force_max: 0.0, ..Behaviour::good(WAYS[0]) }).address);
 }
 
 #[test]
-fn every_vice_is_found() {
-    let named = |vice| match vice {
-        Vice::SpeaksVersion2 => "answers a hello",
-        Vice::StreamsEarly => "sends nothing before",
-        Vice::HalfTheRate | Vice::SkipsNumbers | Vice::ClockStands => "numbers states from 1",
-        Vice::EchoesNothing => "echoes commands",
-        Vice::PushesAskew | Vice::PushesUnasked => "applies a valid wrench",
-        Vice::NeverExpires | Vice::ExpiresUnsaid => "goes to zero",
-        Vice::PushesUnknowing => "does not know",
-        Vice::PushesStale => "older than its validity",
-        Vice::IgnoresCheck | Vice::IgnoresSequence | Vice::IgnoresNonce => "ignores damaged",
-        Vice::SameSession | Vice::GoesOnAfterClose => "ends a session",
+fn every_defect_is_found() {
+    let named = |defect| match defect {
+        Defect::SpeaksVersion2 => "answers a hello",
+        Defect::StreamsEarly => "sends nothing before",
+        Defect::HalfTheRate | Defect::SkipsNumbers | Defect::ClockStands => "numbers states from 1",
+        Defect::EchoesNothing => "echoes commands",
+        Defect::PushesAskew | Defect::PushesUnasked => "applies a valid wrench",
+        Defect::NeverExpires | Defect::ExpiresUnsaid => "goes to zero",
+        Defect::PushesUnknowing => "does not know",
+        Defect::PushesStale => "older than its validity",
+        Defect::IgnoresCheck | Defect::IgnoresSequence | Defect::IgnoresNonce => "ignores damaged",
+        Defect::SameSession | Defect::GoesOnAfterClose => "ends a session",
     };
     std::thread::scope(|scope| {
         // Two at a time: each waits for its driver most of the time.
-        for vices in VICES.chunks(VICES.len().div_ceil(2)) {
+        for defects in DEFECTS.chunks(DEFECTS.len().div_ceil(2)) {
             scope.spawn(move || {
-                for vice in vices {
-                    let driver = StandIn::start(Manner { vice: Some(*vice), ..Manner::good(WAYS[0]) });
+                for defect in defects {
+                    let driver = StandIn::start(Behaviour { defect: Some(*defect), ..Behaviour::good(WAYS[0]) });
                     let found = failures(&conformance(&driver.address).expect("somebody listens"));
-                    let is_named = found.iter().any(|failure| failure.contains(named(*vice)));
-                    assert!(is_named, "{vice:?} was not found; found was {found:?}");
+                    let is_named = found.iter().any(|failure| failure.contains(named(*defect)));
+                    assert!(is_named, "{defect:?} was not found; found was {found:?}");
                 }
             });
         }

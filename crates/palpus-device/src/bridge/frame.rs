@@ -1,7 +1,7 @@
-//! The frames of the bridge: fixed sizes, little-endian, no padding; `docs/bridge.md` is the specification.
+//! The frames of the bridge: fixed sizes, little-endian, no padding; `docs/bridge.md` specifies them.
 //!
-//! [`decode`] takes any bytes, allocates only for a [`Welcome`]'s name and a [`Close`]'s reason, and
-//! accepts a frame only if all of it is as specified. A frame that it accepts has finite numbers,
+//! [`decode`] takes any bytes, allocates only for the texts of [`Body::Welcome`] and [`Body::Close`],
+//! and accepts a frame only if all of it is as specified. A frame that it accepts has finite numbers,
 //! a unit quaternion and counts within their ranges.
 
 use std::borrow::Cow;

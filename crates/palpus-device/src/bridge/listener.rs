@@ -103,7 +103,7 @@ impl Shared {
 
     /// Keeps the session alive without a wrench, where the loop has not written for as long as a
     /// wrench is valid.
-    fn speak_for_loop(&self) -> io::Result<()> {
+    fn keep_alive(&self) -> io::Result<()> {
         let silent = self.now().saturating_sub(self.written.load(Ordering::Relaxed));
         if Duration::from_nanos(silent) <= self.valid_for {
             return Ok(());
@@ -156,7 +156,7 @@ impl Listener {
         if self.heard.elapsed() > LOST_TIME {
             return Err(format!("the driver has sent no state for {} ms", LOST_TIME.as_millis()));
         }
-        self.shared.speak_for_loop().map_err(|error| gone(&error))
+        self.shared.keep_alive().map_err(|error| gone(&error))
     }
 
     fn take(&mut self, bytes: &[u8]) -> Result<(), String> {

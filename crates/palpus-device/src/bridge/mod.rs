@@ -13,7 +13,8 @@
 //!    palpus, and stays there until a command knows of it.
 //! 4. A state is `withheld` while the driver says so, and while there is no newer one for 5 ms.
 //! 5. No state for a quarter of a second, a closed connection, a driver that says goodbye, or one that
-//!    pushes although it was told zero: the device is lost. It does not connect again by itself: a force would come back unasked.
+//!    pushes although it was told zero: the device is lost. It does not connect again by itself: a
+//!    force would come back unasked.
 //!
 //! **Why a thread, when the loop could read the socket?** A session must stay alive before the loop
 //! begins and while it stalls, and states must not pile up meanwhile: then the first state that the
@@ -54,8 +55,8 @@ const USUAL_RATE: f64 = 1000.0;
 const STALE_TIME: Duration = Duration::from_millis(5);
 const STALE_PERIODS: f64 = 3.0;
 
-/// The first read waits at most this long for a fresh state.
-const FIRST_READ: Duration = Duration::from_millis(100);
+/// After so long without a read, the next one waits for a fresh state, at most as long again.
+const PAUSE: Duration = Duration::from_millis(100);
 
 /// How to find a driver.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -127,8 +128,8 @@ pub struct BridgeDevice {
     states: Newest<Sensed>,
     /// The state that was read last.
     known: Sensed,
-    /// There has been a read.
-    is_read: bool,
+    /// When that was.
+    read: Option<Instant>,
     /// Age from which on a state is withheld.
     stale: Duration,
     shared: Arc<Shared>,
@@ -166,7 +167,7 @@ impl BridgeDevice {
         )];
         let brake = Arc::new(BridgeBrake { flag: BrakeFlag::default(), shared: Arc::clone(&shared) });
         let stale = STALE_TIME.max(Duration::from_secs_f64(STALE_PERIODS / welcome.rate_hz));
-        Ok(Self { spec, notes, states, known: first, is_read: false, stale, shared, brake, thread: Some(thread) })
+        Ok(Self { spec, notes, states, known: first, read: None, stale, shared, brake, thread: Some(thread) })
     }
 
     /// What is worth writing down of the driver.
@@ -187,12 +188,12 @@ impl BridgeDevice {
         }
     }
 
-    /// Waits for a fresh state. While the loop starts, the system locks the program's memory, which
-    /// holds the thread up; were the loop to begin with an old state, the next one would look like a
-    /// leap of the device's clock.
+    /// Waits for a fresh state. While a loop starts, the system locks the program's memory, which
+    /// holds the thread up; if the loop began with an old state, the next one would look like a leap
+    /// of the device's clock.
     fn wait_for_fresh(&mut self) {
         let begun = Instant::now();
-        while self.states.get().arrived.elapsed() > self.stale && begun.elapsed() < FIRST_READ {
+        while self.states.get().arrived.elapsed() > self.stale && begun.elapsed() < PAUSE {
             std::thread::sleep(STALE_TIME / 10);
         }
     }
@@ -214,13 +215,13 @@ impl HapticDevice for BridgeDevice {
     }
 
     /// The newest state; the same one again, with its time, while there is no newer one. Does not
-    /// wait, but for a fresh state to begin with.
+    /// wait, but for a fresh state when a loop begins.
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         self.alive()?;
-        if !self.is_read {
+        if self.read.is_none_or(|read| read.elapsed() > PAUSE) {
             self.wait_for_fresh();
-            self.is_read = true;
         }
+        self.read = Some(Instant::now());
         self.known = *self.states.get();
         let Sensed { state, arrived, .. } = self.known;
         Ok(DeviceState {

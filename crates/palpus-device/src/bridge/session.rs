@@ -36,7 +36,7 @@ impl Session {
     pub(super) fn open(address: &BridgeAddress, rate_hz: f64) -> Result<(Self, Welcome), BridgeError> {
         let nobody = |error: io::Error| BridgeError::NoDriver { address: address.to_string(), why: error.to_string() };
         let socket = Socket::connect(address, PATIENCE).map_err(nobody)?;
-        let welcome = greet(&socket, new_nonce(), rate_hz, address)?;
+        let welcome = handshake(&socket, new_nonce(), rate_hz, address)?;
         Ok((Self { socket, nonce: welcome.session, sent: AtomicU64::new(0) }, welcome))
     }
 
@@ -80,14 +80,14 @@ impl Session {
 
     /// Sends a last command without a wrench, and says why the session ends.
     pub(super) fn close(&self, reason: &'static str) {
-        // A driver that does not hear it takes the force away when its wrench is not valid any more.
+        // A driver that does not hear it takes the force away when it is not valid any more.
         let _ = self.command(Command::default());
         let _ = self.send(self.next(), Body::Close(Cow::Borrowed(reason)));
     }
 }
 
 /// Says hello until it is answered.
-pub(super) fn greet(
+pub(super) fn handshake(
     socket: &Socket,
     nonce: u64,
     rate_hz: f64,

@@ -1,4 +1,4 @@
-//! A driver for the bridge as a test needs it: well behaved, or with one vice.
+//! A driver for the bridge as a test needs it: well behaved, or with one defect.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 mod line;
@@ -19,7 +19,7 @@ use line::Line;
 
 /// What a driver does wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Vice {
+pub(crate) enum Defect {
     NeverExpires,
     ExpiresUnsaid,
     PushesUnknowing,
@@ -39,24 +39,24 @@ pub(crate) enum Vice {
     PushesUnasked,
 }
 
-pub(crate) const VICES: [Vice; 17] = [
-    Vice::NeverExpires,
-    Vice::ExpiresUnsaid,
-    Vice::PushesUnknowing,
-    Vice::PushesStale,
-    Vice::IgnoresCheck,
-    Vice::IgnoresSequence,
-    Vice::IgnoresNonce,
-    Vice::SameSession,
-    Vice::StreamsEarly,
-    Vice::EchoesNothing,
-    Vice::HalfTheRate,
-    Vice::SkipsNumbers,
-    Vice::GoesOnAfterClose,
-    Vice::PushesAskew,
-    Vice::ClockStands,
-    Vice::SpeaksVersion2,
-    Vice::PushesUnasked,
+pub(crate) const DEFECTS: [Defect; 17] = [
+    Defect::NeverExpires,
+    Defect::ExpiresUnsaid,
+    Defect::PushesUnknowing,
+    Defect::PushesStale,
+    Defect::IgnoresCheck,
+    Defect::IgnoresSequence,
+    Defect::IgnoresNonce,
+    Defect::SameSession,
+    Defect::StreamsEarly,
+    Defect::EchoesNothing,
+    Defect::HalfTheRate,
+    Defect::SkipsNumbers,
+    Defect::GoesOnAfterClose,
+    Defect::PushesAskew,
+    Defect::ClockStands,
+    Defect::SpeaksVersion2,
+    Defect::PushesUnasked,
 ];
 
 /// How it is reached.
@@ -71,19 +71,19 @@ pub(crate) const WAYS: &[Way] = if cfg!(target_os = "linux") { &[Way::Path, Way:
 
 /// How it is to behave.
 #[derive(Clone, Debug)]
-pub(crate) struct Manner {
+pub(crate) struct Behaviour {
     pub(crate) way: Way,
     pub(crate) rate_hz: f64,
     /// N, as it states.
     pub(crate) force_max: f64,
-    pub(crate) vice: Option<Vice>,
+    pub(crate) defect: Option<Defect>,
     /// Ends the session with a close frame after so many states.
     pub(crate) closes_after: Option<u64>,
 }
 
-impl Manner {
+impl Behaviour {
     pub(crate) fn good(way: Way) -> Self {
-        Self { way, rate_hz: 1000.0, force_max: spec().force_max, vice: None, closes_after: None }
+        Self { way, rate_hz: 1000.0, force_max: spec().force_max, defect: None, closes_after: None }
     }
 }
 
@@ -138,10 +138,10 @@ pub(crate) fn pose(sequence: u64, rate_hz: f64) -> Pose {
 }
 
 impl StandIn {
-    pub(crate) fn start(manner: Manner) -> Self {
-        let (line, address) = Line::listen(manner.way, new_path());
+    pub(crate) fn start(behaviour: Behaviour) -> Self {
+        let (line, address) = Line::listen(behaviour.way, new_path());
         let shared = Arc::new(Shared::default());
-        let (mut driver, own) = (Driver::new(manner, line, Arc::clone(&shared)), Arc::clone(&shared));
+        let (mut driver, own) = (Driver::new(behaviour, line, Arc::clone(&shared)), Arc::clone(&shared));
         let thread = std::thread::spawn(move || {
             while !own.over.load(Ordering::Relaxed) {
                 driver.turn();
@@ -197,7 +197,7 @@ pub(crate) fn new_path() -> PathBuf {
 }
 
 struct Driver {
-    manner: Manner,
+    behaviour: Behaviour,
     line: Line,
     shared: Arc<Shared>,
     begun: Instant,
@@ -215,10 +215,10 @@ struct Driver {
 }
 
 impl Driver {
-    fn new(manner: Manner, line: Line, shared: Arc<Shared>) -> Self {
+    fn new(behaviour: Behaviour, line: Line, shared: Arc<Shared>) -> Self {
         let now = Instant::now();
         Self {
-            manner,
+            behaviour,
             line,
             shared,
             begun: now,
@@ -236,8 +236,8 @@ impl Driver {
         }
     }
 
-    fn has(&self, vice: Vice) -> bool {
-        self.manner.vice == Some(vice)
+    fn has(&self, defect: Defect) -> bool {
+        self.behaviour.defect == Some(defect)
     }
 
     fn now_ns(&self) -> u64 {
@@ -256,23 +256,23 @@ impl Driver {
         if self.session.is_some() && self.heard.elapsed() > Duration::from_millis(250) {
             self.end_session();
         }
-        if self.wrench != Wrench::ZERO && self.now_ns() >= self.until && !self.has(Vice::NeverExpires) {
+        if self.wrench != Wrench::ZERO && self.now_ns() >= self.until && !self.has(Defect::NeverExpires) {
             self.withhold();
         }
         if self.shared.withheld.load(Ordering::Relaxed) {
             self.withhold();
         }
-        let streams = self.session.is_some() || self.has(Vice::StreamsEarly) && self.offer.is_some();
+        let streams = self.session.is_some() || self.has(Defect::StreamsEarly) && self.offer.is_some();
         if streams && !self.shared.silent.load(Ordering::Relaxed) {
             self.send_state();
         }
-        let rate = self.manner.rate_hz * if self.has(Vice::HalfTheRate) { 0.5 } else { 1.0 };
+        let rate = self.behaviour.rate_hz * if self.has(Defect::HalfTheRate) { 0.5 } else { 1.0 };
         self.due = (self.due + Duration::from_secs_f64(1.0 / rate)).max(Instant::now() - Duration::from_millis(20));
         std::thread::sleep(self.due.saturating_duration_since(Instant::now()));
     }
 
     fn take(&mut self, bytes: &mut [u8]) {
-        if self.has(Vice::IgnoresCheck) && bytes.len() > 32 {
+        if self.has(Defect::IgnoresCheck) && bytes.len() > 32 {
             repair(bytes);
         }
         let Ok(Frame { nonce, sequence, body }) = decode(bytes) else { return };
@@ -283,12 +283,12 @@ impl Driver {
                     self.session = Some(nonce);
                     self.shared.seen.lock().expect("no panic").session = nonce;
                 }
-                let ours = self.session == Some(nonce) || self.has(Vice::IgnoresNonce) && self.session.is_some();
-                if ours && (sequence > self.accepted || self.has(Vice::IgnoresSequence)) {
+                let ours = self.session == Some(nonce) || self.has(Defect::IgnoresNonce) && self.session.is_some();
+                if ours && (sequence > self.accepted || self.has(Defect::IgnoresSequence)) {
                     self.obey(sequence, command);
                 }
             }
-            Body::Close(_) if self.session == Some(nonce) && !self.has(Vice::GoesOnAfterClose) => self.end_session(),
+            Body::Close(_) if self.session == Some(nonce) && !self.has(Defect::GoesOnAfterClose) => self.end_session(),
             _ => {}
         }
     }
@@ -297,18 +297,18 @@ impl Driver {
         if self.offer.is_none_or(|(answered, _)| answered != hello) {
             self.offers += 1;
             // A test need not be unpredictable, only never twice the same.
-            let session = if self.has(Vice::SameSession) { 7 } else { hello.rotate_left(13) ^ self.offers };
+            let session = if self.has(Defect::SameSession) { 7 } else { hello.rotate_left(13) ^ self.offers };
             self.offer = Some((hello, session));
         }
         let session = self.offer.map_or(0, |(_, session)| session);
         let welcome = Welcome {
             session,
-            rate_hz: self.manner.rate_hz,
-            spec: DeviceSpec { force_max: self.manner.force_max, ..spec() },
+            rate_hz: self.behaviour.rate_hz,
+            spec: DeviceSpec { force_max: self.behaviour.force_max, ..spec() },
         };
         let mut buffer = [0; LONGEST];
         let mut bytes = encode(&Frame { nonce: hello, sequence, body: Body::Welcome(welcome) }, &mut buffer).to_vec();
-        if self.has(Vice::SpeaksVersion2) {
+        if self.has(Defect::SpeaksVersion2) {
             bytes[4] = 2;
             repair(&mut bytes);
         }
@@ -323,13 +323,13 @@ impl Driver {
         }
         (self.accepted, self.heard) = (sequence, Instant::now());
         let until = command.time_ns + 1000 * u64::from(command.valid_for_us);
-        let knows = (self.floor..=self.sent).contains(&command.echo) || self.has(Vice::PushesUnknowing);
+        let knows = (self.floor..=self.sent).contains(&command.echo) || self.has(Defect::PushesUnknowing);
         if command.wrench == Wrench::ZERO {
             self.wrench = Wrench::ZERO;
             self.withheld &= command.echo < self.floor;
-        } else if knows && (self.now_ns() < until || self.has(Vice::PushesStale)) {
+        } else if knows && (self.now_ns() < until || self.has(Defect::PushesStale)) {
             (self.wrench, self.withheld) = (command.wrench, false);
-            self.until = if self.has(Vice::PushesStale) { until.max(self.now_ns() + 20_000_000) } else { until };
+            self.until = if self.has(Defect::PushesStale) { until.max(self.now_ns() + 20_000_000) } else { until };
         } else {
             self.withhold();
         }
@@ -346,21 +346,21 @@ impl Driver {
     }
 
     fn send_state(&mut self) {
-        self.sent += if self.has(Vice::SkipsNumbers) { 2 } else { 1 };
-        let askew = if self.has(Vice::PushesAskew) { -1.0 } else { 1.0 };
-        let unasked = if self.has(Vice::PushesUnasked) { DVec3::Z } else { DVec3::ZERO };
-        let unsaid = self.has(Vice::ExpiresUnsaid);
+        self.sent += if self.has(Defect::SkipsNumbers) { 2 } else { 1 };
+        let askew = if self.has(Defect::PushesAskew) { -1.0 } else { 1.0 };
+        let unasked = if self.has(Defect::PushesUnasked) { DVec3::Z } else { DVec3::ZERO };
+        let unsaid = self.has(Defect::ExpiresUnsaid);
         let state = State {
-            time_ns: if self.has(Vice::ClockStands) { 1 } else { self.now_ns() },
-            pose: pose(self.sent, self.manner.rate_hz),
+            time_ns: if self.has(Defect::ClockStands) { 1 } else { self.now_ns() },
+            pose: pose(self.sent, self.behaviour.rate_hz),
             twist: Twist::default(),
             applied: Wrench { torque: self.wrench.torque, force: self.wrench.force * askew + unasked },
-            echo: if self.has(Vice::EchoesNothing) { 0 } else { self.accepted },
+            echo: if self.has(Defect::EchoesNothing) { 0 } else { self.accepted },
             buttons: 0,
             flags: READY | if self.withheld && !unsaid { WITHHELD } else { 0 },
         };
         let nonce = self.session.unwrap_or(0);
-        let body = match self.manner.closes_after {
+        let body = match self.behaviour.closes_after {
             Some(count) if self.sent > count => Body::Close(Cow::Borrowed("out of oil")),
             _ => Body::State(state),
         };
