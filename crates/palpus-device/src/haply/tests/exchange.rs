@@ -5,12 +5,12 @@ use std::time::Duration;
 use glam::DVec3;
 
 use super::super::*;
-use super::service::{Act, Service, frame};
+use super::service::{Act, Service, frame, released};
 use super::{assert_no_force_twice, drive, wrench};
 
 #[test]
 fn a_state_comes_in_and_a_force_goes_out() {
-    let service = Service::usual(|_| Act::Answer);
+    let service = Service::usual(|k| if k < 5 { Act::Say(vec![released(k).to_string()]) } else { Act::Answer });
     let mut device = service.open();
     let spec = device.spec().clone();
     assert_eq!((spec.name.as_ref(), spec.force_max, spec.torque_max, spec.buttons), ("Inverse3", 10.0, 0.0, 3));
