@@ -53,7 +53,25 @@ pub extern "C" fn dhdEnableForce(on: c_uchar, id: c_char) -> c_int {
     if get(ENABLE_CODE) < 0.0 {
         return -1;
     }
+    if get(SWITCHED_OFF) > 0.0 {
+        // Whoever did it is forgotten.
+        count(OVERRIDDEN);
+        set(SWITCHED_OFF, 0.0);
+    }
     set(ENABLED, f64::from(on));
+    set(OFF_CAUSE, 4.0);
+    0
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdSetMaxForce(newtons: f64, _: c_char) -> c_int {
+    set(MAX_FORCE, newtons);
+    0
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdSetMaxTorque(newton_metres: f64, _: c_char) -> c_int {
+    set(MAX_TORQUE, newton_metres);
     0
 }
 
@@ -157,7 +175,10 @@ pub extern "C" fn dhdSetWatchdog(steps: c_uchar, _: c_char) -> c_int {
 pub unsafe extern "C" fn dhdGetStatus(status: *mut c_int, _: c_char) -> c_int {
     // Power, connected, started, reset, …
     let force = i32::from(get(ENABLED) > 0.0 && get(SWITCHED_OFF) < 1.0);
-    let words = [get(POWERED) as c_int, 1, 1, i32::from(get(OUT_OF_RESET) < 1.0), 0, force, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0];
+    let cause = if get(SWITCHED_OFF) > 0.0 { get(SWITCHED_OFF) } else { get(OFF_CAUSE) } as c_int;
+    let cause = if force > 0 { 0 } else { cause };
+    let reset = i32::from(get(OUT_OF_RESET) < 1.0);
+    let words = [get(POWERED) as c_int, 1, 1, reset, 0, force, 0, 0, 1, 0, 0, 0, 1, 0, cause, 0, 0];
     for (k, word) in words.into_iter().enumerate() {
         unsafe { *status.add(k) = word };
     }
