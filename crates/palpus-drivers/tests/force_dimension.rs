@@ -8,7 +8,10 @@ use std::time::Duration;
 use glam::{DQuat, DVec3};
 use palpus::algebra::Wrench;
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
-use palpus_device::{DeviceError, DeviceState, HapticDevice, RunEnd, Servo, ServoOptions, ServoTick, StepOutcome};
+use palpus_device::{
+    DeviceError, DeviceState, HapticDevice, RunEnd, SelfTestError, Servo, ServoOptions, ServoTick, StepOutcome,
+    WallTime, self_test,
+};
 use palpus_drivers::{DriverError, ForceDimension, ForceDimensionOptions, Place};
 use stand_in::{StandIn, build, keys::*};
 
@@ -224,6 +227,23 @@ fn a_pause_switches_the_force_on_again_from_zero() {
     assert!(device.read().unwrap().withheld, "the loop must know that nothing was felt");
     device.write(&push(DVec3::X)).unwrap();
     assert!(stand_in.three(FORCE) != [0.0; 3] && !device.read().unwrap().withheld);
+}
+
+#[test]
+fn the_device_passes_its_self_test_or_is_not_used() {
+    let stand_in = ready();
+    let mut device = open(&stand_in).unwrap();
+    let passed = self_test(&mut device, &WallTime::new()).unwrap();
+    assert_eq!(passed.own_watchdog, Some(Duration::from_millis(20)));
+    assert!(passed.brake && !passed.withheld && stand_in.get(LARGEST) == 0.0, "{passed}");
+    stand_in.set(WATCHDOG_SLEEPS, 1.0);
+    let failed = self_test(&mut device, &WallTime::new()).unwrap_err();
+    assert!(matches!(failed, SelfTestError::OwnWatchdog(_)), "{failed}");
+    // Switched off by the person who holds it, it passes, and it is said.
+    stand_in.set(WATCHDOG_SLEEPS, 0.0).set(SWITCHED_OFF, 1.0);
+    let mut device = open(&stand_in).unwrap();
+    assert!(self_test(&mut device, &WallTime::new()).unwrap().withheld);
+    assert_eq!(stand_in.get(OVERRIDDEN), 0.0);
 }
 
 #[test]

@@ -9,7 +9,9 @@ use std::time::Duration;
 use glam::{DQuat, DVec3};
 use palpus::algebra::Wrench;
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
-use palpus_device::{DeviceError, DeviceState, HapticDevice, RunEnd, Servo, ServoOptions, ServoTick, StepOutcome};
+use palpus_device::{
+    DeviceError, DeviceState, HapticDevice, RunEnd, Servo, ServoOptions, ServoTick, StepOutcome, WallTime, self_test,
+};
 use palpus_drivers::{DriverError, OpenHaptics, OpenHapticsOptions, Place};
 use stand_in::{StandIn, build, keys::*};
 
@@ -173,6 +175,17 @@ fn a_calibration_that_is_not_up_to_date_is_updated_or_refused() {
         assert!(error.why().contains("does not know where it is") && error.mend().contains("inkwell"), "{error}");
         assert_eq!((stand_in.get(ENABLED), stand_in.get(LARGEST)), (0.0, 0.0));
     }
+}
+
+#[test]
+fn a_touch_passes_its_self_test_without_a_force() {
+    let _alone = alone();
+    let stand_in = ready();
+    stand_in.set(MOVING, 0.0);
+    let mut device = open(&stand_in).unwrap();
+    let passed = self_test(&mut device, &WallTime::new()).unwrap();
+    assert!(passed.brake && passed.own_watchdog.is_some() && !passed.withheld, "{passed}");
+    assert_eq!(stand_in.get(LARGEST), 0.0);
 }
 
 #[test]

@@ -30,7 +30,7 @@ use crate::realtime::{RealTimeOptions, claim};
 /// For a state: a service on the same machine answers within a fraction of a millisecond.
 pub(super) const ANSWER_TIME: Duration = Duration::from_millis(5);
 /// Without a command of the loop for this long, zero is sent.
-const IDLE_TIME: Duration = Duration::from_millis(5);
+pub(super) const IDLE_TIME: Duration = Duration::from_millis(5);
 /// Without a state for this long, the device is lost.
 const LOST_TIME: Duration = Duration::from_millis(250);
 /// States that a force may not know yet.

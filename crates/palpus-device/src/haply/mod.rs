@@ -50,7 +50,7 @@ use std::thread::JoinHandle;
 
 use palpus::algebra::Wrench;
 
-use crate::device::{Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice};
+use crate::device::{Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, OwnWatchdog};
 use crate::latest::{Newest, Publisher, latest};
 use exchange::{Command, Exchange, Sensed};
 
@@ -133,6 +133,8 @@ pub struct HaplyDevice {
     gap: u64,
     /// Of the last command.
     serial: u64,
+    /// Messages of no force that had been sent for want of a command at the last one.
+    idle: u64,
     shared: Arc<Shared>,
     brake: Arc<BrakeFlag>,
     thread: Option<JoinHandle<()>>,
@@ -196,7 +198,19 @@ impl HaplyDevice {
         let priority = options.priority;
         let thread = std::thread::Builder::new().name("haply".to_owned()).spawn(move || exchange.run(priority));
         let thread = thread.map_err(|error| HaplyError::NoService { address, why: error.to_string() })?;
-        Ok(Self { spec, notes, states, commands, known: 0, gap: 0, serial: 0, shared, brake, thread: Some(thread) })
+        Ok(Self {
+            spec,
+            notes,
+            states,
+            commands,
+            known: 0,
+            gap: 0,
+            serial: 0,
+            idle: 0,
+            shared,
+            brake,
+            thread: Some(thread),
+        })
     }
 
     /// What is worth writing down of service and device: versions, filters, what else there is.
@@ -262,6 +276,7 @@ impl HapticDevice for HaplyDevice {
         }
         self.alive()?;
         self.serial += 1;
+        self.idle = self.counts().idle;
         let Self { serial, known, gap, .. } = *self;
         self.commands.publish(Command { serial, force: wrench.force, knows: known, gap });
         self.wake();
@@ -270,6 +285,11 @@ impl HapticDevice for HaplyDevice {
 
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         Some(self.brake.clone())
+    }
+
+    /// The thread sends zero when the loop does not write, and the service lets the arm idle when that does not send.
+    fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
+        Some(OwnWatchdog { after: exchange::IDLE_TIME, has_bitten: self.counts().idle > self.idle })
     }
 }
 

@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 use glam::{DMat3, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench, rotation_between};
 use palpus_device::{
-    Axes as AxisCount, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, known_devices,
+    Axes as AxisCount, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, OwnWatchdog, known_devices,
 };
 
 use crate::axes::Axes;
@@ -321,6 +321,15 @@ impl HapticDevice for ForceDimension {
 
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         Some(self.shared.clone())
+    }
+
+    fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
+        let line = self.shared.line();
+        let is_driven = self.has_watchdog && *line == State::Driven;
+        // It cannot be seen where the status does not tell of the force.
+        let words =
+            self.shared.api.status(self.shared.id).filter(|words| is_driven && words[status::CONNECTED] != 0)?;
+        Some(OwnWatchdog { after: WATCHDOG, has_bitten: words[status::FORCE] == 0 })
     }
 }
 

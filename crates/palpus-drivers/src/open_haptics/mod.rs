@@ -28,7 +28,7 @@ use std::time::{Duration, Instant};
 
 use palpus::algebra::Wrench;
 use palpus_device::{
-    Brake, DeviceError, DeviceSpec, DeviceState, HapticDevice, Newest, Publisher, SafetyLimits, latest,
+    Brake, DeviceError, DeviceSpec, DeviceState, HapticDevice, Newest, OwnWatchdog, Publisher, SafetyLimits, latest,
 };
 
 use crate::error::DriverError;
@@ -145,6 +145,8 @@ pub struct OpenHaptics {
     scheduled: Option<Scheduled<Touch>>,
     /// The last interruption of the wrench that was told.
     gap: u64,
+    /// Turns with a wrench that was too old, at the last write.
+    stale: u64,
 }
 
 impl OpenHaptics {
@@ -183,7 +185,7 @@ impl OpenHaptics {
         api.enable(number::FORCE_OUTPUT);
         standing.called.open.push(handle);
         // From here on `Drop` puts an end to everything; it waits for the scheduler, which goes on here.
-        let mut device = Self { spec, api, handle, shared, commands, samples, scheduled, gap: 0 };
+        let mut device = Self { spec, api, handle, shared, commands, samples, scheduled, gap: 0, stale: 0 };
         drop(standing);
         device.wait_for_first_turn()?;
         Ok(device)
@@ -265,12 +267,19 @@ impl HapticDevice for OpenHaptics {
             let (why, mend) = errors::in_words(self.shared.last_force_error());
             return Err(DeviceError::Refused(Cow::Owned(format!("{why}; {mend}"))));
         }
+        self.stale = self.shared.stale();
         self.commands.publish(Command { wrench: *wrench, time: self.shared.now(), gap: self.gap });
         Ok(())
     }
 
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         Some(self.shared.brake())
+    }
+
+    /// HDAPI's thread gives zero when the loop does not write.
+    fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
+        let after = Duration::from_secs_f64(servant::STALE);
+        Some(OwnWatchdog { after, has_bitten: self.shared.stale() > self.stale })
     }
 }
 

@@ -27,7 +27,7 @@ use crate::ffi::hd::{Hd, Servant};
 
 /// s for which a wrench is held without a newer one: four late ticks of a loop at 1 kHz, in which the strongest force of a Touch
 /// moves a light hand by 0.2 mm.
-const STALE: f64 = 5e-3;
+pub(super) const STALE: f64 = 5e-3;
 /// Hz: of the angular velocity, which is estimated here: HDAPI's is not documented well enough to be used.
 const TURN_CUTOFF_HZ: f64 = 50.0;
 /// s: a turn that comes sooner after the last one tells no velocity.
@@ -80,6 +80,8 @@ pub(super) struct Shared {
     failure: AtomicU32,
     warm_motors: AtomicU64,
     exceeded: AtomicU64,
+    /// Turns in which the wrench was too old.
+    stale: AtomicU64,
     in_a_row: AtomicU32,
     last_force_error: AtomicU32,
 }
@@ -94,6 +96,7 @@ impl Shared {
             failure: AtomicU32::new(0),
             warm_motors: AtomicU64::new(0),
             exceeded: AtomicU64::new(0),
+            stale: AtomicU64::new(0),
             in_a_row: AtomicU32::new(0),
             last_force_error: AtomicU32::new(0),
         }
@@ -118,6 +121,11 @@ impl Shared {
             warm_motors: self.warm_motors.load(Ordering::Relaxed),
             exceeded: self.exceeded.load(Ordering::Relaxed),
         }
+    }
+
+    /// Turns in which the wrench was too old.
+    pub(super) fn stale(&self) -> u64 {
+        self.stale.load(Ordering::Relaxed)
     }
 
     pub(super) fn force_errors_in_a_row(&self) -> u32 {
@@ -219,8 +227,9 @@ impl Touch {
         }
         // Also when it is not a number.
         let is_fresh = state.time - time <= STALE;
-        if self.given && !is_fresh {
-            self.gap += 1;
+        if !is_fresh {
+            self.shared.stale.fetch_add(1, Ordering::Relaxed);
+            self.gap += u64::from(self.given);
         }
         self.given = is_fresh && gap == self.gap && wrench != Wrench::ZERO;
         if !self.given {

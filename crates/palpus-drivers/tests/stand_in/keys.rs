@@ -32,6 +32,9 @@ pub const CALIBRATION_STYLES: usize = 23;
 /// How often calibration has to be updated before it is good; never if negative.
 pub const CALIBRATION_TRIES: usize = 24;
 
+/// The device's watchdog never bites.
+pub const WATCHDOG_SLEEPS: usize = 25;
+
 // Set by the library.
 pub const FORCE: usize = 32; // 3
 pub const TORQUE: usize = 35; // 3
