@@ -14,7 +14,7 @@ use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 use palpus_device::bridge_frames::{Body, Command, Frame, LONGEST, READY, State, decode, encode};
 use palpus_device::{
     BridgeAddress, BridgeCounts, BridgeDevice, BridgeError, BridgeOptions, DeviceError, DeviceState, HapticDevice,
-    PlacedDevice, RunEnd, RunStatistics, Servo, ServoOptions, ServoTick, StepOutcome,
+    PlacedDevice, RunEnd, RunStatistics, Servo, ServoOptions, ServoTick, StepOutcome, WallTime, self_test,
 };
 use seeded::Random;
 
@@ -143,6 +143,33 @@ fn a_wrench_ends_when_the_loop_is_silent() {
         assert!(comes_to(|| !device.read().expect("a state").withheld), "{way:?}");
         assert!(push(&mut device, &driver, up(1.0)), "{way:?}");
     }
+}
+
+#[test]
+fn a_device_passes_the_self_test() {
+    for way in WAYS {
+        let driver = StandIn::start(Behaviour::good(*way));
+        let passed = self_test(&mut open(&driver), &WallTime::new()).expect("a good device");
+        assert!(passed.brake && passed.watchdog.is_some() && passed.own_watchdog.is_some(), "{way:?}: {passed:?}");
+        assert!(driver.end().commands.iter().all(|command| command.wrench == Wrench::ZERO), "{way:?}");
+    }
+}
+
+#[test]
+fn a_wrench_that_was_ended_does_not_return_at_once() {
+    let driver = StandIn::start(Behaviour::good(WAYS[0]));
+    let mut device = open(&driver);
+    assert!(push(&mut device, &driver, up(2.0)));
+    device.read().expect("a state");
+    device.write(&up(2.0)).expect("a driver");
+    // The step takes its time.
+    let zero = |commands: &[Command]| commands.last().is_some_and(|command| command.wrench == Wrench::ZERO);
+    assert!(comes_to(|| zero(&driver.seen().commands)));
+    device.write(&up(2.0)).expect("a driver");
+    let count = driver.seen().commands.len();
+    assert!(device.read().expect("a state").withheld);
+    assert!(comes_to(|| driver.seen().commands.len() > count));
+    assert!(zero(&driver.seen().commands), "{:?}", driver.seen().commands.last());
 }
 
 #[test]

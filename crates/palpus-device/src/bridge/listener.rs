@@ -44,6 +44,10 @@ pub(super) struct Shared {
     written: AtomicU64,
     /// ns since `opened` when the last command was sent that has a wrench.
     pushed: AtomicU64,
+    /// The last command has a wrench.
+    is_pushing: AtomicBool,
+    /// How often a wrench was ended from here, because the loop was silent.
+    pub(super) interruptions: AtomicU64,
     /// Device time of the first state, ns.
     first_ns: AtomicU64,
 }
@@ -68,6 +72,8 @@ impl Shared {
             opened: Instant::now(),
             written: AtomicU64::new(0),
             pushed: AtomicU64::new(0),
+            is_pushing: AtomicBool::new(false),
+            interruptions: AtomicU64::new(0),
             first_ns: AtomicU64::new(0),
         }
     }
@@ -85,7 +91,9 @@ impl Shared {
         self.counts.unsent.fetch_add(u64::from(!sent), Ordering::Relaxed);
         let now = self.now();
         self.written.store(now, Ordering::Relaxed);
-        if command.wrench != Wrench::ZERO {
+        let is_pushing = command.wrench != Wrench::ZERO;
+        self.is_pushing.store(is_pushing, Ordering::Relaxed);
+        if is_pushing {
             self.pushed.store(now, Ordering::Relaxed);
         }
         Ok(())
@@ -109,6 +117,9 @@ impl Shared {
             return Ok(());
         }
         self.counts.idle.fetch_add(1, Ordering::Relaxed);
+        if self.is_pushing.load(Ordering::Relaxed) {
+            self.interruptions.fetch_add(1, Ordering::Release);
+        }
         self.send(self.session.next(), Command::default())
     }
 }

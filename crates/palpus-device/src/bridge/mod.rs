@@ -11,7 +11,8 @@
 //!    Each command says which state it knows, and for how long after that state, by the device's
 //!    own clock, its wrench is valid. Then the driver goes to zero by itself, whatever happened to
 //!    palpus, and stays there until a command knows of it.
-//! 4. A state is `withheld` while the driver says so, and while there is no newer one for 5 ms.
+//! 4. A state is `withheld` while the driver says so, while there is no newer one for 5 ms, and after
+//!    the thread has ended a wrench of a loop that was silent.
 //! 5. No state for a quarter of a second, a closed connection, a driver that says goodbye, or one that
 //!    pushes although it was told zero: the device is lost. It does not connect again by itself: a
 //!    force would come back unasked.
@@ -36,7 +37,7 @@ use std::time::{Duration, Instant};
 
 use palpus::algebra::Wrench;
 
-use crate::device::{Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice};
+use crate::device::{Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, OwnWatchdog};
 use crate::found::Finding;
 use crate::latest::{Newest, latest};
 use crate::safety::SafetyLimits;
@@ -130,6 +131,10 @@ pub struct BridgeDevice {
     known: Sensed,
     /// When that was.
     read: Option<Instant>,
+    /// Wrenches that the thread had ended at the last read.
+    interruptions: u64,
+    /// Commands that the thread had sent at the last write.
+    idle: u64,
     /// Age from which on a state is withheld.
     stale: Duration,
     shared: Arc<Shared>,
@@ -167,7 +172,19 @@ impl BridgeDevice {
         )];
         let brake = Arc::new(BridgeBrake { flag: BrakeFlag::default(), shared: Arc::clone(&shared) });
         let stale = STALE_TIME.max(Duration::from_secs_f64(STALE_PERIODS / welcome.rate_hz));
-        Ok(Self { spec, notes, states, known: first, read: None, stale, shared, brake, thread: Some(thread) })
+        Ok(Self {
+            spec,
+            notes,
+            states,
+            known: first,
+            read: None,
+            interruptions: 0,
+            idle: 0,
+            stale,
+            shared,
+            brake,
+            thread: Some(thread),
+        })
     }
 
     /// What is worth writing down of the driver.
@@ -222,6 +239,9 @@ impl HapticDevice for BridgeDevice {
             self.wait_for_fresh();
         }
         self.read = Some(Instant::now());
+        let interruptions = self.shared.interruptions.load(Ordering::Acquire);
+        let is_interrupted = interruptions != self.interruptions;
+        self.interruptions = interruptions;
         self.known = *self.states.get();
         let Sensed { state, arrived, .. } = self.known;
         Ok(DeviceState {
@@ -229,7 +249,7 @@ impl HapticDevice for BridgeDevice {
             twist: state.twist,
             buttons: state.buttons,
             time: self.shared.seconds(state.time_ns),
-            withheld: state.flags != READY || arrived.elapsed() > self.stale,
+            withheld: state.flags != READY || arrived.elapsed() > self.stale || is_interrupted,
         })
     }
 
@@ -241,7 +261,10 @@ impl HapticDevice for BridgeDevice {
         self.alive()?;
         // The brake's order: the number first, then the flag.
         let sequence = self.shared.session.next();
-        let wrench = if self.brake.is_applied() { Wrench::ZERO } else { *wrench };
+        // What was computed before the loop knows that its last wrench was ended would return at once.
+        let is_interrupted = self.shared.interruptions.load(Ordering::Acquire) != self.interruptions;
+        let wrench = if is_interrupted || self.brake.is_applied() { Wrench::ZERO } else { *wrench };
+        self.idle = self.shared.counts.idle.load(Ordering::Relaxed);
         let Sensed { sequence: echo, state, .. } = self.known;
         let valid_for_us = self.shared.valid_for.as_micros() as u32;
         let command = Command { echo, time_ns: state.time_ns, wrench, valid_for_us };
@@ -259,6 +282,13 @@ impl HapticDevice for BridgeDevice {
 
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         Some(self.brake.clone())
+    }
+
+    /// The thread sends zero when the loop does not write. What the driver does when nothing comes is for
+    /// [`conformance`] to test: it takes a force to see it.
+    fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
+        let has_bitten = self.shared.counts.idle.load(Ordering::Relaxed) > self.idle;
+        Some(OwnWatchdog { after: self.shared.valid_for, has_bitten })
     }
 }
 
