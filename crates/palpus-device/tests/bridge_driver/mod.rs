@@ -1,6 +1,7 @@
 //! A driver for the bridge as a test needs it: well behaved, or with one defect.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
+pub(crate) mod client;
 mod line;
 
 use std::borrow::Cow;
