@@ -166,7 +166,7 @@ impl<'a> Seat<'a> {
     ) -> Self {
         tally.restart(device.spec().delay, period);
         let pose = Pose::from_translation(DVec3::NAN);
-        let state = DeviceState { pose, twist: Twist::default(), buttons: 0, time: 0.0 };
+        let state = DeviceState { pose, twist: Twist::default(), buttons: 0, time: 0.0, withheld: false };
         let line = Some(Line::new(options, device, None, time));
         Self { line, tally, state, seen: false, cuts: Cuts::NONE, end: None }
     }
@@ -297,7 +297,8 @@ impl BothTurns<'_> {
         for k in (0..2).filter(|k| read[*k]) {
             let answered = outcome.as_ref().ok().map(|outcomes| &outcomes[k].outcome);
             let computed = answered.map_or(Wrench::ZERO, |outcome| outcome.wrench);
-            let Some(Shaped { wrench, cuts, phase, available }) = self.seats[k].answer(&computed, found, panicked, elapsed_s)
+            let Some(Shaped { wrench, cuts, phase, available }) =
+                self.seats[k].answer(&computed, found, panicked, elapsed_s)
             else {
                 continue;
             };

@@ -66,7 +66,9 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     /// The device's state, as far as it is believed.
     pub(super) fn read(&mut self, start: &Start) -> Result<Admitted, DeviceError> {
         let state = self.end.device.read()?;
-        Ok(self.gate.admit(&state, start.elapsed(self.period).max(self.period)))
+        let mut admitted = self.gate.admit(&state, start.elapsed(self.period).max(self.period));
+        admitted.cuts.note(Cut::Withheld, state.withheld);
+        Ok(admitted)
     }
 
     /// Nothing is known of the device: no force.

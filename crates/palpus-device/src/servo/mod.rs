@@ -328,10 +328,11 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
         let computed = outcome.as_ref().map_or(Wrench::ZERO, |outcome| outcome.wrench);
         let mut found = admitted.cuts;
         found.note(Cut::Paused, !self.stands && self.reins.is_paused());
-        let Shaped { wrench, cuts, phase, available } = match self.line.answer(&state, &computed, found, panicked, elapsed_s) {
-            Ok(shaped) => shaped,
-            Err(error) => return ControlFlow::Break(RunEnd::DeviceFailed(error)),
-        };
+        let Shaped { wrench, cuts, phase, available } =
+            match self.line.answer(&state, &computed, found, panicked, elapsed_s) {
+                Ok(shaped) => shaped,
+                Err(error) => return ControlFlow::Break(RunEnd::DeviceFailed(error)),
+            };
         let tick = ServoTick {
             index: self.index,
             time: self.index as f64 * self.period,
