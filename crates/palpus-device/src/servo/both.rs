@@ -286,6 +286,7 @@ impl BothTurns<'_> {
         let elapsed_s = start.elapsed(self.period);
         let mut found = Cuts::NONE;
         found.note(Cut::Paused, !self.stands && self.reins.is_paused());
+        found.note(Cut::Overrun, self.pace.is_lost(self.time));
         let received = outcome.as_ref().map_or([[0.0; 2]; 2], |outcomes| outcomes.each_ref().map(|tool| tool.received));
         for (seat, received) in self.seats.iter_mut().zip(self.contact.pass(received)) {
             if let Some(line) = &mut seat.line {

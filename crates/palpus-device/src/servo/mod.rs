@@ -26,6 +26,7 @@
 mod both;
 mod line;
 mod pace;
+mod punctuality;
 mod reins;
 mod statistics;
 mod time;
@@ -328,6 +329,7 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
         let computed = outcome.as_ref().map_or(Wrench::ZERO, |outcome| outcome.wrench);
         let mut found = admitted.cuts;
         found.note(Cut::Paused, !self.stands && self.reins.is_paused());
+        found.note(Cut::Overrun, self.pace.is_lost(self.time));
         let Shaped { wrench, cuts, phase, available } =
             match self.line.answer(&state, &computed, found, panicked, elapsed_s) {
                 Ok(shaped) => shaped,
