@@ -123,7 +123,8 @@ impl Engine {
         let saturated = tick.counters.saturated_force + tick.counters.saturated_torque > 0;
         let (summary, tool) = (tick.summary(), self.frame.in_world(&tick.tool_ba));
         let allocations = allocations_of_this_thread() - before;
-        StepOutcome { wrench, saturated, detail: Detail { tick: summary, tool, allocations, changed } }
+        let detail = Detail { tick: summary, tool, allocations, changed };
+        StepOutcome { wrench, saturated, changed: changed.is_some(), detail }
     }
 }
 

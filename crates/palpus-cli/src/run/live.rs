@@ -115,5 +115,6 @@ fn said(phase: Phase) -> &'static str {
         Phase::Ramping => "engaging",
         Phase::Faulted => "a fault: no force",
         Phase::Stopped => "stopped by a fault",
+        Phase::Latched => "three faults in ten seconds: press a button, or r, for force",
     }
 }

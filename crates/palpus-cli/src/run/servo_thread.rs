@@ -112,13 +112,13 @@ fn two(working: [Working; 2], mut engine: TwoEngine, script: Script, stop: &Atom
     let mut scripted = script.step(|state: &DeviceState, dt| {
         engine.set_available(&available.each_ref().map(Cell::get));
         let [first, second] = engine.step(&[*state, aside.take().unwrap_or(*state)], dt);
-        let StepOutcome { wrench, saturated, detail } = first.outcome;
-        StepOutcome { wrench, saturated, detail: (detail, first.received, second) }
+        let StepOutcome { wrench, saturated, changed, detail } = first.outcome;
+        StepOutcome { wrench, saturated, changed, detail: (detail, first.received, second) }
     });
     let step = |states: &[DeviceState; 2], dt: f64| {
         aside.set(Some(states[1]));
-        let StepOutcome { wrench, saturated, detail: (detail, received, second) } = scripted(&states[0], dt);
-        [ToolOutcome { outcome: StepOutcome { wrench, saturated, detail }, received }, second]
+        let StepOutcome { wrench, saturated, changed, detail: (detail, received, second) } = scripted(&states[0], dt);
+        [ToolOutcome { outcome: StepOutcome { wrench, saturated, changed, detail }, received }, second]
     };
     let mut observe = |which: usize, tick: &ServoTick, detail: &Detail| {
         available[which].set(tick.available);

@@ -114,6 +114,7 @@ impl TwoEngine {
             outcome: StepOutcome {
                 wrench: self.frame.for_device(&tick.commanded),
                 saturated: tick.counters.saturated_force + tick.counters.saturated_torque > 0,
+                changed: changed.is_some(),
                 detail: Detail { tick: tick.summary(), tool: self.frame.in_world(&tick.tool_ba), allocations, changed },
             },
             received: tick.work_from_other,
