@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use palpus::algebra::{Twist, Wrench};
-use palpus_device::{Cut, Fault, Phase, Rearm, RunStatistics, ServoTick};
+use palpus_device::{Cut, Fault, Phase, Rearm, RunEnd, RunStatistics, ServoTick};
 
 use super::{Ran, Sequence};
 
@@ -22,7 +22,7 @@ const TURNS: (f64, f64) = (0.02, 0.4);
 pub(crate) fn judge(sequence: &Sequence, ran: &Ran) {
     judge_ticks(sequence, &ran.ticks);
     judge_latch(sequence, &ran.ticks);
-    judge_messages(sequence, &ran.written);
+    judge_messages(sequence, ran);
     for (tick, motion) in ran.ticks.iter().zip(&ran.motion) {
         judge_damping(sequence, tick, motion);
     }
@@ -39,16 +39,25 @@ fn judge_damping(sequence: &Sequence, tick: &ServoTick, motion: &Twist) {
     }
 }
 
-/// Property 2 for every message: what is more than a step of the slew limit is a fall to damping or to nothing.
-fn judge_messages(sequence: &Sequence, written: &[Wrench]) {
+/// Property 2 for every message: what is more than a step of the slew limit is a fall to damping or to nothing, for which there was
+/// a reason; and the run's end is none.
+fn judge_messages(sequence: &Sequence, ran: &Ran) {
     let Sequence { limits, rate_hz, seed, .. } = sequence;
+    let Ran { written, statistics, .. } = ran;
+    let mut falls = 0;
     let most = (limits.force_slew / rate_hz, limits.torque_slew / rate_hz);
     for (k, pair) in written.windows(2).enumerate() {
         let step = (pair[1].force.distance(pair[0].force), pair[1].torque.distance(pair[0].torque));
         let is_step = step.0 <= most.0 * (1.0 + ROUNDING) && step.1 <= most.1 * (1.0 + ROUNDING);
         let is_fall = within(&pair[1], limits.rest_force, limits.rest_torque);
-        assert!(is_step || is_fall, "message {} of sequence {seed:#x}: {pair:?}, {most:?} allowed", k + 1);
+        let is_last = k + 2 == written.len() && !matches!(statistics.end, RunEnd::DeviceFailed(_));
+        let is_allowed = is_step || is_fall && !is_last;
+        assert!(is_allowed, "message {} of sequence {seed:#x}: {pair:?}, {most:?} allowed", k + 1);
+        falls += u64::from(!is_step);
     }
+    let reasons = |(cut, ticks): (Cut, u64)| if cut.is_fault() || cut == Cut::Withheld { ticks } else { 0 };
+    let reasons: u64 = statistics.safety.iter().map(reasons).sum();
+    assert!(falls <= reasons, "sequence {seed:#x}: {falls} falls, {reasons} ticks with a reason");
 }
 
 /// Property 6.
