@@ -48,6 +48,7 @@ mod threads;
 mod two;
 mod view;
 mod view_window;
+mod way_out;
 mod window;
 
 use std::process::ExitCode;
