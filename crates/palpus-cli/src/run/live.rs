@@ -110,10 +110,7 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
             stop.store(true, Ordering::Relaxed);
         }
         let live = session.live();
-        if let Some(words) = live.start_in_words().filter(|_| !told) {
-            told = true;
-            output::note(words);
-        }
+        tell_start(&live, &mut told);
         if shown {
             output::live(&format!(
                 "{:6.0} Hz   query {:7.1} µs   {:3} contacts   {:5.2} N   {}",
@@ -126,8 +123,17 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
         }
         last = live.ticks;
     }
+    tell_start(&session.live(), &mut told);
     if shown {
         output::live_end();
+    }
+}
+
+/// Says once that the probe began inside the part.
+fn tell_start(live: &Live, told: &mut bool) {
+    if let Some(words) = live.start_in_words().filter(|_| !*told) {
+        *told = true;
+        output::note(words);
     }
 }
 
