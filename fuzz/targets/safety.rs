@@ -68,7 +68,7 @@ fn run(data: &[u8]) {
     let period = 1.0 / rate;
     let mut chain = SafetyChain::new(&limits, options.engagement(&spec), &options, period);
     let mut gate = Gate::new(&limits);
-    let mut state = DeviceState { pose: bytes.pose(0.1), twist: Default::default(), buttons: 1, time: 0.0 };
+    let mut state = DeviceState { pose: bytes.pose(0.1), twist: Default::default(), buttons: 1, time: 0.0, withheld: false };
     let mut before = Wrench::ZERO;
     for _ in 0..400 {
         match bytes.byte() {

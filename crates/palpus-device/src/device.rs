@@ -115,6 +115,9 @@ pub struct DeviceState {
     /// Seconds since the device was opened at which this state was sampled: a state that is handed out again keeps its
     /// time, so that one can see that there is no newer one.
     pub time: f64,
+    /// The device gives no force now, whatever it is told: it is not ready, has no power supply, was switched off by the person who holds it,
+    /// or lost an answer. [`Cut::Withheld`](crate::Cut) follows.
+    pub withheld: bool,
 }
 
 /// Why a device did not answer.

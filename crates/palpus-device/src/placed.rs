@@ -81,7 +81,8 @@ mod tests {
                 translation: DVec3::new(0.1, 0.25, 0.3),
             },
         ];
-        let state = |pose: &Pose| DeviceState { pose: *pose, twist: Twist::default(), buttons: 1, time: 0.0 };
+        let state =
+            |pose: &Pose| DeviceState { pose: *pose, twist: Twist::default(), buttons: 1, time: 0.0, withheld: false };
         let recorded = ReplayDevice::new(SimulationSettings::default().spec, poses.iter().map(state).collect());
         let start = Pose { rotation: DQuat::from_rotation_y(1.0), translation: DVec3::new(0.0, 0.0, 0.05) };
         let mut device = PlacedDevice::new(recorded, start);

@@ -74,7 +74,7 @@ fn try_sequences(count: u64) {
     }
     for cut in Cut::ALL {
         assert!(
-            seen.has(cut) || matches!(cut, Cut::Passivity | Cut::Heat | Cut::Paused | Cut::LimitCycle),
+            seen.has(cut) || matches!(cut, Cut::Passivity | Cut::Heat | Cut::Paused | Cut::LimitCycle | Cut::Withheld),
             "{} was never seen",
             cut.name()
         );

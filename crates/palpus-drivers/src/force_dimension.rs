@@ -250,7 +250,7 @@ impl HapticDevice for ForceDimension {
         let rotation = DMat3::from_cols_array(&rows).transpose();
         let pose = Axes::ForceDimension.pose(rotation, DVec3::from_array(position));
         let twist = self.twist(&pose, time);
-        let state = DeviceState { pose, twist, buttons: shared.api.buttons(shared.id), time };
+        let state = DeviceState { pose, twist, buttons: shared.api.buttons(shared.id), time, withheld: false };
         self.watch_switch(*line);
         shared.brake_late();
         self.last = Some(state);

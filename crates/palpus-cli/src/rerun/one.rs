@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use anyhow::{Context, bail};
 use palpus::algebra::Wrench;
-use palpus_device::{Cuts, DeviceState};
+use palpus_device::{Cut, Cuts, DeviceState};
 use palpus_io::Recording;
 use palpus_io::record::SceneSource;
 use palpus_io::scene::FilePolicy;
@@ -84,8 +84,13 @@ pub(crate) fn run_again_on(
         while let Some((tick, settings)) = changes.next_if(|(tick, _)| *tick <= row.tick) {
             engine.set_settings(settings).with_context(|| format!("the settings from tick {tick} on cannot be set"))?;
         }
-        let state =
-            DeviceState { pose: row.pose, twist: row.twist, buttons: row.buttons, time: row.time_ns as f64 * 1e-9 };
+        let state = DeviceState {
+            pose: row.pose,
+            twist: row.twist,
+            buttons: row.buttons,
+            time: row.time_ns as f64 * 1e-9,
+            withheld: Cuts::from_bits(row.faults).has(Cut::Withheld),
+        };
         let outcome = engine.step(&state, row.dt);
         // Faults, which the device, the clock and the step's own trouble decide, are as recorded; all else the chain finds again.
         let told = Cuts::from_bits(row.faults).and(Cuts::TOLD);

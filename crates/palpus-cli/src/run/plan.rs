@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{anyhow, bail};
 use palpus::render::{Clustering, Settings};
 use palpus_device::{
-    AfterFault, DeviceSpec, DeviceState, Engagement, FaultyDevice, Guide, Guided, HapticDevice, Publisher,
+    AfterFault, Cut, Cuts, DeviceSpec, DeviceState, Engagement, FaultyDevice, Guide, Guided, HapticDevice, Publisher,
     ReplayDevice, SafetyLimits, SafetyOptions, Script, ServoOptions, SimulatedDevice, SimulationSettings, Timing,
     latest,
 };
@@ -158,6 +158,7 @@ fn replay(file: &Path) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
         twist: row.twist,
         buttons: row.buttons,
         time: row.time_ns as f64 * 1e-9,
+        withheld: Cuts::from_bits(row.faults).has(Cut::Withheld),
     };
     let spec = replayed::spec_of(&recording.header.scene.more);
     Ok(Box::new(ReplayDevice::new(spec, recording.rows.iter().map(state).collect())))

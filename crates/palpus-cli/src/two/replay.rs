@@ -136,5 +136,11 @@ fn chains(recordings: [&Recording; 2]) -> anyhow::Result<[SafetyChain; 2]> {
 }
 
 fn state(row: &RecordRow) -> DeviceState {
-    DeviceState { pose: row.pose, twist: row.twist, buttons: row.buttons, time: row.time_ns as f64 * 1e-9 }
+    DeviceState {
+        pose: row.pose,
+        twist: row.twist,
+        buttons: row.buttons,
+        time: row.time_ns as f64 * 1e-9,
+        withheld: Cuts::from_bits(row.faults).has(Cut::Withheld),
+    }
 }

@@ -221,6 +221,7 @@ impl Senses {
             twist: Twist { angular, linear: sample.velocity },
             buttons: self.buttons,
             time,
+            withheld: false,
         }
     }
 

@@ -36,13 +36,15 @@ pub enum Cut {
     Device,
     /// Somebody has stopped the run for a while, with a device that does not stop with it.
     Paused,
-    /// The wrench oscillates without the hand, and is attenuated. Last because recordings name cuts by their place.
+    /// The wrench oscillates without the hand, and is attenuated. After the others because recordings name cuts by their place.
     LimitCycle,
+    /// The device itself gives no force, whatever it is told: see [`DeviceState::withheld`](crate::DeviceState).
+    Withheld,
 }
 
 impl Cut {
     /// All of them, in the order of the chain.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 18] = [
         Self::NonFiniteState,
         Self::NonFiniteWrench,
         Self::PoseJump,
@@ -60,6 +62,7 @@ impl Cut {
         Self::Device,
         Self::Paused,
         Self::LimitCycle,
+        Self::Withheld,
     ];
 
     /// As it stands in summaries.
@@ -82,6 +85,7 @@ impl Cut {
             Self::Device => "device",
             Self::Paused => "paused",
             Self::LimitCycle => "limit_cycle",
+            Self::Withheld => "withheld",
         }
     }
 
@@ -116,8 +120,9 @@ impl Cuts {
             | Cut::Panic.bit()
             | Cut::Device.bit(),
     );
-    /// What the chain is told, and cannot find out from states and wrenches: faults, and that the run is paused.
-    pub const TOLD: Self = Self(Self::FAULTS.0 | Cut::Paused.bit());
+    /// What the chain is told, and cannot find out from states and wrenches: faults, that the run is paused, that the device withholds its
+    /// force.
+    pub const TOLD: Self = Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit());
     /// Those that make the state's velocity a number not to be relied on.
     pub(super) const BLIND: Self =
         Self(Cut::NonFiniteState.bit() | Cut::PoseJump.bit() | Cut::FrozenState.bit() | Cut::DeviceClock.bit());

@@ -233,7 +233,7 @@ mod tests {
         let states = (0..500u32).map(|k| {
             let time = f64::from(k) * PERIOD;
             let rotation = glam::DQuat::from_rotation_z(twist.angular.z * time);
-            DeviceState { pose: Pose::new(rotation, twist.linear * time), twist, buttons: 0, time }
+            DeviceState { pose: Pose::new(rotation, twist.linear * time), twist, buttons: 0, time, withheld: false }
         });
         states
             .filter(|state| {
@@ -292,6 +292,7 @@ mod tests {
             twist: palpus::algebra::Twist { angular: DVec3::ZERO, linear: DVec3::X * speed },
             buttons: 0,
             time: 0.0,
+            withheld: false,
         };
         let push = Wrench { torque: DVec3::ZERO, force: DVec3::X };
         // Pushed a metre along by one newton: a joule given.

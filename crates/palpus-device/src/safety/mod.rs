@@ -19,6 +19,9 @@
 //! engagement ([`Phase`]). The change of the commanded wrench keeps to the slew limit from tick to tick, with the one exception of
 //! that fall.
 //!
+//! A device that withholds its force by itself ([`DeviceState::withheld`]) is commanded zero meanwhile; the wrench then returns from zero within
+//! 50 ms, or through the engagement if that lasted for long.
+//!
 //! A wrench that no stage has a reason to touch comes out as it came in, to the bit.
 //!
 //! **Whose answer depends on what.** Stage 2 and 9 need the device and the clock ([`Gate`], [`Watch`]) and *tell* the chain what
@@ -37,6 +40,7 @@ mod limit_cycle;
 mod limits;
 mod passivity;
 mod watchdog;
+mod withholding;
 
 use glam::DVec3;
 use palpus::algebra::Wrench;
@@ -46,6 +50,7 @@ use crate::device::{DeviceSpec, DeviceState};
 use engagement::{Event, Machine};
 use heat::Heat;
 use limit_cycle::LimitCycle;
+use withholding::Withholding;
 
 pub use cuts::{Cut, Cuts, SafetyCounters};
 pub use energy::{ContactAccount, EnergyAccount};
@@ -125,6 +130,7 @@ pub struct SafetyChain {
     after_panic: AfterPanic,
     period: f64,
     machine: Machine,
+    withholding: Withholding,
     heat_force: Heat,
     heat_torque: Heat,
     limit_cycle: LimitCycle,
@@ -146,6 +152,7 @@ impl SafetyChain {
             after_panic: options.after_panic,
             period,
             machine: Machine::new(engagement, limits.ramp, limits.hold),
+            withholding: Withholding::new(limits.hold),
             heat_force: Heat::new(limits.force_peak, limits.force_continuous, limits.heating_time, period),
             heat_torque: Heat::new(limits.torque_peak, limits.torque_continuous, limits.heating_time, period),
             limit_cycle: LimitCycle::new(limits, period),
@@ -198,20 +205,26 @@ impl SafetyChain {
         let mut wrench = if cuts.has(Cut::NonFiniteWrench) { Wrench::ZERO } else { *computed };
         // 2 and 9. A fault, whoever found it.
         let was = self.machine.phase();
+        let withheld = cuts.has(Cut::Withheld);
+        self.withholding.advance(withheld, self.period);
         self.machine.advance(&Event {
             buttons: state.buttons,
             small: self.is_small(&wrench),
             fault: self.fault(cuts),
-            paused: cuts.has(Cut::Paused),
+            paused: cuts.has(Cut::Paused) || self.withholding.is_long(),
             dt: self.period,
         });
         let phase = self.machine.phase();
-        if phase.is_on() {
+        if withheld {
+            self.rest(&Wrench::ZERO);
+            wrench = Wrench::ZERO;
+        } else if phase.is_on() {
             wrench = self.attenuated(&wrench, state, &mut cuts);
             wrench = self.passive(&wrench, state, &mut cuts);
             wrench = self.slewed(&wrench, &mut cuts);
             wrench = self.saturated(&wrench, &mut cuts);
             wrench = self.cooled(&wrench, &mut cuts);
+            wrench = self.returning(&wrench, &mut cuts);
             self.shaped = wrench;
             wrench = self.engaged(&wrench, &mut cuts);
         } else {
@@ -219,8 +232,9 @@ impl SafetyChain {
             self.rest(&wrench);
             wrench = if phase.is_faulted() { self.damping(state, cuts) } else { Wrench::ZERO };
         }
-        // A fault falls at once; all else, the end of a fault and of the engagement among it, keeps to the slew limit.
-        if !phase.is_faulted() || was == phase && !cuts.is_fault() {
+        // A fault falls at once, and so does what the device withholds; all else, the end of a fault and of the engagement among
+        // it, keeps to the slew limit.
+        if !withheld && (!phase.is_faulted() || was == phase && !cuts.is_fault()) {
             let (within, cut) = self.towards(&self.commanded, &wrench);
             cuts.note(Cut::Slew, cut && phase.is_on());
             wrench = within;
@@ -291,6 +305,15 @@ impl SafetyChain {
     fn cooled(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let answer = saturate(*wrench, &self.heat_caps(), Saturation::Separate);
         cuts.note(Cut::Heat, answer.force_cut || answer.torque_cut);
+        answer.wrench
+    }
+
+    /// A wrench that the device has withheld, on its way back.
+    fn returning(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
+        let Some(share) = self.withholding.share() else { return *wrench };
+        let most = Limits { force: self.limits.force_peak * share, torque: self.limits.torque_peak * share };
+        let answer = saturate(*wrench, &most, Saturation::Separate);
+        cuts.note(Cut::Slew, answer.force_cut || answer.torque_cut);
         answer.wrench
     }
 

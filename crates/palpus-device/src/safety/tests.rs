@@ -24,7 +24,7 @@ fn engaged(limits: &SafetyLimits) -> SafetyChain {
 }
 
 fn at_rest() -> DeviceState {
-    DeviceState { pose: Pose::IDENTITY, twist: Twist::default(), buttons: 0, time: 0.0 }
+    DeviceState { pose: Pose::IDENTITY, twist: Twist::default(), buttons: 0, time: 0.0, withheld: false }
 }
 
 fn moving(velocity: DVec3) -> DeviceState {

@@ -166,7 +166,7 @@ impl<'a> Seat<'a> {
     ) -> Self {
         tally.restart(device.spec().delay, period);
         let pose = Pose::from_translation(DVec3::NAN);
-        let state = DeviceState { pose, twist: Twist::default(), buttons: 0, time: 0.0 };
+        let state = DeviceState { pose, twist: Twist::default(), buttons: 0, time: 0.0, withheld: false };
         let line = Some(Line::new(options, device, None, time));
         Self { line, tally, state, seen: false, cuts: Cuts::NONE, end: None }
     }

@@ -67,7 +67,9 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     pub(super) fn read(&mut self, start: &Start) -> Result<Admitted, DeviceError> {
         let state = self.end.device.read()?;
         let elapsed = start.period.map_or(self.period, |period| period.as_secs_f64().max(self.period));
-        Ok(self.gate.admit(&state, elapsed))
+        let mut admitted = self.gate.admit(&state, elapsed);
+        admitted.cuts.note(Cut::Withheld, state.withheld);
+        Ok(admitted)
     }
 
     /// Nothing is known of the device: no force.

@@ -247,7 +247,7 @@ impl<I: Intent> HapticDevice for SimulatedDevice<I> {
                 Some(tick + 1)
             }
         };
-        Ok(DeviceState { pose: self.sensed, twist: self.sensed_twist, buttons: 0, time: self.time() })
+        Ok(DeviceState { pose: self.sensed, twist: self.sensed_twist, buttons: 0, time: self.time(), withheld: false })
     }
 
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {

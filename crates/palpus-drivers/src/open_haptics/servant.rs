@@ -50,7 +50,15 @@ pub(super) struct Sample {
 
 impl Default for Sample {
     fn default() -> Self {
-        Self { state: DeviceState { pose: Pose::IDENTITY, twist: Twist::default(), buttons: 0, time: 0.0 } }
+        Self {
+            state: DeviceState {
+                pose: Pose::IDENTITY,
+                twist: Twist::default(),
+                buttons: 0,
+                time: 0.0,
+                withheld: false,
+            },
+        }
     }
 }
 
@@ -173,7 +181,7 @@ impl Touch {
         let rotation = DMat3::from_cols_array(&[m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]]);
         let pose = Axes::OpenHaptics.pose(rotation, DVec3::new(m[12], m[13], m[14]) * MILLI);
         let twist = Twist { angular: self.turn(&pose, time), linear: Axes::OpenHaptics.ours(velocity) };
-        DeviceState { pose, twist, buttons, time }
+        DeviceState { pose, twist, buttons, time, withheld: false }
     }
 
     /// rad/s, out of two poses.
