@@ -96,7 +96,7 @@ fn run(data: &[u8]) {
             _ => Wrench { force: DVec3::new(bytes.any(), bytes.any(), bytes.any()), torque: DVec3::splat(bytes.any()) },
         };
         before = wrench;
-        let shaped = chain.shape(&usable, &wrench, admitted.cuts.or(told));
+        let shaped = chain.shape(&usable, &wrench, admitted.cuts.or(told), elapsed);
         let given = shaped.wrench;
         assert!(given.is_finite(), "{shaped:?}");
         let slack = 1.0 + ROUNDING;

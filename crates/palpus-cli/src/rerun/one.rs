@@ -96,7 +96,7 @@ pub(crate) fn run_again_on(
         let told = Cuts::from_bits(row.faults).and(Cuts::TOLD);
         let wrench = match &mut chain {
             Some(chain) => {
-                let shaped = chain.shape(&state, &outcome.wrench, told);
+                let shaped = chain.shape(&state, &outcome.wrench, told, row.dt);
                 engine.set_available(&shaped.available);
                 shaped.wrench
             }

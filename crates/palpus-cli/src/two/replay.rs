@@ -113,7 +113,7 @@ pub(crate) fn run_again(
             let Some(row) = rows[which] else { continue };
             let told = Cuts::from_bits(row.faults).and(Cuts::TOLD);
             chains[which].receive(received[which]);
-            let shaped = chains[which].shape(&states[which], &outcomes[which].outcome.wrench, told);
+            let shaped = chains[which].shape(&states[which], &outcomes[which].outcome.wrench, told, row.dt);
             // Of a device that was lost in the tick, the brake had the last word.
             let lost = told.has(Cut::Device);
             available[which] = if lost { Limits::UNLIMITED } else { shaped.available };

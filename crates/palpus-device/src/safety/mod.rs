@@ -129,6 +129,8 @@ pub struct SafetyChain {
     after_fault: AfterFault,
     after_panic: AfterPanic,
     period: f64,
+    /// Since the last tick, s.
+    elapsed: f64,
     machine: Machine,
     withholding: Withholding,
     heat_force: Heat,
@@ -141,7 +143,7 @@ pub struct SafetyChain {
 }
 
 impl SafetyChain {
-    /// A chain for wrenches that are held for `period` seconds each.
+    /// A chain for a loop whose ticks are `period` seconds apart when it keeps its time.
     pub fn new(limits: &SafetyLimits, engagement: Engagement, options: &SafetyOptions, period: f64) -> Self {
         // A torque that the device cannot give is not missed every tick.
         let saturation = if limits.torque_peak > 0.0 { Saturation::Separate } else { Saturation::UnderActuated };
@@ -151,10 +153,11 @@ impl SafetyChain {
             after_fault: options.after_fault,
             after_panic: options.after_panic,
             period,
+            elapsed: period,
             machine: Machine::new(engagement, limits.ramp, limits.hold),
             withholding: Withholding::new(limits.hold),
-            heat_force: Heat::new(limits.force_peak, limits.force_continuous, limits.heating_time, period),
-            heat_torque: Heat::new(limits.torque_peak, limits.torque_continuous, limits.heating_time, period),
+            heat_force: Heat::new(limits.force_peak, limits.force_continuous, limits.heating_time),
+            heat_torque: Heat::new(limits.torque_peak, limits.torque_continuous, limits.heating_time),
             limit_cycle: LimitCycle::new(limits, period),
             passivity: Some(Box::new(EnergyAccount::new(limits, period))),
             shaped: Wrench::ZERO,
@@ -197,8 +200,11 @@ impl SafetyChain {
     }
 
     /// What the device is to get in place of `computed`, when the grip is in `state` and the gate, the clock and the step
-    /// have `told` of faults.
-    pub fn shape(&mut self, state: &DeviceState, computed: &Wrench, told: Cuts) -> Shaped {
+    /// have `told` of faults. `elapsed`: s since the last call, for which the last wrench was held; energy, heat and slew go by it.
+    pub fn shape(&mut self, state: &DeviceState, computed: &Wrench, told: Cuts, elapsed: f64) -> Shaped {
+        self.elapsed = if elapsed >= 0.0 && elapsed.is_finite() { elapsed } else { self.period };
+        self.heat_force.spend(self.commanded.force.length(), self.elapsed);
+        self.heat_torque.spend(self.commanded.torque.length(), self.elapsed);
         let mut cuts = told;
         // 1. Non-finite.
         cuts.note(Cut::NonFiniteWrench, !computed.is_finite());
@@ -206,13 +212,13 @@ impl SafetyChain {
         // 2 and 9. A fault, whoever found it.
         let was = self.machine.phase();
         let withheld = cuts.has(Cut::Withheld);
-        self.withholding.advance(withheld, self.period);
+        self.withholding.advance(withheld, self.step());
         self.machine.advance(&Event {
             buttons: state.buttons,
             small: self.is_small(&wrench),
             fault: self.fault(cuts),
             paused: cuts.has(Cut::Paused) || self.withholding.is_long(),
-            dt: self.period,
+            dt: self.step(),
         });
         let phase = self.machine.phase();
         if withheld {
@@ -240,8 +246,6 @@ impl SafetyChain {
             wrench = within;
         }
         self.commanded = wrench;
-        self.heat_force.spend(wrench.force.length());
-        self.heat_torque.spend(wrench.torque.length());
         self.limit_cycle.commanded(&wrench);
         if let Some(stage) = self.passivity.as_mut().filter(|_| phase.is_on()) {
             stage.commanded(&wrench);
@@ -265,7 +269,7 @@ impl SafetyChain {
 
     /// Stage 3. What is beyond the peak is no oscillation that could be felt.
     fn attenuated(&mut self, wrench: &Wrench, state: &DeviceState, cuts: &mut Cuts) -> Wrench {
-        let (attenuated, cut) = self.limit_cycle.attenuate(&self.within_peak(wrench), &state.pose);
+        let (attenuated, cut) = self.limit_cycle.attenuate(&self.within_peak(wrench), &state.pose, self.elapsed);
         cuts.note(Cut::LimitCycle, cut);
         if cut { attenuated } else { *wrench }
     }
@@ -273,7 +277,7 @@ impl SafetyChain {
     /// Stage 4.
     fn passive(&mut self, wrench: &Wrench, state: &DeviceState, cuts: &mut Cuts) -> Wrench {
         let Some(stage) = &mut self.passivity else { return *wrench };
-        let limited = stage.limit(wrench, state, self.period);
+        let limited = stage.limit(wrench, state, self.elapsed);
         cuts.note(Cut::Passivity, limited != *wrench);
         cuts.note(Cut::NonFiniteWrench, !limited.is_finite());
         if limited.is_finite() { limited } else { Wrench::ZERO }
@@ -359,10 +363,16 @@ impl SafetyChain {
         saturate(self.within_peak(wrench), &self.heat_caps(), Saturation::Separate).wrench
     }
 
-    /// As far `from` one wrench to the other as the slew limit allows in a tick; and whether that is not all the way.
+    /// The time by which ramps and slew go on, s: what passed, but never more than a period, so that two writes after each other differ by
+    /// no more than the slew limit allows in a period, however late the second one is.
+    fn step(&self) -> f64 {
+        self.elapsed.min(self.period)
+    }
+
+    /// As far `from` one wrench to the other as the slew limit allows in this tick; and whether that is not all the way.
     fn towards(&self, from: &Wrench, to: &Wrench) -> (Wrench, bool) {
-        let (force, force_cut) = step_towards(from.force, to.force, self.limits.force_slew * self.period);
-        let (torque, torque_cut) = step_towards(from.torque, to.torque, self.limits.torque_slew * self.period);
+        let (force, force_cut) = step_towards(from.force, to.force, self.limits.force_slew * self.step());
+        let (torque, torque_cut) = step_towards(from.torque, to.torque, self.limits.torque_slew * self.step());
         (Wrench { torque, force }, force_cut || torque_cut)
     }
 }

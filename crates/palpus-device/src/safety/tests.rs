@@ -17,7 +17,7 @@ fn chain_of(limits: &SafetyLimits) -> SafetyChain {
 fn engaged(limits: &SafetyLimits) -> SafetyChain {
     let mut chain = chain_of(limits);
     for _ in 0..400 {
-        chain.shape(&at_rest(), &Wrench::ZERO, Cuts::NONE);
+        chain.shape(&at_rest(), &Wrench::ZERO, Cuts::NONE, DT);
     }
     assert_eq!(chain.phase(), Phase::Engaged);
     chain
@@ -50,7 +50,7 @@ fn what_no_stage_has_a_reason_to_touch_comes_out_to_the_bit() {
             force: DVec3::new((9.0 * t).sin() + 0.1, 0.4 * (31.0 * t).cos(), 0.3) * 1.1,
             torque: DVec3::new(0.02 * (17.0 * t).sin(), -0.01, 0.1 / 3.0),
         };
-        let shaped = chain.shape(&moving(DVec3::X * 0.3), &wrench, Cuts::NONE);
+        let shaped = chain.shape(&moving(DVec3::X * 0.3), &wrench, Cuts::NONE, DT);
         assert_eq!((shaped.wrench, shaped.cuts, shaped.phase), (wrench, Cuts::NONE, Phase::Engaged), "tick {k}");
     }
 }
@@ -63,14 +63,14 @@ fn a_jump_of_the_wrench_becomes_a_ramp() {
     let target = DVec3::new(0.0, 6.0, -5.0);
     let mut last = DVec3::ZERO;
     for k in 0..3 {
-        let shaped = chain.shape(&at_rest(), &force(target), Cuts::NONE);
+        let shaped = chain.shape(&at_rest(), &force(target), Cuts::NONE, DT);
         assert!(shaped.wrench.force.distance(last) <= step * (1.0 + 1e-12), "tick {k}");
         assert_eq!(shaped.cuts.has(Cut::Slew), k < 1, "tick {k}");
         last = shaped.wrench.force;
     }
     assert_eq!(last, target);
     // And the other way round: through nothing, not over it.
-    let shaped = chain.shape(&at_rest(), &force(-target), Cuts::NONE);
+    let shaped = chain.shape(&at_rest(), &force(-target), Cuts::NONE, DT);
     assert!(shaped.cuts.has(Cut::Slew) && shaped.wrench.force.dot(target) > 0.0);
 }
 
@@ -79,11 +79,11 @@ fn on_the_ramp_a_jump_of_the_wrench_is_slewed_before_the_ramp_takes_its_share() 
     let limits = limits();
     let mut chain = chain_of(&limits);
     for _ in 0..125 {
-        chain.shape(&at_rest(), &Wrench::ZERO, Cuts::NONE);
+        chain.shape(&at_rest(), &Wrench::ZERO, Cuts::NONE, DT);
     }
     let mut last = 0.0;
     for _ in 0..2 {
-        let shaped = chain.shape(&at_rest(), &force(DVec3::X * 8.0), Cuts::NONE);
+        let shaped = chain.shape(&at_rest(), &force(DVec3::X * 8.0), Cuts::NONE, DT);
         let step = (shaped.wrench.force.x - last) / (limits.force_slew * DT);
         assert!(shaped.phase == Phase::Ramping && (0.4..0.55).contains(&step), "{step} of the slew limit");
         last = shaped.wrench.force.x;
@@ -96,10 +96,10 @@ fn beyond_the_peak_the_direction_stays_and_only_the_peak_is_counted() {
     limits.force_continuous = limits.force_peak;
     let mut chain = engaged(&limits);
     let wanted = Wrench { force: DVec3::new(30.0, 0.0, 40.0), torque: DVec3::Y };
-    let mut shaped = chain.shape(&at_rest(), &wanted, Cuts::NONE);
+    let mut shaped = chain.shape(&at_rest(), &wanted, Cuts::NONE, DT);
     assert!(shaped.cuts.has(Cut::Slew));
     for _ in 0..5 {
-        shaped = chain.shape(&at_rest(), &wanted, Cuts::NONE);
+        shaped = chain.shape(&at_rest(), &wanted, Cuts::NONE, DT);
     }
     assert!(shaped.cuts.iter().eq([Cut::Saturation]), "{:?}", shaped.cuts);
     assert!((shaped.wrench.force.normalize() - DVec3::new(0.6, 0.0, 0.8)).length() < 1e-12);
@@ -113,7 +113,7 @@ fn a_device_without_torque_misses_none() {
     let limits = SafetyLimits::of(&touch, 1000.0);
     let mut chain = engaged(&limits);
     let wrench = Wrench { force: DVec3::X * 0.5, torque: DVec3::Y * 0.4 };
-    let shaped = chain.shape(&at_rest(), &wrench, Cuts::NONE);
+    let shaped = chain.shape(&at_rest(), &wrench, Cuts::NONE, DT);
     assert_eq!((shaped.wrench, shaped.cuts), (force(wrench.force), Cuts::NONE));
 }
 
@@ -122,11 +122,11 @@ fn held_beyond_the_rating_the_force_sinks_to_it() {
     for (held, patience) in [(4.0, 2.0..4.0), (8.0, 0.5..1.0)] {
         let mut chain = engaged(&limits());
         let mut first = None;
-        let mut shaped = chain.shape(&at_rest(), &Wrench::ZERO, Cuts::NONE);
+        let mut shaped = chain.shape(&at_rest(), &Wrench::ZERO, Cuts::NONE, DT);
         for k in 0..60_000 {
             // On its way up within the slew limit, then held.
             let force = force(DVec3::X * (f64::from(k) * 2.0).min(held));
-            shaped = chain.shape(&at_rest(), &force, Cuts::NONE);
+            shaped = chain.shape(&at_rest(), &force, Cuts::NONE, DT);
             if shaped.cuts.has(Cut::Heat) {
                 first.get_or_insert(f64::from(k) * DT);
             }
@@ -144,10 +144,10 @@ fn a_fault_takes_everything_at_once_and_leaves_damping() {
     for cut in Cut::ALL.into_iter().filter(|cut| cut.is_fault() && *cut != Cut::NonFiniteWrench) {
         let mut chain = engaged(&limits);
         for _ in 0..10 {
-            chain.shape(&moving(DVec3::X * 0.2), &force(DVec3::X * 3.0), Cuts::NONE);
+            chain.shape(&moving(DVec3::X * 0.2), &force(DVec3::X * 3.0), Cuts::NONE, DT);
         }
         let state = moving(DVec3::new(0.2, 0.0, -0.1));
-        let shaped = chain.shape(&state, &force(DVec3::X * 3.0), told(cut));
+        let shaped = chain.shape(&state, &force(DVec3::X * 3.0), told(cut), DT);
         let name = cut.name();
         assert_ne!(shaped.phase, Phase::Engaged, "{name}");
         assert!(shaped.wrench.force.length() <= limits.rest_force, "{name}");
@@ -169,11 +169,11 @@ fn a_wrench_that_is_none_is_a_fault_and_so_is_one_of_the_third_stage() {
     }
     let mut chain = engaged(&limits());
     let bad = Wrench { force: DVec3::X, torque: DVec3::new(0.0, f64::INFINITY, 0.0) };
-    let shaped = chain.shape(&at_rest(), &bad, Cuts::NONE);
+    let shaped = chain.shape(&at_rest(), &bad, Cuts::NONE, DT);
     assert_eq!((shaped.wrench, shaped.phase), (Wrench::ZERO, Phase::Faulted));
     assert!(shaped.cuts.has(Cut::NonFiniteWrench));
     let mut chain = chain_of(&SafetyLimits { ramp: 0.0, ..limits() }).with_passivity(Some(Box::new(Broken)));
-    let shaped = chain.shape(&at_rest(), &force(DVec3::X * 0.1), Cuts::NONE);
+    let shaped = chain.shape(&at_rest(), &force(DVec3::X * 0.1), Cuts::NONE, DT);
     assert!(shaped.cuts.has(Cut::NonFiniteWrench) && shaped.wrench == Wrench::ZERO);
 }
 
@@ -197,12 +197,12 @@ fn the_third_stage_is_heard_counted_and_told_what_became_of_it() {
     let stage = Halving::default();
     let limits = SafetyLimits { ramp: 0.0, ..limits() };
     let mut chain = chain_of(&limits).with_passivity(Some(Box::new(stage.clone())));
-    let still = chain.shape(&at_rest(), &force(DVec3::X * 0.6), Cuts::NONE);
-    let moved = chain.shape(&moving(DVec3::X), &force(DVec3::X * 0.6), Cuts::NONE);
+    let still = chain.shape(&at_rest(), &force(DVec3::X * 0.6), Cuts::NONE, DT);
+    let moved = chain.shape(&moving(DVec3::X), &force(DVec3::X * 0.6), Cuts::NONE, DT);
     assert_eq!((still.wrench.force.x, moved.wrench.force.x), (0.6, 0.3));
     assert!(still.cuts.is_none() && moved.cuts.iter().eq([Cut::Passivity]));
     assert_eq!(*stage.0.lock().expect("no one panicked"), [still.wrench, moved.wrench]);
-    chain.shape(&at_rest(), &Wrench::ZERO, told(Cut::Speed));
+    chain.shape(&at_rest(), &Wrench::ZERO, told(Cut::Speed), DT);
     assert!(stage.0.lock().expect("no one panicked").is_empty());
 }
 
@@ -210,19 +210,19 @@ fn the_third_stage_is_heard_counted_and_told_what_became_of_it() {
 fn the_ramp_begins_with_nothing_and_is_counted() {
     let limits = limits();
     let mut chain = chain_of(&limits);
-    let large = chain.shape(&at_rest(), &force(DVec3::X * 2.0), Cuts::NONE);
+    let large = chain.shape(&at_rest(), &force(DVec3::X * 2.0), Cuts::NONE, DT);
     assert_eq!((large.wrench, large.phase), (Wrench::ZERO, Phase::Waiting));
     assert!(large.cuts.iter().eq([Cut::Engagement]));
     let mut share = 0.0;
     for k in 0..250 {
-        let shaped = chain.shape(&at_rest(), &force(DVec3::X * 0.8), Cuts::NONE);
+        let shaped = chain.shape(&at_rest(), &force(DVec3::X * 0.8), Cuts::NONE, DT);
         assert!(shaped.cuts.iter().eq([Cut::Engagement]) && shaped.phase == Phase::Ramping, "tick {k}");
         let next = shaped.wrench.force.x / 0.8;
         assert!((next - share) * limits.ramp <= DT * (1.0 + 1e-9) && next <= 1.0, "tick {k}");
         share = next;
     }
     assert!((share - 1.0).abs() < 0.01);
-    let whole = chain.shape(&at_rest(), &force(DVec3::X * 0.8), Cuts::NONE);
+    let whole = chain.shape(&at_rest(), &force(DVec3::X * 0.8), Cuts::NONE, DT);
     assert_eq!((whole.wrench.force.x, whole.phase, whole.cuts), (0.8, Phase::Engaged, Cuts::NONE));
 }
 
@@ -232,18 +232,18 @@ fn released_it_lets_go_within_the_slew_limit() {
     let limits = SafetyLimits { ramp: 0.0, ..limits() };
     let mut chain = SafetyChain::new(&limits, Engagement::DeadMan(1), &options, DT);
     let holding = |buttons| DeviceState { buttons, ..at_rest() };
-    chain.shape(&holding(0), &Wrench::ZERO, Cuts::NONE);
+    chain.shape(&holding(0), &Wrench::ZERO, Cuts::NONE, DT);
     for _ in 0..10 {
-        chain.shape(&holding(1), &force(DVec3::X * 0.8), Cuts::NONE);
+        chain.shape(&holding(1), &force(DVec3::X * 0.8), Cuts::NONE, DT);
     }
     let mut last = DVec3::X * 0.8;
     for _ in 0..10 {
-        last = chain.shape(&holding(1), &force(DVec3::X * 8.0), Cuts::NONE).wrench.force;
+        last = chain.shape(&holding(1), &force(DVec3::X * 8.0), Cuts::NONE, DT).wrench.force;
     }
     assert!((last.x - 8.0).abs() < 1e-12);
     let mut ticks = 0;
     while last != DVec3::ZERO && ticks < 10 {
-        let shaped = chain.shape(&holding(0), &force(DVec3::X * 8.0), Cuts::NONE);
+        let shaped = chain.shape(&holding(0), &force(DVec3::X * 8.0), Cuts::NONE, DT);
         assert!(shaped.phase == Phase::Idle && !shaped.cuts.has(Cut::Slew));
         assert!(shaped.wrench.force.distance(last) <= limits.force_slew * DT * (1.0 + 1e-9));
         last = shaped.wrench.force;
@@ -329,4 +329,23 @@ fn the_gate_tells_a_frozen_state_from_a_hand_that_rests() {
     let stuck = |tick: u32| DeviceState { pose: sample(0).pose, ..sample(tick) };
     let found = (0..100).position(|tick| gate.admit(&stuck(tick), DT).cuts.has(Cut::FrozenState));
     assert!(found.is_some_and(|tick| (tick as f64 * DT * 0.2 - limits.frozen_travel).abs() <= 1e-3), "{found:?}");
+}
+
+#[test]
+fn slow_ticks_heat_and_slew_by_the_time_that_passed() {
+    // Ticks of 10 ms in a loop of 1 kHz: what is held for ten times as long heats ten times as much.
+    let limits = limits();
+    let mut chain = engaged(&limits);
+    let (mut heat, mut last) = (0.0, DVec3::ZERO);
+    for _ in 0..12_000 {
+        let given = chain.shape(&at_rest(), &force(DVec3::X * 8.0), Cuts::NONE, 10.0 * DT).wrench.force;
+        heat += (given.length_squared() - heat) * (1.0 - (-10.0 * DT / limits.heating_time).exp());
+        assert!(heat.sqrt() <= limits.force_continuous * 1.01, "{} N thermal", heat.sqrt());
+        assert!(given.distance(last) <= limits.force_slew * DT * (1.0 + 1e-9), "no two writes differ by more");
+        last = given;
+    }
+    // A tick that follows the last one after a tenth of a period may change by a tenth.
+    let mut chain = engaged(&limits);
+    let given = chain.shape(&at_rest(), &force(DVec3::X * 8.0), Cuts::NONE, 0.1 * DT).wrench.force;
+    assert!((given.x - 0.1 * DT * limits.force_slew).abs() < 1e-9, "{given}");
 }

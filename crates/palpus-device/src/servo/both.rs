@@ -198,9 +198,9 @@ impl<'a> Seat<'a> {
     }
 
     /// What its chain makes of the wrench, written.
-    fn answer(&mut self, computed: &Wrench, found: Cuts, panicked: bool) -> Option<Shaped> {
+    fn answer(&mut self, computed: &Wrench, found: Cuts, panicked: bool, elapsed: f64) -> Option<Shaped> {
         let line = self.line.as_mut()?;
-        match line.answer(&self.state, computed, self.cuts.or(found), panicked) {
+        match line.answer(&self.state, computed, self.cuts.or(found), panicked, elapsed) {
             Ok(shaped) => Some(shaped),
             Err(error) => {
                 self.lose(error);
@@ -283,6 +283,7 @@ impl BothTurns<'_> {
         let outcome = catch_unwind(AssertUnwindSafe(|| step(&states, self.period)));
         let step_s = self.time.now().saturating_sub(before).as_secs_f64();
         let panicked = outcome.is_err();
+        let elapsed_s = start.elapsed(self.period);
         let mut found = Cuts::NONE;
         found.note(Cut::Paused, !self.stands && self.reins.is_paused());
         let received = outcome.as_ref().map_or([[0.0; 2]; 2], |outcomes| outcomes.each_ref().map(|tool| tool.received));
@@ -296,7 +297,7 @@ impl BothTurns<'_> {
         for k in (0..2).filter(|k| read[*k]) {
             let answered = outcome.as_ref().ok().map(|outcomes| &outcomes[k].outcome);
             let computed = answered.map_or(Wrench::ZERO, |outcome| outcome.wrench);
-            let Some(Shaped { wrench, cuts, phase, available }) = self.seats[k].answer(&computed, found, panicked)
+            let Some(Shaped { wrench, cuts, phase, available }) = self.seats[k].answer(&computed, found, panicked, elapsed_s)
             else {
                 continue;
             };
@@ -310,6 +311,7 @@ impl BothTurns<'_> {
                 phase,
                 available,
                 saturated: answered.is_some_and(|outcome| outcome.saturated),
+                elapsed_s,
                 step_s,
                 lateness_s: start.lateness.as_secs_f64(),
                 overrun: start.skipped > 0 || self.pace.is_overrun(self.time),
@@ -374,7 +376,7 @@ impl BothTurns<'_> {
                     && let Some(state) = admitted.state
                 {
                     // What does not arrive now is followed by the last zero.
-                    let _ = line.answer(&state, &Wrench::ZERO, admitted.cuts, false);
+                    let _ = line.answer(&state, &Wrench::ZERO, admitted.cuts, false, start.elapsed(self.period));
                 }
             }
         }

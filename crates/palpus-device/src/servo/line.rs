@@ -66,8 +66,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
     /// The device's state, as far as it is believed.
     pub(super) fn read(&mut self, start: &Start) -> Result<Admitted, DeviceError> {
         let state = self.end.device.read()?;
-        let elapsed = start.period.map_or(self.period, |period| period.as_secs_f64().max(self.period));
-        let mut admitted = self.gate.admit(&state, elapsed);
+        let mut admitted = self.gate.admit(&state, start.elapsed(self.period).max(self.period));
         admitted.cuts.note(Cut::Withheld, state.withheld);
         Ok(admitted)
     }
@@ -82,19 +81,20 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         self.chain.receive(work);
     }
 
-    /// What the chain makes of a `computed` wrench, written to the device.
+    /// What the chain makes of a `computed` wrench in a tick that began `elapsed` seconds after the last one, written to the device.
     pub(super) fn answer(
         &mut self,
         state: &DeviceState,
         computed: &Wrench,
         found: Cuts,
         panicked: bool,
+        elapsed: f64,
     ) -> Result<Shaped, DeviceError> {
         let mut told = found;
         told.note(Cut::Panic, panicked);
         told.note(Cut::LateLoop, self.held.is_some_and(|since| self.time.now().saturating_sub(since) > self.stall));
         told.note(Cut::Watchdog, self.is_newly_braked());
-        let shaped = self.chain.shape(state, computed, told);
+        let shaped = self.chain.shape(state, computed, told, elapsed);
         if self.braked && shaped.phase.is_on() {
             // Engaged again, with a wrench that was small.
             self.braked = false;
@@ -123,7 +123,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
                 return;
             }
             let Ok(Admitted { state: Some(state), cuts }) = self.read(&start) else { return };
-            if self.answer(&state, &Wrench::ZERO, cuts, false).is_err() {
+            if self.answer(&state, &Wrench::ZERO, cuts, false, start.elapsed(self.period)).is_err() {
                 return;
             }
         }

@@ -139,6 +139,8 @@ pub struct ServoTick {
     pub available: Limits,
     /// The step said that it cut the wrench.
     pub saturated: bool,
+    /// Since the last tick began, s: the time that energy, heat and slew limit go by. The nominal period in simulated time and after a pause.
+    pub elapsed_s: f64,
     /// Wall time of the step, s.
     pub step_s: f64,
     /// How long after its deadline the tick began, s; 0 in simulated time.
@@ -322,10 +324,11 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
         };
         let (outcome, step_s) = self.caught(step, &state);
         let panicked = outcome.is_err();
+        let elapsed_s = start.elapsed(self.period);
         let computed = outcome.as_ref().map_or(Wrench::ZERO, |outcome| outcome.wrench);
         let mut found = admitted.cuts;
         found.note(Cut::Paused, !self.stands && self.reins.is_paused());
-        let Shaped { wrench, cuts, phase, available } = match self.line.answer(&state, &computed, found, panicked) {
+        let Shaped { wrench, cuts, phase, available } = match self.line.answer(&state, &computed, found, panicked, elapsed_s) {
             Ok(shaped) => shaped,
             Err(error) => return ControlFlow::Break(RunEnd::DeviceFailed(error)),
         };
@@ -339,6 +342,7 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
             phase,
             available,
             saturated: outcome.as_ref().is_ok_and(|outcome| outcome.saturated),
+            elapsed_s,
             step_s,
             lateness_s: start.lateness.as_secs_f64(),
             overrun: start.skipped > 0 || self.pace.is_overrun(self.time),

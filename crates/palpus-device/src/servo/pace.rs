@@ -16,6 +16,13 @@ pub(super) struct Start {
     pub(super) skipped: u64,
 }
 
+impl Start {
+    /// Seconds since the last tick began: `nominal` for the first one and in simulated time.
+    pub(super) fn elapsed(&self, nominal: f64) -> f64 {
+        self.period.map_or(nominal, |period| period.as_secs_f64())
+    }
+}
+
 #[derive(Debug)]
 pub(super) struct Pace {
     timing: Timing,
