@@ -15,7 +15,8 @@ pub(crate) fn error(error: &anyhow::Error) {
 
 /// A line for the user that is not the answer.
 pub(crate) fn note(text: impl std::fmt::Display) {
-    eprintln!("{text}");
+    // A live line may stand there.
+    if watched() { eprintln!("\r\x1b[2K{text}") } else { eprintln!("{text}") }
 }
 
 /// A line of the answer. Who reads may stop reading (`| head`): that ends the program, and is no failure of it.

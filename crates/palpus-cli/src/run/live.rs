@@ -53,9 +53,22 @@ impl Live {
     }
 
     /// After one tick more.
-    pub(crate) fn after(&self, tick: &ServoTick, detail: &Detail) -> Self {
+    pub(crate) fn after(&self, tick: &ServoTick, detail: Option<&Detail>) -> Self {
         let faulted = tick.phase == Phase::Faulted && self.phase != Phase::Faulted;
-        let engine = &detail.tick;
+        let Some(Detail { tick: engine, .. }) = detail else {
+            let (force, torque) = (tick.wrench.force.length(), tick.wrench.torque.length());
+            let faults = self.faults + u64::from(faulted);
+            return Self {
+                ticks: tick.index + 1,
+                time: tick.time,
+                force,
+                torque,
+                faults,
+                cuts: tick.cuts,
+                phase: tick.phase,
+                ..*self
+            };
+        };
         Self {
             ticks: tick.index + 1,
             rate_hz: self.rate_hz,

@@ -15,6 +15,7 @@ use palpus_io::scene::FilePolicy;
 use super::{Beginning, Ended, Ready, Session};
 use crate::args::RunArguments;
 use crate::rerun::one::run_again;
+use crate::rerun::places::Places;
 use crate::{stage, two};
 
 /// A folder of its own for one test, gone when the test is over.
@@ -40,7 +41,7 @@ fn paused(scene: &str, record: Option<PathBuf>) -> Session {
     let arguments = RunArguments::parse_from(["run", scene, "--fast"]);
     let stage = stage::prepare(scene, FilePolicy::Inside).expect("a built-in scene");
     let ready = Ready::new(&arguments, scene, stage, true).expect("a plan and an engine");
-    let beginning = Beginning { record: record.as_deref(), claims: None, paused: true };
+    let beginning = Beginning { record: record.as_deref(), paused: true, ..Beginning::default() };
     Session::start(ready, &beginning, &Arc::new(AtomicBool::new(false))).expect("a session")
 }
 
@@ -62,7 +63,7 @@ fn run_to(session: &mut Session, ticks: u64) {
 fn replayed(file: &std::path::Path) -> anyhow::Result<(usize, usize)> {
     let recording = read_recording(file)?;
     let mut same = 0;
-    run_again(&recording, FilePolicy::Inside, &mut |k, wrench, _| {
+    run_again(&recording, &Places::of(file, FilePolicy::Inside), &mut |k, wrench, _| {
         same += usize::from(recording.rows[k].same_wrench(wrench));
     })?;
     Ok((same, recording.rows.len()))
@@ -227,11 +228,15 @@ fn two_tools_are_steered_recorded_on_demand_and_replayed_bit_for_bit() {
     assert_eq!((changed(&file), changed(&second.recordings[0])), (vec![700, 1500], vec![700, 1500]));
     for path in [&file, &second.recordings[0]] {
         let recording = read_recording(path).expect("a recording");
-        for report in two::replay::both(path, &recording, FilePolicy::Inside).expect("it can be replayed") {
+        for report in two::replay::both(&recording, &Places::of(path, FilePolicy::Inside)).expect("it can be replayed")
+        {
             assert!(report.is_identical(), "{}", path.display());
         }
     }
     let late = read_recording(&later).expect("a recording");
-    let error = two::replay::both(&later, &late, FilePolicy::Inside).err().expect("it has no beginning").to_string();
+    let error = two::replay::both(&late, &Places::of(&later, FilePolicy::Inside))
+        .err()
+        .expect("it has no beginning")
+        .to_string();
     assert!(error.contains("in the course of a run"), "{error}");
 }

@@ -36,7 +36,7 @@ use crate::doctor::timer;
 use crate::engine::{Detail, Engine};
 use crate::interrupt::stop_at_ctrl_c;
 use crate::output;
-use crate::recording::Recording;
+use crate::recording::{Keep, Recording};
 use crate::run::joined;
 use buckets::Buckets;
 use machine::Watch;
@@ -126,7 +126,9 @@ impl Run {
         let options = ServoOptions { rate_hz: self.rate_hz, ..ServoOptions::default() };
         let recording = arguments.record.as_ref();
         let recording = recording
-            .map(|file| Recording::start(file, &self.header(ground, settings, device.spec(), &options.safety)))
+            .map(|file| {
+                Recording::start(file, &self.header(ground, settings, device.spec(), &options.safety), &Keep::default())
+            })
             .transpose()?;
         let (mut rows, writing) = recording.map_or((None, None), |made| (Some(made.rows), Some(made.writing)));
         let mut servo = Servo::new(options)?;
@@ -150,7 +152,7 @@ impl Run {
                     available.set(tick.available);
                     tally.add(tick, detail);
                     if let Some(rows) = &mut rows {
-                        rows.row(tick, detail);
+                        rows.row(tick, Some(detail));
                     }
                 };
                 let statistics = servo.run(&mut device, step, &mut observe, stop);
@@ -167,7 +169,7 @@ impl Run {
             anyhow::Ok((statistics, claims))
         })?;
         if let Some(writing) = writing {
-            writing.finish()?.iter().for_each(output::note);
+            writing.finish().iter().for_each(output::note);
         }
         Ok((statistics, claims))
     }

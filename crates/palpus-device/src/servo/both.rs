@@ -21,10 +21,12 @@ use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
 use palpus::render::Limits;
 
-use super::line::{COAST, Line};
+use super::line::Line;
 use super::pace::{Pace, Start};
 use super::statistics::Tally;
-use super::{LOOK, LoopTime, Reins, RunEnd, RunStatistics, Servo, ServoTick, StepOutcome, WallTime, message};
+use super::{
+    LOOK, LoopTime, Reins, RunEnd, RunStatistics, Servo, ServoTick, StepOutcome, WallTime, coast_ticks, message,
+};
 use crate::device::{DeviceError, DeviceState, HapticDevice};
 use crate::safety::{AfterFault, ContactAccount, Cut, Cuts, Phase, Shaped};
 
@@ -48,6 +50,9 @@ impl<T> From<StepOutcome<T>> for ToolOutcome<T> {
 pub trait BothObserver<T> {
     /// `detail` is what the step answered beside the device's wrench.
     fn observe(&mut self, device: usize, tick: &ServoTick, detail: &T);
+
+    /// See [`TickObserver::unanswered`](super::TickObserver::unanswered).
+    fn unanswered(&mut self, _device: usize, _: &ServoTick) {}
 }
 
 impl<T, F: FnMut(usize, &ServoTick, &T)> BothObserver<T> for F {
@@ -121,7 +126,7 @@ impl Servo {
             }
         };
         if matches!(end, RunEnd::Panicked(_) | RunEnd::Faulted(_)) {
-            turns.coast(stop);
+            turns.coast(stop, observer);
         }
         let BothTurns { seats, pace, .. } = turns;
         let elapsed = pace.elapsed(time);
@@ -136,6 +141,8 @@ struct Seat<'a> {
     tally: &'a mut Tally,
     /// As the step gets it.
     state: DeviceState,
+    /// As the device gave it last.
+    read: DeviceState,
     /// It has had a state.
     seen: bool,
     /// Of this tick.
@@ -168,7 +175,7 @@ impl<'a> Seat<'a> {
         let pose = Pose::from_translation(DVec3::NAN);
         let state = DeviceState { pose, twist: Twist::default(), buttons: 0, time: 0.0, withheld: false };
         let line = Some(Line::new(options, device, None, time));
-        Self { line, tally, state, seen: false, cuts: Cuts::NONE, end: None }
+        Self { line, tally, state, read: state, seen: false, cuts: Cuts::NONE, end: None }
     }
 
     /// Reads the device; true if the tick is to be answered.
@@ -182,7 +189,7 @@ impl<'a> Seat<'a> {
                 return false;
             }
         };
-        self.cuts = admitted.cuts;
+        (self.cuts, self.read) = (admitted.cuts, admitted.read);
         if let Some(state) = admitted.state {
             // The other hand would feel a tool where it never was.
             let doubtful = admitted.cuts.is_fault() && self.seen;
@@ -297,7 +304,8 @@ impl BothTurns<'_> {
         for k in (0..2).filter(|k| read[*k]) {
             let answered = outcome.as_ref().ok().map(|outcomes| &outcomes[k].outcome);
             let computed = answered.map_or(Wrench::ZERO, |outcome| outcome.wrench);
-            let Some(Shaped { wrench, cuts, phase, available }) = self.seats[k].answer(&computed, found, panicked, elapsed_s)
+            let Some(Shaped { wrench, cuts, phase, available }) =
+                self.seats[k].answer(&computed, found, panicked, elapsed_s)
             else {
                 continue;
             };
@@ -305,6 +313,7 @@ impl BothTurns<'_> {
                 index: self.index,
                 time: self.index as f64 * self.period,
                 state: states[k],
+                read: self.seats[k].read,
                 computed,
                 wrench,
                 cuts,
@@ -330,6 +339,11 @@ impl BothTurns<'_> {
             }
             Err(panic) => {
                 let message = message(panic.as_ref());
+                for (k, tick) in ticks.iter().enumerate() {
+                    if let Some(tick) = tick {
+                        observer.unanswered(k, tick);
+                    }
+                }
                 for seat in &mut self.seats {
                     seat.tally.panicked(message.clone());
                 }
@@ -364,21 +378,25 @@ impl BothTurns<'_> {
     }
 
     /// Damps both grips for a moment.
-    fn coast(&mut self, stop: &AtomicBool) {
-        let ticks = (COAST / self.period).ceil() as u64;
-        for _ in 0..ticks {
+    fn coast<T, O>(&mut self, stop: &AtomicBool, observer: &mut O)
+    where
+        O: BothObserver<T> + ?Sized,
+    {
+        for _ in 0..coast_ticks(self.period) {
             let start = self.pace.wait(self.time);
             if stop.load(Ordering::Relaxed) {
                 return;
             }
-            for line in self.seats.iter_mut().filter_map(|seat| seat.line.as_mut()) {
+            for (k, seat) in self.seats.iter_mut().enumerate() {
+                let Some(line) = &mut seat.line else { continue };
+                // What does not arrive now is followed by the last zero.
                 if let Ok(admitted) = line.read(&start)
-                    && let Some(state) = admitted.state
+                    && let Some(tick) = line.damp(&start, &admitted, self.index)
                 {
-                    // What does not arrive now is followed by the last zero.
-                    let _ = line.answer(&state, &Wrench::ZERO, admitted.cuts, false, start.elapsed(self.period));
+                    observer.unanswered(k, &tick);
                 }
             }
+            self.index += 1;
         }
     }
 }

@@ -210,7 +210,12 @@ mod tests {
         let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), 1.0 / RATE_HZ);
         for tick in &ticks {
             let told = Cuts::from_bits(tick.cuts.bits()).and(Cuts::TOLD);
-            assert_eq!(chain.shape(&tick.state, &tick.computed, told, tick.elapsed_s).wrench, tick.wrench, "tick {}", tick.index);
+            assert_eq!(
+                chain.shape(&tick.state, &tick.computed, told, tick.elapsed_s).wrench,
+                tick.wrench,
+                "tick {}",
+                tick.index
+            );
         }
     }
 }

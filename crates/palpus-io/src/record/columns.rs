@@ -88,8 +88,7 @@ impl RawState {
     /// `None` if no column has a value.
     fn of_columns(values: &[Option<f64>; RAW.len()]) -> Option<Self> {
         values.iter().any(Option::is_some).then(|| {
-            let [tx, ty, tz, qx, qy, qz, qw, ax, ay, az, lx, ly, lz] =
-                values.map(|value| value.unwrap_or(f64::NAN));
+            let [tx, ty, tz, qx, qy, qz, qw, ax, ay, az, lx, ly, lz] = values.map(|value| value.unwrap_or(f64::NAN));
             let rotation = DQuat::from_xyzw(qx, qy, qz, qw);
             let twist = Twist { angular: DVec3::new(ax, ay, az), linear: DVec3::new(lx, ly, lz) };
             Self { pose: Pose { rotation, translation: DVec3::new(tx, ty, tz) }, twist }

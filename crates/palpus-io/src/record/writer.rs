@@ -14,7 +14,7 @@ use super::{Piece, RecordRow, RecordingHeader, csv, mcap, parquet};
 const BETWEEN_PIECES: Duration = Duration::from_millis(500);
 
 /// Rows that wait at most: a run that goes as fast as it can makes many in no time.
-const MOST_WAITING: usize = 1 << 14;
+const MOST_WAITING: usize = 1 << 12;
 
 /// The formats of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -56,7 +56,12 @@ fn a_force_that_the_device_withholds_is_told_counted_and_replayed() {
     let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), 1e-3);
     for tick in &ticks {
         let told = Cuts::from_bits(tick.cuts.bits()).and(Cuts::TOLD);
-        assert_eq!(chain.shape(&tick.state, &tick.computed, told).wrench, tick.wrench, "tick {}", tick.index);
+        assert_eq!(
+            chain.shape(&tick.state, &tick.computed, told, tick.elapsed_s).wrench,
+            tick.wrench,
+            "tick {}",
+            tick.index
+        );
     }
 }
 

@@ -88,7 +88,8 @@ fn header<R: BufRead>(lines: &mut Lines<'_, R>) -> Result<RecordingHeader, Table
         }
         let has_columns_of = |format: u32| text == names_of(format).join(",");
         let other_columns = || {
-            let problem = format!("the columns must be {}; was it written by another version?", column_names().join(","));
+            let problem =
+                format!("the columns must be {}; was it written by another version?", column_names().join(","));
             TableError::at(name, lines.line, problem)
         };
         if entry.is_none() && !(lines.is_whole() && (1..=FORMAT).any(has_columns_of)) {
