@@ -72,7 +72,7 @@ pub fn header() -> RecordingHeader {
         seed: u64::MAX,
         scene: RecordedScene {
             source: SceneSource::File("Tassen/süß, klein.toml".to_owned()),
-            text: Some("unit = \"mm\"\r\n# süß\n".to_owned()),
+            text: Some("unit = \"mm\"  \r\n\n# süß \\ \"\"\" \'\'\'\t\n ".to_owned()),
             metres_per_unit: 0.001,
             probe: body("spoon.obj", 0.25),
             environment: body("cup.obj", 4.0),

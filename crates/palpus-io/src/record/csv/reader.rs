@@ -78,7 +78,9 @@ fn header<R: BufRead>(lines: &mut Lines<'_, R>) -> Result<RecordingHeader, Table
     let name = lines.name;
     let mut toml = String::new();
     while lines.next()? {
-        let text = lines.text.trim_end();
+        // White space at the end of a line may belong to a text of several lines.
+        let text = lines.text.strip_suffix('\n').unwrap_or(&lines.text);
+        let text = text.strip_suffix('\r').unwrap_or(text);
         let entry = text.strip_prefix('#');
         // One that is too long is refused where it is read.
         if let Some(entry) = entry.filter(|_| toml.len() <= MOST_TEXT) {
