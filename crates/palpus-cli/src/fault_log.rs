@@ -21,6 +21,7 @@ use palpus_device::{Cut, Cuts, Phase, Recorder, Recording, ServoTick, Sink, reco
 use palpus_io::RecordingHeader;
 use serde::Serialize;
 
+use crate::two::NAMES;
 use crate::{output, when};
 
 /// Entries that may wait for the writer: faults are rare.
@@ -83,11 +84,12 @@ pub(crate) struct FaultLog {
 }
 
 impl FaultLog {
-    /// Starts the writer of the log at `path`, or where the user's logs are; `header` says what is run. `None` if the user has no such place.
-    pub(crate) fn start(path: Option<&Path>, header: &RecordingHeader) -> Option<(FaultWatch, Self)> {
+    /// Starts the writer of the log of device `which` (0 or 1) at `path`, or where the user's logs are; `header` says what is run. `None` if the
+    /// user has no such place.
+    pub(crate) fn start(path: Option<&Path>, header: &RecordingHeader, which: usize) -> Option<(FaultWatch, Self)> {
         let path = path.map(Path::to_owned).or_else(of_user)?;
         let lines = Arc::new(AtomicU64::new(0));
-        let pen = Pen { file: None, path: path.clone(), run: Run::of(header), lines: Arc::clone(&lines) };
+        let pen = Pen { file: None, path: path.clone(), run: Run::of(header, which), lines: Arc::clone(&lines) };
         let (queue, thread) = record(QUEUED, pen);
         let (phase, faults) = (Phase::default(), Cuts::NONE);
         let watch = FaultWatch { queue, faults, phase, wrench: Wrench::ZERO, since: 0 };
@@ -169,6 +171,8 @@ impl Sink<Entry> for Pen {
 /// What was run: the same in all lines of a run.
 #[derive(Serialize)]
 struct Run {
+    /// Of two hands, which one.
+    hand: &'static str,
     palpus: String,
     device: String,
     scene: String,
@@ -178,13 +182,14 @@ struct Run {
 }
 
 impl Run {
-    fn of(header: &RecordingHeader) -> Self {
+    fn of(header: &RecordingHeader, which: usize) -> Self {
         use palpus_io::record::SceneSource;
         let scene = &header.scene;
         let (SceneSource::BuiltIn(name) | SceneSource::File(name)) = &scene.source;
         let text = scene.text.as_deref().unwrap_or_default();
         let all = format!("{}\n{}\n{name}\n{text}", scene.probe.content, scene.environment.content);
         Self {
+            hand: NAMES[which],
             palpus: header.palpus_version.clone(),
             device: header.device.clone(),
             scene: name.clone(),
@@ -253,5 +258,70 @@ impl<'a> Line<'a> {
             lasted_s: entry.lasted as f64 / run.rate_hz,
             run,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::AtomicBool;
+
+    use palpus::algebra::{Pose, Twist};
+    use palpus_alloc::allocations_of_this_thread;
+    use palpus_device::{
+        DeviceState, ReplayDevice, Servo, ServoOptions, SimulationSettings, StepOutcome, TickObserver, Timing,
+    };
+    use palpus_io::scene::FilePolicy;
+
+    use super::*;
+
+    /// Keeps every tick.
+    struct Ticks(Vec<ServoTick>);
+
+    impl TickObserver for Ticks {
+        fn observe(&mut self, tick: &ServoTick, (): &()) {
+            self.0.push(*tick);
+        }
+    }
+
+    /// A run of 600 ticks in which the wrench is no number in tick 100.
+    fn ticks() -> Vec<ServoTick> {
+        let state =
+            |time| DeviceState { pose: Pose::IDENTITY, twist: Twist::default(), buttons: 0, time, withheld: false };
+        let states = (0..600).map(|k| state(f64::from(k) * 1e-3)).collect();
+        let mut device = ReplayDevice::new(SimulationSettings::default().spec, states);
+        let mut count = 0;
+        let step = |_: &DeviceState, _| {
+            count += 1;
+            let force = if count == 101 { DVec3::NAN } else { DVec3::X * 0.1 };
+            StepOutcome::of(Wrench { torque: DVec3::ZERO, force })
+        };
+        let mut seen = Ticks(Vec::new());
+        let options = ServoOptions { timing: Timing::Simulated, ..ServoOptions::default() };
+        Servo::new(options).expect("options").run(&mut device, step, &mut seen, &AtomicBool::new(false));
+        seen.0
+    }
+
+    #[test]
+    fn watching_for_faults_obtains_no_memory() {
+        crate::bodies::use_cache(false);
+        let stage = crate::stage::prepare("pen-sphere", FilePolicy::Inside).expect("a built-in scene");
+        let header = stage.header(stage.settings, "sim", 1000.0);
+        let path = std::env::temp_dir().join(format!("palpus-faults-{}.jsonl", std::process::id()));
+        let (mut watch, log) = FaultLog::start(Some(&path), &header, 0).expect("a place");
+        let ticks = ticks();
+        assert_eq!(ticks.len(), 600);
+        let before = allocations_of_this_thread();
+        ticks.iter().for_each(|tick| watch.see(tick));
+        assert_eq!(allocations_of_this_thread(), before, "the servo thread allocates");
+        let said = log.finish().expect("something was logged");
+        let text = std::fs::read_to_string(&path).expect("a log");
+        std::fs::remove_file(&path).expect("it goes");
+        assert!(said.starts_with("faults: 2 lines in "), "{said}");
+        let lines: Vec<serde_json::Value> =
+            text.lines().map(|line| serde_json::from_str(line).expect("a document")).collect();
+        let [fault, over] = lines.as_slice() else { panic!("{text}") };
+        assert_eq!((&fault["tick"], &fault["faults"][0]), (&100.into(), &"non_finite_wrench".into()));
+        assert!(fault["computed"]["force_n"][0].is_null() && fault["wrench_before"]["force_n"][0] == 0.1, "{fault}");
+        assert!(over["event"] == "over" && over["tick"].as_u64() > Some(100), "{over}");
     }
 }

@@ -23,7 +23,8 @@ use palpus_io::record::{RawState, ServoRecord};
 use palpus_io::{RecordRow, RecordingHeader};
 
 use crate::engine::Detail;
-use crate::{files, when};
+use crate::two::NAMES;
+use crate::{files, output, when};
 pub(crate) use pen::first_part;
 use pen::{Pen, Told};
 
@@ -32,6 +33,7 @@ const QUEUED: usize = 1 << 15;
 
 /// What goes through the queue.
 #[derive(Clone, Copy)]
+#[allow(clippy::large_enum_variant, reason = "the servo thread may not obtain memory for a box")]
 enum Entry {
     Row(RecordRow),
     Change(u64, Settings),
@@ -120,6 +122,25 @@ pub(crate) struct Keep {
     pub(crate) overwrite: bool,
     /// Bytes of all files of a recording together, at the most.
     pub(crate) limit: Option<u64>,
+}
+
+/// Returns a free name for a recording that was to be called `file`, and says so if it is another one.
+pub(crate) fn free(file: &Path) -> PathBuf {
+    told(file, files::free(file))
+}
+
+/// The same for the recordings of two devices; the second one's is beside the first.
+pub(crate) fn free_pair(file: &Path) -> [PathBuf; 2] {
+    let [first, second] = files::free_pair(file, NAMES[1]);
+    [told(file, first), second]
+}
+
+fn told(wanted: &Path, free: PathBuf) -> PathBuf {
+    if free != wanted {
+        let (wanted, free) = (wanted.display(), free.display());
+        output::note(format!("{wanted} is there already; recording to {free}"));
+    }
+    free
 }
 
 /// A recording under way.

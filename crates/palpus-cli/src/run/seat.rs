@@ -64,7 +64,7 @@ impl Seat {
         let coupling = preset(&stage, &spec, rate_hz, CouplingMode::Coupled).coupling;
         let (asked, newest) = latest(settings);
         let (publisher, live) = latest(Live::new(rate_hz));
-        let logged = beginning.fault_log.and_then(|file| FaultLog::start(file, &header));
+        let logged = beginning.fault_log.and_then(|file| FaultLog::start(file, &header, which));
         let (watch, faults) = logged.map_or((None, None), |(watch, log)| (Some(watch), Some(log)));
         let (mut recordings, (orders, over)) = Recordings::new(header, which, beginning.keep);
         let rows = files.map(|(path, other)| recordings.start(path.to_owned(), other, &settings)).transpose()?;

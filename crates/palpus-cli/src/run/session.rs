@@ -23,13 +23,13 @@ use palpus_io::scene::CouplingMode;
 use super::seat::{EndedSeat, Seat, Taken, preset};
 use super::servo_thread::{ServoThread, Turned, Work, joined};
 use super::{Live, Ready};
-use crate::recording::Keep;
+use crate::files;
+use crate::recording::{self, Keep};
 use crate::safety;
 use crate::stage::Stage;
 use crate::stopped::Stopped;
 use crate::summary::Summary;
 use crate::two::NAMES;
-use crate::{files, output};
 
 /// A run under way.
 pub(crate) struct Session {
@@ -85,7 +85,7 @@ impl Session {
         let (first, second, working, work, stage) = match ready {
             Ready::One(run) => {
                 let (plan, mut engine) = *run;
-                let record = record.map(|file| if keep.overwrite { file.to_owned() } else { told_free(file) });
+                let record = record.map(|file| if keep.overwrite { file.to_owned() } else { recording::free(file) });
                 let files = record.as_deref().map(|file| (file, None));
                 let Taken { seat, working, newest, stage } =
                     Seat::take(plan, 0, files, engine.crease_angle(), beginning)?;
@@ -95,7 +95,11 @@ impl Session {
             Ready::Two(run) => {
                 let ([plan, other], mut engine) = *run;
                 let record = record.map(|file| {
-                    if keep.overwrite { [file.to_owned(), files::beside(file, NAMES[1])] } else { told_free_pair(file) }
+                    if keep.overwrite {
+                        [file.to_owned(), files::beside(file, NAMES[1])]
+                    } else {
+                        recording::free_pair(file)
+                    }
                 });
                 let files = record.as_ref().map(|[file, beside]| (file.as_path(), beside.as_path()));
                 let crease_angle = engine.crease_angle();
@@ -150,25 +154,6 @@ impl Session {
         let Self { name, stage, rate_hz, .. } = self;
         Ok(Ended { name, stage, rate_hz, settings, summary, end, recordings, second: of_second, engine, notes })
     }
-}
-
-/// A free name for a recording that was to be called `file`; says so if it is another one.
-fn told_free(file: &Path) -> PathBuf {
-    tell_other(file, files::free(file))
-}
-
-/// The same for the recordings of two devices.
-fn told_free_pair(file: &Path) -> [PathBuf; 2] {
-    let [first, second] = files::free_pair(file, NAMES[1]);
-    [tell_other(file, first), second]
-}
-
-fn tell_other(wanted: &Path, free: PathBuf) -> PathBuf {
-    if free != wanted {
-        let (wanted, free) = (wanted.display(), free.display());
-        output::note(format!("{wanted} is there already; recording to {free} (--force writes over it)"));
-    }
-    free
 }
 
 /// What only who has more than a terminal asks for.

@@ -36,7 +36,7 @@ use crate::doctor::timer;
 use crate::engine::{Detail, Engine};
 use crate::interrupt::stop_at_ctrl_c;
 use crate::output;
-use crate::recording::{Keep, Recording};
+use crate::recording::{self, Keep, Recording};
 use crate::run::joined;
 use buckets::Buckets;
 use machine::Watch;
@@ -124,12 +124,11 @@ impl Run {
         let mut engine = Engine::new(&ground.stage, settings)?;
         // The wall's time ends it, not the number of ticks: a loop that is late makes fewer of them.
         let options = ServoOptions { rate_hz: self.rate_hz, ..ServoOptions::default() };
-        let recording = arguments.record.as_ref();
-        let recording = recording
-            .map(|file| {
-                Recording::start(file, &self.header(ground, settings, device.spec(), &options.safety), &Keep::default())
-            })
-            .transpose()?;
+        let recording = arguments.record.as_deref().map(recording::free).map(|file| {
+            let header = self.header(ground, settings, device.spec(), &options.safety);
+            Recording::start(&file, &header, &Keep::default())
+        });
+        let recording = recording.transpose()?;
         let (mut rows, writing) = recording.map_or((None, None), |made| (Some(made.rows), Some(made.writing)));
         let mut servo = Servo::new(options)?;
         let (publisher, newest) = latest_of(Interval::default);
