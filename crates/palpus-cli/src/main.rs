@@ -49,6 +49,7 @@ mod threads;
 mod two;
 mod view;
 mod view_window;
+mod way_out;
 mod when;
 mod window;
 

@@ -29,7 +29,7 @@ use palpus_io::read_recording;
 use serde::Serialize;
 
 use crate::args::{RunArguments, file_policy};
-use crate::interrupt::stop_at_ctrl_c;
+use crate::interrupt::stop_at_signal;
 use crate::recording::Keep;
 use crate::summary::Summary;
 use crate::two::NAMES;
@@ -67,7 +67,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     if !arguments.json {
         ready.announce(arguments, headless)?;
     }
-    let stop = stop_at_ctrl_c();
+    let stop = stop_at_signal();
     let ended = match headless {
         Some(_) => {
             let mut session = Session::start(ready, &beginning(arguments), &stop)?;

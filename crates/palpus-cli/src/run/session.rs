@@ -134,6 +134,11 @@ impl Session {
         Live { faults: live.faults + of_second, ..live }
     }
 
+    /// Pauses it, takes it on by single ticks, brings keys.
+    pub(crate) fn reins(&self) -> Arc<Reins> {
+        Arc::clone(&self.reins)
+    }
+
     /// The loop has ended.
     pub(crate) fn is_over(&self) -> bool {
         self.thread.is_finished()
@@ -220,11 +225,6 @@ impl Session {
         if let Some(guide) = &mut self.first.guide {
             guide.publish(probe.map_or(Guide::Script, |pose| Guide::Held(pose.with_origin(grip_a))));
         }
-    }
-
-    /// Pauses it, takes it on by single ticks.
-    pub(crate) fn reins(&self) -> &Reins {
-        &self.reins
     }
 
     /// The file that is being recorded to; of two devices the first one's.

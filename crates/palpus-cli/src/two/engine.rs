@@ -9,6 +9,7 @@ use crate::clock::WallClock;
 use crate::engine::{Detail, Frame};
 use crate::shots::Shots;
 use crate::stage::Stage;
+use crate::way_out::WayOut;
 
 /// A renderer of two tools between two devices and a scene.
 pub(crate) struct TwoEngine {
@@ -127,13 +128,20 @@ impl TwoEngine {
         // Whose it is does not matter: it must be none.
         let allocations = allocations_of_this_thread() - before;
         let ticks = self.duo.ticks();
-        [0, 1].map(|which| (ticks[which], changed[which])).map(|(tick, changed)| ToolOutcome {
-            outcome: StepOutcome {
-                wrench: self.frame.for_device(&tick.commanded),
-                saturated: tick.counters.saturated_force + tick.counters.saturated_torque > 0,
-                detail: Detail { tick: tick.summary(), tool: self.frame.in_world(&tick.tool_ba), allocations, changed },
-            },
-            received: tick.work_from_other,
+        let settings = self.duo.settings();
+        [0, 1].map(|which| {
+            let (tick, changed) = (ticks[which], changed[which]);
+            let way_out = WayOut::of(tick, settings[which], &self.frame, &states[which]);
+            let tool = self.frame.in_world(&tick.tool_ba);
+            ToolOutcome {
+                outcome: StepOutcome {
+                    wrench: self.frame.for_device(&tick.commanded),
+                    saturated: tick.counters.saturated_force + tick.counters.saturated_torque > 0,
+                    changed: changed.is_some(),
+                    detail: Detail { tick: tick.summary(), tool, allocations, changed, way_out },
+                },
+                received: tick.work_from_other,
+            }
         })
     }
 }

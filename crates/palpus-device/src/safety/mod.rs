@@ -15,9 +15,11 @@
 //! | 9 watchdog | the loop is late or dead | nothing; a fault |
 //!
 //! A fault takes the wrench away in the tick in which it is seen. What remains is damping of the grip, at most a tenth of the peak,
-//! and not even that when the velocity is among what cannot be believed; the force comes back only through the
-//! engagement ([`Phase`]). The change of the commanded wrench keeps to the slew limit from tick to tick, with the one exception of
+//! along the part of the stated velocity that the poses confirm, and none while the motion is among what cannot be believed; the
+//! force comes back only through the engagement ([`Phase`]), and after three faults in ten seconds only when a person asks for it. The change of the commanded wrench keeps to the slew limit from tick to tick, with the one exception of
 //! that fall.
+//!
+//! When the engine goes on with other settings, the wrench is blended from the old to the new in a quarter of a second.
 //!
 //! A device that withholds its force by itself ([`DeviceState::withheld`]) is commanded zero meanwhile; the wrench then returns from zero within
 //! 50 ms, or through the engagement if that lasted for long.
@@ -31,13 +33,16 @@
 //! The thresholds are in [`SafetyLimits`], each a formula over what the device says of itself. Nothing here allocates after
 //! construction, waits, or panics.
 
+mod blend;
 mod cuts;
 mod energy;
 mod engagement;
 mod gate;
 mod heat;
+mod latch;
 mod limit_cycle;
 mod limits;
+mod motion;
 mod passivity;
 mod watchdog;
 mod withholding;
@@ -47,14 +52,16 @@ use palpus::algebra::Wrench;
 use palpus::render::{Limits, Saturation, saturate};
 
 use crate::device::{DeviceSpec, DeviceState};
+use blend::Blend;
 use engagement::{Event, Machine};
 use heat::Heat;
 use limit_cycle::LimitCycle;
+use motion::Motion;
 use withholding::Withholding;
 
 pub use cuts::{Cut, Cuts, SafetyCounters};
 pub use energy::{ContactAccount, EnergyAccount};
-pub use engagement::{AfterFault, Engagement, Phase};
+pub use engagement::{AfterFault, DEVICE_BUTTONS, Engagement, HOLD_KEY, Phase, REARM_KEY, Rearm};
 pub use gate::{Admitted, Gate};
 pub use limits::{LimitLine, SafetyLimits};
 pub use passivity::Passivity;
@@ -67,7 +74,7 @@ const SLEW_ROUNDING: f64 = 1e-9;
 /// How the chain is to behave where there is a choice.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SafetyOptions {
-    /// How forces are asked for; `None`: by any button if the device has buttons, else automatically.
+    /// How forces are asked for; `None`: by holding any button if the device has buttons, else automatically.
     pub engagement: Option<Engagement>,
     /// The thresholds; `None`: those of the device, [`SafetyLimits::of`]. Where others are looser, the device's count.
     pub limits: Option<SafetyLimits>,
@@ -77,6 +84,8 @@ pub struct SafetyOptions {
     pub after_fault: AfterFault,
     /// After a panic in the step, whose memory may then be in disorder.
     pub after_panic: AfterPanic,
+    /// After three faults in ten seconds.
+    pub rearm: Rearm,
 }
 
 /// What happens after a panic in the step.
@@ -94,7 +103,7 @@ impl SafetyOptions {
     pub fn engagement(&self, spec: &DeviceSpec) -> Engagement {
         self.engagement.unwrap_or(match spec.buttons {
             0 => Engagement::Automatic,
-            count => Engagement::Button(u32::MAX >> (32 - count.min(32))),
+            count => Engagement::DeadMan(HOLD_KEY | (DEVICE_BUTTONS & (u32::MAX >> (32 - count.min(32))))),
         })
     }
 
@@ -132,6 +141,8 @@ pub struct SafetyChain {
     /// Since the last tick, s.
     elapsed: f64,
     machine: Machine,
+    motion: Motion,
+    blend: Blend,
     withholding: Withholding,
     heat_force: Heat,
     heat_torque: Heat,
@@ -154,7 +165,9 @@ impl SafetyChain {
             after_panic: options.after_panic,
             period,
             elapsed: period,
-            machine: Machine::new(engagement, limits.ramp, limits.hold),
+            machine: Machine::new(engagement, limits.ramp, limits.hold, options.rearm),
+            motion: Motion::default(),
+            blend: Blend::new(),
             withholding: Withholding::new(limits.hold),
             heat_force: Heat::new(limits.force_peak, limits.force_continuous, limits.heating_time),
             heat_torque: Heat::new(limits.torque_peak, limits.torque_continuous, limits.heating_time),
@@ -221,10 +234,12 @@ impl SafetyChain {
             dt: self.step(),
         });
         let phase = self.machine.phase();
+        self.motion.follow(&state.pose, self.elapsed.max(self.period), !cuts.and(Cuts::BLIND).is_none());
         if withheld {
             self.rest(&Wrench::ZERO);
             wrench = Wrench::ZERO;
         } else if phase.is_on() {
+            wrench = self.blended(&wrench, cuts);
             wrench = self.attenuated(&wrench, state, &mut cuts);
             wrench = self.passive(&wrench, state, &mut cuts);
             wrench = self.slewed(&wrench, &mut cuts);
@@ -253,6 +268,14 @@ impl SafetyChain {
         Shaped { wrench, cuts, phase, available: self.heat_caps() }
     }
 
+    /// The run ends: the wrench for the next write, a step of the slew limit nearer to zero; `None` if that may be zero.
+    pub fn release(&mut self) -> Option<Wrench> {
+        self.elapsed = self.period;
+        let (wrench, cut) = self.towards(&self.commanded, &Wrench::ZERO);
+        self.commanded = wrench;
+        cut.then_some(wrench)
+    }
+
     fn fault(&self, cuts: Cuts) -> Option<AfterFault> {
         if !cuts.is_fault() {
             return None;
@@ -265,6 +288,16 @@ impl SafetyChain {
         let torque_felt = self.limits.torque_peak > 0.0;
         wrench.force.length() <= self.limits.engage_force
             && (!torque_felt || wrench.torque.length() <= self.limits.engage_torque)
+    }
+
+    /// Before stage 3. Without other settings the wrench as it is, to the bit.
+    fn blended(&mut self, wrench: &Wrench, cuts: Cuts) -> Wrench {
+        let changed = cuts.has(Cut::Settings);
+        let within = self.within_peak(wrench);
+        let under_way = self.blend.is_under_way(changed);
+        let blended = if under_way { self.blend.apply(&within, changed) } else { within };
+        self.blend.end_of_tick(&blended, self.step());
+        if under_way { blended } else { *wrench }
     }
 
     /// Stage 3. What is beyond the peak is no oscillation that could be felt.
@@ -334,6 +367,7 @@ impl SafetyChain {
     /// Not engaged: the stages follow what is computed, so that they begin from there.
     fn rest(&mut self, wrench: &Wrench) {
         self.shaped = self.within_peak(wrench);
+        self.blend.reset(&self.shaped);
         self.limit_cycle.reset();
         if let Some(stage) = &mut self.passivity {
             stage.reset();
@@ -346,7 +380,8 @@ impl SafetyChain {
             return Wrench::ZERO;
         }
         let SafetyLimits { damping, angular_damping, rest_force, rest_torque, .. } = self.limits;
-        let against = Wrench { torque: state.twist.angular * -angular_damping, force: state.twist.linear * -damping };
+        let twist = self.motion.confirmed(&state.twist);
+        let against = Wrench { torque: twist.angular * -angular_damping, force: twist.linear * -damping };
         saturate(against, &Limits { force: rest_force, torque: rest_torque }, Saturation::Separate).wrench
     }
 

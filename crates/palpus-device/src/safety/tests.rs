@@ -143,10 +143,10 @@ fn a_fault_takes_everything_at_once_and_leaves_damping() {
     let limits = limits();
     for cut in Cut::ALL.into_iter().filter(|cut| cut.is_fault() && *cut != Cut::NonFiniteWrench) {
         let mut chain = engaged(&limits);
-        for _ in 0..10 {
-            chain.shape(&moving(DVec3::X * 0.2), &force(DVec3::X * 3.0), Cuts::NONE, DT);
+        for k in 0..20 {
+            chain.shape(&sample(k), &force(DVec3::X * 3.0), Cuts::NONE, DT);
         }
-        let state = moving(DVec3::new(0.2, 0.0, -0.1));
+        let state = sample(20);
         let shaped = chain.shape(&state, &force(DVec3::X * 3.0), told(cut), DT);
         let name = cut.name();
         assert_ne!(shaped.phase, Phase::Engaged, "{name}");
@@ -253,12 +253,13 @@ fn released_it_lets_go_within_the_slew_limit() {
 }
 
 #[test]
-fn forces_are_asked_for_by_any_button_there_is() {
+fn forces_are_asked_for_by_holding_any_button() {
     let [premium, ..] = known_devices();
     let options = SafetyOptions::default();
     let of = |buttons| options.engagement(&DeviceSpec { buttons, ..premium.clone() });
-    assert_eq!((of(0), of(1), of(3)), (Engagement::Automatic, Engagement::Button(1), Engagement::Button(7)));
-    assert_eq!((of(32), of(255)), (Engagement::Button(u32::MAX), Engagement::Button(u32::MAX)));
+    let held = |buttons| Engagement::DeadMan(buttons | HOLD_KEY);
+    assert_eq!((of(0), of(1), of(3)), (Engagement::Automatic, held(1), held(7)));
+    assert_eq!((of(32), of(255)), (held(DEVICE_BUTTONS), held(DEVICE_BUTTONS)), "the other key is for rearming");
 }
 
 /// States of a grip that moves steadily.
@@ -349,4 +350,63 @@ fn slow_ticks_heat_and_slew_by_the_time_that_passed() {
     let mut chain = engaged(&limits);
     let given = chain.shape(&at_rest(), &force(DVec3::X * 8.0), Cuts::NONE, 0.1 * DT).wrench.force;
     assert!((given.x - 0.1 * DT * limits.force_slew).abs() < 1e-9, "{given}");
+}
+
+#[test]
+fn a_velocity_that_the_gate_refuses_damps_nothing() {
+    // A still grip whose device says 5 m/s, for 8.5 s.
+    let limits = limits();
+    let (mut gate, mut chain) = (Gate::new(&limits), engaged(&limits));
+    for tick in 0..8500 {
+        let state = DeviceState { time: sample(tick).time, ..moving(DVec3::X * 5.0) };
+        let admitted = gate.admit(&state, DT);
+        let shaped = chain.shape(&admitted.state.expect("it is finite"), &Wrench::ZERO, admitted.cuts, DT);
+        assert_eq!(shaped.wrench, Wrench::ZERO, "tick {tick}");
+    }
+}
+
+#[test]
+fn damping_goes_by_the_velocity_that_the_poses_confirm() {
+    let limits = limits();
+    let at_fault = |state: fn(u32) -> DeviceState| {
+        let mut chain = engaged(&limits);
+        for k in 0..50 {
+            chain.shape(&state(k), &Wrench::ZERO, Cuts::NONE, DT);
+        }
+        chain.shape(&state(50), &Wrench::ZERO, told(Cut::LateLoop), DT).wrench.force
+    };
+    let true_one = at_fault(sample);
+    assert!((true_one + DVec3::X * (0.2 * limits.damping)).length() < 0.01, "{true_one}");
+    // One that is within all limits and is no motion, and one the wrong way round.
+    assert_eq!(at_fault(|k| DeviceState { pose: Pose::IDENTITY, ..sample(k) }), DVec3::ZERO);
+    assert_eq!(at_fault(|k| DeviceState { twist: moving(DVec3::X * -0.2).twist, ..sample(k) }), DVec3::ZERO);
+    // One that is too large.
+    let large = at_fault(|k| DeviceState { twist: moving(DVec3::X * 0.39).twist, ..sample(k) });
+    assert!(large.length() <= true_one.length() * 1.01, "{large}");
+}
+
+#[test]
+fn other_settings_are_blended_in() {
+    let limits = limits();
+    let mut chain = engaged(&limits);
+    for _ in 0..10 {
+        chain.shape(&at_rest(), &force(DVec3::X * 2.05), Cuts::NONE, DT);
+    }
+    let mut last = 2.05;
+    for k in 0..260 {
+        let told = if k == 0 { told(Cut::Settings) } else { Cuts::NONE };
+        let shaped = chain.shape(&at_rest(), &force(DVec3::X * 6.3), told, DT);
+        let step = shaped.wrench.force.x - last;
+        assert!((0.0..=4.25 * DT / 0.25 * 1.001).contains(&step) && shaped.phase == Phase::Engaged, "{step} N at {k}");
+        last = shaped.wrench.force.x;
+    }
+    assert_eq!(last, 6.3, "to the bit");
+    // Back again, and out of contact on the way: the difference goes with the contact.
+    chain.shape(&at_rest(), &force(DVec3::X * 2.05), told(Cut::Settings), DT);
+    for k in 0..50 {
+        let newtons = 2.05 * (1.0 - f64::from(k) / 49.0);
+        last = chain.shape(&at_rest(), &force(DVec3::X * newtons), Cuts::NONE, DT).wrench.force.x;
+        assert!(last >= 0.0 && last <= 3.1 * newtons + 1e-9, "{last} N where {newtons} N are computed");
+    }
+    assert!(last.abs() < 1e-9);
 }

@@ -13,7 +13,6 @@
 //! What the two share is the loop's time: a device that keeps the loop waiting is late for both.
 
 use std::ops::ControlFlow;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -25,7 +24,7 @@ use super::line::Line;
 use super::pace::{Pace, Start};
 use super::statistics::Tally;
 use super::{
-    LOOK, LoopTime, Reins, RunEnd, RunStatistics, Servo, ServoTick, StepOutcome, WallTime, coast_ticks, message,
+    LOOK, LoopTime, Reins, RunEnd, RunStatistics, Servo, ServoTick, StepOutcome, WallTime, coast_ticks, quiet,
 };
 use crate::device::{DeviceError, DeviceState, HapticDevice};
 use crate::safety::{AfterFault, ContactAccount, Cut, Cuts, Phase, Shaped};
@@ -95,6 +94,7 @@ impl Servo {
         S: FnMut(&[DeviceState; 2], f64) -> [ToolOutcome<T>; 2],
         O: BothObserver<T> + ?Sized,
     {
+        quiet::prepare();
         let period = 1.0 / self.options.rate_hz;
         let most = self.options.duration.map_or(u64::MAX, |seconds| (seconds * self.options.rate_hz).round() as u64);
         let timing = self.options.timing;
@@ -128,6 +128,7 @@ impl Servo {
         if matches!(end, RunEnd::Panicked(_) | RunEnd::Faulted(_)) {
             turns.coast(stop, observer);
         }
+        turns.let_go();
         let BothTurns { seats, pace, .. } = turns;
         let elapsed = pace.elapsed(time);
         seats.map(|seat| seat.finish(&end).finish_of(timing, period, elapsed))
@@ -179,7 +180,7 @@ impl<'a> Seat<'a> {
     }
 
     /// Reads the device; true if the tick is to be answered.
-    fn read(&mut self, start: &Start) -> bool {
+    fn read(&mut self, start: &Start, keys: u32) -> bool {
         let Some(line) = &mut self.line else { return false };
         self.tally.start_of_tick(start);
         let admitted = match line.read(start) {
@@ -193,7 +194,8 @@ impl<'a> Seat<'a> {
         if let Some(state) = admitted.state {
             // The other hand would feel a tool where it never was.
             let doubtful = admitted.cuts.is_fault() && self.seen;
-            self.state = if doubtful { DeviceState { twist: Twist::default(), ..self.state } } else { state };
+            let state = if doubtful { DeviceState { twist: Twist::default(), ..self.state } } else { state };
+            self.state = state.with_keys(keys);
             self.seen = true;
             return true;
         }
@@ -280,19 +282,21 @@ impl BothTurns<'_> {
         O: BothObserver<T> + ?Sized,
     {
         let start = self.pace.wait(self.time);
-        let read = self.seats.each_mut().map(|seat| seat.read(&start));
+        let keys = self.reins.take_keys();
+        let read = self.seats.each_mut().map(|seat| seat.read(&start, keys));
         self.check_ends()?;
         if !self.seats.iter().any(|seat| seat.seen) {
             return ControlFlow::Continue(());
         }
         let states = self.seats.each_ref().map(|seat| seat.state);
         let before = self.time.now();
-        let outcome = catch_unwind(AssertUnwindSafe(|| step(&states, self.period)));
+        let outcome = quiet::caught(|| step(&states, self.period));
         let step_s = self.time.now().saturating_sub(before).as_secs_f64();
         let panicked = outcome.is_err();
         let elapsed_s = start.elapsed(self.period);
         let mut found = Cuts::NONE;
         found.note(Cut::Paused, !self.stands && self.reins.is_paused());
+        found.note(Cut::Overrun, self.pace.is_lost(self.time));
         let received = outcome.as_ref().map_or([[0.0; 2]; 2], |outcomes| outcomes.each_ref().map(|tool| tool.received));
         for (seat, received) in self.seats.iter_mut().zip(self.contact.pass(received)) {
             if let Some(line) = &mut seat.line {
@@ -304,6 +308,8 @@ impl BothTurns<'_> {
         for k in (0..2).filter(|k| read[*k]) {
             let answered = outcome.as_ref().ok().map(|outcomes| &outcomes[k].outcome);
             let computed = answered.map_or(Wrench::ZERO, |outcome| outcome.wrench);
+            let mut found = found;
+            found.note(Cut::Settings, answered.is_some_and(|outcome| outcome.changed));
             let Some(Shaped { wrench, cuts, phase, available }) =
                 self.seats[k].answer(&computed, found, panicked, elapsed_s)
             else {
@@ -338,7 +344,7 @@ impl BothTurns<'_> {
                 }
             }
             Err(panic) => {
-                let message = message(panic.as_ref());
+                let message = quiet::message(panic.as_ref());
                 for (k, tick) in ticks.iter().enumerate() {
                     if let Some(tick) = tick {
                         observer.unanswered(k, tick);
@@ -374,6 +380,21 @@ impl BothTurns<'_> {
         match ends {
             [Some(end), Some(_)] => ControlFlow::Break(end.clone()),
             _ => ControlFlow::Continue(()),
+        }
+    }
+
+    /// Takes both wrenches so near to zero, within the slew limit, that zero may follow.
+    fn let_go(&mut self) {
+        let mut held = [true; 2];
+        loop {
+            for (seat, held) in self.seats.iter_mut().zip(&mut held).filter(|(_, held)| **held) {
+                // What does not arrive is followed by the last zero.
+                *held = seat.line.as_mut().is_some_and(|line| line.release().unwrap_or(false));
+            }
+            if held == [false; 2] {
+                return;
+            }
+            self.pace.wait(self.time);
         }
     }
 

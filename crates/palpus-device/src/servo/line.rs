@@ -7,9 +7,12 @@ use std::time::Duration;
 use palpus::algebra::Wrench;
 
 use super::time::LoopTime;
-use super::{ServoOptions, ServoTick, Start, Timing};
+use super::{Pace, ServoOptions, ServoTick, Start, Timing};
 use crate::device::{Brake, DeviceError, DeviceState, HapticDevice};
 use crate::safety::{Admitted, Cut, Cuts, Gate, Passivity, SafetyChain, Shaped, Watch};
+
+/// A machine that was suspended for less than this was not: the clocks that say so are read one after the other.
+const SUSPENDED: Duration = Duration::from_millis(1);
 
 /// Everything that stands between the step and the device.
 pub(super) struct Line<'a, D: HapticDevice + ?Sized> {
@@ -25,6 +28,8 @@ pub(super) struct Line<'a, D: HapticDevice + ?Sized> {
     held: Option<Duration>,
     /// The brake has been seen applied.
     braked: bool,
+    /// For which the machine was suspended up to the last tick.
+    suspended: Duration,
 }
 
 impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
@@ -56,6 +61,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
             stall,
             held: None,
             braked,
+            suspended: time.suspended(),
         }
     }
 
@@ -90,6 +96,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         told.note(Cut::Panic, panicked);
         told.note(Cut::LateLoop, self.held.is_some_and(|since| self.time.now().saturating_sub(since) > self.stall));
         told.note(Cut::Watchdog, self.is_newly_braked());
+        told.note(Cut::Suspended, self.real && self.was_suspended());
         let shaped = self.chain.shape(state, computed, told, elapsed);
         if self.braked && shaped.phase.is_on() {
             // Engaged again, with a wrench that was small.
@@ -133,6 +140,21 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         })
     }
 
+    /// Takes the wrench so near to zero, within the slew limit, that zero may follow.
+    pub(super) fn let_go(&mut self, pace: &mut Pace) {
+        // What does not arrive is followed by the last zero.
+        while self.release().unwrap_or(false) {
+            pace.wait(self.time);
+        }
+    }
+
+    /// Writes a wrench that is a step of the slew limit nearer to zero; false if zero may follow.
+    pub(super) fn release(&mut self) -> Result<bool, DeviceError> {
+        let Some(wrench) = self.chain.release() else { return Ok(false) };
+        self.write(&wrench)?;
+        Ok(true)
+    }
+
     /// What the device itself counted.
     pub(super) fn counts(&self) -> Vec<(&'static str, u64)> {
         self.end.device.counts()
@@ -159,6 +181,13 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
             }
         }
         Ok(())
+    }
+
+    fn was_suspended(&mut self) -> bool {
+        let suspended = self.time.suspended();
+        let before = self.suspended;
+        self.suspended = before.max(suspended);
+        suspended > before + SUSPENDED
     }
 
     fn is_newly_braked(&mut self) -> bool {

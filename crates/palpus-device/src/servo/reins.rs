@@ -1,6 +1,8 @@
 //! What a run is held by from outside.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+
+use crate::safety::{HOLD_KEY, REARM_KEY};
 
 /// Pauses a run, takes it on by single ticks, ends it; from any thread, without waiting. See [`super::Servo`].
 #[derive(Debug, Default)]
@@ -9,6 +11,10 @@ pub struct Reins {
     /// Ticks that a paused run may still make.
     ticks: AtomicU64,
     ended: AtomicBool,
+    /// [`HOLD_KEY`] while it is held.
+    held: AtomicU32,
+    /// [`REARM_KEY`] since it was pressed, until a tick has seen it.
+    pressed: AtomicU32,
 }
 
 impl Reins {
@@ -28,6 +34,26 @@ impl Reins {
         if self.is_paused() {
             self.ticks.fetch_add(ticks, Ordering::Relaxed);
         }
+    }
+
+    /// The program's own key for force is held, or let go of; it counts as a button of the device ([`HOLD_KEY`]).
+    pub fn hold(&self, held: bool) {
+        self.held.store(if held { HOLD_KEY } else { 0 }, Ordering::Relaxed);
+    }
+
+    /// Gives a device that is latched after three faults its force back, once it is engaged; it counts as a button that is pressed
+    /// for a tick ([`REARM_KEY`]).
+    pub fn rearm(&self) {
+        self.pressed.store(REARM_KEY, Ordering::Relaxed);
+    }
+
+    /// The keys as bits of buttons, for one tick.
+    pub(super) fn take_keys(&self) -> u32 {
+        let pressed = self.pressed.load(Ordering::Relaxed);
+        if pressed != 0 {
+            self.pressed.store(0, Ordering::Relaxed);
+        }
+        self.held.load(Ordering::Relaxed) | pressed
     }
 
     /// The run ends before its next tick, and so does any other of the same loop.

@@ -131,5 +131,6 @@ fn said(phase: Phase) -> (&'static str, bool) {
         Phase::Ramping => ("engaging", true),
         Phase::Faulted => ("a fault: no force", false),
         Phase::Stopped => ("stopped by a fault", false),
+        Phase::Latched => ("faults: press R", false),
     }
 }
