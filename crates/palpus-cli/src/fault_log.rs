@@ -262,7 +262,7 @@ impl<'a> Line<'a> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use std::sync::atomic::AtomicBool;
 
     use palpus::algebra::{Pose, Twist};
@@ -283,16 +283,16 @@ mod tests {
         }
     }
 
-    /// A run of 600 ticks in which the wrench is no number in tick 100.
-    fn ticks() -> Vec<ServoTick> {
+    /// A run of 800 ticks in which the wrench is no number in tick 400.
+    pub(crate) fn ticks() -> Vec<ServoTick> {
         let state =
             |time| DeviceState { pose: Pose::IDENTITY, twist: Twist::default(), buttons: 0, time, withheld: false };
-        let states = (0..600).map(|k| state(f64::from(k) * 1e-3)).collect();
+        let states = (0..800).map(|k| state(f64::from(k) * 1e-3)).collect();
         let mut device = ReplayDevice::new(SimulationSettings::default().spec, states);
         let mut count = 0;
         let step = |_: &DeviceState, _| {
             count += 1;
-            let force = if count == 101 { DVec3::NAN } else { DVec3::X * 0.1 };
+            let force = if count == 401 { DVec3::NAN } else { DVec3::X * 0.1 };
             StepOutcome::of(Wrench { torque: DVec3::ZERO, force })
         };
         let mut seen = Ticks(Vec::new());
@@ -309,7 +309,7 @@ mod tests {
         let path = std::env::temp_dir().join(format!("palpus-faults-{}.jsonl", std::process::id()));
         let (mut watch, log) = FaultLog::start(Some(&path), &header, 0).expect("a place");
         let ticks = ticks();
-        assert_eq!(ticks.len(), 600);
+        assert_eq!(ticks.len(), 800);
         let before = allocations_of_this_thread();
         ticks.iter().for_each(|tick| watch.see(tick));
         assert_eq!(allocations_of_this_thread(), before, "the servo thread allocates");
@@ -320,8 +320,8 @@ mod tests {
         let lines: Vec<serde_json::Value> =
             text.lines().map(|line| serde_json::from_str(line).expect("a document")).collect();
         let [fault, over] = lines.as_slice() else { panic!("{text}") };
-        assert_eq!((&fault["tick"], &fault["faults"][0]), (&100.into(), &"non_finite_wrench".into()));
+        assert_eq!((&fault["tick"], &fault["faults"][0]), (&400.into(), &"non_finite_wrench".into()));
         assert!(fault["computed"]["force_n"][0].is_null() && fault["wrench_before"]["force_n"][0] == 0.1, "{fault}");
-        assert!(over["event"] == "over" && over["tick"].as_u64() > Some(100), "{over}");
+        assert!(over["event"] == "over" && over["tick"].as_u64() > Some(400), "{over}");
     }
 }

@@ -153,7 +153,7 @@ mod here {
                 separation,
                 query: query_us * 1e-6,
                 total: total_us * 1e-6,
-                late: is_late(row),
+                late: is_late(row.servo.as_ref()),
                 cuts: Cuts::from_bits(faults),
             }
         };

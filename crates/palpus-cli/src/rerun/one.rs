@@ -6,7 +6,7 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use palpus::algebra::Wrench;
 use palpus_device::{Cut, Cuts, DeviceState, LATE};
-use palpus_io::record::SceneSource;
+use palpus_io::record::{SceneSource, ServoRecord};
 use palpus_io::{RecordRow, Recording};
 
 use super::places::{Places, tell_changes};
@@ -140,8 +140,8 @@ pub(crate) fn has_stepped(row: &RecordRow) -> bool {
 
 /// True if the tick began so late that the servo loop counts it. Recordings of older formats do not say.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "only the window shows it"))]
-pub(crate) fn is_late(row: &RecordRow) -> bool {
-    row.servo.is_some_and(|servo| servo.lateness_s > LATE.as_secs_f64())
+pub(crate) fn is_late(servo: Option<&ServoRecord>) -> bool {
+    servo.is_some_and(|servo| servo.lateness_s > LATE.as_secs_f64())
 }
 
 /// Since the last tick, s, as the chain was told: in older formats the nominal period.
@@ -192,4 +192,15 @@ fn check_gaps(recording: &Recording) -> anyhow::Result<()> {
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    #[test]
+    fn late_ticks_are_told_by_the_recorded_lateness() {
+        let late = |lateness_s| is_late(Some(&ServoRecord { lateness_s, ..ServoRecord::default() }));
+        assert!(late(0.6e-3) && !late(0.4e-3));
+        assert!(!is_late(None), "format 2 does not say");
+    }
 }

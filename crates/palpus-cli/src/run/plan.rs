@@ -33,7 +33,7 @@ pub(crate) struct Plan {
     pub(crate) script: Script,
     /// Of a recording from the beginning.
     pub(crate) header: RecordingHeader,
-    engagement: Engagement,
+    pub(super) engagement: Engagement,
     notes: Vec<String>,
 }
 
