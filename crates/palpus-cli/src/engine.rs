@@ -21,6 +21,8 @@ pub(crate) struct Engine {
     shots: Shots,
     live: Option<Publisher<Moment>>,
     asked: Option<Newest<Settings>>,
+    /// Settings of which no detail has told yet.
+    untold: Option<Settings>,
 }
 
 /// What a step says beside its wrench.
@@ -49,6 +51,7 @@ impl Engine {
             shots: Shots::default(),
             live: None,
             asked: None,
+            untold: None,
         })
     }
 
@@ -106,6 +109,13 @@ impl Engine {
         self.shots.kept(period)
     }
 
+    /// Forgets the past after a step that panicked, of which the memory may be half done. The next step is as the first was.
+    pub(crate) fn forget(&mut self) {
+        self.renderer.clear();
+        // Whether that step took up others, nobody was told.
+        self.untold = Some(*self.renderer.settings());
+    }
+
     /// The device can give no more than `available` from now on.
     pub(crate) fn set_available(&mut self, available: &Limits) {
         self.renderer.set_available(available);
@@ -114,7 +124,7 @@ impl Engine {
     /// One tick: what the device is to push with.
     pub(crate) fn step(&mut self, state: &DeviceState, dt: f64) -> StepOutcome<Detail> {
         let before = allocations_of_this_thread();
-        let changed = self.changed();
+        let changed = self.changed().or(self.untold.take());
         let settings = *self.renderer.settings();
         let grip_a = settings.grip_a;
         let probe = self.frame.probe(state, grip_a);

@@ -14,7 +14,9 @@ pub(crate) fn error(error: &anyhow::Error) {
 
 /// A line for the user that is not the answer. Does nothing if there is no terminal any more: a run goes on to its end all the same.
 pub(crate) fn note(text: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stderr(), "{text}");
+    // A live line may stand there.
+    let begin = if watched() { "\r\x1b[2K" } else { "" };
+    let _ = writeln!(std::io::stderr(), "{begin}{text}");
 }
 
 /// A line of the answer. Who reads may stop reading (`| head`): that ends the program, and is no failure of it.

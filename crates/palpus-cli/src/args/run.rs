@@ -7,7 +7,7 @@ use palpus::render::Clustering;
 use palpus_device::Rearm;
 use palpus_io::scene::CouplingMode;
 
-use super::PictureArguments;
+use super::{KeepArguments, PictureArguments};
 
 #[derive(Clone, Debug, Parser)]
 #[command(
@@ -74,6 +74,9 @@ pub(crate) struct RunArguments {
     /// Writes no recording and no plot.
     #[arg(long)]
     pub(crate) no_record: bool,
+    /// What is kept.
+    #[command(flatten)]
+    pub(crate) keep: KeepArguments,
     /// Lets the scene file name meshes outside its own folder.
     #[arg(long)]
     pub(crate) allow_outside: bool,

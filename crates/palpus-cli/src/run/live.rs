@@ -67,19 +67,12 @@ impl Live {
         Some(format!("the probe overlaps the part by {:.1} mm: {} to enable force", start.depth * 1e3, start.words()))
     }
 
-    /// After one tick more.
-    pub(crate) fn after(&self, tick: &ServoTick, detail: &Detail) -> Self {
+    /// After one tick more; without a `detail`, one whose step gave no answer.
+    pub(crate) fn after(&self, tick: &ServoTick, detail: Option<&Detail>) -> Self {
         let faulted = tick.phase == Phase::Faulted && self.phase != Phase::Faulted;
-        let engine = &detail.tick;
-        Self {
+        let now = Self {
             ticks: tick.index + 1,
-            rate_hz: self.rate_hz,
             time: tick.time,
-            query_ns: engine.times.query + engine.times.depth,
-            force_ns: engine.times.force,
-            contacts: engine.contacts,
-            clusters: engine.clusters,
-            separation: engine.separation,
             force: tick.wrench.force.length(),
             torque: tick.wrench.torque.length(),
             worst_step_s: self.worst_step_s.max(tick.step_s),
@@ -87,8 +80,18 @@ impl Live {
             faults: self.faults + u64::from(faulted),
             cuts: tick.cuts,
             phase: tick.phase,
-            way_out: detail.way_out.filter(|_| tick.phase == Phase::Waiting),
-            start: if tick.index == 0 { detail.way_out } else { self.start },
+            ..*self
+        };
+        let Some(Detail { tick: engine, way_out, .. }) = detail else { return now };
+        Self {
+            query_ns: engine.times.query + engine.times.depth,
+            force_ns: engine.times.force,
+            contacts: engine.contacts,
+            clusters: engine.clusters,
+            separation: engine.separation,
+            way_out: way_out.filter(|_| tick.phase == Phase::Waiting),
+            start: if tick.index == 0 { *way_out } else { self.start },
+            ..now
         }
     }
 }

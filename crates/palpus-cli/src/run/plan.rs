@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::{anyhow, bail};
 use palpus::render::{Clustering, Settings};
 use palpus_device::{
-    AfterFault, Cut, Cuts, DEVICE_BUTTONS, DeviceSpec, DeviceState, Engagement, FaultyDevice, Guide, Guided, HOLD_KEY,
+    AfterFault, DEVICE_BUTTONS, DeviceSpec, DeviceState, Engagement, FaultyDevice, Guide, Guided, HOLD_KEY,
     HapticDevice, Publisher, ReplayDevice, SafetyLimits, SafetyOptions, Script, ServoOptions, SimulatedDevice,
     SimulationSettings, Timing, latest,
 };
@@ -14,7 +14,7 @@ use palpus_io::{RecordRow, RecordingHeader, read_recording};
 use super::{DEFAULT_SECONDS, replayed};
 use crate::args::RunArguments;
 use crate::engine::Engine;
-use crate::rerun::one::check_poses;
+use crate::rerun::one::{check_poses, state};
 use crate::stage::Stage;
 use crate::{devices, faults, output, safety};
 
@@ -33,7 +33,7 @@ pub(crate) struct Plan {
     pub(crate) script: Script,
     /// Of a recording from the beginning.
     pub(crate) header: RecordingHeader,
-    engagement: Engagement,
+    pub(super) engagement: Engagement,
     notes: Vec<String>,
 }
 
@@ -176,15 +176,13 @@ fn open(arguments: &RunArguments, stage: &Stage, rate_hz: f64) -> anyhow::Result
 fn replay(file: &Path) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     let recording = read_recording(file)?;
     check_poses(&recording)?;
-    let state = |row: &RecordRow| DeviceState {
-        pose: row.pose,
-        twist: row.twist,
-        buttons: row.buttons,
-        time: row.time_ns as f64 * 1e-9,
-        withheld: Cuts::from_bits(row.faults).has(Cut::Withheld),
-    };
     let spec = replayed::spec_of(&recording.header.scene.more);
-    Ok(Box::new(ReplayDevice::new(spec, recording.rows.iter().map(state).collect())))
+    Ok(Box::new(ReplayDevice::new(spec, recording.rows.iter().map(felt).collect())))
+}
+
+/// A recorded state, as a device gives it: samples are as far apart as the recorded ticks were to be.
+fn felt(row: &RecordRow) -> DeviceState {
+    DeviceState { time: row.time_ns as f64 * 1e-9, ..state(row) }
 }
 
 /// How contacts come to the hand.

@@ -37,7 +37,7 @@ use crate::doctor::timer;
 use crate::engine::{Detail, Engine};
 use crate::interrupt::stop_at_signal;
 use crate::output;
-use crate::recording::Recording;
+use crate::recording::{self, Keep, Recording};
 use crate::run::joined;
 use buckets::Buckets;
 use machine::Watch;
@@ -127,10 +127,11 @@ impl Run {
         // Nobody is there to press a key after three faults.
         let safety = SafetyOptions { rearm: Rearm::Automatic, ..SafetyOptions::default() };
         let options = ServoOptions { rate_hz: self.rate_hz, safety, ..ServoOptions::default() };
-        let recording = arguments.record.as_ref();
-        let recording = recording
-            .map(|file| Recording::start(file, &self.header(ground, settings, device.spec(), &options.safety)))
-            .transpose()?;
+        let recording = arguments.record.as_deref().map(recording::free).map(|file| {
+            let header = self.header(ground, settings, device.spec(), &options.safety);
+            Recording::start(&file, &header, &Keep::default())
+        });
+        let recording = recording.transpose()?;
         let (mut rows, writing) = recording.map_or((None, None), |made| (Some(made.rows), Some(made.writing)));
         let mut servo = Servo::new(options)?;
         let (publisher, newest) = latest_of(Interval::default);
@@ -153,7 +154,7 @@ impl Run {
                     available.set(tick.available);
                     tally.add(tick, detail);
                     if let Some(rows) = &mut rows {
-                        rows.row(tick, detail);
+                        rows.row(tick, Some(detail));
                     }
                 };
                 let statistics = servo.run(&mut device, step, &mut observe, stop);
@@ -170,7 +171,7 @@ impl Run {
             anyhow::Ok((statistics, claims))
         })?;
         if let Some(writing) = writing {
-            writing.finish()?.iter().for_each(output::note);
+            writing.finish().iter().for_each(output::note);
         }
         Ok((statistics, claims))
     }

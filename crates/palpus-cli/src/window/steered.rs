@@ -20,9 +20,9 @@ use super::here::begin;
 use super::loading::{Loader, Tell, one_line};
 use crate::args::{RunArguments, file_policy};
 use crate::bodies::Teller;
+use crate::output;
 use crate::run::{self, Beginning, Ended, Live, Ready, Session};
 use crate::stage::{self, Stage};
-use crate::{files, output};
 
 /// A run that the window steers.
 pub(super) struct Steered<'a> {
@@ -91,9 +91,10 @@ impl<'a> Steered<'a> {
             Next::Run(ready) => ready,
             Next::Stage(name, stage) => Ready::new(self.arguments, &name, *stage, true)?,
         };
-        let file = files::free(&self.arguments.record);
-        let record = recorded.then_some(file.as_path());
-        let beginning = Beginning { record, ..run::beginning(self.arguments) };
+        let record = recorded.then_some(self.arguments.record.as_path());
+        // What was recorded before in this window stays.
+        let mut beginning = Beginning { record, ..run::beginning(self.arguments) };
+        beginning.keep.overwrite = false;
         let (session, scene, moments) = begin(ready, &beginning, self.stop)?;
         (self.spec, self.settings) = (session.spec().clone(), *session.settings());
         self.session = Some(session);
@@ -229,6 +230,10 @@ impl Run for Steered<'_> {
 
     fn recording(&self) -> Option<PathBuf> {
         self.session.as_ref().and_then(Session::recording).map(Path::to_owned)
+    }
+
+    fn recording_trouble(&self) -> Option<String> {
+        self.session.as_ref().and_then(Session::trouble)
     }
 
     fn scenes(&self) -> Vec<(String, String)> {

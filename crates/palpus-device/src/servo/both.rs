@@ -20,10 +20,12 @@ use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
 use palpus::render::Limits;
 
-use super::line::{COAST, Line};
+use super::line::Line;
 use super::pace::{Pace, Start};
 use super::statistics::Tally;
-use super::{LOOK, LoopTime, Reins, RunEnd, RunStatistics, Servo, ServoTick, StepOutcome, WallTime, quiet};
+use super::{
+    LOOK, LoopTime, Reins, RunEnd, RunStatistics, Servo, ServoTick, StepOutcome, WallTime, coast_ticks, quiet,
+};
 use crate::device::{DeviceError, DeviceState, HapticDevice};
 use crate::safety::{AfterFault, ContactAccount, Cut, Cuts, Phase, Shaped};
 
@@ -47,6 +49,9 @@ impl<T> From<StepOutcome<T>> for ToolOutcome<T> {
 pub trait BothObserver<T> {
     /// `detail` is what the step answered beside the device's wrench.
     fn observe(&mut self, device: usize, tick: &ServoTick, detail: &T);
+
+    /// See [`TickObserver::unanswered`](super::TickObserver::unanswered).
+    fn unanswered(&mut self, _device: usize, _: &ServoTick) {}
 }
 
 impl<T, F: FnMut(usize, &ServoTick, &T)> BothObserver<T> for F {
@@ -121,7 +126,7 @@ impl Servo {
             }
         };
         if matches!(end, RunEnd::Panicked(_) | RunEnd::Faulted(_)) {
-            turns.coast(stop);
+            turns.coast(stop, observer);
         }
         turns.let_go();
         let BothTurns { seats, pace, .. } = turns;
@@ -137,6 +142,8 @@ struct Seat<'a> {
     tally: &'a mut Tally,
     /// As the step gets it.
     state: DeviceState,
+    /// As the device gave it last.
+    read: DeviceState,
     /// It has had a state.
     seen: bool,
     /// Of this tick.
@@ -169,7 +176,7 @@ impl<'a> Seat<'a> {
         let pose = Pose::from_translation(DVec3::NAN);
         let state = DeviceState { pose, twist: Twist::default(), buttons: 0, time: 0.0, withheld: false };
         let line = Some(Line::new(options, device, None, time));
-        Self { line, tally, state, seen: false, cuts: Cuts::NONE, end: None }
+        Self { line, tally, state, read: state, seen: false, cuts: Cuts::NONE, end: None }
     }
 
     /// Reads the device; true if the tick is to be answered.
@@ -183,7 +190,7 @@ impl<'a> Seat<'a> {
                 return false;
             }
         };
-        self.cuts = admitted.cuts;
+        (self.cuts, self.read) = (admitted.cuts, admitted.read);
         if let Some(state) = admitted.state {
             // The other hand would feel a tool where it never was.
             let doubtful = admitted.cuts.is_fault() && self.seen;
@@ -312,6 +319,7 @@ impl BothTurns<'_> {
                 index: self.index,
                 time: self.index as f64 * self.period,
                 state: states[k],
+                read: self.seats[k].read,
                 computed,
                 wrench,
                 cuts,
@@ -337,6 +345,11 @@ impl BothTurns<'_> {
             }
             Err(panic) => {
                 let message = quiet::message(panic.as_ref());
+                for (k, tick) in ticks.iter().enumerate() {
+                    if let Some(tick) = tick {
+                        observer.unanswered(k, tick);
+                    }
+                }
                 for seat in &mut self.seats {
                     seat.tally.panicked(message.clone());
                 }
@@ -386,21 +399,25 @@ impl BothTurns<'_> {
     }
 
     /// Damps both grips for a moment.
-    fn coast(&mut self, stop: &AtomicBool) {
-        let ticks = (COAST / self.period).ceil() as u64;
-        for _ in 0..ticks {
+    fn coast<T, O>(&mut self, stop: &AtomicBool, observer: &mut O)
+    where
+        O: BothObserver<T> + ?Sized,
+    {
+        for _ in 0..coast_ticks(self.period) {
             let start = self.pace.wait(self.time);
             if stop.load(Ordering::Relaxed) {
                 return;
             }
-            for line in self.seats.iter_mut().filter_map(|seat| seat.line.as_mut()) {
+            for (k, seat) in self.seats.iter_mut().enumerate() {
+                let Some(line) = &mut seat.line else { continue };
+                // What does not arrive now is followed by the last zero.
                 if let Ok(admitted) = line.read(&start)
-                    && let Some(state) = admitted.state
+                    && let Some(tick) = line.damp(&start, &admitted, self.index)
                 {
-                    // What does not arrive now is followed by the last zero.
-                    let _ = line.answer(&state, &Wrench::ZERO, admitted.cuts, false, start.elapsed(self.period));
+                    observer.unanswered(k, &tick);
                 }
             }
+            self.index += 1;
         }
     }
 }

@@ -1,19 +1,16 @@
 //! The line from the device and back to it: gate, chain, brake and watchdog of one run.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use palpus::algebra::Wrench;
 
 use super::time::LoopTime;
-use super::{Pace, ServoOptions, Start, Timing};
+use super::{Pace, ServoOptions, ServoTick, Start, Timing};
 use crate::device::{Brake, DeviceError, DeviceState, HapticDevice};
 use crate::safety::{Admitted, Cut, Cuts, Gate, Passivity, SafetyChain, Shaped, Watch};
 
-/// Damping after a panic or a last fault, s, before the run ends with zero.
-pub(super) const COAST: f64 = 0.1;
 /// A machine that was suspended for less than this was not: the clocks that say so are read one after the other.
 const SUSPENDED: Duration = Duration::from_millis(1);
 
@@ -120,19 +117,27 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         }
     }
 
-    /// Damps the grip for a moment, whatever the device says of it.
-    pub(super) fn coast(&mut self, pace: &mut Pace, stop: &AtomicBool) {
-        let ticks = (COAST / self.period).ceil() as u64;
-        for _ in 0..ticks {
-            let start = pace.wait(self.time);
-            if stop.load(Ordering::Relaxed) {
-                return;
-            }
-            let Ok(Admitted { state: Some(state), cuts }) = self.read(&start) else { return };
-            if self.answer(&state, &Wrench::ZERO, cuts, false, start.elapsed(self.period)).is_err() {
-                return;
-            }
-        }
+    /// One tick, number `index`, of damping without a step; `None` if there is nothing to go by or the device fails.
+    pub(super) fn damp(&mut self, start: &Start, admitted: &Admitted, index: u64) -> Option<ServoTick> {
+        let (state, elapsed_s) = (admitted.state?, start.elapsed(self.period));
+        let answered = self.answer(&state, &Wrench::ZERO, admitted.cuts, false, elapsed_s);
+        let Shaped { wrench, cuts, phase, available } = answered.ok()?;
+        Some(ServoTick {
+            index,
+            time: index as f64 * self.period,
+            state,
+            read: admitted.read,
+            computed: Wrench::ZERO,
+            wrench,
+            cuts,
+            phase,
+            available,
+            saturated: false,
+            elapsed_s,
+            step_s: 0.0,
+            lateness_s: start.lateness.as_secs_f64(),
+            overrun: start.skipped > 0,
+        })
     }
 
     /// Takes the wrench so near to zero, within the slew limit, that zero may follow.

@@ -131,7 +131,9 @@ pub struct ServoTick {
     pub time: f64,
     /// What the step was given: as read, or the last state that was one, at rest.
     pub state: DeviceState,
-    /// What the step answered; zero if it panicked.
+    /// As the device gave it, believed or not.
+    pub read: DeviceState,
+    /// What the step answered; zero if it panicked or was not asked.
     pub computed: Wrench,
     /// What was written.
     pub wrench: Wrench,
@@ -157,6 +159,10 @@ pub struct ServoTick {
 pub trait TickObserver<T = ()> {
     /// `detail` is what the step answered beside its wrench.
     fn observe(&mut self, tick: &ServoTick, detail: &T);
+
+    /// A tick in which the step answered nothing: it panicked ([`Cut::Panic`] is among the cuts), or the loop damps the grip for a moment
+    /// after that or after a last fault, and did not ask it.
+    fn unanswered(&mut self, _: &ServoTick) {}
 }
 
 impl<T, F: FnMut(&ServoTick, &T)> TickObserver<T> for F {
@@ -257,10 +263,10 @@ impl Servo {
                 break end;
             }
         };
-        let Turns { mut line, mut pace, tally, .. } = turns;
         if matches!(end, RunEnd::Panicked(_) | RunEnd::Faulted(_)) {
-            line.coast(&mut pace, stop);
+            turns.coast(stop, observer);
         }
+        let Turns { mut line, mut pace, tally, .. } = turns;
         if !matches!(end, RunEnd::DeviceFailed(_)) {
             line.let_go(&mut pace);
         }
@@ -347,6 +353,7 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
             index: self.index,
             time: self.index as f64 * self.period,
             state,
+            read: admitted.read,
             computed,
             wrench,
             cuts,
@@ -362,12 +369,32 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
         self.index += 1;
         match outcome {
             Ok(outcome) => observer.observe(&tick, &outcome.detail),
-            Err(panic) => self.tally.panicked(quiet::message(panic.as_ref())),
+            Err(panic) => {
+                observer.unanswered(&tick);
+                self.tally.panicked(quiet::message(panic.as_ref()));
+            }
         }
         match phase {
             Phase::Stopped if panicked => ControlFlow::Break(RunEnd::Panicked(self.tally.last_panic())),
             Phase::Stopped => ControlFlow::Break(RunEnd::Faulted(cuts)),
             _ => ControlFlow::Continue(()),
+        }
+    }
+
+    /// Damps the grip for a moment, whatever the device says of it.
+    fn coast<T, O>(&mut self, stop: &AtomicBool, observer: &mut O)
+    where
+        O: TickObserver<T> + ?Sized,
+    {
+        for _ in 0..coast_ticks(self.period) {
+            let start = self.pace.wait(self.time);
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            let Ok(admitted) = self.line.read(&start) else { return };
+            let Some(tick) = self.line.damp(&start, &admitted, self.index) else { return };
+            self.index += 1;
+            observer.unanswered(&tick);
         }
     }
 
@@ -380,6 +407,14 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
         let outcome = quiet::caught(|| step(state, self.period));
         (outcome, self.time.now().saturating_sub(before).as_secs_f64())
     }
+}
+
+/// Damping after a panic or a last fault, s, before the run ends with zero.
+const COAST: f64 = 0.1;
+
+/// The same in ticks.
+fn coast_ticks(period: f64) -> u64 {
+    (COAST / period).ceil() as u64
 }
 
 #[cfg(test)]

@@ -74,6 +74,9 @@ pub trait Run {
     /// The file that is being written, while there is one.
     fn recording(&self) -> Option<PathBuf>;
 
+    /// What went wrong with the recording while the run went on, in words.
+    fn recording_trouble(&self) -> Option<String>;
+
     /// The built-in scenes: name, and what there is to feel.
     fn scenes(&self) -> Vec<(String, String)>;
 

@@ -81,6 +81,14 @@ impl Status {
         let words = if cuts.is_empty() { String::new() } else { format!("cut: {}", cuts.join(", ").replace('_', " ")) };
         // Always there, so that nothing below it moves.
         ui.label(RichText::new(words).small().color(ui.visuals().warn_fg_color));
+        Self::trouble(ui, run);
+    }
+
+    /// What the person should know beside the numbers.
+    fn trouble(ui: &mut Ui, run: &dyn Run) {
+        if let Some(words) = run.recording_trouble() {
+            ui.label(RichText::new(words).small().color(ui.visuals().error_fg_color));
+        }
     }
 
     fn numbers(&self, ui: &mut Ui) {

@@ -27,6 +27,54 @@ fn a_panic_in_the_step_ends_the_run_with_zero() {
     assert!(device.written[10..].iter().all(|wrench| *wrench == Wrench::ZERO));
 }
 
+/// Keeps every tick, and whether the step answered it.
+struct Watcher(Vec<(ServoTick, bool)>);
+
+impl TickObserver for Watcher {
+    fn observe(&mut self, tick: &ServoTick, (): &()) {
+        self.0.push((*tick, true));
+    }
+
+    fn unanswered(&mut self, tick: &ServoTick) {
+        self.0.push((*tick, false));
+    }
+}
+
+#[test]
+fn panicking_tick_and_coast_are_observed() {
+    let mut device = Scribe::new();
+    let step = |state: &DeviceState, _| {
+        assert!(state.time < 0.0095, "the tenth tick is not to be had");
+        StepOutcome::of(pull(2.0))
+    };
+    let mut watcher = Watcher(Vec::new());
+    fast(1.0).run(&mut device, step, &mut watcher, &go_on());
+    let seen = watcher.0;
+    // Ten that were answered, the one that panicked, and a tenth of a second of damping.
+    assert_eq!(seen.len(), 10 + 1 + 100);
+    for (k, (tick, answered)) in seen.iter().enumerate() {
+        assert_eq!((tick.index, *answered, tick.cuts.has(Cut::Panic)), (k as u64, k < 10, k == 10), "tick {k}");
+        assert_eq!(tick.wrench, device.written[k], "tick {k}");
+        assert_eq!(tick.phase == Phase::Stopped, k >= 10, "tick {k}");
+    }
+}
+
+#[test]
+fn a_refused_state_is_observed_as_it_was_read() {
+    let mut device = Scribe::new();
+    device.read = |tick| {
+        let mut state = state_at(tick);
+        state.pose.translation.y += if tick == 4 { f64::INFINITY } else { 0.0 };
+        Ok(state)
+    };
+    let mut watcher = Watcher(Vec::new());
+    fast(0.01).run(&mut device, |_, _| StepOutcome::of(pull(1.0)), &mut watcher, &go_on());
+    for (k, (tick, _)) in watcher.0.iter().enumerate() {
+        assert_eq!(tick.read.time, state_at(k).time);
+        assert_eq!((tick.read.pose == tick.state.pose, tick.state.pose.is_valid()), (k != 4, true), "tick {k}");
+    }
+}
+
 #[test]
 fn a_panic_outside_the_step_writes_zero_too() {
     let mut device = Scribe::new();
