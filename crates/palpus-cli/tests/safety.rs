@@ -43,7 +43,7 @@ fn every_fault_is_named_in_the_summary_and_replayed_bit_for_bit() {
     ] {
         let at = format!("{fault}@1.5");
         let arguments =
-            ["run", "box-table", "--fast", "--duration", "3", "--fault", &at, "--record", "f.csv", "--json"];
+            ["run", "box-table", "--fast", "--duration", "3", "--fault", &at, "--record", "f.csv", "--force", "--json"];
         let output = palpus(&folder.0, &arguments);
         assert_eq!(output.status.success(), !["panic", "dropped"].contains(&fault), "{fault}");
         let summary = document(&output);
