@@ -112,7 +112,7 @@ static void hang_up(bridge *bridge) {
     }
 }
 
-/* A session is over after a quarter of a second without a command; who only connects has longer. */
+/* A session is over after a quarter of a second without a command, a connection without a session after two. */
 static int is_silent(const bridge *bridge, uint64_t now) {
     if (bridge->running) return now - bridge->heard > PALPUS_BRIDGE_SILENCE_NS;
     return !bridge->is_udp && bridge->socket >= 0 && now - bridge->heard > 8 * PALPUS_BRIDGE_SILENCE_NS;

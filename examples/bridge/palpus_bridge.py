@@ -32,7 +32,7 @@ _BODIES = {
 }
 _MOST_VALID_FOR_US = 100_000
 _LARGEST = 1e9
-# Without a command for this long a session is over, ns; who only connects has longer.
+# Without a command a session is over after this time, and a connection without a session, ns.
 _SILENCE = 250_000_000
 _HANDSHAKE = 2_000_000_000
 # Frames that are taken at once: a flood must not keep the device from its step.

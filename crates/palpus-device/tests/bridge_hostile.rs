@@ -47,7 +47,7 @@ fn hostile(random: &mut Random, nonce: u64) -> Vec<u8> {
         }
         5 => (0..1 + random.below(270)).map(|_| random.next() as u8).collect(),
         6 => {
-            // One number is none, or the quaternion is not of unit length, and the CRC-32 is right.
+            // One number is not finite or too large, and the CRC-32 is right.
             let mut bytes = whole(nonce, sequence, Body::State(state));
             let at = 40 + 8 * random.below(19) as usize;
             let bad = [f64::NAN, f64::INFINITY, -1e300][random.below(3) as usize];
