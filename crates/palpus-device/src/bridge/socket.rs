@@ -14,6 +14,10 @@ use super::BridgeAddress;
 /// Most that connecting may take.
 #[cfg(target_os = "linux")]
 const CONNECT_TIME: Duration = Duration::from_secs(1);
+/// Bytes for datagrams that wait, as far as the system allows: by default they are 70 ms of states
+/// at 4 kHz, for which a thread of ordinary priority may be held up.
+#[cfg(target_os = "linux")]
+const WAITING: usize = 1 << 20;
 
 /// A connected socket. Frames are sent without waiting and received with a time limit.
 #[derive(Debug)]
@@ -113,5 +117,7 @@ fn connect_udp(to: SocketAddr, patience: Duration) -> io::Result<Socket> {
     // The system now delivers what comes from the driver's address, and nothing else.
     socket.connect(to)?;
     socket.set_read_timeout(Some(patience))?;
+    #[cfg(target_os = "linux")]
+    rustix::net::sockopt::set_socket_recv_buffer_size(&socket, WAITING)?;
     Ok(Socket::Udp(socket))
 }

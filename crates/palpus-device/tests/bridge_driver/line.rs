@@ -59,6 +59,10 @@ impl Line {
                 use rustix::net::{RecvFlags, SocketFlags, accept_with, recv};
                 if connection.is_none() {
                     *connection = accept_with(&*listener, SocketFlags::CLOEXEC).ok();
+                    if let Some(connection) = connection {
+                        // Room for states while the other process is held up, as docs/bridge.md advises.
+                        let _ = rustix::net::sockopt::set_socket_send_buffer_size(&*connection, 1 << 20);
+                    }
                 }
                 match recv(connection.as_ref()?, bytes, RecvFlags::DONTWAIT) {
                     Ok((_, length)) => Some(length),
