@@ -77,7 +77,7 @@ fn three_faults_latch_unless_asked_otherwise() {
     let felt_after_the_faults = |rearm: &str| {
         let faults = faults.each_ref().map(String::as_str);
         palpus(&folder.0, &[&run[..], &faults, &["--rearm", rearm]].concat());
-        let recording = read_recording(folder.0.join("run.csv")).expect("it was written");
+        let recording = read_recording(&folder.0.join("run.csv")).expect("it was written");
         let replay = json(&palpus(&folder.0, &["replay", "run.csv", "--json"]));
         assert_eq!(replay["identical"], replay["ticks"], "{rearm}");
         recording.rows[2700..].iter().map(|row| row.wrench.force.length()).fold(0.0, f64::max)
