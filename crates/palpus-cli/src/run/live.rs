@@ -1,13 +1,11 @@
 //! What is shown of a run while it goes: the newest numbers, and the line in the terminal.
 
-use std::io::IsTerminal;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use palpus_device::{Cuts, Phase, Reins, ServoTick};
+use palpus_device::{Cuts, Phase, ServoTick};
 
-use super::Session;
+use super::{Session, keys};
 use crate::engine::Detail;
 use crate::output;
 use crate::way_out::WayOut;
@@ -102,9 +100,7 @@ const LIVE_PERIOD: Duration = Duration::from_millis(100);
 /// Shows the newest values until the run is over: a line drawn over on a terminal, nothing elsewhere. Stops it at `end`.
 pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instant>) {
     let shown = output::watched();
-    if std::io::stdin().is_terminal() {
-        take_keys(session.reins());
-    }
+    keys::take(session.reins());
     let mut told = false;
     let mut last = session.live().ticks;
     while !session.is_over() {
@@ -138,15 +134,6 @@ fn tell_start(live: &Live, told: &mut bool) {
         *told = true;
         output::note(words);
     }
-}
-
-/// Lets a person at the terminal give a latched device its force back, by `r` and Enter.
-fn take_keys(reins: Arc<Reins>) {
-    // Nobody waits for this thread: it may stand in a read for ever.
-    std::thread::spawn(move || {
-        let lines = std::io::stdin().lines().map_while(Result::ok);
-        lines.filter(|line| line.trim() == "r").for_each(|_| reins.rearm());
-    });
 }
 
 /// Why there is no force, or not the whole.
