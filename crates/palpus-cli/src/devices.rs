@@ -37,7 +37,8 @@ pub(crate) fn devices(arguments: &DevicesArguments) -> anyhow::Result<ExitCode> 
 pub(crate) const NAMES: &str = "sim, replay:FILE, haply[#ARM][:ws://HOST:PORT], spacemouse[:/dev/hidrawN], \
     force-dimension[#1][:LIBRARY], force-dimension-simulator[:LIBRARY], openhaptics[#NAME][:LIBRARY]";
 
-/// The hardware called `name`, tested, and set down so that the grip begins at `start` (world); `None` when it is no hardware's name.
+/// The hardware called `name`, tested, and set down so that the grip begins at `start` (world);
+/// `None` when it is no hardware's name.
 ///
 /// `notes` gets what is worth writing down of it; with `real_time`, threads of the device ask for priority like the loop does.
 pub(crate) fn open(

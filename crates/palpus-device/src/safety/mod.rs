@@ -19,8 +19,9 @@
 //! engagement ([`Phase`]). The change of the commanded wrench keeps to the slew limit from tick to tick, with the one exception of
 //! that fall.
 //!
-//! A device that withholds its force by itself ([`DeviceState::withheld`]) is commanded zero meanwhile; the wrench then returns from zero within
-//! 50 ms, or through the engagement if that lasted for long.
+//! A device that withholds its force by itself ([`DeviceState::withheld`]) is commanded zero
+//! meanwhile; the wrench then returns from zero within 50 ms, or through the engagement if that
+//! lasted for long.
 //!
 //! A wrench that no stage has a reason to touch comes out as it came in, to the bit.
 //!
@@ -232,8 +233,8 @@ impl SafetyChain {
             self.rest(&wrench);
             wrench = if phase.is_faulted() { self.damping(state, cuts) } else { Wrench::ZERO };
         }
-        // A fault falls at once, and so does what the device withholds; all else, the end of a fault and of the engagement among
-        // it, keeps to the slew limit.
+        // A fault falls at once, and so does what the device withholds; all else, the end of a
+        // fault and of the engagement among it, keeps to the slew limit.
         if !withheld && (!phase.is_faulted() || was == phase && !cuts.is_fault()) {
             let (within, cut) = self.towards(&self.commanded, &wrench);
             cuts.note(Cut::Slew, cut && phase.is_on());
