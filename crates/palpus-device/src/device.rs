@@ -8,6 +8,8 @@ use std::time::Duration;
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
 
+use crate::safety::DEVICE_BUTTONS;
+
 /// A device that is held: read where it is, tell it what to push with.
 ///
 /// Poses are of the grip in the device's frame (right-handed); a wrench is about the grip's origin, in the axes of the
@@ -130,7 +132,7 @@ pub struct DeviceState {
     pub pose: Pose,
     /// Velocity of the grip about its origin, in the device's frame.
     pub twist: Twist,
-    /// Bit k is set while button k is pressed.
+    /// Bit k is set while button k is pressed. The two highest bits are keys of the program, which the loop adds.
     pub buttons: u32,
     /// Seconds since the device was opened at which this state was sampled: a state that is handed out again keeps its
     /// time, so that one can see that there is no newer one.
@@ -139,6 +141,13 @@ pub struct DeviceState {
     /// was switched off by the person who holds it, or lost an answer.
     /// [`Cut::Withheld`](crate::Cut) follows.
     pub withheld: bool,
+}
+
+impl DeviceState {
+    /// Returns the state with the program's `keys` beside the device's own buttons.
+    pub(crate) fn with_keys(self, keys: u32) -> Self {
+        Self { buttons: self.buttons & DEVICE_BUTTONS | keys, ..self }
+    }
 }
 
 /// Why a device did not answer.

@@ -45,8 +45,9 @@ pub use realtime::{Claimed, RealTimeClaims, RealTimeOptions, claim, leave_core};
 pub use recorder::{Recorder, Recording, RecordingSummary, Sink, record};
 pub use replay::ReplayDevice;
 pub use safety::{
-    Admitted, AfterFault, AfterPanic, ContactAccount, Cut, Cuts, EnergyAccount, Engagement, Gate, LimitLine, Passivity,
-    Phase, SafetyChain, SafetyCounters, SafetyLimits, SafetyOptions, Shaped, Watch,
+    Admitted, AfterFault, AfterPanic, ContactAccount, Cut, Cuts, DEVICE_BUTTONS, EnergyAccount, Engagement, Gate,
+    HOLD_KEY, LimitLine, Passivity, Phase, REARM_KEY, Rearm, SafetyChain, SafetyCounters, SafetyLimits, SafetyOptions,
+    Shaped, Watch,
 };
 pub use self_test::{SelfTest, SelfTestError, self_test};
 pub use servo::{

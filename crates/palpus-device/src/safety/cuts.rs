@@ -42,11 +42,17 @@ pub enum Cut {
     /// The device itself gives no force, whatever it is told: see
     /// [`DeviceState::withheld`](crate::DeviceState).
     Withheld,
+    /// Of the loop's ticks in a quarter of a second, more than a tenth were late.
+    Overrun,
+    /// The machine was suspended since the last tick.
+    Suspended,
+    /// The engine went on with other settings: the wrench is blended into the new one.
+    Settings,
 }
 
 impl Cut {
     /// All of them, in the order of the chain.
-    pub const ALL: [Self; 18] = [
+    pub const ALL: [Self; 21] = [
         Self::NonFiniteState,
         Self::NonFiniteWrench,
         Self::PoseJump,
@@ -65,6 +71,9 @@ impl Cut {
         Self::Paused,
         Self::LimitCycle,
         Self::Withheld,
+        Self::Overrun,
+        Self::Suspended,
+        Self::Settings,
     ];
 
     /// As it stands in summaries.
@@ -88,6 +97,9 @@ impl Cut {
             Self::Paused => "paused",
             Self::LimitCycle => "limit_cycle",
             Self::Withheld => "withheld",
+            Self::Overrun => "overrun",
+            Self::Suspended => "suspended",
+            Self::Settings => "settings",
         }
     }
 
@@ -120,14 +132,21 @@ impl Cuts {
             | Cut::LateLoop.bit()
             | Cut::Watchdog.bit()
             | Cut::Panic.bit()
-            | Cut::Device.bit(),
+            | Cut::Device.bit()
+            | Cut::Overrun.bit()
+            | Cut::Suspended.bit(),
     );
     /// What the chain is told, and cannot find out from states and wrenches: faults, that the run
-    /// is paused, that the device withholds its force.
-    pub const TOLD: Self = Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit());
+    /// is paused, that the device withholds its force, that settings are new.
+    pub const TOLD: Self = Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit() | Cut::Settings.bit());
     /// Those that make the state's velocity a number not to be relied on.
-    pub(super) const BLIND: Self =
-        Self(Cut::NonFiniteState.bit() | Cut::PoseJump.bit() | Cut::FrozenState.bit() | Cut::DeviceClock.bit());
+    pub(super) const BLIND: Self = Self(
+        Cut::NonFiniteState.bit()
+            | Cut::PoseJump.bit()
+            | Cut::Speed.bit()
+            | Cut::FrozenState.bit()
+            | Cut::DeviceClock.bit(),
+    );
 
     /// As recorded; bits without a meaning are dropped.
     pub fn from_bits(bits: u32) -> Self {

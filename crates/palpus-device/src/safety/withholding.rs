@@ -98,7 +98,7 @@ mod tests {
     fn tick(chain: &mut SafetyChain, newtons: f64, withheld: bool) -> Shaped {
         let mut told = Cuts::NONE;
         told.note(Cut::Withheld, withheld);
-        chain.shape(&moving(withheld), &Wrench { force: DVec3::X * newtons, torque: DVec3::ZERO }, told)
+        chain.shape(&moving(withheld), &Wrench { force: DVec3::X * newtons, torque: DVec3::ZERO }, told, DT)
     }
 
     #[test]
@@ -152,6 +152,6 @@ mod tests {
         let mut told = Cuts::NONE;
         told.note(Cut::LateLoop, true);
         told.note(Cut::Withheld, true);
-        assert_eq!(chain.shape(&moving(true), &Wrench::ZERO, told).wrench, Wrench::ZERO);
+        assert_eq!(chain.shape(&moving(true), &Wrench::ZERO, told, DT).wrench, Wrench::ZERO);
     }
 }

@@ -28,7 +28,7 @@ fn the_account_of_a_run_adds_up() {
     let step = |_: &DeviceState, _| {
         tick += 1;
         let newtons = f64::from((tick - 1) % 3 + 1);
-        StepOutcome { wrench: pull(newtons), saturated: newtons > 2.5, detail: () }
+        StepOutcome { wrench: pull(newtons), saturated: newtons > 2.5, changed: false, detail: () }
     };
     let run = fast(0.03).run(&mut device, step, &mut (), &go_on());
     assert_eq!((run.force_max, run.force_step_max, run.torque_max), (3.0, 2.0, 0.0));
@@ -56,7 +56,12 @@ fn a_force_that_the_device_withholds_is_told_counted_and_replayed() {
     let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), 1e-3);
     for tick in &ticks {
         let told = Cuts::from_bits(tick.cuts.bits()).and(Cuts::TOLD);
-        assert_eq!(chain.shape(&tick.state, &tick.computed, told).wrench, tick.wrench, "tick {}", tick.index);
+        assert_eq!(
+            chain.shape(&tick.state, &tick.computed, told, tick.elapsed_s).wrench,
+            tick.wrench,
+            "tick {}",
+            tick.index
+        );
     }
 }
 
