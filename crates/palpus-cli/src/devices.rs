@@ -38,7 +38,8 @@ pub(crate) const NAMES: &str = "sim, replay:FILE, haply[#ARM][:ws://HOST:PORT], 
     force-dimension[#1][:LIBRARY], force-dimension-simulator[:LIBRARY], openhaptics[#NAME][:LIBRARY], \
     bridge:/path/to.sock, bridge:udp:127.0.0.1:PORT";
 
-/// The hardware called `name`, tested, and set down so that the grip begins at `start` (world); `None` when it is no hardware's name.
+/// The hardware called `name`, tested, and set down so that the grip begins at `start` (world);
+/// `None` when it is no hardware's name.
 ///
 /// `notes` gets what is worth writing down of it; with `real_time`, threads of the device ask for priority like the loop does.
 pub(crate) fn open(

@@ -49,8 +49,8 @@ pub trait HapticDevice {
         None
     }
 
-    /// What the device's own watchdog, in the device or beside it, has done since the last write; `None` if there is none that can be
-    /// asked. For the [self test](crate::self_test()).
+    /// What the device's own watchdog, in the device or beside it, has done since the last write;
+    /// `None` if there is none that can be asked. For the [self test](crate::self_test()).
     fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
         None
     }
@@ -137,8 +137,9 @@ pub struct DeviceState {
     /// Seconds since the device was opened at which this state was sampled: a state that is handed out again keeps its
     /// time, so that one can see that there is no newer one.
     pub time: f64,
-    /// The device gives no force now, whatever it is told: it is not ready, has no power supply, was switched off by the person who holds it,
-    /// or lost an answer. [`Cut::Withheld`](crate::Cut) follows.
+    /// The device gives no force now, whatever it is told: it is not ready, has no power supply,
+    /// was switched off by the person who holds it, or lost an answer.
+    /// [`Cut::Withheld`](crate::Cut) follows.
     pub withheld: bool,
 }
 

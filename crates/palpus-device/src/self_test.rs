@@ -1,13 +1,15 @@
-//! The self test of a device, before anybody is given a force by it.
+//! The self test of a device, before it may give force.
 //!
-//! Nothing but zero is written, so that the hand is not moved. In this order:
+//! The test writes only zero, so that the hand is not moved. Its steps:
 //!
-//! 1. States arrive, each a valid pose with a time of its own, and zero is accepted with each.
-//! 2. The device's own watchdog, if it has one that can be asked, bites when nothing is written.
-//! 3. The brake can be applied, is seen to be, and can be released; states and zero go on meanwhile.
-//! 4. The loop's watchdog, a thread of its own, applies the brake when the loop does not answer.
+//! 1. New states arrive, each with a valid pose and its own time. The device accepts zero after
+//!    each.
+//! 2. The device's own watchdog takes the force when nothing is written, if it has one that can be
+//!    asked.
+//! 3. The brake can be applied and released, and reports both. Reads and writes work meanwhile.
+//! 4. The loop's watchdog, which runs in its own thread, applies the brake when the loop stalls.
 //!
-//! What a device does not have is not tested and stands in the result. All waiting is by the loop's clock.
+//! The result names what a device does not have. All waiting is by the loop's clock.
 
 use std::fmt;
 use std::sync::Arc;
@@ -23,23 +25,25 @@ use crate::servo::LoopTime;
 const TICK: Duration = Duration::from_millis(1);
 /// Hz, of that.
 const RATE_HZ: f64 = 1000.0;
-/// States with a time of their own that have to arrive.
+/// Number of new states that must arrive.
 const FRESH_STATES: u32 = 20;
-/// For these: a grip without a wire brings 50 a second, and a machine may be busy.
+/// Time for these. Long enough for a busy machine.
 const FRESH_TIME: Duration = Duration::from_millis(500);
-/// For a watchdog to bite, beyond its own time: threads of ordinary priority are woken late on a busy machine.
+/// Time for a watchdog to act, beyond its own. A thread without priority wakes late on a busy
+/// machine.
 const PATIENCE: Duration = Duration::from_millis(500);
 
 /// What a device passed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SelfTest {
-    /// The device has a brake, which was applied, seen and released, and which the loop's watchdog applies.
+    /// The device has a brake, which passed its test.
     pub brake: bool,
-    /// The longest time for which the loop's watchdog lets a wrench be held; `None` without a brake.
+    /// Time after which the loop's watchdog applies the brake; `None` without a brake.
     pub watchdog: Option<Duration>,
-    /// That of the device's own watchdog; `None` if there is none that can be asked.
+    /// Time after which the device's own watchdog takes the force; `None` if there is none that can
+    /// be asked, or if it was not tested.
     pub own_watchdog: Option<Duration>,
-    /// The device gives no force now, whatever it is told, so that its own watchdog was not tested.
+    /// The device gives no force now, so its own watchdog was not tested.
     pub withheld: bool,
 }
 

@@ -9,7 +9,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::Wrench;
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 use palpus_device::{
-    DeviceError, DeviceState, HapticDevice, RunEnd, SelfTestError, Servo, ServoOptions, ServoTick, StepOutcome,
+    Cut, DeviceError, DeviceState, HapticDevice, RunEnd, SelfTestError, Servo, ServoOptions, ServoTick, StepOutcome,
     WallTime, self_test,
 };
 use palpus_drivers::{DriverError, ForceDimension, ForceDimensionOptions, Place};
@@ -373,6 +373,40 @@ fn a_servo_loop_drives_it_and_ends_with_zero() {
     assert_eq!(run(&mut device, 0.6, |_| {}), RunEnd::Duration);
     assert!(stand_in.get(LARGEST) > 0.0, "it was felt");
     assert_eq!(stand_in.three(FORCE), [0.0; 3]);
+}
+
+#[test]
+fn a_force_that_a_person_switches_off_and_on_returns_gently() {
+    let stand_in = ready();
+    stand_in.set(MOVING, 0.0);
+    let mut device = open(&stand_in).unwrap();
+    let (off, on) = (700, 800);
+    // Up to 4 N within a tenth of a second, long after the ramp of the engagement.
+    let mut tick = 0u32;
+    let step = |_: &DeviceState, _: f64| {
+        tick += 1;
+        let newtons = 0.04 * f64::from(tick.saturating_sub(400).min(100));
+        StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::X * newtons })
+    };
+    let mut forces = Vec::new();
+    let mut observer = |tick: &ServoTick, _: &()| {
+        match tick.index {
+            at if at == off => _ = stand_in.set(SWITCHED_OFF, 1.0),
+            at if at == on => _ = stand_in.set(SWITCHED_OFF, 0.0).set(ENABLED, 1.0),
+            _ => {}
+        }
+        forces.push((tick.index, tick.wrench.force.x));
+    };
+    let options = ServoOptions { duration: Some(1.2), ..ServoOptions::default() };
+    let run = Servo::new(options).unwrap().run(&mut device, step, &mut observer, &AtomicBool::new(false));
+    assert!(run.safety.ticks(Cut::Withheld) >= 50, "{:?}", run.safety);
+    assert_eq!(stand_in.get(OVERRIDDEN), 0.0);
+    // From zero to the omega's 12 N in 50 ms at most.
+    let most = 12.0 / 50.0 * (1.0 + 1e-9);
+    for pair in forces.windows(2).filter(|pair| pair[0].0 > off) {
+        let [(_, last), (at, force)] = pair else { continue };
+        assert!(force - last <= most, "tick {at}: from {last} to {force} N");
+    }
 }
 
 #[test]

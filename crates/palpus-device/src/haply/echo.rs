@@ -1,61 +1,64 @@
-//! Reads the force back that the service says it gives (`current_cursor_force`), and compares it with what it was told.
+//! Compares the force that the service reports (`current_cursor_force`) with the force that was
+//! commanded.
 //!
-//! The maker documents neither with which message the force comes back nor whether it is taken before or after the service's own
-//! filters (force gate, oscillation damper). So a force counts as told if it is one of the last three, and one in between zero and
-//! one of these, a weaker one, is only counted. What follows from the others:
+//! The maker does not document how late the report is, nor whether it is taken before or after the
+//! service's own filters (force gate, oscillation damper). So a report is correct if it is one of
+//! the last three commands. A weaker force along a command is counted, with no other effect.
+//! Otherwise:
 //!
-//! 1. None is given where one was told, or a stronger one, or one along another direction, for [`PATIENCE`]: the force is withheld
-//!    for [`PAUSE`], so that the loop engages anew.
-//! 2. One is given for [`LOST_TIME`] although zero is told: something else pushes the arm, and the device is lost.
+//! 1. If no force, a stronger one or one along another direction is reported for [`PATIENCE`], the
+//!    force is withheld for [`PAUSE`], after which the loop engages anew.
+//! 2. If a force is reported for [`LOST_TIME`] although zero is commanded, something else pushes
+//!    the arm. The device is then lost.
 
 use glam::DVec3;
 
-/// Messages back whose force may be the one that is given.
+/// Number of commands that a report may belong to.
 const BACK: usize = 3;
-/// N, and a share of the force: single precision, and rounding to six digits, are far below.
+/// Tolerance: N, and a share of the force. Rounding to single precision is far below.
 const SLACK: (f64, f64) = (0.05, 0.02);
-/// N: told to give this much, a service that gives nothing is withholding it.
+/// N: a command of this size for which no force is reported is withheld.
 const FELT: f64 = 0.5;
-/// s for which forces may differ: filters lag by less.
+/// s: time for which forces may differ. Filters lag by less.
 const PATIENCE: f64 = 0.05;
-/// s: longer than the chain returns a force without a new engagement.
+/// s: longer than the safety chain returns a withheld force without a new engagement.
 const PAUSE: f64 = 0.4;
 /// s.
 const LOST_TIME: f64 = 0.25;
 
-/// What was told, and since when something else is given.
+/// The last commands, and since when the reports differ.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Echo {
     told: [DVec3; BACK],
-    /// s: since when there is a reason to withhold.
+    /// s: start of the reports that give a reason to withhold.
     differs: Option<f64>,
-    /// s: since when a force is given that nobody told.
+    /// s: start of the reports of a force that was not commanded.
     unasked: Option<f64>,
-    /// s: until then the force is withheld.
+    /// s: time until which the force is withheld.
     until: f64,
 }
 
-/// How what is given compares with what was told.
+/// How a report compares with the last commands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Given {
-    /// One of the last forces.
+    /// It is one of them.
     AsTold,
-    /// Less of it.
+    /// It is a part of one of them.
     Weaker,
-    /// Nothing.
+    /// It is zero, and the commands are not.
     Nothing,
-    /// Something else.
+    /// It is another force.
     Other,
 }
 
 impl Echo {
-    /// `force` goes out.
+    /// Notes that `force` (N) is commanded.
     pub(super) fn told(&mut self, force: DVec3) {
         self.told.rotate_right(1);
         self.told[0] = force;
     }
 
-    /// The service says at `time` (s) that it gives `force`.
+    /// Judges a report of `force` (N) at `time` (s).
     pub(super) fn hear(&mut self, force: DVec3, time: f64) -> Given {
         let given = self.compare(force);
         let differs = matches!(given, Given::Nothing | Given::Other);
@@ -68,12 +71,12 @@ impl Echo {
         given
     }
 
-    /// True while the force is withheld because of what was given.
+    /// True while the force is withheld because of the reports.
     pub(super) fn withholds(&self, time: f64) -> bool {
         time < self.until
     }
 
-    /// True when the service has given a force for too long that nobody told it to give.
+    /// True if a force that was not commanded has been reported for too long.
     pub(super) fn is_unasked(&self, time: f64) -> bool {
         self.unasked.is_some_and(|since| time - since > LOST_TIME)
     }
@@ -86,7 +89,7 @@ impl Echo {
         if force.length() <= SLACK.0 && self.told.iter().all(|told| told.length() >= FELT) {
             return Given::Nothing;
         }
-        // The nearest point of the way from zero to what was told.
+        // The point nearest to `force` between zero and the command.
         let between =
             |told: DVec3| told * (force.dot(told) / told.length_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
         if self.told.iter().any(|told| near(between(*told))) { Given::Weaker } else { Given::Other }

@@ -6,9 +6,10 @@
 //! States are counted, and a command says which was the newest that its force knows. A force is sent if it is new, if no
 //! answer was lost after the state that it knows, and if that state is one of the last three. Everything else is sent as zero.
 //!
-//! **Gaps.** Wherever zero is sent in place of a force, the loop goes on from a force that the hand does not feel. So each such gap
-//! is numbered and told to the loop (its next state is withheld), and no force is sent that was computed before the loop was told: from
-//! there on it returns from zero.
+//! **Gaps.** If zero is sent in place of a force, the loop goes on from a force that the hand does
+//! not feel. Each such gap therefore has a number, and the loop's next state is withheld. A force
+//! that was computed before the loop read that state is not sent. After it, the loop starts from
+//! zero.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -38,7 +39,7 @@ const MOST_BEHIND: u64 = 2;
 /// Messages between two turns that nobody asked for: more are none of the service's.
 const MOST_EXTRA: u64 = 64;
 
-/// A state, how many there have been, and how often the force was interrupted.
+/// A state, with the number of states and of gaps so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sensed {
     pub(super) state: DeviceState,
@@ -55,7 +56,7 @@ pub(super) struct Command {
     pub(super) force: DVec3,
     /// Index of the newest state that it knows.
     pub(super) knows: u64,
-    /// The last gap that it knows.
+    /// Number of gaps that it knows of.
     pub(super) gap: u64,
 }
 
@@ -183,20 +184,20 @@ impl Exchange {
             return command.force.clamp_length_max(self.force_max);
         }
         self.add(|counts| &counts.withheld, 1);
-        // The loop knows of its brake, and of a gap that it has been told of.
+        // The loop knows of its own brake, and of older gaps.
         if told && !braked {
             self.interrupt();
         }
         DVec3::ZERO
     }
 
-    /// The loop is told that zero is sent in place of its force.
+    /// Tells the loop that zero is sent in place of its force.
     fn interrupt(&mut self) {
         self.newest.gap += 1;
         self.states.publish(self.newest);
     }
 
-    /// There is no state newer than one that was lost.
+    /// An answer was lost: withholds the force until there is a newer state.
     fn miss(&mut self) {
         self.floor = self.newest.index;
         self.newest.state.withheld = true;
@@ -228,7 +229,8 @@ impl Exchange {
         let now = Instant::now();
         if self.echo.is_unasked(self.senses.time(now)) {
             return Err(
-                "the Inverse Service gives a force although it is told none: does another program push?".to_owned()
+                "the Inverse Service reports a force although zero is commanded: close other programs that use the arm"
+                    .to_owned(),
             );
         }
         if let Some(grip) = self.talk.grip.as_deref().filter(|_| self.senses.is_deaf(now)) {

@@ -4,9 +4,10 @@
 //! transforms (`{}`) are passed over. What is needed must be a finite number of the kind that it is; a number written as text is
 //! none. The exception is `device_type`, which services write either way.
 //!
-//! **Transforms.** Positions and forces are in the service's application space. A scale in it (`mount`, `transform`) makes lengths
-//! other than metres and forces other than newtons; a permutation of the axes (`basis`) or a turned workspace makes right other
-//! than +X. All of these are refused. A turned or shifted `mount` and a `preset` say how the arm stands, and are only noted.
+//! **Transforms.** Positions and forces are in the service's application space. With a scale
+//! (`mount`, `transform`) positions are not in metres. With permuted axes (`basis`) or a turned
+//! workspace (`transform`), +X is not to the right. All of these are refused. A turned or shifted
+//! `mount` and a `preset` describe how the arm stands on the desk, and are only noted.
 
 use std::fmt::Write;
 
@@ -20,7 +21,8 @@ const GRIPS: [&str; 3] = ["custom_verse_grip", "wireless_verse_grip", "verse_gri
 
 /// Buttons by the bit that they get.
 const BUTTONS: [&str; 10] = ["a", "b", "c", "d", "e", "f", "down", "up", "right", "left"];
-/// Buttons of a grip by the array that it stands in: services may leave them out of the first message.
+/// Buttons of a grip by the array that it stands in: services may leave them out of the first
+/// message.
 const BUTTONS_OF_GRIPS: [(&str, u8); 3] = [("custom_verse_grip", 3), ("wireless_verse_grip", 3), ("verse_grip", 1)];
 
 /// How far the length of a quaternion may be from 1: the service writes single precision, of sensors with 14 bits.
@@ -169,8 +171,8 @@ pub(super) fn write_force(into: &mut String, id_in_json: &str, spelling: Spellin
     write_device(into, id_in_json, spelling, force);
 }
 
-/// Overwrites `into` with the first message of a session: its profile, under which the service keeps settings of its own for each
-/// program, and no force.
+/// Overwrites `into` with the first message of a session: zero force, and the name of the profile
+/// under which the service keeps this program's settings.
 pub(super) fn write_first(into: &mut String, id_in_json: &str, spelling: Spelling) {
     into.clear();
     into.push_str(r#"{"session":{"configure":{"profile":{"name":"palpus"}}},"#);
@@ -187,7 +189,7 @@ fn write_device(into: &mut String, id_in_json: &str, spelling: Spelling, force: 
     );
 }
 
-/// The grip that `answer` (of the service's `paired_with` of an arm) names.
+/// Returns the grip in the service's `answer` to `paired_with` of an arm.
 pub(super) fn paired_grip(answer: &Value) -> Option<String> {
     paired(answer.get("data").unwrap_or(answer), "verse_grip_id")
 }
@@ -248,7 +250,7 @@ fn trouble(entry: &Value) -> Option<&'static str> {
 }
 
 const SCALED: &str =
-    "scaled by the service, so that its metres are none: reset the scale of `mount` and `transform` to 1";
+    "scaled by the service, so that positions are not in metres: reset the scale of `mount` and `transform` to 1";
 
 /// Why a grip does not say how it is held.
 fn grip_trouble(entry: &Value) -> Option<&'static str> {
@@ -262,19 +264,19 @@ fn grip_trouble(entry: &Value) -> Option<&'static str> {
     )
 }
 
-/// The first of these statuses that is told to be false.
+/// Returns the text of the first status that is `false`.
 fn says_no(entry: &Value, all: [(&str, &'static str); 3]) -> Option<&'static str> {
     all.into_iter().find(|(key, _)| entry["status"][*key] == Value::Bool(false)).map(|(_, trouble)| trouble)
 }
 
-/// Told before the first message of ours: somebody else's session has it.
+/// True before palpus's first message only if another session uses the arm.
 fn in_use(entry: &Value) -> Option<&'static str> {
     (entry["status"]["in_use"] == Value::Bool(true)).then_some(
-        "used by another program, and their forces would add up: end that one; if it has just ended, try again",
+        "in use by another program, whose forces would add to these: close that program; if it was just closed, try again",
     )
 }
 
-/// Settings with which the service's metres or axes are not ours.
+/// Returns the setting by which positions are scaled or turned, if there is one.
 fn turned_or_scaled(config: &Value) -> Option<&'static str> {
     let turned = permutation(config).is_some_and(|axes| axes != "XYZ");
     let turned = turned.then_some("turned by the service (`basis`), so that +X is not to the right: reset it to XYZ");
@@ -286,19 +288,19 @@ fn permutation(config: &Value) -> Option<&str> {
     basis["permutation"].as_str()
 }
 
-/// True if a transform has a scale other than 1, or one that is none.
+/// True if a transform has a scale other than 1, or an invalid one.
 fn is_scaled(transform: &Value) -> bool {
     let scale = &transform["scale"];
     !scale.is_null() && vector(scale).is_none_or(|scale| (scale - 1.0).abs().max_element() > TRANSFORM_SLACK)
 }
 
-/// True if a transform has a rotation other than none.
+/// True if a transform has a rotation other than the identity, or an invalid one.
 fn is_turned(transform: &Value) -> bool {
     let turn = &transform["rotation"];
     !turn.is_null() && rotation(turn).is_none_or(|turn| 1.0 - turn.w.abs() > TRANSFORM_SLACK)
 }
 
-/// The other side of a pairing: an id, or an object with it at `key`.
+/// Returns the other device of a pairing: an id, or an object with the id at `key`.
 fn paired(pairing: &Value, key: &str) -> Option<String> {
     let other = pairing.as_str().or_else(|| pairing.get(key)?.as_str())?;
     ((1..=64).contains(&other.len()) && !other.contains(char::is_control)).then(|| other.to_owned())

@@ -11,11 +11,13 @@
 //! 3. A force goes out once. Where there is no new one for 5 ms, nothing goes out but zero.
 //! 4. After a state that was late, lost or not to be understood, forces that were computed from what came before it are
 //!    withheld: zero goes out until one arrives that knows a newer state.
-//! 5. While the arm is not ready or has no power, while its grip is asleep or silent, and wherever zero goes out in place of a
-//!    force, the state is [withheld](DeviceState::withheld): the loop knows, and returns from zero (`exchange`).
+//! 5. While the arm is not ready or has no power, while its grip is asleep or silent, and wherever
+//!    zero goes out in place of a force, the state is [withheld](DeviceState::withheld): the loop
+//!    knows, and returns from zero (`exchange`).
 //! 6. The force that the service says it gives is compared with what it was told (`echo`).
-//! 7. No state for a quarter of a second, a closed connection, or a device that is gone: the device is lost, and says why. It
-//!    does not connect again by itself: a force would come back that nobody asked for.
+//! 7. No state for a quarter of a second, a closed connection, or a device that is gone: the device
+//!    is lost, and says why. It does not connect again by itself: a force would come back that
+//!    nobody asked for.
 //!
 //! **Latency.** A state is sampled when the service answers the last tick's force, so it is one period old when the loop reads it;
 //! a client without a thread would read the same one. The thread adds the time in which the system wakes it (tens of
@@ -181,7 +183,8 @@ pub struct HaplyCounts {
 }
 
 impl HaplyDevice {
-    /// Connects, and goes around without a force until it is known how the grip is held. Takes at most about five seconds.
+    /// Connects, and goes around without a force until it is known how the grip is held. Takes at
+    /// most about five seconds.
     ///
     /// # Errors
     /// When there is no service, no device, or none that can be used; each says what mends it as far as it is known.
@@ -287,7 +290,8 @@ impl HapticDevice for HaplyDevice {
         Some(self.brake.clone())
     }
 
-    /// The thread sends zero when the loop does not write, and the service lets the arm idle when that does not send.
+    /// The thread sends zero when the loop does not write, and the service lets the arm idle when
+    /// that does not send.
     fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
         Some(OwnWatchdog { after: exchange::IDLE_TIME, has_bitten: self.counts().idle > self.idle })
     }

@@ -1,9 +1,10 @@
-//! From an address to an arm with its grip that has answered once.
+//! Opens a connection to the service and waits for the first complete state.
 //!
-//! 1. Connect; ask for the service's version, its scale of forces, and which grip is paired with the arm.
-//! 2. Choose arm and grip out of the inventory. An arm that another program uses, that is not ready, or whose metres, newtons or axes
-//!    are not ours is refused.
-//! 3. Send the first message, with the session's name and no force; wait until the arm, and how the grip is held, is known.
+//! 1. Connect, read the inventory and choose the arm. An arm that another program uses, that is not
+//!    ready, or whose positions and forces are scaled or turned is refused.
+//! 2. Ask for the service's version, its scale of forces, and the grip that is paired with the arm.
+//! 3. Send the first message, with the session's name and zero force. Repeat zero until the answer
+//!    has the arm's position and the grip's orientation.
 
 use std::borrow::Cow;
 use std::time::{Duration, Instant};
@@ -19,15 +20,15 @@ use super::wire::{Failed, Heard, Wire};
 use super::{HaplyError, HaplyOptions, http};
 use crate::device::{Axes, DeviceSpec, DeviceState, known_devices};
 
-/// For the inventory after connecting, for the first state, and for a grip to say how it is held.
+/// For the inventory after connecting, for the first state, and for the grip's first orientation.
 const FIRST_ANSWER: Duration = Duration::from_secs(1);
-/// Between two questions of how the grip is held.
+/// Between two messages that wait for the grip's orientation.
 const ASK_AGAIN: Duration = Duration::from_millis(10);
 /// s: what service, cable and firmware take is not stated; a USB frame.
 const ASSUMED_DELAY: f64 = 1e-3;
 /// N: for arms of which no limit is known.
 const CAUTIOUS_FORCE: f64 = 3.0;
-/// How far the service's scale of forces may be from 1.
+/// Tolerance of the service's scale of forces about 1.
 const SCALE_SLACK: f64 = 1e-6;
 
 /// A connection that has gone around once.
@@ -119,11 +120,12 @@ pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
 /// Why there is no first sample.
 enum NoSample {
     NotUnderstood(String),
-    /// Of a grip, and why.
+    /// The grip's name, and why it gives no orientation.
     Grip(String, String),
 }
 
-/// The first sample that says where the arm is and how the grip is held. The session is named to services that say their version.
+/// Returns the first sample with the grip's orientation, if there is a grip. The session's name is
+/// sent only to services that state their version: older ones may not know it.
 fn first_sample(wire: &mut Wire, talk: &mut Talk, named: bool) -> Result<Sample, NoSample> {
     let until = Instant::now() + FIRST_ANSWER;
     let mut message = if named { talk.first() } else { talk.force(DVec3::ZERO) };
@@ -136,7 +138,7 @@ fn first_sample(wire: &mut Wire, talk: &mut Talk, named: bool) -> Result<Sample,
             return Ok(sample);
         }
         if Instant::now() >= until {
-            let silent = "silent about how it is held: move it, and see that it is switched on";
+            let silent = "not reporting its orientation: move it, and check that it is switched on";
             return Err(NoSample::Grip(format!("the grip {grip}"), sample.grip_trouble.unwrap_or(silent).to_owned()));
         }
         std::thread::sleep(ASK_AGAIN);
@@ -144,10 +146,10 @@ fn first_sample(wire: &mut Wire, talk: &mut Talk, named: bool) -> Result<Sample,
     }
 }
 
-/// The grip that belongs to `arm`, and how that is known.
+/// Returns the grip that belongs to `arm`, and how that is known.
 ///
-/// A pairing counts, whichever side states it, also when the paired grip is not there: another arm's grip is then not taken for it.
-/// Without one, arms and grips that are paired with nothing belong together in the service's order.
+/// A pairing counts, whether the arm or the grip states it. If the paired grip is missing, no other
+/// grip is taken. Arms and grips without a pairing are matched in the service's order.
 fn grip_of<'a>(arm: &Arm, inventory: &'a Inventory, pairing: Option<&Value>) -> (Option<&'a Grip>, &'static str) {
     let Inventory { arms, grips } = inventory;
     if let Some(id) = pairing.and_then(message::paired_grip) {
@@ -161,7 +163,7 @@ fn grip_of<'a>(arm: &Arm, inventory: &'a Inventory, pairing: Option<&Value>) -> 
     let place = alone.position(|other| other.id == arm.id).unwrap_or(0);
     let mut free = grips.iter().filter(|grip| grip.paired_with.is_none());
     let first = free.clone().next();
-    // One grip that is said to be nobody's is the hand's that holds the arm, whichever of the arms that is.
+    // A single grip without a pairing may be held with any of the arms.
     (free.nth(place).or(first), "by the service's order, since no pairing is stated")
 }
 

@@ -9,12 +9,12 @@ use super::grip::GripFilter;
 use super::message::Sample;
 use crate::device::DeviceState;
 
-/// s without an orientation of a grip that is ready: the force is withheld, since nobody knows how it is held.
+/// s without an orientation after which the force is withheld.
 const GRIP_QUIET_TIME: f64 = 0.05;
-/// s: and the grip is lost.
+/// s without an orientation after which the grip is lost.
 const GRIP_LOST_TIME: f64 = 0.25;
 
-/// What the states remember of earlier samples.
+/// What is kept of earlier samples.
 pub(super) struct Senses {
     origin: Instant,
     filter: Option<GripFilter>,
@@ -50,7 +50,8 @@ impl Senses {
                 self.buttons.hear(buttons);
             }
         } else {
-            // It is there and says so; what it says of how it is held is old, and its buttons are let go of.
+            // The grip still answers, so it is not lost, but its orientation is old. Its buttons
+            // count as released, so that a dead-man's button lets go.
             self.heard = time;
             self.buttons = Pressed::default();
         }
@@ -72,8 +73,8 @@ impl Senses {
     }
 }
 
-/// Buttons as the loop sees them. A button that is down when the grip is first heard, or heard again, was not pressed for this run: it
-/// counts once it has been released.
+/// Buttons as the loop sees them. A button that is down when the grip is heard first, or again
+/// after sleep, counts only once it has been released: it was not pressed to ask for forces.
 #[derive(Clone, Copy, Debug, Default)]
 struct Pressed {
     known: bool,

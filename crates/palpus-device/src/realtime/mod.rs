@@ -5,7 +5,8 @@
 //! 3. **A core**: the thread stays on one, an isolated one if there is any. Only with priority: on a core that it had to share, a
 //!    pinned thread would wait where a free one moves on. Who draws beside the loop leaves that core ([`leave_core`]).
 //!
-//! 4. **The watchdog**: its thread can be started, and runs before the loop's: a loop that never sleeps would otherwise keep it from its core.
+//! 4. **The watchdog**: its thread can be started, and runs before the loop's: a loop that never
+//!    sleeps would otherwise keep it from its core.
 //!
 //! Each is asked for by itself; what is not granted is said with its reason and the one line that mends it, and the loop runs
 //! without. Known on Linux; elsewhere nothing is claimed.
@@ -130,8 +131,8 @@ pub fn leave_core(claims: &RealTimeClaims) {
     }
 }
 
-/// Lets the calling thread, started by one that has claimed a priority and a core, run before that thread and anywhere; and says what
-/// was granted.
+/// Lets the calling thread, started by one that has claimed a priority and a core, run before that
+/// thread and anywhere; and says what was granted.
 pub(crate) fn outrank() -> Claimed {
     system::outrank()
 }

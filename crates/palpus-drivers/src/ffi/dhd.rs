@@ -207,7 +207,8 @@ impl Dhd {
         self.rate.map(|function| unsafe { function(id as c_char) })
     }
 
-    /// The library itself gives no more than this, N and N·m, whatever it is told. True when it will for the force.
+    /// The library itself gives no more than this, N and N·m, whatever it is told. True when it
+    /// will for the force.
     pub(crate) fn set_most(&self, force: f64, torque: f64, id: i8) -> bool {
         let set = |most: Option<unsafe extern "C" fn(f64, c_char) -> c_int>, value: f64| {
             // SAFETY: by value.

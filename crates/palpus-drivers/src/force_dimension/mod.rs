@@ -7,9 +7,11 @@
 //! 3. A write is a wrench in one call. Saturated motors (code 2) are counted; they are the normal case and no failure.
 //! 4. The brake switches the motors off, which short-circuits them: they damp. It never waits for a call that hangs; there the
 //!    device's watchdog takes its part.
-//! 5. The force is switched on from here only after this program, or the device's watchdog, has switched it off. Whatever else did, the
-//!    button on the device above all, stays as it is: before each switching on, the status says what the cause was. The
-//!    switch is watched, and while it is off the state is withheld, so that the loop returns from zero when it is on again.
+//! 5. The force is switched on from here only after this program, or the device's watchdog, has
+//!    switched it off. Whatever else did, the button on the device above all, stays as it is:
+//!    before each switching on, the status says what the cause was. The switch is watched, and
+//!    while it is off the state is withheld, so that the loop returns from zero when it is on
+//!    again.
 //! 6. The library is told the largest force and torque, and gives no more.
 //! 7. Whatever ends it, the last wrench is zero and the force is off.
 

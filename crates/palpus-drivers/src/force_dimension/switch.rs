@@ -17,8 +17,8 @@ pub(super) mod status {
     pub(in super::super) const FORCE_OFF_CAUSE: usize = 14;
 }
 
-/// Why the force is off, as the status says it. Others (1: the button on the device, 2: too fast a motion, 6: the dead-man's switch)
-/// are not for a program to override.
+/// Why the force is off, as in the status. A program may not override the other causes (1: the
+/// button on the device, 2: too fast a motion, 6: the dead-man's switch).
 pub(super) mod cause {
     /// None is known.
     pub(in super::super) const NONE: i32 = 0;
@@ -66,7 +66,8 @@ impl Shared {
         self.line.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Switches the force on if it is off and nobody else wants it so; called by whoever holds the line.
+    /// Switches the force on if it is off and nobody else wants it so; called by whoever holds the
+    /// line.
     pub(super) fn switch_on(&self) -> Switched {
         if let Some(words) = self.api.status(self.id) {
             if words[status::FORCE] != 0 {
@@ -119,7 +120,8 @@ impl Brake for Shared {
         self.late_brake.store(false, Ordering::Release);
         self.brake.release();
         if *line == State::Driven && !self.withheld.load(Ordering::Acquire) {
-            // Should it fail, there is no force, and the device's watchdog lets the next write say why.
+            // Should it fail, there is no force, and the device's watchdog lets the next write say
+            // why.
             let forbidden = self.switch_on() == Switched::Forbidden;
             self.withheld.store(forbidden, Ordering::Release);
         }

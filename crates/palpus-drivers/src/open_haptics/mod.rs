@@ -7,13 +7,14 @@
 //! 1. Opened by name: without one, which some drivers refuse, then by the two names that installers give.
 //! 2. Limits are the smaller of what the device says and what is known of its model. It states forces in N, torques in mN·m,
 //!    lengths in mm.
-//! 3. A wrench that is older than a few milliseconds is not held: the thread gives zero, the state is withheld, and the loop returns
-//!    from zero.
+//! 3. A wrench that is older than a few milliseconds is not held: the thread gives zero, the state
+//!    is withheld, and the loop returns from zero.
 //! 4. The brake is a flag that the thread looks at in every turn; it then damps by itself.
 //! 5. Errors of force (too much, too fast, warm motors) are counted, and end the run only when they do not stop; all others end it.
 //!    Whatever ends it, the thread's last wrench is zero.
-//! 6. The driver's own protections are switched on: the clamp of the largest force, and its limits of force, of the change of force
-//!    and of velocity. A calibration that is not up to date is updated, or the device is refused.
+//! 6. The driver's own protections are switched on: the clamp of the largest force, and its limits
+//!    of force, of the change of force and of velocity. A calibration that is not up to date is
+//!    updated, or the device is refused.
 //!
 //! HDAPI has one scheduler for a process, and devices want to be opened before it starts. Where one is open already, the scheduler stands
 //! still while another one is opened or closed, and so nobody gives a force; each device has its own place in it.
@@ -63,7 +64,8 @@ mod number {
     ];
     pub(super) const CALIBRATED: u32 = 0x5000;
     pub(super) const NEEDS_CALIBRATION: u32 = 0x5001;
-    /// Styles of calibration that need nobody to hold the arm in a certain way, the best first: by itself, and in the inkwell.
+    /// Styles of calibration that need nobody to hold the arm in a certain way, the best first: by
+    /// itself, and in the inkwell.
     pub(super) const CALIBRATES_ITSELF: [u32; 2] = [2, 4];
 }
 

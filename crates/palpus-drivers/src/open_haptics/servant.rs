@@ -7,9 +7,10 @@
 //! 4. Take the errors: those of force are counted, any other is a failure, after which the wrench is zero.
 //! 5. Publish the state.
 //!
-//! **Gaps.** Wherever zero is given in place of a wrench, or the driver gives none because of its own limits, the loop goes on from a wrench
-//! that the hand does not feel. Each such gap is numbered and told to the loop (its next state is withheld), and no wrench is given that
-//! was computed before that: from there on the loop returns from zero.
+//! **Gaps.** Wherever zero is given in place of a wrench, or the driver gives none because of its
+//! own limits, the loop goes on from a wrench that the hand does not feel. Each such gap is
+//! numbered and told to the loop (its next state is withheld), and no wrench is given that was
+//! computed before that: from there on the loop returns from zero.
 //!
 //! Asked to end, it writes zero and is called no more. It never waits and never allocates.
 

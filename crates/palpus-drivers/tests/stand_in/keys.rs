@@ -23,7 +23,8 @@ pub const NO_VELOCITY: usize = 16;
 pub const OUT_OF_RESET: usize = 17;
 pub const ENABLE_CODE: usize = 18;
 pub const MOVING: usize = 19;
-/// By whom, as the status's word 14 has it: 1 by the button, 2 for its speed, 6 by the dead-man's switch.
+/// By whom, as the status's word 14 has it: 1 by the button, 2 for its speed, 6 by the dead-man's
+/// switch.
 pub const SWITCHED_OFF: usize = 20;
 /// By the program or the watchdog, likewise.
 pub const OFF_CAUSE: usize = 21;

@@ -138,7 +138,7 @@ fn a_grip_is_waited_for_until_it_says_how_it_is_held() {
         let service = Service::usual(move |count| Act::Say(vec![script(count).to_string()]));
         HaplyDevice::open(&service.options()).err().unwrap().to_string()
     };
-    assert!(refused(silent).contains("the grip 1102 is silent"));
+    assert!(refused(silent).contains("the grip 1102 is not reporting its orientation"));
     let asleep = |count| with(frame(count), "/wireless_verse_grip/0/status/awake", json!(false));
     assert!(refused(asleep).contains("the grip 1102 is asleep"));
 }

@@ -35,7 +35,7 @@ fn an_arm_that_is_not_ready_or_without_power_withholds_its_force() {
         let place = format!("/inverse3/0/status/{status}");
         let service = interrupted(move |k| with(frame(k), &place, json!(false)));
         let mut device = service.open();
-        assert!(!device.read().unwrap().withheld);
+        drive_until_withheld(&mut device, false);
         drive_until_withheld(&mut device, true);
         drive_until_withheld(&mut device, false);
     }
@@ -106,7 +106,8 @@ fn a_force_that_is_given_as_told_is_not_counted() {
     let mut device = service.open();
     drive(&mut device, 60).unwrap();
     assert_eq!(device.counts().otherwise, 0);
-    assert!(!device.read().unwrap().withheld);
+    // A busy machine may have held the loop up meanwhile.
+    drive_until_withheld(&mut device, false);
 }
 
 #[test]
@@ -125,6 +126,6 @@ fn a_force_that_nobody_told_loses_the_device() {
     let service = echoing(|_| DVec3::Z * 2.0);
     let mut device = service.open();
     let lost = drive_until_lost(&mut device);
-    assert!(lost.contains("although it is told none"), "{lost}");
+    assert!(lost.contains("although zero is commanded"), "{lost}");
     assert_eq!(service.told().last().unwrap().force, DVec3::ZERO);
 }
