@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::{Settings, VirtualCoupling};
-use palpus_io::record::{FORMAT, RecordedBody, RecordedScene, SceneSource};
+use palpus_io::record::{FORMAT, RawState, RecordedBody, RecordedScene, SceneSource, ServoRecord};
 use palpus_io::{ContentHash, RecordRow, RecordingHeader};
 
 /// A header with everything in it; `more` is what a program adds.
@@ -35,9 +35,11 @@ pub fn header(more: toml::Table) -> RecordingHeader {
         palpus_version: "0.1.0".to_owned(),
         device: "sim".to_owned(),
         rate_hz: 1000.0,
+        start_utc: Some("2026-03-01T12:30:00Z".to_owned()),
         seed: u64::MAX,
         scene: RecordedScene {
             source: SceneSource::File("cup.toml".to_owned()),
+            text: Some("unit = \"mm\"\n".to_owned()),
             metres_per_unit: 0.001,
             probe: body("spoon.obj"),
             environment: body("cup.obj"),
@@ -50,6 +52,7 @@ pub fn header(more: toml::Table) -> RecordingHeader {
 /// A tick.
 pub fn row(tick: u64) -> RecordRow {
     let x = tick as f64 / 3.0;
+    let raw = RawState { pose: Pose::IDENTITY, twist: Twist { angular: DVec3::NAN, linear: DVec3::splat(x) } };
     RecordRow {
         tick,
         time_ns: tick * 1_000_000,
@@ -68,5 +71,6 @@ pub fn row(tick: u64) -> RecordRow {
         saturated: tick > 0,
         faults: 5,
         tool: Some(Pose { rotation: DQuat::IDENTITY, translation: DVec3::splat(-x) }),
+        servo: Some(ServoRecord { utc_ns: tick, stepped: true, raw: (tick > 0).then_some(raw), ..ServoRecord::default() }),
     }
 }

@@ -7,8 +7,8 @@ use std::borrow::Cow;
 use glam::DVec3;
 use palpus::algebra::Wrench;
 use palpus_device::{
-    AfterFault, AfterPanic, Axes, Cuts, DeviceSpec, DeviceState, Engagement, Gate, Phase, SafetyChain, SafetyLimits,
-    SafetyOptions, known_devices,
+    AfterFault, AfterPanic, Axes, Cut, Cuts, DeviceSpec, DeviceState, Engagement, Gate, Phase, SafetyChain,
+    SafetyLimits, SafetyOptions, known_devices,
 };
 use palpus_fuzz::{Allowance, Bytes, Seed, check, target};
 
@@ -68,7 +68,8 @@ fn run(data: &[u8]) {
     let period = 1.0 / rate;
     let mut chain = SafetyChain::new(&limits, options.engagement(&spec), &options, period);
     let mut gate = Gate::new(&limits);
-    let mut state = DeviceState { pose: bytes.pose(0.1), twist: Default::default(), buttons: 1, time: 0.0 };
+    let mut state =
+        DeviceState { pose: bytes.pose(0.1), twist: Default::default(), buttons: 1, time: 0.0, withheld: false };
     let mut before = Wrench::ZERO;
     for _ in 0..400 {
         match bytes.byte() {
@@ -89,21 +90,25 @@ fn run(data: &[u8]) {
         if let Some(good) = admitted.state {
             assert!(good.pose.is_valid(), "{good:?}");
         }
-        let told = if bytes.rarely() { Cuts::from_bits(u32::from(bytes.short())).and(Cuts::TOLD) } else { Cuts::NONE };
+        let bits = u32::from(bytes.short()) | u32::from(bytes.byte()) << 16;
+        let told = if bytes.rarely() { Cuts::from_bits(bits).and(Cuts::TOLD) } else { Cuts::NONE };
         let wrench = match bytes.byte() {
             0..=100 => before,
             101..=220 => Wrench { force: 10.0 * bytes.point(), torque: 0.1 * bytes.point() },
             _ => Wrench { force: DVec3::new(bytes.any(), bytes.any(), bytes.any()), torque: DVec3::splat(bytes.any()) },
         };
         before = wrench;
-        let shaped = chain.shape(&usable, &wrench, admitted.cuts.or(told));
+        let shaped = chain.shape(&usable, &wrench, admitted.cuts.or(told), elapsed);
         let given = shaped.wrench;
         assert!(given.is_finite(), "{shaped:?}");
         let slack = 1.0 + ROUNDING;
         let within = [(given.force, limits.force_peak), (given.torque, limits.torque_peak)];
         assert!(within.iter().all(|&(v, most)| check::within(v, slack * most + SMALLEST)), "{shaped:?} of {limits:?}");
+        if shaped.cuts.has(Cut::Withheld) {
+            assert!(given == Wrench::ZERO, "{shaped:?}");
+        }
         if shaped.cuts.is_fault() {
-            assert!(matches!(shaped.phase, Phase::Faulted | Phase::Stopped), "{shaped:?}");
+            assert!(matches!(shaped.phase, Phase::Faulted | Phase::Stopped | Phase::Latched), "{shaped:?}");
             assert!(check::within(given.force, slack * limits.rest_force + SMALLEST), "{shaped:?} of {limits:?}");
         }
         assert!(chain.heat().is_finite());

@@ -42,18 +42,18 @@ pub(crate) enum Teller<'a> {
 
 /// Reads and prepares a model file, in model units.
 pub(crate) fn prepare_file(path: &Path, settings: &BodySettings) -> anyhow::Result<Prepared> {
-    prepare_file_telling(path, settings, &Teller::Bar)
+    prepare_mesh_telling(path, &read_mesh(path)?, settings, &Teller::Bar)
 }
 
-/// The same, saying how far it has come as `teller` does.
-pub(crate) fn prepare_file_telling(
+/// Prepares the polygons of a model file, saying how far it has come as `teller` does.
+pub(crate) fn prepare_mesh_telling(
     path: &Path,
+    soup: &PolygonSoup,
     settings: &BodySettings,
     teller: &Teller<'_>,
 ) -> anyhow::Result<Prepared> {
-    let soup = read_mesh(path)?;
     let name = path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned());
-    prepare_soup_telling(&name, &soup, settings, teller)
+    prepare_soup_telling(&name, soup, settings, teller)
         .with_context(|| format!("{} cannot be prepared", path.display()))
 }
 

@@ -9,15 +9,21 @@ use crate::args::ConvertArguments;
 use crate::output;
 
 pub(crate) fn convert(arguments: &ConvertArguments) -> anyhow::Result<ExitCode> {
-    let ConvertArguments { recording: from, out } = arguments;
+    let ConvertArguments { recording: from, out, force } = arguments;
     if same_file(from, out) {
         anyhow::bail!("{} cannot be converted onto itself; name another file", from.display());
+    }
+    if out.exists() && !force {
+        anyhow::bail!("{} is there already; name another file, or --force writes over it", out.display());
     }
     let recording = read_recording(from)?;
     if let Some(notice) = &recording.notice {
         output::note(format!("note: {notice}"));
     }
     let problem = || format!("{} could not be written", out.display());
+    if out.exists() {
+        std::fs::remove_file(out).with_context(problem)?;
+    }
     let mut writer = RecordingWriter::create(out, &recording.header).with_context(problem)?;
     let mut changes = recording.changes.iter().peekable();
     for row in &recording.rows {

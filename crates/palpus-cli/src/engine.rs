@@ -10,6 +10,7 @@ use palpus_window::Moment;
 use crate::clock::WallClock;
 use crate::shots::Shots;
 use crate::stage::Stage;
+use crate::way_out::WayOut;
 
 /// A renderer between device and scene. The device's frame is the world's; the environment may be
 /// placed in it. The device's pose and twist are those of the grip, which has the probe's axes.
@@ -21,6 +22,8 @@ pub(crate) struct Engine {
     live: Option<Publisher<Moment>>,
     asked: Option<Newest<Settings>>,
     pacer: Option<Pacer>,
+    /// Settings of which no detail has told yet.
+    untold: Option<Settings>,
 }
 
 /// What a step says beside its wrench.
@@ -34,6 +37,8 @@ pub(crate) struct Detail {
     pub(crate) allocations: u64,
     /// The settings that were new in this step.
     pub(crate) changed: Option<Settings>,
+    /// The probe is inside the part.
+    pub(crate) way_out: Option<WayOut>,
 }
 
 impl Engine {
@@ -48,6 +53,7 @@ impl Engine {
             live: None,
             asked: None,
             pacer: None,
+            untold: None,
         })
     }
 
@@ -115,6 +121,13 @@ impl Engine {
         self.renderer.allow(work);
     }
 
+    /// Forgets the past after a step that panicked, of which the memory may be half done. The next step is as the first was.
+    pub(crate) fn forget(&mut self) {
+        self.renderer.clear();
+        // Whether that step took up others, nobody was told.
+        self.untold = Some(*self.renderer.settings());
+    }
+
     /// The device can give no more than `available` from now on.
     pub(crate) fn set_available(&mut self, available: &Limits) {
         self.renderer.set_available(available);
@@ -123,8 +136,9 @@ impl Engine {
     /// One tick: what the device is to push with.
     pub(crate) fn step(&mut self, state: &DeviceState, dt: f64) -> StepOutcome<Detail> {
         let before = allocations_of_this_thread();
-        let changed = self.changed();
-        let grip_a = self.renderer.settings().grip_a;
+        let changed = self.changed().or(self.untold.take());
+        let settings = *self.renderer.settings();
+        let grip_a = settings.grip_a;
         let probe = self.frame.probe(state, grip_a);
         if let Some(pacer) = &self.pacer {
             self.renderer.allow(Some(pacer.allowance()));
@@ -138,10 +152,12 @@ impl Engine {
             live.publish_with(|moment| moment.fill(tick, tick.index as f64 * dt, grip_a));
         }
         let wrench = self.frame.for_device(&tick.commanded);
+        let way_out = WayOut::of(tick, &settings, &self.frame, state);
         let saturated = tick.counters.saturated_force + tick.counters.saturated_torque > 0;
         let (summary, tool) = (tick.summary(), self.frame.in_world(&tick.tool_ba));
         let allocations = allocations_of_this_thread() - before;
-        StepOutcome { wrench, saturated, detail: Detail { tick: summary, tool, allocations, changed } }
+        let detail = Detail { tick: summary, tool, allocations, changed, way_out };
+        StepOutcome { wrench, saturated, changed: changed.is_some(), detail }
     }
 }
 
@@ -172,6 +188,11 @@ impl Frame {
         let turn = |v| self.from_world.vector(v);
         let twist = Twist { angular: turn(state.twist.angular), linear: turn(state.twist.linear) };
         ProbeState::of_grip(&(self.from_world * state.pose), &twist, grip_a)
+    }
+
+    /// Returns the world direction of one in the environment's frame.
+    pub(crate) fn vector_in_world(&self, vector: DVec3) -> DVec3 {
+        self.environment.vector(vector)
     }
 
     /// Returns the world pose of what stands at `pose` in the environment's frame.

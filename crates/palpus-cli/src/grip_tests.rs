@@ -107,7 +107,7 @@ fn wrench_does_not_depend_on_mesh_origin() {
 
 /// A state of a device at rest.
 fn still(pose: Pose) -> DeviceState {
-    DeviceState { pose, twist: Twist::default(), buttons: 0, time: 0.0 }
+    DeviceState { pose, twist: Twist::default(), buttons: 0, time: 0.0, withheld: false }
 }
 
 /// A wrist's turn about a device's own origin: 10°, about an axis that shows the lever.

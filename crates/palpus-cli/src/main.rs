@@ -14,6 +14,7 @@ mod doctor;
 mod durations;
 mod engine;
 mod export;
+mod fault_log;
 mod faults;
 mod files;
 mod gaps;
@@ -48,6 +49,8 @@ mod threads;
 mod two;
 mod view;
 mod view_window;
+mod way_out;
+mod when;
 mod window;
 
 use std::process::ExitCode;

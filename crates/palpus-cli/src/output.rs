@@ -1,5 +1,4 @@
 //! Where words go: answers to standard output, everything else to standard error.
-#![allow(clippy::print_stderr)] // The one place that prints.
 
 use std::io::{ErrorKind, IsTerminal, Write};
 
@@ -7,15 +6,17 @@ use serde::Serialize;
 
 /// One error on one screen: the outermost sentence, then its causes.
 pub(crate) fn error(error: &anyhow::Error) {
-    eprintln!("error: {error}");
+    note(format_args!("error: {error}"));
     for cause in error.chain().skip(1) {
-        eprintln!("  because: {cause}");
+        note(format_args!("  because: {cause}"));
     }
 }
 
-/// A line for the user that is not the answer.
+/// A line for the user that is not the answer. Does nothing if there is no terminal any more: a run goes on to its end all the same.
 pub(crate) fn note(text: impl std::fmt::Display) {
-    eprintln!("{text}");
+    // A live line may stand there.
+    let begin = if watched() { "\r\x1b[2K" } else { "" };
+    let _ = writeln!(std::io::stderr(), "{begin}{text}");
 }
 
 /// A line of the answer. Who reads may stop reading (`| head`): that ends the program, and is no failure of it.
@@ -24,7 +25,7 @@ pub(crate) fn line(text: impl std::fmt::Display) {
         if error.kind() == ErrorKind::BrokenPipe {
             std::process::exit(0);
         }
-        eprintln!("error: the answer could not be printed: {error}");
+        note(format_args!("error: the answer could not be printed: {error}"));
         std::process::exit(1);
     }
 }
@@ -42,10 +43,10 @@ pub(crate) fn watched() -> bool {
 
 /// Draws over the last live line (only where [`watched`]).
 pub(crate) fn live(text: &str) {
-    eprint!("\r\x1b[2K{text}");
+    let _ = write!(std::io::stderr(), "\r\x1b[2K{text}");
 }
 
 /// Ends a live line.
 pub(crate) fn live_end() {
-    eprintln!();
+    note("");
 }

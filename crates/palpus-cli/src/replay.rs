@@ -2,12 +2,12 @@
 
 use std::process::ExitCode;
 
-use palpus_io::scene::FilePolicy;
 use palpus_io::{Recording, read_recording};
 
 use crate::args::{ReplayArguments, file_policy};
 use crate::divergence::{self, Comparison};
 use crate::rerun::one::run_again;
+use crate::rerun::places::Places;
 use crate::two::other::other_of;
 use crate::{output, replay_view, two};
 
@@ -16,20 +16,24 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
     if let Some(notice) = &recording.notice {
         output::note(format!("note: {notice}"));
     }
-    let policy = file_policy(arguments.allow_outside);
+    let places = Places {
+        recording: &arguments.recording,
+        meshes: &arguments.meshes,
+        policy: file_policy(arguments.allow_outside),
+    };
     if let Some(file) = &arguments.screenshot {
-        replay_view::write_tick(&recording, policy, arguments, file)?;
+        replay_view::write_tick(&recording, &places, arguments, file)?;
         return Ok(ExitCode::SUCCESS);
     }
     if arguments.view {
-        replay_view::show(&recording, policy, arguments)?;
+        replay_view::show(&recording, &places, arguments)?;
         return Ok(ExitCode::SUCCESS);
     }
     if other_of(&recording).is_some() {
-        return replay_both(arguments, &recording, policy);
+        return replay_both(arguments, &recording, &places);
     }
     let mut comparison = Comparison::new(&recording);
-    run_again(&recording, policy, &mut |row, wrench, contacts| comparison.add(row, wrench, contacts))?;
+    run_again(&recording, &places, &mut |row, wrench, contacts| comparison.add(row, wrench, contacts))?;
     let report = comparison.report();
     if arguments.json {
         output::json(&report)?;
@@ -40,8 +44,8 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
 }
 
 /// One of the recordings of two tools: both are run again, and both have to come out as they were.
-fn replay_both(arguments: &ReplayArguments, recording: &Recording, policy: FilePolicy) -> anyhow::Result<ExitCode> {
-    let [report, other] = two::replay::both(&arguments.recording, recording, policy)?;
+fn replay_both(arguments: &ReplayArguments, recording: &Recording, places: &Places<'_>) -> anyhow::Result<ExitCode> {
+    let [report, other] = two::replay::both(recording, places)?;
     if arguments.json {
         output::json(&two::replay::Reports { report: &report, other_tool: &other })?;
     } else {

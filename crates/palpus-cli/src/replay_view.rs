@@ -5,21 +5,21 @@ use std::path::Path;
 
 use anyhow::bail;
 use palpus_io::Recording;
-use palpus_io::scene::FilePolicy;
 
 use crate::args::ReplayArguments;
 use crate::picture;
 use crate::plots::seconds;
 use crate::rerun::Rerun;
+use crate::rerun::places::Places;
 
 /// Makes a picture of a tick: of the one at `--at`, else of the last.
 pub(crate) fn write_tick(
     recording: &Recording,
-    policy: FilePolicy,
+    places: &Places<'_>,
     arguments: &ReplayArguments,
     file: &Path,
 ) -> anyhow::Result<()> {
-    let (stage, mut again) = Rerun::new(&arguments.recording, recording, policy)?;
+    let (stage, mut again) = Rerun::new(recording, places)?;
     let wanted = chosen_tick(recording, arguments.at)?;
     let settings = again.first().header.scene.render;
     again.keep(wanted as u64);
@@ -56,7 +56,7 @@ const INSTEAD: &str = "--screenshot FILE --at S makes a picture without one";
 
 /// Without windows there is only the line that says so.
 #[cfg(not(feature = "window"))]
-pub(crate) fn show(_: &Recording, _: FilePolicy, _: &ReplayArguments) -> anyhow::Result<()> {
+pub(crate) fn show(_: &Recording, _: &Places<'_>, _: &ReplayArguments) -> anyhow::Result<()> {
     crate::view_window::expect_one("--screenshot FILE --at S makes a picture without one")
 }
 
@@ -73,19 +73,18 @@ mod here {
     use palpus_window::{Look, Moment, Moments, Replayed, ReplayedTick, Scene, Theme};
 
     use super::*;
+    use crate::rerun::one::is_late;
     use crate::seen::Seen;
     use crate::stage::Stage;
     use crate::view_window;
 
     /// Of what the ticks of a run have to show: ten minutes with thirty contacts fit, of longer runs every second tick.
     const MOST_BYTES: usize = 1 << 30;
-    /// ns: a tick that began later than this after it was due is shown as late, as the servo loop counts it.
-    const LATE_NS: f64 = 5e5;
 
     /// Shows a recording in a window while it is run again behind it.
-    pub(crate) fn show(recording: &Recording, policy: FilePolicy, arguments: &ReplayArguments) -> anyhow::Result<()> {
+    pub(crate) fn show(recording: &Recording, places: &Places<'_>, arguments: &ReplayArguments) -> anyhow::Result<()> {
         view_window::expect_one(INSTEAD)?;
-        let (stage, again) = Rerun::new(&arguments.recording, recording, policy)?;
+        let (stage, again) = Rerun::new(recording, places)?;
         let begin = match arguments.at {
             Some(at) => chosen_tick(recording, Some(at))?,
             None => 0,
@@ -142,12 +141,8 @@ mod here {
     }
 
     fn ticks(recording: &Recording, first: &Recording) -> Vec<ReplayedTick> {
-        let period_ns = 1e9 / recording.header.rate_hz;
-        let mut before: Option<u64> = None;
         let tick = |(k, row): (usize, &RecordRow)| {
-            let RecordRow { time_ns, wrench, contacts, clusters, separation, query_us, total_us, faults, .. } = *row;
-            let passed = before.map_or(period_ns, |before| time_ns.saturating_sub(before) as f64);
-            before = Some(time_ns);
+            let RecordRow { wrench, contacts, clusters, separation, query_us, total_us, faults, .. } = *row;
             ReplayedTick {
                 time: seconds(row),
                 pose: first.rows.get(k).unwrap_or(row).pose,
@@ -158,7 +153,7 @@ mod here {
                 separation,
                 query: query_us * 1e-6,
                 total: total_us * 1e-6,
-                late: passed > period_ns + LATE_NS,
+                late: is_late(row.servo.as_ref()),
                 cuts: Cuts::from_bits(faults),
             }
         };

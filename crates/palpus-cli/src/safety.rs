@@ -1,8 +1,8 @@
 //! The safety chain as it is printed, recorded and made again for a replay.
 
 use palpus_device::{
-    AfterFault, AfterPanic, Claimed, DeviceSpec, Engagement, LimitLine, RealTimeClaims, SafetyChain, SafetyCounters,
-    SafetyLimits, SafetyOptions,
+    AfterFault, AfterPanic, Claimed, DeviceSpec, Engagement, LimitLine, RealTimeClaims, Rearm, SafetyChain,
+    SafetyCounters, SafetyLimits, SafetyOptions,
 };
 use serde::Serialize;
 use toml::{Table, Value};
@@ -97,6 +97,7 @@ pub(crate) fn recorded(limits: &SafetyLimits, engagement: Engagement, options: &
         table.insert("buttons".into(), i64::from(mask).into());
     }
     table.insert("stop_after_fault".into(), (options.after_fault == AfterFault::Stop).into());
+    table.insert("latch".into(), (options.rearm == Rearm::ByPerson).into());
     table.insert("stop_after_panic".into(), (options.after_panic == AfterPanic::Stop).into());
     for line in limits.explained() {
         table.insert(line.name.into(), line.value.into());
@@ -123,6 +124,11 @@ pub(crate) fn of_recording(more: &Table, period: f64) -> anyhow::Result<Option<S
         loosened: false,
         after_fault: if is_set("stop_after_fault")? { AfterFault::Stop } else { AfterFault::Reengage },
         after_panic: if is_set("stop_after_panic")? { AfterPanic::Stop } else { AfterPanic::AsFault },
+        // Recordings made before there was a latch do not say.
+        rearm: match table.get("latch").and_then(Value::as_bool) {
+            Some(true) => Rearm::ByPerson,
+            _ => Rearm::Automatic,
+        },
     };
     if !limits.is_valid() {
         return Err(problem());

@@ -6,13 +6,13 @@ use std::sync::Arc;
 use anyhow::bail;
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist};
-use palpus::body::{Body, BodySettings};
+use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::{Limits, ProbeState, Saturation, Settings, VirtualCoupling};
 use palpus_device::{DeviceSpec, HandImpedance, hand_preset};
-use palpus_io::record::{FORMAT, RecordedBody, RecordedScene, SceneSource};
+use palpus_io::record::{FORMAT, MOST_SCENE_TEXT, RecordedBody, RecordedScene, SceneSource};
 use palpus_io::scene::{CouplingMode, FilePolicy, SceneBody, SceneCoupling, SceneFile, SceneHand, read_scene};
-use palpus_io::{ContentHash, RecordingHeader};
+use palpus_io::{ContentHash, RecordingHeader, read_mesh};
 use palpus_scenes::{HandPath, Scene, Tremor};
 
 use crate::approach::approach;
@@ -135,6 +135,7 @@ impl Stage {
     pub(crate) fn header(&self, settings: Settings, device: &str, rate_hz: f64) -> RecordingHeader {
         RecordingHeader {
             format: FORMAT,
+            start_utc: None,
             palpus_version: env!("CARGO_PKG_VERSION").to_owned(),
             device: device.to_owned(),
             rate_hz,
@@ -218,7 +219,7 @@ pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_
     let path = Path::new(name);
     if path.exists() || path.extension().is_some() {
         let file = read_scene(path, policy)?;
-        return of_file(path, file, teller);
+        return of_file(path, file, &|_, body| Ok(read_mesh(&body.mesh)?), teller);
     }
     let names: Vec<&str> = palpus_scenes::scenes().iter().map(|scene| scene.name).collect();
     bail!("there is no scene called `{name}`; built-in scenes are {}, or name a scene file (TOML)", names.join(", "))
@@ -262,6 +263,7 @@ pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<
     };
     let recorded = RecordedScene {
         source: SceneSource::BuiltIn(scene.name.to_owned()),
+        text: None,
         metres_per_unit: 1.0,
         probe: body("probe", probe.hash, scene.start),
         environment: body("environment", environment.hash, Pose::IDENTITY),
@@ -283,23 +285,40 @@ pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<
     })
 }
 
-fn of_file(path: &Path, mut file: SceneFile, teller: &Teller<'_>) -> anyhow::Result<Stage> {
-    let prepare = |body: &SceneBody| -> anyhow::Result<(Arc<Body>, ContentHash)> {
+/// A body of a scene file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// What the first hand holds.
+    Probe,
+    /// What is touched.
+    Environment,
+    /// What the second hand holds.
+    Second,
+}
+
+/// Prepares a scene `file` that lies at `path`; `read` reads its meshes.
+pub(crate) fn of_file(
+    path: &Path,
+    mut file: SceneFile,
+    read: &dyn Fn(Part, &SceneBody) -> anyhow::Result<PolygonSoup>,
+    teller: &Teller<'_>,
+) -> anyhow::Result<Stage> {
+    let prepare = |part: Part, body: &SceneBody| -> anyhow::Result<(Arc<Body>, ContentHash)> {
         let settings =
             BodySettings { scale: body.metres_per_unit, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-        let prepared = bodies::prepare_file_telling(&body.mesh, &settings, teller)?;
+        let prepared = bodies::prepare_mesh_telling(&body.mesh, &read(part, body)?, &settings, teller)?;
         Ok((Arc::new(prepared.body), prepared.hash))
     };
-    let (probe, probe_hash) = prepare(&file.probe)?;
-    let (environment, environment_hash) = prepare(&file.environment)?;
+    let (probe, probe_hash) = prepare(Part::Probe, &file.probe)?;
+    let (environment, environment_hash) = prepare(Part::Environment, &file.environment)?;
     let mut notes = gaps::fill(&mut file, &probe, &environment);
     let hand = file.hand.preset.name();
     let path_of_hand = intended(&file, &file.hand, &file.probe, &probe, &environment)?;
-    let body = |mesh: &Path, content, pose| RecordedBody { mesh: mesh.display().to_string(), content, pose };
+    let body = |mesh: &Path, content, pose| RecordedBody { mesh: absolute(mesh), content, pose };
     let second = match &file.second {
         None => None,
         Some(tool) => {
-            let (probe, hash) = prepare(&tool.body)?;
+            let (probe, hash) = prepare(Part::Second, &tool.body)?;
             let grip_a = tool.grip.or_else(|| gaps::grip(&probe, "second", &mut notes)).unwrap_or_default();
             Some(Box::new(SecondStage {
                 path: intended(&file, &tool.hand, &tool.body, &probe, &environment)?,
@@ -311,7 +330,8 @@ fn of_file(path: &Path, mut file: SceneFile, teller: &Teller<'_>) -> anyhow::Res
         }
     };
     let recorded = RecordedScene {
-        source: SceneSource::File(path.display().to_string()),
+        source: SceneSource::File(absolute(path)),
+        text: Some(file.text).filter(|text| text.len() <= MOST_SCENE_TEXT),
         metres_per_unit: file.metres_per_unit,
         probe: body(&file.probe.mesh, probe_hash, file.probe.pose),
         environment: body(&file.environment.mesh, environment_hash, file.environment.pose),
@@ -331,6 +351,11 @@ fn of_file(path: &Path, mut file: SceneFile, teller: &Teller<'_>) -> anyhow::Res
         notes,
         second,
     })
+}
+
+/// So that it can be found from any folder.
+fn absolute(path: &Path) -> String {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
 }
 
 /// Where the scene's file says that a hand moves a body which it holds.

@@ -11,12 +11,12 @@ use program_run::{Folder, command, document, palpus, text};
 
 const FORMATS: [&str; 3] = ["csv", "parquet", "mcap"];
 
-/// Without the header's name of the device and the columns of times, which differ from run to run.
+/// Without the header's name of the device, the columns of times and what the loop knew, which differ from run to run.
 fn rows(file: &Path) -> Vec<String> {
     let recording = fs::read_to_string(file).expect("a recording");
     let row = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
-        [&cells[..26], &cells[30..]].concat().join(",")
+        [&cells[..26], &cells[30..39]].concat().join(",")
     };
     recording.lines().filter(|line| !line.starts_with('#')).map(row).collect()
 }
@@ -34,12 +34,12 @@ fn every_format_is_replayed_converted_and_felt_again_bit_for_bit() {
             let converted = format!("from-{format}.{other}");
             assert!(palpus(&folder.0, &["convert", &file, &converted]).status.success());
             if other == "csv" {
-                let again = palpus(&folder.0, &["convert", &converted, "again.parquet"]);
+                let again = palpus(&folder.0, &["convert", &converted, "again.parquet", "--force"]);
                 assert!(again.status.success() && palpus(&folder.0, &["replay", "again.parquet"]).status.success());
             }
         }
         let device = format!("replay:{file}");
-        let run = ["run", "box-table", "--fast", "--device", &device, "--record", "felt.csv", "--json"];
+        let run = ["run", "box-table", "--fast", "--device", &device, "--record", "felt.csv", "--force", "--json"];
         assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 2000);
         let recorded = rows(&folder.0.join(format!("from-{format}.csv")));
         assert_eq!(recorded.len(), 2001);
@@ -117,13 +117,35 @@ fn recorded_tool_pose_is_the_device_pose_less_the_grip() {
     }
 }
 
-/// The same recording as one of format 1, which has no pose of the tool.
-fn as_format_1(text: &str) -> String {
+/// The same recording in an older format: 1 has no pose of the tool, and 2 nothing that only the loop knew.
+fn as_format(version: usize, text: &str) -> String {
+    let columns = [32, 39][version - 1];
     let old = |line: &str| match line.strip_prefix('#') {
-        Some(_) => line.replace("format = 2", "format = 1"),
-        None => line.split(',').take(32).collect::<Vec<_>>().join(","),
+        Some(_) => line.replace("format = 3", &format!("format = {version}")),
+        None => line.split(',').take(columns).collect::<Vec<_>>().join(","),
     };
-    text.lines().map(|line| old(line) + "\n").collect()
+    let lines = text.lines().filter(|line| !line.starts_with("# start_utc = "));
+    let all: String = lines.map(|line| old(line) + "\n").collect();
+    // The text of the scene's file.
+    let begin = all.find("# text = \"\"\"").expect("a scene's text");
+    let end = begin + all[begin..].find("\n# \"\"\"\n").expect("its end") + "\n# \"\"\"\n".len();
+    all[..begin].to_owned() + &all[end..]
+}
+
+#[test]
+fn format_2_is_read_converted_and_replayed() {
+    let folder = Folder::new("format-2");
+    far_cube(&folder, "[0.25, 0.01, 0.015]");
+    let run = ["run", "scene.toml", "--fast", "--duration", "1", "--record", "run.csv", "--json"];
+    assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 1000);
+    let text = fs::read_to_string(folder.0.join("run.csv")).expect("a recording");
+    let old = folder.file("old.csv", &as_format(2, &text));
+    let read = palpus_io::read_recording(&old).expect("a recording");
+    assert!(read.header.format == 2 && read.rows.iter().all(|row| row.servo.is_none()));
+    assert!(palpus(&folder.0, &["convert", "old.csv", "old.parquet"]).status.success());
+    for file in ["old.csv", "old.parquet"] {
+        assert_eq!(document(&palpus(&folder.0, &["replay", file, "--json"]))["identical"], 1000, "{file}");
+    }
 }
 
 #[test]
@@ -131,11 +153,11 @@ fn format_1_is_replayed_where_grip_and_origin_are_one() {
     let folder = Folder::new("format-1");
     for (grip, replays) in [("[0, 0, 0]", true), ("[0.25, 0.01, 0.015]", false)] {
         far_cube(&folder, grip);
-        let run = ["run", "scene.toml", "--fast", "--duration", "1", "--record", "run.csv", "--json"];
+        let run = ["run", "scene.toml", "--fast", "--duration", "1", "--record", "run.csv", "--force", "--json"];
         assert_eq!(document(&palpus(&folder.0, &run))["ticks"], 1000);
         let text = fs::read_to_string(folder.0.join("run.csv")).expect("a recording");
-        folder.file("old.csv", &as_format_1(&text));
-        assert!(palpus(&folder.0, &["convert", "old.csv", "old.mcap"]).status.success());
+        folder.file("old.csv", &as_format(1, &text));
+        assert!(palpus(&folder.0, &["convert", "old.csv", "old.mcap", "--force"]).status.success());
         for file in ["old.csv", "old.mcap"] {
             let device = format!("replay:{file}");
             for arguments in

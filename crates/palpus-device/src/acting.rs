@@ -1,17 +1,22 @@
-//! Which of the written wrenches is acting.
+//! Which of the written wrenches acted between two ticks.
 
+use glam::DVec3;
 use palpus::algebra::Wrench;
 
 /// More ticks of delay than any servo loop has.
 pub(crate) const DELAY_MAX: usize = 8;
+/// Shares of a tick below this are rounding.
+const SLIVER: f64 = 1e-9;
 
 /// The last written wrenches, and how late they act.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Acting {
     /// The newest first.
     written: [Wrench; DELAY_MAX + 1],
-    /// Ticks.
-    delay: usize,
+    /// From each write to the next one, s; the newest first. For the newest it is the time until the last tick.
+    held: [f64; DELAY_MAX + 1],
+    /// s.
+    delay: f64,
 }
 
 impl Acting {
@@ -19,22 +24,70 @@ impl Acting {
     /// [`DELAY_MAX`].
     pub(crate) fn new(delay: f64, period: f64) -> Self {
         let ticks = (delay / period).round().clamp(0.0, DELAY_MAX as f64);
-        Self { written: [Wrench::ZERO; DELAY_MAX + 1], delay: ticks as usize }
+        let held = [period; DELAY_MAX + 1];
+        Self { written: [Wrench::ZERO; DELAY_MAX + 1], held, delay: ticks * period }
     }
 
     /// Once a tick.
     pub(crate) fn write(&mut self, wrench: &Wrench) {
         self.written.copy_within(0..DELAY_MAX, 1);
+        self.held.copy_within(0..DELAY_MAX, 1);
         self.written[0] = *wrench;
     }
 
-    /// What acts from the last write to the next.
-    pub(crate) fn wrench(&self) -> Wrench {
-        self.written[self.delay]
+    /// Returns the wrench that acted on the device in the `elapsed` seconds since the last write: the mean, if there were several.
+    pub(crate) fn over(&mut self, elapsed: f64) -> Wrench {
+        self.held[0] = elapsed;
+        let sliver = elapsed * SLIVER;
+        // What was written in the last `delay` seconds has not reached the device yet.
+        let (mut ahead, mut left) = (self.delay, elapsed);
+        let (mut force, mut torque) = (DVec3::ZERO, DVec3::ZERO);
+        for (k, (wrench, held)) in self.written.iter().zip(self.held).enumerate() {
+            let skipped = held.min(ahead);
+            ahead -= skipped;
+            // The oldest stands for all before it.
+            let acted = if k == DELAY_MAX { left } else { (held - skipped).min(left) };
+            if ahead <= sliver && acted >= elapsed - sliver {
+                return *wrench;
+            }
+            if acted > sliver {
+                force += wrench.force * (acted / elapsed);
+                torque += wrench.torque * (acted / elapsed);
+                left -= acted;
+                if left <= sliver {
+                    break;
+                }
+            }
+        }
+        Wrench { torque, force }
     }
 
     /// Nothing was written.
     pub(crate) fn forget(&mut self) {
         self.written = [Wrench::ZERO; DELAY_MAX + 1];
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pull(newtons: f64) -> Wrench {
+        Wrench { torque: DVec3::ZERO, force: DVec3::X * newtons }
+    }
+
+    #[test]
+    fn a_late_wrench_acts_in_a_long_tick_for_its_share() {
+        let mut acting = Acting::new(1e-3, 1e-3);
+        acting.write(&pull(1.0));
+        assert_eq!(acting.over(1e-3), Wrench::ZERO);
+        acting.write(&pull(2.0));
+        assert_eq!(acting.over(1e-3), pull(1.0), "a tick late, to the bit");
+        // Ten periods: the last wrench acts in nine of them.
+        acting.write(&pull(12.0));
+        assert!((acting.over(1e-2).force.x - (0.1 * 2.0 + 0.9 * 12.0)).abs() < 1e-12);
+        acting.write(&pull(5.0));
+        assert_eq!(acting.over(1e-3), pull(12.0));
+        assert_eq!(acting.over(0.0), pull(12.0));
     }
 }

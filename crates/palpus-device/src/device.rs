@@ -3,9 +3,12 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
+
+use crate::safety::DEVICE_BUTTONS;
 
 /// A device that is held: read where it is, tell it what to push with.
 ///
@@ -45,6 +48,21 @@ pub trait HapticDevice {
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         None
     }
+
+    /// What the device's own watchdog, in the device or beside it, has done since the last write;
+    /// `None` if there is none that can be asked. For the [self test](crate::self_test()).
+    fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
+        None
+    }
+}
+
+/// A watchdog of the device's own, which takes the force when nothing is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OwnWatchdog {
+    /// The time without a write after which it bites.
+    pub after: Duration,
+    /// It has taken the force since the last write.
+    pub has_bitten: bool,
 }
 
 /// Takes the force from a device, from any thread and at any time, without waiting.
@@ -101,6 +119,10 @@ impl<D: HapticDevice + ?Sized> HapticDevice for Box<D> {
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         (**self).brake()
     }
+
+    fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
+        (**self).own_watchdog()
+    }
 }
 
 /// What a device senses at an instant.
@@ -110,11 +132,22 @@ pub struct DeviceState {
     pub pose: Pose,
     /// Velocity of the grip about its origin, in the device's frame.
     pub twist: Twist,
-    /// Bit k is set while button k is pressed.
+    /// Bit k is set while button k is pressed. The two highest bits are keys of the program, which the loop adds.
     pub buttons: u32,
     /// Seconds since the device was opened at which this state was sampled: a state that is handed out again keeps its
     /// time, so that one can see that there is no newer one.
     pub time: f64,
+    /// The device gives no force now, whatever it is told: it is not ready, has no power supply,
+    /// was switched off by the person who holds it, or lost an answer.
+    /// [`Cut::Withheld`](crate::Cut) follows.
+    pub withheld: bool,
+}
+
+impl DeviceState {
+    /// Returns the state with the program's `keys` beside the device's own buttons.
+    pub(crate) fn with_keys(self, keys: u32) -> Self {
+        Self { buttons: self.buttons & DEVICE_BUTTONS | keys, ..self }
+    }
 }
 
 /// Why a device did not answer.

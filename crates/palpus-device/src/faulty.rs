@@ -30,6 +30,10 @@ pub enum Fault {
     TurnJump(DVec3),
     /// The stated velocity has this added, m/s.
     Speed(f64),
+    /// For so many ticks the stated velocity has this added, m/s.
+    Velocity(DVec3, u32),
+    /// For so many ticks the device gives no force, whatever it is told, and says so.
+    Withheld(u32),
     /// For so many ticks the same state is read again and again, with its time.
     Frozen(u32),
     /// For so many ticks the same state is read again and again, with a time that goes on.
@@ -42,6 +46,12 @@ pub enum Fault {
     LateRead(Duration),
     /// The step takes so long.
     LateStep(Duration),
+    /// For so many ticks every step takes so long.
+    SlowSteps(u32, Duration),
+    /// The machine is suspended for so long; needs virtual time.
+    Suspended(Duration),
+    /// From now on the step goes by other settings, which answer so many times the wrench.
+    Settings(f64),
     /// The write takes so long.
     LateWrite(Duration),
     /// The connection is gone in the middle of a command: the wrench may or may not have arrived, nothing else does.
@@ -62,13 +72,18 @@ impl Fault {
             Self::NonFinitePose | Self::NonFiniteTwist | Self::NoRotation => Cut::NonFiniteState,
             Self::PoseJump(_) | Self::TurnJump(_) => Cut::PoseJump,
             Self::Speed(_) => Cut::Speed,
+            Self::Withheld(_) => Cut::Withheld,
+            Self::Suspended(_) => Cut::Suspended,
+            Self::Settings(_) => Cut::Settings,
             Self::Frozen(_) => Cut::FrozenState,
             Self::DeviceClock(_) => Cut::DeviceClock,
             Self::LateRead(_) | Self::LateStep(_) | Self::LateWrite(_) => Cut::LateLoop,
             Self::Dropped => Cut::Device,
             Self::NonFiniteWrench => Cut::NonFiniteWrench,
             Self::Panic => Cut::Panic,
-            Self::Stuck(_) | Self::LoopClock(_) | Self::Wrench(..) => return None,
+            Self::Stuck(_) | Self::LoopClock(_) | Self::Wrench(..) | Self::Velocity(..) | Self::SlowSteps(..) => {
+                return None;
+            }
         })
     }
 }
@@ -99,10 +114,22 @@ impl Script {
         mut step: impl FnMut(&DeviceState, f64) -> StepOutcome<T>,
     ) -> impl FnMut(&DeviceState, f64) -> StepOutcome<T> {
         let script = self.clone();
+        let (mut slow, mut long) = (0, Duration::ZERO);
+        let mut gain = 1.0;
         move |state, dt| {
             let mut outcome = step(state, dt);
             for fault in script.now() {
                 match fault {
+                    Fault::SlowSteps(ticks, duration) => (slow, long) = (ticks, duration),
+                    Fault::Settings(by) => {
+                        gain *= by;
+                        outcome.changed = true;
+                    }
+                    Fault::Suspended(duration) => {
+                        if let Some(time) = &script.time {
+                            time.suspend(duration);
+                        }
+                    }
                     Fault::LateStep(duration) => script.wait(duration),
                     Fault::NonFiniteWrench => outcome.wrench.force.y = f64::NAN,
                     Fault::Wrench(force, torque) => {
@@ -113,6 +140,12 @@ impl Script {
                     _ => {}
                 }
             }
+            if slow > 0 {
+                slow -= 1;
+                script.wait(long);
+            }
+            let Wrench { torque, force } = outcome.wrench;
+            outcome.wrench = Wrench { torque: torque * gain, force: force * gain };
             outcome
         }
     }
@@ -144,6 +177,12 @@ pub struct FaultyDevice<D> {
     last: Option<DeviceState>,
     held: u32,
     ticking: bool,
+    /// m/s, and for how many ticks.
+    velocity: (DVec3, u32),
+    /// Ticks.
+    withheld: u32,
+    /// In this tick.
+    withholds: bool,
     dropped: bool,
 }
 
@@ -161,6 +200,9 @@ impl<D: HapticDevice> FaultyDevice<D> {
             last: None,
             held: 0,
             ticking: false,
+            velocity: (DVec3::ZERO, 0),
+            withheld: 0,
+            withholds: false,
             dropped: false,
         }
     }
@@ -204,6 +246,8 @@ impl<D: HapticDevice> FaultyDevice<D> {
             Fault::PoseJump(by) => self.moved += by,
             Fault::TurnJump(by) => self.turned = (DQuat::from_scaled_axis(by) * self.turned).normalize(),
             Fault::DeviceClock(by) => self.clock += by,
+            Fault::Velocity(by, ticks) => self.velocity = (by, ticks),
+            Fault::Withheld(ticks) => self.withheld = ticks,
             Fault::Frozen(ticks) => (self.held, self.ticking) = (ticks, false),
             Fault::Stuck(ticks) => (self.held, self.ticking) = (ticks, true),
             _ => {}
@@ -237,6 +281,15 @@ impl<D: HapticDevice> HapticDevice for FaultyDevice<D> {
             state = DeviceState { time: if self.ticking { state.time } else { last.time }, ..last };
         }
         self.last = Some(state);
+        let (velocity, ticks) = &mut self.velocity;
+        if *ticks > 0 {
+            *ticks -= 1;
+            state.twist.linear += *velocity;
+        }
+        // What the device withholds it says with the newest state, however old the rest of it is.
+        state.withheld = self.withheld > 0;
+        self.withheld = self.withheld.saturating_sub(1);
+        self.withholds = state.withheld;
         for fault in script.now() {
             self.disturb(&mut state, fault);
         }
@@ -258,7 +311,7 @@ impl<D: HapticDevice> HapticDevice for FaultyDevice<D> {
                 _ => {}
             }
         }
-        self.device.write(wrench)?;
+        self.device.write(if self.withholds { &Wrench::ZERO } else { wrench })?;
         if self.dropped { Err(Self::lost()) } else { Ok(()) }
     }
 

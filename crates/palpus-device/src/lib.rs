@@ -2,12 +2,14 @@
 //!
 //! * [`HapticDevice`] — the seam to hardware: read a state, write a wrench. [`SimulatedDevice`] (a device in a simulated
 //!   hand) and [`ReplayDevice`] (a recorded hand) stand behind it as peers of hardware.
+//! * [`BridgeDevice`] — a process of one's own is a device, by the protocol in [`bridge_frames`]; [`conformance`] tests such a process.
 //! * [`HaplyDevice`] — Haply's arms through their service; [`SpaceMouse`] — input without force; [`PlacedDevice`] sets a device down
 //!   where a scene begins. [`look`] tells what is there, and of the rest what it would take.
 //! * [`Servo`] — the loop: read, step, write, once a tick, in real time or as fast as it goes; whatever ends it, the
 //!   last wrench written is zero.
 //! * [`SafetyChain`] — what stands between a computed wrench and the hand, in every tick; with the [`Gate`] before the step and the
 //!   [`Watch`] beside the loop. [`FaultyDevice`] is how all that is tried.
+//! * [`self_test`] — of a device, before anybody is given a force by it.
 //! * [`claim`] — what an operating system has for a loop that must not be late: priority, locked memory, a core of its own, which
 //!   [`leave_core`] has others leave.
 //! * [`latest`] — whatever is slower than the loop (a window, a live line) sees the newest value.
@@ -16,6 +18,7 @@
 //! The loop is generic over what computes the wrench, so nothing here knows geometry.
 
 mod acting;
+mod bridge;
 mod device;
 mod faulty;
 mod found;
@@ -26,11 +29,16 @@ mod realtime;
 mod recorder;
 mod replay;
 mod safety;
+mod self_test;
 mod servo;
 mod simulated;
 mod spacemouse;
 
-pub use device::{Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, known_devices};
+pub use bridge::frame as bridge_frames;
+pub use bridge::{BridgeAddress, BridgeCounts, BridgeDevice, BridgeError, BridgeOptions, Check, conformance};
+pub use device::{
+    Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, OwnWatchdog, known_devices,
+};
 pub use faulty::{Fault, FaultyDevice, Script};
 pub use found::{Finding, FindingState, known_device, look};
 pub use haply::message as haply_messages;
@@ -41,9 +49,11 @@ pub use realtime::{Claimed, RealTimeClaims, RealTimeOptions, claim, leave_core};
 pub use recorder::{Recorder, Recording, RecordingSummary, Sink, record};
 pub use replay::ReplayDevice;
 pub use safety::{
-    Admitted, AfterFault, AfterPanic, ContactAccount, Cut, Cuts, EnergyAccount, Engagement, Gate, LimitLine, Passivity,
-    Phase, SafetyChain, SafetyCounters, SafetyLimits, SafetyOptions, Shaped, Watch,
+    Admitted, AfterFault, AfterPanic, ContactAccount, Cut, Cuts, DEVICE_BUTTONS, EnergyAccount, Engagement, Gate,
+    HOLD_KEY, LimitLine, Passivity, Phase, REARM_KEY, Rearm, SafetyChain, SafetyCounters, SafetyLimits, SafetyOptions,
+    Shaped, Watch,
 };
+pub use self_test::{SelfTest, SelfTestError, self_test};
 pub use servo::{
     BothObserver, Energy, LATE, LoopTime, Percentiles, Reins, RunEnd, RunStatistics, Servo, ServoError, ServoOptions,
     ServoTick, StepOutcome, TickObserver, Timing, ToolOutcome, VirtualTime, WallTime,

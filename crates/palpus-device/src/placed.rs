@@ -10,7 +10,7 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Wrench};
 
-use crate::device::{Brake, DeviceError, DeviceSpec, DeviceState, HapticDevice};
+use crate::device::{Brake, DeviceError, DeviceSpec, DeviceState, HapticDevice, OwnWatchdog};
 
 /// A device whose first pose is that of the scene's beginning.
 #[derive(Clone, Debug)]
@@ -61,6 +61,10 @@ impl<D: HapticDevice> HapticDevice for PlacedDevice<D> {
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         self.device.brake()
     }
+
+    fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
+        self.device.own_watchdog()
+    }
 }
 
 #[cfg(test)]
@@ -81,7 +85,8 @@ mod tests {
                 translation: DVec3::new(0.1, 0.25, 0.3),
             },
         ];
-        let state = |pose: &Pose| DeviceState { pose: *pose, twist: Twist::default(), buttons: 1, time: 0.0 };
+        let state =
+            |pose: &Pose| DeviceState { pose: *pose, twist: Twist::default(), buttons: 1, time: 0.0, withheld: false };
         let recorded = ReplayDevice::new(SimulationSettings::default().spec, poses.iter().map(state).collect());
         let start = Pose { rotation: DQuat::from_rotation_y(1.0), translation: DVec3::new(0.0, 0.0, 0.05) };
         let mut device = PlacedDevice::new(recorded, start);

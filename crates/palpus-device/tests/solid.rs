@@ -79,7 +79,7 @@ fn run(
         let dt = elapsed(&state, &mut time);
         let computed = renderer.step(&ProbeState { pose_ba: state.pose, twist: state.twist }, dt, &NoClock).commanded;
         let wrench = chain.as_mut().map_or(computed, |chain| {
-            let shaped = chain.shape(&state, &computed, Cuts::NONE);
+            let shaped = chain.shape(&state, &computed, Cuts::NONE, dt);
             renderer.set_available(&shaped.available);
             felt.cuts = felt.cuts.or(shaped.cuts);
             shaped.wrench

@@ -49,17 +49,22 @@ fn recorded(format: RecordingFormat, ticks: u64) -> (Vec<u8>, Vec<(u64, Settings
 }
 
 #[test]
-fn format_1_is_read_and_written_without_a_tool_pose() {
-    let old = RecordingHeader { format: 1, ..header() };
-    for format in FORMATS {
+fn older_formats_are_read_and_written_as_they_were() {
+    // Neither knew when it was recorded, nor what the scene's file said.
+    let mut old = RecordingHeader { format: 1, start_utc: None, ..header() };
+    old.scene.text = None;
+    let names = |bytes: &[u8], name: &str| bytes.windows(name.len()).any(|window| window == name.as_bytes());
+    for (version, format) in [1, 2].into_iter().flat_map(|version| FORMATS.map(|format| (version, format))) {
+        let old = RecordingHeader { format: version, ..old.clone() };
         let mut writer = RecordingWriter::new(Cursor::new(Vec::new()), format, &old).unwrap();
-        let rows = [0, 1, 2].map(|tick| RecordRow { tool: None, ..at(tick) });
+        let tool = at(0).tool.filter(|_| version == 2);
+        let rows = [0, 1, 2].map(|tick| RecordRow { tool, servo: None, ..at(tick) });
         rows.iter().for_each(|row| writer.write(row).unwrap());
         let bytes = bytes(writer);
         let read = read(&bytes).unwrap();
-        assert_eq!((&read.header, &read.rows[..]), (&old, &rows[..]), "{format:?}");
-        let named = bytes.windows(7).any(|window| window == b"tool_tx");
-        assert!(!named, "{format:?}: format 1 has no such column");
+        assert_eq!((&read.header, &read.rows[..]), (&old, &rows[..]), "{format:?} {version}");
+        assert_eq!(names(&bytes, "tool_tx"), version == 2, "{format:?} {version}");
+        assert!(!names(&bytes, "utc_ns"), "{format:?} {version}");
     }
     // Its device pose is that of the mesh's origin, which is the grip only if that is there.
     assert!(!old.has_grip_poses() && header().has_grip_poses());
@@ -72,7 +77,7 @@ fn format_1_is_read_and_written_without_a_tool_pose() {
 fn columns_of_another_format_than_the_header_are_refused() {
     let mut writer = RecordingWriter::new(Cursor::new(Vec::new()), RecordingFormat::Csv, &header()).unwrap();
     writer.write(&plain()).unwrap();
-    let text = String::from_utf8(bytes(writer)).unwrap().replacen("format = 2", "format = 1", 1);
+    let text = String::from_utf8(bytes(writer)).unwrap().replacen("format = 3", "format = 2", 1);
     let error = read(text.as_bytes()).unwrap_err().to_string();
     assert!(error.contains("the columns must be"), "{error}");
 }
@@ -207,6 +212,7 @@ fn a_file_is_written_by_its_name_and_read_by_its_content() {
                 writer.flush().unwrap();
             }
         }
+        assert!(RecordingWriter::create(&path, &header()).is_err(), "a recording is never written over");
         writer.finish().unwrap();
         let elsewhere = folder.join("recording.bin");
         std::fs::rename(&path, &elsewhere).unwrap();
@@ -216,8 +222,8 @@ fn a_file_is_written_by_its_name_and_read_by_its_content() {
         let begin: Vec<u8> = begin.chars().map(|c| c as u8).collect();
         assert!(bytes.starts_with(&begin), "{name}");
         if name == "run.PARQUET" {
-            // Ten footers of four kilobytes are not in it any more.
-            assert!(bytes.len() < 1000 * 290 + 8000, "{}", bytes.len());
+            // Ten footers of six kilobytes are not in it any more.
+            assert!(bytes.len() < 1000 * 330 + 12_000, "{}", bytes.len());
         }
     }
     assert!(

@@ -25,7 +25,7 @@ fn the_file_is_a_table_behind_comments() {
     let table: Vec<&str> = text.lines().filter(|line| !line.starts_with('#')).collect();
     assert_eq!(table.len(), 2, "{text}");
     assert_eq!(table[0].split(',').count(), table[1].split(',').count());
-    assert!(text.starts_with("# format = 2\n# palpus_version = \"0.1.0\"\n# device = \"sim\"\n"), "{text}");
+    assert!(text.starts_with("# format = 3\n# palpus_version = \"0.1.0\"\n# device = \"sim\"\n"), "{text}");
 }
 
 #[test]
@@ -64,16 +64,16 @@ fn errors_name_line_and_column() {
     let short = last.rsplit_once(',').unwrap().0;
     assert_eq!(
         change(last, short),
-        format!("run.csv, line {row}: there are 38 cells and should be 39; correct or remove the line")
+        format!("run.csv, line {row}: there are 57 cells and should be 58; correct or remove the line")
     );
     assert_eq!(
-        change("format = 2", "format = 3"),
-        "run.csv, line 1: recordings of format 3 are not read, only 1 to 2; use the palpus that wrote it"
+        change("format = 3", "format = 4"),
+        "run.csv, line 1: recordings of format 4 are not read, only 1 to 3; use the palpus that wrote it"
     );
     let error = change("stiffness = 0.3333333333333333", "stiffness = -1.0");
     assert!(error.contains("the header is wrong: setting `stiffness` is -1"), "{error}");
     let error = change("seed = \"18446744073709551615\"", "seed = \"x\"");
-    assert!(error.starts_with("run.csv, line 5: the header is wrong: invalid digit"), "{error}");
+    assert!(error.starts_with("run.csv, line 6: the header is wrong: invalid digit"), "{error}");
     let error = change("stiffness = 0.3333333333333333", &format!("stiffness = \"{}\"", "long\\n".repeat(1000)));
     assert!(error.len() < 400 && !error.contains('\n'), "{error}");
     let error = change("tick,time_ns", "tick,time_ms");

@@ -1,6 +1,7 @@
 //! What can be typed: the commands, and in a file for each family of them, their arguments.
 
 mod bench;
+mod keep;
 mod machine;
 mod model;
 mod picture;
@@ -11,6 +12,7 @@ use clap::{CommandFactory, Parser, Subcommand};
 use palpus_io::scene::FilePolicy;
 
 pub(crate) use bench::BenchCommand;
+pub(crate) use keep::KeepArguments;
 pub(crate) use machine::{DevicesArguments, DoctorArguments, SoakArguments};
 pub(crate) use model::{AxisName, InspectArguments, PrepareArguments, QueryArguments, ViewArguments};
 pub(crate) use picture::{Direction, PictureArguments};

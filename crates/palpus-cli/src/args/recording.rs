@@ -22,6 +22,10 @@ pub(crate) struct ReplayArguments {
     /// The seconds at which the picture is taken, or the window begins.
     #[arg(long, value_name = "S", requires = "shown")]
     pub(crate) at: Option<f64>,
+    /// A folder in which the recorded meshes are looked for, under any name, when they are not where they were. May be given
+    /// several times.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) meshes: Vec<PathBuf>,
     /// Lets the recorded scene file name meshes outside its own folder.
     #[arg(long)]
     pub(crate) allow_outside: bool,
@@ -42,6 +46,9 @@ pub(crate) struct ConvertArguments {
     pub(crate) recording: PathBuf,
     /// Where it goes: a name that ends in .csv, .parquet or .mcap.
     pub(crate) out: PathBuf,
+    /// Writes over a file of that name.
+    #[arg(long)]
+    pub(crate) force: bool,
 }
 
 #[derive(Debug, Args)]

@@ -4,9 +4,10 @@ use std::path::PathBuf;
 
 use clap::{Args, Parser, ValueEnum};
 use palpus::render::Clustering;
+use palpus_device::Rearm;
 use palpus_io::scene::CouplingMode;
 
-use super::PictureArguments;
+use super::{KeepArguments, PictureArguments};
 
 #[derive(Clone, Debug, Parser)]
 #[command(
@@ -22,7 +23,7 @@ pub(crate) struct RunArguments {
     /// The device: `sim` (a simulated device in a simulated hand), `replay:FILE` (the hand of a recording), `haply` (or
     /// `haply:ws://HOST:PORT`), `spacemouse` (or `spacemouse:/dev/hidrawN`), `force-dimension` or `openhaptics` (or with
     /// `:LIBRARY`, the maker's library or a stand-in for it). Of several, one by `haply#ARM`, `force-dimension#2` or `openhaptics#NAME`;
-    /// see `palpus devices`.
+    /// a program of your own by `bridge:/path/to.sock` or `bridge:udp:127.0.0.1:PORT` (docs/bridge.md); see `palpus devices`.
     #[arg(long, default_value = "sim", value_name = "DEVICE")]
     pub(crate) device: String,
     /// The simulated hand: relaxed, normal, firm, tight or none [default: the scene's, or normal].
@@ -73,6 +74,9 @@ pub(crate) struct RunArguments {
     /// Writes no recording and no plot.
     #[arg(long)]
     pub(crate) no_record: bool,
+    /// What is kept.
+    #[command(flatten)]
+    pub(crate) keep: KeepArguments,
     /// Lets the scene file name meshes outside its own folder.
     #[arg(long)]
     pub(crate) allow_outside: bool,
@@ -82,6 +86,19 @@ pub(crate) struct RunArguments {
     /// Ends the run at its first fault instead of engaging again.
     #[arg(long)]
     pub(crate) stop_on_fault: bool,
+    /// Who gives the force back after three faults in ten seconds: a person (a button of the device, G in the window, or r and Enter in
+    /// the terminal), or nobody has to, for tests.
+    #[arg(long, value_enum, value_name = "WHO", default_value_t = Rearming::Person)]
+    pub(crate) rearm: Rearming,
+    /// Forces only while a button of the device, or G in the window, is held; so it is with any device that has buttons.
+    #[arg(long)]
+    pub(crate) dead_man: bool,
+    /// The largest force, N, where the device gives more.
+    #[arg(long, value_name = "N", value_parser = limit)]
+    pub(crate) max_force: Option<f64>,
+    /// The largest torque, N·m, where the device gives more.
+    #[arg(long, value_name = "N·m", value_parser = limit)]
+    pub(crate) max_torque: Option<f64>,
     /// Prints the safety chain's thresholds for the device, with their reasons, and ends.
     #[arg(long)]
     pub(crate) limits: bool,
@@ -106,6 +123,30 @@ pub(crate) struct RunArguments {
 fn factor(text: &str) -> Result<f64, String> {
     let factor = text.parse().ok().filter(|factor| (1e-3..=1e3).contains(factor));
     factor.ok_or_else(|| "a factor is a number from 0.001 to 1000".to_owned())
+}
+
+/// A limit that lowers what the device gives.
+fn limit(text: &str) -> Result<f64, String> {
+    let limit = text.parse().ok().filter(|limit: &f64| *limit > 0.0 && limit.is_finite());
+    limit.ok_or_else(|| "a limit is a positive number, such as 2.5".to_owned())
+}
+
+/// Who gives the force back after three faults in ten seconds.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum Rearming {
+    /// A person.
+    Person,
+    /// The engagement, as after any other fault.
+    Auto,
+}
+
+impl From<Rearming> for Rearm {
+    fn from(rearming: Rearming) -> Self {
+        match rearming {
+            Rearming::Person => Self::ByPerson,
+            Rearming::Auto => Self::Automatic,
+        }
+    }
 }
 
 /// How the hand meets the contacts.

@@ -1,18 +1,18 @@
 //! A recording that is run again to be looked at: by itself, or with that of the other tool.
 
 pub(crate) mod one;
+pub(crate) mod places;
 
 use std::ops::ControlFlow;
-use std::path::Path;
 
 use palpus::algebra::Wrench;
 #[cfg(feature = "window")]
 use palpus_device::Publisher;
 use palpus_io::Recording;
-use palpus_io::scene::FilePolicy;
 use palpus_window::Moment;
 
 use self::one::{engine_of, replayable, run_again_on};
+use self::places::Places;
 use crate::engine::Engine;
 use crate::stage::Stage;
 use crate::stopped::Stopped;
@@ -26,15 +26,15 @@ pub(crate) enum Rerun<'a> {
 }
 
 impl<'a> Rerun<'a> {
-    /// The stage as well. `path` is where the recording was read from.
-    pub(crate) fn new(path: &Path, recording: &'a Recording, policy: FilePolicy) -> anyhow::Result<(Stage, Self)> {
+    /// The stage as well.
+    pub(crate) fn new(recording: &'a Recording, places: &Places<'_>) -> anyhow::Result<(Stage, Self)> {
         let Some((which, _)) = other_of(recording) else {
-            let stage = replayable(recording, policy)?;
+            let stage = replayable(recording, None, places)?;
             let engine = engine_of(recording, &stage)?;
             return Ok((stage, Self::One(recording, Box::new(engine))));
         };
-        let other = Box::new(two::replay::read_other(path, recording)?);
-        let (stage, engine) = two::replay::ready(two::replay::in_order(which, recording, &other), policy)?;
+        let other = Box::new(two::replay::read_other(places.recording, recording)?);
+        let (stage, engine) = two::replay::ready(two::replay::in_order(which, recording, &other), places)?;
         Ok((stage, Self::Two { which, recording, other, engine: Box::new(engine) }))
     }
 

@@ -1,25 +1,27 @@
 //! The recording of one tool, run again.
 
 use std::ops::ControlFlow;
+use std::path::Path;
 
 use anyhow::{Context, bail};
 use palpus::algebra::Wrench;
-use palpus_device::{Cuts, DeviceState};
-use palpus_io::Recording;
-use palpus_io::record::SceneSource;
-use palpus_io::scene::FilePolicy;
+use palpus_device::{Cut, Cuts, DeviceState, LATE};
+use palpus_io::record::{SceneSource, ServoRecord};
+use palpus_io::{RecordRow, Recording};
 
+use super::places::{Places, tell_changes};
 use crate::engine::Engine;
+use crate::recording::first_part;
 use crate::safety;
 use crate::stage::{self, Stage};
 
 /// Runs the recording of one tool again and tells `each` of every tick: which row, the wrench for the device, contacts.
 pub(crate) fn run_again(
     recording: &Recording,
-    policy: FilePolicy,
+    places: &Places<'_>,
     each: &mut dyn FnMut(usize, &Wrench, u32),
 ) -> anyhow::Result<()> {
-    let stage = replayable(recording, policy)?;
+    let stage = replayable(recording, None, places)?;
     let mut engine = engine_of(recording, &stage)?;
     run_again_on(recording, &mut engine, &mut |k, wrench, contacts| {
         each(k, wrench, contacts);
@@ -27,10 +29,14 @@ pub(crate) fn run_again(
     })
 }
 
-/// The recorded scene, ready to be run again, if it can be.
-pub(crate) fn replayable(recording: &Recording, policy: FilePolicy) -> anyhow::Result<Stage> {
+/// The recorded scene, ready to be run again, if it can be; `second` is the recording of a second tool.
+pub(crate) fn replayable(
+    recording: &Recording,
+    second: Option<&Recording>,
+    places: &Places<'_>,
+) -> anyhow::Result<Stage> {
     check_rows(recording)?;
-    stage_of(recording, policy)
+    stage_of(recording, second, places)
 }
 
 /// An error if the recorded device poses are not those of the grip, which is what this palpus takes
@@ -84,33 +90,79 @@ pub(crate) fn run_again_on(
         while let Some((tick, settings)) = changes.next_if(|(tick, _)| *tick <= row.tick) {
             engine.set_settings(settings).with_context(|| format!("the settings from tick {tick} on cannot be set"))?;
         }
-        let state =
-            DeviceState { pose: row.pose, twist: row.twist, buttons: row.buttons, time: row.time_ns as f64 * 1e-9 };
-        let outcome = engine.step(&state, row.dt);
-        // Faults, which the device, the clock and the step's own trouble decide, are as recorded; all else the chain finds again.
-        let told = Cuts::from_bits(row.faults).and(Cuts::TOLD);
+        let state = state(row);
+        let told = told(row);
+        let (computed, contacts) = match has_stepped(row) {
+            true => {
+                let outcome = engine.step(&state, row.dt);
+                (outcome.wrench, outcome.detail.tick.contacts)
+            }
+            false => (Wrench::ZERO, row.contacts),
+        };
+        if told.has(Cut::Panic) {
+            engine.forget();
+        }
         let wrench = match &mut chain {
             Some(chain) => {
-                let shaped = chain.shape(&state, &outcome.wrench, told);
+                let shaped = chain.shape(&state, &computed, told, elapsed(row));
                 engine.set_available(&shaped.available);
                 shaped.wrench
             }
-            None => outcome.wrench,
+            None => computed,
         };
-        if each(k, &wrench, outcome.detail.tick.contacts).is_break() {
+        if each(k, &wrench, contacts).is_break() {
             break;
         }
     }
     Ok(())
 }
 
+/// The state that the engine and the chain got.
+pub(crate) fn state(row: &RecordRow) -> DeviceState {
+    DeviceState {
+        pose: row.pose,
+        twist: row.twist,
+        buttons: row.buttons,
+        time: row.servo.map_or(row.time_ns as f64 * 1e-9, |servo| servo.device_time_s),
+        withheld: Cuts::from_bits(row.faults).has(Cut::Withheld),
+    }
+}
+
+/// What the chain was told, as recorded: faults, which the device, the clock and the step's own trouble decide. All else it finds again.
+pub(crate) fn told(row: &RecordRow) -> Cuts {
+    Cuts::from_bits(row.faults).and(Cuts::TOLD)
+}
+
+/// False if the step panicked, or the loop only damped the grip. Recordings of older formats have no such ticks.
+pub(crate) fn has_stepped(row: &RecordRow) -> bool {
+    row.servo.is_none_or(|servo| servo.stepped)
+}
+
+/// True if the tick began so late that the servo loop counts it. Recordings of older formats do not say.
+#[cfg_attr(not(feature = "window"), allow(dead_code, reason = "only the window shows it"))]
+pub(crate) fn is_late(servo: Option<&ServoRecord>) -> bool {
+    servo.is_some_and(|servo| servo.lateness_s > LATE.as_secs_f64())
+}
+
+/// Since the last tick, s, as the chain was told: in older formats the nominal period.
+pub(crate) fn elapsed(row: &RecordRow) -> f64 {
+    row.servo.map_or(row.dt, |servo| servo.elapsed_s)
+}
+
 /// The recorded scene, made ready again; refused if its meshes are others now.
-fn stage_of(recording: &Recording, policy: FilePolicy) -> anyhow::Result<Stage> {
+fn stage_of(recording: &Recording, second: Option<&Recording>, places: &Places<'_>) -> anyhow::Result<Stage> {
     let recorded = &recording.header.scene;
-    let name = match &recorded.source {
-        SceneSource::BuiltIn(name) | SceneSource::File(name) => name,
+    let (name, file) = match &recorded.source {
+        SceneSource::BuiltIn(name) => (name, None),
+        SceneSource::File(name) => (name, Some(Path::new(name))),
     };
-    let mut stage = stage::prepare(name, policy).with_context(|| format!("the recorded scene `{name}` is not here"))?;
+    tell_changes(&recording.header, file);
+    let second = second.map(|recording| recording.header.scene.probe.content);
+    let stage = match file.zip(recorded.text.as_deref()) {
+        Some((path, text)) => places.stage(recorded, text, path, second),
+        None => stage::prepare(name, places.policy),
+    };
+    let mut stage = stage.with_context(|| format!("the recorded scene `{name}` is not here as it was recorded"))?;
     stage::check_content(&stage, recorded)?;
     stage.environment_pose = recorded.environment.pose;
     Ok(stage)
@@ -118,6 +170,13 @@ fn stage_of(recording: &Recording, policy: FilePolicy) -> anyhow::Result<Stage> 
 
 /// What came before a tick decides its answer, so a replay needs every tick.
 fn check_gaps(recording: &Recording) -> anyhow::Result<()> {
+    let header = &recording.header;
+    if let Some(first) = first_part(header) {
+        bail!(
+            "this is a later part of a recording that became too large; what the engine remembered then is not in it, so it can be read but not \
+             replayed; {first}, in which the recording begins, can be replayed up to its end"
+        );
+    }
     if let Some(first) = recording.rows.first().filter(|row| row.tick > 0) {
         bail!(
             "the recording was begun in the course of a run, at tick {}: what the engine remembered then of the ticks before is not in it, so it can be \
@@ -128,9 +187,20 @@ fn check_gaps(recording: &Recording) -> anyhow::Result<()> {
     for (k, row) in recording.rows.iter().enumerate() {
         if row.tick != k as u64 {
             bail!(
-                "tick {k} is missing from the recording (the disk was too slow, it was cut, or the step panicked); it can't be replayed"
+                "tick {k} is missing from the recording (the disk was too slow, it was cut, or the step panicked in an older palpus); it can't be replayed"
             );
         }
     }
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    #[test]
+    fn late_ticks_are_told_by_the_recorded_lateness() {
+        let late = |lateness_s| is_late(Some(&ServoRecord { lateness_s, ..ServoRecord::default() }));
+        assert!(late(0.6e-3) && !late(0.4e-3));
+        assert!(!is_late(None), "format 2 does not say");
+    }
 }

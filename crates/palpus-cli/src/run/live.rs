@@ -5,9 +5,10 @@ use std::time::{Duration, Instant};
 
 use palpus_device::{Cuts, Phase, ServoTick};
 
-use super::Session;
+use super::{Session, keys};
 use crate::engine::Detail;
 use crate::output;
+use crate::way_out::WayOut;
 
 /// What the live line and the window show.
 #[derive(Clone, Copy)]
@@ -28,6 +29,10 @@ pub(crate) struct Live {
     pub(crate) faults: u64,
     pub(crate) cuts: Cuts,
     pub(crate) phase: Phase,
+    /// Where the probe has to go before force comes: while that is waited for.
+    pub(crate) way_out: Option<WayOut>,
+    /// The same of the first tick.
+    pub(crate) start: Option<WayOut>,
 }
 
 impl Live {
@@ -49,22 +54,23 @@ impl Live {
             faults: 0,
             cuts: Cuts::NONE,
             phase: Phase::default(),
+            way_out: None,
+            start: None,
         }
     }
 
-    /// After one tick more.
-    pub(crate) fn after(&self, tick: &ServoTick, detail: &Detail) -> Self {
+    /// What to say of a probe that begins inside the part.
+    pub(crate) fn start_in_words(&self) -> Option<String> {
+        let start = self.start.filter(|start| start.depth > 0.0)?;
+        Some(format!("the probe overlaps the part by {:.1} mm: {} to enable force", start.depth * 1e3, start.words()))
+    }
+
+    /// After one tick more; without a `detail`, one whose step gave no answer.
+    pub(crate) fn after(&self, tick: &ServoTick, detail: Option<&Detail>) -> Self {
         let faulted = tick.phase == Phase::Faulted && self.phase != Phase::Faulted;
-        let engine = &detail.tick;
-        Self {
+        let now = Self {
             ticks: tick.index + 1,
-            rate_hz: self.rate_hz,
             time: tick.time,
-            query_ns: engine.times.query + engine.times.depth,
-            force_ns: engine.times.force,
-            contacts: engine.contacts,
-            clusters: engine.clusters,
-            separation: engine.separation,
             force: tick.wrench.force.length(),
             torque: tick.wrench.torque.length(),
             worst_step_s: self.worst_step_s.max(tick.step_s),
@@ -72,6 +78,18 @@ impl Live {
             faults: self.faults + u64::from(faulted),
             cuts: tick.cuts,
             phase: tick.phase,
+            ..*self
+        };
+        let Some(Detail { tick: engine, way_out, .. }) = detail else { return now };
+        Self {
+            query_ns: engine.times.query + engine.times.depth,
+            force_ns: engine.times.force,
+            contacts: engine.contacts,
+            clusters: engine.clusters,
+            separation: engine.separation,
+            way_out: way_out.filter(|_| tick.phase == Phase::Waiting),
+            start: if tick.index == 0 { *way_out } else { self.start },
+            ..now
         }
     }
 }
@@ -82,6 +100,8 @@ const LIVE_PERIOD: Duration = Duration::from_millis(100);
 /// Shows the newest values until the run is over: a line drawn over on a terminal, nothing elsewhere. Stops it at `end`.
 pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instant>) {
     let shown = output::watched();
+    keys::take(session.reins());
+    let mut told = false;
     let mut last = session.live().ticks;
     while !session.is_over() {
         std::thread::sleep(LIVE_PERIOD);
@@ -89,6 +109,7 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
             stop.store(true, Ordering::Relaxed);
         }
         let live = session.live();
+        tell_start(&live, &mut told);
         if shown {
             output::live(&format!(
                 "{:6.0} Hz   query {:7.1} µs   {:3} contacts   {:5.2} N   {}",
@@ -96,13 +117,22 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
                 live.query_ns as f64 / 1e3,
                 live.contacts,
                 live.force,
-                said(live.phase),
+                live.way_out.map_or_else(|| said(live.phase).to_owned(), |out| out.words()),
             ));
         }
         last = live.ticks;
     }
+    tell_start(&session.live(), &mut told);
     if shown {
         output::live_end();
+    }
+}
+
+/// Says once that the probe began inside the part.
+fn tell_start(live: &Live, told: &mut bool) {
+    if let Some(words) = live.start_in_words().filter(|_| !*told) {
+        *told = true;
+        output::note(words);
     }
 }
 
@@ -110,10 +140,11 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
 fn said(phase: Phase) -> &'static str {
     match phase {
         Phase::Engaged => "",
-        Phase::Idle => "press a button to feel it",
+        Phase::Idle => "hold a button to feel it",
         Phase::Waiting => "out of contact first",
         Phase::Ramping => "engaging",
         Phase::Faulted => "a fault: no force",
         Phase::Stopped => "stopped by a fault",
+        Phase::Latched => "three faults in ten seconds: press a button, or r and Enter, for force",
     }
 }

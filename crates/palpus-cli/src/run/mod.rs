@@ -5,6 +5,7 @@
 //! 3. A window or a line in the terminal shows it ([`live`]); the window may have it followed by another one ([`crate::window`]).
 //! 4. What it was like is printed and plotted.
 
+mod keys;
 mod live;
 mod plan;
 mod ready;
@@ -29,7 +30,8 @@ use palpus_io::read_recording;
 use serde::Serialize;
 
 use crate::args::{RunArguments, file_policy};
-use crate::interrupt::stop_at_ctrl_c;
+use crate::interrupt::stop_at_signal;
+use crate::recording::Keep;
 use crate::summary::Summary;
 use crate::two::NAMES;
 use crate::{output, picture, plots, stage, summary, window};
@@ -66,7 +68,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     if !arguments.json {
         ready.announce(arguments, headless)?;
     }
-    let stop = stop_at_ctrl_c();
+    let stop = stop_at_signal();
     let ended = match headless {
         Some(_) => {
             let mut session = Session::start(ready, &beginning(arguments), &stop)?;
@@ -109,6 +111,8 @@ pub(crate) fn beginning(arguments: &RunArguments) -> Beginning<'_> {
         record: (!arguments.no_record).then_some(arguments.record.as_path()),
         claims: (!arguments.fast && !arguments.no_realtime).then(RealTimeOptions::default),
         paused: false,
+        keep: Keep { overwrite: arguments.keep.force, limit: arguments.keep.record_limit.0 },
+        fault_log: arguments.keep.fault_log(),
     }
 }
 
@@ -142,19 +146,23 @@ fn finish(arguments: &RunArguments, ended: Vec<Ended>) -> anyhow::Result<ExitCod
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// The summaries of two devices; the first one's stands where that of a single one does.
+/// The summaries of two devices, and the recordings; the first one's stands where that of a single one does.
 #[derive(Serialize)]
 struct Both<'a> {
     #[serde(flatten)]
     first: &'a Summary,
     #[serde(skip_serializing_if = "Option::is_none")]
     second: Option<&'a Summary>,
+    /// Files, the first device's first.
+    recordings: Vec<&'a Path>,
 }
 
 fn report(arguments: &RunArguments, run: &Ended) -> anyhow::Result<()> {
     let (first, second) = (&run.summary, run.second.as_ref().map(|second| &second.summary));
     if arguments.json {
-        return output::json(&Both { first, second });
+        let of_second = run.second.iter().flat_map(|second| &second.recordings);
+        let recordings = run.recordings.iter().chain(of_second).map(|file| &**file).collect();
+        return output::json(&Both { first, second, recordings });
     }
     for (summary, name) in [Some(first), second].into_iter().flatten().zip(NAMES) {
         if second.is_some() {
@@ -163,25 +171,40 @@ fn report(arguments: &RunArguments, run: &Ended) -> anyhow::Result<()> {
         summary::print(summary);
     }
     for file in &run.recordings {
-        told(&run.name, file, true)?;
+        told(&run.name, file, true);
     }
     for file in run.second.iter().flat_map(|second| &second.recordings) {
-        told(&format!("{}, {} hand", run.name, NAMES[1]), file, false)?;
+        told(&format!("{}, {} hand", run.name, NAMES[1]), file, false);
     }
     Ok(())
 }
 
-/// Plots a recording of the scene `name`, and says where both are; and how it is replayed.
-fn told(name: &str, file: &Path, with_replay: bool) -> anyhow::Result<()> {
-    let plot = file.with_extension("svg");
-    let recording = read_recording(file)?;
+/// Bytes of the largest recording that is plotted: it is read whole for that.
+const MOST_PLOTTED: u64 = 500_000_000;
+
+/// Plots a recording of the scene `name`, and says where both are; and how it is replayed. What does not go is said: the run and its summary stand.
+fn told(name: &str, file: &Path, with_replay: bool) {
+    if std::fs::metadata(file).is_ok_and(|file| file.len() > MOST_PLOTTED) {
+        output::line(format!("{:>14}  {} (too large for a plot)", "recorded", file.display()));
+        return;
+    }
+    let recording = match read_recording(file) {
+        Ok(recording) => recording,
+        Err(error) => return output::note(format!("note: {error}")),
+    };
+    if let Some(notice) = &recording.notice {
+        output::note(format!("note: {notice}"));
+    }
     if recording.rows.len() > 1 {
-        plots::write_svg(&plots::run_figure(name, &recording.rows), &plot)?;
-        output::line(format!("{:>14}  {} (plot: {})", "recorded", file.display(), plot.display()));
+        let plot = file.with_extension("svg");
+        let plotted = match plots::write_svg(&plots::run_figure(name, &recording.rows), &plot) {
+            Ok(()) => format!("(plot: {})", plot.display()),
+            Err(error) => format!("(no plot: {error:#})"),
+        };
+        output::line(format!("{:>14}  {} {plotted}", "recorded", file.display()));
         // What came before its first tick is not in it.
         if with_replay && recording.rows[0].tick == 0 {
             output::line(format!("{:>14}  palpus replay {}", "again", file.display()));
         }
     }
-    Ok(())
 }

@@ -5,16 +5,16 @@ use std::path::Path;
 use anyhow::{anyhow, bail};
 use palpus::render::{Clustering, Settings};
 use palpus_device::{
-    AfterFault, DeviceSpec, DeviceState, Engagement, FaultyDevice, Guide, Guided, HapticDevice, Publisher,
-    ReplayDevice, SafetyLimits, SafetyOptions, Script, ServoOptions, SimulatedDevice, SimulationSettings, Timing,
-    latest,
+    AfterFault, DEVICE_BUTTONS, DeviceSpec, DeviceState, Engagement, FaultyDevice, Guide, Guided, HOLD_KEY,
+    HapticDevice, Publisher, ReplayDevice, SafetyLimits, SafetyOptions, Script, ServoOptions, SimulatedDevice,
+    SimulationSettings, Timing, latest,
 };
 use palpus_io::{RecordRow, RecordingHeader, read_recording};
 
 use super::{DEFAULT_SECONDS, replayed};
 use crate::args::RunArguments;
 use crate::engine::Engine;
-use crate::rerun::one::check_poses;
+use crate::rerun::one::{check_poses, state};
 use crate::stage::Stage;
 use crate::{devices, faults, output, safety};
 
@@ -36,13 +36,13 @@ pub(crate) struct Plan {
     pub(crate) script: Script,
     /// Of a recording from the beginning.
     pub(crate) header: RecordingHeader,
-    engagement: Engagement,
+    pub(super) engagement: Engagement,
     notes: Vec<String>,
 }
 
 impl Plan {
-    /// A run on `stage`, which is called `name`. `endless`: until it is stopped, where nobody said how long.
-    pub(crate) fn new(arguments: &RunArguments, name: &str, mut stage: Stage, endless: bool) -> anyhow::Result<Self> {
+    /// A run on `stage`, which is called `name`. `in_window`: until it is stopped, where nobody said how long, and with keys.
+    pub(crate) fn new(arguments: &RunArguments, name: &str, mut stage: Stage, in_window: bool) -> anyhow::Result<Self> {
         if let Some(rendering) = arguments.rendering {
             stage.coupling.mode = rendering.into();
         }
@@ -52,14 +52,17 @@ impl Plan {
         let rate_hz = stage.rate_hz(arguments.rate);
         let script = faults::script(&arguments.fault, rate_hz, arguments.fast)?;
         let Opened { device, guide, notes } = open(arguments, &stage, rate_hz)?;
-        let device = FaultyDevice::new(device, &script);
+        let spec = lowered(device.spec(), arguments);
+        let device = FaultyDevice::new(device, &script).claiming(spec);
         let settings = stage.settings_for(device.spec(), rate_hz);
         let mut options = ServoOptions {
             rate_hz,
             timing: if arguments.fast { Timing::Simulated } else { Timing::RealTime },
-            duration: if endless { arguments.duration } else { Some(arguments.duration.unwrap_or(DEFAULT_SECONDS)) },
+            duration: if in_window { arguments.duration } else { Some(arguments.duration.unwrap_or(DEFAULT_SECONDS)) },
             safety: SafetyOptions {
                 after_fault: if arguments.stop_on_fault { AfterFault::Stop } else { AfterFault::Reengage },
+                rearm: arguments.rearm.into(),
+                engagement: arguments.dead_man.then_some(Engagement::DeadMan(HOLD_KEY | DEVICE_BUTTONS)),
                 ..SafetyOptions::default()
             },
             ..ServoOptions::default()
@@ -70,6 +73,9 @@ impl Plan {
         }
         options.safety.limits = Some(limits);
         let engagement = options.safety.engagement(device.spec());
+        if arguments.dead_man && device.spec().buttons == 0 && !in_window {
+            bail!("--dead-man needs something to hold: this device has no button, and there is no window with a key");
+        }
         let mut header = stage.header(settings, &arguments.device, rate_hz);
         safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
         devices::recorded(&notes, &mut header.scene.more);
@@ -124,9 +130,26 @@ impl Plan {
             output::note("note: the torque limit is 0: torques are shown, not felt");
         }
         if self.engagement != Engagement::Automatic {
-            output::note("forces come when you press a button of the device");
+            let what = match (self.spec().buttons, headless) {
+                (0, _) => "G in the window",
+                (_, None) => "a button of the device, or G in the window",
+                (_, Some(_)) => "a button of the device",
+            };
+            output::note(format!("forces come while you hold {what}"));
         }
         output::note(contacts_as_felt(&self.settings));
+    }
+}
+
+/// What a device says of itself, with the limits that were asked for where they are lower.
+fn lowered(spec: &DeviceSpec, arguments: &RunArguments) -> DeviceSpec {
+    let lower = |stated: f64, asked: Option<f64>| asked.map_or(stated, |asked| stated.min(asked));
+    DeviceSpec {
+        force_max: lower(spec.force_max, arguments.max_force),
+        torque_max: lower(spec.torque_max, arguments.max_torque),
+        force_continuous: spec.force_continuous.map(|force| lower(force, arguments.max_force)),
+        torque_continuous: spec.torque_continuous.map(|torque| lower(torque, arguments.max_torque)),
+        ..spec.clone()
     }
 }
 
@@ -165,14 +188,13 @@ fn open(arguments: &RunArguments, stage: &Stage, rate_hz: f64) -> anyhow::Result
 fn replay(file: &Path) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     let recording = read_recording(file)?;
     check_poses(&recording)?;
-    let state = |row: &RecordRow| DeviceState {
-        pose: row.pose,
-        twist: row.twist,
-        buttons: row.buttons,
-        time: row.time_ns as f64 * 1e-9,
-    };
     let spec = replayed::spec_of(&recording.header.scene.more);
-    Ok(Box::new(ReplayDevice::new(spec, recording.rows.iter().map(state).collect())))
+    Ok(Box::new(ReplayDevice::new(spec, recording.rows.iter().map(felt).collect())))
+}
+
+/// A recorded state, as a device gives it: samples are as far apart as the recorded ticks were to be.
+fn felt(row: &RecordRow) -> DeviceState {
+    DeviceState { time: row.time_ns as f64 * 1e-9, ..state(row) }
 }
 
 /// How contacts come to the hand.

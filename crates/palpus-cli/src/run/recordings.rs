@@ -8,7 +8,7 @@ use palpus::render::Settings;
 use palpus_io::RecordingHeader;
 
 use super::servo_thread::{ORDERS, Order};
-use crate::recording::{Recording, Rows, Writing};
+use crate::recording::{Keep, Recording, Rows, Writing};
 use crate::two::other::name_other;
 
 /// See the module's description.
@@ -16,6 +16,7 @@ pub(super) struct Recordings {
     header: RecordingHeader,
     /// Of two devices: which of them this is, 0 or 1.
     which: usize,
+    keep: Keep,
     orders: rtrb::Producer<Order>,
     over: rtrb::Consumer<Rows>,
     writing: Option<Writing>,
@@ -31,12 +32,12 @@ const PATIENCE: Duration = Duration::from_millis(50);
 
 impl Recordings {
     /// Those of device `which` (0 or 1). `header` is that of a recording from the beginning.
-    pub(super) fn new(header: RecordingHeader, which: usize) -> (Self, Ends) {
+    pub(super) fn new(header: RecordingHeader, which: usize, keep: Keep) -> (Self, Ends) {
         let (orders, ordered) = rtrb::RingBuffer::new(ORDERS);
         // One more than can be ordered: the first is not ordered.
         let (put_down, over) = rtrb::RingBuffer::new(ORDERS + 1);
         (
-            Self { header, which, orders, over, writing: None, written: Vec::new(), notes: Vec::new() },
+            Self { header, which, keep, orders, over, writing: None, written: Vec::new(), notes: Vec::new() },
             (ordered, put_down),
         )
     }
@@ -46,13 +47,19 @@ impl Recordings {
         self.writing.as_ref().map(Writing::path)
     }
 
+    /// Why nothing is written any more, if something went wrong.
+    #[cfg(feature = "window")]
+    pub(super) fn trouble(&self) -> Option<String> {
+        self.writing.as_ref().and_then(Writing::trouble)
+    }
+
     /// Creates a file and what writes to it; `other` is that of the other device, if there are two, and `settings` are those that are in force.
     pub(super) fn start(&mut self, path: PathBuf, other: Option<&Path>, settings: &Settings) -> anyhow::Result<Rows> {
         self.header.scene.render = *settings;
         if let Some(other) = other {
             name_other(self.which, other, &mut self.header.scene.more);
         }
-        let Recording { rows, writing } = Recording::start(&path, &self.header)?;
+        let Recording { rows, writing } = Recording::start(&path, &self.header, &self.keep)?;
         self.writing = Some(writing);
         Ok(rows)
     }
@@ -81,18 +88,18 @@ impl Recordings {
             std::thread::sleep(Duration::from_micros(200));
         }
         let path = writing.path().to_owned();
-        self.notes.extend(writing.finish()?);
+        self.notes.extend(writing.finish());
         self.written.push(path.clone());
         Ok(Some(path))
     }
 
     /// The files, and what there is to say of them, when the loop is over.
-    pub(super) fn finish(mut self) -> anyhow::Result<(Vec<PathBuf>, Vec<String>)> {
+    pub(super) fn finish(mut self) -> (Vec<PathBuf>, Vec<String>) {
         if let Some(writing) = self.writing.take() {
             let path = writing.path().to_owned();
-            self.notes.extend(writing.finish()?);
+            self.notes.extend(writing.finish());
             self.written.push(path);
         }
-        Ok((self.written, self.notes))
+        (self.written, self.notes)
     }
 }

@@ -10,7 +10,8 @@ use palpus_io::scene::CouplingMode;
 
 use super::recordings::Recordings;
 use super::servo_thread::{Log, Worked, Working};
-use super::{Live, Plan};
+use super::{Beginning, Live, Plan};
+use crate::fault_log::FaultLog;
 use crate::stage::Stage;
 use crate::summary::{Gatherer, Summary};
 
@@ -27,6 +28,7 @@ pub(super) struct Seat {
     pub(super) guide: Option<Publisher<Guide>>,
     pub(super) live: Newest<Live>,
     pub(super) recordings: Recordings,
+    faults: Option<FaultLog>,
 }
 
 /// What a run was like for one device.
@@ -49,19 +51,22 @@ pub(super) struct Taken {
 
 impl Seat {
     /// Out of the plan of device `which` (0 or 1). It is recorded from the beginning to the first of `files`, if there are any; the second is the
-    /// other device's. `crease_angle`: at which the engine can shade.
+    /// other device's. `crease_angle`: at which the engine can shade. `beginning` says how recordings are kept and where faults are logged.
     pub(super) fn take(
         plan: Plan,
         which: usize,
         files: Option<(&Path, Option<&Path>)>,
         crease_angle: Option<f64>,
+        beginning: &Beginning<'_>,
     ) -> anyhow::Result<Taken> {
         let Plan { stage, rate_hz, options, limits, settings, device, guide, header, .. } = plan;
         let spec = device.spec().clone();
         let coupling = preset(&stage, &spec, rate_hz, CouplingMode::Coupled).coupling;
         let (asked, newest) = latest(settings);
         let (publisher, live) = latest(Live::new(rate_hz));
-        let (mut recordings, (orders, over)) = Recordings::new(header, which);
+        let logged = beginning.fault_log.and_then(|file| FaultLog::start(file, &header, which));
+        let (watch, faults) = logged.map_or((None, None), |(watch, log)| (Some(watch), Some(log)));
+        let (mut recordings, (orders, over)) = Recordings::new(header, which, beginning.keep);
         let rows = files.map(|(path, other)| recordings.start(path.to_owned(), other, &settings)).transpose()?;
         let working = Working {
             servo: Servo::new(options)?,
@@ -69,8 +74,9 @@ impl Seat {
             gatherer: Gatherer::new()?,
             log: Log { rows, in_force: settings, orders, over },
             live: (publisher, Live::new(rate_hz)),
+            faults: watch,
         };
-        let seat = Self { spec, limits, settings, coupling, crease_angle, asked, guide, live, recordings };
+        let seat = Self { spec, limits, settings, coupling, crease_angle, asked, guide, live, recordings, faults };
         Ok(Taken { seat, working, newest, stage })
     }
 
@@ -104,15 +110,12 @@ impl Seat {
     }
 
     /// What it was like, when the loop is over; and what there is to say of it.
-    pub(super) fn end(
-        self,
-        worked: Worked,
-        claims: Option<&RealTimeClaims>,
-    ) -> anyhow::Result<(EndedSeat, Vec<String>)> {
+    pub(super) fn end(self, worked: Worked, claims: Option<&RealTimeClaims>) -> (EndedSeat, Vec<String>) {
         let Worked { statistics, gatherer } = worked;
-        let (recordings, notes) = self.recordings.finish()?;
+        let (recordings, mut notes) = self.recordings.finish();
+        notes.extend(self.faults.and_then(FaultLog::finish));
         let summary = gatherer.finish(&statistics, &self.limits, claims);
-        Ok((EndedSeat { summary, end: statistics.end, recordings }, notes))
+        (EndedSeat { summary, end: statistics.end, recordings }, notes)
     }
 }
 

@@ -10,12 +10,13 @@ use std::thread;
 use anyhow::anyhow;
 use palpus::render::{Limits, Settings};
 use palpus_device::{
-    DeviceState, FaultyDevice, HapticDevice, Publisher, RealTimeClaims, RealTimeOptions, RunStatistics, Script, Servo,
-    ServoTick, StepOutcome, ToolOutcome, claim,
+    BothObserver, Cut, DeviceState, FaultyDevice, HapticDevice, Publisher, RealTimeClaims, RealTimeOptions,
+    RunStatistics, Script, Servo, ServoTick, StepOutcome, TickObserver, ToolOutcome, claim,
 };
 
 use super::Live;
 use crate::engine::{Detail, Engine};
+use crate::fault_log::FaultWatch;
 use crate::recording::Rows;
 use crate::stopped::Stopped;
 use crate::summary::Gatherer;
@@ -49,6 +50,7 @@ pub(super) struct Working {
     pub(super) gatherer: Gatherer,
     pub(super) log: Log,
     pub(super) live: (Publisher<Live>, Live),
+    pub(super) faults: Option<FaultWatch>,
 }
 
 /// What the thread leaves behind.
@@ -86,47 +88,47 @@ impl ServoThread {
 }
 
 fn one(working: Working, mut engine: Box<Engine>, script: Script, stop: &AtomicBool) -> Turned {
-    let Working { mut servo, mut device, gatherer, log, live } = working;
-    let mut sight = Sight { gatherer, log, live };
-    let available = Cell::new(Limits::UNLIMITED);
+    let Working { mut servo, mut device, gatherer, log, live, faults } = working;
+    let told = Told::default();
     let step = script.step(|state: &DeviceState, dt| {
-        engine.set_available(&available.get());
+        if told.panicked.take() {
+            engine.forget();
+        }
+        engine.set_available(&told.available[0].get());
         engine.step(state, dt)
     });
-    let mut observe = |tick: &ServoTick, detail: &Detail| {
-        available.set(tick.available);
-        sight.see(tick, detail);
-    };
-    let statistics = servo.run(&mut device, step, &mut observe, stop);
+    let mut watcher = Watcher { sights: [Sight { gatherer, log, live, faults }], told: &told };
+    let statistics = servo.run(&mut device, step, &mut watcher, stop);
+    let [sight] = watcher.sights;
     Turned { first: Worked { statistics, gatherer: sight.gatherer }, second: None, engine: Stopped::One(engine) }
 }
 
 fn two(working: [Working; 2], mut engine: TwoEngine, script: Script, stop: &AtomicBool) -> Turned {
-    let [first, second] =
-        working.map(|Working { servo, device, gatherer, log, live }| (servo, device, Sight { gatherer, log, live }));
+    let [first, second] = working.map(|Working { servo, device, gatherer, log, live, faults }| {
+        (servo, device, Sight { gatherer, log, live, faults })
+    });
     let ((mut servo, mut device, sight), (mut other_servo, mut other_device, other_sight)) = (first, second);
-    let mut sights = [sight, other_sight];
     // What goes wrong in the step on purpose does so around that of the first tool.
     let aside = Cell::new(None);
-    let available = [Cell::new(Limits::UNLIMITED), Cell::new(Limits::UNLIMITED)];
+    let told = Told::default();
     let mut scripted = script.step(|state: &DeviceState, dt| {
-        engine.set_available(&available.each_ref().map(Cell::get));
+        if told.panicked.take() {
+            engine.forget();
+        }
+        engine.set_available(&told.available.each_ref().map(Cell::get));
         let [first, second] = engine.step(&[*state, aside.take().unwrap_or(*state)], dt);
-        let StepOutcome { wrench, saturated, detail } = first.outcome;
-        StepOutcome { wrench, saturated, detail: (detail, first.received, second) }
+        let StepOutcome { wrench, saturated, changed, detail } = first.outcome;
+        StepOutcome { wrench, saturated, changed, detail: (detail, first.received, second) }
     });
     let step = |states: &[DeviceState; 2], dt: f64| {
         aside.set(Some(states[1]));
-        let StepOutcome { wrench, saturated, detail: (detail, received, second) } = scripted(&states[0], dt);
-        [ToolOutcome { outcome: StepOutcome { wrench, saturated, detail }, received }, second]
+        let StepOutcome { wrench, saturated, changed, detail: (detail, received, second) } = scripted(&states[0], dt);
+        [ToolOutcome { outcome: StepOutcome { wrench, saturated, changed, detail }, received }, second]
     };
-    let mut observe = |which: usize, tick: &ServoTick, detail: &Detail| {
-        available[which].set(tick.available);
-        sights[which].see(tick, detail);
-    };
-    let statistics = servo.run_both(&mut other_servo, [&mut device, &mut other_device], step, &mut observe, stop);
+    let mut watcher = Watcher { sights: [sight, other_sight], told: &told };
+    let statistics = servo.run_both(&mut other_servo, [&mut device, &mut other_device], step, &mut watcher, stop);
     drop(scripted);
-    let ([first, second], [sight, other_sight]) = (statistics, sights);
+    let ([first, second], [sight, other_sight]) = (statistics, watcher.sights);
     Turned {
         first: Worked { statistics: first, gatherer: sight.gatherer },
         second: Some(Worked { statistics: second, gatherer: other_sight.gatherer }),
@@ -134,17 +136,71 @@ fn two(working: [Working; 2], mut engine: TwoEngine, script: Script, stop: &Atom
     }
 }
 
-/// What sees every tick of a device.
+/// What the next step is told of the last tick.
+struct Told {
+    available: [Cell<Limits>; 2],
+    panicked: Cell<bool>,
+}
+
+impl Default for Told {
+    fn default() -> Self {
+        Self { available: [const { Cell::new(Limits::UNLIMITED) }; 2], panicked: Cell::new(false) }
+    }
+}
+
+/// Sees every tick of one device, or of two.
+struct Watcher<'a, const N: usize> {
+    sights: [Sight; N],
+    told: &'a Told,
+}
+
+impl<const N: usize> Watcher<'_, N> {
+    fn see(&mut self, which: usize, tick: &ServoTick, detail: Option<&Detail>) {
+        self.told.available[which].set(tick.available);
+        if tick.cuts.has(Cut::Panic) {
+            self.told.panicked.set(true);
+        }
+        self.sights[which].see(tick, detail);
+    }
+}
+
+impl TickObserver<Detail> for Watcher<'_, 1> {
+    fn observe(&mut self, tick: &ServoTick, detail: &Detail) {
+        self.see(0, tick, Some(detail));
+    }
+
+    fn unanswered(&mut self, tick: &ServoTick) {
+        self.see(0, tick, None);
+    }
+}
+
+impl BothObserver<Detail> for Watcher<'_, 2> {
+    fn observe(&mut self, which: usize, tick: &ServoTick, detail: &Detail) {
+        self.see(which, tick, Some(detail));
+    }
+
+    fn unanswered(&mut self, which: usize, tick: &ServoTick) {
+        self.see(which, tick, None);
+    }
+}
+
+/// What sees every tick of a device; without a detail, ticks whose step gave no answer.
 struct Sight {
     gatherer: Gatherer,
     log: Log,
     live: (Publisher<Live>, Live),
+    faults: Option<FaultWatch>,
 }
 
 impl Sight {
-    fn see(&mut self, tick: &ServoTick, detail: &Detail) {
-        self.gatherer.add(tick, detail);
+    fn see(&mut self, tick: &ServoTick, detail: Option<&Detail>) {
+        if let Some(detail) = detail {
+            self.gatherer.add(tick, detail);
+        }
         self.log.add(tick, detail);
+        if let Some(faults) = &mut self.faults {
+            faults.see(tick);
+        }
         let (publisher, now) = &mut self.live;
         *now = now.after(tick, detail);
         publisher.publish(*now);
@@ -162,8 +218,9 @@ pub(super) struct Log {
 }
 
 impl Log {
-    fn add(&mut self, tick: &ServoTick, detail: &Detail) {
-        if let Some(settings) = &detail.changed {
+    fn add(&mut self, tick: &ServoTick, detail: Option<&Detail>) {
+        let changed = detail.and_then(|detail| detail.changed.as_ref());
+        if let Some(settings) = changed.filter(|settings| **settings != self.in_force) {
             self.in_force = *settings;
             if let Some(rows) = &mut self.rows {
                 rows.change(tick.index, settings);

@@ -15,7 +15,6 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
 use std::thread::JoinHandle;
 
-use palpus::algebra::Pose;
 use palpus::render::{Settings, SettingsError};
 use palpus_device::{DeviceSpec, Guide, RealTimeClaims, RealTimeOptions, Reins, RunEnd, leave_core};
 use palpus_io::scene::CouplingMode;
@@ -24,11 +23,15 @@ use super::seat::{EndedSeat, Seat, Taken, preset};
 use super::servo_thread::{ServoThread, Turned, Work, joined};
 use super::{Live, Ready};
 use crate::files;
+use crate::recording::{self, Keep};
 use crate::safety;
 use crate::stage::Stage;
 use crate::stopped::Stopped;
 use crate::summary::Summary;
 use crate::two::NAMES;
+
+/// s for which a key is taken to be held after it was told: several frames of a window.
+const HOLD_TIME: f64 = 0.3;
 
 /// A run under way.
 pub(crate) struct Session {
@@ -45,12 +48,16 @@ pub(crate) struct Session {
 /// How a run begins.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Beginning<'a> {
-    /// Recorded to this file, which is overwritten; a second device to one beside it.
+    /// Recorded to this file, or to one with a number if there is such a file and it is not to be written over; a second device to one beside it.
     pub(crate) record: Option<&'a Path>,
     /// What the servo thread asks of the system.
     pub(crate) claims: Option<RealTimeOptions>,
     /// It waits before its first tick.
     pub(crate) paused: bool,
+    /// How recordings are kept.
+    pub(crate) keep: Keep,
+    /// Where faults are logged: `None` for no log, `Some(None)` for that of the user.
+    pub(crate) fault_log: Option<Option<&'a Path>>,
 }
 
 /// What a run was like.
@@ -74,24 +81,33 @@ pub(crate) struct Ended {
 impl Session {
     /// Starts the loop on a thread of its own. It ends when its duration is over, when it is told to, or with `stop`.
     pub(crate) fn start(ready: Ready, beginning: &Beginning<'_>, stop: &Arc<AtomicBool>) -> anyhow::Result<Self> {
-        let Beginning { record, claims, paused } = *beginning;
+        let Beginning { record, claims, paused, keep, .. } = *beginning;
         let plan = ready.plan();
         let (name, rate_hz, script) = (plan.name.clone(), plan.rate_hz, plan.script.clone());
         let (first, second, working, work, stage) = match ready {
             Ready::One(run) => {
                 let (plan, mut engine) = *run;
-                let files = record.map(|file| (file, None));
-                let Taken { seat, working, newest, stage } = Seat::take(plan, 0, files, engine.crease_angle())?;
+                let record = record.map(|file| if keep.overwrite { file.to_owned() } else { recording::free(file) });
+                let files = record.as_deref().map(|file| (file, None));
+                let Taken { seat, working, newest, stage } =
+                    Seat::take(plan, 0, files, engine.crease_angle(), beginning)?;
                 engine.steer(newest);
                 (seat, None, working, Work::One(Box::new(engine)), stage)
             }
             Ready::Two(run) => {
                 let ([plan, other], mut engine) = *run;
-                let beside = record.map(|file| files::beside(file, NAMES[1]));
-                let files = record.zip(beside.as_deref());
+                let record = record.map(|file| {
+                    if keep.overwrite {
+                        [file.to_owned(), files::beside(file, NAMES[1])]
+                    } else {
+                        recording::free_pair(file)
+                    }
+                });
+                let files = record.as_ref().map(|[file, beside]| (file.as_path(), beside.as_path()));
                 let crease_angle = engine.crease_angle();
-                let first = Seat::take(plan, 0, files.map(|(one, other)| (one, Some(other))), crease_angle)?;
-                let second = Seat::take(other, 1, files.map(|(one, other)| (other, Some(one))), crease_angle)?;
+                let first = Seat::take(plan, 0, files.map(|(one, other)| (one, Some(other))), crease_angle, beginning)?;
+                let second =
+                    Seat::take(other, 1, files.map(|(one, other)| (other, Some(one))), crease_angle, beginning)?;
                 engine.steer([first.newest, second.newest]);
                 let work = Work::Two(Box::new((engine, second.working)));
                 (first.seat, Some(second.seat), first.working, work, first.stage)
@@ -120,6 +136,11 @@ impl Session {
         Live { faults: live.faults + of_second, ..live }
     }
 
+    /// Pauses it, takes it on by single ticks, brings keys.
+    pub(crate) fn reins(&self) -> Arc<Reins> {
+        Arc::clone(&self.reins)
+    }
+
     /// The loop has ended.
     pub(crate) fn is_over(&self) -> bool {
         self.thread.is_finished()
@@ -130,10 +151,10 @@ impl Session {
         let Turned { first, second, engine } = joined(self.thread.join())?;
         let claims = self.claims.as_ref();
         let settings = self.first.settings;
-        let (EndedSeat { summary, end, recordings }, mut notes) = self.first.end(first, claims)?;
+        let (EndedSeat { summary, end, recordings }, mut notes) = self.first.end(first, claims);
         let mut of_second = None;
         if let Some((seat, worked)) = self.second.zip(second) {
-            let (ended, more) = seat.end(worked, claims)?;
+            let (ended, more) = seat.end(worked, claims);
             notes.extend(more);
             of_second = Some(ended);
         }
@@ -199,23 +220,33 @@ impl Session {
         self.first.guide.is_some()
     }
 
-    /// Has the simulated hand hold the probe at this pose (of its mesh's frame, world), or follow
+    /// Has the simulated hand hold the probe at a pose (of its mesh's frame, world), let go of it, or follow
     /// its script again. Does nothing unless [`Self::can_guide`].
-    pub(crate) fn guide(&mut self, probe: Option<Pose>) {
+    pub(crate) fn guide(&mut self, probe: Guide) {
         let grip_a = self.first.settings.grip_a;
         if let Some(guide) = &mut self.first.guide {
-            guide.publish(probe.map_or(Guide::Script, |pose| Guide::Held(pose.with_origin(grip_a))));
+            guide.publish(match probe {
+                Guide::Held(pose) => Guide::Held(pose.with_origin(grip_a)),
+                other => other,
+            });
         }
     }
 
-    /// Pauses it, takes it on by single ticks.
-    pub(crate) fn reins(&self) -> &Reins {
-        &self.reins
+    /// A person at the window holds the key for force, or does not. To be told again and again while it is held.
+    pub(crate) fn hold(&self, held: bool) {
+        let ticks = if held { (HOLD_TIME * self.rate_hz) as u64 } else { 0 };
+        self.reins.hold(ticks);
     }
 
     /// The file that is being recorded to; of two devices the first one's.
     pub(crate) fn recording(&self) -> Option<&Path> {
         self.first.recordings.path()
+    }
+
+    /// What went wrong with the recording, if something did.
+    #[cfg(feature = "window")]
+    pub(crate) fn trouble(&self) -> Option<String> {
+        self.first.recordings.trouble().or_else(|| self.second.as_ref().and_then(|second| second.recordings.trouble()))
     }
 
     /// Begins a recording with the next tick, in a file beside the one called `base` or in that, and not in one that exists; of two devices in two.

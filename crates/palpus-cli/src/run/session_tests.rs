@@ -9,13 +9,15 @@ use clap::Parser;
 use palpus::algebra::Pose;
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::Settings;
+use palpus_device::{AfterPanic, Cut, Cuts, Guide};
 use palpus_io::read_recording;
 use palpus_io::scene::FilePolicy;
 
 use super::{Beginning, Ended, Ready, Session};
 use crate::args::RunArguments;
 use crate::rerun::one::run_again;
-use crate::{stage, two};
+use crate::rerun::places::Places;
+use crate::{safety, stage, two};
 
 /// A folder of its own for one test, gone when the test is over.
 struct Folder(PathBuf);
@@ -40,7 +42,7 @@ fn paused(scene: &str, record: Option<PathBuf>) -> Session {
     let arguments = RunArguments::parse_from(["run", scene, "--fast"]);
     let stage = stage::prepare(scene, FilePolicy::Inside).expect("a built-in scene");
     let ready = Ready::new(&arguments, scene, stage, true).expect("a plan and an engine");
-    let beginning = Beginning { record: record.as_deref(), claims: None, paused: true };
+    let beginning = Beginning { record: record.as_deref(), paused: true, ..Beginning::default() };
     Session::start(ready, &beginning, &Arc::new(AtomicBool::new(false))).expect("a session")
 }
 
@@ -62,7 +64,7 @@ fn run_to(session: &mut Session, ticks: u64) {
 fn replayed(file: &std::path::Path) -> anyhow::Result<(usize, usize)> {
     let recording = read_recording(file)?;
     let mut same = 0;
-    run_again(&recording, FilePolicy::Inside, &mut |k, wrench, _| {
+    run_again(&recording, &Places::of(file, FilePolicy::Inside), &mut |k, wrench, _| {
         same += usize::from(recording.rows[k].same_wrench(wrench));
     })?;
     Ok((same, recording.rows.len()))
@@ -96,7 +98,7 @@ fn settings_changed_in_a_run_come_back_bit_for_bit_and_cost_no_memory() {
         if k == 2 {
             let at = Pose { translation: session.stage().path.pose(0.0).translation, ..Pose::IDENTITY };
             assert!(session.can_guide());
-            session.guide(Some(at));
+            session.guide(Guide::Held(at));
         }
     }
     run_to(&mut session, 3000);
@@ -105,9 +107,39 @@ fn settings_changed_in_a_run_come_back_bit_for_bit_and_cost_no_memory() {
     assert_eq!(summary.allocations, 0, "the loop allocates");
     assert_eq!(recordings, std::slice::from_ref(&file));
     assert!(notes.is_empty(), "{notes:?}");
-    let changes = read_recording(&file).expect("a recording").changes;
-    let ticks: Vec<u64> = changes.iter().map(|change| change.0).collect();
+    let recording = read_recording(&file).expect("a recording");
+    let ticks: Vec<u64> = recording.changes.iter().map(|change| change.0).collect();
     assert_eq!(ticks, [400, 800, 1200, 1600, 2000, 2400]);
+    for tick in ticks.into_iter().map(|tick| tick as usize) {
+        let [before, after] = [tick - 1, tick].map(|tick| &recording.rows[tick]);
+        assert!(Cuts::from_bits(after.faults).has(Cut::Settings));
+        let step = after.wrench.force.distance(before.wrench.force);
+        assert!(step < 0.1, "{step} N in the tick of other settings, {tick}");
+    }
+    assert_eq!(replayed(&file).expect("it can be replayed"), (3000, 3000));
+}
+
+#[test]
+fn run_that_goes_on_after_a_panic_replays_bit_for_bit() {
+    let folder = Folder::new("panic");
+    let file = folder.0.join("run.csv");
+    crate::bodies::use_cache(false);
+    let arguments = RunArguments::parse_from(["run", "box-table", "--fast", "--duration", "3", "--fault", "panic@1.5"]);
+    let stage = stage::prepare("box-table", FilePolicy::Inside).expect("a built-in scene");
+    let mut ready = Ready::new(&arguments, "box-table", stage, false).expect("a plan and an engine");
+    let Ready::One(run) = &mut ready else { panic!("one tool") };
+    let plan = &mut run.0;
+    plan.options.safety.after_panic = AfterPanic::AsFault;
+    safety::recorded(&plan.limits, plan.engagement, &plan.options.safety, &mut plan.header.scene.more);
+    let beginning = Beginning { record: Some(&file), ..Beginning::default() };
+    let session = Session::start(ready, &beginning, &Arc::new(AtomicBool::new(false))).expect("a session");
+    let Ended { summary, notes, .. } = session.wait().expect("it ends");
+    assert_eq!((summary.ticks, notes), (3000, Vec::new()));
+    let rows = read_recording(&file).expect("a recording").rows;
+    let not_stepped: Vec<u64> =
+        rows.iter().filter(|row| !row.servo.expect("it is").stepped).map(|row| row.tick).collect();
+    assert_eq!(not_stepped, [1500]);
+    assert!(rows.iter().any(|row| row.tick > 2000 && row.wrench.force.length() > 0.1), "it is felt again");
     assert_eq!(replayed(&file).expect("it can be replayed"), (3000, 3000));
 }
 
@@ -185,7 +217,7 @@ fn guided_probe_with_a_far_grip_goes_where_it_is_held() {
     let rotation = glam::DQuat::from_rotation_z(0.4);
     let goal = Pose { rotation, ..start.with_origin(grip_a) }.with_origin(-grip_a);
     let goal = Pose { translation: goal.translation + glam::DVec3::Z * 0.02, ..goal };
-    session.guide(Some(goal));
+    session.guide(Guide::Held(goal));
     run_to(&mut session, 1600);
     session.end().expect("it ends");
     let recording = read_recording(&file).expect("a recording");
@@ -204,7 +236,7 @@ fn two_tools_are_steered_recorded_on_demand_and_replayed_bit_for_bit() {
     run_to(&mut session, 700);
     let at = Pose { translation: session.stage().path.pose(0.3).translation, ..Pose::IDENTITY };
     assert!(session.can_guide());
-    session.guide(Some(at));
+    session.guide(Guide::Held(at));
     session.set_settings(&Settings { friction: Some(FRICTION), shading: Some(SHADING), ..paper }).expect("it can be");
     run_to(&mut session, 1500);
     session.set_settings(&usual).expect("it can be");
@@ -227,11 +259,15 @@ fn two_tools_are_steered_recorded_on_demand_and_replayed_bit_for_bit() {
     assert_eq!((changed(&file), changed(&second.recordings[0])), (vec![700, 1500], vec![700, 1500]));
     for path in [&file, &second.recordings[0]] {
         let recording = read_recording(path).expect("a recording");
-        for report in two::replay::both(path, &recording, FilePolicy::Inside).expect("it can be replayed") {
+        for report in two::replay::both(&recording, &Places::of(path, FilePolicy::Inside)).expect("it can be replayed")
+        {
             assert!(report.is_identical(), "{}", path.display());
         }
     }
     let late = read_recording(&later).expect("a recording");
-    let error = two::replay::both(&later, &late, FilePolicy::Inside).err().expect("it has no beginning").to_string();
+    let error = two::replay::both(&late, &Places::of(&later, FilePolicy::Inside))
+        .err()
+        .expect("it has no beginning")
+        .to_string();
     assert!(error.contains("in the course of a run"), "{error}");
 }

@@ -26,17 +26,18 @@ use std::time::{Duration, Instant};
 use anyhow::bail;
 use palpus::render::{Limits, Settings};
 use palpus_device::{
-    DeviceSpec, DeviceState, HandImpedance, HapticDevice, Newest, RealTimeClaims, RealTimeOptions, RunStatistics,
-    SafetyOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, claim, latest_of,
+    DeviceSpec, DeviceState, HandImpedance, HapticDevice, Newest, RealTimeClaims, RealTimeOptions, Rearm,
+    RunStatistics, SafetyOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, claim,
+    latest_of,
 };
 use palpus_io::RecordingHeader;
 
 use crate::args::SoakArguments;
 use crate::doctor::timer;
 use crate::engine::{Detail, Engine};
-use crate::interrupt::stop_at_ctrl_c;
+use crate::interrupt::stop_at_signal;
 use crate::output;
-use crate::recording::Recording;
+use crate::recording::{self, Keep, Recording};
 use crate::run::joined;
 use buckets::Buckets;
 use machine::Watch;
@@ -66,7 +67,7 @@ pub(crate) fn soak(arguments: &SoakArguments) -> anyhow::Result<ExitCode> {
     let timer = arguments.timer.0;
     let real_time = !arguments.no_realtime;
     report.before = bare(timer, rate_hz, real_time, &tell, "before")?;
-    let stop = stop_at_ctrl_c();
+    let stop = stop_at_signal();
     let run = Run { duration, interval, rate_hz, real_time };
     let (statistics, claims) = run.turn(&ground, arguments, &mut report, &stop)?;
     report.end(&statistics, claims.as_ref());
@@ -123,11 +124,14 @@ impl Run {
         let settings = ground.stage.settings_for(device.spec(), self.rate_hz);
         let mut engine = Engine::new(&ground.stage, settings)?;
         // The wall's time ends it, not the number of ticks: a loop that is late makes fewer of them.
-        let options = ServoOptions { rate_hz: self.rate_hz, ..ServoOptions::default() };
-        let recording = arguments.record.as_ref();
-        let recording = recording
-            .map(|file| Recording::start(file, &self.header(ground, settings, device.spec(), &options.safety)))
-            .transpose()?;
+        // Nobody is there to press a key after three faults.
+        let safety = SafetyOptions { rearm: Rearm::Automatic, ..SafetyOptions::default() };
+        let options = ServoOptions { rate_hz: self.rate_hz, safety, ..ServoOptions::default() };
+        let recording = arguments.record.as_deref().map(recording::free).map(|file| {
+            let header = self.header(ground, settings, device.spec(), &options.safety);
+            Recording::start(&file, &header, &Keep::default())
+        });
+        let recording = recording.transpose()?;
         let (mut rows, writing) = recording.map_or((None, None), |made| (Some(made.rows), Some(made.writing)));
         let mut servo = Servo::new(options)?;
         let (publisher, newest) = latest_of(Interval::default);
@@ -150,7 +154,7 @@ impl Run {
                     available.set(tick.available);
                     tally.add(tick, detail);
                     if let Some(rows) = &mut rows {
-                        rows.row(tick, detail);
+                        rows.row(tick, Some(detail));
                     }
                 };
                 let statistics = servo.run(&mut device, step, &mut observe, stop);
@@ -167,7 +171,7 @@ impl Run {
             anyhow::Ok((statistics, claims))
         })?;
         if let Some(writing) = writing {
-            writing.finish()?.iter().for_each(output::note);
+            writing.finish().iter().for_each(output::note);
         }
         Ok((statistics, claims))
     }

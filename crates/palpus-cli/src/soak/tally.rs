@@ -90,7 +90,7 @@ impl Tally {
         now.depth_max = now.depth_max.max(-engine.separation);
         now.allocations += detail.allocations;
         now.cuts.add(tick.cuts);
-        let faulted = matches!(tick.phase, Phase::Faulted | Phase::Stopped);
+        let faulted = matches!(tick.phase, Phase::Faulted | Phase::Stopped | Phase::Latched);
         now.faults += u64::from(faulted && !self.faulted);
         self.faulted = faulted;
         let (query, tool) = (&engine.counters.query, &engine.counters.tool);

@@ -9,6 +9,7 @@ use crate::clock::WallClock;
 use crate::engine::{Detail, Frame};
 use crate::shots::Shots;
 use crate::stage::Stage;
+use crate::way_out::WayOut;
 
 /// A renderer of two tools between two devices and a scene.
 pub(crate) struct TwoEngine {
@@ -18,6 +19,8 @@ pub(crate) struct TwoEngine {
     shots: Shots,
     live: Option<Publisher<Moment>>,
     asked: Option<[Newest<Settings>; 2]>,
+    /// Settings of which no detail has told yet.
+    untold: [Option<Settings>; 2],
     crease_angle: Option<f64>,
     pacer: Option<Pacer>,
 }
@@ -30,7 +33,17 @@ impl TwoEngine {
         let frame = Frame::new(stages[0].environment_pose);
         let crease_angle = settings.iter().find_map(|settings| Some(settings.shading?.crease_angle));
         let clock = WallClock::new();
-        Ok(Self { duo, frame, clock, shots: Shots::default(), live: None, asked: None, crease_angle, pacer: None })
+        Ok(Self {
+            duo,
+            frame,
+            clock,
+            shots: Shots::default(),
+            live: None,
+            asked: None,
+            untold: [None; 2],
+            crease_angle,
+            pacer: None,
+        })
     }
 
     /// The same, able to take up shading later on, at this crease angle (rad) if it has no other.
@@ -101,6 +114,12 @@ impl TwoEngine {
         self.duo.allow(work);
     }
 
+    /// See [`Engine::forget`](crate::engine::Engine::forget).
+    pub(crate) fn forget(&mut self) {
+        self.duo.clear();
+        self.untold = self.duo.settings().map(|settings| Some(*settings));
+    }
+
     /// The devices can give no more than `available` from now on.
     pub(crate) fn set_available(&mut self, available: &[Limits; 2]) {
         self.duo.set_available(available);
@@ -109,7 +128,7 @@ impl TwoEngine {
     /// One tick of both: what each device is to push with.
     pub(crate) fn step(&mut self, states: &[DeviceState; 2], dt: f64) -> [ToolOutcome<Detail>; 2] {
         let before = allocations_of_this_thread();
-        let changed = [0, 1].map(|which| self.changed(which));
+        let changed = [0, 1].map(|which| self.changed(which).or(self.untold[which].take()));
         let grips = self.duo.settings().map(|settings| settings.grip_a);
         let probes = [0, 1].map(|which| self.frame.probe(&states[which], grips[which]));
         if let Some(pacer) = &self.pacer {
@@ -128,13 +147,20 @@ impl TwoEngine {
         // Whose it is does not matter: it must be none.
         let allocations = allocations_of_this_thread() - before;
         let ticks = self.duo.ticks();
-        [0, 1].map(|which| (ticks[which], changed[which])).map(|(tick, changed)| ToolOutcome {
-            outcome: StepOutcome {
-                wrench: self.frame.for_device(&tick.commanded),
-                saturated: tick.counters.saturated_force + tick.counters.saturated_torque > 0,
-                detail: Detail { tick: tick.summary(), tool: self.frame.in_world(&tick.tool_ba), allocations, changed },
-            },
-            received: tick.work_from_other,
+        let settings = self.duo.settings();
+        [0, 1].map(|which| {
+            let (tick, changed) = (ticks[which], changed[which]);
+            let way_out = WayOut::of(tick, settings[which], &self.frame, &states[which]);
+            let tool = self.frame.in_world(&tick.tool_ba);
+            ToolOutcome {
+                outcome: StepOutcome {
+                    wrench: self.frame.for_device(&tick.commanded),
+                    saturated: tick.counters.saturated_force + tick.counters.saturated_torque > 0,
+                    changed: changed.is_some(),
+                    detail: Detail { tick: tick.summary(), tool, allocations, changed, way_out },
+                },
+                received: tick.work_from_other,
+            }
         })
     }
 }

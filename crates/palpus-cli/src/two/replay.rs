@@ -6,15 +6,15 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use palpus::algebra::{Twist, Wrench};
 use palpus::render::Limits;
-use palpus_device::{ContactAccount, Cut, Cuts, DeviceState, SafetyChain};
-use palpus_io::scene::FilePolicy;
-use palpus_io::{RecordRow, Recording, read_recording};
+use palpus_device::{ContactAccount, Cut, DeviceState, SafetyChain};
+use palpus_io::{Recording, read_recording};
 use serde::Serialize;
 
 use super::engine::TwoEngine;
 use super::other::other_of;
 use crate::divergence::{Comparison, Report};
-use crate::rerun::one;
+use crate::rerun::one::{self, elapsed, has_stepped, state, told};
+use crate::rerun::places::Places;
 use crate::safety;
 use crate::stage::{self, Stage};
 
@@ -27,12 +27,13 @@ pub(crate) struct Reports<'a> {
 }
 
 /// Runs both again; answers what came of the named one and of the other.
-pub(crate) fn both(path: &Path, recording: &Recording, policy: FilePolicy) -> anyhow::Result<[Report; 2]> {
+pub(crate) fn both(recording: &Recording, places: &Places<'_>) -> anyhow::Result<[Report; 2]> {
+    let path = places.recording;
     let Some((which, _)) = other_of(recording) else { bail!("{} is of one tool alone", path.display()) };
     let other = read_other(path, recording)?;
     let recordings = in_order(which, recording, &other);
     let mut comparisons = recordings.map(Comparison::new);
-    let (_, mut engine) = ready(recordings, policy)?;
+    let (_, mut engine) = ready(recordings, places)?;
     run_again(recordings, &mut engine, &mut |which, k, wrench, contacts| {
         comparisons[which].add(k, wrench, contacts);
         ControlFlow::Continue(())
@@ -64,8 +65,8 @@ pub(crate) fn in_order<'a>(which: usize, recording: &'a Recording, other: &'a Re
 }
 
 /// The recorded scene, and the engine as it was when the recordings began.
-pub(crate) fn ready(recordings: [&Recording; 2], policy: FilePolicy) -> anyhow::Result<(Stage, TwoEngine)> {
-    let first = one::replayable(recordings[0], policy)?;
+pub(crate) fn ready(recordings: [&Recording; 2], places: &Places<'_>) -> anyhow::Result<(Stage, TwoEngine)> {
+    let first = one::replayable(recordings[0], Some(recordings[1]), places)?;
     one::check_rows(recordings[1])?;
     let Some(second) = first.of_second() else { bail!("the recorded scene has no second tool any more") };
     stage::check_content(&second, &recordings[1].header.scene)?;
@@ -107,18 +108,26 @@ pub(crate) fn run_again(
         }
         let Some(dt) = rows.iter().flatten().next().map(|row| row.dt) else { break };
         engine.set_available(&available);
-        let outcomes = engine.step(&states, dt);
-        let received = contact.pass(outcomes.each_ref().map(|outcome| outcome.received));
+        let outcomes = rows.iter().flatten().all(|row| has_stepped(row)).then(|| engine.step(&states, dt));
+        let received =
+            outcomes.as_ref().map_or([[0.0; 2]; 2], |outcomes| outcomes.each_ref().map(|tool| tool.received));
+        let received = contact.pass(received);
+        if rows.iter().flatten().any(|row| told(row).has(Cut::Panic)) {
+            engine.forget();
+        }
         for which in 0..2 {
             let Some(row) = rows[which] else { continue };
-            let told = Cuts::from_bits(row.faults).and(Cuts::TOLD);
+            let told = told(row);
             chains[which].receive(received[which]);
-            let shaped = chains[which].shape(&states[which], &outcomes[which].outcome.wrench, told);
+            let outcome = outcomes.as_ref().map(|outcomes| &outcomes[which].outcome);
+            let computed = outcome.map_or(Wrench::ZERO, |outcome| outcome.wrench);
+            let shaped = chains[which].shape(&states[which], &computed, told, elapsed(row));
             // Of a device that was lost in the tick, the brake had the last word.
             let lost = told.has(Cut::Device);
             available[which] = if lost { Limits::UNLIMITED } else { shaped.available };
             let wrench = if lost { Wrench::ZERO } else { shaped.wrench };
-            if each(which, k, &wrench, outcomes[which].outcome.detail.tick.contacts).is_break() {
+            if each(which, k, &wrench, outcome.map_or(row.contacts, |outcome| outcome.detail.tick.contacts)).is_break()
+            {
                 return Ok(());
             }
         }
@@ -133,8 +142,4 @@ fn chains(recordings: [&Recording; 2]) -> anyhow::Result<[SafetyChain; 2]> {
         chain.context("the recording's header does not say enough of its safety chain")
     };
     Ok([chain(recordings[0])?, chain(recordings[1])?])
-}
-
-fn state(row: &RecordRow) -> DeviceState {
-    DeviceState { pose: row.pose, twist: row.twist, buttons: row.buttons, time: row.time_ns as f64 * 1e-9 }
 }

@@ -10,9 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
-use palpus::algebra::Pose;
 use palpus::render::Settings;
-use palpus_device::{DeviceSpec, HapticDevice, Newest, SpaceMouse, SpaceMouseError};
+use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, SpaceMouse, SpaceMouseError};
 use palpus_io::scene::FilePolicy;
 use palpus_window::{Cap, FileKind, Loading, Moment, Numbers, Painted, Preset, Run, Scene, Wanted};
 
@@ -21,9 +20,9 @@ use super::here::begin;
 use super::loading::{Loader, Tell, one_line};
 use crate::args::{RunArguments, file_policy};
 use crate::bodies::Teller;
+use crate::output;
 use crate::run::{self, Beginning, Ended, Live, Ready, Session};
 use crate::stage::{self, Stage};
-use crate::{files, output};
 
 /// A run that the window steers.
 pub(super) struct Steered<'a> {
@@ -92,9 +91,10 @@ impl<'a> Steered<'a> {
             Next::Run(ready) => ready,
             Next::Stage(name, stage) => Ready::new(self.arguments, &name, *stage, true)?,
         };
-        let file = files::free(&self.arguments.record);
-        let record = recorded.then_some(file.as_path());
-        let beginning = Beginning { record, ..run::beginning(self.arguments) };
+        let record = recorded.then_some(self.arguments.record.as_path());
+        // What was recorded before in this window stays.
+        let mut beginning = Beginning { record, ..run::beginning(self.arguments) };
+        beginning.keep.overwrite = false;
         let (session, scene, moments) = begin(ready, &beginning, self.stop)?;
         (self.spec, self.settings) = (session.spec().clone(), *session.settings());
         self.session = Some(session);
@@ -150,6 +150,7 @@ impl Run for Steered<'_> {
             separation: live.separation,
             cuts: live.cuts,
             phase: live.phase,
+            way_out: live.way_out.map(|out| out.way),
         }
     }
 
@@ -174,10 +175,24 @@ impl Run for Steered<'_> {
         self.session.as_ref().is_some_and(Session::can_guide)
     }
 
-    fn guide(&mut self, held: Option<Pose>) {
+    fn guide(&mut self, guide: Guide) {
         if let Some(session) = &mut self.session {
-            session.guide(held);
+            session.guide(guide);
         }
+    }
+
+    fn hold(&mut self, held: bool) {
+        if let Some(session) = &self.session {
+            session.hold(held);
+        }
+    }
+
+    fn start(&self) -> Option<String> {
+        self.live.start_in_words()
+    }
+
+    fn waits_for(&self) -> Option<String> {
+        self.live.way_out.map(|out| out.words())
     }
 
     fn cap(&mut self) -> Cap {
@@ -215,6 +230,10 @@ impl Run for Steered<'_> {
 
     fn recording(&self) -> Option<PathBuf> {
         self.session.as_ref().and_then(Session::recording).map(Path::to_owned)
+    }
+
+    fn recording_trouble(&self) -> Option<String> {
+        self.session.as_ref().and_then(Session::trouble)
     }
 
     fn scenes(&self) -> Vec<(String, String)> {

@@ -32,6 +32,8 @@ impl Drop for Folder {
 
 fn program() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
+    // Faults of tests are not the user's.
+    command.env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"));
     // Nobody closes the windows of a test.
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     command
@@ -41,7 +43,11 @@ fn program() -> Command {
 pub(crate) fn command(folder: &Path, arguments: &[&str]) -> Command {
     let mut command = program();
     // Bodies are kept in the test's folder, not in the user's.
-    command.current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).args(arguments);
+    command
+        .current_dir(folder)
+        .env("XDG_CACHE_HOME", folder.join("cache"))
+        .env("XDG_STATE_HOME", folder.join("state"))
+        .args(arguments);
     command
 }
 

@@ -36,13 +36,23 @@ pub enum Cut {
     Device,
     /// Somebody has stopped the run for a while, with a device that does not stop with it.
     Paused,
-    /// The wrench oscillates without the hand, and is attenuated. Last because recordings name cuts by their place.
+    /// The wrench oscillates without the hand, and is attenuated. After the others because
+    /// recordings name cuts by their place.
     LimitCycle,
+    /// The device itself gives no force, whatever it is told: see
+    /// [`DeviceState::withheld`](crate::DeviceState).
+    Withheld,
+    /// Of the loop's ticks in a quarter of a second, more than a tenth were late.
+    Overrun,
+    /// The machine was suspended since the last tick.
+    Suspended,
+    /// The engine went on with other settings: the wrench is blended into the new one.
+    Settings,
 }
 
 impl Cut {
     /// All of them, in the order of the chain.
-    pub const ALL: [Self; 17] = [
+    pub const ALL: [Self; 21] = [
         Self::NonFiniteState,
         Self::NonFiniteWrench,
         Self::PoseJump,
@@ -60,6 +70,10 @@ impl Cut {
         Self::Device,
         Self::Paused,
         Self::LimitCycle,
+        Self::Withheld,
+        Self::Overrun,
+        Self::Suspended,
+        Self::Settings,
     ];
 
     /// As it stands in summaries.
@@ -82,6 +96,10 @@ impl Cut {
             Self::Device => "device",
             Self::Paused => "paused",
             Self::LimitCycle => "limit_cycle",
+            Self::Withheld => "withheld",
+            Self::Overrun => "overrun",
+            Self::Suspended => "suspended",
+            Self::Settings => "settings",
         }
     }
 
@@ -114,13 +132,21 @@ impl Cuts {
             | Cut::LateLoop.bit()
             | Cut::Watchdog.bit()
             | Cut::Panic.bit()
-            | Cut::Device.bit(),
+            | Cut::Device.bit()
+            | Cut::Overrun.bit()
+            | Cut::Suspended.bit(),
     );
-    /// What the chain is told, and cannot find out from states and wrenches: faults, and that the run is paused.
-    pub const TOLD: Self = Self(Self::FAULTS.0 | Cut::Paused.bit());
+    /// What the chain is told, and cannot find out from states and wrenches: faults, that the run
+    /// is paused, that the device withholds its force, that settings are new.
+    pub const TOLD: Self = Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit() | Cut::Settings.bit());
     /// Those that make the state's velocity a number not to be relied on.
-    pub(super) const BLIND: Self =
-        Self(Cut::NonFiniteState.bit() | Cut::PoseJump.bit() | Cut::FrozenState.bit() | Cut::DeviceClock.bit());
+    pub(super) const BLIND: Self = Self(
+        Cut::NonFiniteState.bit()
+            | Cut::PoseJump.bit()
+            | Cut::Speed.bit()
+            | Cut::FrozenState.bit()
+            | Cut::DeviceClock.bit(),
+    );
 
     /// As recorded; bits without a meaning are dropped.
     pub fn from_bits(bits: u32) -> Self {

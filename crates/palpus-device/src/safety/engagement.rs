@@ -7,12 +7,16 @@
 //!    │                                                            any of them
 //!    │ nobody asks by himself                                        │ fault
 //!    └────────── Faulted ◄─────────────────────────────────────────┘
-//!                 │ (held until free of faults; Waiting at once when engagement is automatic; Stopped by policy)
+//!                 │ (held until free of faults; Waiting at once when engagement is automatic; Stopped by policy;
+//!                 ▼  Latched at the third fault in ten seconds)
+//!              Latched ─── a button or key is pressed ──► Faulted
 //! ```
 //!
 //! There is a wrench in `Ramping` (a growing share) and `Engaged` (all of it) only. A fault takes it away in the tick in which
 //! it is seen, whatever the phase. A pause leads to `Idle` like a hand that lets go: buttons have to be pressed again, and
 //! without buttons it waits for a small wrench when the pause is over.
+
+use super::latch::Latch;
 
 /// How a person says that the device may push.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +27,23 @@ pub enum Engagement {
     Button(u32),
     /// By keeping one of these buttons pressed.
     DeadMan(u32),
+}
+
+/// The bit of [`DeviceState::buttons`](crate::DeviceState) of the program's own key that is held for force: see [`crate::Reins::hold`].
+pub const HOLD_KEY: u32 = 1 << 31;
+/// That of the key that gives a latched device its force back: see [`crate::Reins::rearm`].
+pub const REARM_KEY: u32 = 1 << 30;
+/// The bits that are a device's own.
+pub const DEVICE_BUTTONS: u32 = !(HOLD_KEY | REARM_KEY);
+
+/// Who gives the force back after three faults in ten seconds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Rearm {
+    /// A person, by pressing a button of the device or a key.
+    #[default]
+    ByPerson,
+    /// The engagement, as after any other fault. For tests.
+    Automatic,
 }
 
 /// Where the engagement stands.
@@ -41,6 +62,8 @@ pub enum Phase {
     Faulted,
     /// A fault has taken the wrench away for good.
     Stopped,
+    /// Faults have taken the wrench away so often that a person has to ask for it.
+    Latched,
 }
 
 impl Phase {
@@ -53,6 +76,7 @@ impl Phase {
             Self::Engaged => "engaged",
             Self::Faulted => "faulted",
             Self::Stopped => "stopped",
+            Self::Latched => "latched",
         }
     }
 
@@ -63,7 +87,7 @@ impl Phase {
 
     /// True when a fault keeps the wrench away.
     pub fn is_faulted(self) -> bool {
-        matches!(self, Self::Faulted | Self::Stopped)
+        matches!(self, Self::Faulted | Self::Stopped | Self::Latched)
     }
 }
 
@@ -96,6 +120,7 @@ pub(super) struct Machine {
     engagement: Engagement,
     ramp: f64,
     hold: f64,
+    latch: Latch,
     phase: Phase,
     asked: bool,
     buttons: Option<u32>,
@@ -104,8 +129,9 @@ pub(super) struct Machine {
 }
 
 impl Machine {
-    pub(super) fn new(engagement: Engagement, ramp: f64, hold: f64) -> Self {
-        Self { engagement, ramp, hold, phase: Phase::Idle, asked: false, buttons: None, since: 0.0 }
+    pub(super) fn new(engagement: Engagement, ramp: f64, hold: f64, rearm: Rearm) -> Self {
+        let latch = Latch::new(rearm);
+        Self { engagement, ramp, hold, latch, phase: Phase::Idle, asked: false, buttons: None, since: 0.0 }
     }
 
     pub(super) fn phase(&self) -> Phase {
@@ -124,12 +150,25 @@ impl Machine {
     /// One tick on.
     pub(super) fn advance(&mut self, event: &Event) {
         self.since += event.dt;
-        self.ask(event.buttons);
+        self.latch.advance(event.dt);
+        let rearmed = self.ask(event.buttons);
         if let Some(after) = event.fault {
             // Whoever asked before the fault has to ask again, and a button that is held is no new wish.
             self.asked = self.engagement == Engagement::Automatic;
+            let latched = self.phase == Phase::Latched || !self.phase.is_faulted() && self.latch.count();
             let stopped = self.phase == Phase::Stopped || after == AfterFault::Stop;
-            return self.go(if stopped { Phase::Stopped } else { Phase::Faulted });
+            return self.go(match (stopped, latched) {
+                (true, _) => Phase::Stopped,
+                (false, true) => Phase::Latched,
+                (false, false) => Phase::Faulted,
+            });
+        }
+        if self.phase == Phase::Latched {
+            if !rearmed {
+                return;
+            }
+            self.latch.forget();
+            self.go(Phase::Faulted);
         }
         self.asked &= !event.paused;
         let idle = !self.asked;
@@ -149,7 +188,8 @@ impl Machine {
         }
     }
 
-    fn ask(&mut self, buttons: u32) {
+    /// Takes notice of the buttons; true if one was pressed by which a latched device is armed again.
+    fn ask(&mut self, buttons: u32) -> bool {
         // A button that is down when the run begins has not been pressed for it.
         let before = self.buttons.replace(buttons).unwrap_or(buttons);
         let pressed = |mask: u32| buttons & !before & mask != 0;
@@ -158,6 +198,10 @@ impl Machine {
             Engagement::Button(mask) => self.asked ^= pressed(mask),
             Engagement::DeadMan(mask) => self.asked = (self.asked || pressed(mask)) && buttons & mask != 0,
         }
+        pressed(match self.engagement {
+            Engagement::Automatic => u32::MAX,
+            Engagement::Button(mask) | Engagement::DeadMan(mask) => mask | REARM_KEY,
+        })
     }
 
     fn go(&mut self, phase: Phase) {
@@ -191,7 +235,7 @@ mod tests {
 
     #[test]
     fn by_itself_it_waits_for_a_small_wrench_and_ramps() {
-        let mut machine = Machine::new(Engagement::Automatic, 0.1, 0.05);
+        let mut machine = Machine::new(Engagement::Automatic, 0.1, 0.05, Rearm::ByPerson);
         assert_eq!(ticks(&mut machine, 30, 0, false), Phase::Waiting);
         assert!(machine.gain() <= 0.0);
         assert_eq!(tick(&mut machine, 0, true), Phase::Ramping);
@@ -209,7 +253,7 @@ mod tests {
 
     #[test]
     fn a_button_is_pressed_again_after_a_fault() {
-        let mut machine = Machine::new(Engagement::Button(0b10), 0.0, 0.01);
+        let mut machine = Machine::new(Engagement::Button(0b10), 0.0, 0.01, Rearm::ByPerson);
         assert_eq!(ticks(&mut machine, 5, 0b10, true), Phase::Idle, "it was down from the start");
         assert_eq!(tick(&mut machine, 0b01, true), Phase::Idle, "another button");
         assert_eq!(tick(&mut machine, 0b11, true), Phase::Engaged);
@@ -228,7 +272,7 @@ mod tests {
         for (engagement, button) in
             [(Engagement::Automatic, 0), (Engagement::Button(1), 1), (Engagement::DeadMan(1), 1)]
         {
-            let mut machine = Machine::new(engagement, 0.01, 0.01);
+            let mut machine = Machine::new(engagement, 0.01, 0.01, Rearm::ByPerson);
             tick(&mut machine, 0, true);
             assert_eq!(ticks(&mut machine, 12, button, true), Phase::Engaged);
             for _ in 0..5 {
@@ -243,7 +287,7 @@ mod tests {
             }
             assert_eq!(ticks(&mut machine, 12, button, true), Phase::Engaged, "{engagement:?}");
         }
-        let mut machine = Machine::new(Engagement::Automatic, 0.0, 0.01);
+        let mut machine = Machine::new(Engagement::Automatic, 0.0, 0.01, Rearm::ByPerson);
         assert_eq!(fault(&mut machine, 0, AfterFault::Stop), Phase::Stopped);
         machine.advance(&Event { buttons: 0, small: true, fault: None, paused: true, dt: DT });
         assert_eq!(machine.phase(), Phase::Stopped);
@@ -251,7 +295,7 @@ mod tests {
 
     #[test]
     fn a_dead_mans_button_is_held() {
-        let mut machine = Machine::new(Engagement::DeadMan(1), 0.01, 0.01);
+        let mut machine = Machine::new(Engagement::DeadMan(1), 0.01, 0.01, Rearm::ByPerson);
         assert_eq!(tick(&mut machine, 0, true), Phase::Idle);
         assert_eq!(tick(&mut machine, 1, false), Phase::Waiting);
         assert_eq!(ticks(&mut machine, 12, 1, true), Phase::Engaged);
@@ -261,5 +305,60 @@ mod tests {
         assert_eq!(ticks(&mut machine, 100, 1, true), Phase::Idle, "held through a fault is not asked anew");
         tick(&mut machine, 0, true);
         assert_eq!(ticks(&mut machine, 12, 1, true), Phase::Engaged);
+    }
+
+    /// Engaged, then faults `apart` ticks after each other; the phase after the last one.
+    fn faults(machine: &mut Machine, count: usize, apart: usize) -> Phase {
+        for _ in 0..count {
+            assert_eq!(ticks(machine, apart, 0, true), Phase::Engaged);
+            fault(machine, 0, AfterFault::Reengage);
+        }
+        machine.phase()
+    }
+
+    #[test]
+    fn the_third_fault_in_ten_seconds_needs_a_person() {
+        for (buttons, other) in [(REARM_KEY, 0), (1, 0), (HOLD_KEY, 1)] {
+            let mut machine = Machine::new(Engagement::Automatic, 0.01, 0.01, Rearm::ByPerson);
+            assert_eq!(faults(&mut machine, 2, 4000), Phase::Faulted);
+            assert_eq!(faults(&mut machine, 1, 1900), Phase::Latched);
+            assert_eq!(
+                ticks(&mut machine, 60_000, other, true),
+                if other == 0 { Phase::Latched } else { Phase::Engaged }
+            );
+            tick(&mut machine, 0, true);
+            tick(&mut machine, buttons, true);
+            assert_eq!(ticks(&mut machine, 40, buttons, true), Phase::Engaged);
+            // The count begins anew.
+            assert_eq!(faults(&mut machine, 2, 100), Phase::Faulted);
+        }
+    }
+
+    #[test]
+    fn faults_that_are_rare_or_follow_each_other_do_not_latch() {
+        let mut machine = Machine::new(Engagement::Automatic, 0.01, 0.01, Rearm::ByPerson);
+        assert_eq!(faults(&mut machine, 5, 5001), Phase::Faulted);
+        for _ in 0..100 {
+            fault(&mut machine, 0, AfterFault::Reengage);
+            tick(&mut machine, 0, true);
+        }
+        assert_eq!(ticks(&mut machine, 100, 0, true), Phase::Engaged);
+        let mut machine = Machine::new(Engagement::Automatic, 0.01, 0.01, Rearm::Automatic);
+        assert_eq!(faults(&mut machine, 20, 100), Phase::Faulted);
+    }
+
+    #[test]
+    fn a_latched_device_with_a_button_takes_that_button() {
+        let mut machine = Machine::new(Engagement::DeadMan(1), 0.01, 0.01, Rearm::ByPerson);
+        for _ in 0..3 {
+            tick(&mut machine, 0, true);
+            assert_eq!(ticks(&mut machine, 40, 1, true), Phase::Engaged);
+            fault(&mut machine, 1, AfterFault::Reengage);
+        }
+        assert_eq!(ticks(&mut machine, 1000, 1, true), Phase::Latched, "held is not pressed");
+        tick(&mut machine, 2, true);
+        assert_eq!(ticks(&mut machine, 10, 2, true), Phase::Latched, "another button");
+        tick(&mut machine, 0, true);
+        assert_eq!(ticks(&mut machine, 40, 1, true), Phase::Engaged);
     }
 }

@@ -32,6 +32,8 @@ pub struct Gate {
 pub struct Admitted {
     /// As read if it is a state at all, else the last one that was, at rest; `None` while there has been none.
     pub state: Option<DeviceState>,
+    /// As it was read, believed or not.
+    pub read: DeviceState,
     /// Faults of the state.
     pub cuts: Cuts,
 }
@@ -49,7 +51,7 @@ impl Gate {
             cuts.note(Cut::NonFiniteState, true);
             self.age += elapsed;
             let state = self.last.map(|last| DeviceState { twist: Default::default(), ..last });
-            return Admitted { state, cuts };
+            return Admitted { state, read: *read, cuts };
         }
         let limits = self.limits;
         cuts.note(Cut::Speed, read.twist.linear.length() > limits.speed || read.twist.angular.length() > limits.turn);
@@ -68,7 +70,7 @@ impl Gate {
             self.age = 0.0;
         }
         self.last = Some(*read);
-        Admitted { state: Some(*read), cuts }
+        Admitted { state: Some(*read), read: *read, cuts }
     }
 
     fn is_jump(&self, from: &Pose, to: &Pose, since: f64) -> bool {

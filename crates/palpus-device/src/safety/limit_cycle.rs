@@ -119,10 +119,11 @@ impl LimitCycle {
         }
     }
 
-    /// Returns `computed`, a wrench within the peaks for a grip at `pose`, attenuated where it
-    /// cycles, and whether it was: `computed` itself, to the bit, where it was not.
-    pub(super) fn attenuate(&mut self, computed: &Wrench, pose: &Pose) -> (Wrench, bool) {
-        self.move_to(pose);
+    /// Returns `computed`, a wrench within the peaks for a grip at `pose`, `elapsed` seconds after
+    /// the last tick, attenuated where it cycles, and whether it was: `computed` itself, to the bit,
+    /// where it was not.
+    pub(super) fn attenuate(&mut self, computed: &Wrench, pose: &Pose, elapsed: f64) -> (Wrench, bool) {
+        self.move_to(pose, elapsed);
         let parts = [computed.force, computed.torque];
         let ticks = |time: f64| (time / self.period) as u64;
         let (longest, least) = (ticks(LONGEST_HALF).max(1), ticks(LEAST_TIME));
@@ -166,10 +167,10 @@ impl LimitCycle {
         self.gains = [1.0; 2];
     }
 
-    fn move_to(&mut self, pose: &Pose) {
+    fn move_to(&mut self, pose: &Pose, elapsed: f64) {
         self.history.ticks += 1;
+        let acted = self.acting.over(elapsed);
         let Some(last) = self.pose.replace(*pose) else { return };
-        let acted = self.acting.wrench();
         let turned = rotation_between(last.rotation, pose.rotation) / OWN_TURN;
         let moved = [(pose.translation - last.translation) / OWN_TRAVEL, turned];
         let History { place, path, load, work, .. } = &mut self.history;

@@ -15,9 +15,16 @@
 //! | 9 watchdog | the loop is late or dead | nothing; a fault |
 //!
 //! A fault takes the wrench away in the tick in which it is seen. What remains is damping of the grip, at most a tenth of the peak,
-//! and not even that when the velocity is among what cannot be believed; the force comes back only through the
-//! engagement ([`Phase`]). The change of the commanded wrench keeps to the slew limit from tick to tick, with the one exception of
+//! along the part of the stated velocity that the poses confirm, and none while the motion is among what cannot be believed; the
+//! force comes back only through the engagement ([`Phase`]), and after three faults in ten seconds only when a person asks for it. The change of the commanded wrench keeps to the slew limit from tick to tick, with the one exception of
 //! that fall.
+//!
+//! When the engine goes on with other settings, the wrench is blended from the old to the new in a
+//! quarter of a second.
+//!
+//! A device that withholds its force by itself ([`DeviceState::withheld`]) is commanded zero
+//! meanwhile; the wrench then returns from zero within 50 ms, or through the engagement if that
+//! lasted for long.
 //!
 //! A wrench that no stage has a reason to touch comes out as it came in, to the bit.
 //!
@@ -28,28 +35,35 @@
 //! The thresholds are in [`SafetyLimits`], each a formula over what the device says of itself. Nothing here allocates after
 //! construction, waits, or panics.
 
+mod blend;
 mod cuts;
 mod energy;
 mod engagement;
 mod gate;
 mod heat;
+mod latch;
 mod limit_cycle;
 mod limits;
+mod motion;
 mod passivity;
 mod watchdog;
+mod withholding;
 
 use glam::DVec3;
 use palpus::algebra::Wrench;
 use palpus::render::{Limits, Saturation, saturate};
 
 use crate::device::{DeviceSpec, DeviceState};
+use blend::Blend;
 use engagement::{Event, Machine};
 use heat::Heat;
 use limit_cycle::LimitCycle;
+use motion::Motion;
+use withholding::Withholding;
 
 pub use cuts::{Cut, Cuts, SafetyCounters};
 pub use energy::{ContactAccount, EnergyAccount};
-pub use engagement::{AfterFault, Engagement, Phase};
+pub use engagement::{AfterFault, DEVICE_BUTTONS, Engagement, HOLD_KEY, Phase, REARM_KEY, Rearm};
 pub use gate::{Admitted, Gate};
 pub use limits::{LimitLine, SafetyLimits};
 pub use passivity::Passivity;
@@ -62,7 +76,7 @@ const SLEW_ROUNDING: f64 = 1e-9;
 /// How the chain is to behave where there is a choice.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SafetyOptions {
-    /// How forces are asked for; `None`: by any button if the device has buttons, else automatically.
+    /// How forces are asked for; `None`: by holding any button if the device has buttons, else automatically.
     pub engagement: Option<Engagement>,
     /// The thresholds; `None`: those of the device, [`SafetyLimits::of`]. Where others are looser, the device's count.
     pub limits: Option<SafetyLimits>,
@@ -72,6 +86,8 @@ pub struct SafetyOptions {
     pub after_fault: AfterFault,
     /// After a panic in the step, whose memory may then be in disorder.
     pub after_panic: AfterPanic,
+    /// After three faults in ten seconds.
+    pub rearm: Rearm,
 }
 
 /// What happens after a panic in the step.
@@ -89,7 +105,7 @@ impl SafetyOptions {
     pub fn engagement(&self, spec: &DeviceSpec) -> Engagement {
         self.engagement.unwrap_or(match spec.buttons {
             0 => Engagement::Automatic,
-            count => Engagement::Button(u32::MAX >> (32 - count.min(32))),
+            count => Engagement::DeadMan(HOLD_KEY | (DEVICE_BUTTONS & (u32::MAX >> (32 - count.min(32))))),
         })
     }
 
@@ -124,7 +140,12 @@ pub struct SafetyChain {
     after_fault: AfterFault,
     after_panic: AfterPanic,
     period: f64,
+    /// Since the last tick, s.
+    elapsed: f64,
     machine: Machine,
+    motion: Motion,
+    blend: Blend,
+    withholding: Withholding,
     heat_force: Heat,
     heat_torque: Heat,
     limit_cycle: LimitCycle,
@@ -135,7 +156,7 @@ pub struct SafetyChain {
 }
 
 impl SafetyChain {
-    /// A chain for wrenches that are held for `period` seconds each.
+    /// A chain for a loop whose ticks are `period` seconds apart when it keeps its time.
     pub fn new(limits: &SafetyLimits, engagement: Engagement, options: &SafetyOptions, period: f64) -> Self {
         // A torque that the device cannot give is not missed every tick.
         let saturation = if limits.torque_peak > 0.0 { Saturation::Separate } else { Saturation::UnderActuated };
@@ -145,9 +166,13 @@ impl SafetyChain {
             after_fault: options.after_fault,
             after_panic: options.after_panic,
             period,
-            machine: Machine::new(engagement, limits.ramp, limits.hold),
-            heat_force: Heat::new(limits.force_peak, limits.force_continuous, limits.heating_time, period),
-            heat_torque: Heat::new(limits.torque_peak, limits.torque_continuous, limits.heating_time, period),
+            elapsed: period,
+            machine: Machine::new(engagement, limits.ramp, limits.hold, options.rearm),
+            motion: Motion::default(),
+            blend: Blend::new(),
+            withholding: Withholding::new(limits.hold),
+            heat_force: Heat::new(limits.force_peak, limits.force_continuous, limits.heating_time),
+            heat_torque: Heat::new(limits.torque_peak, limits.torque_continuous, limits.heating_time),
             limit_cycle: LimitCycle::new(limits, period),
             passivity: Some(Box::new(EnergyAccount::new(limits, period))),
             shaped: Wrench::ZERO,
@@ -190,28 +215,39 @@ impl SafetyChain {
     }
 
     /// What the device is to get in place of `computed`, when the grip is in `state` and the gate, the clock and the step
-    /// have `told` of faults.
-    pub fn shape(&mut self, state: &DeviceState, computed: &Wrench, told: Cuts) -> Shaped {
+    /// have `told` of faults. `elapsed`: s since the last call, for which the last wrench was held; energy, heat and slew go by it.
+    pub fn shape(&mut self, state: &DeviceState, computed: &Wrench, told: Cuts, elapsed: f64) -> Shaped {
+        self.elapsed = if elapsed >= 0.0 && elapsed.is_finite() { elapsed } else { self.period };
+        self.heat_force.spend(self.commanded.force.length(), self.elapsed);
+        self.heat_torque.spend(self.commanded.torque.length(), self.elapsed);
         let mut cuts = told;
         // 1. Non-finite.
         cuts.note(Cut::NonFiniteWrench, !computed.is_finite());
         let mut wrench = if cuts.has(Cut::NonFiniteWrench) { Wrench::ZERO } else { *computed };
         // 2 and 9. A fault, whoever found it.
         let was = self.machine.phase();
+        let withheld = cuts.has(Cut::Withheld);
+        self.withholding.advance(withheld, self.step());
         self.machine.advance(&Event {
             buttons: state.buttons,
             small: self.is_small(&wrench),
             fault: self.fault(cuts),
-            paused: cuts.has(Cut::Paused),
-            dt: self.period,
+            paused: cuts.has(Cut::Paused) || self.withholding.is_long(),
+            dt: self.step(),
         });
         let phase = self.machine.phase();
-        if phase.is_on() {
+        self.motion.follow(&state.pose, self.elapsed.max(self.period), !cuts.and(Cuts::BLIND).is_none());
+        if withheld {
+            self.rest(&Wrench::ZERO);
+            wrench = Wrench::ZERO;
+        } else if phase.is_on() {
+            wrench = self.blended(&wrench, cuts);
             wrench = self.attenuated(&wrench, state, &mut cuts);
             wrench = self.passive(&wrench, state, &mut cuts);
             wrench = self.slewed(&wrench, &mut cuts);
             wrench = self.saturated(&wrench, &mut cuts);
             wrench = self.cooled(&wrench, &mut cuts);
+            wrench = self.returning(&wrench, &mut cuts);
             self.shaped = wrench;
             wrench = self.engaged(&wrench, &mut cuts);
         } else {
@@ -219,20 +255,27 @@ impl SafetyChain {
             self.rest(&wrench);
             wrench = if phase.is_faulted() { self.damping(state, cuts) } else { Wrench::ZERO };
         }
-        // A fault falls at once; all else, the end of a fault and of the engagement among it, keeps to the slew limit.
-        if !phase.is_faulted() || was == phase && !cuts.is_fault() {
+        // A fault falls at once, and so does what the device withholds; all else, the end of a
+        // fault and of the engagement among it, keeps to the slew limit.
+        if !withheld && (!phase.is_faulted() || was == phase && !cuts.is_fault()) {
             let (within, cut) = self.towards(&self.commanded, &wrench);
             cuts.note(Cut::Slew, cut && phase.is_on());
             wrench = within;
         }
         self.commanded = wrench;
-        self.heat_force.spend(wrench.force.length());
-        self.heat_torque.spend(wrench.torque.length());
         self.limit_cycle.commanded(&wrench);
         if let Some(stage) = self.passivity.as_mut().filter(|_| phase.is_on()) {
             stage.commanded(&wrench);
         }
         Shaped { wrench, cuts, phase, available: self.heat_caps() }
+    }
+
+    /// The run ends: the wrench for the next write, a step of the slew limit nearer to zero; `None` if that may be zero.
+    pub fn release(&mut self) -> Option<Wrench> {
+        self.elapsed = self.period;
+        let (wrench, cut) = self.towards(&self.commanded, &Wrench::ZERO);
+        self.commanded = wrench;
+        cut.then_some(wrench)
     }
 
     fn fault(&self, cuts: Cuts) -> Option<AfterFault> {
@@ -249,9 +292,19 @@ impl SafetyChain {
             && (!torque_felt || wrench.torque.length() <= self.limits.engage_torque)
     }
 
+    /// Before stage 3. Without other settings the wrench as it is, to the bit.
+    fn blended(&mut self, wrench: &Wrench, cuts: Cuts) -> Wrench {
+        let changed = cuts.has(Cut::Settings);
+        let within = self.within_peak(wrench);
+        let under_way = self.blend.is_under_way(changed);
+        let blended = if under_way { self.blend.apply(&within, changed) } else { within };
+        self.blend.end_of_tick(&blended, self.step());
+        if under_way { blended } else { *wrench }
+    }
+
     /// Stage 3. What is beyond the peak is no oscillation that could be felt.
     fn attenuated(&mut self, wrench: &Wrench, state: &DeviceState, cuts: &mut Cuts) -> Wrench {
-        let (attenuated, cut) = self.limit_cycle.attenuate(&self.within_peak(wrench), &state.pose);
+        let (attenuated, cut) = self.limit_cycle.attenuate(&self.within_peak(wrench), &state.pose, self.elapsed);
         cuts.note(Cut::LimitCycle, cut);
         if cut { attenuated } else { *wrench }
     }
@@ -259,7 +312,7 @@ impl SafetyChain {
     /// Stage 4.
     fn passive(&mut self, wrench: &Wrench, state: &DeviceState, cuts: &mut Cuts) -> Wrench {
         let Some(stage) = &mut self.passivity else { return *wrench };
-        let limited = stage.limit(wrench, state, self.period);
+        let limited = stage.limit(wrench, state, self.elapsed);
         cuts.note(Cut::Passivity, limited != *wrench);
         cuts.note(Cut::NonFiniteWrench, !limited.is_finite());
         if limited.is_finite() { limited } else { Wrench::ZERO }
@@ -294,6 +347,15 @@ impl SafetyChain {
         answer.wrench
     }
 
+    /// A wrench that the device has withheld, on its way back.
+    fn returning(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
+        let Some(share) = self.withholding.share() else { return *wrench };
+        let most = Limits { force: self.limits.force_peak * share, torque: self.limits.torque_peak * share };
+        let answer = saturate(*wrench, &most, Saturation::Separate);
+        cuts.note(Cut::Slew, answer.force_cut || answer.torque_cut);
+        answer.wrench
+    }
+
     /// Stage 8.
     fn engaged(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         if self.machine.phase() == Phase::Engaged {
@@ -307,6 +369,7 @@ impl SafetyChain {
     /// Not engaged: the stages follow what is computed, so that they begin from there.
     fn rest(&mut self, wrench: &Wrench) {
         self.shaped = self.within_peak(wrench);
+        self.blend.reset(&self.shaped);
         self.limit_cycle.reset();
         if let Some(stage) = &mut self.passivity {
             stage.reset();
@@ -319,7 +382,8 @@ impl SafetyChain {
             return Wrench::ZERO;
         }
         let SafetyLimits { damping, angular_damping, rest_force, rest_torque, .. } = self.limits;
-        let against = Wrench { torque: state.twist.angular * -angular_damping, force: state.twist.linear * -damping };
+        let twist = self.motion.confirmed(&state.twist);
+        let against = Wrench { torque: twist.angular * -angular_damping, force: twist.linear * -damping };
         saturate(against, &Limits { force: rest_force, torque: rest_torque }, Saturation::Separate).wrench
     }
 
@@ -336,10 +400,16 @@ impl SafetyChain {
         saturate(self.within_peak(wrench), &self.heat_caps(), Saturation::Separate).wrench
     }
 
-    /// As far `from` one wrench to the other as the slew limit allows in a tick; and whether that is not all the way.
+    /// The time by which ramps and slew go on, s: what passed, but never more than a period, so that two writes after each other differ by
+    /// no more than the slew limit allows in a period, however late the second one is.
+    fn step(&self) -> f64 {
+        self.elapsed.min(self.period)
+    }
+
+    /// As far `from` one wrench to the other as the slew limit allows in this tick; and whether that is not all the way.
     fn towards(&self, from: &Wrench, to: &Wrench) -> (Wrench, bool) {
-        let (force, force_cut) = step_towards(from.force, to.force, self.limits.force_slew * self.period);
-        let (torque, torque_cut) = step_towards(from.torque, to.torque, self.limits.torque_slew * self.period);
+        let (force, force_cut) = step_towards(from.force, to.force, self.limits.force_slew * self.step());
+        let (torque, torque_cut) = step_towards(from.torque, to.torque, self.limits.torque_slew * self.step());
         (Wrench { torque, force }, force_cut || torque_cut)
     }
 }

@@ -7,10 +7,11 @@ use crate::device::DeviceState;
 
 /// A stage that takes away energy that a passive environment could not have given.
 pub trait Passivity: Send {
-    /// `computed`, or what may be commanded in its place, for the next `dt` seconds of a grip in `state`. Must answer finite
+    /// `computed`, or what may be commanded in its place, for a grip in `state`. `elapsed`: s since the last call, for
+    /// which the last commanded wrench was held; the next one is taken to be held as long. Must answer finite
     /// numbers, and `computed` itself, to the bit, when there is nothing to take away: anything else is counted as
     /// [`super::Cut::Passivity`].
-    fn limit(&mut self, computed: &Wrench, state: &DeviceState, dt: f64) -> Wrench;
+    fn limit(&mut self, computed: &Wrench, state: &DeviceState, elapsed: f64) -> Wrench;
 
     /// The grip's tool was given this work in this tick by another one that somebody moves, J, by moving and by turning it; negative: gave
     /// it. What came from there may go on into the hand. Told before [`Self::limit`].

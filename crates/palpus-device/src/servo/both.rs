@@ -13,7 +13,6 @@
 //! What the two share is the loop's time: a device that keeps the loop waiting is late for both.
 
 use std::ops::ControlFlow;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -21,10 +20,12 @@ use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
 use palpus::render::Limits;
 
-use super::line::{COAST, Line};
+use super::line::Line;
 use super::pace::{Pace, Start};
 use super::statistics::Tally;
-use super::{LOOK, LoopTime, Reins, RunEnd, RunStatistics, Servo, ServoTick, StepOutcome, WallTime, message};
+use super::{
+    LOOK, LoopTime, Reins, RunEnd, RunStatistics, Servo, ServoTick, StepOutcome, WallTime, coast_ticks, quiet,
+};
 use crate::device::{DeviceError, DeviceState, HapticDevice};
 use crate::safety::{AfterFault, ContactAccount, Cut, Cuts, Phase, Shaped};
 
@@ -48,6 +49,9 @@ impl<T> From<StepOutcome<T>> for ToolOutcome<T> {
 pub trait BothObserver<T> {
     /// `detail` is what the step answered beside the device's wrench.
     fn observe(&mut self, device: usize, tick: &ServoTick, detail: &T);
+
+    /// See [`TickObserver::unanswered`](super::TickObserver::unanswered).
+    fn unanswered(&mut self, _device: usize, _: &ServoTick) {}
 }
 
 impl<T, F: FnMut(usize, &ServoTick, &T)> BothObserver<T> for F {
@@ -90,6 +94,7 @@ impl Servo {
         S: FnMut(&[DeviceState; 2], f64) -> [ToolOutcome<T>; 2],
         O: BothObserver<T> + ?Sized,
     {
+        quiet::prepare();
         let period = 1.0 / self.options.rate_hz;
         let most = self.options.duration.map_or(u64::MAX, |seconds| (seconds * self.options.rate_hz).round() as u64);
         let timing = self.options.timing;
@@ -121,8 +126,9 @@ impl Servo {
             }
         };
         if matches!(end, RunEnd::Panicked(_) | RunEnd::Faulted(_)) {
-            turns.coast(stop);
+            turns.coast(stop, observer);
         }
+        turns.let_go();
         let BothTurns { seats, pace, .. } = turns;
         let elapsed = pace.elapsed(time);
         seats.map(|seat| seat.finish(&end).finish_of(timing, period, elapsed))
@@ -136,6 +142,8 @@ struct Seat<'a> {
     tally: &'a mut Tally,
     /// As the step gets it.
     state: DeviceState,
+    /// As the device gave it last.
+    read: DeviceState,
     /// It has had a state.
     seen: bool,
     /// Of this tick.
@@ -166,13 +174,13 @@ impl<'a> Seat<'a> {
     ) -> Self {
         tally.restart(device.spec().delay, period);
         let pose = Pose::from_translation(DVec3::NAN);
-        let state = DeviceState { pose, twist: Twist::default(), buttons: 0, time: 0.0 };
+        let state = DeviceState { pose, twist: Twist::default(), buttons: 0, time: 0.0, withheld: false };
         let line = Some(Line::new(options, device, None, time));
-        Self { line, tally, state, seen: false, cuts: Cuts::NONE, end: None }
+        Self { line, tally, state, read: state, seen: false, cuts: Cuts::NONE, end: None }
     }
 
     /// Reads the device; true if the tick is to be answered.
-    fn read(&mut self, start: &Start) -> bool {
+    fn read(&mut self, start: &Start, keys: u32) -> bool {
         let Some(line) = &mut self.line else { return false };
         self.tally.start_of_tick(start);
         let admitted = match line.read(start) {
@@ -182,11 +190,12 @@ impl<'a> Seat<'a> {
                 return false;
             }
         };
-        self.cuts = admitted.cuts;
+        (self.cuts, self.read) = (admitted.cuts, admitted.read);
         if let Some(state) = admitted.state {
             // The other hand would feel a tool where it never was.
             let doubtful = admitted.cuts.is_fault() && self.seen;
-            self.state = if doubtful { DeviceState { twist: Twist::default(), ..self.state } } else { state };
+            let state = if doubtful { DeviceState { twist: Twist::default(), ..self.state } } else { state };
+            self.state = state.with_keys(keys);
             self.seen = true;
             return true;
         }
@@ -198,9 +207,9 @@ impl<'a> Seat<'a> {
     }
 
     /// What its chain makes of the wrench, written.
-    fn answer(&mut self, computed: &Wrench, found: Cuts, panicked: bool) -> Option<Shaped> {
+    fn answer(&mut self, computed: &Wrench, found: Cuts, panicked: bool, elapsed: f64) -> Option<Shaped> {
         let line = self.line.as_mut()?;
-        match line.answer(&self.state, computed, self.cuts.or(found), panicked) {
+        match line.answer(&self.state, computed, self.cuts.or(found), panicked, elapsed) {
             Ok(shaped) => Some(shaped),
             Err(error) => {
                 self.lose(error);
@@ -273,18 +282,21 @@ impl BothTurns<'_> {
         O: BothObserver<T> + ?Sized,
     {
         let start = self.pace.wait(self.time);
-        let read = self.seats.each_mut().map(|seat| seat.read(&start));
+        let keys = self.reins.take_keys();
+        let read = self.seats.each_mut().map(|seat| seat.read(&start, keys));
         self.check_ends()?;
         if !self.seats.iter().any(|seat| seat.seen) {
             return ControlFlow::Continue(());
         }
         let states = self.seats.each_ref().map(|seat| seat.state);
         let before = self.time.now();
-        let outcome = catch_unwind(AssertUnwindSafe(|| step(&states, self.period)));
+        let outcome = quiet::caught(|| step(&states, self.period));
         let step_s = self.time.now().saturating_sub(before).as_secs_f64();
         let panicked = outcome.is_err();
+        let elapsed_s = start.elapsed(self.period);
         let mut found = Cuts::NONE;
         found.note(Cut::Paused, !self.stands && self.reins.is_paused());
+        found.note(Cut::Overrun, self.pace.is_lost(self.time));
         let received = outcome.as_ref().map_or([[0.0; 2]; 2], |outcomes| outcomes.each_ref().map(|tool| tool.received));
         for (seat, received) in self.seats.iter_mut().zip(self.contact.pass(received)) {
             if let Some(line) = &mut seat.line {
@@ -296,7 +308,10 @@ impl BothTurns<'_> {
         for k in (0..2).filter(|k| read[*k]) {
             let answered = outcome.as_ref().ok().map(|outcomes| &outcomes[k].outcome);
             let computed = answered.map_or(Wrench::ZERO, |outcome| outcome.wrench);
-            let Some(Shaped { wrench, cuts, phase, available }) = self.seats[k].answer(&computed, found, panicked)
+            let mut found = found;
+            found.note(Cut::Settings, answered.is_some_and(|outcome| outcome.changed));
+            let Some(Shaped { wrench, cuts, phase, available }) =
+                self.seats[k].answer(&computed, found, panicked, elapsed_s)
             else {
                 continue;
             };
@@ -304,12 +319,14 @@ impl BothTurns<'_> {
                 index: self.index,
                 time: self.index as f64 * self.period,
                 state: states[k],
+                read: self.seats[k].read,
                 computed,
                 wrench,
                 cuts,
                 phase,
                 available,
                 saturated: answered.is_some_and(|outcome| outcome.saturated),
+                elapsed_s,
                 step_s,
                 lateness_s: start.lateness.as_secs_f64(),
                 overrun: start.skipped > 0 || self.pace.is_overrun(self.time),
@@ -327,7 +344,12 @@ impl BothTurns<'_> {
                 }
             }
             Err(panic) => {
-                let message = message(panic.as_ref());
+                let message = quiet::message(panic.as_ref());
+                for (k, tick) in ticks.iter().enumerate() {
+                    if let Some(tick) = tick {
+                        observer.unanswered(k, tick);
+                    }
+                }
                 for seat in &mut self.seats {
                     seat.tally.panicked(message.clone());
                 }
@@ -361,22 +383,41 @@ impl BothTurns<'_> {
         }
     }
 
+    /// Takes both wrenches so near to zero, within the slew limit, that zero may follow.
+    fn let_go(&mut self) {
+        let mut held = [true; 2];
+        loop {
+            for (seat, held) in self.seats.iter_mut().zip(&mut held).filter(|(_, held)| **held) {
+                // What does not arrive is followed by the last zero.
+                *held = seat.line.as_mut().is_some_and(|line| line.release().unwrap_or(false));
+            }
+            if held == [false; 2] {
+                return;
+            }
+            self.pace.wait(self.time);
+        }
+    }
+
     /// Damps both grips for a moment.
-    fn coast(&mut self, stop: &AtomicBool) {
-        let ticks = (COAST / self.period).ceil() as u64;
-        for _ in 0..ticks {
+    fn coast<T, O>(&mut self, stop: &AtomicBool, observer: &mut O)
+    where
+        O: BothObserver<T> + ?Sized,
+    {
+        for _ in 0..coast_ticks(self.period) {
             let start = self.pace.wait(self.time);
             if stop.load(Ordering::Relaxed) {
                 return;
             }
-            for line in self.seats.iter_mut().filter_map(|seat| seat.line.as_mut()) {
+            for (k, seat) in self.seats.iter_mut().enumerate() {
+                let Some(line) = &mut seat.line else { continue };
+                // What does not arrive now is followed by the last zero.
                 if let Ok(admitted) = line.read(&start)
-                    && let Some(state) = admitted.state
+                    && let Some(tick) = line.damp(&start, &admitted, self.index)
                 {
-                    // What does not arrive now is followed by the last zero.
-                    let _ = line.answer(&state, &Wrench::ZERO, admitted.cuts, false);
+                    observer.unanswered(k, &tick);
                 }
             }
+            self.index += 1;
         }
     }
 }

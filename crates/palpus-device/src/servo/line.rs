@@ -1,19 +1,18 @@
 //! The line from the device and back to it: gate, chain, brake and watchdog of one run.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
 use palpus::algebra::Wrench;
 
 use super::time::LoopTime;
-use super::{Pace, ServoOptions, Start, Timing};
+use super::{Pace, ServoOptions, ServoTick, Start, Timing};
 use crate::device::{Brake, DeviceError, DeviceState, HapticDevice};
 use crate::safety::{Admitted, Cut, Cuts, Gate, Passivity, SafetyChain, Shaped, Watch};
 
-/// Damping after a panic or a last fault, s, before the run ends with zero.
-pub(super) const COAST: f64 = 0.1;
+/// A machine that was suspended for less than this was not: the clocks that say so are read one after the other.
+const SUSPENDED: Duration = Duration::from_millis(1);
 
 /// Everything that stands between the step and the device.
 pub(super) struct Line<'a, D: HapticDevice + ?Sized> {
@@ -29,6 +28,8 @@ pub(super) struct Line<'a, D: HapticDevice + ?Sized> {
     held: Option<Duration>,
     /// The brake has been seen applied.
     braked: bool,
+    /// For which the machine was suspended up to the last tick.
+    suspended: Duration,
 }
 
 impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
@@ -60,14 +61,16 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
             stall,
             held: None,
             braked,
+            suspended: time.suspended(),
         }
     }
 
     /// The device's state, as far as it is believed.
     pub(super) fn read(&mut self, start: &Start) -> Result<Admitted, DeviceError> {
         let state = self.end.device.read()?;
-        let elapsed = start.period.map_or(self.period, |period| period.as_secs_f64().max(self.period));
-        Ok(self.gate.admit(&state, elapsed))
+        let mut admitted = self.gate.admit(&state, start.elapsed(self.period).max(self.period));
+        admitted.cuts.note(Cut::Withheld, state.withheld);
+        Ok(admitted)
     }
 
     /// Nothing is known of the device: no force.
@@ -80,19 +83,21 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         self.chain.receive(work);
     }
 
-    /// What the chain makes of a `computed` wrench, written to the device.
+    /// What the chain makes of a `computed` wrench in a tick that began `elapsed` seconds after the last one, written to the device.
     pub(super) fn answer(
         &mut self,
         state: &DeviceState,
         computed: &Wrench,
         found: Cuts,
         panicked: bool,
+        elapsed: f64,
     ) -> Result<Shaped, DeviceError> {
         let mut told = found;
         told.note(Cut::Panic, panicked);
         told.note(Cut::LateLoop, self.held.is_some_and(|since| self.time.now().saturating_sub(since) > self.stall));
         told.note(Cut::Watchdog, self.is_newly_braked());
-        let shaped = self.chain.shape(state, computed, told);
+        told.note(Cut::Suspended, self.real && self.was_suspended());
+        let shaped = self.chain.shape(state, computed, told, elapsed);
         if self.braked && shaped.phase.is_on() {
             // Engaged again, with a wrench that was small.
             self.braked = false;
@@ -112,19 +117,42 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         }
     }
 
-    /// Damps the grip for a moment, whatever the device says of it.
-    pub(super) fn coast(&mut self, pace: &mut Pace, stop: &AtomicBool) {
-        let ticks = (COAST / self.period).ceil() as u64;
-        for _ in 0..ticks {
-            let start = pace.wait(self.time);
-            if stop.load(Ordering::Relaxed) {
-                return;
-            }
-            let Ok(Admitted { state: Some(state), cuts }) = self.read(&start) else { return };
-            if self.answer(&state, &Wrench::ZERO, cuts, false).is_err() {
-                return;
-            }
+    /// One tick, number `index`, of damping without a step; `None` if there is nothing to go by or the device fails.
+    pub(super) fn damp(&mut self, start: &Start, admitted: &Admitted, index: u64) -> Option<ServoTick> {
+        let (state, elapsed_s) = (admitted.state?, start.elapsed(self.period));
+        let answered = self.answer(&state, &Wrench::ZERO, admitted.cuts, false, elapsed_s);
+        let Shaped { wrench, cuts, phase, available } = answered.ok()?;
+        Some(ServoTick {
+            index,
+            time: index as f64 * self.period,
+            state,
+            read: admitted.read,
+            computed: Wrench::ZERO,
+            wrench,
+            cuts,
+            phase,
+            available,
+            saturated: false,
+            elapsed_s,
+            step_s: 0.0,
+            lateness_s: start.lateness.as_secs_f64(),
+            overrun: start.skipped > 0,
+        })
+    }
+
+    /// Takes the wrench so near to zero, within the slew limit, that zero may follow.
+    pub(super) fn let_go(&mut self, pace: &mut Pace) {
+        // What does not arrive is followed by the last zero.
+        while self.release().unwrap_or(false) {
+            pace.wait(self.time);
         }
+    }
+
+    /// Writes a wrench that is a step of the slew limit nearer to zero; false if zero may follow.
+    pub(super) fn release(&mut self) -> Result<bool, DeviceError> {
+        let Some(wrench) = self.chain.release() else { return Ok(false) };
+        self.write(&wrench)?;
+        Ok(true)
     }
 
     /// What the device itself counted.
@@ -153,6 +181,13 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
             }
         }
         Ok(())
+    }
+
+    fn was_suspended(&mut self) -> bool {
+        let suspended = self.time.suspended();
+        let before = self.suspended;
+        self.suspended = before.max(suspended);
+        suspended > before + SUSPENDED
     }
 
     fn is_newly_braked(&mut self) -> bool {

@@ -12,12 +12,14 @@
 //! Deadlines are absolute, so lateness does not add up; a loop that is late by whole periods skips them, keeps its
 //! phase and counts them, rather than firing a burst of ticks. Whatever ends the loop — its duration, the stop flag, the
 //! device, a panic in the step, the observer or the device — the last wrench written is zero. After a panic in the step, or a
-//! fault after which it is to stop, it first damps the grip for a moment. The loop does not allocate once the first tick
-//! has begun.
+//! fault after which it is to stop, it first damps the grip for a moment; else the wrench goes to zero within the slew limit.
+//! The loop does not allocate once the first tick has begun. What a panic in the step says is told after the wrench is zero.
+//!
+//! A loop that is late in more than a tenth of its ticks, and a machine that was suspended, are faults.
 //!
 //! Whoever has the run's [`Reins`] may stop it for a while. With a device that stands still while nobody reads it, the loop does so as well, goes on
 //! by single ticks if asked to, and then as if nothing had been. Any other device is held by somebody: the loop goes round, and the
-//! chain keeps the force away until engaged anew.
+//! chain keeps the force away until engaged anew. The reins also bring the program's keys, which count as buttons of the device.
 //!
 //! The step is always given the nominal period: what a run computes then depends on what it was fed, not on the
 //! scheduler, and can be replayed bit for bit. What the chain makes of it can be, too, from the recorded states, the step's
@@ -26,13 +28,13 @@
 mod both;
 mod line;
 mod pace;
+mod punctuality;
+mod quiet;
 mod reins;
 mod statistics;
 mod time;
 
-use std::any::Any;
 use std::ops::ControlFlow;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -107,6 +109,8 @@ pub struct StepOutcome<T = ()> {
     pub wrench: Wrench,
     /// The wrench was cut to the device's limits.
     pub saturated: bool,
+    /// It is the first one of other settings, to be blended in.
+    pub changed: bool,
     /// For the observer: whatever else the step found out.
     pub detail: T,
 }
@@ -114,7 +118,7 @@ pub struct StepOutcome<T = ()> {
 impl StepOutcome {
     /// A wrench and nothing else.
     pub fn of(wrench: Wrench) -> Self {
-        Self { wrench, saturated: false, detail: () }
+        Self { wrench, saturated: false, changed: false, detail: () }
     }
 }
 
@@ -127,7 +131,9 @@ pub struct ServoTick {
     pub time: f64,
     /// What the step was given: as read, or the last state that was one, at rest.
     pub state: DeviceState,
-    /// What the step answered; zero if it panicked.
+    /// As the device gave it, believed or not.
+    pub read: DeviceState,
+    /// What the step answered; zero if it panicked or was not asked.
     pub computed: Wrench,
     /// What was written.
     pub wrench: Wrench,
@@ -139,6 +145,8 @@ pub struct ServoTick {
     pub available: Limits,
     /// The step said that it cut the wrench.
     pub saturated: bool,
+    /// Since the last tick began, s: the time that energy, heat and slew limit go by. The nominal period in simulated time and after a pause.
+    pub elapsed_s: f64,
     /// Wall time of the step, s.
     pub step_s: f64,
     /// How long after its deadline the tick began, s; 0 in simulated time.
@@ -151,6 +159,10 @@ pub struct ServoTick {
 pub trait TickObserver<T = ()> {
     /// `detail` is what the step answered beside its wrench.
     fn observe(&mut self, tick: &ServoTick, detail: &T);
+
+    /// A tick in which the step answered nothing: it panicked ([`Cut::Panic`] is among the cuts), or the loop damps the grip for a moment
+    /// after that or after a last fault, and did not ask it.
+    fn unanswered(&mut self, _: &ServoTick) {}
 }
 
 impl<T, F: FnMut(&ServoTick, &T)> TickObserver<T> for F {
@@ -230,6 +242,7 @@ impl Servo {
         let ServoOptions { rate_hz, timing, duration, spin, .. } = self.options;
         let period = 1.0 / rate_hz;
         let most = duration.map_or(u64::MAX, |seconds| (seconds * rate_hz).round() as u64);
+        quiet::prepare();
         self.tally.restart(device.spec().delay, period);
         let (given, stands) = (self.passivity.is_some(), device.stands_unread());
         let line = Line::new(&self.options, device, self.passivity.take(), time);
@@ -250,9 +263,12 @@ impl Servo {
                 break end;
             }
         };
-        let Turns { mut line, mut pace, tally, .. } = turns;
         if matches!(end, RunEnd::Panicked(_) | RunEnd::Faulted(_)) {
-            line.coast(&mut pace, stop);
+            turns.coast(stop, observer);
+        }
+        let Turns { mut line, mut pace, tally, .. } = turns;
+        if !matches!(end, RunEnd::DeviceFailed(_)) {
+            line.let_go(&mut pace);
         }
         let counts = line.counts();
         let (passivity, finished) = line.finish(matches!(end, RunEnd::DeviceFailed(_)));
@@ -312,7 +328,7 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
             Ok(admitted) => admitted,
             Err(error) => return ControlFlow::Break(RunEnd::of(error)),
         };
-        let Some(state) = admitted.state else {
+        let Some(state) = admitted.state.map(|state| state.with_keys(self.reins.take_keys())) else {
             // There has been no state yet, and so there has been no wrench.
             self.tally.without_state(admitted.cuts);
             return match self.line.hold_still() {
@@ -322,23 +338,29 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
         };
         let (outcome, step_s) = self.caught(step, &state);
         let panicked = outcome.is_err();
+        let elapsed_s = start.elapsed(self.period);
         let computed = outcome.as_ref().map_or(Wrench::ZERO, |outcome| outcome.wrench);
         let mut found = admitted.cuts;
         found.note(Cut::Paused, !self.stands && self.reins.is_paused());
-        let Shaped { wrench, cuts, phase, available } = match self.line.answer(&state, &computed, found, panicked) {
-            Ok(shaped) => shaped,
-            Err(error) => return ControlFlow::Break(RunEnd::DeviceFailed(error)),
-        };
+        found.note(Cut::Overrun, self.pace.is_lost(self.time));
+        found.note(Cut::Settings, outcome.as_ref().is_ok_and(|outcome| outcome.changed));
+        let Shaped { wrench, cuts, phase, available } =
+            match self.line.answer(&state, &computed, found, panicked, elapsed_s) {
+                Ok(shaped) => shaped,
+                Err(error) => return ControlFlow::Break(RunEnd::DeviceFailed(error)),
+            };
         let tick = ServoTick {
             index: self.index,
             time: self.index as f64 * self.period,
             state,
+            read: admitted.read,
             computed,
             wrench,
             cuts,
             phase,
             available,
             saturated: outcome.as_ref().is_ok_and(|outcome| outcome.saturated),
+            elapsed_s,
             step_s,
             lateness_s: start.lateness.as_secs_f64(),
             overrun: start.skipped > 0 || self.pace.is_overrun(self.time),
@@ -347,12 +369,32 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
         self.index += 1;
         match outcome {
             Ok(outcome) => observer.observe(&tick, &outcome.detail),
-            Err(panic) => self.tally.panicked(message(panic.as_ref())),
+            Err(panic) => {
+                observer.unanswered(&tick);
+                self.tally.panicked(quiet::message(panic.as_ref()));
+            }
         }
         match phase {
             Phase::Stopped if panicked => ControlFlow::Break(RunEnd::Panicked(self.tally.last_panic())),
             Phase::Stopped => ControlFlow::Break(RunEnd::Faulted(cuts)),
             _ => ControlFlow::Continue(()),
+        }
+    }
+
+    /// Damps the grip for a moment, whatever the device says of it.
+    fn coast<T, O>(&mut self, stop: &AtomicBool, observer: &mut O)
+    where
+        O: TickObserver<T> + ?Sized,
+    {
+        for _ in 0..coast_ticks(self.period) {
+            let start = self.pace.wait(self.time);
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            let Ok(admitted) = self.line.read(&start) else { return };
+            let Some(tick) = self.line.damp(&start, &admitted, self.index) else { return };
+            self.index += 1;
+            observer.unanswered(&tick);
         }
     }
 
@@ -362,14 +404,17 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
         S: FnMut(&DeviceState, f64) -> StepOutcome<T>,
     {
         let before = self.time.now();
-        let outcome = catch_unwind(AssertUnwindSafe(|| step(state, self.period)));
+        let outcome = quiet::caught(|| step(state, self.period));
         (outcome, self.time.now().saturating_sub(before).as_secs_f64())
     }
 }
 
-fn message(panic: &(dyn Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
-    text.unwrap_or("a panic without a message").to_owned()
+/// Damping after a panic or a last fault, s, before the run ends with zero.
+const COAST: f64 = 0.1;
+
+/// The same in ticks.
+fn coast_ticks(period: f64) -> u64 {
+    (COAST / period).ceil() as u64
 }
 
 #[cfg(test)]

@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use super::Timing;
+use super::punctuality::Punctuality;
 use super::time::LoopTime;
 
 /// How a tick began.
@@ -16,6 +17,13 @@ pub(super) struct Start {
     pub(super) skipped: u64,
 }
 
+impl Start {
+    /// Seconds since the last tick began: `nominal` for the first one and in simulated time.
+    pub(super) fn elapsed(&self, nominal: f64) -> f64 {
+        self.period.map_or(nominal, |period| period.as_secs_f64())
+    }
+}
+
 #[derive(Debug)]
 pub(super) struct Pace {
     timing: Timing,
@@ -25,15 +33,17 @@ pub(super) struct Pace {
     /// Of the tick that is waited for next.
     deadline: Duration,
     last: Option<Duration>,
+    punctuality: Punctuality,
 }
 
 impl Pace {
     pub(super) fn start(timing: Timing, period: f64, spin: Duration, time: &dyn LoopTime) -> Self {
         let begin = time.now();
+        let punctuality = Punctuality::new(period);
         let period = Duration::from_secs_f64(period);
         // A fast loop that only spun would hold its core for ever; kernels take it away from such threads now and then.
         let spin = spin.min(period / 2);
-        Self { timing, begin, period, spin, deadline: begin, last: None }
+        Self { timing, begin, period, spin, deadline: begin, last: None, punctuality }
     }
 
     /// Returns when the next tick is due.
@@ -52,6 +62,10 @@ impl Pace {
         self.deadline += behind;
         let period = self.last.map(|last| now.saturating_sub(last));
         self.last = Some(now);
+        self.punctuality.begin(period.unwrap_or_default().as_secs_f64());
+        if skipped > 0 {
+            self.punctuality.is_late();
+        }
         Start { lateness, period, skipped }
     }
 
@@ -61,11 +75,22 @@ impl Pace {
         self.begin += now.saturating_sub(since);
         self.deadline = now;
         self.last = None;
+        self.punctuality.forget();
     }
 
-    /// True when the next tick's deadline has passed already.
-    pub(super) fn is_overrun(&self, time: &dyn LoopTime) -> bool {
-        self.timing == Timing::RealTime && time.now() > self.deadline
+    /// True when the next tick's deadline has passed already, which makes this one late.
+    pub(super) fn is_overrun(&mut self, time: &dyn LoopTime) -> bool {
+        let overrun = self.timing == Timing::RealTime && time.now() > self.deadline;
+        if overrun {
+            self.punctuality.is_late();
+        }
+        overrun
+    }
+
+    /// True while too many ticks are late, up to this one and this moment.
+    pub(super) fn is_lost(&mut self, time: &dyn LoopTime) -> bool {
+        self.is_overrun(time);
+        self.punctuality.is_lost()
     }
 
     pub(super) fn elapsed(&self, time: &dyn LoopTime) -> Duration {

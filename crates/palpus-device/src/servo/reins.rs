@@ -1,6 +1,8 @@
 //! What a run is held by from outside.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
+
+use crate::safety::{HOLD_KEY, REARM_KEY};
 
 /// Pauses a run, takes it on by single ticks, ends it; from any thread, without waiting. See [`super::Servo`].
 #[derive(Debug, Default)]
@@ -9,6 +11,10 @@ pub struct Reins {
     /// Ticks that a paused run may still make.
     ticks: AtomicU64,
     ended: AtomicBool,
+    /// Ticks for which [`HOLD_KEY`] is still held.
+    held: AtomicU64,
+    /// [`REARM_KEY`] since it was pressed, until a tick has seen it.
+    pressed: AtomicU32,
 }
 
 impl Reins {
@@ -28,6 +34,29 @@ impl Reins {
         if self.is_paused() {
             self.ticks.fetch_add(ticks, Ordering::Relaxed);
         }
+    }
+
+    /// The program's own key for force is held: it counts as a button of the device ([`HOLD_KEY`]) for so many ticks, unless this is
+    /// called again. So a window that hangs lets go. 0: nobody holds it.
+    pub fn hold(&self, ticks: u64) {
+        self.held.store(ticks, Ordering::Relaxed);
+    }
+
+    /// Gives a device that is latched after three faults its force back, once it is engaged; it counts as a button that is pressed
+    /// for a tick ([`REARM_KEY`]).
+    pub fn rearm(&self) {
+        self.pressed.store(REARM_KEY, Ordering::Relaxed);
+    }
+
+    /// The keys as bits of buttons, for one tick.
+    pub(super) fn take_keys(&self) -> u32 {
+        let pressed = self.pressed.load(Ordering::Relaxed);
+        if pressed != 0 {
+            self.pressed.store(0, Ordering::Relaxed);
+        }
+        let fewer = |ticks: u64| ticks.checked_sub(1);
+        let held = self.held.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fewer).is_ok();
+        pressed | if held { HOLD_KEY } else { 0 }
     }
 
     /// The run ends before its next tick, and so does any other of the same loop.
@@ -190,6 +219,49 @@ mod tests {
     }
 
     #[test]
+    fn a_key_is_held_for_force_and_another_one_rearms() {
+        let safety = SafetyOptions { engagement: Some(Engagement::DeadMan(HOLD_KEY)), ..Default::default() };
+        let mut servo = Servo::new(ServoOptions { duration: Some(3.0), safety, ..Default::default() }).unwrap();
+        let (reins, mut phases) = (servo.reins(), Vec::new());
+        let mut observe = |tick: &ServoTick, (): &()| {
+            phases.push(tick.phase);
+            match tick.index {
+                // Held for half a second, and renewed for another half.
+                100 | 600 => reins.hold(500),
+                2000 => reins.hold(600),
+                2300 => reins.hold(0),
+                _ => {}
+            }
+        };
+        let step = |_: &DeviceState, _| StepOutcome::of(Wrench::ZERO);
+        servo.run_in(&VirtualTime::default(), &mut simulated(), step, &mut observe, &AtomicBool::new(false));
+        let held = |tick: usize| (101..1101).contains(&tick) || (2001..2301).contains(&tick);
+        for (tick, phase) in phases.iter().enumerate() {
+            assert_eq!(*phase != Phase::Idle, held(tick), "{phase:?} in tick {tick}");
+        }
+
+        let mut servo = Servo::new(ServoOptions { duration: Some(4.0), ..Default::default() }).unwrap();
+        let (reins, mut phases) = (servo.reins(), Vec::new());
+        let mut observe = |tick: &ServoTick, (): &()| {
+            phases.push(tick.phase);
+            if tick.index == 3000 {
+                reins.rearm();
+            }
+        };
+        let mut count = 0;
+        let step = |_: &DeviceState, _| {
+            count += 1;
+            StepOutcome::of(Wrench {
+                force: DVec3::X * if count % 700 == 0 && count < 2200 { f64::NAN } else { 0.0 },
+                torque: DVec3::ZERO,
+            })
+        };
+        servo.run_in(&VirtualTime::default(), &mut simulated(), step, &mut observe, &AtomicBool::new(false));
+        assert!(phases[2099..=3000].iter().all(|phase| *phase == Phase::Latched));
+        assert_eq!((phases[2098], phases[3001], phases[3999]), (Phase::Engaged, Phase::Faulted, Phase::Engaged));
+    }
+
+    #[test]
     fn a_device_in_a_hand_loses_its_force_for_the_pause_and_gets_it_back_by_engaging() {
         let (_, unpaused) = run(&mut simulated(), NEVER, &|_, _| ());
         let pressed = unpaused.iter().position(|tick| tick.wrench.force.z > 1.0).unwrap();
@@ -210,7 +282,12 @@ mod tests {
         let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), 1.0 / RATE_HZ);
         for tick in &ticks {
             let told = Cuts::from_bits(tick.cuts.bits()).and(Cuts::TOLD);
-            assert_eq!(chain.shape(&tick.state, &tick.computed, told).wrench, tick.wrench, "tick {}", tick.index);
+            assert_eq!(
+                chain.shape(&tick.state, &tick.computed, told, tick.elapsed_s).wrench,
+                tick.wrench,
+                "tick {}",
+                tick.index
+            );
         }
     }
 }

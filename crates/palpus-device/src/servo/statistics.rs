@@ -198,9 +198,8 @@ impl Tally {
         counts.overruns += u64::from(tick.overrun);
         counts.saturated += u64::from(tick.saturated);
         counts.safety.add(tick.cuts);
-        // One wrench was acting while the grip moved from the last pose to this one.
+        let acted = self.acting.over(tick.elapsed_s);
         if let Some(last) = counts.pose {
-            let acted = self.acting.wrench();
             let moved = tick.state.pose.translation - last.translation;
             let turned = rotation_between(last.rotation, tick.state.pose.rotation);
             counts.energy.translation += acted.force.dot(moved);

@@ -59,6 +59,7 @@ fn state_at(tick: usize) -> DeviceState {
         twist: Twist::default(),
         buttons: 0,
         time,
+        withheld: false,
     }
 }
 

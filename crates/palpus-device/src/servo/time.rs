@@ -15,6 +15,12 @@ pub trait LoopTime {
     /// Returns not before `deadline`: sleeps until `spin` before it, then spins.
     fn wait_until(&self, deadline: Duration, spin: Duration);
 
+    /// For how long the machine has been suspended since some beginning, which [`Self::now`] does not count. Never too long;
+    /// zero where the system does not say.
+    fn suspended(&self) -> Duration {
+        Duration::ZERO
+    }
+
     /// Has `watch` checked by this clock until it is over, by a thread that is answered or by other means.
     fn guard(&self, watch: Arc<Watch>) -> Option<JoinHandle<()>>;
 }
@@ -53,6 +59,15 @@ impl LoopTime for WallTime {
         }
     }
 
+    #[cfg(target_os = "linux")]
+    fn suspended(&self) -> Duration {
+        use rustix::time::{ClockId, clock_gettime};
+        let read = |clock| Duration::try_from(clock_gettime(clock)).unwrap_or_default();
+        // In this order, so that a pause between the two makes the answer smaller and not larger.
+        let boot = read(ClockId::Boottime);
+        boot.saturating_sub(read(ClockId::Monotonic))
+    }
+
     fn guard(&self, watch: Arc<Watch>) -> Option<JoinHandle<()>> {
         let origin = self.origin;
         let thread = std::thread::Builder::new().name("watchdog".to_owned());
@@ -68,6 +83,8 @@ pub struct VirtualTime(Arc<Virtual>);
 #[derive(Default)]
 struct Virtual {
     now: AtomicU64,
+    /// ns.
+    suspended: AtomicU64,
     /// One for each device of a loop.
     watches: Mutex<Vec<Arc<Watch>>>,
 }
@@ -96,6 +113,11 @@ impl VirtualTime {
         }
     }
 
+    /// The machine is suspended for so long, and nobody notices but the clock that counts it.
+    pub fn suspend(&self, duration: Duration) {
+        self.0.suspended.fetch_add(duration.as_nanos() as u64, Ordering::Relaxed);
+    }
+
     /// The clock jumps by so many ns, forwards or backwards, and nobody has looked.
     pub fn leap(&self, nanos: i64) {
         let now = self.0.now.load(Ordering::Relaxed);
@@ -106,6 +128,10 @@ impl VirtualTime {
 impl LoopTime for VirtualTime {
     fn now(&self) -> Duration {
         Duration::from_nanos(self.0.now.load(Ordering::Relaxed))
+    }
+
+    fn suspended(&self) -> Duration {
+        Duration::from_nanos(self.0.suspended.load(Ordering::Relaxed))
     }
 
     fn wait_until(&self, deadline: Duration, _: Duration) {

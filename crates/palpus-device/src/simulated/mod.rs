@@ -213,7 +213,7 @@ impl<I: Intent> SimulatedDevice<I> {
         let applied = self.written[self.settings.delay_ticks];
         let time = self.time();
         let period = self.uneven.as_mut().map_or(self.period, Periods::next);
-        self.intent.begin(time);
+        self.intent.begin(time, &self.pose);
         let intent = &self.intent;
         self.dynamics.advance(&mut self.pose, &mut self.twist, &applied, (time, period), |t| intent.pose(t));
         self.elapsed += period;
@@ -247,7 +247,7 @@ impl<I: Intent> HapticDevice for SimulatedDevice<I> {
                 Some(tick + 1)
             }
         };
-        Ok(DeviceState { pose: self.sensed, twist: self.sensed_twist, buttons: 0, time: self.time() })
+        Ok(DeviceState { pose: self.sensed, twist: self.sensed_twist, buttons: 0, time: self.time(), withheld: false })
     }
 
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {

@@ -129,7 +129,7 @@ impl SpaceMouse {
         self.pose.rotation = (DQuat::from_scaled_axis(twist.angular * passed) * self.pose.rotation).normalize();
         self.read = now;
         let time = now.duration_since(self.opened).as_secs_f64();
-        Ok(DeviceState { pose: self.pose, twist, buttons: self.cap.buttons, time })
+        Ok(DeviceState { pose: self.pose, twist, buttons: self.cap.buttons, time, withheld: false })
     }
 
     fn take_reports(&mut self, now: Instant) -> Result<(), DeviceError> {

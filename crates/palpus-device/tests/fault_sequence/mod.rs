@@ -3,16 +3,18 @@
 pub(crate) mod judge;
 
 use std::borrow::Cow;
+use std::cell::Cell;
+use std::rc::Rc;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use glam::{DQuat, DVec3};
-use palpus::algebra::{Pose, Wrench};
+use palpus::algebra::{Pose, Twist, Wrench};
 use palpus_device::{
     AfterFault, AfterPanic, Brake, DeviceError, DeviceSpec, DeviceState, Fault, FaultyDevice, HandImpedance,
-    HapticDevice, RunStatistics, SafetyLimits, SafetyOptions, Script, Servo, ServoOptions, ServoTick, SimulatedDevice,
-    SimulationSettings, StepOutcome, VirtualTime, known_devices,
+    HapticDevice, Intent, Rearm, RunStatistics, SafetyLimits, SafetyOptions, Script, Servo, ServoOptions, ServoTick,
+    SimulatedDevice, SimulationSettings, StepOutcome, VirtualTime, known_devices,
 };
 
 use crate::seeded::Random;
@@ -45,20 +47,21 @@ impl Sequence {
             loosened: true,
             after_fault: if random.unit() < 0.9 { AfterFault::Reengage } else { AfterFault::Stop },
             after_panic: if random.unit() < 0.7 { AfterPanic::AsFault } else { AfterPanic::Stop },
+            rearm: if random.unit() < 0.5 { Rearm::Automatic } else { Rearm::ByPerson },
             ..SafetyOptions::default()
         };
         let options =
             ServoOptions { rate_hz, duration: Some(TICKS as f64 / rate_hz), safety, ..ServoOptions::default() };
         let mut faults: Vec<(u64, Fault)> = Vec::new();
-        for _ in 0..1 + random.below(6) {
+        for _ in 0..1 + random.below(8) {
             faults.push((random.below(TICKS), fault(random, &limits, rate_hz)));
         }
         faults.sort_by_key(|(tick, _)| *tick);
         Self { seed, rate_hz, spec, limits, options, faults }
     }
 
-    /// Runs it; answers every tick, every written wrench and the account.
-    pub(crate) fn run(&self) -> (Vec<ServoTick>, Vec<Wrench>, RunStatistics, bool) {
+    /// Runs it.
+    pub(crate) fn run(&self) -> Ran {
         let time = VirtualTime::default();
         // So that a clock may run backwards.
         time.pass(Duration::from_secs(20));
@@ -80,17 +83,34 @@ impl Sequence {
             )
         };
         let hand = SimulatedDevice::new(settings, intent).expect("settings in range");
-        let mut device =
-            FaultyDevice::new(Scribe { device: hand, written: Vec::new() }, &script).claiming(self.spec.clone());
+        let moves = Rc::new(Cell::new(Twist::default()));
+        let scribe = Scribe { device: hand, moves: Rc::clone(&moves), written: Vec::new() };
+        let mut device = FaultyDevice::new(scribe, &script).claiming(self.spec.clone());
         let brake = device.brake().expect("a simulated device has one");
         let mut ticks = Vec::new();
-        let mut observer = |tick: &ServoTick, (): &()| ticks.push(*tick);
+        let mut motion = Vec::new();
+        let mut observer = |tick: &ServoTick, (): &()| {
+            ticks.push(*tick);
+            motion.push(moves.get());
+        };
         let mut servo = Servo::new(self.options).expect("options in range");
         let step = script.step(wall(self.seed));
         let statistics = servo.run_in(&time, &mut device, step, &mut observer, &AtomicBool::new(false));
         let written = device.device().written.clone();
-        (ticks, written, statistics, brake.is_applied())
+        Ran { ticks, motion, written, statistics, braked: brake.is_applied() }
     }
+}
+
+/// What came of a sequence.
+pub(crate) struct Ran {
+    pub(crate) ticks: Vec<ServoTick>,
+    /// How the grip truly moved at each of them.
+    pub(crate) motion: Vec<Twist>,
+    /// Every message to the device.
+    pub(crate) written: Vec<Wrench>,
+    pub(crate) statistics: RunStatistics,
+    /// The brake was applied at the end.
+    pub(crate) braked: bool,
 }
 
 /// Any fault, of a size that is one.
@@ -98,7 +118,8 @@ fn fault(random: &mut Random, limits: &SafetyLimits, rate_hz: f64) -> Fault {
     let stall = Duration::from_secs_f64(limits.stall * random.between(1.2, 4.0));
     let frozen = (limits.stale * rate_hz).ceil() as u32 + 3 + random.below(20) as u32;
     let wrench = 10f64.powf(random.between(0.0, 12.0));
-    match random.below(18) {
+    let period = Duration::from_secs_f64(1.0 / rate_hz);
+    match random.below(24) {
         0 => Fault::NonFinitePose,
         1 => Fault::NonFiniteTwist,
         2 => Fault::NoRotation,
@@ -116,6 +137,13 @@ fn fault(random: &mut Random, limits: &SafetyLimits, rate_hz: f64) -> Fault {
         13 | 14 => Fault::NonFiniteWrench,
         15 => Fault::Wrench(wrench, 0.01 * wrench),
         16 => Fault::Wrench(0.1, wrench),
+        17 => {
+            Fault::Velocity(random.direction() * limits.speed * random.between(0.02, 3.0), 1 + random.below(300) as u32)
+        }
+        18 => Fault::Withheld(1 + random.below(100) as u32),
+        19 => Fault::SlowSteps(1 + random.below(TICKS) as u32, period.mul_f64(random.between(0.5, 4.0))),
+        20 => Fault::Suspended(Duration::from_secs_f64(10f64.powf(random.between(-2.0, 5.0)))),
+        21 | 22 => Fault::Settings(10f64.powf(random.between(-1.5, 1.5))),
         _ => Fault::Panic,
     }
 }
@@ -149,19 +177,22 @@ fn wall(seed: u64) -> impl FnMut(&DeviceState, f64) -> StepOutcome {
     }
 }
 
-/// Remembers what was written.
-struct Scribe<D> {
-    device: D,
+/// Remembers what was written, and how the grip truly moves.
+struct Scribe<I> {
+    device: SimulatedDevice<I>,
+    moves: Rc<Cell<Twist>>,
     written: Vec<Wrench>,
 }
 
-impl<D: HapticDevice> HapticDevice for Scribe<D> {
+impl<I: Intent> HapticDevice for Scribe<I> {
     fn spec(&self) -> &DeviceSpec {
         self.device.spec()
     }
 
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
-        self.device.read()
+        let state = self.device.read();
+        self.moves.set(self.device.true_twist());
+        state
     }
 
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {

@@ -1,69 +1,127 @@
-//! The columns of a recording: their names, their kinds and what of a row stands in each, in one order for all formats.
+//! The columns of a recording: [`visit`] lists them, with their names, their kinds and what of a row stands in each, in one order for
+//! all formats. A new column is one line there, in a new version of the format.
+
+use std::convert::Infallible;
+use std::sync::LazyLock;
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
 
-use super::{FORMAT, RecordRow};
+use super::{FORMAT, RawState, RecordRow, ServoRecord};
 
-/// The columns, in their order.
-pub const COLUMNS: [&str; 39] = [
-    "tick",
-    "time_ns",
-    "dt",
-    "device_tx",
-    "device_ty",
-    "device_tz",
-    "device_qx",
-    "device_qy",
-    "device_qz",
-    "device_qw",
-    "angular_x",
-    "angular_y",
-    "angular_z",
-    "linear_x",
-    "linear_y",
-    "linear_z",
-    "buttons",
-    "torque_x",
-    "torque_y",
-    "torque_z",
-    "force_x",
-    "force_y",
-    "force_z",
-    "contacts",
-    "clusters",
-    "separation",
-    "query_us",
-    "depth_us",
-    "force_us",
-    "total_us",
-    "saturated",
-    "faults",
-    "tool_tx",
-    "tool_ty",
-    "tool_tz",
-    "tool_qx",
-    "tool_qy",
-    "tool_qz",
-    "tool_qw",
-];
-
-/// Returns the columns of recordings of this format: those of format 1 end before the tool's pose.
-pub(super) fn columns_of(format: u32) -> &'static [&'static str] {
-    if has_tool(format) { &COLUMNS } else { &COLUMNS[..COLUMNS.len() - TOOL_COLUMNS] }
+/// Goes through the columns of recordings of `format`, in their order.
+fn visit<V: Visit>(format: u32, row: &mut RecordRow, to: &mut V) -> Result<(), V::Error> {
+    to.long("tick", &mut row.tick)?;
+    to.long("time_ns", &mut row.time_ns)?;
+    to.double("dt", &mut row.dt)?;
+    to.vector(["device_tx", "device_ty", "device_tz"], &mut row.pose.translation)?;
+    to.rotation(["device_qx", "device_qy", "device_qz", "device_qw"], &mut row.pose.rotation)?;
+    to.vector(["angular_x", "angular_y", "angular_z"], &mut row.twist.angular)?;
+    to.vector(["linear_x", "linear_y", "linear_z"], &mut row.twist.linear)?;
+    to.whole("buttons", &mut row.buttons)?;
+    to.vector(["torque_x", "torque_y", "torque_z"], &mut row.wrench.torque)?;
+    to.vector(["force_x", "force_y", "force_z"], &mut row.wrench.force)?;
+    to.whole("contacts", &mut row.contacts)?;
+    to.whole("clusters", &mut row.clusters)?;
+    to.double("separation", &mut row.separation)?;
+    to.double("query_us", &mut row.query_us)?;
+    to.optional("depth_us", &mut row.depth_us)?;
+    to.double("force_us", &mut row.force_us)?;
+    to.double("total_us", &mut row.total_us)?;
+    to.flag("saturated", &mut row.saturated)?;
+    to.whole("faults", &mut row.faults)?;
+    if format >= 2 {
+        let tool = row.tool.get_or_insert(NO_POSE);
+        to.vector(["tool_tx", "tool_ty", "tool_tz"], &mut tool.translation)?;
+        to.rotation(["tool_qx", "tool_qy", "tool_qz", "tool_qw"], &mut tool.rotation)?;
+    }
+    if format >= 3 {
+        visit_servo(row.servo.get_or_insert_default(), to)?;
+    }
+    Ok(())
 }
 
-/// Columns of the tool's pose.
-const TOOL_COLUMNS: usize = 7;
+/// What the loop knew of the tick.
+fn visit_servo<V: Visit>(servo: &mut ServoRecord, to: &mut V) -> Result<(), V::Error> {
+    to.long("utc_ns", &mut servo.utc_ns)?;
+    to.double("lateness_s", &mut servo.lateness_s)?;
+    to.double("elapsed_s", &mut servo.elapsed_s)?;
+    to.whole("phase", &mut servo.phase)?;
+    to.flag("stepped", &mut servo.stepped)?;
+    to.double("device_time_s", &mut servo.device_time_s)?;
+    let mut raw = servo.raw.map_or([None; RAW.len()], |raw| raw.to_array().map(Some));
+    for (name, value) in RAW.into_iter().zip(&mut raw) {
+        to.optional(name, value)?;
+    }
+    servo.raw = RawState::of_columns(&raw);
+    Ok(())
+}
 
-/// True if recordings of this format have the tool's pose.
-fn has_tool(format: u32) -> bool {
-    format >= 2
+/// The columns of a state that the gate replaced.
+const RAW: [&str; 13] = [
+    "raw_tx",
+    "raw_ty",
+    "raw_tz",
+    "raw_qx",
+    "raw_qy",
+    "raw_qz",
+    "raw_qw",
+    "raw_angular_x",
+    "raw_angular_y",
+    "raw_angular_z",
+    "raw_linear_x",
+    "raw_linear_y",
+    "raw_linear_z",
+];
+
+impl RawState {
+    fn to_array(self) -> [f64; RAW.len()] {
+        let Self { pose, twist } = self;
+        let mut all = [0.0; RAW.len()];
+        all[..3].copy_from_slice(&pose.translation.to_array());
+        all[3..7].copy_from_slice(&pose.rotation.to_array());
+        all[7..10].copy_from_slice(&twist.angular.to_array());
+        all[10..].copy_from_slice(&twist.linear.to_array());
+        all
+    }
+
+    /// `None` if no column has a value.
+    fn of_columns(values: &[Option<f64>; RAW.len()]) -> Option<Self> {
+        values.iter().any(Option::is_some).then(|| {
+            let [tx, ty, tz, qx, qy, qz, qw, ax, ay, az, lx, ly, lz] = values.map(|value| value.unwrap_or(f64::NAN));
+            let rotation = DQuat::from_xyzw(qx, qy, qz, qw);
+            let twist = Twist { angular: DVec3::new(ax, ay, az), linear: DVec3::new(lx, ly, lz) };
+            Self { pose: Pose { rotation, translation: DVec3::new(tx, ty, tz) }, twist }
+        })
+    }
+}
+
+/// Sees the columns one after the other, with their names, and may replace the values.
+trait Visit {
+    type Error;
+
+    fn long(&mut self, name: &'static str, value: &mut u64) -> Result<(), Self::Error>;
+    fn whole(&mut self, name: &'static str, value: &mut u32) -> Result<(), Self::Error>;
+    fn double(&mut self, name: &'static str, value: &mut f64) -> Result<(), Self::Error>;
+    fn optional(&mut self, name: &'static str, value: &mut Option<f64>) -> Result<(), Self::Error>;
+    fn flag(&mut self, name: &'static str, value: &mut bool) -> Result<(), Self::Error>;
+
+    fn vector(&mut self, names: [&'static str; 3], value: &mut DVec3) -> Result<(), Self::Error> {
+        names.into_iter().zip(value.as_mut()).try_for_each(|(name, value)| self.double(name, value))
+    }
+
+    /// Not normalised: that could change bits.
+    fn rotation(&mut self, names: [&'static str; 4], value: &mut DQuat) -> Result<(), Self::Error> {
+        let mut numbers = value.to_array();
+        names.into_iter().zip(&mut numbers).try_for_each(|(name, value)| self.double(name, value))?;
+        *value = DQuat::from_array(numbers);
+        Ok(())
+    }
 }
 
 /// Takes the values of a row, in the order of the columns.
 pub(super) trait Put {
-    /// Of tick and time.
+    /// Of tick and times.
     fn long(&mut self, value: u64);
     /// Of counts and bits.
     fn whole(&mut self, value: u32);
@@ -89,49 +147,74 @@ pub(super) trait Take {
     fn optional(&mut self) -> Result<Option<f64>, Self::Error>;
     /// See [`Put::flag`].
     fn flag(&mut self) -> Result<bool, Self::Error>;
-
-    /// Three doubles.
-    fn vector(&mut self) -> Result<DVec3, Self::Error> {
-        Ok(DVec3::new(self.double()?, self.double()?, self.double()?))
-    }
-
-    /// Seven doubles: translation and quaternion.
-    fn pose(&mut self) -> Result<Pose, Self::Error> {
-        let translation = self.vector()?;
-        // Not normalised: that could change bits.
-        let rotation = [self.double()?, self.double()?, self.double()?, self.double()?];
-        Ok(Pose { rotation: DQuat::from_array(rotation), translation })
-    }
 }
 
 /// Passes the values of a row to `out`, in the order of the columns of `format`.
 pub(super) fn put(row: &RecordRow, format: u32, out: &mut impl Put) {
-    let pose = |pose: &Pose, out: &mut dyn FnMut(f64)| {
-        pose.translation.to_array().into_iter().for_each(&mut *out);
-        pose.rotation.to_array().into_iter().for_each(out);
-    };
-    out.long(row.tick);
-    out.long(row.time_ns);
-    out.double(row.dt);
-    pose(&row.pose, &mut |x| out.double(x));
-    for vector in [row.twist.angular, row.twist.linear] {
-        vector.to_array().into_iter().for_each(|x| out.double(x));
+    let Ok(()) = visit(format, &mut { *row }, &mut Putting(out));
+}
+
+struct Putting<'a, P>(&'a mut P);
+
+impl<P: Put> Visit for Putting<'_, P> {
+    type Error = Infallible;
+
+    fn long(&mut self, _: &'static str, value: &mut u64) -> Result<(), Infallible> {
+        self.0.long(*value);
+        Ok(())
     }
-    out.whole(row.buttons);
-    for vector in [row.wrench.torque, row.wrench.force] {
-        vector.to_array().into_iter().for_each(|x| out.double(x));
+
+    fn whole(&mut self, _: &'static str, value: &mut u32) -> Result<(), Infallible> {
+        self.0.whole(*value);
+        Ok(())
     }
-    out.whole(row.contacts);
-    out.whole(row.clusters);
-    out.double(row.separation);
-    out.double(row.query_us);
-    out.optional(row.depth_us);
-    out.double(row.force_us);
-    out.double(row.total_us);
-    out.flag(row.saturated);
-    out.whole(row.faults);
-    if has_tool(format) {
-        pose(&row.tool.unwrap_or(NO_POSE), &mut |x| out.double(x));
+
+    fn double(&mut self, _: &'static str, value: &mut f64) -> Result<(), Infallible> {
+        self.0.double(*value);
+        Ok(())
+    }
+
+    fn optional(&mut self, _: &'static str, value: &mut Option<f64>) -> Result<(), Infallible> {
+        self.0.optional(*value);
+        Ok(())
+    }
+
+    fn flag(&mut self, _: &'static str, value: &mut bool) -> Result<(), Infallible> {
+        self.0.flag(*value);
+        Ok(())
+    }
+}
+
+/// Makes a row of its values; see [`put`].
+pub(super) fn take<T: Take>(format: u32, from: &mut T) -> Result<RecordRow, T::Error> {
+    let mut row = NO_ROW;
+    visit(format, &mut row, &mut Taking(from))?;
+    Ok(row)
+}
+
+struct Taking<'a, T>(&'a mut T);
+
+impl<T: Take> Visit for Taking<'_, T> {
+    type Error = T::Error;
+
+    fn long(&mut self, _: &'static str, value: &mut u64) -> Result<(), T::Error> {
+        self.0.long().map(|taken| *value = taken)
+    }
+
+    fn whole(&mut self, _: &'static str, value: &mut u32) -> Result<(), T::Error> {
+        self.0.whole().map(|taken| *value = taken)
+    }
+
+    fn double(&mut self, _: &'static str, value: &mut f64) -> Result<(), T::Error> {
+        self.0.double().map(|taken| *value = taken)
+    }
+
+    fn optional(&mut self, _: &'static str, value: &mut Option<f64>) -> Result<(), T::Error> {
+        self.0.optional().map(|taken| *value = taken)
+    }
+
+    fn flag(&mut self, _: &'static str, value: &mut bool) -> Result<(), T::Error> {
+        self.0.flag().map(|taken| *value = taken)
     }
 }
 
@@ -139,30 +222,7 @@ pub(super) fn put(row: &RecordRow, format: u32, out: &mut impl Put) {
 const NO_POSE: Pose =
     Pose { rotation: DQuat::from_xyzw(f64::NAN, f64::NAN, f64::NAN, f64::NAN), translation: DVec3::NAN };
 
-/// Makes a row of its values; see [`put`].
-pub(super) fn take<T: Take>(format: u32, from: &mut T) -> Result<RecordRow, T::Error> {
-    Ok(RecordRow {
-        tick: from.long()?,
-        time_ns: from.long()?,
-        dt: from.double()?,
-        pose: from.pose()?,
-        twist: Twist { angular: from.vector()?, linear: from.vector()? },
-        buttons: from.whole()?,
-        wrench: Wrench { torque: from.vector()?, force: from.vector()? },
-        contacts: from.whole()?,
-        clusters: from.whole()?,
-        separation: from.double()?,
-        query_us: from.double()?,
-        depth_us: from.optional()?,
-        force_us: from.double()?,
-        total_us: from.double()?,
-        saturated: from.flag()?,
-        faults: from.whole()?,
-        tool: if has_tool(format) { Some(from.pose()?) } else { None },
-    })
-}
-
-/// A row of nothing, to ask the columns for their kinds.
+/// A row of nothing, to be filled.
 const NO_ROW: RecordRow = RecordRow {
     tick: 0,
     time_ns: 0,
@@ -181,6 +241,7 @@ const NO_ROW: RecordRow = RecordRow {
     saturated: false,
     faults: 0,
     tool: None,
+    servo: None,
 };
 
 /// What stands in a column.
@@ -198,33 +259,60 @@ pub(super) enum Kind {
     Flag,
 }
 
-/// The columns' kinds, in their order.
-pub(super) fn kinds() -> [Kind; COLUMNS.len()] {
-    struct Kinds([Kind; COLUMNS.len()], usize);
-    impl Kinds {
-        fn next(&mut self, kind: Kind) {
-            self.0[self.1] = kind;
-            self.1 += 1;
-        }
+/// A column's name and kind.
+pub(super) type Column = (&'static str, Kind);
+
+/// Returns the columns of recordings of `format`, in their order.
+pub(super) fn columns_of(format: u32) -> &'static [Column] {
+    static COLUMNS: LazyLock<Vec<Vec<Column>>> = LazyLock::new(|| (1..=FORMAT).map(list).collect());
+    &COLUMNS[(format.clamp(1, FORMAT) - 1) as usize]
+}
+
+/// Returns the names of the columns of new recordings, in their order.
+pub fn column_names() -> Vec<&'static str> {
+    names_of(FORMAT)
+}
+
+/// Returns the names of the columns of recordings of `format`, in their order.
+pub(super) fn names_of(format: u32) -> Vec<&'static str> {
+    columns_of(format).iter().map(|(name, _)| *name).collect()
+}
+
+fn list(format: u32) -> Vec<Column> {
+    let mut listing = Listing(Vec::new());
+    let Ok(()) = visit(format, &mut { NO_ROW }, &mut listing);
+    listing.0
+}
+
+struct Listing(Vec<Column>);
+
+impl Listing {
+    fn add(&mut self, name: &'static str, kind: Kind) -> Result<(), Infallible> {
+        self.0.push((name, kind));
+        Ok(())
     }
-    impl Put for Kinds {
-        fn long(&mut self, _: u64) {
-            self.next(Kind::Long);
-        }
-        fn whole(&mut self, _: u32) {
-            self.next(Kind::Whole);
-        }
-        fn double(&mut self, _: f64) {
-            self.next(Kind::Double);
-        }
-        fn optional(&mut self, _: Option<f64>) {
-            self.next(Kind::Optional);
-        }
-        fn flag(&mut self, _: bool) {
-            self.next(Kind::Flag);
-        }
+}
+
+impl Visit for Listing {
+    type Error = Infallible;
+
+    fn long(&mut self, name: &'static str, _: &mut u64) -> Result<(), Infallible> {
+        self.add(name, Kind::Long)
     }
-    let mut kinds = Kinds([Kind::Double; COLUMNS.len()], 0);
-    put(&NO_ROW, FORMAT, &mut kinds);
-    kinds.0
+
+    fn whole(&mut self, name: &'static str, _: &mut u32) -> Result<(), Infallible> {
+        self.add(name, Kind::Whole)
+    }
+
+    fn double(&mut self, name: &'static str, _: &mut f64) -> Result<(), Infallible> {
+        self.add(name, Kind::Double)
+    }
+
+    fn optional(&mut self, name: &'static str, _: &mut Option<f64>) -> Result<(), Infallible> {
+        self.add(name, Kind::Optional)
+    }
+
+    fn flag(&mut self, name: &'static str, _: &mut bool) -> Result<(), Infallible> {
+        self.add(name, Kind::Flag)
+    }
 }

@@ -23,6 +23,9 @@ pub struct RecordingHeader {
     pub device: String,
     /// Nominal rate of the loop, Hz.
     pub rate_hz: f64,
+    /// When the recording was begun, UTC, as RFC 3339 has it; `None` before format 3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub start_utc: Option<String>,
     /// Seed of everything random in the run.
     #[serde(with = "seed_as_text")]
     pub seed: u64,
@@ -35,6 +38,10 @@ pub struct RecordingHeader {
 pub struct RecordedScene {
     /// Where it came from.
     pub source: SceneSource,
+    /// The text of the scene's file, so that the recording can be replayed without it; `None` for a built-in scene, a text
+    /// of more than [`MOST_SCENE_TEXT`] bytes, and before format 3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub text: Option<String>,
     /// Metres for each unit of the mesh files.
     pub metres_per_unit: f64,
     /// Body a.
@@ -76,6 +83,9 @@ pub struct RecordedBody {
 struct Version {
     format: i64,
 }
+
+/// Bytes of the longest scene file that a header holds.
+pub const MOST_SCENE_TEXT: usize = 1 << 18;
 
 /// Bytes of the longest text that is taken for a header: hundreds of times one.
 pub(super) const MOST_TEXT: usize = 1 << 20;

@@ -1,7 +1,7 @@
 //! Recordings of runs: tables that other programs open, and from which a run can be repeated bit for bit.
 //!
 //! What a recording holds, whatever its format: a header ([`RecordingHeader`]: what was run, on what, how), one row a tick
-//! ([`RecordRow`], [`COLUMNS`]), and the changes of the engine's settings between ticks ([`Recording::changes`]). Three formats
+//! ([`RecordRow`], [`column_names`]), and the changes of the engine's settings between ticks ([`Recording::changes`]). Three formats
 //! hold it, to the bit ([`RecordingFormat`]):
 //!
 //! 1. CSV: the header in TOML, each line behind `# `; a line with the names of the columns; one line a tick. A change of settings is
@@ -24,9 +24,10 @@
 //! | `query_us`, `depth_us`, `force_us`, `total_us` | time of the stages, µs; `depth_us` may be empty (part of `query_us`) |
 //! | `saturated`, `faults` | 0 or 1; the safety chain's faults, one bit each |
 //! | `tool_tx` … `tool_qw` | pose of the probe's mesh in the world where the engine rendered it, m and quaternion |
+//! | `utc_ns` … `raw_linear_z` | what the loop knew of the tick: see [`ServoRecord`] |
 //!
-//! **Formats.** Recordings of format 1 have no tool pose, and their device pose is that of the origin of the probe's mesh instead of the
-//! grip ([`RecordingHeader::has_grip_poses`]). They are read, and written again as format 1.
+//! **Formats.** Format 2 ends with `tool_qw`. Format 1 ends with `faults`, and its device pose is that of the origin of the probe's mesh
+//! instead of the grip ([`RecordingHeader::has_grip_poses`]). Both are read, and written again in their own format.
 //!
 //! A program that is killed loses what [`RecordingWriter`] has not handed over: less than a second. What it leaves behind is
 //! whole up to there in every format; a piece that was being written at that very moment is left out, with a notice.
@@ -47,13 +48,13 @@ mod writer;
 
 use palpus::algebra::{Pose, Twist, Wrench};
 
-pub use columns::COLUMNS;
-pub use header::{RecordedBody, RecordedScene, RecordingHeader, SceneSource};
+pub use columns::column_names;
+pub use header::{MOST_SCENE_TEXT, RecordedBody, RecordedScene, RecordingHeader, SceneSource};
 pub use reader::{Recording, read_recording, read_recording_from};
 pub use writer::{RecordingFormat, RecordingWriter};
 
 /// Version of the format of new recordings; see [`RecordingHeader::format`].
-pub const FORMAT: u32 = 2;
+pub const FORMAT: u32 = 3;
 
 /// Bytes for a place in a file.
 struct Piece {
@@ -101,6 +102,37 @@ pub struct RecordRow {
     pub faults: u32,
     /// The pose of the probe's mesh in the world, where the engine rendered it; `None` in format 1.
     pub tool: Option<Pose>,
+    /// What the loop knew of the tick; `None` before format 3.
+    pub servo: Option<ServoRecord>,
+}
+
+/// What the loop knew of a tick, beside what went into the engine and came out.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ServoRecord {
+    /// When the tick was recorded by the clock on the wall: ns since 1970-01-01 UTC.
+    pub utc_ns: u64,
+    /// How long after its deadline the tick began, s.
+    pub lateness_s: f64,
+    /// Time since the last tick began, s: what the safety chain reckons with.
+    pub elapsed_s: f64,
+    /// Where the engagement stood after the tick: 0 idle, 1 waiting, 2 ramping, 3 engaged, 4 faulted, 5 stopped.
+    pub phase: u32,
+    /// True if the engine's step gave its answer. False if it panicked, and while the loop only damps the grip after that
+    /// or after a last fault: the engine's columns are then empty of meaning, and the chain was given a wrench of zero.
+    pub stepped: bool,
+    /// When the device took the state that was read, by its own clock, s.
+    pub device_time_s: f64,
+    /// The state as it was read, if the safety chain's gate put another one in its place.
+    pub raw: Option<RawState>,
+}
+
+/// A device's state as it was read, believed or not: in the world, at the grip.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RawState {
+    /// m and quaternion.
+    pub pose: Pose,
+    /// rad/s and m/s.
+    pub twist: Twist,
 }
 
 impl RecordRow {

@@ -14,7 +14,7 @@ use super::{Piece, RecordRow, RecordingHeader, csv, mcap, parquet};
 const BETWEEN_PIECES: Duration = Duration::from_millis(500);
 
 /// Rows that wait at most: a run that goes as fast as it can makes many in no time.
-const MOST_WAITING: usize = 1 << 14;
+const MOST_WAITING: usize = 1 << 12;
 
 /// The formats of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,6 +56,8 @@ pub struct RecordingWriter<W: Write + Seek> {
     pending: Pending,
     waiting: usize,
     handed_over: Instant,
+    /// Bytes of the file.
+    length: u64,
     /// Of the file, where there is one that can be made smaller at its end.
     path: Option<PathBuf>,
 }
@@ -67,8 +69,8 @@ enum Encoder {
 }
 
 impl RecordingWriter<File> {
-    /// Creates a file for a recording in the format that its name asks for, and writes the header. Errors are those of the file, a name
-    /// that asks for no format, or a header that TOML cannot hold.
+    /// Creates a file for a recording in the format that its name asks for, and writes the header. Fails if there is such a file already
+    /// (a recording is never written over), and with errors of the file, a name that asks for no format, or a header that TOML cannot hold.
     pub fn create(path: &Path, header: &RecordingHeader) -> io::Result<Self> {
         let format = RecordingFormat::of_name(path).ok_or_else(|| {
             io::Error::new(
@@ -76,7 +78,7 @@ impl RecordingWriter<File> {
                 "its name must end in .csv, .parquet or .mcap, which choose the format",
             )
         })?;
-        let writer = Self::new(File::create(path)?, format, header)?;
+        let writer = Self::new(File::create_new(path)?, format, header)?;
         Ok(Self { path: Some(path.to_owned()), ..writer })
     }
 }
@@ -92,7 +94,7 @@ impl<W: Write + Seek> RecordingWriter<W> {
             RecordingFormat::Mcap => Encoder::Mcap(mcap::Writer::new(&text, header.format)),
         };
         let pending = Pending::default();
-        let mut writer = Self { out, encoder, pending, waiting: 0, handed_over: Instant::now(), path: None };
+        let mut writer = Self { out, encoder, pending, waiting: 0, handed_over: Instant::now(), length: 0, path: None };
         writer.flush()?;
         Ok(writer)
     }
@@ -137,9 +139,15 @@ impl<W: Write + Seek> RecordingWriter<W> {
         };
         self.waiting = 0;
         self.handed_over = Instant::now();
+        self.length = at + bytes.len() as u64;
         self.out.seek(SeekFrom::Start(at))?;
         self.out.write_all(&bytes)?;
         self.out.flush()
+    }
+
+    /// Returns the length of the file so far, in bytes, without what has gathered since the last [`Self::flush`].
+    pub fn length(&self) -> u64 {
+        self.length
     }
 
     /// Hands over the rest and gives `out` back. A Parquet file is then made smaller: into a new file beside it, which takes its

@@ -85,6 +85,8 @@ pub use read::{parse_scene, read_scene};
 /// A scene, in SI units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneFile {
+    /// The file's text, as it was read.
+    pub text: String,
     /// Metres for each unit of the scene's lengths, and of the meshes that have none of their own.
     pub metres_per_unit: f64,
     /// Body a.

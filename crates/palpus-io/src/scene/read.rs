@@ -87,7 +87,8 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
         problem: error.to_string(),
     })?;
     let gaps = read_gaps(&top);
-    Ok(SceneFile { gaps, metres_per_unit: unit, probe, environment, render, coupling, rate_hz, hand, second })
+    let text = text.to_owned();
+    Ok(SceneFile { text, gaps, metres_per_unit: unit, probe, environment, render, coupling, rate_hz, hand, second })
 }
 
 /// Metres for each unit of length of the file, or of one mesh.

@@ -6,7 +6,7 @@ use palpus::algebra::{Pose, Twist, Wrench};
 use palpus::body::PolygonSoup;
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::{Clustering, Limits, Saturation, Settings, VirtualCoupling};
-use palpus_io::record::{FORMAT, RecordedBody, RecordedScene, SceneSource};
+use palpus_io::record::{FORMAT, RawState, RecordedBody, RecordedScene, SceneSource, ServoRecord};
 use palpus_io::{ContentHash, RecordRow, RecordingHeader};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -68,9 +68,11 @@ pub fn header() -> RecordingHeader {
         palpus_version: "0.1.0".to_owned(),
         device: "sim".to_owned(),
         rate_hz: 1000.0,
+        start_utc: Some("2026-03-01T12:30:00.5Z".to_owned()),
         seed: u64::MAX,
         scene: RecordedScene {
             source: SceneSource::File("Tassen/süß, klein.toml".to_owned()),
+            text: Some("unit = \"mm\"  \r\n\n# süß \\ \"\"\" \'\'\'\t\n ".to_owned()),
             metres_per_unit: 0.001,
             probe: body("spoon.obj", 0.25),
             environment: body("cup.obj", 4.0),
@@ -80,7 +82,7 @@ pub fn header() -> RecordingHeader {
     }
 }
 
-pub fn row(bits: [u64; 32], whole: [u32; 5], depth: bool) -> RecordRow {
+pub fn row(bits: [u64; NUMBERS], whole: [u32; 6], depth: bool) -> RecordRow {
     let x = |k: usize| f64::from_bits(bits[k]);
     let vec = |k: usize| DVec3::new(x(k), x(k + 1), x(k + 2));
     RecordRow {
@@ -101,8 +103,23 @@ pub fn row(bits: [u64; 32], whole: [u32; 5], depth: bool) -> RecordRow {
         saturated: whole[3] % 2 == 1,
         faults: whole[4],
         tool: Some(Pose { rotation: DQuat::from_xyzw(x(28), x(29), x(30), x(31)), translation: vec(25) }),
+        servo: Some(ServoRecord {
+            utc_ns: bits[32],
+            lateness_s: x(33),
+            elapsed_s: x(34),
+            phase: whole[5],
+            stepped: whole[3] / 2 % 2 == 1,
+            device_time_s: x(35),
+            raw: (whole[3] / 4 % 2 == 1).then(|| RawState {
+                pose: Pose { rotation: DQuat::from_xyzw(x(39), x(40), x(41), x(42)), translation: vec(36) },
+                twist: Twist { angular: vec(43), linear: vec(46) },
+            }),
+        }),
     }
 }
+
+/// Numbers of a row that use all 64 bits.
+pub const NUMBERS: usize = 50;
 
 /// All numbers of a row as bits, since NaN is not equal to itself.
 pub fn bits(row: &RecordRow) -> Vec<u64> {
@@ -118,6 +135,15 @@ pub fn bits(row: &RecordRow) -> Vec<u64> {
         push(&tool.translation.to_array());
         push(&tool.rotation.to_array());
     }
+    // Nor has one of format 2.
+    if let Some(ServoRecord { utc_ns, lateness_s, elapsed_s, phase, stepped, device_time_s, raw }) = row.servo {
+        push(&[lateness_s, elapsed_s, device_time_s, f64::from(phase), f64::from(u8::from(stepped))]);
+        if let Some(RawState { pose, twist }) = raw {
+            push(&pose.rotation.to_array());
+            [pose.translation, twist.angular, twist.linear].iter().for_each(|v| push(&v.to_array()));
+        }
+        push(&[f64::from_bits(utc_ns)]);
+    }
     push(&[row.dt, row.separation, row.query_us, row.depth_us.unwrap_or(-1.0), row.force_us, row.total_us]);
     let whole = [row.buttons, row.contacts, row.clusters, u32::from(row.saturated), row.faults];
     all.extend(whole.map(u64::from));
@@ -126,7 +152,7 @@ pub fn bits(row: &RecordRow) -> Vec<u64> {
 
 /// A row of ones.
 pub fn plain() -> RecordRow {
-    row([1f64.to_bits(); 32], [1; 5], true)
+    row([1f64.to_bits(); NUMBERS], [1; 6], true)
 }
 
 /// Rows of any bits, odd ones often.
@@ -134,8 +160,8 @@ pub fn any_row() -> impl Strategy<Value = RecordRow> {
     let special = prop::sample::select(vec![0.0, -0.0, f64::NAN, -f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 5e-324]);
     let number = prop_oneof![special.prop_map(f64::to_bits), any::<u64>(), any::<f64>().prop_map(f64::to_bits)];
     (
-        prop::collection::vec(number, 32).prop_map(|bits| <[u64; 32]>::try_from(bits).unwrap()),
-        any::<[u32; 5]>(),
+        prop::collection::vec(number, NUMBERS).prop_map(|bits| <[u64; NUMBERS]>::try_from(bits).unwrap()),
+        any::<[u32; 6]>(),
         any::<bool>(),
     )
         .prop_map(|(bits, whole, depth)| row(bits, whole, depth))

@@ -13,7 +13,6 @@ mod plan;
 mod ran;
 mod sections;
 mod stored;
-mod when;
 
 use std::path::Path;
 use std::time::Instant;
@@ -70,7 +69,7 @@ pub(super) fn reproduce(arguments: &ReportArguments, folder: &Path) -> anyhow::R
         .filter(|step| arguments.only.is_empty() || arguments.only.iter().any(|only| only == step.id))
         .collect();
     std::fs::create_dir_all(&out).with_context(|| format!("{} could not be created", folder.display()))?;
-    let run = when::now();
+    let run = crate::when::now();
     let begin = Instant::now();
     let about: f64 = steps.iter().filter(|step| step.command.is_ok()).map(|step| step.about).sum();
     output::note(format!(

@@ -9,8 +9,8 @@ use anyhow::Context;
 use serde::{Deserialize, Serialize};
 
 use super::plan::{Step, Wanted};
-use super::when;
 use crate::doctor::load::load_average;
+use crate::when;
 use crate::{files, output};
 
 /// What came of a step.

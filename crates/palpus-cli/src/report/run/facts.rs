@@ -18,25 +18,32 @@ pub(super) fn of_header(header: &RecordingHeader) -> Facts {
     let scene = &header.scene;
     let source = match &scene.source {
         SceneSource::BuiltIn(name) => format!("{name} (built in)"),
-        SceneSource::File(path) => path.clone(),
+        SceneSource::File(path) => file_name(path).to_owned(),
     };
     vec![
         fact("scene", source),
         fact("device", header.device.clone()),
         fact("rate", format!("{} Hz", said(header.rate_hz, 4))),
-        fact("probe", format!("{}, content {}", scene.probe.mesh, scene.probe.content)),
-        fact("environment", format!("{}, content {}", scene.environment.mesh, scene.environment.content)),
+        fact("probe", format!("{}, content {}", file_name(&scene.probe.mesh), scene.probe.content)),
+        fact("environment", format!("{}, content {}", file_name(&scene.environment.mesh), scene.environment.content)),
         fact("unit of the mesh files", format!("{} m", said(scene.metres_per_unit, 6))),
         fact("seed", header.seed.to_string()),
         fact("recorded by", format!("palpus {}", header.palpus_version)),
+        fact("recorded at", header.start_utc.clone().unwrap_or_else(|| "not said".to_owned())),
     ]
 }
 
 /// The scene's name as it stands above everything.
 pub(super) fn name(header: &RecordingHeader) -> &str {
     match &header.scene.source {
-        SceneSource::BuiltIn(name) | SceneSource::File(name) => name,
+        SceneSource::BuiltIn(name) => name,
+        SceneSource::File(path) => file_name(path),
     }
+}
+
+/// Without the folders, which are nobody's business who gets the page. Recordings may come from systems with other separators.
+fn file_name(path: &str) -> &str {
+    path.rsplit(['/', '\\']).next().unwrap_or(path)
 }
 
 /// The engine's settings.

@@ -164,6 +164,7 @@ mod tests {
             saturated: false,
             faults: if tick == 50 || tick == 60 { 1 << Cut::PoseJump as u32 } else { 0 },
             tool: Some(Pose::IDENTITY),
+            servo: None,
         }
     }
 

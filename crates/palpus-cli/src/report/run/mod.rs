@@ -23,6 +23,7 @@ use crate::durations::duration;
 use crate::numbers::{counted, number_of, said};
 use crate::plots::{self, Mark};
 use crate::rerun::Rerun;
+use crate::rerun::places::Places;
 use crate::stage::Stage;
 
 /// A run, ready to be told.
@@ -330,7 +331,7 @@ impl Run {
 
 fn again(path: &Path, recording: &Recording, policy: FilePolicy, choices: &[Choice]) -> anyhow::Result<Again> {
     let (mut identical, mut first_difference) = (0, None);
-    let (stage, mut rerun) = Rerun::new(path, recording, policy)?;
+    let (stage, mut rerun) = Rerun::new(recording, &Places::of(path, policy))?;
     choices.iter().for_each(|choice| rerun.keep(choice.tick));
     rerun.run(&mut |k, wrench| {
         let row = &recording.rows[k];

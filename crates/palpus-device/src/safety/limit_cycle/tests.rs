@@ -34,7 +34,7 @@ fn changed(seconds: f64, mut tick: impl FnMut(f64) -> (Wrench, Pose)) -> usize {
     ticks
         .filter(|k| {
             let (computed, pose) = tick(f64::from(*k) * PERIOD);
-            let (answer, cut) = stage.attenuate(&computed, &pose);
+            let (answer, cut) = stage.attenuate(&computed, &pose, PERIOD);
             stage.commanded(&answer);
             assert!(cut || answer == computed);
             cut
@@ -59,7 +59,8 @@ fn cycles_of_any_period_are_attenuated() {
                     computed.force += DVec3::Y * (value * peaks.force_peak);
                 }
                 // The encoder is at the edge of a step.
-                let (answer, cut) = stage.attenuate(&computed, &at(STEP * (0.5 + 0.2 * f64::from(k % 2) - 0.1)));
+                let pose = at(STEP * (0.5 + 0.2 * f64::from(k % 2) - 0.1));
+                let (answer, cut) = stage.attenuate(&computed, &pose, PERIOD);
                 stage.commanded(&answer);
                 assert!(cut || answer == computed);
                 seen = seen.or(cut.then_some(k));
@@ -75,13 +76,13 @@ fn cycles_of_any_period_are_attenuated() {
             // The cycle ends under load, so the gain stays; without load it is whole again.
             let pose = at(0.0);
             for _ in 0..300 {
-                stage.attenuate(&load, &pose);
+                stage.attenuate(&load, &pose, PERIOD);
             }
-            assert!(stage.attenuate(&load, &pose).1);
+            assert!(stage.attenuate(&load, &pose, PERIOD).1);
             for _ in 0..400 {
-                stage.attenuate(&Wrench::ZERO, &pose);
+                stage.attenuate(&Wrench::ZERO, &pose, PERIOD);
             }
-            assert_eq!(stage.attenuate(&load, &pose), (load, false), "period {period}");
+            assert_eq!(stage.attenuate(&load, &pose, PERIOD), (load, false), "period {period}");
         }
     }
 }

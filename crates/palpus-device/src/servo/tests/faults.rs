@@ -1,5 +1,7 @@
 //! Panics, numbers that are none, devices that fail: the force is taken away, and the run goes on or ends.
 
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist};
 
@@ -17,11 +19,60 @@ fn a_panic_in_the_step_ends_the_run_with_zero() {
         StepOutcome::of(pull(2.0))
     };
     let run = fast(1.0).run(&mut device, step, &mut (), &go_on());
-    assert_eq!(run.end, RunEnd::Panicked("the tenth tick is not to be had".into()));
+    let said = |text: &str| text.starts_with("the tenth tick is not to be had (at ") && text.contains("faults.rs:");
+    assert!(matches!(&run.end, RunEnd::Panicked(text) if said(text)), "{:?}", run.end);
     assert_eq!((run.ticks, run.safety.ticks(Cut::Panic), run.safety.faults()), (11, 1, 1));
     // Ten ticks, the one that panicked, a tenth of a second in which it would damp, and the last word.
     assert_eq!(device.written.len(), 10 + 1 + 100 + 1);
     assert!(device.written[10..].iter().all(|wrench| *wrench == Wrench::ZERO));
+}
+
+/// Keeps every tick, and whether the step answered it.
+struct Watcher(Vec<(ServoTick, bool)>);
+
+impl TickObserver for Watcher {
+    fn observe(&mut self, tick: &ServoTick, (): &()) {
+        self.0.push((*tick, true));
+    }
+
+    fn unanswered(&mut self, tick: &ServoTick) {
+        self.0.push((*tick, false));
+    }
+}
+
+#[test]
+fn panicking_tick_and_coast_are_observed() {
+    let mut device = Scribe::new();
+    let step = |state: &DeviceState, _| {
+        assert!(state.time < 0.0095, "the tenth tick is not to be had");
+        StepOutcome::of(pull(2.0))
+    };
+    let mut watcher = Watcher(Vec::new());
+    fast(1.0).run(&mut device, step, &mut watcher, &go_on());
+    let seen = watcher.0;
+    // Ten that were answered, the one that panicked, and a tenth of a second of damping.
+    assert_eq!(seen.len(), 10 + 1 + 100);
+    for (k, (tick, answered)) in seen.iter().enumerate() {
+        assert_eq!((tick.index, *answered, tick.cuts.has(Cut::Panic)), (k as u64, k < 10, k == 10), "tick {k}");
+        assert_eq!(tick.wrench, device.written[k], "tick {k}");
+        assert_eq!(tick.phase == Phase::Stopped, k >= 10, "tick {k}");
+    }
+}
+
+#[test]
+fn a_refused_state_is_observed_as_it_was_read() {
+    let mut device = Scribe::new();
+    device.read = |tick| {
+        let mut state = state_at(tick);
+        state.pose.translation.y += if tick == 4 { f64::INFINITY } else { 0.0 };
+        Ok(state)
+    };
+    let mut watcher = Watcher(Vec::new());
+    fast(0.01).run(&mut device, |_, _| StepOutcome::of(pull(1.0)), &mut watcher, &go_on());
+    for (k, (tick, _)) in watcher.0.iter().enumerate() {
+        assert_eq!(tick.read.time, state_at(k).time);
+        assert_eq!((tick.read.pose == tick.state.pose, tick.state.pose.is_valid()), (k != 4, true), "tick {k}");
+    }
 }
 
 #[test]
@@ -48,7 +99,8 @@ fn a_panic_may_be_a_fault_like_any_other() {
     let safety = SafetyOptions { after_panic: AfterPanic::AsFault, ..Default::default() };
     let mut servo = guarded(1.0, safety);
     let run = servo.run_in(&VirtualTime::default(), &mut device, step, &mut (), &go_on());
-    assert_eq!((run.ticks, run.end, run.panic.as_deref()), (1000, RunEnd::Duration, Some("once")));
+    assert_eq!((run.ticks, run.end), (1000, RunEnd::Duration));
+    assert!(run.panic.is_some_and(|text| text.starts_with("once (at ")));
     assert_eq!((run.safety.faults(), run.safety.ticks(Cut::Panic)), (1, 1));
     assert_eq!(device.written[298], pull(0.5));
     assert!(device.written[299..549].iter().all(|wrench| *wrench == Wrench::ZERO));
@@ -124,7 +176,7 @@ fn a_run_may_end_at_its_first_fault() {
     device.read = |tick| {
         let mut state = state_at(tick);
         state.pose.translation.y = if tick < 300 { 0.0 } else { 0.1 };
-        state.twist.linear = DVec3::Z * 0.2;
+        state.twist.linear = DVec3::X;
         Ok(state)
     };
     let safety = SafetyOptions { after_fault: AfterFault::Stop, ..Default::default() };
@@ -132,10 +184,10 @@ fn a_run_may_end_at_its_first_fault() {
     let run = guarded(1.0, safety).run_in(&VirtualTime::default(), &mut device, step, &mut (), &go_on());
     assert!(matches!(run.end, RunEnd::Faulted(cuts) if cuts.has(Cut::PoseJump)), "{:?}", run.end);
     assert_eq!((run.ticks, device.written.len()), (301, 300 + 1 + 100 + 1));
-    // After the jump, whose velocity may be no velocity, the grip is damped; then nothing is left.
-    assert_eq!(device.written[300], Wrench::ZERO);
-    let damped = &device.written[301..401];
-    assert!(damped.iter().all(|wrench| wrench.force.z < -0.1 && wrench.force.length() <= 0.85));
+    // After the jump, whose velocity may be no velocity, the grip is damped once its poses say that it moves; then nothing is left.
+    assert!(device.written[300..302].iter().all(|wrench| *wrench == Wrench::ZERO));
+    let damped = &device.written[302..401];
+    assert!(damped.iter().all(|wrench| wrench.force.x < -0.1 && wrench.force.length() <= 0.85));
     assert_eq!(device.written[401], Wrench::ZERO);
 }
 
@@ -167,4 +219,77 @@ fn damping_after_a_fault_only_takes_energy() {
         assert!(run.energy.highest <= 0.0, "{:?}", run.energy);
         assert!(device.true_twist().linear.length() < 1e-3 && device.true_twist().angular.length() < 0.05);
     }
+}
+
+#[test]
+fn a_panic_is_told_of_when_the_wrench_is_zero() {
+    use std::sync::Mutex;
+    /// What happened in the loop's thread, in order.
+    static SEEN: Mutex<Vec<&str>> = Mutex::new(Vec::new());
+    std::thread::spawn(|| {
+        let (this, usual) = (std::thread::current().id(), std::panic::take_hook());
+        std::panic::set_hook(Box::new(move |panic| {
+            if std::thread::current().id() == this {
+                SEEN.lock().expect("nobody panics here").push("hook");
+            } else {
+                usual(panic);
+            }
+        }));
+        // As a program does that has a hook of its own: the loop's is put before it.
+        quiet::prepare_anew();
+        let mut device = Scribe::new();
+        device.write = |wrench| {
+            if *wrench == Wrench::ZERO {
+                SEEN.lock().expect("nobody panics here").push("zero");
+            }
+            Ok(())
+        };
+        let step = |state: &DeviceState, _| {
+            assert!(state.time < 0.0015, "once");
+            StepOutcome::of(pull(2.0))
+        };
+        fast(1.0).run(&mut device, step, &mut (), &go_on());
+        let _ = catch_unwind(|| panic!("outside of a step it is told of"));
+    })
+    .join()
+    .expect("what panics is caught");
+    let seen = SEEN.lock().expect("nobody panics here");
+    assert_eq!(seen.iter().position(|what| *what == "hook"), Some(seen.len() - 1), "{seen:?}");
+    assert!(seen.iter().filter(|what| **what == "zero").count() > 2);
+}
+
+#[test]
+fn a_machine_that_was_suspended_is_a_fault() {
+    let mut device = Scribe::new();
+    let time = VirtualTime::default();
+    time.suspend(Duration::from_secs(60));
+    let mut tick = 0;
+    let step = |_: &DeviceState, _| {
+        tick += 1;
+        if tick == 400 {
+            time.suspend(Duration::from_secs(3600));
+        }
+        StepOutcome::of(pull(0.5))
+    };
+    let run = guarded(1.0, SafetyOptions::default()).run_in(&time, &mut device, step, &mut (), &go_on());
+    assert_eq!((run.safety.faults(), run.safety.ticks(Cut::Suspended)), (1, 1));
+    assert!(device.written[398] == pull(0.5) && device.written[399] == Wrench::ZERO);
+}
+
+#[test]
+fn a_run_ends_within_the_slew_limit() {
+    let limits = SafetyLimits::of(&Scribe::new().spec, 1000.0);
+    let mut device = Scribe::new();
+    let mut tick = 0;
+    let step = |_: &DeviceState, _| {
+        tick += 1;
+        StepOutcome::of(pull(if tick > 400 { 8.5 } else { 0.5 }))
+    };
+    guarded(0.5, SafetyOptions::default()).run_in(&VirtualTime::default(), &mut device, step, &mut (), &go_on());
+    assert!(device.written.iter().any(|wrench| wrench.force.x > 8.0));
+    for pair in device.written.windows(2) {
+        let step = pair[1].force.distance(pair[0].force);
+        assert!(step <= limits.force_slew * 1e-3 * (1.0 + 1e-9), "{step} N between two messages");
+    }
+    assert_eq!(device.written.last(), Some(&Wrench::ZERO));
 }

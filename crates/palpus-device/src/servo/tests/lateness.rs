@@ -123,8 +123,46 @@ fn a_loop_that_holds_nothing_may_be_late() {
         StepOutcome::of(Wrench::ZERO)
     };
     let run = guarded(0.05, SafetyOptions::default()).run_in(&time, &mut device, step, &mut (), &go_on());
-    assert_eq!((run.safety.faults(), run.overruns), (0, 50));
+    assert_eq!((run.safety.ticks(Cut::LateLoop), run.safety.ticks(Cut::Watchdog), run.overruns), (0, 0, 50));
     assert!(!device.brake.is_applied());
+}
+
+/// Two seconds at 0.5 N of a loop of 1 kHz in which every `every`-th step takes `long`.
+fn late_again_and_again(every: u64, long: Duration) -> (RunStatistics, Vec<ServoTick>) {
+    let mut device = Scribe::new();
+    // The grip is at rest, so that a pose that is read late is no jump.
+    device.read = |tick| Ok(DeviceState { pose: palpus::algebra::Pose::IDENTITY, ..state_at(tick) });
+    let time = VirtualTime::default();
+    let mut count = 0;
+    let step = |_: &DeviceState, _| {
+        count += 1;
+        time.pass(if count % every == 0 { long } else { Duration::ZERO });
+        StepOutcome::of(pull(0.5))
+    };
+    let mut ticks = Vec::new();
+    let mut observer = |tick: &ServoTick, _: &()| ticks.push(*tick);
+    let mut servo = guarded(2.0, SafetyOptions::default());
+    let run = servo.run_in(&time, &mut device, step, &mut observer, &go_on());
+    (run, ticks)
+}
+
+#[test]
+fn persistent_overrun_takes_the_force_away() {
+    // Each tick takes three periods, which no watchdog bites on.
+    let (run, ticks) = late_again_and_again(1, Duration::from_millis(3));
+    assert!(run.safety.ticks(Cut::Overrun) > 0 && run.safety.ticks(Cut::Watchdog) == 0, "{:?}", run.safety);
+    let first = ticks.iter().position(|tick| tick.cuts.has(Cut::Overrun)).expect("it is late for ever");
+    assert!((80..=90).contains(&first), "a quarter of a second after the start, not at tick {first}");
+    assert!(ticks[first..].iter().all(|tick| tick.wrench == Wrench::ZERO), "in its tick, and from then on");
+}
+
+#[test]
+fn one_late_tick_in_ten_is_borne_and_one_in_eight_is_not() {
+    let long = Duration::from_micros(1100);
+    let (run, ticks) = late_again_and_again(12, long);
+    assert_eq!((run.safety.faults(), ticks.last().map(|tick| tick.phase)), (0, Some(Phase::Engaged)));
+    let (run, _) = late_again_and_again(8, long);
+    assert!(run.safety.ticks(Cut::Overrun) > 0, "{:?}", run.safety);
 }
 
 #[test]

@@ -6,8 +6,8 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 
 use super::super::*;
-use super::{Scribe, fast, go_on, open, pull};
-use crate::{HandImpedance, ReplayDevice, SafetyLimits, SimulatedDevice, SimulationSettings};
+use super::{Scribe, fast, go_on, open, pull, state_at};
+use crate::{Engagement, HandImpedance, ReplayDevice, SafetyChain, SafetyLimits, SimulatedDevice, SimulationSettings};
 
 #[test]
 fn a_run_lasts_its_ticks_and_ends_with_zero() {
@@ -28,7 +28,7 @@ fn the_account_of_a_run_adds_up() {
     let step = |_: &DeviceState, _| {
         tick += 1;
         let newtons = f64::from((tick - 1) % 3 + 1);
-        StepOutcome { wrench: pull(newtons), saturated: newtons > 2.5, detail: () }
+        StepOutcome { wrench: pull(newtons), saturated: newtons > 2.5, changed: false, detail: () }
     };
     let run = fast(0.03).run(&mut device, step, &mut (), &go_on());
     assert_eq!((run.force_max, run.force_step_max, run.torque_max), (3.0, 2.0, 0.0));
@@ -36,6 +36,33 @@ fn the_account_of_a_run_adds_up() {
     // 29 steps of 1 mm: ten rounds of 6 N less the last wrench, which was not held to a next tick.
     assert!((run.energy.translation - (60.0 - 3.0) * 1e-3).abs() < 1e-12);
     assert_eq!(run.energy.highest, run.energy.translation);
+}
+
+#[test]
+fn a_force_that_the_device_withholds_is_told_counted_and_replayed() {
+    let mut device = Scribe::new();
+    device.read = |tick| Ok(DeviceState { withheld: (400..403).contains(&tick), ..state_at(tick / 10) });
+    let options = ServoOptions { timing: Timing::Simulated, duration: Some(0.5), ..Default::default() };
+    let mut servo = Servo::new(options).unwrap();
+    let mut ticks = Vec::new();
+    let step = |state: &DeviceState, _| StepOutcome::of(pull(if state.time > 0.03 { 4.0 } else { 0.0 }));
+    let run = servo.run(&mut device, step, &mut |tick: &ServoTick, _: &()| ticks.push(*tick), &go_on());
+    assert_eq!((run.safety.ticks(Cut::Withheld), run.safety.faults()), (3, 0));
+    assert_eq!(ticks[399].wrench, pull(4.0));
+    assert!(ticks[400..403].iter().all(|tick| tick.wrench == Wrench::ZERO));
+    assert!(ticks[403].wrench.force.x > 0.0 && ticks[403].wrench.force.x < 0.2, "{:?}", ticks[403].wrench);
+    assert_eq!(ticks[499].wrench, pull(4.0));
+    let limits = SafetyOptions::default().limits(device.spec(), 1000.0);
+    let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), 1e-3);
+    for tick in &ticks {
+        let told = Cuts::from_bits(tick.cuts.bits()).and(Cuts::TOLD);
+        assert_eq!(
+            chain.shape(&tick.state, &tick.computed, told, tick.elapsed_s).wrench,
+            tick.wrench,
+            "tick {}",
+            tick.index
+        );
+    }
 }
 
 #[test]

@@ -6,13 +6,13 @@
 use std::io::{BufRead, Read};
 
 use crate::TableError;
-use crate::record::columns::{COLUMNS, Take, columns_of, take};
+use crate::record::columns::{Take, column_names, names_of, take};
 use crate::record::header::MOST_TEXT;
 use crate::record::{FORMAT, Recording, RecordingHeader, change};
 use crate::table::Cells;
 
-/// The longest line that is taken for one of a recording.
-const LONGEST_LINE: u64 = 1 << 16;
+/// The longest line that is taken for one of a recording: the text of a scene file stands on one.
+const LONGEST_LINE: u64 = MOST_TEXT as u64;
 
 /// Reads a recording; `name` is how errors call the file.
 ///
@@ -21,6 +21,7 @@ pub(in crate::record) fn read(input: impl BufRead, name: &str) -> Result<Recordi
     let mut lines = Lines { input, name, line: 0, text: String::new() };
     let header = header(&mut lines)?;
     let format = header.format;
+    let columns = names_of(format);
     let mut recording = Recording::empty(header);
     while lines.next()? {
         let line = lines.line;
@@ -38,7 +39,7 @@ pub(in crate::record) fn read(input: impl BufRead, name: &str) -> Result<Recordi
                 recording.changes.push(change);
             }
             None if text.starts_with('#') => {}
-            None => recording.rows.push(take(format, &mut Cells::new(name, line, columns_of(format), text)?)?),
+            None => recording.rows.push(take(format, &mut Cells::new(name, line, &columns, text)?)?),
         }
     }
     Ok(recording)
@@ -77,7 +78,9 @@ fn header<R: BufRead>(lines: &mut Lines<'_, R>) -> Result<RecordingHeader, Table
     let name = lines.name;
     let mut toml = String::new();
     while lines.next()? {
-        let text = lines.text.trim_end();
+        // White space at the end of a line may belong to a text of several lines.
+        let text = lines.text.strip_suffix('\n').unwrap_or(&lines.text);
+        let text = text.strip_suffix('\r').unwrap_or(text);
         let entry = text.strip_prefix('#');
         // One that is too long is refused where it is read.
         if let Some(entry) = entry.filter(|_| toml.len() <= MOST_TEXT) {
@@ -85,9 +88,10 @@ fn header<R: BufRead>(lines: &mut Lines<'_, R>) -> Result<RecordingHeader, Table
             toml.push('\n');
             continue;
         }
-        let has_columns_of = |format: u32| text == columns_of(format).join(",");
+        let has_columns_of = |format: u32| text == names_of(format).join(",");
         let other_columns = || {
-            let problem = format!("the columns must be {}; was it written by another version?", COLUMNS.join(","));
+            let problem =
+                format!("the columns must be {}; was it written by another version?", column_names().join(","));
             TableError::at(name, lines.line, problem)
         };
         if entry.is_none() && !(lines.is_whole() && (1..=FORMAT).any(has_columns_of)) {

@@ -1,6 +1,6 @@
 //! A recording as lines of text.
 
-use crate::record::columns::{Put, columns_of, put};
+use crate::record::columns::{Put, names_of, put};
 use crate::record::{Piece, RecordRow};
 use crate::table::Line;
 
@@ -19,7 +19,7 @@ impl Writer {
     pub(in crate::record) fn new(header: &str, format: u32) -> Self {
         let mut writer = Self { format, line: Line::default(), lines: Vec::new(), written: 0 };
         header.lines().for_each(|line| writer.comment(line));
-        writer.lines.extend(columns_of(format).join(",").bytes());
+        writer.lines.extend(names_of(format).join(",").bytes());
         writer.lines.push(b'\n');
         writer
     }

@@ -1,6 +1,6 @@
 //! Messages in CDR, little-endian: each number at a multiple of its own size, counted from behind the four bytes of the head.
 
-use crate::record::columns::{Kind, Put, Take, columns_of, kinds};
+use crate::record::columns::{Kind, Put, Take, columns_of};
 
 /// Says that what follows is plain CDR, little-endian.
 const HEAD: [u8; 4] = [0, 1, 0, 0];
@@ -175,5 +175,5 @@ pub(super) fn tick(format: u32) -> String {
         Kind::Optional => "float64[<=1]",
         Kind::Flag => "bool",
     };
-    columns_of(format).iter().zip(kinds()).map(|(name, of)| format!("{} {name}\n", kind(of))).collect()
+    columns_of(format).iter().map(|(name, of)| format!("{} {name}\n", kind(*of))).collect()
 }

@@ -1,17 +1,15 @@
 //! What a Parquet file says of itself in its footer, and each page in its header.
 
 use super::thrift::{self, Fields, Input, Kind as Thrift};
-use crate::record::RecordingHeader;
-use crate::record::columns::{COLUMNS, Kind, columns_of, kinds};
+
+use crate::record::columns::{Kind, column_names, columns_of};
+use crate::record::{FORMAT, RecordingHeader};
 
 /// First and last bytes of a file.
 pub(in crate::record) const MAGIC: &[u8] = b"PAR1";
 
 /// Of the file's metadata, under which the header stands.
 const KEY: &str = "palpus";
-
-/// Columns of a file at the most: the recording's and the changes.
-const MOST_WIDTH: usize = COLUMNS.len() + 1;
 
 /// What a column of a file is.
 pub(super) struct Column {
@@ -22,7 +20,7 @@ pub(super) struct Column {
 
 /// The columns of the file of a recording of `format`, in their order.
 pub(super) fn columns(format: u32) -> Vec<Column> {
-    let rows = columns_of(format).iter().zip(kinds()).map(|(name, kind)| Column { name, kind: Some(kind) });
+    let rows = columns_of(format).iter().map(|(name, kind)| Column { name, kind: Some(*kind) });
     rows.chain([Column { name: crate::record::change::KEY, kind: None }]).collect()
 }
 
@@ -253,7 +251,7 @@ fn check_schema(schema: &[Element], columns: &[Column]) -> Result<(), String> {
     let problem = || {
         format!(
             "the columns must be {},{}; was it written by another version?",
-            COLUMNS.join(","),
+            column_names().join(","),
             crate::record::change::KEY
         )
     };
@@ -311,8 +309,8 @@ fn read_chunk(input: &mut Input<'_>, read: &mut Read) -> Option<()> {
         Some(true)
     })?;
     read.is_compressed |= compressed;
-    // A footer may claim many groups, but a row takes a column each.
-    if read.group.chunks.len() >= MOST_WIDTH {
+    // A footer may claim many groups, but a row takes a column each; and one more for changes.
+    if read.group.chunks.len() > columns_of(FORMAT).len() {
         return None;
     }
     read.group.chunks.push(chunk);

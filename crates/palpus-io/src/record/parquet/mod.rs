@@ -1,4 +1,4 @@
-//! Recordings as Parquet files: the columns of [`COLUMNS`](crate::record::COLUMNS) and one more, `change`.
+//! Recordings as Parquet files: the columns of [`column_names`](crate::record::column_names) and one more, `change`.
 //!
 //! 1. Rows are gathered into row groups; a row group and a footer over all groups so far are one piece, appended. Whatever kills
 //!    the program, the file opens up to its last piece: older footers stay behind as dead bytes.

@@ -9,7 +9,7 @@ use super::thrift::varint;
 use crate::record::columns::{Put, put};
 use crate::record::{Piece, RecordRow};
 
-/// Rows of a large group, and the most that are kept in memory but for one piece: 20 MB.
+/// Rows of a large group, and the most that are kept in memory but for one piece: 35 MB.
 pub(super) const MERGED: usize = 1 << 16;
 
 /// Gathers rows into groups.

@@ -1,12 +1,27 @@
-//! The date, as much of the calendar as a report needs.
+//! The clock on the wall, and as much of the calendar as that needs.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// Now, as `2026-11-21 10:30 UTC`.
-pub(super) fn now() -> String {
-    let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-    said(seconds)
+/// Returns the time since 1970-01-01 UTC, ns; 0 before that. Reads a clock and does nothing else.
+pub(crate) fn utc_ns() -> u64 {
+    SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_nanos() as u64)
 }
+
+/// Now, as `2026-11-21 10:30 UTC`.
+pub(crate) fn now() -> String {
+    said(utc_ns() / SECOND)
+}
+
+/// Returns so many nanoseconds after 1970-01-01 UTC as RFC 3339 has it: `2026-11-21T10:30:00.123456Z`.
+pub(crate) fn rfc_3339(utc_ns: u64) -> String {
+    let seconds = utc_ns / SECOND;
+    let (year, month, day) = date(seconds / 86_400);
+    let (hours, minutes) = (seconds / 3600 % 24, seconds / 60 % 60);
+    let micros = utc_ns % SECOND / 1000;
+    format!("{year}-{month:02}-{day:02}T{hours:02}:{minutes:02}:{:02}.{micros:06}Z", seconds % 60)
+}
+
+const SECOND: u64 = 1_000_000_000;
 
 fn said(seconds: u64) -> String {
     let (year, month, day) = date(seconds / 86_400);
@@ -46,5 +61,11 @@ mod tests {
             assert_eq!(said(seconds), text);
         }
         assert!(now().ends_with(" UTC"));
+    }
+
+    #[test]
+    fn times_are_written_to_the_microsecond() {
+        assert_eq!(rfc_3339(0), "1970-01-01T00:00:00.000000Z");
+        assert_eq!(rfc_3339(1_709_251_199_000_001_999), "2024-02-29T23:59:59.000001Z");
     }
 }

@@ -1,0 +1,72 @@
+//! Arguments of what is kept of a run: its recording and the fault log.
+
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+
+/// See the module's description.
+#[derive(Clone, Debug, Args)]
+pub(crate) struct KeepArguments {
+    /// Writes over a recording of the same name. Without this, the new one gets a number: run-2.csv.
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// The most that a recording may take on the disk, such as 500MB, or `none`. The beginning is kept in the file (half of
+    /// it), the newest in parts beside it: run-part2.csv and on.
+    #[arg(long, value_name = "SIZE", default_value = "2GB", value_parser = size)]
+    pub(crate) record_limit: Size,
+    /// Where faults are logged, with or without a recording: a line of JSON each; or `none` [default: palpus/faults.jsonl in
+    /// the user's folder for state, such as ~/.local/state].
+    #[arg(long, value_name = "FILE")]
+    pub(crate) fault_log: Option<PathBuf>,
+}
+
+/// A size in bytes, if there is one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Size(pub(crate) Option<u64>);
+
+/// The least that a recording can do with: some seconds in each part.
+const LEAST: u64 = 16_000_000;
+
+/// A number and a unit.
+fn size(text: &str) -> Result<Size, String> {
+    if text == "none" {
+        return Ok(Size(None));
+    }
+    let digits = text.trim_end_matches(|letter: char| letter.is_ascii_alphabetic());
+    let factor = match text[digits.len()..].to_ascii_uppercase().as_str() {
+        "MB" | "M" => 1e6,
+        "GB" | "G" => 1e9,
+        _ => return Err("write a size as 500MB, 2GB or none".to_owned()),
+    };
+    let number: f64 = digits.trim().parse().map_err(|_| "write a size as 500MB, 2GB or none".to_owned())?;
+    let bytes = number * factor;
+    if bytes.is_nan() || bytes < LEAST as f64 {
+        return Err(format!("a recording needs at least {} MB", LEAST / 1_000_000));
+    }
+    Ok(Size(Some(bytes as u64)))
+}
+
+impl KeepArguments {
+    /// The file of the fault log that was asked for: `Some(None)` for the usual one, `None` for no log.
+    pub(crate) fn fault_log(&self) -> Option<Option<&Path>> {
+        match self.fault_log.as_deref() {
+            Some(file) if file == Path::new("none") => None,
+            file => Some(file),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_are_a_number_and_a_unit() {
+        assert_eq!(size("2GB"), Ok(Size(Some(2_000_000_000))));
+        assert_eq!(size("62.5m"), Ok(Size(Some(62_500_000))));
+        assert_eq!(size("none"), Ok(Size(None)));
+        for text in ["2", "GB", "-1GB", "1MB", "nanGB", "2TB", ""] {
+            assert!(size(text).is_err(), "{text}");
+        }
+    }
+}

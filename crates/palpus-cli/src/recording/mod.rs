@@ -1,0 +1,239 @@
+//! The recording that a run leaves: rows and changes of settings from the servo thread to a file.
+//!
+//! 1. The servo thread hands over every tick ([`Rows::row`]) and, between two ticks, every change of the engine's settings
+//!    ([`Rows::change`]), through one bounded queue that keeps their order. It never waits.
+//! 2. A thread of its own writes them ([`palpus_device::record`]), piece by piece ([`pen`]): a program that is
+//!    killed leaves a whole file, without its last second at most. When writing fails, a line says so at once, and the run goes on.
+//! 3. [`Writing::finish`] writes the rest and says what was left out.
+//!
+//! A row that finds the queue full is dropped and counted. A change is held and offered again before the next row: it
+//! says itself from which tick on it holds, so that it may come late but must not be missing.
+
+mod pen;
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use anyhow::Context;
+use glam::{DQuat, DVec3};
+use palpus::algebra::Pose;
+use palpus::render::Settings;
+use palpus_device::{DeviceState, Recorder, ServoTick, record};
+use palpus_io::record::{RawState, ServoRecord};
+use palpus_io::{RecordRow, RecordingHeader};
+
+use crate::engine::Detail;
+use crate::two::NAMES;
+use crate::{files, output, when};
+pub(crate) use pen::first_part;
+use pen::{Pen, Told};
+
+/// Entries that may wait for the writer: half a second at the highest rate.
+const QUEUED: usize = 1 << 15;
+
+/// What goes through the queue.
+#[derive(Clone, Copy)]
+#[allow(clippy::large_enum_variant, reason = "the servo thread may not obtain memory for a box")]
+enum Entry {
+    Row(RecordRow),
+    Change(u64, Settings),
+}
+
+/// The servo thread's end.
+pub(crate) struct Rows {
+    queue: Recorder<Entry>,
+    /// A change that found the queue full.
+    waiting: Option<(u64, Settings)>,
+}
+
+impl Rows {
+    /// Records a tick; without a `detail`, one whose step gave no answer. Never waits or allocates.
+    pub(crate) fn row(&mut self, tick: &ServoTick, detail: Option<&Detail>) {
+        self.offer();
+        self.queue.push(Entry::Row(row(tick, detail)));
+    }
+
+    /// Records that the ticks from number `tick` on are stepped with these settings; to be called before that tick's
+    /// row. Never waits or allocates.
+    pub(crate) fn change(&mut self, tick: u64, settings: &Settings) {
+        self.waiting = Some((tick, *settings));
+        self.offer();
+    }
+
+    /// Puts the waiting change into the queue, if there is room.
+    fn offer(&mut self) {
+        if let Some((tick, settings)) = self.waiting
+            && self.queue.try_push(Entry::Change(tick, settings))
+        {
+            self.waiting = None;
+        }
+    }
+}
+
+fn row(tick: &ServoTick, detail: Option<&Detail>) -> RecordRow {
+    let micros = |ns: u64| ns as f64 / 1e3;
+    let engine = detail.map(|detail| &detail.tick);
+    let times = engine.map(|engine| engine.times).unwrap_or_default();
+    RecordRow {
+        tick: tick.index,
+        time_ns: (tick.time * 1e9).round() as u64,
+        dt: engine.map_or(0.0, |engine| engine.dt),
+        pose: tick.state.pose,
+        twist: tick.state.twist,
+        buttons: tick.state.buttons,
+        wrench: tick.wrench,
+        contacts: engine.map_or(0, |engine| engine.contacts),
+        clusters: engine.map_or(0, |engine| engine.clusters),
+        separation: engine.map_or(f64::INFINITY, |engine| engine.separation),
+        query_us: micros(times.query),
+        depth_us: Some(micros(times.depth)),
+        force_us: micros(times.force),
+        total_us: micros(times.total),
+        saturated: tick.saturated,
+        faults: tick.cuts.bits(),
+        tool: Some(detail.map_or(NOWHERE, |detail| detail.tool)),
+        servo: Some(ServoRecord {
+            utc_ns: when::utc_ns(),
+            lateness_s: tick.lateness_s,
+            elapsed_s: tick.elapsed_s,
+            phase: tick.phase as u32,
+            stepped: detail.is_some(),
+            device_time_s: tick.read.time,
+            raw: raw(tick),
+        }),
+    }
+}
+
+/// The pose of a tool in a tick in which the engine rendered none.
+const NOWHERE: Pose =
+    Pose { rotation: DQuat::from_xyzw(f64::NAN, f64::NAN, f64::NAN, f64::NAN), translation: DVec3::NAN };
+
+/// The state as it was read, if the step was given another one.
+fn raw(tick: &ServoTick) -> Option<RawState> {
+    let DeviceState { pose, twist, .. } = tick.read;
+    // A state that is not a number is not equal to itself, and was replaced.
+    (pose != tick.state.pose || twist != tick.state.twist).then_some(RawState { pose, twist })
+}
+
+/// How a recording is kept.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Keep {
+    /// A file of the name is written over; else the recording gets a name that is free.
+    pub(crate) overwrite: bool,
+    /// Bytes of all files of a recording together, at the most.
+    pub(crate) limit: Option<u64>,
+}
+
+/// Returns a free name for a recording that was to be called `file`, and says so if it is another one.
+pub(crate) fn free(file: &Path) -> PathBuf {
+    told(file, files::free(file))
+}
+
+/// The same for the recordings of two devices; the second one's is beside the first.
+pub(crate) fn free_pair(file: &Path) -> [PathBuf; 2] {
+    let [first, second] = files::free_pair(file, NAMES[1]);
+    [told(file, first), second]
+}
+
+fn told(wanted: &Path, free: PathBuf) -> PathBuf {
+    if free != wanted {
+        let (wanted, free) = (wanted.display(), free.display());
+        output::note(format!("{wanted} is there already; recording to {free}"));
+    }
+    free
+}
+
+/// A recording under way.
+pub(crate) struct Recording {
+    /// For the servo thread.
+    pub(crate) rows: Rows,
+    /// To end it.
+    pub(crate) writing: Writing,
+}
+
+/// The writer's end.
+pub(crate) struct Writing {
+    path: PathBuf,
+    thread: palpus_device::Recording,
+    told: Arc<Told>,
+}
+
+impl Recording {
+    /// Creates the file, and its folder if need be, and starts the writer.
+    pub(crate) fn start(path: &Path, header: &RecordingHeader, keep: &Keep) -> anyhow::Result<Self> {
+        let problem = || format!("{} could not be created; name another file with --record", path.display());
+        files::make_folder_of(path).with_context(problem)?;
+        if keep.overwrite && path.exists() {
+            std::fs::remove_file(path).with_context(problem)?;
+        }
+        let header = RecordingHeader { start_utc: Some(when::rfc_3339(when::utc_ns())), ..header.clone() };
+        let told = Arc::new(Told::default());
+        let pen = Pen::new(path, header, keep.limit, Arc::clone(&told)).with_context(problem)?;
+        let (queue, thread) = record(QUEUED, pen);
+        let rows = Rows { queue, waiting: None };
+        Ok(Self { rows, writing: Writing { path: path.to_owned(), thread, told } })
+    }
+}
+
+impl Writing {
+    /// The file, or the first of several.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// What went wrong with writing, if something did: the file ends there.
+    #[cfg(feature = "window")]
+    pub(crate) fn trouble(&self) -> Option<String> {
+        self.told.trouble()
+    }
+
+    /// Writes what is still in the queue; answers what there is to say of the recording, a line each. A recording that could not be
+    /// written is no reason to lose what else there is to say of a run.
+    pub(crate) fn finish(self) -> Vec<String> {
+        let written = self.thread.finish();
+        let path = self.path.display();
+        let mut notes: Vec<String> = self.told.parts().into_iter().collect();
+        if let Some(error) = written.error {
+            notes.push(format!(
+                "note: {path} is not whole: writing ended before the run did ({error}); {} ticks came after that",
+                written.dropped
+            ));
+        } else if written.dropped > 0 {
+            notes.push(format!("note: {} rows were not recorded, the disk was too slow", written.dropped));
+        }
+        notes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use palpus_alloc::allocations_of_this_thread;
+    use palpus_io::read_recording;
+    use palpus_io::scene::FilePolicy;
+
+    use super::*;
+    use crate::fault_log::tests::ticks;
+
+    #[test]
+    fn recording_a_tick_obtains_no_memory() {
+        crate::bodies::use_cache(false);
+        let stage = crate::stage::prepare("pen-sphere", FilePolicy::Inside).expect("a built-in scene");
+        let header = stage.header(stage.settings, "sim", 1000.0);
+        let path = std::env::temp_dir().join(format!("palpus-rows-{}.csv", std::process::id()));
+        let keep = Keep { overwrite: true, limit: None };
+        let Recording { mut rows, writing } = Recording::start(&path, &header, &keep).expect("a file");
+        let ticks = ticks();
+        let before = allocations_of_this_thread();
+        rows.change(0, &stage.settings);
+        ticks.iter().for_each(|tick| rows.row(tick, None));
+        assert_eq!(allocations_of_this_thread(), before, "the servo thread allocates");
+        assert!(writing.finish().is_empty());
+        let read = read_recording(&path).expect("a recording");
+        std::fs::remove_file(&path).expect("it goes");
+        assert_eq!(read.rows.len(), ticks.len());
+        for (row, tick) in read.rows.iter().zip(&ticks) {
+            let servo = row.servo.expect("of format 3");
+            assert!(row.same_wrench(&tick.wrench) && !servo.stepped && servo.phase == tick.phase as u32);
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! Where a recorded scene is found again: its file inside the recording, its meshes by what is in them.
+//!
+//! A mesh is the recorded one if its content has the recorded hash, whatever it is called and wherever it lies. Looked at are, in this order:
+//!
+//! 1. beside the recording: under the name that the scene's file gives it, and directly;
+//! 2. where it was when it was recorded;
+//! 3. in the folders that the user names: the same two, then all meshes in them and in their folders.
+//!
+//! What has changed since is said before anything is run again.
+
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use palpus::body::PolygonSoup;
+use palpus_io::record::RecordedScene;
+use palpus_io::scene::{FilePolicy, SceneBody, parse_scene};
+use palpus_io::{ContentHash, MeshFormat, RecordingHeader, read_mesh};
+
+use crate::bodies::Teller;
+use crate::output;
+use crate::stage::{self, Part, Stage};
+
+/// Folders within folders that are looked through.
+const DEPTH: usize = 3;
+
+/// See the module's description.
+#[derive(Clone, Copy)]
+pub(crate) struct Places<'a> {
+    /// The recording's file.
+    pub(crate) recording: &'a Path,
+    /// Folders with meshes that the user names.
+    pub(crate) meshes: &'a [PathBuf],
+    /// What the recorded scene file may name.
+    pub(crate) policy: FilePolicy,
+}
+
+impl<'a> Places<'a> {
+    /// Beside the recording and where everything was.
+    pub(crate) fn of(recording: &'a Path, policy: FilePolicy) -> Self {
+        Self { recording, meshes: &[], policy }
+    }
+
+    /// Makes a recorded scene ready from the text of its file, which lay at `path`; `second` is the content of a second tool's mesh.
+    pub(super) fn stage(
+        &self,
+        scene: &RecordedScene,
+        text: &str,
+        path: &Path,
+        second: Option<ContentHash>,
+    ) -> anyhow::Result<Stage> {
+        let mut file = parse_scene(text, path, self.policy)?;
+        // Hands and places are as they were recorded.
+        file.gaps.places = false;
+        (file.probe.pose, file.environment.pose) = (scene.probe.pose, scene.environment.pose);
+        file.hand.path = None;
+        if let Some(second) = &mut file.second {
+            second.hand.path = None;
+        }
+        let folder = path.parent().unwrap_or(Path::new(""));
+        let read = |part: Part, body: &SceneBody| {
+            let content = match part {
+                Part::Probe => scene.probe.content,
+                Part::Environment => scene.environment.content,
+                Part::Second => second.unwrap_or(scene.probe.content),
+            };
+            self.mesh(&body.mesh, folder, &content)
+        };
+        stage::of_file(path, file, &read, &Teller::Bar)
+    }
+
+    /// The mesh with this content, which the scene's file in `folder` names as `place`.
+    fn mesh(&self, place: &Path, folder: &Path, content: &ContentHash) -> anyhow::Result<PolygonSoup> {
+        let name = Path::new(place.file_name().unwrap_or_default());
+        let within = place.strip_prefix(folder).ok().filter(|within| within.is_relative()).unwrap_or(name);
+        let beside = self.recording.parent().unwrap_or(Path::new(""));
+        let mut candidates = vec![beside.join(within), beside.join(name), place.to_owned()];
+        candidates.extend(self.meshes.iter().flat_map(|folder| [folder.join(within), folder.join(name)]));
+        let mut others: Vec<PathBuf> = Vec::new();
+        let mut first_problem = None;
+        for candidate in candidates.iter().filter(|candidate| candidate.is_file()) {
+            match read_mesh(candidate) {
+                Ok(soup) if ContentHash::of_soup(&soup) == *content => return Ok(soup),
+                Ok(_) if others.contains(candidate) => {}
+                Ok(_) => others.push(candidate.clone()),
+                Err(error) => _ = first_problem.get_or_insert(error),
+            }
+        }
+        for candidate in self.meshes.iter().flat_map(|folder| meshes_in(folder, DEPTH)) {
+            if let Ok(soup) = read_mesh(&candidate)
+                && ContentHash::of_soup(&soup) == *content
+            {
+                let (name, found) = (name.display(), candidate.display());
+                output::note(format!("note: {name} is {found}, by its content"));
+                return Ok(soup);
+            }
+        }
+        let name = name.display();
+        if let Some(other) = others.first() {
+            bail!(
+                "{} is not the mesh of the recording: it has changed since (its content hash is another than {content}); \
+                 --meshes DIR names a folder with the recorded {name}, under any name",
+                other.display()
+            );
+        }
+        if let Some(error) = first_problem {
+            return Err(error.into());
+        }
+        bail!(
+            "the recorded mesh {name} is neither beside the recording nor at {}; put it there, or name a folder that has it, \
+             under any name, with --meshes DIR",
+            place.display()
+        )
+    }
+}
+
+/// The meshes in a folder and in the folders in it, in the order of their names.
+fn meshes_in(folder: &Path, depth: usize) -> Vec<PathBuf> {
+    let mut entries: Vec<_> = std::fs::read_dir(folder).into_iter().flatten().flatten().collect();
+    entries.sort_by_key(std::fs::DirEntry::file_name);
+    let mut meshes = Vec::new();
+    for entry in entries {
+        let path = entry.path();
+        match entry.file_type() {
+            Ok(kind) if kind.is_dir() && depth > 0 => meshes.extend(meshes_in(&path, depth - 1)),
+            Ok(_) if MeshFormat::of_extension(&path).is_some() && path.is_file() => meshes.push(path),
+            _ => {}
+        }
+    }
+    meshes
+}
+
+/// Says in what this program and this scene's file are not those of the recording.
+pub(super) fn tell_changes(header: &RecordingHeader, file: Option<&Path>) {
+    let version = env!("CARGO_PKG_VERSION");
+    if header.palpus_version != version {
+        let recorded = &header.palpus_version;
+        output::note(format!("note: recorded with palpus {recorded}, and this is {version}: wrenches may differ"));
+    }
+    let Some((file, text)) = file.zip(header.scene.text.as_deref()) else { return };
+    if std::fs::read_to_string(file).is_ok_and(|now| now != text) {
+        let file = file.display();
+        output::note(format!("note: {file} has changed since the recording, which is run again as it was recorded"));
+    }
+}

@@ -1,0 +1,157 @@
+//! Withholding: the device gives no force by itself, whatever it is told.
+//!
+//! Causes: the arm is not ready or has no power supply, the person has switched the force off at
+//! the device, an answer came late or was lost ([`DeviceState::withheld`](crate::DeviceState)). It
+//! is no fault. While it lasts the chain commands zero. Afterwards:
+//!
+//! 1. The wrench returns from zero: it is limited to a share of the peak that grows to the whole
+//!    peak in [`RETURN_TIME`]. A wrench that becomes smaller is not delayed.
+//! 2. After a long time, that for which a fault is held ([`SafetyLimits::hold`]), the grip may be
+//!    anywhere. The device then engages anew, as after a pause.
+//!
+//! [`SafetyLimits::hold`]: super::SafetyLimits::hold
+
+/// From zero to the peak, s: ten times shorter and it is felt as a blow, ten times longer and a
+/// single late answer is felt as a hole in a wall.
+const RETURN_TIME: f64 = 0.05;
+
+/// How long the device has withheld the force, or how long ago that was.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Withholding {
+    /// s: withheld longer than this, the device engages anew.
+    longest: f64,
+    state: State,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum State {
+    /// The force is whole.
+    No,
+    /// For so many s.
+    Withheld(f64),
+    /// The force is back for so many s.
+    Returning(f64),
+}
+
+impl Withholding {
+    /// The device gives what it is told, and engages anew after more than `longest` s without.
+    pub(super) fn new(longest: f64) -> Self {
+        Self { longest, state: State::No }
+    }
+
+    /// One tick of `dt` s on.
+    pub(super) fn advance(&mut self, withheld: bool, dt: f64) {
+        self.state = match self.state {
+            State::Withheld(time) if withheld => State::Withheld(time + dt),
+            _ if withheld => State::Withheld(dt),
+            State::Withheld(_) => State::Returning(dt),
+            State::Returning(time) if time + dt < RETURN_TIME => State::Returning(time + dt),
+            State::Returning(_) | State::No => State::No,
+        };
+    }
+
+    /// True while it lasts so long that the device has to engage anew.
+    pub(super) fn is_long(&self) -> bool {
+        matches!(self.state, State::Withheld(time) if time > self.longest)
+    }
+
+    /// The share of the peak that the wrench may have while it returns; `None` if it may be whole.
+    pub(super) fn share(&self) -> Option<f64> {
+        match self.state {
+            State::Returning(time) => Some(time / RETURN_TIME),
+            _ => None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+    use palpus::algebra::{Pose, Twist, Wrench};
+
+    use super::RETURN_TIME;
+    use crate::safety::{Cut, Cuts, Engagement, Phase, SafetyChain, SafetyLimits, SafetyOptions, Shaped};
+    use crate::{DeviceState, known_devices};
+
+    const DT: f64 = 1e-3;
+    const NEWTONS: f64 = 6.0;
+
+    fn chain() -> (SafetyChain, SafetyLimits) {
+        let [premium, ..] = known_devices();
+        let limits = SafetyLimits::of(&premium, 1.0 / DT);
+        let mut chain = SafetyChain::new(&limits, Engagement::Automatic, &SafetyOptions::default(), DT);
+        for _ in 0..400 {
+            tick(&mut chain, 0.0, false);
+        }
+        for _ in 0..10 {
+            tick(&mut chain, NEWTONS, false);
+        }
+        assert_eq!(chain.phase(), Phase::Engaged);
+        (chain, limits)
+    }
+
+    fn moving(withheld: bool) -> DeviceState {
+        let twist = Twist { angular: DVec3::ZERO, linear: DVec3::X * 0.1 };
+        DeviceState { pose: Pose::IDENTITY, twist, buttons: 0, time: 0.0, withheld }
+    }
+
+    fn tick(chain: &mut SafetyChain, newtons: f64, withheld: bool) -> Shaped {
+        let mut told = Cuts::NONE;
+        told.note(Cut::Withheld, withheld);
+        chain.shape(&moving(withheld), &Wrench { force: DVec3::X * newtons, torque: DVec3::ZERO }, told, DT)
+    }
+
+    #[test]
+    fn a_withheld_force_is_zero_and_returns_gently() {
+        for lost in [1, 3, 200] {
+            let (mut chain, limits) = chain();
+            for _ in 0..lost {
+                let shaped = tick(&mut chain, NEWTONS, true);
+                assert_eq!(shaped.wrench, Wrench::ZERO);
+                assert!(shaped.cuts.has(Cut::Withheld) && !shaped.cuts.is_fault());
+            }
+            let (mut last, mut ticks) = (0.0, 0);
+            while last < NEWTONS {
+                let shaped = tick(&mut chain, NEWTONS, false);
+                let step = shaped.wrench.force.x - last;
+                assert!(step > 0.0 && step <= limits.force_peak * DT / RETURN_TIME * (1.0 + 1e-9), "{step}");
+                assert!(!shaped.cuts.has(Cut::Withheld));
+                (last, ticks) = (shaped.wrench.force.x, ticks + 1);
+            }
+            assert_eq!(ticks, (NEWTONS / limits.force_peak * RETURN_TIME / DT).ceil() as i32, "{lost} ticks without");
+            assert_eq!(chain.phase(), Phase::Engaged);
+        }
+    }
+
+    #[test]
+    fn a_returning_force_falls_at_once() {
+        let (mut chain, _) = chain();
+        tick(&mut chain, NEWTONS, true);
+        for _ in 0..20 {
+            tick(&mut chain, NEWTONS, false);
+        }
+        assert_eq!(tick(&mut chain, 0.5, false).wrench.force.x, 0.5);
+    }
+
+    #[test]
+    fn a_force_withheld_for_long_is_engaged_anew() {
+        let (mut chain, limits) = chain();
+        for _ in 0..(limits.hold / DT) as usize + 2 {
+            tick(&mut chain, NEWTONS, true);
+        }
+        for _ in 0..1000 {
+            assert_eq!(tick(&mut chain, NEWTONS, false).wrench, Wrench::ZERO);
+        }
+        assert_eq!(chain.phase(), Phase::Waiting);
+        assert_eq!(tick(&mut chain, 0.1, false).phase, Phase::Ramping);
+    }
+
+    #[test]
+    fn a_withheld_damping_is_zero_too() {
+        let (mut chain, _) = chain();
+        let mut told = Cuts::NONE;
+        told.note(Cut::LateLoop, true);
+        told.note(Cut::Withheld, true);
+        assert_eq!(chain.shape(&moving(true), &Wrench::ZERO, told, DT).wrench, Wrench::ZERO);
+    }
+}
