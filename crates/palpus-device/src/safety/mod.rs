@@ -98,6 +98,8 @@ pub struct SafetyChain {
     machine: Machine,
     motion: Motion,
     blend: Blend,
+    /// What an end that is near leaves of the wrench.
+    fade: f64,
     withholding: Withholding,
     heat_force: Heat,
     heat_torque: Heat,
@@ -123,6 +125,7 @@ impl SafetyChain {
             machine: Machine::new(engagement, limits.ramp, limits.hold, options.rearm),
             motion: Motion::default(),
             blend: Blend::new(),
+            fade: 1.0,
             withholding: Withholding::new(limits.hold),
             heat_force: Heat::new(limits.force_peak, limits.force_continuous, limits.heating_time),
             heat_torque: Heat::new(limits.torque_peak, limits.torque_continuous, limits.heating_time),
@@ -310,12 +313,17 @@ impl SafetyChain {
     }
 
     /// Stage 8.
-    fn engaged(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
-        if self.machine.phase() == Phase::Engaged {
+    fn engaged(&mut self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
+        if cuts.has(Cut::Ending) {
+            let ramp = self.limits.ramp;
+            self.fade = if ramp > 0.0 { (self.fade - self.step() / ramp).max(0.0) } else { 0.0 };
+        }
+        let is_engaged = self.machine.phase() == Phase::Engaged;
+        if is_engaged && self.fade >= 1.0 {
             return *wrench;
         }
-        cuts.note(Cut::Engagement, *wrench != Wrench::ZERO);
-        let gain = self.machine.gain();
+        cuts.note(Cut::Engagement, !is_engaged && *wrench != Wrench::ZERO);
+        let gain = self.machine.gain() * self.fade;
         Wrench { torque: wrench.torque * gain, force: wrench.force * gain }
     }
 

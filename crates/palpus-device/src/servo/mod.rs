@@ -200,15 +200,24 @@ impl Servo {
         let (given, stands) = (self.passivity.is_some(), device.stands_unread());
         let line = Line::new(&self.options, device, self.passivity.take(), time);
         let pace = Pace::start(timing, period, spin, time);
-        let mut turns =
-            Turns { line, pace, time, period, reins: &self.reins, stands, index: 0, tally: &mut self.tally };
+        let mut turns = Turns {
+            line,
+            pace,
+            time,
+            period,
+            reins: &self.reins,
+            stands,
+            index: 0,
+            ending: 0.0,
+            tally: &mut self.tally,
+        };
         let mut count = 0;
         let mut end = loop {
             if count >= most {
                 break RunEnd::Duration;
             }
             turns.stand(stop);
-            if stop.load(Ordering::Relaxed) || self.reins.is_ended() {
+            if stop.load(Ordering::Relaxed) || turns.is_over() {
                 break RunEnd::Stopped;
             }
             count += 1;
@@ -252,6 +261,8 @@ struct Turns<'a, D: HapticDevice + ?Sized> {
     stands: bool,
     /// Of the next tick.
     index: u64,
+    /// s since the reins ended the run.
+    ending: f64,
     tally: &'a mut Tally,
 }
 
@@ -267,6 +278,16 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
             self.time.wait_until(self.time.now() + LOOK, Duration::ZERO);
         }
         self.pace.resume(since, self.time);
+    }
+
+    /// True when the reins have ended the run and the wrench has faded out. A loop that stands still has nothing to wait for.
+    fn is_over(&mut self) -> bool {
+        let lasts = self.ending < self.line.fading() && self.line.is_on() && !(self.stands && self.reins.is_paused());
+        if self.reins.is_ended() && lasts {
+            self.ending += self.period;
+            return false;
+        }
+        self.reins.is_ended()
     }
 
     /// One turn of the loop; breaks with the reason for which it was the last.
@@ -296,6 +317,7 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
         let mut found = admitted.cuts;
         found.note(Cut::Paused, !self.stands && self.reins.is_paused());
         found.note(Cut::Overrun, self.pace.is_lost(self.time));
+        found.note(Cut::Ending, self.reins.is_ended());
         found.note(Cut::Settings, outcome.as_ref().is_ok_and(|outcome| outcome.changed));
         let Shaped { wrench, cuts, phase, available } =
             match self.line.answer(&state, &computed, found, panicked, elapsed_s) {
