@@ -89,7 +89,8 @@ fn run(data: &[u8]) {
         if let Some(good) = admitted.state {
             assert!(good.pose.is_valid(), "{good:?}");
         }
-        let told = if bytes.rarely() { Cuts::from_bits(u32::from(bytes.short())).and(Cuts::TOLD) } else { Cuts::NONE };
+        let bits = u32::from(bytes.short()) | u32::from(bytes.byte()) << 16;
+        let told = if bytes.rarely() { Cuts::from_bits(bits).and(Cuts::TOLD) } else { Cuts::NONE };
         let wrench = match bytes.byte() {
             0..=100 => before,
             101..=220 => Wrench { force: 10.0 * bytes.point(), torque: 0.1 * bytes.point() },
@@ -103,7 +104,7 @@ fn run(data: &[u8]) {
         let within = [(given.force, limits.force_peak), (given.torque, limits.torque_peak)];
         assert!(within.iter().all(|&(v, most)| check::within(v, slack * most + SMALLEST)), "{shaped:?} of {limits:?}");
         if shaped.cuts.is_fault() {
-            assert!(matches!(shaped.phase, Phase::Faulted | Phase::Stopped), "{shaped:?}");
+            assert!(matches!(shaped.phase, Phase::Faulted | Phase::Stopped | Phase::Latched), "{shaped:?}");
             assert!(check::within(given.force, slack * limits.rest_force + SMALLEST), "{shaped:?} of {limits:?}");
         }
         assert!(chain.heat().is_finite());

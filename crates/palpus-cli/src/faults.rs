@@ -7,12 +7,14 @@ use glam::DVec3;
 use palpus_device::{Fault, Script};
 
 /// Names and what they mean.
-const FAULTS: [(&str, Fault); 14] = [
+const FAULTS: [(&str, Fault); 17] = [
     ("non-finite-pose", Fault::NonFinitePose),
     ("non-finite-wrench", Fault::NonFiniteWrench),
     ("pose-jump", Fault::PoseJump(DVec3::new(0.0, 0.0, 0.05))),
     ("turn-jump", Fault::TurnJump(DVec3::new(0.5, 0.0, 0.0))),
     ("speed", Fault::Speed(5.0)),
+    ("wrong-velocity", Fault::Velocity(DVec3::new(5.0, 0.0, 0.0), 1000)),
+    ("withheld", Fault::Withheld(100)),
     ("frozen", Fault::Frozen(100)),
     ("clock-back", Fault::DeviceClock(-1.0)),
     ("clock-ahead", Fault::DeviceClock(1.0)),
@@ -20,12 +22,15 @@ const FAULTS: [(&str, Fault); 14] = [
     ("large-torque", Fault::Wrench(0.1, 10.0)),
     ("late-read", Fault::LateRead(LATE)),
     ("late-step", Fault::LateStep(LATE)),
+    ("late-steps", Fault::SlowSteps(1000, SLOW)),
     ("dropped", Fault::Dropped),
     ("panic", Fault::Panic),
 ];
 
 /// Later than any device's watchdog waits.
 const LATE: Duration = Duration::from_millis(100);
+/// More than a period at 1 kHz, for which no watchdog bites.
+const SLOW: Duration = Duration::from_millis(3);
 
 /// Out of words such as `pose-jump@1.5`: what happens, and after how many seconds. In simulated time (`fast`) nothing is late.
 pub(crate) fn script(words: &[String], rate_hz: f64, fast: bool) -> anyhow::Result<Script> {

@@ -33,6 +33,8 @@ fn every_fault_is_named_in_the_summary_and_replayed_bit_for_bit() {
         ("pose-jump", "pose_jump", 1),
         ("turn-jump", "pose_jump", 1),
         ("speed", "speed", 1),
+        ("wrong-velocity", "speed", 1),
+        ("withheld", "withheld", 0),
         ("frozen", "frozen_state", 1),
         ("clock-back", "device_clock", 1),
         ("clock-ahead", "device_clock", 1),

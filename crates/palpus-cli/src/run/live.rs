@@ -1,13 +1,11 @@
 //! What is shown of a run while it goes: the newest numbers, and the line in the terminal.
 
-use std::io::IsTerminal;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use palpus_device::{Cuts, Phase, Reins, ServoTick};
+use palpus_device::{Cuts, Phase, ServoTick};
 
-use super::Session;
+use super::{Session, keys};
 use crate::engine::Detail;
 use crate::output;
 use crate::way_out::WayOut;
@@ -102,9 +100,7 @@ const LIVE_PERIOD: Duration = Duration::from_millis(100);
 /// Shows the newest values until the run is over: a line drawn over on a terminal, nothing elsewhere. Stops it at `end`.
 pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instant>) {
     let shown = output::watched();
-    if std::io::stdin().is_terminal() {
-        take_keys(session.reins());
-    }
+    keys::take(session.reins());
     let mut told = false;
     let mut last = session.live().ticks;
     while !session.is_over() {
@@ -113,10 +109,7 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
             stop.store(true, Ordering::Relaxed);
         }
         let live = session.live();
-        if let Some(words) = live.start_in_words().filter(|_| !told) {
-            told = true;
-            output::note(words);
-        }
+        tell_start(&live, &mut told);
         if shown {
             output::live(&format!(
                 "{:6.0} Hz   query {:7.1} µs   {:3} contacts   {:5.2} N   {}",
@@ -129,18 +122,18 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
         }
         last = live.ticks;
     }
+    tell_start(&session.live(), &mut told);
     if shown {
         output::live_end();
     }
 }
 
-/// Lets a person at the terminal give a latched device its force back, by `r` and Enter.
-fn take_keys(reins: Arc<Reins>) {
-    // Nobody waits for this thread: it may stand in a read for ever.
-    std::thread::spawn(move || {
-        let lines = std::io::stdin().lines().map_while(Result::ok);
-        lines.filter(|line| line.trim() == "r").for_each(|_| reins.rearm());
-    });
+/// Says once that the probe began inside the part.
+fn tell_start(live: &Live, told: &mut bool) {
+    if let Some(words) = live.start_in_words().filter(|_| !*told) {
+        *told = true;
+        output::note(words);
+    }
 }
 
 /// Why there is no force, or not the whole.

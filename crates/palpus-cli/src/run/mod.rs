@@ -5,6 +5,7 @@
 //! 3. A window or a line in the terminal shows it ([`live`]); the window may have it followed by another one ([`crate::window`]).
 //! 4. What it was like is printed and plotted.
 
+mod keys;
 mod live;
 mod plan;
 mod ready;

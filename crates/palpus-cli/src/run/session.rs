@@ -15,7 +15,6 @@ use std::sync::atomic::AtomicBool;
 use std::sync::mpsc;
 use std::thread::JoinHandle;
 
-use palpus::algebra::Pose;
 use palpus::render::{Settings, SettingsError};
 use palpus_device::{DeviceSpec, Guide, RealTimeClaims, RealTimeOptions, Reins, RunEnd, leave_core};
 use palpus_io::scene::CouplingMode;
@@ -30,6 +29,9 @@ use crate::stage::Stage;
 use crate::stopped::Stopped;
 use crate::summary::Summary;
 use crate::two::NAMES;
+
+/// s for which a key is taken to be held after it was told: several frames of a window.
+const HOLD_TIME: f64 = 0.3;
 
 /// A run under way.
 pub(crate) struct Session {
@@ -218,13 +220,22 @@ impl Session {
         self.first.guide.is_some()
     }
 
-    /// Has the simulated hand hold the probe at this pose (of its mesh's frame, world), or follow
+    /// Has the simulated hand hold the probe at a pose (of its mesh's frame, world), let go of it, or follow
     /// its script again. Does nothing unless [`Self::can_guide`].
-    pub(crate) fn guide(&mut self, probe: Option<Pose>) {
+    pub(crate) fn guide(&mut self, probe: Guide) {
         let grip_a = self.first.settings.grip_a;
         if let Some(guide) = &mut self.first.guide {
-            guide.publish(probe.map_or(Guide::Script, |pose| Guide::Held(pose.with_origin(grip_a))));
+            guide.publish(match probe {
+                Guide::Held(pose) => Guide::Held(pose.with_origin(grip_a)),
+                other => other,
+            });
         }
+    }
+
+    /// A person at the window holds the key for force, or does not. To be told again and again while it is held.
+    pub(crate) fn hold(&self, held: bool) {
+        let ticks = if held { (HOLD_TIME * self.rate_hz) as u64 } else { 0 };
+        self.reins.hold(ticks);
     }
 
     /// The file that is being recorded to; of two devices the first one's.

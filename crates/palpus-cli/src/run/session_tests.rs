@@ -9,7 +9,7 @@ use clap::Parser;
 use palpus::algebra::Pose;
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::Settings;
-use palpus_device::AfterPanic;
+use palpus_device::{AfterPanic, Cut, Cuts, Guide};
 use palpus_io::read_recording;
 use palpus_io::scene::FilePolicy;
 
@@ -98,7 +98,7 @@ fn settings_changed_in_a_run_come_back_bit_for_bit_and_cost_no_memory() {
         if k == 2 {
             let at = Pose { translation: session.stage().path.pose(0.0).translation, ..Pose::IDENTITY };
             assert!(session.can_guide());
-            session.guide(Some(at));
+            session.guide(Guide::Held(at));
         }
     }
     run_to(&mut session, 3000);
@@ -107,9 +107,15 @@ fn settings_changed_in_a_run_come_back_bit_for_bit_and_cost_no_memory() {
     assert_eq!(summary.allocations, 0, "the loop allocates");
     assert_eq!(recordings, std::slice::from_ref(&file));
     assert!(notes.is_empty(), "{notes:?}");
-    let changes = read_recording(&file).expect("a recording").changes;
-    let ticks: Vec<u64> = changes.iter().map(|change| change.0).collect();
+    let recording = read_recording(&file).expect("a recording");
+    let ticks: Vec<u64> = recording.changes.iter().map(|change| change.0).collect();
     assert_eq!(ticks, [400, 800, 1200, 1600, 2000, 2400]);
+    for tick in ticks.into_iter().map(|tick| tick as usize) {
+        let [before, after] = [tick - 1, tick].map(|tick| &recording.rows[tick]);
+        assert!(Cuts::from_bits(after.faults).has(Cut::Settings));
+        let step = after.wrench.force.distance(before.wrench.force);
+        assert!(step < 0.1, "{step} N in the tick of other settings, {tick}");
+    }
     assert_eq!(replayed(&file).expect("it can be replayed"), (3000, 3000));
 }
 
@@ -211,7 +217,7 @@ fn guided_probe_with_a_far_grip_goes_where_it_is_held() {
     let rotation = glam::DQuat::from_rotation_z(0.4);
     let goal = Pose { rotation, ..start.with_origin(grip_a) }.with_origin(-grip_a);
     let goal = Pose { translation: goal.translation + glam::DVec3::Z * 0.02, ..goal };
-    session.guide(Some(goal));
+    session.guide(Guide::Held(goal));
     run_to(&mut session, 1600);
     session.end().expect("it ends");
     let recording = read_recording(&file).expect("a recording");
@@ -230,7 +236,7 @@ fn two_tools_are_steered_recorded_on_demand_and_replayed_bit_for_bit() {
     run_to(&mut session, 700);
     let at = Pose { translation: session.stage().path.pose(0.3).translation, ..Pose::IDENTITY };
     assert!(session.can_guide());
-    session.guide(Some(at));
+    session.guide(Guide::Held(at));
     session.set_settings(&Settings { friction: Some(FRICTION), shading: Some(SHADING), ..paper }).expect("it can be");
     run_to(&mut session, 1500);
     session.set_settings(&usual).expect("it can be");

@@ -10,9 +10,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use anyhow::anyhow;
-use palpus::algebra::Pose;
 use palpus::render::Settings;
-use palpus_device::{DeviceSpec, HapticDevice, Newest, SpaceMouse, SpaceMouseError};
+use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, SpaceMouse, SpaceMouseError};
 use palpus_io::scene::FilePolicy;
 use palpus_window::{Cap, FileKind, Loading, Moment, Numbers, Painted, Preset, Run, Scene, Wanted};
 
@@ -151,6 +150,7 @@ impl Run for Steered<'_> {
             separation: live.separation,
             cuts: live.cuts,
             phase: live.phase,
+            way_out: live.way_out.map(|out| out.way),
         }
     }
 
@@ -175,10 +175,24 @@ impl Run for Steered<'_> {
         self.session.as_ref().is_some_and(Session::can_guide)
     }
 
-    fn guide(&mut self, held: Option<Pose>) {
+    fn guide(&mut self, guide: Guide) {
         if let Some(session) = &mut self.session {
-            session.guide(held);
+            session.guide(guide);
         }
+    }
+
+    fn hold(&mut self, held: bool) {
+        if let Some(session) = &self.session {
+            session.hold(held);
+        }
+    }
+
+    fn start(&self) -> Option<String> {
+        self.live.start_in_words()
+    }
+
+    fn waits_for(&self) -> Option<String> {
+        self.live.way_out.map(|out| out.words())
     }
 
     fn cap(&mut self) -> Cap {

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use clap::Parser;
 use palpus::algebra::Pose;
 use palpus::render::Settings;
+use palpus_device::Guide;
 use palpus_io::read_recording;
 use palpus_io::scene::FilePolicy;
 use palpus_window::{Cap, Loading, Run, Wanted};
@@ -51,7 +52,7 @@ fn a_run_is_steered_and_followed_by_another_scene_and_by_a_dropped_mesh() {
         until(&mut run, |run| run.numbers().ticks > 20);
         assert!(run.can_guide() && !run.is_over() && !run.closes_when_over());
         assert!(matches!(run.cap(), Cap::None | Cap::Unusable(_)));
-        run.guide(Some(Pose::IDENTITY));
+        run.guide(Guide::Held(Pose::IDENTITY));
         let paper = run.presets()[1].settings;
         run.set_settings(&paper).expect("it can be");
         assert_eq!(run.settings(), paper);

@@ -11,8 +11,8 @@ pub struct Reins {
     /// Ticks that a paused run may still make.
     ticks: AtomicU64,
     ended: AtomicBool,
-    /// [`HOLD_KEY`] while it is held.
-    held: AtomicU32,
+    /// Ticks for which [`HOLD_KEY`] is still held.
+    held: AtomicU64,
     /// [`REARM_KEY`] since it was pressed, until a tick has seen it.
     pressed: AtomicU32,
 }
@@ -36,9 +36,10 @@ impl Reins {
         }
     }
 
-    /// The program's own key for force is held, or let go of; it counts as a button of the device ([`HOLD_KEY`]).
-    pub fn hold(&self, held: bool) {
-        self.held.store(if held { HOLD_KEY } else { 0 }, Ordering::Relaxed);
+    /// The program's own key for force is held: it counts as a button of the device ([`HOLD_KEY`]) for so many ticks, unless this is
+    /// called again. So a window that hangs lets go. 0: nobody holds it.
+    pub fn hold(&self, ticks: u64) {
+        self.held.store(ticks, Ordering::Relaxed);
     }
 
     /// Gives a device that is latched after three faults its force back, once it is engaged; it counts as a button that is pressed
@@ -53,10 +54,13 @@ impl Reins {
         if pressed != 0 {
             self.pressed.store(0, Ordering::Relaxed);
         }
-        self.held.load(Ordering::Relaxed) | pressed
+        let fewer = |ticks: u64| ticks.checked_sub(1);
+        let held = self.held.fetch_update(Ordering::Relaxed, Ordering::Relaxed, fewer).is_ok();
+        pressed | if held { HOLD_KEY } else { 0 }
     }
 
-    /// The run ends before its next tick, and so does any other of the same loop.
+    /// The run ends, as soon as the wrench has faded out (a quarter of a second), or before its next tick where there is none; and so
+    /// does any other of the same loop.
     pub fn end(&self) {
         self.ended.store(true, Ordering::Relaxed);
     }
@@ -213,6 +217,70 @@ mod tests {
         let step = |_: &DeviceState, _| StepOutcome::of(Wrench::ZERO);
         let statistics = servo.run_in(&time, &mut device, step, &mut observe, &AtomicBool::new(false));
         assert_eq!((statistics.ticks, statistics.end, statistics.late_ticks), (56, RunEnd::Stopped, 0));
+    }
+
+    #[test]
+    fn a_key_is_held_for_force_and_another_one_rearms() {
+        let safety = SafetyOptions { engagement: Some(Engagement::DeadMan(HOLD_KEY)), ..Default::default() };
+        let mut servo = Servo::new(ServoOptions { duration: Some(3.0), safety, ..Default::default() }).unwrap();
+        let (reins, mut phases) = (servo.reins(), Vec::new());
+        let mut observe = |tick: &ServoTick, (): &()| {
+            phases.push(tick.phase);
+            match tick.index {
+                // Held for half a second, and renewed for another half.
+                100 | 600 => reins.hold(500),
+                2000 => reins.hold(600),
+                2300 => reins.hold(0),
+                _ => {}
+            }
+        };
+        let step = |_: &DeviceState, _| StepOutcome::of(Wrench::ZERO);
+        servo.run_in(&VirtualTime::default(), &mut simulated(), step, &mut observe, &AtomicBool::new(false));
+        let held = |tick: usize| (101..1101).contains(&tick) || (2001..2301).contains(&tick);
+        for (tick, phase) in phases.iter().enumerate() {
+            assert_eq!(*phase != Phase::Idle, held(tick), "{phase:?} in tick {tick}");
+        }
+
+        let mut servo = Servo::new(ServoOptions { duration: Some(4.0), ..Default::default() }).unwrap();
+        let (reins, mut phases) = (servo.reins(), Vec::new());
+        let mut observe = |tick: &ServoTick, (): &()| {
+            phases.push(tick.phase);
+            if tick.index == 3000 {
+                reins.rearm();
+            }
+        };
+        let mut count = 0;
+        let step = |_: &DeviceState, _| {
+            count += 1;
+            StepOutcome::of(Wrench {
+                force: DVec3::X * if count % 700 == 0 && count < 2200 { f64::NAN } else { 0.0 },
+                torque: DVec3::ZERO,
+            })
+        };
+        servo.run_in(&VirtualTime::default(), &mut simulated(), step, &mut observe, &AtomicBool::new(false));
+        assert!(phases[2099..=3000].iter().all(|phase| *phase == Phase::Latched));
+        assert_eq!((phases[2098], phases[3001], phases[3999]), (Phase::Engaged, Phase::Faulted, Phase::Engaged));
+    }
+
+    #[test]
+    fn ended_by_the_reins_the_wrench_fades_out() {
+        let mut servo = Servo::new(ServoOptions { duration: Some(3.0), ..Default::default() }).unwrap();
+        let (reins, mut ticks) = (servo.reins(), Vec::new());
+        let mut observe = |tick: &ServoTick, (): &()| {
+            ticks.push(*tick);
+            if tick.index == 500 {
+                reins.end();
+            }
+        };
+        let step = |_: &DeviceState, _| StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::Z * 0.5 });
+        let time = VirtualTime::default();
+        let ended = servo.run_in(&time, &mut simulated(), step, &mut observe, &AtomicBool::new(false));
+        assert_eq!((ended.end, ended.safety.faults(), ended.ticks), (RunEnd::Stopped, 0, 751));
+        for pair in ticks[500..].windows(2) {
+            let step = pair[0].wrench.force.z - pair[1].wrench.force.z;
+            assert!(pair[1].cuts.has(Cut::Ending) && (0.0..0.0021).contains(&step), "{step} N");
+        }
+        assert!(ticks[500].wrench.force.z > 0.4 && ticks[750].wrench.force.z < 0.003);
     }
 
     #[test]

@@ -2,11 +2,12 @@
 //!
 //! 1. While it is *held*, it goes where the person holds it: critically damped, and no faster than hands go. The script's time
 //!    stands still.
-//! 2. *Let go of*, it goes back in the same way to where it left the script, which then starts again, faster and faster until its time
+//! 2. *Released*, it holds nothing: it intends what the grip does, so that no force stays and contacts push the grip out freely.
+//! 3. *Given back*, it goes back in the same way to where it left the script, which then starts again, faster and faster until its time
 //!    runs as time does.
-//! 3. Never held, it is the script, to the bit.
+//! 4. Never held, it is the script, to the bit.
 //!
-//! So the intended pose has no step, whatever a mouse does. Once a tick the newest [`Guide`] is looked at; between ticks the motion is a
+//! So the intended pose has no step, whatever a mouse does, but for that by which a hand lets go. Once a tick the newest [`Guide`] is looked at; between ticks the motion is a
 //! closed form: the offset from a goal, e(t) = (e₀ + (v₀ + ω e₀) t) exp(−ω t), for translation, and for rotation as a rotation vector. A
 //! goal that is farther than 2 v/ω is taken to be that near, on the way to it: no faster than v is then how it is
 //! approached.
@@ -25,6 +26,8 @@ pub enum Guide {
     Script,
     /// Holds it: the hand intends this pose of the grip, in the device's frame.
     Held(Pose),
+    /// Lets go of it: the hand goes where the grip goes.
+    Released,
 }
 
 /// ω, 1/s: it is within a tenth of its way after 0.16 s.
@@ -46,7 +49,8 @@ const INSTANT: f64 = 1e-5;
 pub struct Guided<I> {
     script: I,
     guide: Newest<Guide>,
-    held: Option<Pose>,
+    /// The newest guide that could be meant.
+    guided: Guide,
     /// s: when the present goal and offset were set.
     from: f64,
     goal: Goal,
@@ -76,7 +80,7 @@ struct Offset {
 impl<I: Intent> Guided<I> {
     /// A hand that follows `script` unless `guide` says otherwise.
     pub fn new(script: I, guide: Newest<Guide>) -> Self {
-        Self { script, guide, held: None, from: 0.0, goal: Goal::Playing { lag: 0.0 }, offset: None }
+        Self { script, guide, guided: Guide::Script, from: 0.0, goal: Goal::Playing { lag: 0.0 }, offset: None }
     }
 
     /// Where the script stands at `time`, s, and how fast its time runs.
@@ -131,6 +135,13 @@ impl<I: Intent> Guided<I> {
         self.from = time;
     }
 
+    /// Intends at `time` what the grip does.
+    fn release(&mut self, grip: &Pose, time: f64) {
+        self.goal = Goal::Still { pose: *grip, at: self.script_time(time).0 };
+        self.offset = None;
+        self.from = time;
+    }
+
     /// Goes on from `time` along the script, at the pace that it has or from a stand.
     fn resume(&mut self, time: f64) {
         let (now, twist) = (self.pose(time), self.twist(time));
@@ -151,15 +162,17 @@ impl<I: Intent> Intent for Guided<I> {
         }
     }
 
-    fn begin(&mut self, time: f64) {
+    fn begin(&mut self, time: f64, grip: &Pose) {
         match self.guide.take() {
-            Some(Guide::Held(pose)) if pose.is_valid() => self.held = Some(*pose),
-            Some(Guide::Script) => self.held = None,
             // What is no pose cannot be meant.
-            Some(Guide::Held(_)) | None => {}
+            Some(Guide::Held(pose)) if !pose.is_valid() => {}
+            Some(guide) => self.guided = *guide,
+            None => {}
         }
-        if let Some(pose) = self.held {
-            return self.approach(&pose, time);
+        match self.guided {
+            Guide::Held(pose) => return self.approach(&pose, time),
+            Guide::Released => return self.release(grip, time),
+            Guide::Script => {}
         }
         match self.goal {
             Goal::Playing { .. } if self.offset.is_none() => {}
@@ -245,7 +258,7 @@ mod tests {
         let mut all = Vec::new();
         for tick in from..from + ticks {
             let time = f64::from(tick) * DT;
-            hand.begin(time);
+            hand.begin(time, &hand.pose(time));
             all.extend((0..BETWEEN).map(|k| hand.pose(time + DT * f64::from(k) / f64::from(BETWEEN))));
         }
         all
@@ -329,6 +342,27 @@ mod tests {
         let Goal::Playing { lag } = hand.goal else { unreachable!("it plays again") };
         assert!(hand.offset.is_none() && (1.0..3.0).contains(&lag), "{lag} s");
         assert_eq!(hand.pose(9.0), script(9.0 - lag));
+    }
+
+    #[test]
+    fn released_it_goes_where_the_grip_goes() {
+        let (mut hand, mut publisher) = hand();
+        poses(&mut hand, 0, 100);
+        publisher.publish(held(0.07));
+        poses(&mut hand, 100, 200);
+        publisher.publish(Guide::Released);
+        for tick in 300..400u32 {
+            let (time, grip) = (f64::from(tick) * DT, Pose::from_translation(DVec3::Y * 1e-4 * f64::from(tick)));
+            hand.begin(time, &grip);
+            assert_eq!(hand.pose(time + 0.5 * DT), grip);
+        }
+        // Taken again, it starts from there; given back, it finds its script.
+        publisher.publish(held(-0.05));
+        let taken = poses(&mut hand, 400, 1);
+        assert!(taken[0].translation.distance(DVec3::Y * 0.0399) < 1e-9);
+        publisher.publish(Guide::Script);
+        poses(&mut hand, 401, 4000);
+        assert!(matches!(hand.goal, Goal::Playing { .. }));
     }
 
     #[test]

@@ -7,8 +7,8 @@ pub trait Intent {
     /// The intended pose at `time` (s) in the device's frame: a pure function of time, until the next tick begins.
     fn pose(&self, time: f64) -> Pose;
 
-    /// A tick begins at `time`: whoever changes his mind does so now, and not by a step of the pose.
-    fn begin(&mut self, _time: f64) {}
+    /// A tick begins at `time`, with the grip at this pose: what the hand intends may change now.
+    fn begin(&mut self, _time: f64, _grip: &Pose) {}
 }
 
 impl<F: Fn(f64) -> Pose> Intent for F {

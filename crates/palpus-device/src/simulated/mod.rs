@@ -213,7 +213,7 @@ impl<I: Intent> SimulatedDevice<I> {
         let applied = self.written[self.settings.delay_ticks];
         let time = self.time();
         let period = self.uneven.as_mut().map_or(self.period, Periods::next);
-        self.intent.begin(time);
+        self.intent.begin(time, &self.pose);
         let intent = &self.intent;
         self.dynamics.advance(&mut self.pose, &mut self.twist, &applied, (time, period), |t| intent.pose(t));
         self.elapsed += period;

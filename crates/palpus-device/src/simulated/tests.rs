@@ -291,3 +291,26 @@ fn a_braked_device_damps_whatever_it_is_told() {
     run(&mut device, 10, pushed);
     assert!(device.true_twist().linear.x > 0.1);
 }
+
+#[test]
+fn letting_go_of_a_pressed_grip_leaves_no_force() {
+    let (mut publisher, guide) = crate::latest(Guide::Script);
+    let script = |_: f64| Pose::from_translation(DVec3::X * 0.01);
+    let mut device = SimulatedDevice::new(SimulationSettings::default(), Guided::new(script, guide)).unwrap();
+    let mut force = |guide: Guide, ticks: u32| {
+        publisher.publish(guide);
+        let mut last = 0.0;
+        for _ in 0..ticks {
+            let state = device.read().unwrap();
+            // A wall below x = 0.
+            last = (-500.0 * state.pose.translation.x).max(0.0);
+            device.write(&Wrench { torque: DVec3::ZERO, force: DVec3::X * last }).unwrap();
+        }
+        last
+    };
+    let pressed = force(Guide::Held(Pose::from_translation(DVec3::X * -0.03)), 1000);
+    assert!(pressed > 2.0, "{pressed}");
+    let released = force(Guide::Released, 1000);
+    // What dry friction bears.
+    assert!(released <= Apparatus::LIGHT_ARM.friction, "{released} N");
+}

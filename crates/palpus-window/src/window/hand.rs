@@ -5,12 +5,13 @@
 //! 2. *Keys*: arrows, PageUp and PageDown along the view's axes, with Ctrl about them.
 //! 3. *SpaceMouse*: along and about the view's axes, as fast as it is pushed.
 //!
-//! The first of these takes the probe over from the script where the device holds it then; the hand stays where it was left until it is
-//! given back. The probe follows by its springs, so it feels what is in its way: the drawn spring goes from where it is to where it is to be.
+//! The first of these takes the probe over from the script where the device holds it then. When the mouse lets go, the hand lets go: no
+//! force stays. What keys or a SpaceMouse moved stays where it was left. Both last until the probe is given back. The probe follows by its springs, so it feels what is in its way: the drawn spring goes from where it is to where it is to be.
 
 use eframe::egui::{self, Key, PointerButton, Pos2, Stroke};
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
+use palpus_device::Guide;
 
 use super::dress::thin;
 use super::pick::probe_at;
@@ -42,8 +43,8 @@ const LEAST_SPRING: f32 = 12.0;
 /// See the module's outline.
 #[derive(Default)]
 pub(super) struct Hand {
-    /// Where the probe is to be, world; none: where the script says.
-    held: Option<Pose>,
+    /// What the hand does; a pose is the probe's, world.
+    guide: Guide,
     grabbed: Option<Grab>,
     over_probe: bool,
     /// Where the spring ends on the probe, in its frame.
@@ -68,7 +69,7 @@ struct Motion {
 impl Hand {
     /// True while the probe is not the script's.
     pub(super) fn holds(&self) -> bool {
-        self.held.is_some()
+        self.guide != Guide::Script
     }
 
     /// True while the mouse is over the probe or drags it.
@@ -84,8 +85,8 @@ impl Hand {
     /// The hand follows its script again.
     pub(super) fn give_back(&mut self, run: &mut dyn Run) {
         self.grabbed = None;
-        if self.held.take().is_some() {
-            run.guide(None);
+        if std::mem::take(&mut self.guide) != Guide::Script {
+            run.guide(Guide::Script);
         }
     }
 
@@ -108,7 +109,7 @@ impl Hand {
         if !run.can_guide() {
             return false;
         }
-        let before = self.held;
+        let before = self.guide;
         let taken = self.mouse(ui, area, view, scene);
         let [right, up, back] = view.camera().axes();
         let frame = ui.input(|input| f64::from(input.stable_dt)).min(LONGEST_FRAME);
@@ -127,8 +128,8 @@ impl Hand {
                 }
             }
         }
-        if self.held != before {
-            run.guide(self.held);
+        if self.guide != before {
+            run.guide(self.guide);
         }
         taken
     }
@@ -147,7 +148,7 @@ impl Hand {
                 let turns = button == PointerButton::Secondary || modifiers.shift || modifiers.alt || modifiers.ctrl;
                 self.grabbed = Some(Grab { button, turns });
                 self.spring_a = point_a;
-                self.held.get_or_insert_with(|| of_device(scene));
+                self.guide = Guide::Held(self.held().unwrap_or_else(|| of_device(scene)));
             }
         }
         let Some(grab) = self.grabbed else {
@@ -170,30 +171,41 @@ impl Hand {
             };
             self.go(scene, &motion);
         } else {
-            self.grabbed = None;
+            self.let_go();
         }
         true
     }
 
+    /// The mouse does not hold the probe any more, and so nobody does.
+    fn let_go(&mut self) {
+        self.grabbed = None;
+        self.guide = Guide::Released;
+    }
+
+    /// Where the probe is to be, world, while it is held.
+    fn held(&self) -> Option<Pose> {
+        if let Guide::Held(pose) = self.guide { Some(pose) } else { None }
+    }
+
     /// Where the spring's free end is, world.
     fn target(&self) -> DVec3 {
-        self.held.map_or(DVec3::ZERO, |held| held.point(self.spring_a))
+        self.held().map_or(DVec3::ZERO, |held| held.point(self.spring_a))
     }
 
     /// Moves what is held, from where the device is if it was the script's.
     fn go(&mut self, scene: &Scene, motion: &Motion) {
-        if self.held.is_none() {
+        let held = self.held().unwrap_or_else(|| {
             self.spring_a = grip_a(scene);
-        }
-        let held = self.held.get_or_insert_with(|| of_device(scene));
+            of_device(scene)
+        });
         let pivot = held.point(self.spring_a);
         let translation = pivot + motion.turn * (held.translation - pivot) + motion.linear;
-        *held = Pose { rotation: (motion.turn * held.rotation).normalize(), translation };
+        self.guide = Guide::Held(Pose { rotation: (motion.turn * held.rotation).normalize(), translation });
     }
 
     /// Draws the spring from the probe to where it is to be.
     pub(super) fn draw(&self, ui: &egui::Ui, area: &Area, view: &View3d, scene: &Scene, ink: Rgb) {
-        let (Some(held), Some(probe)) = (self.held, scene.bodies.first()) else { return };
+        let (Some(held), Some(probe)) = (self.held(), scene.bodies.first()) else { return };
         let ends = [probe.pose.point(self.spring_a), held.point(self.spring_a)];
         let [Some(from), Some(to)] = ends.map(|end| view.seen_at(area, end)) else { return };
         let painter = ui.painter_at(area.rect);
@@ -276,11 +288,22 @@ mod tests {
     fn the_hand_takes_over_where_the_device_is_and_turns_about_the_grip() {
         let mut hand = Hand::default();
         hand.go(&scene(), &Motion { linear: DVec3::ZERO, turn: DQuat::from_rotation_x(0.5) });
-        let held = hand.held.expect("it holds");
+        let held = hand.held().expect("it holds");
         assert!((held.point(DVec3::Z) - DVec3::new(2.0, 2.0, 4.0)).length() < 1e-12, "the grip stays");
         hand.go(&scene(), &Motion { linear: DVec3::Y, turn: DQuat::IDENTITY });
-        let held = hand.held.expect("it holds");
+        let held = hand.held().expect("it holds");
         assert!((held.point(DVec3::Z) - DVec3::new(2.0, 3.0, 4.0)).length() < 1e-12, "and moves");
+    }
+
+    #[test]
+    fn letting_go_of_the_mouse_lets_go_of_the_probe() {
+        let mut hand = Hand::default();
+        hand.go(&scene(), &Motion { linear: DVec3::Y, turn: DQuat::IDENTITY });
+        hand.let_go();
+        assert!(hand.guide == Guide::Released && hand.holds(), "it is not the script's either");
+        // Taken again, it begins where the device is by then.
+        hand.go(&scene(), &Motion { linear: DVec3::ZERO, turn: DQuat::IDENTITY });
+        assert_eq!(hand.held().expect("it holds").translation, DVec3::new(2.0, 2.0, 3.0));
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What the window shows in a frame, and what mouse and keys do. The module's description has the outline.
 
 use eframe::egui::{self, CornerRadius, Frame, Margin, Panel, ScrollArea, Ui};
+use glam::DVec3;
 use palpus_device::Newest;
 
 use super::bar::{self, Bar};
@@ -47,6 +48,10 @@ pub(super) struct Interface<'a> {
     view_id: Option<egui::Id>,
     frozen: bool,
     help: bool,
+    /// What was told of the start of this run.
+    start: Option<String>,
+    /// World, m.
+    way_out: Option<DVec3>,
 }
 
 impl<'a> Interface<'a> {
@@ -77,6 +82,8 @@ impl<'a> Interface<'a> {
             view_id: None,
             frozen: false,
             help: false,
+            start: None,
+            way_out: None,
         })
     }
 
@@ -102,6 +109,14 @@ impl<'a> Interface<'a> {
         }
         let now = self.run.numbers();
         self.status.take(now);
+        self.way_out = now.way_out;
+        let start = self.run.start();
+        if start != self.start {
+            if let Some(words) = &start {
+                self.notices.complain(words);
+            }
+            self.start = start;
+        }
         let moment = self.moments.get();
         self.scene.pose_probes(moment);
         match &mut self.scene.moment {
@@ -236,6 +251,9 @@ impl<'a> Interface<'a> {
         }
         self.view.draw(ui, &area, &self.scene, &self.style, &[]);
         self.hand.draw(ui, &area, &self.view, &self.scene, self.style.theme.colours().ink);
+        if let Some(way) = self.way_out {
+            overlay::way_out(ui, &area, &self.view, &self.scene, way, self.style.theme.colours().ink);
+        }
         if has_focus {
             let stroke = egui::Stroke::new(1.0, ui.visuals().hyperlink_color);
             ui.painter().rect_stroke(area.rect, 0.0, stroke, egui::StrokeKind::Inside);
@@ -275,6 +293,8 @@ impl eframe::App for Interface<'_> {
         let is_open = self.opening.is_some();
         let chosen = context.memory(|memory| memory.focused()).is_some_and(|id| Some(id) != self.view_id);
         let mut actions = if is_open { Vec::new() } else { run_keys::asked(&context, chosen) };
+        let holds = context.input(|input| input.focused && input.key_down(run_keys::HOLD));
+        self.run.hold(holds && !is_open && !context.text_edit_focused());
         let height = ui.available_height();
         let margin =
             |side: i8, upright: i8| Frame::side_top_panel(ui.style()).inner_margin(Margin::symmetric(side, upright));

@@ -3,12 +3,13 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{self, Align2, FontId, ProgressBar, Rect, RichText, Ui, UiBuilder, pos2, vec2};
+use eframe::egui::{self, Align2, FontId, ProgressBar, Rect, RichText, Stroke, Ui, UiBuilder, pos2, vec2};
+use glam::DVec3;
 
 use super::dress::thin;
 use super::run::{Loading, Run};
 use super::run_keys::Action;
-use super::view3d::colour;
+use super::view3d::{Area, View3d, colour};
 use crate::picture::Rgb;
 use crate::scene::Scene;
 use crate::style::{Colours, Style};
@@ -21,6 +22,7 @@ const MARGIN: f32 = 14.0;
 const LINE: f32 = 21.0;
 const LETTERS: f32 = 14.5;
 const PROGRESS: f32 = 420.0;
+const LEAST_ARROW: f32 = 36.0;
 
 /// What there is to tell, from whatever thread.
 #[derive(Clone, Default)]
@@ -58,6 +60,17 @@ impl Notices {
         let span = if notice.is_error { TOLD_ERROR } else { TOLD };
         (notice.since.elapsed() < span).then(|| (notice.words.clone(), notice.is_error))
     }
+}
+
+/// An arrow from the grip to where it has to go before force comes.
+pub(super) fn way_out(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, way: DVec3, ink: Rgb) {
+    let Some(moment) = &scene.moment else { return };
+    let from = scene.moment_pose.point(moment.grip);
+    let [Some(tail), Some(tip)] = [from, from + way].map(|end| view.seen_at(area, end)) else { return };
+    let seen = tip - tail;
+    // A short way is drawn longer, along itself.
+    let arrow = seen.normalized() * seen.length().max(LEAST_ARROW);
+    ui.painter_at(area.rect).arrow(tail, arrow, Stroke::new(2.5, colour(ink)));
 }
 
 /// Below at the left: what the colours mean.

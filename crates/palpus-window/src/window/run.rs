@@ -7,9 +7,9 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
-use palpus::algebra::{Pose, Twist};
+use palpus::algebra::Twist;
 use palpus::render::Settings;
-use palpus_device::{Cuts, DeviceSpec, Newest, Phase};
+use palpus_device::{Cuts, DeviceSpec, Guide, Newest, Phase};
 
 use crate::moment::Moment;
 use crate::scene::Scene;
@@ -37,9 +37,18 @@ pub trait Run {
     /// True if a person at the window may move the probe: a simulated hand, not a device in a real one.
     fn can_guide(&self) -> bool;
 
-    /// The simulated hand intends this pose of the probe from now on, and goes there as fast as hands do; `None`: it goes back to its script.
-    /// Does nothing where the probe cannot be guided.
-    fn guide(&mut self, held: Option<Pose>);
+    /// The simulated hand intends this pose of the probe (its mesh's frame, world) from now on, and goes there as fast as hands do; or lets
+    /// go of it, or goes back to its script. Does nothing where the probe cannot be guided.
+    fn guide(&mut self, guide: Guide);
+
+    /// Told in every frame: the key for force is held, or not.
+    fn hold(&mut self, held: bool);
+
+    /// What to tell at once of a probe that began inside the part, if it did.
+    fn start(&self) -> Option<String>;
+
+    /// What has to be done before force comes, where that is known.
+    fn waits_for(&self) -> Option<String>;
 
     /// How far a SpaceMouse is being pushed, if there is one to guide the probe with.
     fn cap(&mut self) -> Cap;
@@ -142,6 +151,8 @@ pub struct Numbers {
     pub cuts: Cuts,
     /// Where the engagement stands.
     pub phase: Phase,
+    /// From where the probe is to where force can come, world, m: while that is waited for and known.
+    pub way_out: Option<DVec3>,
 }
 
 impl Default for Numbers {
@@ -163,6 +174,7 @@ impl Default for Numbers {
             separation: f64::INFINITY,
             cuts: Cuts::NONE,
             phase: Phase::default(),
+            way_out: None,
         }
     }
 }

@@ -86,8 +86,12 @@ const SHORTCUTS: [Shortcut; 24] = [
     once(Group::View, Key::T, Action::Glass, "T", "see through the environment"),
 ];
 
-/// What the mouse does, and the keys that move the probe.
-const MOUSE: [(&str, &str); 13] = [
+/// Where a device's button is to be held for force, this may be held instead.
+pub(super) const HOLD: Key = Key::G;
+
+/// What the mouse does, and the keys that are held.
+const MOUSE: [(&str, &str); 14] = [
+    ("G, held", "force, where a button is to be held; or after faults"),
     ("drag the probe", "moves it, by a spring"),
     ("right drag, Shift drag", "turns it; with Ctrl, rolls it"),
     ("wheel while dragging", "nearer, farther"),
@@ -170,7 +174,7 @@ mod tests {
     #[test]
     fn no_key_means_two_things() {
         let own = SHORTCUTS.iter().map(|shortcut| shortcut.key);
-        let all: Vec<Key> = own.chain(SCENE_KEYS.iter().map(|known| known.0)).collect();
+        let all: Vec<Key> = own.chain(SCENE_KEYS.iter().map(|known| known.0)).chain([HOLD]).collect();
         for (k, key) in all.iter().enumerate() {
             assert!(!all[k + 1..].contains(key), "{key:?}");
         }

@@ -62,6 +62,7 @@ impl Status {
         } else {
             said(self.now.phase)
         };
+        let waits_for = run.waits_for();
         let colours = theme.colours();
         let lamp = match (is_well, run.is_paused() || run.is_over()) {
             (true, false) => colours.disjoint,
@@ -74,7 +75,7 @@ impl Status {
             ui.label(large(words));
         });
         let rate = if self.now.rate_hz > 0.0 { format!(", {:.0} Hz", self.now.rate_hz) } else { String::new() };
-        ui.label(small(format!("{}{rate}", run.device().name)));
+        ui.label(small(waits_for.unwrap_or_else(|| format!("{}{rate}", run.device().name))));
         self.numbers(ui);
         let cuts: Vec<&str> = self.cuts().map(Cut::name).collect();
         let words = if cuts.is_empty() { String::new() } else { format!("cut: {}", cuts.join(", ").replace('_', " ")) };
@@ -126,11 +127,11 @@ impl Status {
 fn said(phase: Phase) -> (&'static str, bool) {
     match phase {
         Phase::Engaged => ("engaged", true),
-        Phase::Idle => ("press its button", true),
+        Phase::Idle => ("hold its button, or G", true),
         Phase::Waiting => ("out of contact first", false),
         Phase::Ramping => ("engaging", true),
         Phase::Faulted => ("a fault: no force", false),
         Phase::Stopped => ("stopped by a fault", false),
-        Phase::Latched => ("faults: press R", false),
+        Phase::Latched => ("faults: press G", false),
     }
 }

@@ -1,0 +1,35 @@
+//! What a person says at the terminal of a run without a window.
+
+use std::io::{IsTerminal, stdin};
+use std::sync::Arc;
+
+use palpus_device::Reins;
+
+/// Lets a person give a latched device its force back, by `r` and Enter.
+pub(super) fn take(reins: Arc<Reins>) {
+    if !stdin().is_terminal() {
+        return;
+    }
+    // Nobody waits for this thread: it may stand in a read for ever.
+    std::thread::spawn(move || {
+        if !is_left_alone() {
+            return;
+        }
+        let lines = stdin().lines().map_while(Result::ok);
+        lines.filter(|line| line.trim() == "r").for_each(|_| reins.rearm());
+    });
+}
+
+/// Has a read fail where a shell runs the program in the background: the terminal would stop it, and the loop with it.
+#[cfg(unix)]
+fn is_left_alone() -> bool {
+    use nix::sys::signal::{SigSet, Signal};
+    let mut asked = SigSet::empty();
+    asked.add(Signal::SIGTTIN);
+    asked.thread_block().is_ok()
+}
+
+#[cfg(not(unix))]
+fn is_left_alone() -> bool {
+    true
+}
