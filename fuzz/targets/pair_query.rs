@@ -1,22 +1,10 @@
 //! Two small bodies on a way of any poses: contacts are finite and true to themselves, with and without proofs, patches and a
-//! deadline; and the nearest pair is.
+//! bounded work; and the nearest pair is.
 #![no_main]
 
-use std::cell::Cell;
-
-use palpus::algebra::{Clock, Deadline, Pose};
+use palpus::algebra::{NoClock, Pose, Work};
 use palpus::force::{PairQuery, Proof};
 use palpus_fuzz::{Allowance, Bytes, Seed, check, target};
-
-/// A clock of which each look takes a while.
-struct Slow(Cell<u64>, u64);
-
-impl Clock for Slow {
-    fn now_ns(&self) -> u64 {
-        self.0.set(self.0.get() + self.1);
-        self.0.get()
-    }
-}
 
 fn run(data: &[u8]) {
     let mut bytes = Bytes::new(data);
@@ -34,7 +22,6 @@ fn run(data: &[u8]) {
     if hurried {
         query = query.with_holding();
     }
-    let clock = Slow(Cell::new(0), u64::from(bytes.byte()));
     let scale = a.size().max(b.size());
     let tolerance = scale * bytes.between(1e-6, 0.3);
     let mut pose = Pose::IDENTITY;
@@ -46,8 +33,8 @@ fn run(data: &[u8]) {
         } else {
             bytes.pose(0.5 * scale)
         };
-        let until = if hurried { clock.now_ns() + 4 * u64::from(bytes.short()) } else { u64::MAX };
-        let mut counters = query.run_until(&a, &b, &pose, tolerance, &Deadline::at(&clock, until));
+        let work = Work::of(hurried.then(|| u64::from(bytes.short()) / 16));
+        let mut counters = query.run_within(&a, &b, &pose, tolerance, &work.all(), &NoClock);
         let size = a.size() + b.size() + pose.translation.length();
         assert!(query.contacts().len() <= capacity);
         check::contacts(query.contacts(), tolerance, size);

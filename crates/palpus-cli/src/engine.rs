@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
-use palpus::render::{Limits, ProbeState, Renderer, Settings, SettingsError, TickSummary};
+use palpus::render::{Limits, Pacer, ProbeState, Renderer, Settings, SettingsError, TickSummary};
 use palpus_alloc::allocations_of_this_thread;
 use palpus_device::{DeviceState, Newest, Publisher, StepOutcome};
 use palpus_window::Moment;
@@ -23,6 +23,7 @@ pub(crate) struct Engine {
     asked: Option<Newest<Settings>>,
     /// Settings of which no detail has told yet.
     untold: Option<Settings>,
+    pacer: Option<Pacer>,
 }
 
 /// What a step says beside its wrench.
@@ -52,6 +53,7 @@ impl Engine {
             live: None,
             asked: None,
             untold: None,
+            pacer: None,
         })
     }
 
@@ -116,6 +118,16 @@ impl Engine {
         self.untold = Some(*self.renderer.settings());
     }
 
+    /// Each step's work is bounded, so that it takes at most about `target_ns`.
+    pub(crate) fn pace(&mut self, target_ns: u64) {
+        self.pacer = Some(Pacer::new(target_ns));
+    }
+
+    /// The next step may do so much work; see [`Renderer::allow`].
+    pub(crate) fn allow(&mut self, work: Option<u64>) {
+        self.renderer.allow(work);
+    }
+
     /// The device can give no more than `available` from now on.
     pub(crate) fn set_available(&mut self, available: &Limits) {
         self.renderer.set_available(available);
@@ -128,7 +140,13 @@ impl Engine {
         let settings = *self.renderer.settings();
         let grip_a = settings.grip_a;
         let probe = self.frame.probe(state, grip_a);
+        if let Some(pacer) = &self.pacer {
+            self.renderer.allow(Some(pacer.allowance()));
+        }
         let tick = self.renderer.step(&probe, dt, &self.clock);
+        if let Some(pacer) = &mut self.pacer {
+            pacer.learn(tick);
+        }
         self.shots.take(tick.index, |moment| moment.fill(tick, 0.0, grip_a));
         if let Some(live) = &mut self.live {
             live.publish_with(|moment| moment.fill(tick, tick.index as f64 * dt, grip_a));

@@ -16,11 +16,6 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
     if let Some(notice) = &recording.notice {
         output::note(format!("note: {notice}"));
     }
-    if recording.header.scene.render.time_budget.is_some() {
-        output::note(
-            "note: recorded with a time budget; steps that ran out of time were cut short by a clock and come out differently",
-        );
-    }
     let places = Places {
         recording: &arguments.recording,
         meshes: &arguments.meshes,

@@ -27,7 +27,7 @@ pub enum Fit {
     Drawer,
     /// A key with a square shaft of 6 mm in a through hole, twisted about its shaft.
     Key,
-    /// A peg of 10 mm × 6 mm put into its hole and tilted about x.
+    /// A peg of 10 mm × 6 mm, tilted about x in its hole.
     Peg,
 }
 
@@ -51,7 +51,7 @@ impl Fit {
             Self::Slot => "a 2 mm plate is twisted in a slot of 2.2 mm: two flush faces on each side",
             Self::Drawer => "a drawer with 0.3 mm of play is tilted in its frame and held",
             Self::Key => "a square key with 0.05 mm of play is twisted in its hole",
-            Self::Peg => "a square peg with 0.015 mm of play goes into its hole and is tilted in it",
+            Self::Peg => "a square peg with 0.015 mm of play is tilted in its hole",
         }
     }
 
@@ -192,15 +192,13 @@ impl FlushCase {
                 (place, place + DVec3::new(0.0002, 0.0, 0.0), DVec3::X)
             }
         };
-        let above = if self.fit == Fit::Peg { free + DVec3::Z * 0.018 } else { free };
-        let (outside, inside) = (at(above, axis, 0.0), at(free, axis, 0.0));
+        let inside = at(free, axis, 0.0);
         vec![
-            Key::rest(0.0, outside),
+            Key::rest(0.0, inside),
             Key::rest(1.0, inside),
             Key::rest(REST_START, at(held, axis, self.twist)),
             Key::rest(REST_END, at(held, axis, self.twist)),
             Key::rest(4.6, inside),
-            Key::rest(5.4, outside),
         ]
     }
 }

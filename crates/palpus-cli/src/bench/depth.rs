@@ -11,7 +11,7 @@ use anyhow::anyhow;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose};
 use palpus::body::{Body, BodySettings};
-use palpus::force::{Contact, PairQuery, Proof, Tilted, tilt_share};
+use palpus::force::{Contact, PairQuery, Proof, TiltShares, Tilted};
 use palpus::render::Settings;
 use palpus_scenes::shape;
 
@@ -100,7 +100,9 @@ fn middle(contacts: &[Contact]) -> Option<DVec3> {
             pieces: [contact.piece_a, contact.piece_b],
         })
         .collect();
-    let load = |i: usize| tilt_share(i, &corners) * corners[i].engagement;
+    let mut shares = TiltShares::new(corners.len());
+    shares.run(&corners);
+    let load = |i: usize| shares.shares()[i] * corners[i].engagement;
     let whole: f64 = (0..corners.len()).map(load).sum();
     (whole > 0.0).then(|| (0..corners.len()).map(|i| corners[i].place * load(i)).sum::<DVec3>() / whole)
 }

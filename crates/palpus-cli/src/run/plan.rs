@@ -18,6 +18,9 @@ use crate::rerun::one::{check_poses, state};
 use crate::stage::Stage;
 use crate::{devices, faults, output, safety};
 
+/// Of the period: what a step should take where the scene says nothing. The rest is for the device, the recorder and a busy machine.
+const STEP_SHARE: f64 = 0.6;
+
 /// A run that can begin.
 pub(crate) struct Plan {
     /// Of the scene.
@@ -86,9 +89,18 @@ impl Plan {
         self.device.spec()
     }
 
+    /// ns: what a step of it should take; `None` if it keeps nobody's time.
+    pub(super) fn target_ns(&self) -> Option<u64> {
+        let share = (STEP_SHARE * 1e9 / self.rate_hz) as u64;
+        (self.options.timing == Timing::RealTime).then(|| self.settings.time_budget.unwrap_or(share))
+    }
+
     /// An engine for it. `steerable`: with all that changes of settings may need later on.
     pub(crate) fn engine(&self, steerable: bool) -> anyhow::Result<Engine> {
-        let engine = Engine::new(&self.stage, self.settings)?;
+        let mut engine = Engine::new(&self.stage, self.settings)?;
+        if let Some(target) = self.target_ns() {
+            engine.pace(target);
+        }
         Ok(if steerable { engine.with_surfaces(self.stage.crease_angle()) } else { engine })
     }
 

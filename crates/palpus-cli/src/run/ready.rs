@@ -26,8 +26,11 @@ impl Ready {
         };
         let other = second_arguments(arguments)?;
         let plans = [Plan::new(arguments, name, stage, in_window)?, Plan::new(&other, name, second, in_window)?];
-        let engine =
+        let mut engine =
             TwoEngine::new(plans.each_ref().map(|plan| &plan.stage), plans.each_ref().map(|plan| plan.settings))?;
+        if let Some(target) = plans[0].target_ns() {
+            engine.pace(target);
+        }
         let engine = if in_window { engine.with_surfaces(plans[0].stage.crease_angle()) } else { engine };
         Ok(Self::Two(Box::new((plans, engine))))
     }

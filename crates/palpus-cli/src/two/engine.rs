@@ -1,6 +1,6 @@
 //! Two tools as the step of a servo loop: both devices' states in, a wrench for each out.
 
-use palpus::render::{Duo, Limits, Settings, SettingsError};
+use palpus::render::{Duo, Limits, Pacer, Settings, SettingsError};
 use palpus_alloc::allocations_of_this_thread;
 use palpus_device::{DeviceState, Newest, Publisher, StepOutcome, ToolOutcome};
 use palpus_window::Moment;
@@ -22,6 +22,7 @@ pub(crate) struct TwoEngine {
     /// Settings of which no detail has told yet.
     untold: [Option<Settings>; 2],
     crease_angle: Option<f64>,
+    pacer: Option<Pacer>,
 }
 
 impl TwoEngine {
@@ -41,6 +42,7 @@ impl TwoEngine {
             asked: None,
             untold: [None; 2],
             crease_angle,
+            pacer: None,
         })
     }
 
@@ -108,6 +110,16 @@ impl TwoEngine {
         self.untold = self.duo.settings().map(|settings| Some(*settings));
     }
 
+    /// Each step's work is bounded, so that it takes at most about `target_ns`.
+    pub(crate) fn pace(&mut self, target_ns: u64) {
+        self.pacer = Some(Pacer::new(target_ns));
+    }
+
+    /// The next step may do so much work; see [`Duo::allow`].
+    pub(crate) fn allow(&mut self, work: Option<u64>) {
+        self.duo.allow(work);
+    }
+
     /// The devices can give no more than `available` from now on.
     pub(crate) fn set_available(&mut self, available: &[Limits; 2]) {
         self.duo.set_available(available);
@@ -119,7 +131,14 @@ impl TwoEngine {
         let changed = [0, 1].map(|which| self.changed(which).or(self.untold[which].take()));
         let grips = self.duo.settings().map(|settings| settings.grip_a);
         let probes = [0, 1].map(|which| self.frame.probe(&states[which], grips[which]));
-        let index = self.duo.step(&probes, dt, &self.clock)[0].index;
+        if let Some(pacer) = &self.pacer {
+            self.duo.allow(Some(pacer.allowance()));
+        }
+        let tick = &self.duo.step(&probes, dt, &self.clock)[0];
+        if let Some(pacer) = &mut self.pacer {
+            pacer.learn(tick);
+        }
+        let index = tick.index;
         let duo = &self.duo;
         self.shots.take(index, |moment| fill(moment, duo, dt));
         if let Some(live) = &mut self.live {

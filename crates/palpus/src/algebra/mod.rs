@@ -12,9 +12,10 @@ mod spatial;
 mod spatial_matrix;
 mod symmetric;
 pub mod tolerance;
+mod work;
 mod workers;
 
-pub use clock::{Clock, Deadline, NoClock};
+pub use clock::{Clock, NoClock};
 pub use closest::{SegmentSegment, closest_on_segment, closest_on_triangle, closest_segment_segment};
 pub use definite::solve_definite;
 pub use plane::Plane;
@@ -23,4 +24,5 @@ pub use rotation::{rotation_between, rotation_vector};
 pub use spatial::{Twist, Wrench};
 pub use spatial_matrix::SpatialMatrix;
 pub use symmetric::eigen;
+pub use work::{Quota, Work};
 pub use workers::{Alone, Workers, both, map_in_order};

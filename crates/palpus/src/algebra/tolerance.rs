@@ -761,10 +761,10 @@ pub const CANCELLED_NORMAL: f64 = 1e-6;
 /// The corner that two pieces share comes from each with its own rounding. Larger lets the second of two near contacts vanish.
 pub const TILT_SAME: f64 = 1e-9;
 
-/// Contacts that smooth clustering lets meet, each with each: the deepest.
+/// Contacts that smooth clustering lets meet, each with each ([`crate::force::LinkageSettings::most`]).
 ///
-/// Bounds the tick: 256 contacts take some 60 µs, 100 some 10, by the square of their number. Fewer let the place of a force that many
-/// contacts share jump by more where one takes another's place: by at most one part in this many of what they span.
+/// Bounds the step after the query: 256 contacts take some 0.3 ms in all. Fewer let the place of a force that many
+/// contacts share jump by more where one takes another's place: by at most one part in half this many of what they span.
 pub const CROWD_MOST: usize = 256;
 
 // force: friction (friction)
@@ -886,3 +886,37 @@ pub const COUPLING_SETTLED: f64 = 0.01;
 ///
 /// A few roundings, so that "never beyond the limit" holds to the last bit. Larger gives force away.
 pub const SATURATION_ROUNDING: f64 = 1e-15;
+
+/// In units of [`crate::algebra::Work`], which are what it takes to look at a pair of nodes: a march begun.
+///
+/// Whoever sets the allowance measures what a unit costs, so these only need to be right among each
+/// other, within a factor of two or so: the parts of a query then share the allowance as they share the time.
+pub const WORK_MARCH: u64 = 2;
+
+/// A step of a march or of a depth walk.
+pub const WORK_STEP: u64 = 1;
+
+/// A leaf pair answered: whose surface it is, and whether the depth is believed.
+pub const WORK_ANSWER: u64 = 6;
+
+/// A depth walk begun, with its search for a normal that both pieces own.
+pub const WORK_WALK: u64 = 20;
+
+/// A patch found, and each of its corners.
+pub const WORK_PATCH: u64 = 12;
+
+/// Share by which a pacer's estimates follow a step that took longer.
+pub const PACE_DEARER: f64 = 0.25;
+
+/// Share by which they follow one that took less time: a second or so.
+pub const PACE_CHEAPER: f64 = 1e-3;
+
+/// ns for a unit of work, before any was measured. Rather too much: the first steps then do less, and
+/// no force is on yet.
+pub const PACE_FIRST_PRICE: f64 = 100.0;
+
+/// Units: less work than this takes too little time to say what a unit costs.
+pub const PACE_TELLING: u64 = 500;
+
+/// Units that a query may always do, so that it gets on however late the loop is.
+pub const PACE_LEAST_WORK: u64 = 200;

@@ -17,8 +17,8 @@
 //! A frame so costs what is in contact and what is due, however large the models. The answer is that of the full
 //! traversal: both split the same pairs by the same tests, but the front knows for most that their test would fail.
 //!
-//! A query may be given a *deadline*. Due pairs have the first half of the time, since what they find is new; then those awake are marched, in
-//! turns from query to query, for a quarter of the rest, since what follows takes longer than a march does. What is left is as
+//! A query may be given a [`Quota`] of work. Due pairs have the first half of it, since what they find is new; then those awake are
+//! marched, in turns from query to query, for a quarter of the rest, since what follows costs more than a march does. What is left is as
 //! overdue next time, and is looked at then; meanwhile
 //! [`Front::unseen_separation`] says how near a pair that was not looked at can be, and the list of those unvisited which contacts were not.
 //!
@@ -44,7 +44,7 @@ use super::thickness::Thickness;
 use super::wakes::{BLOCK, WakeBoard};
 use super::{LeafPair, LeafPairs, Side, StopReason, Traversal, TraversalCounters};
 use crate::algebra::tolerance::{FRONT_JUMP, PACE_FADE};
-use crate::algebra::{Clock, Deadline, NoClock, Placement};
+use crate::algebra::{Placement, Quota, Work};
 use crate::body::{Feature, FeaturePair, NodeKind};
 use pair::{NONE, Pair, State};
 
@@ -146,35 +146,35 @@ impl Front {
         tolerance: f64,
         found: &mut LeafPairs,
     ) -> TraversalCounters {
-        self.within_until(a, b, pose_ba, tolerance, &Deadline::never(NoClock), found)
+        self.within_quota(a, b, pose_ba, tolerance, &Work::unlimited().all(), found)
     }
 
-    /// The same, as far as one gets until the deadline, and at least one pair farther than last time.
-    pub fn within_until<C: Clock>(
+    /// The same, as far as one gets with `quota`, and at least one pair farther than last time.
+    pub fn within_quota(
         &mut self,
         a: Side<'_>,
         b: Side<'_>,
         pose_ba: &Placement,
         tolerance: f64,
-        deadline: &Deadline<C>,
+        quota: &Quota<'_>,
         found: &mut LeafPairs,
     ) -> TraversalCounters {
-        self.answer(&Query { a, b, pose_ba, tolerance, thinner_than: f64::INFINITY }, deadline, found)
+        self.answer(&Query { a, b, pose_ba, tolerance, thinner_than: f64::INFINITY }, quota, found)
     }
 
     /// The same, of pairs one of whose pieces is thinner than `thinner_than` (model units); the others are as overdue at the next query.
     #[allow(clippy::too_many_arguments, reason = "the six of every query, and of what it is content with")]
-    pub(crate) fn thin_within_until<C: Clock>(
+    pub(crate) fn thin_within_quota(
         &mut self,
         a: Side<'_>,
         b: Side<'_>,
         pose_ba: &Placement,
         tolerance: f64,
         thinner_than: f64,
-        deadline: &Deadline<C>,
+        quota: &Quota<'_>,
         found: &mut LeafPairs,
     ) -> TraversalCounters {
-        self.answer(&Query { a, b, pose_ba, tolerance, thinner_than }, deadline, found)
+        self.answer(&Query { a, b, pose_ba, tolerance, thinner_than }, quota, found)
     }
 
     /// The thickness of the thinner of two pieces, model units: the least width along one of its faces' normals.
@@ -187,23 +187,18 @@ impl Front {
         self.thickness[0].of_all().min(self.thickness[1].of_all())
     }
 
-    fn answer<C: Clock>(
-        &mut self,
-        query: &Query<'_>,
-        deadline: &Deadline<C>,
-        found: &mut LeafPairs,
-    ) -> TraversalCounters {
+    fn answer(&mut self, query: &Query<'_>, quota: &Quota<'_>, found: &mut LeafPairs) -> TraversalCounters {
         let mut counters = TraversalCounters::default();
         found.clear();
         self.full.begin_tick();
         self.move_on(query, &mut counters);
         let before = self.awake.len();
-        // With nothing awake, all of the time is for what is due.
+        // With nothing awake, all of it is for what is due.
         let done = match before {
-            0 => self.wake_due(query, deadline, found, &mut counters),
-            _ => self.wake_due(query, &deadline.halfway(), found, &mut counters),
+            0 => self.wake_due(query, quota, found, &mut counters),
+            _ => self.wake_due(query, &quota.half(), found, &mut counters),
         };
-        self.visit_awake(query, before, &deadline.halfway().halfway(), found, &mut counters);
+        self.visit_awake(query, before, &quota.half().half(), found, &mut counters);
         if !done {
             counters.postponed += self.wakes.count_below(self.blocks(), self.odometer.sum());
         }
@@ -212,7 +207,7 @@ impl Front {
     }
 
     /// Every pair of pieces that was neither found nor left for a later turn is at least this far apart (model units); minus
-    /// infinity when nothing is known yet. Not less than the tolerance unless the deadline has passed.
+    /// infinity when nothing is known yet. Not less than the tolerance unless the quota was spent.
     pub fn unseen_separation(&self) -> f64 {
         let least = self.wakes.least(self.blocks());
         if least >= self.odometer.sum() {
@@ -239,7 +234,7 @@ impl Front {
         self.pairs.len()
     }
 
-    /// The next query begins with the leaf pair at `place`, for which there was no time after its march.
+    /// The next query begins with the leaf pair at `place`, for which nothing was left after its march.
     pub(crate) fn resume_at(&mut self, place: u32) {
         if let Some(k) = self.awake.iter().position(|&awake| awake == place) {
             self.awake.rotate_left(k);

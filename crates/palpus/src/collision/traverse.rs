@@ -16,6 +16,7 @@
 use glam::DVec3;
 
 use crate::algebra::Placement;
+use crate::algebra::tolerance::{WORK_MARCH, WORK_STEP};
 use crate::body::{Feature, FeaturePair, Hierarchy, Node, NodeKind, Polytope, Provenance};
 
 use super::bounds::{box_gap, sphere_gap};
@@ -63,10 +64,18 @@ pub struct TraversalCounters {
     pub merged: u32,
     /// Pairs that were searched in full since the front had no room to split them.
     pub crowded: u32,
-    /// Pairs of the front that were due or awake and were left for the next query, since the deadline had passed.
+    /// Pairs of the front that were due or awake and were left for the next query, since the work allowed was done.
     pub postponed: u32,
     /// 1 if the front began anew: in the first query, after a jump, or when it was told to forget.
     pub restarted: u32,
+}
+
+impl TraversalCounters {
+    /// What all this comes to, in units of [`crate::algebra::Work`].
+    pub fn work(&self) -> u64 {
+        let marches = WORK_MARCH * (u64::from(self.hull_tests) + u64::from(self.leaf_tests));
+        u64::from(self.node_pairs) + marches + WORK_STEP * u64::from(self.march_steps)
+    }
 }
 
 impl std::ops::AddAssign for TraversalCounters {

@@ -18,7 +18,7 @@
 //!    no overlap, and its patch is that stretch.
 //! 4. *One of each*: corners that coincide are one; the exact witness joins if none of them is as deep.
 //!
-//! How much a corner counts is not decided here. [`crate::force::tilt_share`] does, for all contacts of a
+//! How much a corner counts is not decided here. [`crate::force::TiltShares`] does, for all contacts of a
 //! pair of bodies at once, by the range of tilts (up to the slope) for which the bodies would stand on
 //! it. A corner that comes or goes, by sliding, turning or tilting, does so with a share of zero:
 //! it then coincides with another one, lies on the line between two, or its face is as steep as the slope.

@@ -28,7 +28,7 @@ use std::cmp::Ordering;
 use glam::DVec3;
 
 use super::Contact;
-use super::tilt::{Tilted, tilt_share};
+use super::tilt::{TiltShares, Tilted};
 use link::{Cell, Run};
 
 /// What makes contacts one cluster.
@@ -40,6 +40,9 @@ pub struct LinkageSettings {
     pub radius: f64,
     /// rad, at most π: opening of the cone that must hold the normals of a cluster; `None` never cuts.
     pub split_angle: Option<f64>,
+    /// The most contacts that are clustered. Of more, half are the deepest, and half the deepest of those that push
+    /// elsewhere than these: what stops the tool when it is thrown back.
+    pub most: usize,
 }
 
 /// What happened to the contacts of one run.
@@ -47,7 +50,7 @@ pub struct LinkageSettings {
 pub struct LinkageCounters {
     /// Contacts that found a cluster.
     pub admitted: u32,
-    /// Contacts left out because there were more than the capacity; each was shallower than all that stayed.
+    /// Contacts left out because there were more than the capacity, or than [`LinkageSettings::most`].
     pub dropped: u32,
     /// Contacts left out because one of their numbers was not finite.
     pub non_finite: u32,
@@ -75,6 +78,7 @@ pub struct Linkage {
     normals: Vec<DVec3>,
     /// The corners of the patch whose middle is looked for.
     corners: Vec<Tilted>,
+    tilts: TiltShares,
     /// Per rank: contacts of different labels are never linked.
     labels: Vec<u32>,
     /// Union–find over ranks; the root of a component is its smallest rank.
@@ -92,6 +96,19 @@ pub struct Linkage {
     to_leader: Vec<f64>,
 }
 
+/// Cosine of 60°: contacts that push along directions farther apart push elsewhere.
+const ELSEWHERE: f64 = 0.5;
+
+/// Puts the `count` deepest of `order` first, in no order.
+fn deepest_first(order: &mut [u32], count: usize, contacts: &[Contact]) {
+    if count < order.len() {
+        order.select_nth_unstable_by(count, |&i, &j| {
+            let (first, second) = (&contacts[i as usize], &contacts[j as usize]);
+            first.separation.total_cmp(&second.separation).then_with(|| canonical(first, second))
+        });
+    }
+}
+
 impl Linkage {
     /// Memory for clusters of at most `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
@@ -101,6 +118,7 @@ impl Linkage {
             points: Vec::with_capacity(capacity),
             normals: Vec::with_capacity(capacity),
             corners: Vec::with_capacity(capacity),
+            tilts: TiltShares::new(capacity),
             labels: Vec::with_capacity(capacity),
             parents: Vec::with_capacity(capacity),
             cells: Vec::with_capacity(capacity),
@@ -122,7 +140,7 @@ impl Linkage {
         settings: &LinkageSettings,
         mut direction: impl FnMut(&Contact) -> DVec3,
     ) -> LinkageCounters {
-        let mut counters = self.admit(contacts, settings.tolerance);
+        let mut counters = self.admit(contacts, settings);
         self.place_in_order(contacts, &mut direction);
         if settings.radius > 0.0 {
             self.draw_together(contacts);
@@ -169,13 +187,13 @@ impl Linkage {
     }
 
     /// Step 1. Keeps at most twice the capacity, and of these the deepest when full, so that the work stays linear.
-    fn admit(&mut self, contacts: &[Contact], tolerance: f64) -> LinkageCounters {
+    fn admit(&mut self, contacts: &[Contact], settings: &LinkageSettings) -> LinkageCounters {
         let mut counters = LinkageCounters::default();
         self.order.clear();
         for (i, contact) in contacts.iter().enumerate() {
             if !contact.is_finite() {
                 counters.non_finite += 1;
-            } else if contact.separation < tolerance {
+            } else if contact.separation < settings.tolerance {
                 if self.order.len() == 2 * self.capacity {
                     self.keep_deepest(contacts);
                 }
@@ -184,19 +202,41 @@ impl Linkage {
             }
         }
         self.keep_deepest(contacts);
+        self.seat(contacts, settings.most);
         counters.dropped = counters.admitted - self.order.len() as u32;
         counters.admitted = self.order.len() as u32;
         counters
     }
 
     fn keep_deepest(&mut self, contacts: &[Contact]) {
-        if self.order.len() > self.capacity {
-            self.order.select_nth_unstable_by(self.capacity, |&i, &j| {
-                let (first, second) = (&contacts[i as usize], &contacts[j as usize]);
-                first.separation.total_cmp(&second.separation).then_with(|| canonical(first, second))
-            });
-            self.order.truncate(self.capacity);
+        deepest_first(&mut self.order, self.capacity, contacts);
+        self.order.truncate(self.capacity);
+    }
+
+    /// Leaves `most` of the contacts.
+    fn seat(&mut self, contacts: &[Contact], most: usize) {
+        if self.order.len() <= most {
+            return;
         }
+        let half = most.div_ceil(2);
+        deepest_first(&mut self.order, half, contacts);
+        let (deepest, others) = self.order.split_at_mut(half);
+        let normal = |i: u32| contacts[i as usize].normal;
+        let pushed = deepest.iter().map(|&i| normal(i)).sum::<DVec3>().normalize_or_zero();
+        // Those that push elsewhere come before the rest.
+        let mut turned = 0;
+        for k in 0..others.len() {
+            if normal(others[k]).dot(pushed) < ELSEWHERE {
+                others.swap(k, turned);
+                turned += 1;
+            }
+        }
+        let seats = most - half;
+        deepest_first(&mut others[..turned], seats, contacts);
+        if turned < seats {
+            deepest_first(&mut others[turned..], seats - turned, contacts);
+        }
+        self.order.truncate(most);
     }
 
     /// Step 2.
@@ -221,8 +261,8 @@ impl Linkage {
             if patch.len() > 1 {
                 self.corners.clear();
                 self.corners.extend(patch.iter().map(|&i| contacts[i as usize].unloaded()));
-                let middle: DVec3 =
-                    (0..patch.len()).map(|k| self.corners[k].place * tilt_share(k, &self.corners)).sum();
+                let shares = self.tilts.run(&self.corners);
+                let middle: DVec3 = self.corners.iter().zip(shares).map(|(corner, share)| corner.place * *share).sum();
                 self.points[ranks].fill(middle);
             }
         }

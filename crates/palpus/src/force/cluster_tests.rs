@@ -8,7 +8,8 @@ use super::{Contact, Linkage, LinkageSettings};
 const SEED: u64 = 0x0C1A_57E2;
 const TOLERANCE: f64 = 1e-3;
 const RADIUS: f64 = 4e-3;
-const PAPER: LinkageSettings = LinkageSettings { tolerance: TOLERANCE, radius: RADIUS, split_angle: None };
+const PAPER: LinkageSettings =
+    LinkageSettings { tolerance: TOLERANCE, radius: RADIUS, split_angle: None, most: usize::MAX };
 const CUT: LinkageSettings = LinkageSettings { split_angle: Some(2.269), ..PAPER };
 
 /// Components of eq. 2 by repeated relabelling: every contact within the tolerance gets the least index that it reaches.
@@ -232,4 +233,39 @@ fn what_does_not_fit_is_counted_and_the_deepest_stay() {
     assert_eq!(shallowest.to_bits(), depths[19].to_bits());
     assert_eq!(linkage.run(&[], &PAPER, |contact| contact.normal).admitted, 0);
     assert!(linkage.is_empty());
+}
+
+#[test]
+fn of_too_many_the_deepest_stay_and_those_that_push_elsewhere() {
+    let mut random = Random(SEED ^ 9);
+    let settings = LinkageSettings { radius: 0.0, most: 40, ..PAPER };
+    // A hundred press on a floor; thirty face the ceiling, farther away than any of these.
+    let contacts: Vec<Contact> = (0..130)
+        .map(|k| {
+            let (normal, near) = if k < 100 { (DVec3::Z, 0.0) } else { (DVec3::NEG_Z, 5e-4) };
+            contact((k, k), random.point(0.05), normal, near + random.between(0.0, 4e-4))
+        })
+        .collect();
+    let (linkage, counters) = {
+        let mut linkage = Linkage::new(200);
+        let counters = linkage.run(&contacts, &settings, |contact| contact.normal);
+        (linkage, counters)
+    };
+    assert_eq!((counters.admitted, counters.dropped), (40, 90));
+    for (range, seats) in [(0..100u32, 20), (100..130, 20)] {
+        let mut by_depth: Vec<u32> = range.clone().collect();
+        let separation = |i: &u32| contacts[*i as usize].separation;
+        by_depth.sort_by(|i, j| separation(i).total_cmp(&separation(j)));
+        let mut expected = by_depth[..seats].to_vec();
+        let mut found: Vec<u32> = linkage.members().iter().copied().filter(|i| range.contains(i)).collect();
+        expected.sort_unstable();
+        found.sort_unstable();
+        assert_eq!(found, expected, "seed {SEED:#x}");
+    }
+    // Where none push elsewhere, the deepest have all seats.
+    let mut linkage = Linkage::new(200);
+    linkage.run(&contacts[..100], &settings, |contact| contact.normal);
+    let deepest = |i: &u32| contacts[*i as usize].separation;
+    let worst = linkage.members().iter().map(deepest).fold(0.0, f64::max);
+    assert_eq!(contacts[..100].iter().filter(|contact| contact.separation <= worst).count(), 40);
 }

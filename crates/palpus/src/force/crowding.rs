@@ -6,7 +6,7 @@
 //! those that push the same way have together the force of the deepest of them,
 //!
 //! F = Σᵢ k αᵢ wᵢ · (maxⱼ κᵢⱼ wⱼ / Σⱼ κᵢⱼ αⱼ wⱼ) · nᵢ, with w the engagements (t − d, or with a tool its skin less d, where
-//! positive), κᵢⱼ = (nᵢ·nⱼ)²₊, and α the tilt shares ([`tilt_share`]), 1 for a contact that is no corner of a patch.
+//! positive), κᵢⱼ = (nᵢ·nⱼ)²₊, and α the tilt shares ([`TiltShares`]), 1 for a contact that is no corner of a patch.
 //!
 //! * κᵢᵢ = 1: a contact alone keeps all of its force. k contacts with one direction push as one: what eq. 3–5 of \[K02\] say of a
 //!   cluster, force, direction and point, holds of them exactly.
@@ -29,54 +29,57 @@
 //! contacts for one, is ½ k (max w)²: E(w, 0) = E(w, w) leaves nothing for a second contact to add on the way. Its force acts at
 //! the deepest contact and jumps to the next. Continuity is paid for with a field that can do work around a loop.
 //!
-//! 1. *Cut*: of more than [`CROWD_MOST`] contacts the deepest remain. The one that leaves is as deep as the one that enters, so that
-//!    no size jumps, and the place by at most one part in that many.
-//! 2. *Tilt*: the tilt share of each.
-//! 3. *Share*: every contact looks at every other. Where none of its direction pushes yet, as if the nearest did.
+//! 1. *Tilt*: the tilt share of each.
+//! 2. *Share*: every contact looks at every other. Where none of its direction pushes yet, as if the nearest did.
 //!
 //! The contacts come in canonical order, so that sums do not depend on how the query found them. All memory is obtained by
 //! [`Crowding::new`].
 
-use super::tilt::{Tilted, tilt_share};
-use crate::algebra::tolerance::CROWD_MOST;
+use glam::DVec3;
 
+use super::tilt::{TiltShares, Tilted};
 /// Shares of the last run, and the memory to find them.
 #[derive(Clone, Debug)]
 pub struct Crowding {
-    /// Which contacts are the deepest.
-    deepest: Vec<u32>,
-    /// Those.
-    met: Vec<Tilted>,
-    /// Their tilt shares.
-    tilts: Vec<f64>,
+    tilts: TiltShares,
+    /// The contacts as others see them: first those that push.
+    seen: Vec<Seen>,
+    /// How many push.
+    pushing: usize,
     shares: Vec<f64>,
+}
+
+/// What others see of a contact.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    direction: DVec3,
+    separation: f64,
+    engagement: f64,
+    tilt: f64,
 }
 
 impl Crowding {
     /// Memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
-        let most = capacity.min(CROWD_MOST);
         Self {
-            deepest: Vec::with_capacity(capacity),
-            met: Vec::with_capacity(most),
-            tilts: Vec::with_capacity(most),
+            tilts: TiltShares::new(capacity),
+            seen: Vec::with_capacity(capacity),
+            pushing: 0,
             shares: Vec::with_capacity(capacity),
         }
     }
 
-    /// The share of its own force that each contact keeps; 0 for those that were cut, and for those that others of
-    /// their surface surround. Contacts that do not push yet get the share that they will have when they do, together with all that are no
+    /// The share of its own force that each contact keeps; 0 for those that others of their surface surround. Contacts that do not push yet get the share that they will have when they do, together with all that are no
     /// more than `ahead` (m) farther than the nearest.
     ///
     /// They stand in [`Self::shares`] until the next run.
     pub fn run(&mut self, crowd: &[Tilted], ahead: f64) -> &[f64] {
-        self.cut(crowd);
-        self.tilts.clear();
-        self.tilts.extend((0..self.met.len()).map(|i| tilt_share(i, &self.met)));
+        self.tilts.run(crowd);
+        self.look(crowd);
         self.shares.clear();
-        self.shares.resize(crowd.len(), 0.0);
-        for (&i, (one, tilt)) in self.deepest.iter().zip(self.met.iter().zip(&self.tilts)) {
-            self.shares[i as usize] = tilt * self.share(one, ahead);
+        for (one, &tilt) in crowd.iter().zip(self.tilts.shares()) {
+            let share = if tilt > 0.0 { tilt * self.share(one, ahead) } else { 0.0 };
+            self.shares.push(share);
         }
         &self.shares
     }
@@ -86,52 +89,49 @@ impl Crowding {
         &self.shares
     }
 
-    /// Step 1.
-    fn cut(&mut self, crowd: &[Tilted]) {
-        self.deepest.clear();
-        self.deepest.extend(0..crowd.len() as u32);
-        if crowd.len() > CROWD_MOST {
-            let separation = |i: u32| crowd[i as usize].separation;
-            self.deepest
-                .select_nth_unstable_by(CROWD_MOST, |&i, &j| separation(i).total_cmp(&separation(j)).then(i.cmp(&j)));
-            self.deepest.truncate(CROWD_MOST);
-            self.deepest.sort_unstable();
-        }
-        self.met.clear();
-        self.met.extend(self.deepest.iter().map(|&i| crowd[i as usize]));
+    /// What others see, those that push first.
+    fn look(&mut self, crowd: &[Tilted]) {
+        let seen = crowd.iter().zip(self.tilts.shares()).map(|(contact, &tilt)| {
+            let Tilted { direction, separation, engagement, .. } = *contact;
+            Seen { direction, separation, engagement, tilt }
+        });
+        self.seen.clear();
+        self.seen.extend(seen.clone().filter(|one| one.engagement > 0.0));
+        self.pushing = self.seen.len();
+        self.seen.extend(seen.filter(|one| one.engagement <= 0.0));
     }
 
-    /// Step 3: the greatest κ w of the crowd over the sum of κ α w, as `one` sees them.
+    /// Step 2: the greatest κ w of the crowd over the sum of κ α w, as `one` sees them.
     fn share(&self, one: &Tilted, ahead: f64) -> f64 {
-        let felt = self.sum(one, |other| other.engagement);
-        if felt.0 > 0.0 {
+        let (most, sum) = felt(one, &self.seen[..self.pushing], |other| other.engagement);
+        if most > 0.0 {
             // None bears more than all would; one without load is told no more than its own.
-            return if felt.1 > 0.0 { felt.0 / felt.1 } else { 1.0 };
+            return if sum > 0.0 { most / sum } else { 1.0 };
         }
-        let alike = self.met.iter().filter(|other| kernel(one, other) > 0.0);
+        let alike = self.seen.iter().filter(|other| one.direction.dot(other.direction) > 0.0);
         let nearest = alike.map(|other| other.separation).fold(one.separation, f64::min);
-        let (most, sum) = self.sum(one, |other| (nearest + ahead - other.separation).max(0.0));
+        let (most, sum) = felt(one, &self.seen, |other| (nearest + ahead - other.separation).max(0.0));
         if sum > 0.0 { most / sum } else { 1.0 }
-    }
-
-    /// The greatest κ w and the sum of κ α w.
-    fn sum(&self, one: &Tilted, engagement: impl Fn(&Tilted) -> f64) -> (f64, f64) {
-        // Four at a time, which is how a processor likes it: the order of the sum is always the same.
-        let (mut sums, mut most) = ([0.0; 4], [0.0; 4]);
-        for (four, tilts) in self.met.chunks(4).zip(self.tilts.chunks(4)) {
-            for (k, (other, tilt)) in four.iter().zip(tilts).enumerate() {
-                let felt = kernel(one, other) * engagement(other);
-                sums[k] += tilt * felt;
-                most[k] = if felt > most[k] { felt } else { most[k] };
-            }
-        }
-        (most.into_iter().fold(0.0, f64::max), sums[0] + sums[1] + sums[2] + sums[3])
     }
 }
 
-/// κ of two contacts, from 0 to 1.
-fn kernel(one: &Tilted, other: &Tilted) -> f64 {
-    let alike = one.direction.dot(other.direction).max(0.0);
+/// The greatest κ w and the sum of κ α w of `others`.
+fn felt(one: &Tilted, others: &[Seen], engagement: impl Fn(&Seen) -> f64) -> (f64, f64) {
+    // Four at a time, which is how a processor likes it: the order of the sum is always the same.
+    let (mut sums, mut most) = ([0.0; 4], [0.0; 4]);
+    for four in others.chunks(4) {
+        for (k, other) in four.iter().enumerate() {
+            let size = kernel(one.direction, other.direction) * engagement(other);
+            sums[k] += other.tilt * size;
+            most[k] = if size > most[k] { size } else { most[k] };
+        }
+    }
+    (most.into_iter().fold(0.0, f64::max), sums[0] + sums[1] + sums[2] + sums[3])
+}
+
+/// κ of contacts that push along these directions, from 0 to 1.
+fn kernel(one: DVec3, other: DVec3) -> f64 {
+    let alike = one.dot(other).max(0.0);
     alike * alike
 }
 
@@ -139,7 +139,6 @@ fn kernel(one: &Tilted, other: &Tilted) -> f64 {
 mod tests {
     use super::super::testing::Random;
     use super::*;
-    use glam::DVec3;
 
     const SEED: u64 = 0xC20D;
 
@@ -175,7 +174,7 @@ mod tests {
             let mut crowding = Crowding::new(n);
             let shares = crowding.run(&crowd, 0.0);
             for (one, share) in crowd.iter().zip(shares) {
-                let felt = |other: &Tilted| kernel(one, other) * other.engagement;
+                let felt = |other: &Tilted| kernel(one.direction, other.direction) * other.engagement;
                 let most = crowd.iter().map(felt).fold(one.engagement, f64::max);
                 let expected = most / crowd.iter().map(felt).sum::<f64>();
                 assert!((share - expected).abs() < 1e-9, "seed {SEED:#x}, round {round}");
@@ -234,7 +233,8 @@ mod tests {
         let mut random = Random(SEED ^ 2);
         for round in 0..500 {
             let crowd = toward_z(&mut random, 30, 0.3);
-            let least = crowd.iter().flat_map(|a| crowd.iter().map(|b| kernel(a, b))).fold(1.0, f64::min);
+            let least =
+                crowd.iter().flat_map(|a| crowd.iter().map(|b| kernel(a.direction, b.direction))).fold(1.0, f64::min);
             let deepest = crowd.iter().map(|contact| contact.engagement).fold(0.0, f64::max);
             let mut crowding = Crowding::new(30);
             let sizes: f64 = crowd.iter().zip(crowding.run(&crowd, 0.0)).map(|(c, share)| c.engagement * share).sum();
@@ -267,24 +267,6 @@ mod tests {
         let coarse = dome(1);
         for rings in [3, 9, 21] {
             assert!((dome(rings) / coarse - 1.0).abs() < 0.05, "{rings}: {} and {coarse}", dome(rings));
-        }
-    }
-
-    #[test]
-    fn of_too_many_the_deepest_remain_and_the_size_does_not_jump() {
-        let mut random = Random(SEED ^ 3);
-        let mut crowd = toward_z(&mut random, CROWD_MOST + 80, 0.1);
-        let mut crowding = Crowding::new(crowd.len());
-        let left_out = crowding.run(&crowd, 0.0).iter().filter(|share| **share == 0.0).count();
-        assert_eq!(left_out, 80);
-        // One contact rises through the cut.
-        crowd[7] = single(crowd[7].direction, 0.0);
-        let mut last = push(&crowd);
-        for _ in 0..2000 {
-            crowd[7] = single(crowd[7].direction, crowd[7].engagement + 1e-6);
-            let now = push(&crowd);
-            assert!((now - last).length() < 1e-5, "seed {SEED:#x}: {last} to {now}");
-            last = now;
         }
     }
 }

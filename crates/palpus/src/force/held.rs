@@ -1,43 +1,41 @@
-//! The contacts of the last tick, carried to this tick's pose: what is felt of a pair for which there was no time.
+//! The contacts of the last tick, carried to this tick's pose: what is felt of a pair that was not
+//! looked at anew.
 //!
-//! 1. A contact is kept as two points, one in each body's frame, and its normal, in the frame of the body whose face it is
-//!    (else b's).
-//! 2. At the next pose the points and the normal go with their bodies, and the separation is measured anew: it is the gap between the two
-//!    supports along the normal.
+//! 1. A contact, or each corner of a patch, is kept as two points, one in each body's frame, and its
+//!    normal, in the frame of the body whose face it is (else b's).
+//! 2. At the next pose the points and the normal go with their bodies, and the separation is the
+//!    distance of the two points along the normal.
 //!
-//! No direction separates two convex pieces by more than their distance, and none needs less motion than their depth. So the separation is
-//! never more than the true one: a contact may be felt a little too soon or too hard, by the square of how far its normal has turned.
+//! A distance changes as its witness points move apart along its normal, and so does a depth: the
+//! separation is right to first order in the motion. All that it says is what was true of this pair,
+//! so no contact pushes that was not there.
 
 use glam::DVec3;
 
 use super::Contact;
 use super::contact::points_about;
 use crate::algebra::Placement;
-use crate::body::{Feature, FeaturePair, Polytope};
-
-/// What is known of a pair from the last tick.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Held {
-    /// Nothing.
-    Unknown,
-    /// That it was no contact.
-    NoContact,
-    /// Where its contact is now.
-    Contact(Contact),
-}
+use crate::body::{Feature, FeaturePair};
 
 /// The last contacts of the pairs at the places of a front.
 #[derive(Clone, Debug, Default)]
 pub(super) struct HeldContacts {
     entries: Vec<Entry>,
+    /// Contacts that were kept in the last tick, and in this one.
+    last: Vec<Carried>,
+    now: Vec<Carried>,
     tick: u64,
 }
 
+/// What is known of the pair at a place.
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     pieces: [u32; 2],
+    /// In which it was kept.
     tick: u64,
-    contact: Option<Carried>,
+    /// Its contacts among those of that tick.
+    first: u32,
+    count: u32,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -49,25 +47,22 @@ struct Carried {
     point_b: DVec3,
     normal: DVec3,
     turns_with_a: bool,
-    /// Vertices near the supports.
-    hub: [u32; 2],
+    slope: f64,
 }
 
 impl HeldContacts {
-    /// Memory for pairs at `places` places.
-    pub(super) fn new(places: usize) -> Self {
-        let entry = Entry { pieces: [u32::MAX; 2], tick: 0, contact: None };
-        Self { entries: vec![entry; places], tick: 1 }
-    }
-
-    /// True if it was made for any place at all.
-    pub(super) fn has_memory(&self) -> bool {
-        !self.entries.is_empty()
+    /// Memory for pairs at `places` places, with `capacity` contacts in all.
+    pub(super) fn new(places: usize, capacity: usize) -> Self {
+        let entry = Entry { pieces: [u32::MAX; 2], tick: 0, first: 0, count: 0 };
+        let carried = || Vec::with_capacity(capacity);
+        Self { entries: vec![entry; places], last: carried(), now: carried(), tick: 1 }
     }
 
     /// What was not kept in the last tick is forgotten.
     pub(super) fn begin_tick(&mut self) {
         self.tick += 1;
+        std::mem::swap(&mut self.last, &mut self.now);
+        self.now.clear();
     }
 
     /// Forgets everything.
@@ -75,67 +70,70 @@ impl HeldContacts {
         self.tick += 2;
     }
 
-    /// Keeps what the pair of pieces at `place` was found to be.
-    pub(super) fn keep(
-        &mut self,
-        place: u32,
-        pieces: [u32; 2],
-        contact: Option<&Contact>,
-        (piece_a, piece_b): (&Polytope, &Polytope),
-        pose_ba: &Placement,
-    ) {
-        let carried = contact.map(|contact| {
-            let turns_with_a = matches!(contact.features.a, Feature::Face(_));
-            Carried {
-                features: contact.features,
-                point_a: pose_ba.inverse_point(contact.point_a),
-                point_b: contact.point_b,
-                normal: if turns_with_a { pose_ba.inverse_vector(contact.normal) } else { contact.normal },
-                turns_with_a,
-                hub: [contact.features.a.some_vertex(piece_a), contact.features.b.some_vertex(piece_b)],
-            }
-        });
-        if let Some(entry) = self.entries.get_mut(place as usize) {
-            *entry = Entry { pieces, tick: self.tick, contact: carried };
+    /// Keeps which contacts the pair of pieces at `place` has.
+    pub(super) fn keep(&mut self, place: u32, pieces: [u32; 2], contacts: &[Contact], pose_ba: &Placement) {
+        let Some(entry) = self.entries.get_mut(place as usize) else { return };
+        if contacts.len() > self.now.capacity() - self.now.len() {
+            return;
         }
+        *entry = Entry { pieces, tick: self.tick, first: self.now.len() as u32, count: contacts.len() as u32 };
+        self.now.extend(contacts.iter().map(|contact| Carried::of(contact, pose_ba)));
     }
 
-    /// What was kept of the pair in the last tick, at this tick's pose; it counts as kept in this tick.
+    /// Adds to `found` the contacts nearer than `tolerance` that were kept of the pair in the last tick, at this tick's pose, and keeps
+    /// them in this tick as well; answers how many it added, `None` if nothing is known of the pair.
     pub(super) fn carry(
         &mut self,
         place: u32,
         pieces: [u32; 2],
-        (piece_a, piece_b): (&Polytope, &Polytope),
         pose_ba: &Placement,
         tolerance: f64,
-    ) -> Held {
-        let tick = self.tick;
-        let Some(entry) = self.entries.get_mut(place as usize) else { return Held::Unknown };
-        if entry.tick + 1 < tick || entry.pieces != pieces {
-            return Held::Unknown;
+        found: &mut Vec<Contact>,
+    ) -> Option<u32> {
+        let entry = self.entries.get_mut(place as usize)?;
+        let room = self.now.capacity() - self.now.len();
+        if entry.tick + 1 != self.tick || entry.pieces != pieces || entry.count as usize > room {
+            return None;
         }
-        entry.tick = tick;
-        let Some(carried) = &mut entry.contact else { return Held::NoContact };
-        let normal = if carried.turns_with_a { pose_ba.vector(carried.normal) } else { carried.normal };
-        let down = -pose_ba.inverse_vector(normal);
-        let support_a = piece_a.support_from(carried.hub[0], down);
-        let support_b = piece_b.support_from(carried.hub[1], normal);
-        carried.hub = [support_a, support_b];
-        let separation = normal.dot(pose_ba.point(piece_a.vertex(support_a)) - piece_b.vertex(support_b));
-        if separation >= tolerance {
-            return Held::NoContact;
+        let known = entry.first as usize..(entry.first + entry.count) as usize;
+        (entry.tick, entry.first) = (self.tick, self.now.len() as u32);
+        self.now.extend_from_slice(&self.last[known.clone()]);
+        let before = found.len();
+        let room = found.capacity() - before;
+        let contacts = self.last[known].iter().map(|carried| carried.at(pieces, pose_ba));
+        found.extend(contacts.filter(|contact| contact.separation < tolerance).take(room));
+        Some((found.len() - before) as u32)
+    }
+}
+
+impl Carried {
+    fn of(contact: &Contact, pose_ba: &Placement) -> Self {
+        let turns_with_a = matches!(contact.features.a, Feature::Face(_));
+        Self {
+            features: contact.features,
+            point_a: pose_ba.inverse_point(contact.point_a),
+            point_b: contact.point_b,
+            normal: if turns_with_a { pose_ba.inverse_vector(contact.normal) } else { contact.normal },
+            turns_with_a,
+            slope: contact.slope,
         }
-        let midpoint = pose_ba.point(carried.point_a).midpoint(carried.point_b);
-        let [point_a, point_b] = points_about(midpoint, normal, separation);
-        Held::Contact(Contact {
+    }
+
+    /// The contact where the bodies are now.
+    fn at(&self, pieces: [u32; 2], pose_ba: &Placement) -> Contact {
+        let normal = if self.turns_with_a { pose_ba.vector(self.normal) } else { self.normal };
+        let point_a = pose_ba.point(self.point_a);
+        let separation = normal.dot(point_a - self.point_b);
+        let [point_a, point_b] = points_about(point_a.midpoint(self.point_b), normal, separation);
+        Contact {
             piece_a: pieces[0],
             piece_b: pieces[1],
-            features: carried.features,
+            features: self.features,
             point_a,
             point_b,
             normal,
             separation,
-            slope: 0.0,
-        })
+            slope: self.slope,
+        }
     }
 }

@@ -28,4 +28,4 @@ pub use penalty::{Centers, NetWrench, PenaltySettings, normal_force};
 pub use representative::{Cluster, represent};
 pub use shading::{ShadingSettings, SmoothNormal, shade};
 pub use smooth_body::SmoothBody;
-pub use tilt::{Tilted, tilt_share};
+pub use tilt::{TiltShares, Tilted};

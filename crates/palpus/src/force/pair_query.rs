@@ -35,7 +35,8 @@ use super::Contact;
 use super::belief::{LastOverlap, corrected, is_believed, is_believed_beyond};
 use super::guard::Guard;
 use super::held::HeldContacts;
-use crate::algebra::{Clock, Deadline, Placement, Pose};
+use crate::algebra::tolerance::WORK_ANSWER;
+use crate::algebra::{Clock, Placement, Pose, Quota, Work};
 use crate::body::{Body, Polytope};
 use crate::collision::{Front, LeafPairs, Proximity, Side};
 use crate::depth::{AdmissibleScratch, Patch, WalkScratch};
@@ -68,7 +69,7 @@ pub struct PairQuery {
     patch_slope: Option<f64>,
     patch: Patch,
     held: HeldContacts,
-    /// The leaf pair with which the next query begins, if time has run out.
+    /// The leaf pair with which the next query begins, if the quota was spent.
     resume: Option<u32>,
     unseen_separation: f64,
 }
@@ -121,14 +122,9 @@ impl PairQuery {
         self.patch_slope = angle.map(f64::tan);
     }
 
-    /// True if there is memory to hold contacts when a deadline passes.
-    pub fn can_hold(&self) -> bool {
-        self.held.has_memory()
-    }
-
-    /// The same, with memory to hold contacts when a deadline passes: see [`Self::run_until`].
+    /// The same, with memory to hold contacts of pairs for which the quota does not suffice: see [`Self::run_within`].
     pub fn with_holding(self) -> Self {
-        let held = HeldContacts::new(self.front.places());
+        let held = HeldContacts::new(self.front.places(), self.contacts.capacity());
         Self { held, ..self }
     }
 
@@ -141,35 +137,37 @@ impl PairQuery {
     ///
     /// The answer stands in [`Self::contacts`] until the next query.
     pub fn run(&mut self, a: &Body, b: &Body, pose_ba: &Pose, tolerance: f64, clock: &impl Clock) -> QueryCounters {
-        self.run_until(a, b, pose_ba, tolerance, &Deadline::never(clock))
+        self.run_within(a, b, pose_ba, tolerance, &Work::unlimited().all(), clock)
     }
 
-    /// The same, but when the deadline passes, pairs that were not reached are answered from the last query and come first in the next.
+    /// The same with at most about `quota` of work: pairs that were not reached are answered from the last query and come first in the
+    /// next.
     ///
     /// A contact of the last query is *held*: carried along with the bodies, its separation measured anew along its normal
-    /// (`held`), which is never more than the true one. Pairs that were not in contact may be nearer by now than the tolerance, but
+    /// (`held`), which is right to first order in the motion. Pairs that were not in contact may be nearer by now than the tolerance, but
     /// not nearer than [`Self::unseen_separation`]. No contact is made of the hulls of whole parts: that of a cup is
     /// full, and a spoon in it would be thrown out.
-    pub fn run_until<C: Clock>(
+    pub fn run_within(
         &mut self,
         a: &Body,
         b: &Body,
         pose_ba: &Pose,
         tolerance: f64,
-        deadline: &Deadline<C>,
+        quota: &Quota<'_>,
+        clock: &impl Clock,
     ) -> QueryCounters {
-        let begin = deadline.now_ns();
+        let begin = clock.now_ns();
         let mut counters = QueryCounters::default();
         let asked = Asked { a, b, pose_ba: *pose_ba, place: pose_ba.placement(), tolerance };
-        let thin = self.sub_steps(&asked, deadline, &mut counters);
+        let thin = self.sub_steps(&asked, quota, &mut counters);
         self.move_to(&asked, thin);
         let place = &asked.place;
-        counters.traversal = self.front.within_until(side(a), side(b), place, tolerance, deadline, &mut self.leaves);
-        let middle = deadline.now_ns();
+        counters.traversal = self.front.within_quota(side(a), side(b), place, tolerance, quota, &mut self.leaves);
+        let middle = clock.now_ns();
         counters.query_ns = middle - begin;
         self.held.begin_tick();
         self.unseen_separation = f64::INFINITY;
-        let doubtful = self.answer_leaves(&asked, deadline, &mut counters);
+        let doubtful = self.answer_leaves(&asked, quota, &mut counters);
         self.hold_unvisited(&asked, &mut counters);
         self.hold_overlap(&asked, doubtful, &mut counters);
         let all = self.contacts.len();
@@ -185,28 +183,28 @@ impl PairQuery {
         if counters.traversal.postponed > 0 {
             self.unseen_separation = self.unseen_separation.min(self.front.unseen_separation());
         }
-        counters.depth_ns = deadline.now_ns() - middle;
+        counters.depth_ns = clock.now_ns() - middle;
         counters
     }
 
-    /// The contacts of the leaf pairs, until the deadline; answers the shallowest of those that were not believed.
-    fn answer_leaves<C: Clock>(
-        &mut self,
-        asked: &Asked<'_>,
-        deadline: &Deadline<C>,
-        counters: &mut QueryCounters,
-    ) -> Option<Contact> {
+    /// The contacts of the leaf pairs, as far as the quota goes; answers the shallowest of those that were not believed.
+    fn answer_leaves(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Option<Contact> {
         let Asked { a, b, place, tolerance, .. } = asked;
         self.contacts.clear();
         self.inadmissible.clear();
         let mut doubtful = None;
         for k in 0..self.leaves.as_slice().len() {
             let leaf = self.leaves.as_slice()[k];
-            if k > 0 && deadline.passed() {
+            if k > 0 && quota.is_spent() {
                 self.hold_the_rest(asked, k, counters);
                 break;
             }
             let known = self.contacts.len();
+            if known == self.contacts.capacity() {
+                counters.traversal.dropped += (self.leaves.as_slice().len() - k) as u32;
+                break;
+            }
+            let before = counters.work();
             match self.contact(asked, &leaf, counters) {
                 Found::Nothing => counters.virtual_closest += 1,
                 Found::Admissible(contact) if is_believed_beyond(a, b, place, &contact, *tolerance) => {
@@ -223,6 +221,7 @@ impl PairQuery {
                 }
             }
             self.keep(asked, &leaf, known, counters);
+            quota.spend(WORK_ANSWER + counters.work() - before);
         }
         doubtful
     }
@@ -250,7 +249,7 @@ impl PairQuery {
         self.contacts.extend(stands_in.into_iter().take(room));
     }
 
-    /// What the last query did not look at since its deadline had passed is at least this far apart, model units: infinite when it
+    /// What the last query did not look at since its quota was spent is at least this far apart, model units: infinite when it
     /// looked at everything, minus infinite when it had just begun.
     ///
     /// Contacts that are held, and pairs that were none at their last visit since only virtual features were near, are looked at in this

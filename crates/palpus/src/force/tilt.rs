@@ -52,9 +52,26 @@ pub struct Tilted {
     pub pieces: [u32; 2],
 }
 
+/// The tilt shares of a crowd, and the memory to find them.
+///
+/// Corners of one patch stand side by side in the crowd.
+#[derive(Clone, Debug)]
+pub struct TiltShares {
+    /// By their first coordinate: those at one place stand near each other.
+    sorted: Vec<u32>,
+    /// Where the patch of each contact begins and ends.
+    patches: Vec<[u32; 2]>,
+    shares: Vec<f64>,
+    cell: Cell,
+}
+
 /// A cell in units of the slope, clipped from the square about the disc.
+#[derive(Clone, Debug)]
 struct Cell {
-    corners: [DVec2; Self::MOST],
+    /// The corners before and after the last cut.
+    corners: [[DVec2; Self::MOST]; 2],
+    /// Which of the two is now.
+    now: usize,
     count: usize,
 }
 
@@ -68,51 +85,114 @@ enum Bound {
     Half { normal: DVec2, offset: f64 },
 }
 
-/// The tilt share of contact `i`, from 0 to 1, among `contacts`.
-pub fn tilt_share(i: usize, contacts: &[Tilted]) -> f64 {
-    let one = &contacts[i];
-    if one.slope <= 0.0 {
-        return 1.0;
-    }
-    let Some(met) = met(i, contacts) else { return 0.0 };
-    let mut axes = None;
-    let mut cell = Cell::whole();
-    for other in contacts.iter().filter(|other| met.contains(&other.pieces) && !is_at(one, other)) {
-        let axes = axes.get_or_insert_with(|| one.direction.any_orthonormal_pair());
-        match bound(one, other, [axes.0, axes.1]) {
-            Bound::None => {}
-            Bound::All => return 0.0,
-            Bound::Half { normal, offset } => cell.cut(normal, offset),
-        }
-    }
-    cell.share()
-}
-
 /// Patches that may meet at a corner; of more, the first.
 const MEET: usize = 8;
 
-/// The patches that have a corner where contact `i` is; `None` if the corner of one of them stands for it, being deeper, or
-/// as deep and the first.
-fn met(i: usize, contacts: &[Tilted]) -> Option<[[u32; 2]; MEET]> {
-    let one = &contacts[i];
-    let mut met = [one.pieces; MEET];
-    let mut count = 1;
-    for (j, other) in contacts.iter().enumerate() {
-        if j == i || !is_at(one, other) || other.slope <= 0.0 {
-            continue;
-        }
-        if one.direction.dot(other.direction) <= 0.0 || one.direction.cross(other.direction).length() >= one.slope {
-            continue;
-        }
-        if other.separation < one.separation || other.separation == one.separation && j < i {
-            return None;
-        }
-        if count < MEET {
-            met[count] = other.pieces;
-            count += 1;
+/// The patches that meet at a corner.
+struct Met {
+    patches: [[u32; 2]; MEET],
+    count: usize,
+}
+
+impl TiltShares {
+    /// Memory for `capacity` contacts.
+    pub fn new(capacity: usize) -> Self {
+        Self {
+            sorted: Vec::with_capacity(capacity),
+            patches: Vec::with_capacity(capacity),
+            shares: Vec::with_capacity(capacity),
+            cell: Cell::EMPTY,
         }
     }
-    Some(met)
+
+    /// The tilt share of each of the `contacts`, from 0 to 1.
+    pub fn run(&mut self, contacts: &[Tilted]) -> &[f64] {
+        self.sort(contacts);
+        self.shares.clear();
+        self.shares.resize(contacts.len(), 1.0);
+        for k in 0..self.sorted.len() {
+            let i = self.sorted[k] as usize;
+            self.shares[i] = match self.met(k, contacts) {
+                Some(met) => self.share(i, &met, contacts),
+                None => 0.0,
+            };
+        }
+        &self.shares
+    }
+
+    /// Those of the last run.
+    pub fn shares(&self) -> &[f64] {
+        &self.shares
+    }
+
+    fn sort(&mut self, contacts: &[Tilted]) {
+        self.patches.clear();
+        for patch in contacts.chunk_by(|one, other| one.slope > 0.0 && one.pieces == other.pieces) {
+            let first = self.patches.len() as u32;
+            let range = [first, first + patch.len() as u32];
+            self.patches.extend(patch.iter().map(|_| range));
+        }
+        self.sorted.clear();
+        self.sorted.extend((0..contacts.len() as u32).filter(|&i| contacts[i as usize].slope > 0.0));
+        let first = |i: &u32| contacts[*i as usize].place.x;
+        self.sorted.sort_unstable_by(|i, j| first(i).total_cmp(&first(j)).then(i.cmp(j)));
+    }
+
+    /// The patches that have a corner where the `k`-th sorted contact is; `None` if the corner of one of them stands for it, being
+    /// deeper, or as deep and the first.
+    fn met(&self, k: usize, contacts: &[Tilted]) -> Option<Met> {
+        let i = self.sorted[k] as usize;
+        let one = &contacts[i];
+        let mut met = Met { patches: [self.patches[i]; MEET], count: 1 };
+        let same = TILT_SAME * one.place.length();
+        let near = |j: &&u32| (contacts[**j as usize].place.x - one.place.x).abs() <= same;
+        let (before, after) = (self.sorted[..k].iter().rev(), self.sorted[k + 1..].iter());
+        for &j in before.take_while(near).chain(after.take_while(near)) {
+            let j = j as usize;
+            let other = &contacts[j];
+            if !is_at(one, other)
+                || one.direction.dot(other.direction) <= 0.0
+                || one.direction.cross(other.direction).length() >= one.slope
+            {
+                continue;
+            }
+            if other.separation < one.separation || other.separation == one.separation && j < i {
+                return None;
+            }
+            met.add(self.patches[j]);
+        }
+        Some(met)
+    }
+
+    /// The share of contact `i` among the corners of the patches that it `met`.
+    fn share(&mut self, i: usize, met: &Met, contacts: &[Tilted]) -> f64 {
+        let one = &contacts[i];
+        let mut axes = None;
+        self.cell.reset();
+        for &[start, end] in &met.patches[..met.count] {
+            for other in &contacts[start as usize..end as usize] {
+                if is_at(one, other) {
+                    continue;
+                }
+                let axes = axes.get_or_insert_with(|| one.direction.any_orthonormal_pair());
+                match bound(one, other, [axes.0, axes.1]) {
+                    Bound::None => {}
+                    Bound::All => return 0.0,
+                    Bound::Half { normal, offset } => self.cell.cut(normal, offset),
+                }
+            }
+        }
+        self.cell.share()
+    }
+}
+
+impl Met {
+    fn add(&mut self, patch: [u32; 2]) {
+        if self.count < MEET && !self.patches[..self.count].contains(&patch) {
+            self.patches[self.count] = patch;
+            self.count += 1;
+        }
+    }
 }
 
 /// True if both are at one place.
@@ -145,73 +225,112 @@ impl Cell {
     /// Corners that a cell may have; a cut beyond is left out.
     const MOST: usize = 32;
 
-    fn whole() -> Self {
-        let mut corners = [DVec2::ZERO; Self::MOST];
-        for (corner, [x, y]) in corners.iter_mut().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) {
+    const EMPTY: Self = Self { corners: [[DVec2::ZERO; Self::MOST]; 2], now: 0, count: 0 };
+
+    /// The whole square.
+    fn reset(&mut self) {
+        for (corner, [x, y]) in
+            self.corners[self.now].iter_mut().zip([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        {
             *corner = DVec2::new(x, y);
         }
-        Self { corners, count: 4 }
+        self.count = 4;
     }
 
     fn cut(&mut self, normal: DVec2, offset: f64) {
         let below = |p: DVec2| offset - normal.dot(p);
-        let old = self.corners;
-        let count = self.count;
-        if count == 0 || count + 1 > Self::MOST || old[..count].iter().all(|&p| below(p) >= 0.0) {
+        let [first, second] = &mut self.corners;
+        let (old, new) = if self.now == 0 { (first, second) } else { (second, first) };
+        let old = &old[..self.count];
+        if old.is_empty() || old.len() + 1 > Self::MOST || old.iter().all(|&p| below(p) >= 0.0) {
             return;
         }
-        self.count = 0;
-        let mut from = old[count - 1];
+        let mut count = 0;
+        let mut keep = |p: DVec2| {
+            new[count] = p;
+            count += 1;
+        };
+        let mut from = old[old.len() - 1];
         let mut from_below = below(from);
-        for &to in &old[..count] {
+        for &to in old {
             let to_below = below(to);
             if (from_below < 0.0) != (to_below < 0.0) {
-                self.corners[self.count] = from.lerp(to, from_below / (from_below - to_below));
-                self.count += 1;
+                keep(from.lerp(to, from_below / (from_below - to_below)));
             }
             if to_below >= 0.0 {
-                self.corners[self.count] = to;
-                self.count += 1;
+                keep(to);
             }
             (from, from_below) = (to, to_below);
         }
+        (self.count, self.now) = (count, 1 - self.now);
     }
 
-    /// The area within the unit disc, over that of the disc.
+    /// The area within the unit disc, over that of the disc: triangles from the origin to where sides run in the disc, and sectors
+    /// from where one side leaves it to where the next enters it.
     fn share(&self) -> f64 {
-        let corners = &self.corners[..self.count];
-        let twice: f64 = (0..self.count).map(|k| twice_within_disc(corners[k], corners[(k + 1) % self.count])).sum();
+        let corners = &self.corners[self.now][..self.count];
+        let mut twice = 0.0;
+        let (mut first, mut last) = (None, None);
+        for (k, &from) in corners.iter().enumerate() {
+            let to = corners[if k + 1 == corners.len() { 0 } else { k + 1 }];
+            let Some([enters, leaves]) = within_disc(from, to) else { continue };
+            twice += enters.perp_dot(leaves) + last.map_or(0.0, |last| sector(last, enters));
+            first.get_or_insert(enters);
+            last = Some(leaves);
+        }
+        twice += match (last, first) {
+            (Some(last), Some(first)) => sector(last, first),
+            // No side comes into the disc: all of it is in the cell, or nothing.
+            _ if self.holds_origin() => 2.0 * PI,
+            _ => 0.0,
+        };
         (0.5 * twice / PI).clamp(0.0, 1.0)
+    }
+
+    fn holds_origin(&self) -> bool {
+        let corners = &self.corners[self.now][..self.count];
+        let next = corners.iter().cycle().skip(1);
+        !corners.is_empty() && corners.iter().zip(next).all(|(p, q)| p.perp_dot(*q) > 0.0)
     }
 }
 
-/// Twice the signed area of the unit disc's part in the triangle from the origin to `p` and `q`.
-fn twice_within_disc(p: DVec2, q: DVec2) -> f64 {
+/// The part of the way from `p` to `q` that is in the unit disc.
+fn within_disc(p: DVec2, q: DVec2) -> Option<[DVec2; 2]> {
     let along = q - p;
     let squared = along.length_squared();
-    let sector = |p: DVec2, q: DVec2| p.perp_dot(q).atan2(p.dot(q));
     if squared <= 0.0 {
-        return 0.0;
+        return None;
     }
-    // Where the line enters and leaves the disc, as shares of the way from p to q.
+    // Where the line enters and leaves the disc, as shares of the way.
     let middle = -p.dot(along) / squared;
     let reach = middle * middle - (p.length_squared() - 1.0) / squared;
-    if reach <= 0.0 {
-        return sector(p, q);
+    if reach * squared <= GRAZE * GRAZE {
+        return None;
     }
     let (enters, leaves) = (middle - reach.sqrt(), middle + reach.sqrt());
-    if leaves <= 0.0 || enters >= 1.0 {
-        return sector(p, q);
+    let at = |share: f64| {
+        if share <= 0.0 {
+            p
+        } else if share >= 1.0 {
+            q
+        } else {
+            p + along * share
+        }
+    };
+    (leaves > 0.0 && enters < 1.0).then(|| [at(enters), at(leaves)])
+}
+
+/// Of the disc's radius: a line that is in the disc for less than twice this cuts nothing off.
+const GRAZE: f64 = 1e-7;
+
+/// Twice the area of the disc between two directions, counterclockwise from `p` to `q`. Where they are nearly one, rounding does
+/// not say which comes first; it is not all of the disc, since whatever was cut off is at least as wide as [`GRAZE`].
+fn sector(p: DVec2, q: DVec2) -> f64 {
+    if p == q {
+        return 0.0;
     }
-    let (first, last) = (p + along * enters.max(0.0), p + along * leaves.min(1.0));
-    let mut twice = first.perp_dot(last);
-    if enters > 0.0 {
-        twice += sector(p, first);
-    }
-    if leaves < 1.0 {
-        twice += sector(last, q);
-    }
-    twice
+    let angle = p.perp_dot(q).atan2(p.dot(q));
+    if angle < -0.1 * GRAZE { angle + 2.0 * PI } else { angle.max(0.0) }
 }
 
 #[cfg(test)]
@@ -234,7 +353,7 @@ mod tests {
     }
 
     fn shares(contacts: &[Tilted]) -> Vec<f64> {
-        (0..contacts.len()).map(|i| tilt_share(i, contacts)).collect()
+        TiltShares::new(contacts.len()).run(contacts).to_vec()
     }
 
     fn close(found: &[f64], expected: &[f64]) {
@@ -300,10 +419,10 @@ mod tests {
             corner.engagement = 0.0;
         }
         crown[0].engagement = 2e-5;
-        assert!((tilt_share(0, &crown) - 1.0).abs() < 1e-12);
+        assert!((shares(&crown)[0] - 1.0).abs() < 1e-12);
         // Loaded alike, the corners bear nearly all.
         crown.iter_mut().for_each(|contact| contact.engagement = 1e-3);
-        assert!(tilt_share(0, &crown) < 0.01);
+        assert!(shares(&crown)[0] < 0.01);
     }
 
     #[test]
@@ -345,6 +464,41 @@ mod tests {
             }
             let after = shares(&contacts);
             assert!(before.iter().zip(&after).all(|(x, y)| (x - y).abs() < 1e-8), "seed {SEED:#x}, round {round}");
+        }
+    }
+
+    /// Points of a grid in the disc that are in the cell, by the definition.
+    fn counted(i: usize, contacts: &[Tilted]) -> f64 {
+        const SIDE: i32 = 400;
+        let (mut inside, mut all) = (0, 0);
+        for (x, y) in (0..SIDE).flat_map(|x| (0..SIDE).map(move |y| (x, y))) {
+            let slope =
+                DVec3::new(f64::from(2 * x + 1 - SIDE), f64::from(2 * y + 1 - SIDE), 0.0) * SLOPE / f64::from(SIDE);
+            if slope.length() <= SLOPE {
+                all += 1;
+                let one = &contacts[i];
+                let lower = |other: &Tilted| slope.dot(other.place - one.place) <= other.separation - one.separation;
+                inside += u32::from(contacts.iter().all(lower));
+            }
+        }
+        f64::from(inside) / f64::from(all)
+    }
+
+    #[test]
+    fn shares_are_areas_of_cells() {
+        let mut random = Random(SEED ^ 1);
+        for round in 0..40 {
+            let flat = if round % 2 == 0 { 0.0 } else { 2e-4 };
+            let contacts: Vec<Tilted> = (0..1 + random.below(7))
+                .map(|_| {
+                    let (x, y) = (random.between(-5e-3, 5e-3), random.between(-5e-3, 5e-3));
+                    Tilted { engagement: 0.0, ..at(x, y, random.between(0.0, flat)) }
+                })
+                .collect();
+            for (i, share) in shares(&contacts).into_iter().enumerate() {
+                let counted = counted(i, &contacts);
+                assert!((share - counted).abs() < 5e-3, "seed {SEED:#x}, round {round}: {share}, counted {counted}");
+            }
         }
     }
 }

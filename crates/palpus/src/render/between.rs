@@ -8,7 +8,7 @@ use glam::DVec3;
 use super::renderer::{Surfaces, query};
 use super::touches::Touches;
 use super::{Forces, Motion, Scratch, Settings, VirtualCoupling, force};
-use crate::algebra::{Clock, Deadline, Pose, Twist};
+use crate::algebra::{Clock, Pose, Quota, Twist};
 use crate::body::{Body, FeaturePair};
 use crate::force::{Centers, Contact, FrictionSettings, NetWrench, PairQuery, QueryCounters, ShadingSettings};
 
@@ -74,21 +74,22 @@ impl Between {
         self.forces.clear();
     }
 
-    /// Least distance of what was not looked at for want of time.
+    /// Least distance of what was not looked at.
     pub(super) fn unseen_separation(&self) -> f64 {
         self.query.unseen_separation()
     }
 
     /// All contacts of the two nearer than `within` (m).
-    pub(super) fn query<C: Clock>(
+    pub(super) fn query(
         &mut self,
         [first, second]: [&Body; 2],
         motions: &[Motion; 2],
         within: f64,
-        deadline: &Deadline<C>,
+        quota: &Quota<'_>,
+        clock: &impl Clock,
     ) -> QueryCounters {
         let pose = in_second(motions);
-        let counters = self.query.run_until(first, second, &pose, within, deadline);
+        let counters = self.query.run_within(first, second, &pose, within, quota, clock);
         self.contacts.clear();
         self.contacts.extend(self.query.contacts().iter().take(self.settings.capacity));
         counters
@@ -187,6 +188,9 @@ impl Forces {
             cluster.midpoint = pose.point(cluster.midpoint);
             cluster.normal = pose.vector(cluster.normal);
         }
+        for place in &mut self.places {
+            *place = pose.point(*place);
+        }
         for direction in &mut self.directions {
             *direction = pose.vector(*direction);
         }
@@ -214,6 +218,8 @@ impl Forces {
             cluster
         }));
         self.members.extend(other.members.iter().map(|i| i + first_contact));
+        self.places.extend_from_slice(&other.places);
+        self.separations.extend_from_slice(&other.separations);
         self.directions.extend(other.directions.iter().map(|direction: &DVec3| *direction * sign));
         self.weights.extend_from_slice(&other.weights);
         self.holds.extend_from_slice(&other.holds);

@@ -137,12 +137,11 @@ fn what_cannot_be_or_wants_memory_is_refused_and_changes_nothing() {
     };
     assert_eq!(refuse(Settings { stiffness: f64::NAN, ..base }), "stiffness");
     assert_eq!(refuse(Settings { capacity: base.capacity + 1, ..base }), "capacity");
-    assert_eq!(refuse(Settings { time_budget: Some(1_000_000), ..base }), "time_budget");
     assert_eq!(refuse(Settings { shading: Some(SHADING), ..base }), "shading.crease_angle");
     let before = cube_on_floor(base).step(&at(0.0, -1e-3), DT, &NoClock).commanded;
     assert_eq!(renderer.step(&at(0.0, -1e-3), DT, &NoClock).commanded, before);
 
-    let shaded = Settings { shading: Some(SHADING), time_budget: Some(1_000_000), ..base };
+    let shaded = Settings { shading: Some(SHADING), ..base };
     let mut renderer = cube_on_floor(shaded).with_surfaces(0.1);
     assert_eq!(renderer.crease_angle(), Some(SHADING.crease_angle), "surfaces that are there stay");
     renderer.set_settings(&base).unwrap();

@@ -16,7 +16,7 @@ use std::sync::Arc;
 use super::between::{Between, mirrored};
 use super::together::{Settled, Shared, Side, settle};
 use super::{Limits, Motion, ProbeState, Renderer, Settings, SettingsError, Tick, ToolCounters};
-use crate::algebra::{Clock, Deadline, Pose, Wrench, rotation_between};
+use crate::algebra::{Clock, Pose, Work, Wrench, rotation_between};
 use crate::body::Body;
 
 /// Renders the contact of two probes with an environment and with each other. The environment's frame is the scene's.
@@ -26,8 +26,8 @@ pub struct Duo {
     between: Between,
     /// Of tools without a coupling: the grip's pose in the last step, and what the other tool did there, about it.
     driven: [Option<(Pose, Wrench)>; 2],
-    /// What the stages after the queries took last time, ns.
-    after_query: u64,
+    /// Units of work that the queries may do.
+    allowed: Option<u64>,
 }
 
 /// Of the time for queries each of the three gets its part, and what those before it have left over.
@@ -43,7 +43,7 @@ impl Duo {
         for tool in &mut tools {
             tool.make_room(between.settings().capacity);
         }
-        Ok(Self { tools, between, driven: [None; 2], after_query: 0 })
+        Ok(Self { tools, between, driven: [None; 2], allowed: None })
     }
 
     /// The same, able to take up shading at this crease angle (rad) later on, by [`Self::set_settings`].
@@ -70,7 +70,7 @@ impl Duo {
     pub fn step(&mut self, probes: &[ProbeState; 2], dt: f64, clock: &impl Clock) -> [&Tick; 2] {
         let begin = clock.now_ns();
         let motions = [0, 1].map(|k| self.tools[k].begin(&probes[k], dt));
-        self.query(&motions, begin, clock);
+        self.query(&motions, clock);
         let queried = clock.now_ns();
         for (tool, motion) in self.tools.iter_mut().zip(&motions) {
             if let Some(motion) = motion {
@@ -89,7 +89,6 @@ impl Duo {
             tool.saturate();
         }
         let saturated = clock.now_ns();
-        self.after_query = saturated - queried;
         for tool in &mut self.tools {
             let times = &mut tool.tick_mut().times;
             times.force = forced - queried;
@@ -132,6 +131,11 @@ impl Duo {
         self.tools[0].environment()
     }
 
+    /// The three queries of the next steps may do about so much work together: see [`Renderer::allow`].
+    pub fn allow(&mut self, work: Option<u64>) {
+        self.allowed = work;
+    }
+
     /// Forgets the past: the next step is as the first was.
     pub fn clear(&mut self) {
         self.tools.iter_mut().for_each(Renderer::clear);
@@ -140,15 +144,11 @@ impl Duo {
     }
 
     /// Stages 1 and 2 of the paper, for all three pairs of bodies.
-    fn query<C: Clock>(&mut self, motions: &[Option<Motion>; 2], begin: u64, clock: &C) {
-        let budget = self.between.settings().time_budget.map(|budget| budget.saturating_sub(self.after_query));
-        let until = |part: u64| match budget {
-            Some(budget) => Deadline::at(clock, begin.saturating_add(budget.saturating_mul(part) / QUERIES)),
-            None => Deadline::never(clock),
-        };
+    fn query(&mut self, motions: &[Option<Motion>; 2], clock: &impl Clock) {
+        let work = Work::of(self.allowed);
         for (k, (tool, motion)) in self.tools.iter_mut().zip(motions).enumerate() {
             match motion {
-                Some(motion) => tool.query(&motion.pose_ba, &until(k as u64 + 1)),
+                Some(motion) => tool.query(&motion.pose_ba, &work.share(QUERIES - k as u64), clock),
                 None => tool.clear(),
             }
         }
@@ -157,13 +157,14 @@ impl Duo {
             return;
         };
         let bodies = [self.tools[0].probe(), self.tools[1].probe()];
-        let counters = self.between.query(bodies, &[*first, *second], self.looked_ahead(), &until(QUERIES));
+        let counters = self.between.query(bodies, &[*first, *second], self.looked_ahead(), &work.all(), clock);
         for tool in &mut self.tools {
             let tick = tool.tick_mut();
             tick.counters.query += counters;
             tick.times.query += counters.query_ns;
             tick.times.depth += counters.depth_ns;
             tick.unseen_separation = tick.unseen_separation.min(self.between.unseen_separation());
+            (tick.work, tick.work_allowed) = (work.spent(), self.allowed);
         }
     }
 

@@ -16,7 +16,7 @@ use crate::algebra::tolerance::FRICTION_SPREAD;
 use crate::algebra::{Pose, Twist};
 use crate::force::{
     Centers, Cluster, Contact, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, PenaltySettings, Tilted,
-    normal_force, represent, tilt_share,
+    normal_force, represent,
 };
 
 /// Where the bodies are and how the probe moves, in b's frame.
@@ -39,6 +39,10 @@ pub struct Forces {
     pub clusters: Vec<Cluster>,
     /// Indices into the contacts, cluster after cluster.
     pub members: Vec<u32>,
+    /// Midpoints of the members.
+    pub places: Vec<DVec3>,
+    /// Separations of the members, m.
+    pub separations: Vec<f64>,
     /// Unit force directions of the members: their normals, or the shaded stand-ins.
     pub directions: Vec<DVec3>,
     /// Weights of the members in their clusters, m: what [`represent`] was told.
@@ -67,6 +71,8 @@ impl Forces {
         Self {
             clusters: Vec::with_capacity(capacity),
             members: Vec::with_capacity(capacity),
+            places: Vec::with_capacity(capacity),
+            separations: Vec::with_capacity(capacity),
             directions: Vec::with_capacity(capacity),
             weights: Vec::with_capacity(capacity),
             holds: Vec::with_capacity(capacity),
@@ -84,6 +90,8 @@ impl Forces {
     pub fn clear(&mut self) {
         self.clusters.clear();
         self.members.clear();
+        self.places.clear();
+        self.separations.clear();
         self.directions.clear();
         self.weights.clear();
         self.holds.clear();
@@ -111,6 +119,10 @@ pub fn force(
     forces.clear();
     forces.linkage = scratch.linkage.run(contacts, &settings.linkage(), direction);
     forces.members.extend_from_slice(scratch.linkage.members());
+    for contact in forces.members.iter().map(|&i| &contacts[i as usize]) {
+        forces.places.push(contact.midpoint());
+        forces.separations.push(contact.separation);
+    }
     forces.directions.extend_from_slice(scratch.linkage.directions());
     share(contacts, settings, scratch, forces);
     for k in 0..scratch.linkage.len() {
@@ -132,7 +144,7 @@ pub fn force(
 /// What contacts leave to each other: the weights of members in their clusters, and with smooth clustering, where every
 /// contact is a cluster of its own, the shares of the crowd.
 fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, forces: &mut Forces) {
-    let Scratch { crowd, crowding, .. } = scratch;
+    let Scratch { crowd, crowding, tilts, .. } = scratch;
     let (skin, tolerance) = (settings.skin(), settings.contact_tolerance);
     let members = forces.members.iter().map(|&i| &contacts[i as usize]);
     crowd.clear();
@@ -149,8 +161,8 @@ fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, force
             crowd.extend(members.map(Contact::unloaded));
             for patch in patches(contacts, &forces.members) {
                 let corners = &crowd[patch];
-                let weight = |i: usize| tilt_share(i, corners) * (tolerance - corners[i].separation);
-                forces.weights.extend((0..corners.len()).map(weight));
+                let shares = tilts.run(corners).iter().zip(corners);
+                forces.weights.extend(shares.map(|(share, corner)| share * (tolerance - corner.separation)));
             }
         }
     }
@@ -186,8 +198,10 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
     let Forces { members, holds, .. } = forces;
     for patch in patches(contacts, members) {
         let corners = &scratch.crowd[patch];
-        let tilts = (0..corners.len()).map(|i| tilt_share(i, corners));
-        let (weight, sum) = tilts
+        let (weight, sum) = scratch
+            .tilts
+            .run(corners)
+            .iter()
             .zip(corners)
             .fold((0.0, DVec3::ZERO), |(weight, sum), (tilt, corner)| (weight + tilt, sum + corner.place * tilt));
         holds.extend(corners.iter().map(|corner| (sum / weight).lerp(corner.place, FRICTION_SPREAD)));

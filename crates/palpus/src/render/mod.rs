@@ -11,6 +11,7 @@ mod duo_tests;
 mod force_stage;
 #[cfg(test)]
 mod force_stage_tests;
+mod pacer;
 mod renderer;
 #[cfg(test)]
 mod renderer_tests;
@@ -27,6 +28,7 @@ mod touches;
 pub use coupling::VirtualCoupling;
 pub use duo::Duo;
 pub use force_stage::{Forces, Motion, force};
+pub use pacer::Pacer;
 pub use renderer::Renderer;
 pub use saturate::{Limits, Saturated, Saturation, saturate};
 pub use scratch::Scratch;

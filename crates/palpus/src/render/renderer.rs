@@ -8,7 +8,7 @@
 //!    feels the coupling.
 //! 5. *Saturate*: within the device's limits.
 //!
-//! With a time budget, the query ends in time, and what it did not reach is felt as it was (see [`Settings::time_budget`]).
+//! With an allowance of work ([`Renderer::allow`]), what the query did not reach is felt as it was, carried along.
 //!
 //! Settings may change between two steps ([`Renderer::set_settings`]); what is remembered of contacts stays.
 //!
@@ -23,7 +23,7 @@ use super::together::Side;
 use super::{
     Forces, Limits, Motion, ProbeState, Scratch, Settings, SettingsError, Tick, Tool, VirtualCoupling, force, saturate,
 };
-use crate::algebra::{Clock, Deadline, Pose, Twist, Wrench};
+use crate::algebra::{Clock, Pose, Quota, Twist, Work, Wrench};
 use crate::body::Body;
 use crate::force::{Centers, Contact, PairQuery, ShadingSettings, SmoothBody, shade};
 
@@ -45,8 +45,8 @@ pub struct Renderer {
     scratch: Scratch,
     tick: Tick,
     steps: u64,
-    /// What the stages after the depth took last time, ns.
-    after_query: u64,
+    /// Units of work that a query may do.
+    allowed: Option<u64>,
 }
 
 /// The smooth surfaces of both bodies.
@@ -66,7 +66,7 @@ impl Renderer {
             surfaces: settings.shading.map(|shading| Surfaces::new(&a, &b, shading.crease_angle)),
             tool: Tool::new(&a, settings.coupling.unwrap_or(VirtualCoupling::SLACK), &settings),
             query: query(&a, &b, &settings),
-            after_query: 0,
+            allowed: None,
             scratch: Scratch::new(settings.capacity),
             tick: Tick::new(settings.capacity),
             steps: 0,
@@ -91,8 +91,7 @@ impl Renderer {
     /// Goes on with other settings from the next step on. Contacts, friction and the tool are remembered and ticks counted on; a
     /// coupling that was not there begins where the device is.
     ///
-    /// Obtains no memory. What would need some is refused, like what cannot be: another `capacity`, a `time_budget` where there was
-    /// none, and shading at a crease angle other than that of [`Self::new`] or [`Self::with_surfaces`].
+    /// Obtains no memory. What would need some is refused, like what cannot be: another `capacity`, and shading at a crease angle other than that of [`Self::new`] or [`Self::with_surfaces`].
     ///
     /// # Errors
     /// With the setting that cannot be; all are then as they were.
@@ -117,7 +116,10 @@ impl Renderer {
         let begin = clock.now_ns();
         match self.begin(probe, dt) {
             Some(motion) => {
-                self.query(&motion.pose_ba, &self.deadline(begin, clock));
+                let work = Work::of(self.allowed);
+                self.tick.work_allowed = self.allowed;
+                self.query(&motion.pose_ba, &work.all(), clock);
+                self.tick.work = work.spent();
                 let queried = clock.now_ns();
                 self.force(&motion);
                 let forced = clock.now_ns();
@@ -128,7 +130,6 @@ impl Renderer {
                 self.tick.times.couple = coupled - forced;
                 let saturated = clock.now_ns();
                 self.tick.times.saturate = saturated - coupled;
-                self.after_query = saturated - queried;
             }
             None => self.clear(),
         }
@@ -140,6 +141,12 @@ impl Renderer {
     /// coupling, nothing changes.
     pub fn set_available(&mut self, available: &Limits) {
         self.tool.set_available(available);
+    }
+
+    /// The queries of the next steps may do about so much work ([`Work`]); `None`: as much as there is. What is not reached is felt as it
+    /// was, carried along ([`PairQuery::run_within`]), and comes first in the step after.
+    pub fn allow(&mut self, work: Option<u64>) {
+        self.allowed = work;
     }
 
     /// The last tick.
@@ -179,9 +186,6 @@ impl Renderer {
         let refused = |field, value, rule| Err(SettingsError { field, value, rule });
         if settings.capacity != self.settings.capacity {
             return refused("capacity", settings.capacity as f64, "what it was at the start");
-        }
-        if let Some(budget) = settings.time_budget.filter(|_| !self.query.can_hold()) {
-            return refused("time_budget", budget as f64, "absent, as at the start");
         }
         let other = |shading: &ShadingSettings| self.crease_angle() != Some(shading.crease_angle);
         if let Some(shading) = settings.shading.filter(other) {
@@ -251,18 +255,10 @@ impl Renderer {
         Some(Motion { pose_ba, centers, twist: at_center, pressed })
     }
 
-    /// When the query has to end, for a step that began at `begin`.
-    fn deadline<C: Clock>(&self, begin: u64, clock: C) -> Deadline<C> {
-        match self.settings.time_budget {
-            Some(budget) => Deadline::at(clock, begin.saturating_add(budget.saturating_sub(self.after_query))),
-            None => Deadline::never(clock),
-        }
-    }
-
     /// Stages 1 and 2.
-    pub(super) fn query<C: Clock>(&mut self, pose_ba: &Pose, deadline: &Deadline<C>) {
+    pub(super) fn query(&mut self, pose_ba: &Pose, quota: &Quota<'_>, clock: &impl Clock) {
         let tolerance = self.looked_ahead();
-        let counters = self.query.run_until(&self.a, &self.b, pose_ba, tolerance, deadline);
+        let counters = self.query.run_within(&self.a, &self.b, pose_ba, tolerance, quota, clock);
         self.tick.unseen_separation = self.query.unseen_separation();
         self.tick.times.query = counters.query_ns;
         self.tick.times.depth = counters.depth_ns;
@@ -315,8 +311,7 @@ impl Renderer {
 
 /// The query of a pair of bodies.
 pub(super) fn query(a: &Body, b: &Body, settings: &Settings) -> PairQuery {
-    let query = PairQuery::new(a, b, settings.capacity).with_patches(settings.patch_angle).with_guard();
-    if settings.time_budget.is_some() { query.with_holding() } else { query }
+    PairQuery::new(a, b, settings.capacity).with_patches(settings.patch_angle).with_guard().with_holding()
 }
 
 impl Surfaces {

@@ -1,6 +1,6 @@
 //! All working memory of the force stage, sized once.
 
-use crate::force::{Crowding, FrictionTracker, Linkage, Tilted};
+use crate::force::{Crowding, FrictionTracker, Linkage, TiltShares, Tilted};
 
 /// Working memory, and the adhesions that friction carries from tick to tick.
 #[derive(Clone, Debug)]
@@ -8,6 +8,8 @@ pub struct Scratch {
     pub(super) linkage: Linkage,
     pub(super) crowd: Vec<Tilted>,
     pub(super) crowding: Crowding,
+    /// Of one patch after the other.
+    pub(super) tilts: TiltShares,
     pub(super) friction: FrictionTracker,
 }
 
@@ -18,6 +20,7 @@ impl Scratch {
             linkage: Linkage::new(capacity),
             crowd: Vec::with_capacity(capacity),
             crowding: Crowding::new(capacity),
+            tilts: TiltShares::new(capacity),
             friction: FrictionTracker::new(capacity),
         }
     }

@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::{Limits, Saturation, VirtualCoupling};
+use crate::algebra::tolerance::CROWD_MOST;
 use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSettings};
 
 /// Everything that can be chosen about rendering; checked before it is taken up, by [`Settings::validate`].
@@ -40,8 +41,8 @@ pub struct Settings {
     pub grip_a: DVec3,
     /// The most contacts that one tick can hold; of more, the deepest are kept.
     pub capacity: usize,
-    /// The time that a step may take by the clock that it is lent, ns; `None`: as long as it takes. What is not reached in time is felt as it was, carried along
-    /// ([`crate::force::PairQuery::run_until`]), and comes first in the next step. The force stage is not cut short, but left as much time as it took last.
+    /// ns: what a step should take; `None`: a share of the loop's period. The engine does not look at it; whoever runs the loop gives it
+    /// to a [`super::Pacer`], which says how much work each step may do.
     pub time_budget: Option<u64>,
 }
 
@@ -139,15 +140,12 @@ impl Settings {
 
     /// What clustering needs to know.
     pub fn linkage(&self) -> LinkageSettings {
-        LinkageSettings {
-            tolerance: self.contact_tolerance,
-            radius: match self.clustering {
-                Clustering::Linkage => self.cluster_radius,
-                // Nothing is linked: every contact stands for itself.
-                Clustering::Smooth => 0.0,
-            },
-            split_angle: self.split_angle,
-        }
+        let (radius, most) = match self.clustering {
+            Clustering::Linkage => (self.cluster_radius, usize::MAX),
+            // Nothing is linked: every contact stands for itself.
+            Clustering::Smooth => (0.0, CROWD_MOST),
+        };
+        LinkageSettings { tolerance: self.contact_tolerance, radius, split_angle: self.split_angle, most }
     }
 
     /// m: contacts push from this separation on.

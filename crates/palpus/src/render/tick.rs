@@ -92,8 +92,12 @@ pub struct Tick {
     pub computed: Wrench,
     /// All contacts nearer than the tolerance.
     pub contacts: Vec<Contact>,
-    /// m: whatever the step did not look at for want of time ([`super::Settings::time_budget`]) is at least this far apart. Infinite
-    /// when it looked at everything.
+    /// Units of work ([`crate::algebra::Work`]) that the query did.
+    pub work: u64,
+    /// How much it was allowed; `None`: as much as there is.
+    pub work_allowed: Option<u64>,
+    /// m: whatever the step did not look at since it did all the work that it was allowed ([`super::Renderer::allow`]) is at least this far
+    /// apart. Infinite when it looked at everything.
     pub unseen_separation: f64,
     /// Clusters, their forces, and the wrenches on both bodies.
     pub forces: Forces,
@@ -132,6 +136,10 @@ pub struct TickSummary {
     pub clusters: u32,
     /// Separation of the deepest contact, m; infinite when there is none.
     pub separation: f64,
+    /// See [`Tick::work`].
+    pub work: u64,
+    /// See [`Tick::work_allowed`].
+    pub work_allowed: Option<u64>,
     /// See [`Tick::unseen_separation`].
     pub unseen_separation: f64,
     /// See [`Tick::work_from_other`].
@@ -153,6 +161,8 @@ impl Tick {
             commanded: Wrench::ZERO,
             computed: Wrench::ZERO,
             contacts: Vec::with_capacity(capacity),
+            work: 0,
+            work_allowed: None,
             unseen_separation: f64::INFINITY,
             contacts_between: 0,
             from_other: Wrench::ZERO,
@@ -168,7 +178,7 @@ impl Tick {
         self.forces.clusters.iter().map(|cluster| cluster.separation).fold(f64::INFINITY, f64::min)
     }
 
-    /// True if time ran out: some contacts are carried from the last step, or something was not looked at.
+    /// True if the work allowed did not suffice: some contacts are carried from the last step, or something was not looked at.
     pub fn is_late(&self) -> bool {
         self.counters.query.traversal.postponed > 0
     }
@@ -186,6 +196,8 @@ impl Tick {
             contacts_between: self.contacts_between,
             clusters: self.forces.clusters.len() as u32,
             separation: self.separation(),
+            work: self.work,
+            work_allowed: self.work_allowed,
             unseen_separation: self.unseen_separation,
             work_from_other: self.work_from_other,
             times: self.times,
@@ -204,6 +216,8 @@ impl Tick {
         self.commanded = Wrench::ZERO;
         self.computed = Wrench::ZERO;
         self.contacts.clear();
+        self.work = 0;
+        self.work_allowed = None;
         self.unseen_separation = f64::INFINITY;
         self.contacts_between = 0;
         self.from_other = Wrench::ZERO;

@@ -12,11 +12,22 @@ use crate::algebra::{SpatialMatrix, Twist, Wrench};
 /// The linearised contacts of one pair of bodies.
 #[derive(Clone, Debug)]
 pub(super) struct Touches {
+    clusters: Vec<Load>,
     pushes: Vec<Push>,
     rubs: Vec<Rub>,
 }
 
-/// A cluster's normal force, linearised.
+/// What a cluster bears.
+#[derive(Clone, Copy, Debug)]
+struct Load {
+    /// N/m.
+    stiffness: f64,
+    /// N, at the end of the step: 0 if all of it lets go.
+    predicted: f64,
+}
+
+/// A member's normal force, with its part of the cluster's stiffness, by its weight; linearised. It acts where the member is, so a
+/// cluster that is wide resists turning, and lets go where it is lifted.
 #[derive(Clone, Copy, Debug)]
 struct Push {
     /// From the centre of mass, m.
@@ -28,6 +39,7 @@ struct Push {
     stiffness: f64,
     /// N, at the end of the step: 0 if it lets go.
     predicted: f64,
+    cluster: u32,
 }
 
 /// A member's friction, linearised.
@@ -42,18 +54,23 @@ struct Rub {
     /// N/m: of the line from no strain to the force at the end of the step.
     secant: f64,
     coefficient: f64,
-    /// Which push carries it.
+    /// Which carries it.
     cluster: u32,
 }
 
 impl Touches {
     /// Memory for `capacity` contacts.
     pub(super) fn new(capacity: usize) -> Self {
-        Self { pushes: Vec::with_capacity(capacity), rubs: Vec::with_capacity(capacity) }
+        Self {
+            clusters: Vec::with_capacity(capacity),
+            pushes: Vec::with_capacity(capacity),
+            rubs: Vec::with_capacity(capacity),
+        }
     }
 
     /// No contact.
     pub(super) fn clear(&mut self) {
+        self.clusters.clear();
         self.pushes.clear();
         self.rubs.clear();
     }
@@ -62,10 +79,20 @@ impl Touches {
     pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, skin: f64) {
         self.clear();
         for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
-            let offset = cluster.midpoint - center;
-            // Negative where it does not push yet.
-            let force = stiffness * (skin - cluster.separation);
-            self.pushes.push(Push { offset, normal: cluster.normal, force, stiffness, predicted: force });
+            self.clusters.push(Load { stiffness, predicted: 0.0 });
+            for k in cluster.members() {
+                let stiffness = stiffness * forces.weights[k] / cluster.weight;
+                // Negative where it does not push yet.
+                let force = stiffness * (skin - forces.separations[k]);
+                self.pushes.push(Push {
+                    offset: forces.places[k] - center,
+                    normal: cluster.normal,
+                    force,
+                    stiffness,
+                    predicted: force,
+                    cluster: self.clusters.len() as u32 - 1,
+                });
+            }
             let Some(grips) = forces.grips.get(cluster.members()) else { continue };
             for grip in grips.iter().filter(|grip| grip.stiffness > 0.0) {
                 self.rubs.push(Rub {
@@ -97,15 +124,17 @@ impl Touches {
     /// What pushes and rubs are at the end of the step if the tool moves with `twist`; true if that is news.
     pub(super) fn revise(&mut self, twist: &Twist, h: f64, lag: f64) -> bool {
         let mut news = false;
+        self.clusters.iter_mut().for_each(|cluster| cluster.predicted = 0.0);
         for push in &mut self.pushes {
             let speed = push.normal.dot(twist.at(push.offset));
             let predicted = (push.force - push.stiffness * (h + lag) * speed).max(0.0);
             news |= (predicted > 0.0) != (push.predicted > 0.0);
             push.predicted = predicted;
+            self.clusters[push.cluster as usize].predicted += predicted;
         }
         for rub in &mut self.rubs {
             let strain = rub.strain + twist.at(rub.offset).reject_from_normalized(rub.normal) * h;
-            let most = rub.coefficient * self.pushes[rub.cluster as usize].predicted;
+            let most = rub.coefficient * self.clusters[rub.cluster as usize].predicted;
             let length = strain.length();
             let secant = if rub.stiffness * length > most { most / length } else { rub.stiffness };
             news |= (secant - rub.secant).abs() * length > COUPLING_SETTLED * most;
@@ -117,12 +146,12 @@ impl Touches {
     /// N: what the contact that is pressed hardest at the end of the step would bear alone, at `stiffness` (N/m).
     pub(super) fn pressed(&self, stiffness: f64) -> f64 {
         let alone =
-            |push: &Push| if push.stiffness > 0.0 { push.predicted * (stiffness / push.stiffness) } else { 0.0 };
-        self.pushes.iter().map(alone).fold(0.0, f64::max)
+            |load: &Load| if load.stiffness > 0.0 { load.predicted * (stiffness / load.stiffness) } else { 0.0 };
+        self.clusters.iter().map(alone).fold(0.0, f64::max)
     }
 
-    /// How many let go within the step.
+    /// How many clusters let go within the step.
     pub(super) fn released(&self) -> u32 {
-        self.pushes.iter().filter(|push| push.predicted <= 0.0).count() as u32
+        self.clusters.iter().filter(|load| load.predicted <= 0.0).count() as u32
     }
 }

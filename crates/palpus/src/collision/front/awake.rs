@@ -5,20 +5,20 @@ use glam::DVec3;
 use super::super::traverse::{distance, is_contact};
 use super::super::{LeafPairs, TraversalCounters};
 use super::{Front, Query};
-use crate::algebra::{Clock, Deadline};
+use crate::algebra::Quota;
 
 impl Front {
-    /// Step 3, of the first `count` pairs; those that are not visited in time come first, here and next time.
-    pub(super) fn visit_awake<C: Clock>(
+    /// Step 3, of the first `count` pairs; those that are not visited come first, here and next time.
+    pub(super) fn visit_awake(
         &mut self,
         query: &Query<'_>,
         count: usize,
-        deadline: &Deadline<C>,
+        quota: &Quota<'_>,
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) {
         let (mut kept, mut visited) = (0, 0);
-        while visited < count && (visited == 0 || !deadline.passed()) {
+        while visited < count && (visited == 0 || !quota.is_spent()) {
             let place = self.awake[visited];
             visited += 1;
             if !self.is_wanted(query, place) {
@@ -26,9 +26,11 @@ impl Front {
                 kept += 1;
                 continue;
             }
+            let before = counters.work();
             counters.node_pairs += 1;
             counters.leaf_tests += 1;
             let (answer, memory) = self.march(query, place, counters);
+            quota.spend(counters.work() - before);
             if is_contact(&answer, query.tolerance) {
                 self.awake[kept] = place;
                 kept += 1;

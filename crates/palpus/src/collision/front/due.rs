@@ -7,8 +7,8 @@ use super::super::traverse::{distance, is_contact};
 use super::super::wakes::{BLOCK, NEVER};
 use super::super::{LeafPairs, TraversalCounters};
 use super::{Front, Pair, Query, State};
+use crate::algebra::Quota;
 use crate::algebra::tolerance::{BOX_NAP, SPHERE_NAP};
-use crate::algebra::{Clock, Deadline};
 use crate::body::NodeKind;
 
 /// What measuring a pair found.
@@ -22,11 +22,11 @@ enum Measured {
 }
 
 impl Front {
-    /// Step 2, and 4 where a pair goes on sleeping; false if the deadline passes before all is done.
-    pub(super) fn wake_due<C: Clock>(
+    /// Step 2, and 4 where a pair goes on sleeping; false if the quota is spent before all is done.
+    pub(super) fn wake_due(
         &mut self,
         query: &Query<'_>,
-        deadline: &Deadline<C>,
+        quota: &Quota<'_>,
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) -> bool {
@@ -36,7 +36,7 @@ impl Front {
         for (begin, end) in [(first, blocks), (0, first)] {
             let mut block = begin;
             while let Some(next) = self.wakes.next_block(block, end, self.odometer.sum()) {
-                if !self.wake_block(query, next, deadline, found, counters) {
+                if !self.wake_block(query, next, quota, found, counters) {
                     self.first_block = next;
                     return false;
                 }
@@ -48,11 +48,11 @@ impl Front {
     }
 
     /// Step 2 for what is due in one block.
-    fn wake_block<C: Clock>(
+    fn wake_block(
         &mut self,
         query: &Query<'_>,
         block: usize,
-        deadline: &Deadline<C>,
+        quota: &Quota<'_>,
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
     ) -> bool {
@@ -66,8 +66,10 @@ impl Front {
                 if !self.is_wanted(query, place) {
                     continue;
                 }
+                let before = counters.work();
                 self.look(query, place, found, counters);
-                late = deadline.passed();
+                quota.spend(counters.work() - before);
+                late = quota.is_spent();
                 if late {
                     break;
                 }

@@ -1,5 +1,6 @@
 //! What a query cost and what happened in it.
 
+use crate::algebra::tolerance::{WORK_PATCH, WORK_STEP, WORK_WALK};
 use crate::collision::TraversalCounters;
 
 /// What a query cost and what happened in it.
@@ -27,14 +28,16 @@ pub struct QueryCounters {
     pub admissible_stops: u32,
     /// Closest points that are not of the surface, or do not face the way that it does, which are no contact.
     pub virtual_closest: u32,
-    /// Contacts that were carried from the last tick along their normals, since the deadline had passed.
+    /// Contacts that were carried from the last tick along their normals, since the quota was spent.
     pub held: u32,
-    /// Overlapping pairs that were not answered at all, since the deadline had passed and nothing was known of them.
+    /// Overlapping pairs that were not answered at all, since the quota was spent and nothing was known of them.
     pub unseen: u32,
     /// Sub-steps into which a fast tick's motion was cut; 0 when it was taken whole.
     pub sub_steps: u32,
     /// Contacts that are held on the side from which they came, since they had been jumped over.
     pub kept_side: u32,
+    /// Patches that were looked for.
+    pub patches: u32,
     /// Contacts that are further corners of a patch.
     pub corners: u32,
     /// Contacts that were left out since something in them was no number.
@@ -43,6 +46,16 @@ pub struct QueryCounters {
     pub query_ns: u64,
     /// Time in the depth walks, ns.
     pub depth_ns: u64,
+}
+
+impl QueryCounters {
+    /// What all this comes to, in units of [`crate::algebra::Work`], but for the answers themselves.
+    pub(super) fn work(&self) -> u64 {
+        self.traversal.work()
+            + WORK_WALK * u64::from(self.walks)
+            + WORK_STEP * u64::from(self.walk_steps)
+            + WORK_PATCH * u64::from(self.patches + self.corners)
+    }
 }
 
 impl std::ops::AddAssign for QueryCounters {
@@ -63,6 +76,7 @@ impl std::ops::AddAssign for QueryCounters {
             unseen,
             sub_steps,
             kept_side,
+            patches,
             corners,
             non_finite,
             query_ns,
@@ -83,6 +97,7 @@ impl std::ops::AddAssign for QueryCounters {
         self.unseen += unseen;
         self.sub_steps += sub_steps;
         self.kept_side += kept_side;
+        self.patches += patches;
         self.corners += corners;
         self.non_finite += non_finite;
         self.query_ns += query_ns;

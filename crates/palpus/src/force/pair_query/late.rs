@@ -1,17 +1,16 @@
-//! What becomes of the pairs that a deadline left.
+//! What becomes of the pairs for which the quota did not suffice.
 
 use glam::DVec3;
 
-use super::super::held::Held;
 use super::pair::Found;
 use super::{Asked, PairQuery, QueryCounters, pieces, side};
 use crate::collision::{Home, LeafPair, Proximity};
 
 impl PairQuery {
-    /// The deadline has passed before leaf pair `first`: it and those after it are answered from the last tick.
+    /// The quota was spent before leaf pair `first`: it and those after it are answered from the last tick.
     #[cold]
     pub(super) fn hold_the_rest(&mut self, asked: &Asked<'_>, first: usize, counters: &mut QueryCounters) {
-        // Those that woke just now come first and are not in turn; the others go on where time ran out.
+        // Those that woke just now come first and are not in turn; the others go on where the quota ended.
         let mut resumed = false;
         for k in first..self.leaves.as_slice().len() {
             let leaf = self.leaves.as_slice()[k];
@@ -30,7 +29,7 @@ impl PairQuery {
         }
     }
 
-    /// Those for whose march there was no time.
+    /// Those that were not marched.
     pub(super) fn hold_unvisited(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) {
         for k in 0..self.front.unvisited() {
             let (home, pieces) = self.front.unvisited_pair(side(asked.a), side(asked.b), k);
@@ -45,36 +44,21 @@ impl PairQuery {
     }
 
     /// Answers a pair from the last tick; false if nothing is known of it.
-    fn hold(
-        &mut self,
-        asked: &Asked<'_>,
-        home: u32,
-        [piece_a, piece_b]: [u32; 2],
-        counters: &mut QueryCounters,
-    ) -> bool {
-        match self.held.carry(
-            home,
-            [piece_a, piece_b],
-            pieces(asked.a, asked.b, piece_a, piece_b),
-            &asked.place,
-            asked.tolerance,
-        ) {
-            Held::Unknown => return false,
-            Held::NoContact => {}
-            Held::Contact(contact) if self.contacts.len() < self.contacts.capacity() => {
-                counters.held += 1;
-                self.contacts.push(contact);
-            }
-            Held::Contact(_) => counters.traversal.dropped += 1,
-        }
-        true
+    fn hold(&mut self, asked: &Asked<'_>, home: u32, pieces: [u32; 2], counters: &mut QueryCounters) -> bool {
+        let carried = self.held.carry(home, pieces, &asked.place, asked.tolerance, &mut self.contacts);
+        counters.held += carried.unwrap_or(0);
+        carried.is_some()
     }
 
     /// A pair of which the last tick knew nothing: the march's answer if it is apart, otherwise only how deep it is at most.
     fn answer_unheld(&mut self, asked: &Asked<'_>, leaf: &LeafPair, counters: &mut QueryCounters) {
         let Proximity::Overlapping(overlap) = leaf.proximity else {
-            if let Found::Admissible(contact) = self.contact(asked, leaf, counters) {
+            let known = self.contacts.len();
+            if let Found::Admissible(contact) = self.contact(asked, leaf, counters)
+                && known < self.contacts.capacity()
+            {
                 self.contacts.push(contact);
+                self.keep(asked, leaf, known, counters);
             }
             return;
         };

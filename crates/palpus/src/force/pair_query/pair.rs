@@ -97,8 +97,8 @@ impl PairQuery {
         half_admissible_depth(&normals_a, &normals_b, place, hub, &mut self.scratch).map(|half| at(leaf, &half))
     }
 
-    /// Adds the other corners of the contact that a leaf pair has added to those `known`, and keeps it for when there is no
-    /// time.
+    /// Adds the other corners of the contact that a leaf pair has added to those `known`, and keeps them for when the
+    /// quota is spent.
     pub(super) fn keep(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize, counters: &mut QueryCounters) {
         if let Some(slope) = self.patch_slope
             && let Some(contact) = self.contacts.get(known).copied()
@@ -106,8 +106,7 @@ impl PairQuery {
             self.spread(asked, &contact, known, slope, counters);
         }
         if let Home::Place(home) = leaf.home {
-            let both = pieces(asked.a, asked.b, leaf.piece_a, leaf.piece_b);
-            self.held.keep(home, [leaf.piece_a, leaf.piece_b], self.contacts.get(known), both, &asked.place);
+            self.held.keep(home, [leaf.piece_a, leaf.piece_b], &self.contacts[known..], &asked.place);
         }
     }
 }
@@ -125,6 +124,7 @@ impl PairQuery {
             let [point_a, point_b] = points_about(corner.midpoint, normal, corner.separation);
             Contact { features: corner.features, point_a, point_b, separation: corner.separation, slope, ..*contact }
         }));
+        counters.patches += 1;
         counters.corners += (self.contacts.len() - place - 1) as u32;
     }
 }

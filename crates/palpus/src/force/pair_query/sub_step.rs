@@ -6,19 +6,19 @@ use super::super::Contact;
 use super::super::guard::{between, sub_steps};
 use super::pair::Found;
 use super::{Asked, PairQuery, QueryCounters, side};
-use crate::algebra::tolerance::{GUARD_THICK, JUMP};
-use crate::algebra::{Clock, Deadline, Placement};
+use crate::algebra::tolerance::{GUARD_THICK, JUMP, WORK_ANSWER};
+use crate::algebra::{Placement, Quota};
 use crate::body::{Aabb, Body};
 
 impl PairQuery {
-    /// A fast tick's poses on the way, so that nothing thin is jumped over; the deadline may cut them short. What is thin then, if
+    /// A fast tick's poses on the way, so that nothing thin is jumped over; the quota may cut them short. What is thin then, if
     /// the tick is fast and anything is.
     ///
     /// Only pairs one of whose pieces is thin are looked at on the way; the others have the whole tick to go.
-    pub(super) fn sub_steps<C: Clock>(
+    pub(super) fn sub_steps(
         &mut self,
         asked: &Asked<'_>,
-        deadline: &Deadline<C>,
+        quota: &Quota<'_>,
         counters: &mut QueryCounters,
     ) -> Option<f64> {
         let (Some(_), Some(last)) = (&self.guard, self.last_pose) else { return None };
@@ -28,9 +28,9 @@ impl PairQuery {
             return None;
         }
         counters.sub_steps = parts;
-        let deadline = deadline.halfway();
+        let quota = quota.half();
         for part in 1..parts {
-            if deadline.passed() {
+            if quota.is_spent() {
                 break;
             }
             let pose = between(&last, &asked.pose_ba, f64::from(part) / f64::from(parts));
@@ -38,13 +38,15 @@ impl PairQuery {
             self.move_to(&asked, Some(thin));
             let Asked { a, b, place, tolerance, .. } = asked;
             let (front, leaves) = (&mut self.front, &mut self.leaves);
-            front.thin_within_until(side(a), side(b), &place, tolerance, thin, &deadline, leaves);
+            front.thin_within_quota(side(a), side(b), &place, tolerance, thin, &quota, leaves);
             self.contacts.clear();
             for k in 0..self.leaves.as_slice().len() {
                 let leaf = self.leaves.as_slice()[k];
+                let before = counters.work();
                 if let Found::Admissible(contact) | Found::Moved(contact, _) = self.contact(&asked, &leaf, counters) {
                     self.contacts.push(contact);
                 }
+                quota.spend(WORK_ANSWER + counters.work() - before);
             }
             if let Some(guard) = &mut self.guard {
                 guard.compare(&self.contacts);

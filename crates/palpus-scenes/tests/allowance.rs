@@ -1,22 +1,19 @@
-//! Steps that are cut short by a deadline: what is felt stays finite, bounded, continuous and near the full answer, and is caught up.
+//! Steps whose work is bounded: what is felt stays finite, bounded, continuous and near the full answer, and is caught up.
 
 mod bodies;
-mod counting_clock;
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Instant;
 
 use bodies::body;
-use counting_clock::CountingClock;
 use glam::{DQuat, DVec3};
-use palpus::algebra::{Clock, NoClock, Pose};
+use palpus::algebra::{NoClock, Pose};
 use palpus::body::{Body, PolygonSoup};
 use palpus::force::{Contact, PairQuery};
 use palpus::render::{Limits, ProbeState, Renderer, Settings, Tick};
 use palpus_scenes::scene;
 
-/// What came of a run with a budget beside one without.
+/// What came of a run with an allowance beside one without.
 #[derive(Debug, Default)]
 struct Outcome {
     ticks: u32,
@@ -27,7 +24,7 @@ struct Outcome {
     most: f64,
     worst: f64,
     mean: f64,
-    /// N: largest change from tick to tick, with and without the budget.
+    /// N: largest change from tick to tick, with and without the allowance.
     jump: f64,
     full_jump: f64,
     /// Contacts of the full answer, and those of them that the late one neither has nor allows for.
@@ -53,30 +50,23 @@ fn compare_contacts(tick: &Tick, full: &Tick, outcome: &mut Outcome) {
     }
 }
 
-fn compare(
-    a: &Arc<Body>,
-    b: &Arc<Body>,
-    settings: Settings,
-    budget: u64,
-    clock: &impl Clock,
-    poses: &[Pose],
-) -> Outcome {
+fn compare(a: &Arc<Body>, b: &Arc<Body>, settings: Settings, work: u64, poses: &[Pose]) -> Outcome {
     let limits = Limits { force: f64::INFINITY, torque: f64::INFINITY };
     // Linkage is not continuous in anything; without it forces differ by as much as contacts do.
     let settings = Settings { limits, cluster_radius: 0.0, ..settings };
     let mut full = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
-    let hurried = Settings { time_budget: Some(budget), ..settings };
-    let mut hurried = Renderer::new(a.clone(), b.clone(), hurried).expect("valid settings");
+    let mut hurried = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
+    hurried.allow(Some(work));
     // The first step begins at the roots, which is not what is compared here.
     for _ in 0..400 {
-        hurried.step(&ProbeState::at(poses[0]), 1e-3, clock);
+        hurried.step(&ProbeState::at(poses[0]), 1e-3, &NoClock);
     }
     full.step(&ProbeState::at(poses[0]), 1e-3, &NoClock);
     let mut outcome = Outcome::default();
     let (mut last, mut full_last): (Option<DVec3>, Option<DVec3>) = (None, None);
     for pose in poses {
         let expected = full.step(&ProbeState::at(*pose), 1e-3, &NoClock);
-        let tick = hurried.step(&ProbeState::at(*pose), 1e-3, clock);
+        let tick = hurried.step(&ProbeState::at(*pose), 1e-3, &NoClock);
         let (force, full_force) = (tick.commanded.force, expected.commanded.force);
         assert!(tick.commanded.is_finite() && tick.counters.non_finite_wrench == 0);
         assert_eq!(tick.is_late(), tick.counters.query.traversal.postponed > 0);
@@ -98,7 +88,7 @@ fn compare(
 }
 
 #[test]
-fn a_scene_that_is_cut_short_by_a_counting_clock_feels_nearly_the_same() {
+fn a_scene_with_too_little_work_feels_nearly_the_same() {
     for name in ["torus-torus", "spoon-cup"] {
         let scene = scene(name).expect("a built-in scene");
         let (a, b) = (body(&scene.probe), body(&scene.environment));
@@ -110,15 +100,14 @@ fn a_scene_that_is_cut_short_by_a_counting_clock_feels_nearly_the_same() {
         let ticks = 1500;
         let begin = 0.3 * scene.path.duration();
         let poses: Vec<Pose> = (0..ticks).map(|k| scene.path.pose(begin + f64::from(k) * 1e-3)).collect();
-        let clock = CountingClock::new(600);
-        let outcome = compare(&a, &b, settings, 20_000, &clock, &poses);
+        let outcome = compare(&a, &b, settings, 40, &poses);
         assert!(outcome.late > 100 && outcome.held > 500, "{name}: {outcome:?}");
         assert_near(&outcome, name);
     }
 }
 
 #[test]
-fn twenty_microseconds_on_the_armadillo() {
+fn a_third_of_the_work_on_the_armadillo() {
     let models = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/models/paper"));
     let read = |name: &str| obj(&models.join(name));
     let (Ok(a), Ok(b)) = (read("armadillo_31240.obj"), read("intestine_colon_male_24846.obj")) else { return };
@@ -143,32 +132,20 @@ fn twenty_microseconds_on_the_armadillo() {
         Pose::new(turn, middle(&b) - turn * middle(&a) + way * far + slide * 0.01 * b.size())
     };
     let poses: Vec<Pose> = (0..700).map(pose).collect();
-    let clock = CountingClock::new(300);
-    let outcome = compare(&a, &b, settings, 20_000, &clock, &poses);
+    let outcome = compare(&a, &b, settings, 800, &poses);
     assert!(outcome.late > 600, "{outcome:?}");
-    assert_near(&outcome, "by a counting clock");
-    // What a real clock leaves time for depends on the machine.
-    let outcome = compare(&a, &b, settings, 20_000, &Wall(Instant::now()), &poses);
-    assert!(outcome.worst <= 2.0 * outcome.most && outcome.too_far <= 1e-12, "{outcome:?}");
+    assert_near(&outcome, "the armadillo");
 }
 
-/// What one may rely on. Measured, of the largest force: worst 0.24, mean 0.01 on the scenes; 0.13 and 0.03 on the armadillo, where the
-/// time is enough for a third of 140 pairs. Missing are contacts that have passed to a neighbouring piece since their pair was visited.
+/// What one may rely on. Measured, of the largest force: worst 0.16, mean 0.013 on the scenes, where the work is enough for a few pairs;
+/// 0.04 and 0.006 on the armadillo, where it is enough for a third of 140 pairs. Missing are contacts that have passed to a
+/// neighbouring piece since their pair was visited; too far are those whose points have slid along a face that they lean on.
 fn assert_near(outcome: &Outcome, what: &str) {
-    assert!(outcome.worst <= 0.3 * outcome.most, "{what}: {outcome:?}");
-    assert!(outcome.mean <= 0.12 * outcome.most, "{what}: {outcome:?}");
-    assert!(outcome.jump <= 1.3 * outcome.full_jump, "{what}: {outcome:?}");
-    assert!(outcome.missing * 8 <= outcome.contacts, "{what}: {outcome:?}");
-    assert!(outcome.too_far <= 1e-12, "{what}: {outcome:?}");
-}
-
-/// The time of day, on whatever machine this is.
-struct Wall(Instant);
-
-impl Clock for Wall {
-    fn now_ns(&self) -> u64 {
-        self.0.elapsed().as_nanos() as u64
-    }
+    assert!(outcome.worst <= 0.2 * outcome.most, "{what}: {outcome:?}");
+    assert!(outcome.mean <= 0.02 * outcome.most, "{what}: {outcome:?}");
+    assert!(outcome.jump <= 1.6 * outcome.full_jump, "{what}: {outcome:?}");
+    assert!(outcome.missing * 20 <= outcome.contacts, "{what}: {outcome:?}");
+    assert!(outcome.too_far <= 6e-5, "{what}: {outcome:?}");
 }
 
 fn obj(path: &Path) -> std::io::Result<PolygonSoup> {

@@ -1,0 +1,108 @@
+//! How much work a step may do so that it keeps to its time.
+//!
+//! The engine counts work and knows no clock ([`crate::algebra::Work`]). A pacer looks at what each step
+//! took and says how much the next may do:
+//!
+//! 1. *Price*: what a unit of work costs, ns. It follows a step that was dearer within a few steps,
+//!    and one that was cheaper slowly, so that one quick step promises nothing.
+//! 2. *Rest*: what a step takes besides its query, followed in the same way.
+//! 3. *Allowance*: (target − rest) / price, and never so little that a query does not get on.
+//!
+//! Its answers depend on times, so whoever records a run records them; a run with the same answers
+//! is the same to the bit.
+
+use super::Tick;
+use crate::algebra::tolerance::{PACE_CHEAPER, PACE_DEARER, PACE_FIRST_PRICE, PACE_LEAST_WORK, PACE_TELLING};
+
+/// Sets the allowance of work of one renderer. See the module's description.
+#[derive(Clone, Copy, Debug)]
+pub struct Pacer {
+    /// ns: what a step should take.
+    target: f64,
+    /// ns for a unit.
+    price: f64,
+    /// ns.
+    rest: f64,
+}
+
+impl Pacer {
+    /// For steps of at most about `target_ns`.
+    pub fn new(target_ns: u64) -> Self {
+        Self { target: target_ns as f64, price: PACE_FIRST_PRICE, rest: 0.0 }
+    }
+
+    /// Units of work that the next step's query may do.
+    pub fn allowance(&self) -> u64 {
+        (((self.target - self.rest) / self.price) as u64).max(PACE_LEAST_WORK)
+    }
+
+    /// Learns from a step.
+    pub fn learn(&mut self, tick: &Tick) {
+        let query = (tick.times.query + tick.times.depth) as f64;
+        let rest = tick.times.total as f64 - query;
+        // Little work says more of the clock than of the work.
+        if tick.work >= PACE_TELLING {
+            self.price = followed(self.price, query / tick.work as f64);
+        }
+        self.rest = followed(self.rest, rest.min(self.target));
+    }
+}
+
+fn followed(known: f64, seen: f64) -> f64 {
+    known + (seen - known) * if seen > known { PACE_DEARER } else { PACE_CHEAPER }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step(work: u64, query: u64, rest: u64) -> Tick {
+        let mut tick = Tick::new(0);
+        tick.work = work;
+        tick.times.query = query;
+        tick.times.total = query + rest;
+        tick
+    }
+
+    #[test]
+    fn the_allowance_comes_to_what_fits() {
+        let mut pacer = Pacer::new(600_000);
+        for _ in 0..20_000 {
+            pacer.learn(&step(5_000, 400_000, 100_000));
+        }
+        // 80 ns a unit, and half a millisecond left.
+        assert!((6200..6300).contains(&pacer.allowance()), "{}", pacer.allowance());
+    }
+
+    #[test]
+    fn dearer_steps_count_at_once_and_cheaper_ones_slowly() {
+        let mut pacer = Pacer::new(600_000);
+        for _ in 0..20_000 {
+            pacer.learn(&step(5_000, 400_000, 0));
+        }
+        let before = pacer.allowance();
+        for _ in 0..10 {
+            pacer.learn(&step(5_000, 800_000, 0));
+        }
+        let dear = pacer.allowance();
+        assert!(dear < before * 6 / 10, "{dear} of {before}");
+        for _ in 0..10 {
+            pacer.learn(&step(5_000, 400_000, 0));
+        }
+        assert!(pacer.allowance() < dear * 11 / 10);
+    }
+
+    #[test]
+    fn a_query_always_gets_on() {
+        let mut pacer = Pacer::new(600_000);
+        for _ in 0..100 {
+            pacer.learn(&step(5_000, 400_000, 5_000_000));
+        }
+        assert_eq!(pacer.allowance(), PACE_LEAST_WORK);
+        // Nothing but an idle clock: the price stays.
+        let idle = Pacer::new(600_000);
+        let mut learned = idle;
+        (0..1000).for_each(|_| learned.learn(&step(1, 40_000, 0)));
+        assert_eq!(learned.allowance(), idle.allowance());
+    }
+}
