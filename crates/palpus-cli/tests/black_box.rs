@@ -254,3 +254,21 @@ fn a_recording_is_replayed_from_any_folder() {
     assert!(text(&gone.stderr).contains("--meshes DIR"), "{}", text(&gone.stderr));
     identical(&["--meshes", "deep"]);
 }
+
+#[test]
+fn a_run_of_bounded_work_replays_bit_for_bit() {
+    let folder = Folder::new("bounded");
+    assert_success(&palpus(&folder.0, &["export", "gears", "scene"]));
+    let scene = folder.0.join("scene/scene.toml");
+    // Of a step, µs: less than the gears need.
+    let text = fs::read_to_string(&scene).expect("a scene").replace("[contact]", "[contact]\ntime_budget = 5");
+    fs::write(&scene, text).expect("a scene");
+    let run = ["run", "scene/scene.toml", "--headless", "--no-realtime", "--duration", "2", "--record", "run.csv"];
+    palpus(&folder.0, &[&run[..], &["--json"]].concat());
+    let rows = recorded(&folder.0.join("run.csv")).rows;
+    let servo: Vec<_> = rows.iter().map(|row| row.servo.expect("of format 3")).collect();
+    assert!(servo.iter().all(|servo| servo.work_allowed.is_some()), "in real time every step is bounded");
+    assert!(servo.iter().any(|servo| servo.work_allowed.is_some_and(|most| servo.work >= most.get())), "none was cut");
+    let replay = json(&palpus(&folder.0, &["replay", "run.csv", "--json"]));
+    assert_eq!(replay["identical"], replay["ticks"], "{replay}");
+}

@@ -105,7 +105,7 @@ fn single(fault: Fault, duration: f64) -> (Vec<ServoTick>, RunStatistics) {
         SafetyOptions { limits: Some(limits), loosened: true, after_panic: AfterPanic::AsFault, ..Default::default() };
     let options = ServoOptions { rate_hz, duration: Some(duration), safety, ..Default::default() };
     (sequence.rate_hz, sequence.spec, sequence.limits, sequence.options) = (rate_hz, premium, limits, options);
-    sequence.faults = vec![(AT, fault)];
+    (sequence.ends_at, sequence.faults) = (None, vec![(AT, fault)]);
     let ran = sequence.run();
     judge(&sequence, &ran);
     let Ran { ticks, statistics, .. } = ran;
@@ -170,7 +170,7 @@ fn a_torque_beyond_the_device_is_cut_and_is_no_fault() {
 #[test]
 fn a_connection_dropped_in_mid_command_ends_the_run_with_the_brake() {
     let mut sequence = Sequence::new(SEED);
-    sequence.faults = vec![(AT, Fault::Dropped)];
+    (sequence.ends_at, sequence.faults) = (None, vec![(AT, Fault::Dropped)]);
     let ran = sequence.run();
     judge(&sequence, &ran);
     let Ran { statistics, braked, .. } = ran;
@@ -186,7 +186,7 @@ fn a_fault_that_comes_again_and_again_never_lets_it_engage() {
     sequence.limits = SafetyLimits { ramp: 0.04, hold: 0.03, ..SafetyLimits::of(&premium, 1000.0) };
     let safety = SafetyOptions { limits: Some(sequence.limits), loosened: true, ..Default::default() };
     sequence.options = ServoOptions { rate_hz: 1000.0, duration: Some(0.6), safety, ..Default::default() };
-    (sequence.rate_hz, sequence.spec, sequence.faults) = (1000.0, premium, faults);
+    (sequence.rate_hz, sequence.spec, sequence.faults, sequence.ends_at) = (1000.0, premium, faults, None);
     let ran = sequence.run();
     judge(&sequence, &ran);
     let Ran { ticks, statistics, .. } = ran;

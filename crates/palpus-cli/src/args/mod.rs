@@ -41,7 +41,7 @@ pub(crate) struct Arguments {
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Runs the closed loop: device, contacts, wrench, device, a thousand times a second.
-    Run(RunArguments),
+    Run(Box<RunArguments>),
     /// Answers contacts of two models for a list of poses.
     Query(QueryArguments),
     /// Decomposes models into convex pieces, builds their hierarchies of hulls and keeps both for the next time.
@@ -78,7 +78,7 @@ pub(crate) enum Command {
 impl Command {
     /// What runs when nothing is typed.
     pub(crate) fn demonstration() -> Self {
-        Self::Run(RunArguments { scene: "spoon-cup".into(), ..RunArguments::parse_from(["run"]) })
+        Self::Run(Box::new(RunArguments { scene: "spoon-cup".into(), ..RunArguments::parse_from(["run"]) }))
     }
 }
 

@@ -11,6 +11,7 @@
 
 mod pen;
 
+use std::num::NonZeroU64;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -98,6 +99,8 @@ fn row(tick: &ServoTick, detail: Option<&Detail>) -> RecordRow {
             elapsed_s: tick.elapsed_s,
             phase: tick.phase as u32,
             stepped: detail.is_some(),
+            work: engine.map_or(0, |engine| engine.work),
+            work_allowed: engine.and_then(|engine| engine.work_allowed).and_then(NonZeroU64::new),
             device_time_s: tick.read.time,
             raw: raw(tick),
         }),

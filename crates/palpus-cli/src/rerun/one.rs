@@ -1,5 +1,6 @@
 //! The recording of one tool, run again.
 
+use std::num::NonZeroU64;
 use std::ops::ControlFlow;
 use std::path::Path;
 
@@ -94,6 +95,7 @@ pub(crate) fn run_again_on(
         let told = told(row);
         let (computed, contacts) = match has_stepped(row) {
             true => {
+                engine.allow(work_allowed(row));
                 let outcome = engine.step(&state, row.dt);
                 (outcome.wrench, outcome.detail.tick.contacts)
             }
@@ -136,6 +138,11 @@ pub(crate) fn told(row: &RecordRow) -> Cuts {
 /// False if the step panicked, or the loop only damped the grip. Recordings of older formats have no such ticks.
 pub(crate) fn has_stepped(row: &RecordRow) -> bool {
     row.servo.is_none_or(|servo| servo.stepped)
+}
+
+/// How much work the engine's query was allowed. Older formats do not say: they were made without a limit, or with one in time.
+pub(crate) fn work_allowed(row: &RecordRow) -> Option<u64> {
+    row.servo.and_then(|servo| servo.work_allowed).map(NonZeroU64::get)
 }
 
 /// True if the tick began so late that the servo loop counts it. Recordings of older formats do not say.

@@ -13,7 +13,7 @@ use serde::Serialize;
 use super::engine::TwoEngine;
 use super::other::other_of;
 use crate::divergence::{Comparison, Report};
-use crate::rerun::one::{self, elapsed, has_stepped, state, told};
+use crate::rerun::one::{self, elapsed, has_stepped, state, told, work_allowed};
 use crate::rerun::places::Places;
 use crate::safety;
 use crate::stage::{self, Stage};
@@ -108,6 +108,7 @@ pub(crate) fn run_again(
         }
         let Some(dt) = rows.iter().flatten().next().map(|row| row.dt) else { break };
         engine.set_available(&available);
+        engine.allow(rows.iter().flatten().find_map(|row| work_allowed(row)));
         let outcomes = rows.iter().flatten().all(|row| has_stepped(row)).then(|| engine.step(&states, dt));
         let received =
             outcomes.as_ref().map_or([[0.0; 2]; 2], |outcomes| outcomes.each_ref().map(|tool| tool.received));

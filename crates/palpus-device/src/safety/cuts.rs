@@ -48,11 +48,13 @@ pub enum Cut {
     Suspended,
     /// The engine went on with other settings: the wrench is blended into the new one.
     Settings,
+    /// The run is about to end, or another scene to follow: the wrench fades out.
+    Ending,
 }
 
 impl Cut {
     /// All of them, in the order of the chain.
-    pub const ALL: [Self; 21] = [
+    pub const ALL: [Self; 22] = [
         Self::NonFiniteState,
         Self::NonFiniteWrench,
         Self::PoseJump,
@@ -74,6 +76,7 @@ impl Cut {
         Self::Overrun,
         Self::Suspended,
         Self::Settings,
+        Self::Ending,
     ];
 
     /// As it stands in summaries.
@@ -100,6 +103,7 @@ impl Cut {
             Self::Overrun => "overrun",
             Self::Suspended => "suspended",
             Self::Settings => "settings",
+            Self::Ending => "ending",
         }
     }
 
@@ -136,9 +140,10 @@ impl Cuts {
             | Cut::Overrun.bit()
             | Cut::Suspended.bit(),
     );
-    /// What the chain is told, and cannot find out from states and wrenches: faults, that the run
-    /// is paused, that the device withholds its force, that settings are new.
-    pub const TOLD: Self = Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit() | Cut::Settings.bit());
+    /// What the chain is told, and cannot find out from states and wrenches: faults, that the run is paused, that the device withholds its
+    /// force, that settings are new, that the run is about to end.
+    pub const TOLD: Self =
+        Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit() | Cut::Settings.bit() | Cut::Ending.bit());
     /// Those that make the state's velocity a number not to be relied on.
     pub(super) const BLIND: Self = Self(
         Cut::NonFiniteState.bit()

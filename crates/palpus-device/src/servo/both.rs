@@ -110,14 +110,15 @@ impl Servo {
         ];
         let pace = Pace::start(timing, period, self.options.spin, time);
         let fragile = self.options.safety.after_fault == AfterFault::Stop;
-        let mut turns = BothTurns { seats, contact, pace, time, period, reins: &reins, stands, fragile, index: 0 };
+        let mut turns =
+            BothTurns { seats, contact, pace, time, period, reins: &reins, stands, fragile, index: 0, ending: 0.0 };
         let mut count = 0;
         let end = loop {
             if count >= most {
                 break RunEnd::Duration;
             }
             turns.stand(stop);
-            if stop.load(Ordering::Relaxed) || reins.is_ended() {
+            if stop.load(Ordering::Relaxed) || turns.is_over() {
                 break RunEnd::Stopped;
             }
             count += 1;
@@ -258,6 +259,8 @@ struct BothTurns<'a> {
     fragile: bool,
     /// Of the next tick.
     index: u64,
+    /// s since the reins ended the run.
+    ending: f64,
 }
 
 impl BothTurns<'_> {
@@ -274,6 +277,17 @@ impl BothTurns<'_> {
             self.time.wait_until(self.time.now() + LOOK, std::time::Duration::ZERO);
         }
         self.pace.resume(since, self.time);
+    }
+
+    /// True when the reins have ended the run and both wrenches have faded out.
+    fn is_over(&mut self) -> bool {
+        let mut on = self.seats.iter().filter_map(|seat| seat.line.as_ref()).filter(|line| line.is_on());
+        let lasts = on.any(|line| self.ending < line.fading()) && !(self.stands && self.reins.is_paused());
+        if self.reins.is_ended() && lasts {
+            self.ending += self.period;
+            return false;
+        }
+        self.reins.is_ended()
     }
 
     fn turn<T, S, O>(&mut self, step: &mut S, observer: &mut O) -> ControlFlow<RunEnd>
@@ -297,6 +311,7 @@ impl BothTurns<'_> {
         let mut found = Cuts::NONE;
         found.note(Cut::Paused, !self.stands && self.reins.is_paused());
         found.note(Cut::Overrun, self.pace.is_lost(self.time));
+        found.note(Cut::Ending, self.reins.is_ended());
         let received = outcome.as_ref().map_or([[0.0; 2]; 2], |outcomes| outcomes.each_ref().map(|tool| tool.received));
         for (seat, received) in self.seats.iter_mut().zip(self.contact.pass(received)) {
             if let Some(line) = &mut seat.line {

@@ -140,6 +140,16 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         })
     }
 
+    /// True while the device may be given a wrench that is no damping.
+    pub(super) fn is_on(&self) -> bool {
+        self.chain.phase().is_on()
+    }
+
+    /// The time in which the wrench fades out at the end, s.
+    pub(super) fn fading(&self) -> f64 {
+        self.chain.limits().ramp
+    }
+
     /// Takes the wrench so near to zero, within the slew limit, that zero may follow.
     pub(super) fn let_go(&mut self, pace: &mut Pace) {
         // What does not arrive is followed by the last zero.

@@ -59,7 +59,8 @@ impl Reins {
         pressed | if held { HOLD_KEY } else { 0 }
     }
 
-    /// The run ends before its next tick, and so does any other of the same loop.
+    /// The run ends, as soon as the wrench has faded out (a quarter of a second), or before its next tick where there is none; and so
+    /// does any other of the same loop.
     pub fn end(&self) {
         self.ended.store(true, Ordering::Relaxed);
     }
@@ -259,6 +260,27 @@ mod tests {
         servo.run_in(&VirtualTime::default(), &mut simulated(), step, &mut observe, &AtomicBool::new(false));
         assert!(phases[2099..=3000].iter().all(|phase| *phase == Phase::Latched));
         assert_eq!((phases[2098], phases[3001], phases[3999]), (Phase::Engaged, Phase::Faulted, Phase::Engaged));
+    }
+
+    #[test]
+    fn ended_by_the_reins_the_wrench_fades_out() {
+        let mut servo = Servo::new(ServoOptions { duration: Some(3.0), ..Default::default() }).unwrap();
+        let (reins, mut ticks) = (servo.reins(), Vec::new());
+        let mut observe = |tick: &ServoTick, (): &()| {
+            ticks.push(*tick);
+            if tick.index == 500 {
+                reins.end();
+            }
+        };
+        let step = |_: &DeviceState, _| StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::Z * 0.5 });
+        let time = VirtualTime::default();
+        let ended = servo.run_in(&time, &mut simulated(), step, &mut observe, &AtomicBool::new(false));
+        assert_eq!((ended.end, ended.safety.faults(), ended.ticks), (RunEnd::Stopped, 0, 751));
+        for pair in ticks[500..].windows(2) {
+            let step = pair[0].wrench.force.z - pair[1].wrench.force.z;
+            assert!(pair[1].cuts.has(Cut::Ending) && (0.0..0.0021).contains(&step), "{step} N");
+        }
+        assert!(ticks[500].wrench.force.z > 0.4 && ticks[750].wrench.force.z < 0.003);
     }
 
     #[test]

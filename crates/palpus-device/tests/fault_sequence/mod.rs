@@ -30,6 +30,8 @@ pub(crate) struct Sequence {
     pub(crate) limits: SafetyLimits,
     pub(crate) options: ServoOptions,
     pub(crate) faults: Vec<(u64, Fault)>,
+    /// The tick after which it is ended from outside.
+    pub(crate) ends_at: Option<u64>,
 }
 
 impl Sequence {
@@ -57,7 +59,8 @@ impl Sequence {
             faults.push((random.below(TICKS), fault(random, &limits, rate_hz)));
         }
         faults.sort_by_key(|(tick, _)| *tick);
-        Self { seed, rate_hz, spec, limits, options, faults }
+        let ends_at = (random.unit() < 0.1).then(|| random.below(TICKS));
+        Self { seed, rate_hz, spec, limits, options, faults, ends_at }
     }
 
     /// Runs it.
@@ -89,11 +92,15 @@ impl Sequence {
         let brake = device.brake().expect("a simulated device has one");
         let mut ticks = Vec::new();
         let mut motion = Vec::new();
+        let mut servo = Servo::new(self.options).expect("options in range");
+        let reins = servo.reins();
         let mut observer = |tick: &ServoTick, (): &()| {
             ticks.push(*tick);
             motion.push(moves.get());
+            if self.ends_at == Some(tick.index) {
+                reins.end();
+            }
         };
-        let mut servo = Servo::new(self.options).expect("options in range");
         let step = script.step(wall(self.seed));
         let statistics = servo.run_in(&time, &mut device, step, &mut observer, &AtomicBool::new(false));
         let written = device.device().written.clone();

@@ -2,6 +2,7 @@
 //! all formats. A new column is one line there, in a new version of the format.
 
 use std::convert::Infallible;
+use std::num::NonZeroU64;
 use std::sync::LazyLock;
 
 use glam::{DQuat, DVec3};
@@ -48,6 +49,10 @@ fn visit_servo<V: Visit>(servo: &mut ServoRecord, to: &mut V) -> Result<(), V::E
     to.double("elapsed_s", &mut servo.elapsed_s)?;
     to.whole("phase", &mut servo.phase)?;
     to.flag("stepped", &mut servo.stepped)?;
+    to.long("work", &mut servo.work)?;
+    let mut allowed = servo.work_allowed.map_or(0, NonZeroU64::get);
+    to.long("work_allowed", &mut allowed)?;
+    servo.work_allowed = NonZeroU64::new(allowed);
     to.double("device_time_s", &mut servo.device_time_s)?;
     let mut raw = servo.raw.map_or([None; RAW.len()], |raw| raw.to_array().map(Some));
     for (name, value) in RAW.into_iter().zip(&mut raw) {

@@ -46,6 +46,8 @@ mod parquet;
 mod reader;
 mod writer;
 
+use std::num::NonZeroU64;
+
 use palpus::algebra::{Pose, Twist, Wrench};
 
 pub use columns::column_names;
@@ -120,6 +122,10 @@ pub struct ServoRecord {
     /// True if the engine's step gave its answer. False if it panicked, and while the loop only damps the grip after that
     /// or after a last fault: the engine's columns are then empty of meaning, and the chain was given a wrench of zero.
     pub stepped: bool,
+    /// Units of work that the engine's query did.
+    pub work: u64,
+    /// How much it was allowed to do, which decides the answer; `None`: as much as there was.
+    pub work_allowed: Option<NonZeroU64>,
     /// When the device took the state that was read, by its own clock, s.
     pub device_time_s: f64,
     /// The state as it was read, if the safety chain's gate put another one in its place.

@@ -1,6 +1,8 @@
 //! Recordings for the tests of recordings.
 #![allow(dead_code, unreachable_pub, reason = "each test file uses a part of it")]
 
+use std::num::NonZeroU64;
+
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
 use palpus::body::PolygonSoup;
@@ -109,6 +111,8 @@ pub fn row(bits: [u64; NUMBERS], whole: [u32; 6], depth: bool) -> RecordRow {
             elapsed_s: x(34),
             phase: whole[5],
             stepped: whole[3] / 2 % 2 == 1,
+            work: bits[49],
+            work_allowed: NonZeroU64::new(bits[49] ^ bits[32]),
             device_time_s: x(35),
             raw: (whole[3] / 4 % 2 == 1).then(|| RawState {
                 pose: Pose { rotation: DQuat::from_xyzw(x(39), x(40), x(41), x(42)), translation: vec(36) },
@@ -136,13 +140,16 @@ pub fn bits(row: &RecordRow) -> Vec<u64> {
         push(&tool.rotation.to_array());
     }
     // Nor has one of format 2.
-    if let Some(ServoRecord { utc_ns, lateness_s, elapsed_s, phase, stepped, device_time_s, raw }) = row.servo {
+    if let Some(servo) = row.servo {
+        let ServoRecord { utc_ns, lateness_s, elapsed_s, phase, stepped, work, work_allowed, device_time_s, raw } =
+            servo;
         push(&[lateness_s, elapsed_s, device_time_s, f64::from(phase), f64::from(u8::from(stepped))]);
         if let Some(RawState { pose, twist }) = raw {
             push(&pose.rotation.to_array());
             [pose.translation, twist.angular, twist.linear].iter().for_each(|v| push(&v.to_array()));
         }
-        push(&[f64::from_bits(utc_ns)]);
+        let allowed = work_allowed.map_or(0, NonZeroU64::get);
+        push(&[utc_ns, work, allowed].map(f64::from_bits));
     }
     push(&[row.dt, row.separation, row.query_us, row.depth_us.unwrap_or(-1.0), row.force_us, row.total_us]);
     let whole = [row.buttons, row.contacts, row.clusters, u32::from(row.saturated), row.faults];

@@ -33,7 +33,7 @@ impl Pacer {
 
     /// Units of work that the next step's query may do.
     pub fn allowance(&self) -> u64 {
-        (((self.target - self.rest) / self.price) as u64).max(PACE_LEAST_WORK)
+        (((self.target - self.rest) / self.price) as u64).clamp(PACE_LEAST_WORK, u64::from(u32::MAX))
     }
 
     /// Learns from a step.

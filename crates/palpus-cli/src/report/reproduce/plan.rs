@@ -168,7 +168,7 @@ fn run(wanted: &Wanted<'_>) -> Step {
         what: "a spoon in a cup at 1 kHz in real time",
         about: if wanted.quick { 4.0 } else { 11.0 },
         command: Ok(wanted
-            .palpus(&["run", "spoon-cup", "--headless", "--duration", seconds, "--record"])
+            .palpus(&["run", "spoon-cup", "--headless", "--duration", seconds, "--force", "--record"])
             .path(wanted.folder("run").join("run.csv"), "DIR/data/run/run.csv")),
         is_quick: wanted.quick,
         may_fail: false,
