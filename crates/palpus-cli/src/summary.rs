@@ -24,6 +24,18 @@ pub(crate) struct Count {
     max: u32,
 }
 
+/// How much of its time a loop needed.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Load {
+    p50: f64,
+    p99: f64,
+    p999: f64,
+    /// Share of the ticks in which the work of a step was bounded, so that some contacts were carried from the tick before.
+    bounded_ticks: f64,
+    /// Share of all contacts that were.
+    carried_contacts: f64,
+}
+
 /// What a run was like; the names are a contract with those who read `--json`.
 #[derive(Debug, Serialize)]
 pub(crate) struct Summary {
@@ -38,6 +50,8 @@ pub(crate) struct Summary {
     /// In real time: from a tick's deadline to its beginning.
     lateness_us: Option<Micros>,
     step_us: Micros,
+    /// In real time: the step as a share of the period.
+    load: Option<Load>,
     query_us: Micros,
     force_us: Micros,
     contacts: Count,
@@ -89,6 +103,8 @@ pub(crate) struct Gatherer {
     force_ns: Histogram<u64>,
     ticks: u64,
     contacts: (u64, u32),
+    carried: u64,
+    bounded: u64,
     clusters: (u64, u32),
     depth_max: f64,
     allocations: u64,
@@ -98,6 +114,21 @@ pub(crate) struct Gatherer {
 /// Durations to 10 s, to three digits.
 const LONGEST_NS: u64 = 10_000_000_000;
 
+/// Of its rate: a loop that made fewer ticks than this did not hold it.
+const HELD: f64 = 0.98;
+
+impl Summary {
+    /// Why the run is not one to be content with, though it came to its end: faults, and in real time a rate that was not held. `rate_hz` is
+    /// what was asked for.
+    pub(crate) fn complaint(&self, rate_hz: f64) -> Option<String> {
+        if self.faults > 0 {
+            return Some(format!("{} faults", self.faults));
+        }
+        let slow = self.lateness_us.is_some() && self.ticks > 0 && self.rate_hz < HELD * rate_hz;
+        slow.then(|| format!("the loop made {:.0} of {rate_hz:.0} ticks a second", self.rate_hz))
+    }
+}
+
 impl Gatherer {
     pub(crate) fn new() -> anyhow::Result<Self> {
         Ok(Self {
@@ -105,6 +136,8 @@ impl Gatherer {
             force_ns: Histogram::new_with_bounds(1, LONGEST_NS, 3)?,
             ticks: 0,
             contacts: (0, 0),
+            carried: 0,
+            bounded: 0,
             clusters: (0, 0),
             depth_max: 0.0,
             allocations: 0,
@@ -119,6 +152,8 @@ impl Gatherer {
         self.force_ns.saturating_record(tick.times.force.max(1));
         self.ticks += 1;
         self.contacts = (self.contacts.0 + u64::from(tick.contacts), self.contacts.1.max(tick.contacts));
+        self.carried += u64::from(tick.counters.query.held);
+        self.bounded += u64::from(tick.counters.query.traversal.postponed > 0);
         self.clusters = (self.clusters.0 + u64::from(tick.clusters), self.clusters.1.max(tick.clusters));
         self.depth_max = self.depth_max.max(-tick.separation);
         self.allocations += detail.allocations;
@@ -135,12 +170,26 @@ impl Gatherer {
         trouble.tool_resets += u64::from(counters.tool.reset);
     }
 
+    fn load(&self, statistics: &RunStatistics, rate_hz: f64) -> Load {
+        let share = |part: u64, of: u64| part as f64 / of.max(1) as f64;
+        let Percentiles { p50, p99, p999, .. } = statistics.step_us;
+        let of_period = |micros: f64| micros * 1e-6 * rate_hz;
+        Load {
+            p50: of_period(p50),
+            p99: of_period(p99),
+            p999: of_period(p999),
+            bounded_ticks: share(self.bounded, self.ticks),
+            carried_contacts: share(self.carried, self.contacts.0),
+        }
+    }
+
     /// The summary of the run whose loop says `statistics`, within `limits`, with what the system granted it.
     pub(crate) fn finish(
         self,
         statistics: &RunStatistics,
         limits: &SafetyLimits,
         claims: Option<&RealTimeClaims>,
+        rate_hz: f64,
     ) -> Summary {
         let mean = |sum: u64| if self.ticks > 0 { sum as f64 / self.ticks as f64 } else { 0.0 };
         Summary {
@@ -152,6 +201,7 @@ impl Gatherer {
             period_us: statistics.period_us.as_ref().map(of_loop),
             lateness_us: statistics.lateness_us.as_ref().map(of_loop),
             step_us: of_loop(&statistics.step_us),
+            load: statistics.lateness_us.is_some().then(|| self.load(statistics, rate_hz)),
             query_us: micros(&self.query_ns),
             force_us: micros(&self.force_ns),
             contacts: Count { mean: mean(self.contacts.0), max: self.contacts.1 },
@@ -207,6 +257,22 @@ fn pace(summary: &Summary) -> String {
     )
 }
 
+/// Of the period the step, and what of it was put off.
+fn load(load: &Load) -> String {
+    let percent = |x: f64| format!("{:.0} %", 100.0 * x);
+    let Load { p50, p99, p999, bounded_ticks, carried_contacts } = load;
+    let mut words =
+        format!("step p50 {}  p99 {}  p99.9 {} of the period", percent(*p50), percent(*p99), percent(*p999));
+    if *bounded_ticks > 0.0 {
+        words += &format!(
+            "; work bounded in {} of the ticks, {} of the contacts carried",
+            percent(*bounded_ticks),
+            percent(*carried_contacts)
+        );
+    }
+    words
+}
+
 /// Prints the summary in words.
 pub(crate) fn print(summary: &Summary) {
     let micros = |m: &Micros| format!("p50 {:.1}  p99 {:.1}  p99.9 {:.1}  max {:.1} µs", m.p50, m.p99, m.p999, m.max);
@@ -255,6 +321,9 @@ pub(crate) fn print(summary: &Summary) {
         ("cut for safety", summary.safety.cuts()),
     ];
     for (name, text) in rows {
+        if let (Some(summary), "step") = (&summary.load, name) {
+            output::line(format!("{:>14}  {}", "load", load(summary)));
+        }
         output::line(format!("{name:>14}  {text}"));
     }
     let counted: Vec<String> = summary

@@ -83,6 +83,9 @@ pub(crate) struct RunArguments {
     /// Makes something go wrong, to see what the safety chain makes of it: a name and when, such as `pose-jump@1.5`.
     #[arg(long, value_name = "NAME@S")]
     pub(crate) fault: Vec<String>,
+    /// Ends with success although there were faults or the loop did not hold its rate. Faults on purpose (--fault) are no failure anyway.
+    #[arg(long)]
+    pub(crate) lenient: bool,
     /// Ends the run at its first fault instead of engaging again.
     #[arg(long)]
     pub(crate) stop_on_fault: bool,

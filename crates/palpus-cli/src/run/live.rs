@@ -25,6 +25,9 @@ pub(crate) struct Live {
     pub(crate) force: f64,
     pub(crate) torque: f64,
     pub(crate) worst_step_s: f64,
+    /// Step over the period, and the share of contacts that were carried, of late.
+    pub(crate) load: f64,
+    pub(crate) carried: f64,
     pub(crate) overruns: u64,
     pub(crate) faults: u64,
     pub(crate) cuts: Cuts,
@@ -50,6 +53,8 @@ impl Live {
             force: 0.0,
             torque: 0.0,
             worst_step_s: 0.0,
+            load: 0.0,
+            carried: 0.0,
             overruns: 0,
             faults: 0,
             cuts: Cuts::NONE,
@@ -74,6 +79,8 @@ impl Live {
             force: tick.wrench.force.length(),
             torque: tick.wrench.torque.length(),
             worst_step_s: self.worst_step_s.max(tick.step_s),
+            load: self.load + OF_LATE * (tick.step_s * self.rate_hz - self.load),
+            carried: self.carried + OF_LATE * (detail.map_or(0.0, |detail| detail.tick.carried()) - self.carried),
             overruns: self.overruns + u64::from(tick.overrun),
             faults: self.faults + u64::from(faulted),
             cuts: tick.cuts,
@@ -94,6 +101,9 @@ impl Live {
     }
 }
 
+/// Share by which what is shown follows each tick.
+const OF_LATE: f64 = 0.02;
+
 /// Between two live lines.
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
 
@@ -112,9 +122,9 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
         tell_start(&live, &mut told);
         if shown {
             output::live(&format!(
-                "{:6.0} Hz   query {:7.1} µs   {:3} contacts   {:5.2} N   {}",
+                "{:6.0} Hz   load {:3.0} %   {:3} contacts   {:5.2} N   {}",
                 (live.ticks - last) as f64 / LIVE_PERIOD.as_secs_f64(),
-                live.query_ns as f64 / 1e3,
+                100.0 * live.load,
                 live.contacts,
                 live.force,
                 live.way_out.map_or_else(|| said(live.phase).to_owned(), |out| out.words()),

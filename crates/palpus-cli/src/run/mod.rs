@@ -133,9 +133,16 @@ pub(crate) fn go_on_without_window(
 /// Says what the runs were like, one after the other.
 fn finish(arguments: &RunArguments, ended: Vec<Ended>) -> anyhow::Result<ExitCode> {
     let mut failed = false;
+    let strict = !arguments.lenient && arguments.fault.is_empty();
     for run in ended {
         run.notes.iter().for_each(output::note);
         report(arguments, &run)?;
+        let summaries = [Some(&run.summary), run.second.as_ref().map(|second| &second.summary)];
+        for complaint in summaries.into_iter().flatten().filter_map(|summary| summary.complaint(run.rate_hz)) {
+            let advice = if strict { "; --lenient takes that for success, `palpus doctor` says more" } else { "" };
+            output::note(format!("note: {complaint}{advice}"));
+            failed |= strict;
+        }
         if let Some(file) = &arguments.screenshot {
             let Ended { name, stage, engine, settings, rate_hz, .. } = run;
             let moment = engine.shown(1.0 / rate_hz);

@@ -110,11 +110,11 @@ impl Seat {
     }
 
     /// What it was like, when the loop is over; and what there is to say of it.
-    pub(super) fn end(self, worked: Worked, claims: Option<&RealTimeClaims>) -> (EndedSeat, Vec<String>) {
+    pub(super) fn end(self, worked: Worked, claims: Option<&RealTimeClaims>, rate_hz: f64) -> (EndedSeat, Vec<String>) {
         let Worked { statistics, gatherer } = worked;
         let (recordings, mut notes) = self.recordings.finish();
         notes.extend(self.faults.and_then(FaultLog::finish));
-        let summary = gatherer.finish(&statistics, &self.limits, claims);
+        let summary = gatherer.finish(&statistics, &self.limits, claims, rate_hz);
         (EndedSeat { summary, end: statistics.end, recordings }, notes)
     }
 }

@@ -151,10 +151,10 @@ impl Session {
         let Turned { first, second, engine } = joined(self.thread.join())?;
         let claims = self.claims.as_ref();
         let settings = self.first.settings;
-        let (EndedSeat { summary, end, recordings }, mut notes) = self.first.end(first, claims);
+        let (EndedSeat { summary, end, recordings }, mut notes) = self.first.end(first, claims, self.rate_hz);
         let mut of_second = None;
         if let Some((seat, worked)) = self.second.zip(second) {
-            let (ended, more) = seat.end(worked, claims);
+            let (ended, more) = seat.end(worked, claims, self.rate_hz);
             notes.extend(more);
             of_second = Some(ended);
         }

@@ -137,6 +137,10 @@ pub struct Numbers {
     pub force_time: f64,
     /// s: the longest step so far.
     pub worst_step: f64,
+    /// Step over the period, of late.
+    pub load: f64,
+    /// Share of the contacts that were carried from the tick before, since a step's work is bounded, of late.
+    pub carried: f64,
     /// Ticks whose wrench came more than a period late.
     pub overruns: u64,
     /// Times that a fault took the force away.
@@ -167,6 +171,8 @@ impl Default for Numbers {
             query: 0.0,
             force_time: 0.0,
             worst_step: 0.0,
+            load: 0.0,
+            carried: 0.0,
             overruns: 0,
             faults: 0,
             contacts: 0,

@@ -99,13 +99,23 @@ impl Status {
             separation if separation.is_finite() => format!("{:.2} mm", separation * 1e3),
             _ => "–".to_owned(),
         };
-        let rows: [[(&str, (String, Color32)); 3]; 2] = [
+        let share = |x: f64, most: f64| (format!("{:.0} %", 100.0 * x), if x > most { bad } else { text });
+        let rows: [[(&str, (String, Color32)); 3]; 3] = [
             [
                 ("rate", (format!("{:.0} Hz", self.rate), text)),
-                ("worst tick", (format!("{:.0} µs", now.worst_step * 1e6), text)),
-                ("time", (format!("{:.1} s", now.time), text)),
+                ("load", share(now.load, 1.0)),
+                ("carried contacts", share(now.carried, 1.0)),
             ],
-            [("late ticks", counted(now.overruns)), ("faults", counted(now.faults)), ("distance", (separation, text))],
+            [
+                ("worst tick", (format!("{:.0} µs", now.worst_step * 1e6), text)),
+                ("late ticks", counted(now.overruns)),
+                ("faults", counted(now.faults)),
+            ],
+            [
+                ("time", (format!("{:.1} s", now.time), text)),
+                ("contacts", (now.contacts.to_string(), text)),
+                ("distance", (separation, text)),
+            ],
         ];
         let width = ui.available_width() / 3.0;
         Grid::new("numbers").num_columns(3).min_col_width(width - 4.0).spacing([4.0, 3.0]).show(ui, |ui| {

@@ -150,6 +150,13 @@ pub struct TickSummary {
     pub counters: Counters,
 }
 
+impl TickSummary {
+    /// Share of the contacts that were carried from the step before, since the work allowed did not suffice.
+    pub fn carried(&self) -> f64 {
+        if self.contacts > 0 { f64::from(self.counters.query.held) / f64::from(self.contacts) } else { 0.0 }
+    }
+}
+
 impl Tick {
     /// An empty tick with memory for `capacity` contacts.
     pub fn new(capacity: usize) -> Self {
