@@ -199,7 +199,7 @@ pub struct DeviceSpec {
     pub actuated: Axes,
     /// Axes with sensors.
     pub sensed: Axes,
-    /// Buttons that the loop sees, 0 when none or not known: with buttons, forces are asked for by pressing one.
+    /// Buttons that the loop sees, 0 when none or not known: with buttons, forces are asked for by holding one.
     pub buttons: u8,
     /// Sides of the box that the grip can reach, m, when the maker states it.
     pub workspace: Option<DVec3>,

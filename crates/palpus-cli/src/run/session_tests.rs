@@ -9,7 +9,7 @@ use clap::Parser;
 use palpus::algebra::Pose;
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::Settings;
-use palpus_device::{AfterPanic, Guide};
+use palpus_device::{AfterPanic, Cut, Cuts, Guide};
 use palpus_io::read_recording;
 use palpus_io::scene::FilePolicy;
 
@@ -107,9 +107,15 @@ fn settings_changed_in_a_run_come_back_bit_for_bit_and_cost_no_memory() {
     assert_eq!(summary.allocations, 0, "the loop allocates");
     assert_eq!(recordings, std::slice::from_ref(&file));
     assert!(notes.is_empty(), "{notes:?}");
-    let changes = read_recording(&file).expect("a recording").changes;
-    let ticks: Vec<u64> = changes.iter().map(|change| change.0).collect();
+    let recording = read_recording(&file).expect("a recording");
+    let ticks: Vec<u64> = recording.changes.iter().map(|change| change.0).collect();
     assert_eq!(ticks, [400, 800, 1200, 1600, 2000, 2400]);
+    for tick in ticks.into_iter().map(|tick| tick as usize) {
+        let [before, after] = [tick - 1, tick].map(|tick| &recording.rows[tick]);
+        assert!(Cuts::from_bits(after.faults).has(Cut::Settings));
+        let step = after.wrench.force.distance(before.wrench.force);
+        assert!(step < 0.1, "{step} N in the tick of other settings, {tick}");
+    }
     assert_eq!(replayed(&file).expect("it can be replayed"), (3000, 3000));
 }
 

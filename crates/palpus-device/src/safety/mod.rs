@@ -45,6 +45,7 @@ mod latch;
 mod limit_cycle;
 mod limits;
 mod motion;
+mod options;
 mod passivity;
 mod watchdog;
 mod withholding;
@@ -53,7 +54,7 @@ use glam::DVec3;
 use palpus::algebra::Wrench;
 use palpus::render::{Limits, Saturation, saturate};
 
-use crate::device::{DeviceSpec, DeviceState};
+use crate::device::DeviceState;
 use blend::Blend;
 use engagement::{Event, Machine};
 use heat::Heat;
@@ -66,59 +67,13 @@ pub use energy::{ContactAccount, EnergyAccount};
 pub use engagement::{AfterFault, DEVICE_BUTTONS, Engagement, HOLD_KEY, Phase, REARM_KEY, Rearm};
 pub use gate::{Admitted, Gate};
 pub use limits::{LimitLine, SafetyLimits};
+pub use options::{AfterPanic, SafetyOptions};
 pub use passivity::Passivity;
 pub use watchdog::Watch;
 pub(crate) use watchdog::watch_until_over;
 
 /// A step's length may be this much beyond the slew limit, relatively: rounding, not motion.
 const SLEW_ROUNDING: f64 = 1e-9;
-
-/// How the chain is to behave where there is a choice.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct SafetyOptions {
-    /// How forces are asked for; `None`: by holding any button if the device has buttons, else automatically.
-    pub engagement: Option<Engagement>,
-    /// The thresholds; `None`: those of the device, [`SafetyLimits::of`]. Where others are looser, the device's count.
-    pub limits: Option<SafetyLimits>,
-    /// Takes looser thresholds as they are, down to none at all. For tests of what lies beyond them, not for a device that is held.
-    pub loosened: bool,
-    /// After a fault that the loop survives.
-    pub after_fault: AfterFault,
-    /// After a panic in the step, whose memory may then be in disorder.
-    pub after_panic: AfterPanic,
-    /// After three faults in ten seconds.
-    pub rearm: Rearm,
-}
-
-/// What happens after a panic in the step.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AfterPanic {
-    /// The run ends, after a moment of damping.
-    #[default]
-    Stop,
-    /// A fault like any other.
-    AsFault,
-}
-
-impl SafetyOptions {
-    /// How forces are asked for on a device of this `spec`.
-    pub fn engagement(&self, spec: &DeviceSpec) -> Engagement {
-        self.engagement.unwrap_or(match spec.buttons {
-            0 => Engagement::Automatic,
-            count => Engagement::DeadMan(HOLD_KEY | (DEVICE_BUTTONS & (u32::MAX >> (32 - count.min(32))))),
-        })
-    }
-
-    /// The thresholds for a device of this `spec` in a loop of `rate_hz`.
-    pub fn limits(&self, spec: &DeviceSpec, rate_hz: f64) -> SafetyLimits {
-        let derived = SafetyLimits::of(spec, rate_hz);
-        match self.limits {
-            Some(given) if self.loosened => given,
-            Some(given) => given.within(&derived),
-            None => derived,
-        }
-    }
-}
 
 /// What the chain lets through.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -19,9 +19,9 @@ pub(super) struct Motion {
 }
 
 impl Motion {
-    /// The grip is at `pose`, `elapsed` seconds after the last tick; `blind`: its motion cannot be believed.
+    /// The grip is at `pose`, `elapsed` seconds (more than 0) after the last tick; `blind`: its motion cannot be believed.
     pub(super) fn follow(&mut self, pose: &Pose, elapsed: f64, blind: bool) {
-        if blind || !(elapsed > 0.0) {
+        if blind {
             *self = Self::default();
             return;
         }

@@ -1,5 +1,5 @@
 use super::*;
-use crate::known_devices;
+use crate::{DeviceSpec, known_devices};
 use palpus::algebra::{Pose, Twist};
 
 const DT: f64 = 1e-3;

@@ -11,7 +11,7 @@ use palpus::algebra::{Pose, Twist};
 
 use super::*;
 use crate::device::{Brake, BrakeFlag, DeviceError};
-use crate::safety::SafetyLimits;
+use crate::safety::{SafetyLimits, SafetyOptions};
 use crate::{DeviceSpec, known_devices};
 
 /// A device that stays where it is and remembers what it was told.

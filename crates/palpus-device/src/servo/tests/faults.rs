@@ -8,7 +8,7 @@ use palpus::algebra::{Pose, Twist};
 use super::super::*;
 use super::{Scribe, fast, go_on, guarded, pull, state_at};
 use crate::device::{Brake, DeviceError};
-use crate::safety::{AfterFault, AfterPanic, Cut, SafetyLimits};
+use crate::safety::{AfterFault, AfterPanic, Cut, SafetyLimits, SafetyOptions};
 use crate::{HandImpedance, ReplayDevice, SimulatedDevice, SimulationSettings};
 
 #[test]

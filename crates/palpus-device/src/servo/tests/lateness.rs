@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::super::*;
 use super::{Scribe, go_on, guarded, pull, state_at};
 use crate::device::Brake;
-use crate::safety::{Cut, SafetyLimits};
+use crate::safety::{Cut, SafetyLimits, SafetyOptions};
 use crate::{ReplayDevice, known_devices};
 
 #[test]

@@ -7,7 +7,10 @@ use palpus::algebra::Pose;
 
 use super::super::*;
 use super::{Scribe, fast, go_on, open, pull, state_at};
-use crate::{Engagement, HandImpedance, ReplayDevice, SafetyChain, SafetyLimits, SimulatedDevice, SimulationSettings};
+use crate::{
+    Engagement, HandImpedance, ReplayDevice, SafetyChain, SafetyLimits, SafetyOptions, SimulatedDevice,
+    SimulationSettings,
+};
 
 #[test]
 fn a_run_lasts_its_ticks_and_ends_with_zero() {
