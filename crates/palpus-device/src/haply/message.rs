@@ -39,6 +39,8 @@ pub struct Arm {
     pub kind: ArmKind,
     /// What keeps it from being used.
     pub trouble: Option<&'static str>,
+    /// A session uses it; before palpus's first message, another program's.
+    pub in_use: bool,
     /// Worth writing down.
     pub notes: Vec<String>,
 }
@@ -106,7 +108,9 @@ pub fn inventory(text: &str) -> Result<Inventory, String> {
     let mut inventory = Inventory::default();
     for entry in entries(&root, "inverse3") {
         if let Some(id) = id(entry) {
-            inventory.arms.push(arm(id, entry));
+            let mut arm = arm(id, entry);
+            arm.trouble = arm.trouble.or_else(|| turned_or_scaled(&root["session"]["config"]));
+            inventory.arms.push(arm);
         }
     }
     for kind in GRIPS {
@@ -172,10 +176,11 @@ pub(super) fn write_force(into: &mut String, id_in_json: &str, spelling: Spellin
 }
 
 /// Overwrites `into` with the first message of a session: zero force, and the name of the profile
-/// under which the service keeps this program's settings.
+/// under which the service keeps this program's settings. The answer has these settings, as the
+/// inventory had those of before.
 pub(super) fn write_first(into: &mut String, id_in_json: &str, spelling: Spelling) {
     into.clear();
-    into.push_str(r#"{"session":{"configure":{"profile":{"name":"palpus"}}},"#);
+    into.push_str(r#"{"session":{"configure":{"profile":{"name":"palpus"}},"force_render_full_state":{}},"#);
     write_device(into, id_in_json, spelling, DVec3::ZERO);
 }
 
@@ -221,8 +226,9 @@ fn arm(id: &str, entry: &Value) -> Arm {
             known => known,
         },
     };
-    let trouble = in_use(entry).or_else(|| trouble(entry)).or_else(|| turned_or_scaled(config));
-    Arm { id: id.to_owned(), kind, trouble, notes: notes(config) }
+    let trouble = trouble(entry).or_else(|| turned_or_scaled(config));
+    let in_use = entry["status"]["in_use"] == Value::Bool(true);
+    Arm { id: id.to_owned(), kind, trouble, in_use, notes: notes(config) }
 }
 
 fn kind_of(value: &Value) -> ArmKind {
@@ -267,13 +273,6 @@ fn grip_trouble(entry: &Value) -> Option<&'static str> {
 /// Returns the text of the first status that is `false`.
 fn says_no(entry: &Value, all: [(&str, &'static str); 3]) -> Option<&'static str> {
     all.into_iter().find(|(key, _)| entry["status"][*key] == Value::Bool(false)).map(|(_, trouble)| trouble)
-}
-
-/// True before palpus's first message only if another session uses the arm.
-fn in_use(entry: &Value) -> Option<&'static str> {
-    (entry["status"]["in_use"] == Value::Bool(true)).then_some(
-        "in use by another program, whose forces would add to these: close that program; if it was just closed, try again",
-    )
 }
 
 /// Returns the setting by which positions are scaled or turned, if there is one.

@@ -63,7 +63,8 @@ pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
         hear(&mut wire, "tells no inventory").and_then(|text| message::inventory(&text)).map_err(not_understood)?;
     let arm = choose(&inventory.arms, options, &address)?;
     let not_ready = |why: String| HaplyError::NotReady { device: format!("the arm {}", arm.id), why };
-    if let Some(why) = arm.trouble {
+    let in_use = "in use by another program, whose forces would add to these: close that program; if it was just closed, try again";
+    if let Some(why) = Some(in_use).filter(|_| arm.in_use).or(arm.trouble) {
         return Err(not_ready(why.to_owned()));
     }
     let Identity { version, note } = Identity::of(http::get(&address, "/version").as_ref()).map_err(not_understood)?;
@@ -85,7 +86,7 @@ pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
     };
     let sample = first_sample(&mut wire, &mut talk, version.is_some()).map_err(|failed| match failed {
         NoSample::NotUnderstood(why) => not_understood(why),
-        NoSample::Grip(device, why) => HaplyError::NotReady { device, why },
+        NoSample::NotReady(device, why) => HaplyError::NotReady { device, why },
     })?;
     let mut senses = Senses::new(grip.is_some());
     let first = senses.state(&sample, Instant::now());
@@ -120,8 +121,8 @@ pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
 /// Why there is no first sample.
 enum NoSample {
     NotUnderstood(String),
-    /// The grip's name, and why it gives no orientation.
-    Grip(String, String),
+    /// The name of the arm or the grip, and what it lacks.
+    NotReady(String, String),
 }
 
 /// Returns the first sample with the grip's orientation, if there is a grip. The session's name is
@@ -132,6 +133,9 @@ fn first_sample(wire: &mut Wire, talk: &mut Talk, named: bool) -> Result<Sample,
     loop {
         wire.send(message).map_err(NoSample::NotUnderstood)?;
         let text = hear(wire, "does not answer a command").map_err(NoSample::NotUnderstood)?;
+        if let Some(why) = talk.trouble(&text) {
+            return Err(NoSample::NotReady(format!("the arm {}", talk.arm), why.to_owned()));
+        }
         let sample = talk.sample(&text).map_err(|why| NoSample::NotUnderstood(format!("it sends {why}")))?;
         let Some(grip) = &talk.grip else { return Ok(sample) };
         if sample.rotation.is_some() && sample.grip_trouble.is_none() {
@@ -139,7 +143,10 @@ fn first_sample(wire: &mut Wire, talk: &mut Talk, named: bool) -> Result<Sample,
         }
         if Instant::now() >= until {
             let silent = "not reporting its orientation: move it, and check that it is switched on";
-            return Err(NoSample::Grip(format!("the grip {grip}"), sample.grip_trouble.unwrap_or(silent).to_owned()));
+            return Err(NoSample::NotReady(
+                format!("the grip {grip}"),
+                sample.grip_trouble.unwrap_or(silent).to_owned(),
+            ));
         }
         std::thread::sleep(ASK_AGAIN);
         message = talk.force(DVec3::ZERO);
@@ -223,6 +230,11 @@ impl Talk {
     fn first(&mut self) -> &str {
         message::write_first(&mut self.message, &self.arm_in_json, self.spelling);
         &self.message
+    }
+
+    /// Why the arm is not to be used, with the settings of this session if `text` has them.
+    fn trouble(&self, text: &str) -> Option<&'static str> {
+        message::inventory(text).ok()?.arms.into_iter().find(|arm| arm.id == self.arm)?.trouble
     }
 
     /// What `text` says of the arm and its grip.

@@ -140,8 +140,9 @@ impl Cuts {
             | Cut::Overrun.bit()
             | Cut::Suspended.bit(),
     );
-    /// What the chain is told, and cannot find out from states and wrenches: faults, that the run is paused, that the device withholds its
-    /// force, that settings are new, that the run is about to end.
+    /// What the chain is told, and cannot find out from states and wrenches: faults, that the run
+    /// is paused, that the device withholds its force, that settings are new, that the run is about
+    /// to end.
     pub const TOLD: Self =
         Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit() | Cut::Settings.bit() | Cut::Ending.bit());
     /// Those that make the state's velocity a number not to be relied on.

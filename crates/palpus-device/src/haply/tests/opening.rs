@@ -43,6 +43,9 @@ fn what_cannot_be_opened_says_why() {
     let turned = json!({ "rotation": { "w": 0.0, "x": 1.0, "y": 0.0, "z": 0.0 } });
     assert!(open(with(inventory(), "/inverse3/0/state/transform", turned)).contains("turned by"));
     assert!(open(with(inventory(), "/inverse3/0/status/in_use", json!(true))).contains("another program"));
+    let mut session = inventory();
+    session["session"] = json!({ "config": { "basis": { "permutation": "XZY" } } });
+    assert!(open(session).contains("turned by"));
     assert!(open(json!({ "hello": 1 })).contains("not as the Inverse Service does"));
     assert!(open(json!([1, 2])).contains("no list `inverse3`"));
     assert!(open(with(inventory(), "/inverse3/0/status/calibrated", json!(false))).contains("not calibrated"));
@@ -78,6 +81,20 @@ fn the_session_is_named_in_the_first_message_only() {
     let told = service.told();
     assert_eq!(told[0].session.as_deref(), Some("palpus"));
     assert!(told[1..].iter().all(|told| told.session.is_none()) && told.len() > 2);
+}
+
+#[test]
+fn the_settings_of_the_named_session_count() {
+    // The inventory is that of another profile; and now the arm is in use, by this session.
+    let scaled = json!({ "position": {}, "scale": { "x": 0.5, "y": 0.5, "z": 0.5 } });
+    let scaled = with(inventory(), "/inverse3/0/config/mount", scaled);
+    let used = with(inventory(), "/inverse3/0/status/in_use", json!(true));
+    let open = |answer: Value| {
+        let service = Service::usual(move |_| Act::Say(vec![answer.to_string()]));
+        HaplyDevice::open(&service.options()).map(drop).map_err(|error| error.to_string())
+    };
+    assert!(open(scaled).unwrap_err().contains("scale"));
+    assert_eq!(open(used), Ok(()));
 }
 
 /// An inventory with two arms, and two grips in the other order.
