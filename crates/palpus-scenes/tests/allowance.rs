@@ -10,7 +10,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose};
 use palpus::body::{Body, PolygonSoup};
 use palpus::force::{Contact, PairQuery};
-use palpus::render::{Limits, ProbeState, Renderer, Settings, Tick};
+use palpus::render::{Limits, ProbeState, Renderer, Settings, Tick, VirtualCoupling};
 use palpus_scenes::scene;
 
 /// What came of a run with an allowance beside one without.
@@ -103,6 +103,43 @@ fn a_scene_with_too_little_work_feels_nearly_the_same() {
         let outcome = compare(&a, &b, settings, 40, &poses);
         assert!(outcome.late > 100 && outcome.held > 500, "{name}: {outcome:?}");
         assert_near(&outcome, name);
+    }
+}
+
+/// m/s.
+const SLAM: f64 = 1.6;
+
+#[test]
+fn a_tool_waits_for_what_the_work_did_not_suffice_to_look_at() {
+    for name in ["torus-torus", "peg-hole", "box-table"] {
+        let scene = scene(name).expect("a built-in scene");
+        let (a, b) = (body(&scene.probe), body(&scene.environment));
+        let limits = Settings::default().limits;
+        let tolerance = scene.contact.tolerance;
+        let settings = Settings {
+            contact_tolerance: tolerance,
+            stiffness: VirtualCoupling::contact_stiffness(&limits, tolerance).expect("the device has a force"),
+            coupling: Some(VirtualCoupling::tuned(&limits, 1e-3, tolerance)),
+            ..Settings::default()
+        };
+        let mut renderer = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
+        let mut judge = PairQuery::new(&a, &b, 4096);
+        let start = scene.path.pose(0.0);
+        let goal = scene.path.pose(0.5 * scene.path.duration());
+        let way = (goal.translation - start.translation).normalize_or(DVec3::NEG_Z);
+        renderer.allow(Some(12));
+        let (mut deepest, mut waited, mut late) = (0.0f64, 0, 0);
+        for k in 0..400 {
+            let ahead = (f64::from(k) * 1e-3 * SLAM).min(0.1);
+            let pose = Pose { translation: start.translation + way * ahead, ..start };
+            let tick = renderer.step(&ProbeState::at(pose), 1e-3, &NoClock);
+            waited += tick.counters.tool.bounded;
+            late += u32::from(tick.is_late());
+            judge.run(&a, &b, &tick.tool_ba, tolerance, &NoClock);
+            deepest = judge.contacts().iter().fold(deepest, |most, contact| most.max(-contact.separation));
+        }
+        assert!(late > 3 && waited > 3, "{name}: {late} late, {waited} waited");
+        assert!(deepest < 2e-5, "{name}: {deepest} m deep");
     }
 }
 

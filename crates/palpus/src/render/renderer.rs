@@ -218,6 +218,9 @@ impl Renderer {
             return Side::Driven(motion.twist);
         }
         let free = apart && self.tick.forces.clusters.is_empty();
+        // The other tool comes as far.
+        let skin = self.settings.skin();
+        self.tool.see(skin + 0.5 * (self.tick.unseen_separation - skin));
         let begun = self.tool.begin(&self.tick.probe, &self.tick.forces, free, h);
         Side::Held(&mut self.tool, begun)
     }
@@ -286,8 +289,10 @@ impl Renderer {
 
     /// Stage 4.
     pub(super) fn couple(&mut self, motion: &Motion, dt: f64) {
+        let unseen = self.tick.unseen_separation;
         let Tick { probe, forces, counters, computed, .. } = &mut self.tick;
         if self.settings.coupling.is_some() {
+            self.tool.see(unseen);
             (*computed, counters.tool) = self.tool.step(probe, forces, dt);
         } else {
             let grip = motion.pose_ba.point(self.settings.grip_a);

@@ -13,7 +13,8 @@
 //! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, with c the contact's k_t while it
 //!    sticks, and so small that both together are μ F_n when it slides. The same rounds find c.
 //! 5. *Solve* the 6 × 6 system, move the tool, but no point of it farther than contacts were looked ahead for: that is at least
-//!    two skins, and twice the way of the last step. So nothing can be jumped over, at any speed. The coupling's force in V′, reversed, is what the device feels.
+//!    two skins, and twice the way of the last step. So nothing can be jumped over, at any speed. Where the query's work is bounded, it
+//!    does not come nearer than the skin to what was not looked at, and waits for it. The coupling's force in V′, reversed, is what the device feels.
 //!
 //! All matrices that are added are positive semi-definite, the coupling's is definite: the step has a solution at any stiffness,
 //! mass 0 included, and no gain of it grows. The spring's force levels off at what the device can give as of now, so that a hand that presses
@@ -71,6 +72,8 @@ pub struct Tool {
     radius: f64,
     /// m: no point of the tool moves farther in the next step. Contacts are looked for that much beyond the skin.
     reach: f64,
+    /// m: the tool may move so far before it meets anything that this tick's query did not look at.
+    clear: f64,
     anchor: Anchor,
     touches: Touches,
 }
@@ -120,6 +123,7 @@ impl Tool {
             twist: Twist::default(),
             radius: 0.0,
             reach: 0.0,
+            clear: f64::INFINITY,
             anchor: Anchor::AT_GRIP,
             touches: Touches::new(settings.capacity),
         };
@@ -194,11 +198,16 @@ impl Tool {
         self.reach
     }
 
-    /// The share of a step of `h` seconds with `twist`, at most 1, that keeps the tool within its reach. What it was looked ahead for then
-    /// is all that it can meet.
+    /// What this tick's query did not look at is at least `separation` (m) apart.
+    pub(super) fn see(&mut self, separation: f64) {
+        self.clear = (separation - self.coupling.skin).max(0.0);
+    }
+
+    /// The share of a step of `h` seconds with `twist`, at most 1, that keeps the tool within its reach, and away from what nobody looked at.
+    /// What it was looked ahead for then is all that it can meet.
     pub(super) fn share_within_reach(&self, twist: &Twist, h: f64) -> f64 {
-        let travel = self.travel(twist, h);
-        if travel > self.reach { self.reach / travel } else { 1.0 }
+        let (travel, most) = (self.travel(twist, h), self.reach.min(self.clear));
+        if travel > most { most / travel } else { 1.0 }
     }
 
     /// m: no point of the tool moves farther in `h` seconds with `twist`.
