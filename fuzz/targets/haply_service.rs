@@ -47,7 +47,7 @@ fn service() -> &'static Service {
                 let _ = stream.set_read_timeout(Some(Duration::from_secs(1)));
                 let Ok(head) = head_of(&mut stream) else { continue };
                 let part = Arc::clone(&service().part.lock().expect("no panic"));
-                if head.starts_with("GET /version") {
+                if ["GET /version", "GET /settings", "GET /inverse3"].iter().any(|asked| head.starts_with(asked)) {
                     let _ = stream.write_all(&part.version);
                 } else {
                     let _ = send.send((stream, head, part));

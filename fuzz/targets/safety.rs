@@ -7,8 +7,8 @@ use std::borrow::Cow;
 use glam::DVec3;
 use palpus::algebra::Wrench;
 use palpus_device::{
-    AfterFault, AfterPanic, Axes, Cuts, DeviceSpec, DeviceState, Engagement, Gate, Phase, SafetyChain, SafetyLimits,
-    SafetyOptions, known_devices,
+    AfterFault, AfterPanic, Axes, Cut, Cuts, DeviceSpec, DeviceState, Engagement, Gate, Phase, SafetyChain,
+    SafetyLimits, SafetyOptions, known_devices,
 };
 use palpus_fuzz::{Allowance, Bytes, Seed, check, target};
 
@@ -68,7 +68,8 @@ fn run(data: &[u8]) {
     let period = 1.0 / rate;
     let mut chain = SafetyChain::new(&limits, options.engagement(&spec), &options, period);
     let mut gate = Gate::new(&limits);
-    let mut state = DeviceState { pose: bytes.pose(0.1), twist: Default::default(), buttons: 1, time: 0.0, withheld: false };
+    let mut state =
+        DeviceState { pose: bytes.pose(0.1), twist: Default::default(), buttons: 1, time: 0.0, withheld: false };
     let mut before = Wrench::ZERO;
     for _ in 0..400 {
         match bytes.byte() {
@@ -103,6 +104,9 @@ fn run(data: &[u8]) {
         let slack = 1.0 + ROUNDING;
         let within = [(given.force, limits.force_peak), (given.torque, limits.torque_peak)];
         assert!(within.iter().all(|&(v, most)| check::within(v, slack * most + SMALLEST)), "{shaped:?} of {limits:?}");
+        if shaped.cuts.has(Cut::Withheld) {
+            assert!(given == Wrench::ZERO, "{shaped:?}");
+        }
         if shaped.cuts.is_fault() {
             assert!(matches!(shaped.phase, Phase::Faulted | Phase::Stopped | Phase::Latched), "{shaped:?}");
             assert!(check::within(given.force, slack * limits.rest_force + SMALLEST), "{shaped:?} of {limits:?}");

@@ -6,7 +6,7 @@ use anyhow::{Context, bail};
 use palpus::algebra::Pose;
 use palpus_device::{
     Axes, DeviceSpec, Finding, FindingState, HAPLY_ADDRESS, HaplyDevice, HaplyOptions, HapticDevice, PlacedDevice,
-    RealTimeOptions, SafetyLimits, SpaceMouse,
+    RealTimeOptions, SafetyLimits, SpaceMouse, WallTime, self_test,
 };
 use palpus_drivers::{ForceDimension, ForceDimensionOptions, OpenHaptics, OpenHapticsOptions, Place};
 use serde_json::{Map, Value, json};
@@ -37,7 +37,8 @@ pub(crate) fn devices(arguments: &DevicesArguments) -> anyhow::Result<ExitCode> 
 pub(crate) const NAMES: &str = "sim, replay:FILE, haply[#ARM][:ws://HOST:PORT], spacemouse[:/dev/hidrawN], \
     force-dimension[#1][:LIBRARY], force-dimension-simulator[:LIBRARY], openhaptics[#NAME][:LIBRARY]";
 
-/// The hardware called `name`, set down so that the grip begins at `start` (world); `None` when it is no hardware's name.
+/// The hardware called `name`, tested, and set down so that the grip begins at `start` (world);
+/// `None` when it is no hardware's name.
 ///
 /// `notes` gets what is worth writing down of it; with `real_time`, threads of the device ask for priority like the loop does.
 pub(crate) fn open(
@@ -50,7 +51,7 @@ pub(crate) fn open(
     if which.is_some() && !matches!(kind, "haply" | "force-dimension" | "openhaptics") {
         bail!("of `{kind}` there is one; leave the # out");
     }
-    let device: Box<dyn HapticDevice + Send> = match kind {
+    let mut device: Box<dyn HapticDevice + Send> = match kind {
         "haply" => {
             let device = HaplyDevice::open(&haply(which, place, real_time)).with_context(|| refused(name))?;
             notes.extend_from_slice(device.notes());
@@ -74,6 +75,8 @@ pub(crate) fn open(
         }
         _ => return Ok(None),
     };
+    let failed = || format!("the device `{name}` failed its self test");
+    notes.push(self_test(&mut device, &WallTime::new()).with_context(failed)?.to_string());
     Ok(Some(Box::new(PlacedDevice::new(device, start))))
 }
 

@@ -18,7 +18,7 @@ fn the_doctor_answers_in_words_or_as_one_document() {
     assert_eq!(report["timer"]["turns"], 500);
     assert_eq!(report["scene"]["name"], "peg-hole");
     assert!(report["scene"]["p999_us"].as_f64().is_some_and(|us| us > 0.0));
-    assert_eq!(report["real_time"].as_array().map(Vec::len), Some(3));
+    assert_eq!(report["real_time"].as_array().map(Vec::len), Some(4));
     for note in report["verdict"]["notes"].as_array().expect("notes") {
         assert!(note["what"].as_str().is_some_and(|what| !what.is_empty() && !what.contains('\n')), "{note}");
     }
@@ -81,4 +81,14 @@ fn the_loop_runs_on_a_makers_library() {
         let summary = document(&output);
         assert!(output.status.success() && summary["ticks"].as_u64().is_some_and(|ticks| ticks > 0), "{summary}");
     }
+    // What it passed is said, and one whose own watchdog does not bite is not used.
+    let device = format!("force-dimension:{}", stand_in("dhd"));
+    let run = ["run", "peg-hole", "--device", &device, "--duration", "0.3", "--no-record"];
+    let output = command_without_cache(&run).env("STAND_IN", begin).output().expect("the program starts");
+    assert!(text(&output.stderr).contains("self test passed"), "{}", text(&output.stderr));
+    let begin = format!("{begin},25=1");
+    let output = command_without_cache(&run).env("STAND_IN", begin).output().expect("the program starts");
+    let error = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(1), "{error}");
+    assert!(error.contains("failed its self test") && error.contains("its own watchdog"), "{error}");
 }

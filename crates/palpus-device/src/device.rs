@@ -3,6 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
@@ -47,6 +48,21 @@ pub trait HapticDevice {
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         None
     }
+
+    /// What the device's own watchdog, in the device or beside it, has done since the last write;
+    /// `None` if there is none that can be asked. For the [self test](crate::self_test()).
+    fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
+        None
+    }
+}
+
+/// A watchdog of the device's own, which takes the force when nothing is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OwnWatchdog {
+    /// The time without a write after which it bites.
+    pub after: Duration,
+    /// It has taken the force since the last write.
+    pub has_bitten: bool,
 }
 
 /// Takes the force from a device, from any thread and at any time, without waiting.
@@ -103,6 +119,10 @@ impl<D: HapticDevice + ?Sized> HapticDevice for Box<D> {
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         (**self).brake()
     }
+
+    fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
+        (**self).own_watchdog()
+    }
 }
 
 /// What a device senses at an instant.
@@ -117,8 +137,9 @@ pub struct DeviceState {
     /// Seconds since the device was opened at which this state was sampled: a state that is handed out again keeps its
     /// time, so that one can see that there is no newer one.
     pub time: f64,
-    /// The device gives no force now, whatever it is told: it is not ready, has no power supply, was switched off by the person who holds it,
-    /// or lost an answer. [`Cut::Withheld`](crate::Cut) follows.
+    /// The device gives no force now, whatever it is told: it is not ready, has no power supply,
+    /// was switched off by the person who holds it, or lost an answer.
+    /// [`Cut::Withheld`](crate::Cut) follows.
     pub withheld: bool,
 }
 

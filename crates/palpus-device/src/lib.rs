@@ -8,6 +8,7 @@
 //!   last wrench written is zero.
 //! * [`SafetyChain`] — what stands between a computed wrench and the hand, in every tick; with the [`Gate`] before the step and the
 //!   [`Watch`] beside the loop. [`FaultyDevice`] is how all that is tried.
+//! * [`self_test`] — of a device, before anybody is given a force by it.
 //! * [`claim`] — what an operating system has for a loop that must not be late: priority, locked memory, a core of its own, which
 //!   [`leave_core`] has others leave.
 //! * [`latest`] — whatever is slower than the loop (a window, a live line) sees the newest value.
@@ -26,11 +27,14 @@ mod realtime;
 mod recorder;
 mod replay;
 mod safety;
+mod self_test;
 mod servo;
 mod simulated;
 mod spacemouse;
 
-pub use device::{Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, known_devices};
+pub use device::{
+    Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, OwnWatchdog, known_devices,
+};
 pub use faulty::{Fault, FaultyDevice, Script};
 pub use found::{Finding, FindingState, known_device, look};
 pub use haply::message as haply_messages;
@@ -45,6 +49,7 @@ pub use safety::{
     HOLD_KEY, LimitLine, Passivity, Phase, REARM_KEY, Rearm, SafetyChain, SafetyCounters, SafetyLimits, SafetyOptions,
     Shaped, Watch,
 };
+pub use self_test::{SelfTest, SelfTestError, self_test};
 pub use servo::{
     BothObserver, Energy, LATE, LoopTime, Percentiles, Reins, RunEnd, RunStatistics, Servo, ServoError, ServoOptions,
     ServoTick, StepOutcome, TickObserver, Timing, ToolOutcome, VirtualTime, WallTime,

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Wrench};
 
-use crate::device::{Brake, DeviceError, DeviceSpec, DeviceState, HapticDevice};
+use crate::device::{Brake, DeviceError, DeviceSpec, DeviceState, HapticDevice, OwnWatchdog};
 
 /// A device whose first pose is that of the scene's beginning.
 #[derive(Clone, Debug)]
@@ -60,6 +60,10 @@ impl<D: HapticDevice> HapticDevice for PlacedDevice<D> {
 
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         self.device.brake()
+    }
+
+    fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
+        self.device.own_watchdog()
     }
 }
 

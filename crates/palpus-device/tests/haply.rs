@@ -4,12 +4,13 @@ use std::net::{TcpListener, TcpStream};
 use std::sync::atomic::AtomicBool;
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 use palpus_device::{
-    DeviceState, HaplyDevice, HaplyOptions, PlacedDevice, RunEnd, RunStatistics, Servo, ServoOptions, ServoTick,
+    Cut, DeviceState, HaplyDevice, HaplyOptions, PlacedDevice, RunEnd, RunStatistics, Servo, ServoOptions, ServoTick,
     StepOutcome,
 };
 use serde_json::{Value, json};
@@ -18,8 +19,14 @@ use tungstenite::Message;
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
+/// Forces that a service got, N, with when it got them.
+type Forces = Mutex<Vec<(Instant, f64)>>;
+
+/// What a service says to its messages, by their number.
+type Script = fn(usize) -> Option<Value>;
+
 /// An arm without a grip that moves up and down by a centimetre, and the forces that it got.
-fn service(messages: usize) -> (String, Arc<Mutex<Vec<f64>>>, JoinHandle<()>) {
+fn service(messages: usize, script: Script) -> (String, Arc<Forces>, JoinHandle<()>) {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = format!("ws://{}", listener.local_addr().expect("an address"));
     let forces = Arc::new(Mutex::new(Vec::new()));
@@ -27,12 +34,12 @@ fn service(messages: usize) -> (String, Arc<Mutex<Vec<f64>>>, JoinHandle<()>) {
     let thread = std::thread::spawn(move || {
         let (stream, _) = listener.accept().expect("a client");
         drop(listener);
-        serve(stream, messages, &log);
+        serve(stream, messages, script, &log);
     });
     (address, forces, thread)
 }
 
-fn serve(stream: TcpStream, messages: usize, forces: &Mutex<Vec<f64>>) {
+fn serve(stream: TcpStream, messages: usize, script: Script, forces: &Forces) {
     stream.set_nodelay(true).expect("a socket");
     let mut socket = tungstenite::accept(stream).expect("a handshake");
     let mut answered = 0;
@@ -42,9 +49,11 @@ fn serve(stream: TcpStream, messages: usize, forces: &Mutex<Vec<f64>>) {
             Ok(Message::Text(text)) => {
                 let value: Value = serde_json::from_str(text.as_str()).expect("a message");
                 let force = &value["inverse3"][0]["commands"]["set_cursor_force"]["vector"]["z"];
-                forces.lock().expect("no panic").push(force.as_f64().expect("a number"));
+                forces.lock().expect("no panic").push((Instant::now(), force.as_f64().expect("a number")));
                 answered += 1;
-                let _ = socket.send(Message::text(state(answered).to_string()));
+                if let Some(answer) = script(answered) {
+                    let _ = socket.send(Message::text(answer.to_string()));
+                }
             }
             Ok(_) => {}
             Err(_) => return,
@@ -64,6 +73,12 @@ fn state(count: usize) -> Value {
 
 /// A floor at the start's height, for so many seconds; and the allocations after the first tick.
 fn run(address: &str, seconds: f64) -> (RunStatistics, u64) {
+    let floor = |state: &DeviceState, _: f64| 100.0 * (-state.pose.translation.z).max(0.0);
+    run_with(address, seconds, floor)
+}
+
+/// Another force along z, N, by the state and the period.
+fn run_with(address: &str, seconds: f64, mut force: impl FnMut(&DeviceState, f64) -> f64) -> (RunStatistics, u64) {
     let options = HaplyOptions { address: address.to_owned(), ..HaplyOptions::default() };
     let device = HaplyDevice::open(&options).expect("a device");
     let mut device = PlacedDevice::new(device, Pose::IDENTITY);
@@ -74,9 +89,8 @@ fn run(address: &str, seconds: f64) -> (RunStatistics, u64) {
         last = allocations_of_this_thread();
         first.get_or_insert(last);
     };
-    let step = |state: &DeviceState, _: f64| {
-        let depth = (-state.pose.translation.z).max(0.0);
-        StepOutcome::of(Wrench { force: DVec3::Z * 100.0 * depth, torque: DVec3::ZERO })
+    let step = |state: &DeviceState, dt: f64| {
+        StepOutcome::of(Wrench { force: DVec3::Z * force(state, dt), torque: DVec3::ZERO })
     };
     let statistics = servo.run(&mut device, step, &mut observer, &AtomicBool::new(false));
     (statistics, last - first.unwrap_or(last))
@@ -84,12 +98,12 @@ fn run(address: &str, seconds: f64) -> (RunStatistics, u64) {
 
 #[test]
 fn a_loop_on_the_arm_does_not_allocate_and_ends_with_zero() {
-    let (address, forces, thread) = service(usize::MAX);
+    let (address, forces, thread) = service(usize::MAX, |k| Some(state(k)));
     let (statistics, allocations) = run(&address, 2.0);
     thread.join().expect("the service");
     assert_eq!(statistics.end, RunEnd::Duration);
     assert_eq!(allocations, 0);
-    let forces = forces.lock().expect("no panic");
+    let forces: Vec<f64> = forces.lock().expect("no panic").iter().map(|(_, force)| *force).collect();
     // Two centimetres at most below where it began.
     assert!(forces.len() > 100 && forces.iter().all(|force| (0.0..=2.0 + 1e-6).contains(force)), "{forces:?}");
     assert!(forces.iter().any(|force| *force > 0.0), "it must have pushed");
@@ -98,9 +112,57 @@ fn a_loop_on_the_arm_does_not_allocate_and_ends_with_zero() {
 
 #[test]
 fn a_service_that_goes_away_ends_the_run_and_is_said() {
-    let (address, _, thread) = service(100);
+    let (address, _, thread) = service(100, |k| Some(state(k)));
     let (statistics, _) = run(&address, 20.0);
     thread.join().expect("the service");
     let RunEnd::DeviceFailed(error) = &statistics.end else { panic!("{:?}", statistics.end) };
     assert!(error.to_string().contains("Inverse Service is gone"), "{error}");
+}
+
+/// A state that lacks this status for 40 messages now and then.
+fn without(status: &str, count: usize) -> Value {
+    let mut state = state(count);
+    state["inverse3"][0]["status"][status] = json!(!(200..240).contains(&(count % 300)));
+    state
+}
+
+/// N/s: from zero to the Inverse3's peak in 50 ms.
+const RETURN_RATE: f64 = 10.0 / 0.05;
+
+#[test]
+fn a_force_that_was_withheld_returns_gently() {
+    let scripts: [(&str, Script); 5] = [
+        ("not ready", |k| Some(without("ready", k))),
+        ("without power", |k| Some(without("power_supply", k))),
+        ("an answer lost", |k| if k % 100 == 0 { None } else { Some(state(k)) }),
+        ("an answer late", |k| {
+            if k % 100 == 0 {
+                std::thread::sleep(Duration::from_millis(8));
+            }
+            Some(state(k))
+        }),
+        ("not understood", |k| Some(if k % 100 == 0 { json!("no state") } else { state(k) })),
+    ];
+    for (name, script) in scripts {
+        let (address, forces, thread) = service(usize::MAX, script);
+        // Up and down between nothing and six newtons, twice a second.
+        let mut time = 0.0;
+        let wave = move |_: &DeviceState, dt: f64| {
+            time += dt;
+            3.0 - 3.0 * (12.0 * time).cos()
+        };
+        let (statistics, _) = run_with(&address, 1.5, wave);
+        thread.join().expect("the service");
+        assert!(statistics.safety.ticks(Cut::Withheld) > 0, "{name}: {:?}", statistics.safety);
+        let forces = forces.lock().expect("no panic");
+        for pair in forces.windows(2) {
+            let [(before, last), (at, force)] = pair else { continue };
+            let passed = (*at - *before).as_secs_f64();
+            // A tick may be due just before and just after.
+            let most = RETURN_RATE * (passed + 4e-3);
+            assert!(force - last <= most, "{name}: from {last} to {force} N in {passed} s");
+        }
+        assert!(forces.iter().any(|(_, force)| *force > 3.0), "{name}: it must push");
+        assert_eq!(forces.last().map(|(_, force)| *force), Some(0.0), "{name}");
+    }
 }

@@ -8,7 +8,10 @@ use std::time::Duration;
 use glam::{DQuat, DVec3};
 use palpus::algebra::Wrench;
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
-use palpus_device::{DeviceError, DeviceState, HapticDevice, RunEnd, Servo, ServoOptions, ServoTick, StepOutcome};
+use palpus_device::{
+    Cut, DeviceError, DeviceState, HapticDevice, RunEnd, SelfTestError, Servo, ServoOptions, ServoTick, StepOutcome,
+    WallTime, self_test,
+};
 use palpus_drivers::{DriverError, ForceDimension, ForceDimensionOptions, Place};
 use stand_in::{StandIn, build, keys::*};
 
@@ -212,42 +215,91 @@ fn the_brake_does_not_wait_for_a_call_that_hangs() {
 }
 
 #[test]
-fn a_pause_switches_the_force_on_again() {
+fn a_pause_switches_the_force_on_again_from_zero() {
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
     device.write(&push(DVec3::X)).unwrap();
     // The device's own watchdog.
-    stand_in.set(ENABLED, 0.0);
+    stand_in.set(ENABLED, 0.0).set(OFF_CAUSE, 3.0);
     std::thread::sleep(Duration::from_millis(25));
     device.write(&push(DVec3::X)).unwrap();
-    assert_eq!(stand_in.get(ENABLED), 1.0);
+    assert_eq!((stand_in.get(ENABLED), stand_in.three(FORCE)), (1.0, [0.0; 3]));
+    assert!(device.read().unwrap().withheld, "the loop must know that nothing was felt");
+    device.write(&push(DVec3::X)).unwrap();
+    assert!(stand_in.three(FORCE) != [0.0; 3] && !device.read().unwrap().withheld);
 }
 
 #[test]
-fn the_switch_on_the_device_is_a_brake() {
+fn the_device_passes_its_self_test_or_is_not_used() {
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
-    let brake = device.brake().unwrap();
-    let mut ticks = |wrench: Wrench, until: &dyn Fn() -> bool| {
-        (0..1000).any(|_| {
-            device.write(&wrench).unwrap();
-            device.read().unwrap();
-            until()
-        })
-    };
-    assert!(!ticks(push(DVec3::X), &|| brake.is_applied()));
+    let passed = self_test(&mut device, &WallTime::new()).unwrap();
+    assert_eq!(passed.own_watchdog, Some(Duration::from_millis(20)));
+    assert!(passed.brake && !passed.withheld && stand_in.get(LARGEST) == 0.0, "{passed}");
+    stand_in.set(WATCHDOG_SLEEPS, 1.0);
+    let failed = self_test(&mut device, &WallTime::new()).unwrap_err();
+    assert!(matches!(failed, SelfTestError::OwnWatchdog(_)), "{failed}");
+    // Switched off by the person who holds it, it passes, and it is said.
+    stand_in.set(WATCHDOG_SLEEPS, 0.0).set(SWITCHED_OFF, 1.0);
+    let mut device = open(&stand_in).unwrap();
+    assert!(self_test(&mut device, &WallTime::new()).unwrap().withheld);
+    assert_eq!(stand_in.get(OVERRIDDEN), 0.0);
+}
+
+#[test]
+fn the_library_is_told_the_largest_force_and_torque() {
+    let stand_in = ready();
+    stand_in.set(ACTIVE_WRIST, 1.0);
+    let device = open(&stand_in).unwrap();
+    assert_eq!((stand_in.get(MAX_FORCE), stand_in.get(MAX_TORQUE)), (12.0, 0.2));
+    assert!(device.is_limited());
+}
+
+/// Writes and reads until `until` is so, for at most a thousand ticks; says whether it came to it.
+fn ticks(device: &mut ForceDimension, until: impl Fn(&DeviceState) -> bool) -> bool {
+    (0..1000).any(|_| {
+        device.write(&push(DVec3::X)).unwrap();
+        until(&device.read().unwrap())
+    })
+}
+
+#[test]
+fn a_force_that_a_person_switched_off_is_never_switched_on() {
+    // The button, too fast a motion, the dead-man's switch.
+    for by in [1.0, 2.0, 6.0] {
+        let stand_in = ready();
+        let mut device = open(&stand_in).unwrap();
+        let brake = device.brake().unwrap();
+        assert!(!ticks(&mut device, |state| state.withheld));
+        stand_in.set(SWITCHED_OFF, by);
+        assert!(ticks(&mut device, |state| state.withheld));
+        // Neither a pause nor a brake that is released switches it on.
+        std::thread::sleep(Duration::from_millis(25));
+        assert!(!ticks(&mut device, |state| !state.withheld));
+        brake.apply();
+        brake.release();
+        assert!(!ticks(&mut device, |state| !state.withheld));
+        assert_eq!((stand_in.get(OVERRIDDEN), stand_in.three(FORCE)), (0.0, [0.0; 3]), "cause {by}");
+        // The person does.
+        stand_in.set(SWITCHED_OFF, 0.0).set(ENABLED, 1.0);
+        assert!(ticks(&mut device, |state| !state.withheld));
+        assert!(ticks(&mut device, |_| stand_in.three(FORCE) != [0.0; 3]));
+    }
+}
+
+#[test]
+fn a_force_that_is_switched_off_at_the_start_waits_for_the_person() {
+    let stand_in = ready();
     stand_in.set(SWITCHED_OFF, 1.0);
-    assert!(ticks(push(DVec3::X), &|| brake.is_applied()));
-    // Whoever releases it while the switch is off finds it applied again, and has not switched it on.
-    stand_in.set(ENABLED, 0.0);
-    brake.release();
-    assert!(ticks(push(DVec3::X), &|| brake.is_applied()));
-    assert_eq!(stand_in.get(ENABLED), 0.0);
-    // Switched on, nothing comes before the loop engages.
+    let mut device = open(&stand_in).unwrap();
+    device.write(&push(DVec3::X)).unwrap();
+    assert!(device.read().unwrap().withheld);
+    assert!(!ticks(&mut device, |state| !state.withheld));
+    assert_eq!((stand_in.get(OVERRIDDEN), stand_in.get(ENABLED), stand_in.get(LARGEST)), (0.0, 0.0, 0.0));
     stand_in.set(SWITCHED_OFF, 0.0).set(ENABLED, 1.0);
-    assert!(!ticks(push(DVec3::X), &|| stand_in.three(FORCE) != [0.0; 3]));
-    brake.release();
-    assert!(ticks(push(DVec3::X), &|| stand_in.three(FORCE) != [0.0; 3] && !brake.is_applied()));
+    assert!(ticks(&mut device, |state| !state.withheld));
+    drop(device);
+    assert_eq!(stand_in.get(ENABLED), 0.0);
 }
 
 #[test]
@@ -321,6 +373,40 @@ fn a_servo_loop_drives_it_and_ends_with_zero() {
     assert_eq!(run(&mut device, 0.6, |_| {}), RunEnd::Duration);
     assert!(stand_in.get(LARGEST) > 0.0, "it was felt");
     assert_eq!(stand_in.three(FORCE), [0.0; 3]);
+}
+
+#[test]
+fn a_force_that_a_person_switches_off_and_on_returns_gently() {
+    let stand_in = ready();
+    stand_in.set(MOVING, 0.0);
+    let mut device = open(&stand_in).unwrap();
+    let (off, on) = (700, 800);
+    // Up to 4 N within a tenth of a second, long after the ramp of the engagement.
+    let mut tick = 0u32;
+    let step = |_: &DeviceState, _: f64| {
+        tick += 1;
+        let newtons = 0.04 * f64::from(tick.saturating_sub(400).min(100));
+        StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::X * newtons })
+    };
+    let mut forces = Vec::new();
+    let mut observer = |tick: &ServoTick, _: &()| {
+        match tick.index {
+            at if at == off => _ = stand_in.set(SWITCHED_OFF, 1.0),
+            at if at == on => _ = stand_in.set(SWITCHED_OFF, 0.0).set(ENABLED, 1.0),
+            _ => {}
+        }
+        forces.push((tick.index, tick.wrench.force.x));
+    };
+    let options = ServoOptions { duration: Some(1.2), ..ServoOptions::default() };
+    let run = Servo::new(options).unwrap().run(&mut device, step, &mut observer, &AtomicBool::new(false));
+    assert!(run.safety.ticks(Cut::Withheld) >= 50, "{:?}", run.safety);
+    assert_eq!(stand_in.get(OVERRIDDEN), 0.0);
+    // From zero to the omega's 12 N in 50 ms at most.
+    let most = 12.0 / 50.0 * (1.0 + 1e-9);
+    for pair in forces.windows(2).filter(|pair| pair[0].0 > off) {
+        let [(_, last), (at, force)] = pair else { continue };
+        assert!(force - last <= most, "tick {at}: from {last} to {force} N");
+    }
 }
 
 #[test]

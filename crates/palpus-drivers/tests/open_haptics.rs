@@ -9,7 +9,9 @@ use std::time::Duration;
 use glam::{DQuat, DVec3};
 use palpus::algebra::Wrench;
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
-use palpus_device::{DeviceError, DeviceState, HapticDevice, RunEnd, Servo, ServoOptions, ServoTick, StepOutcome};
+use palpus_device::{
+    DeviceError, DeviceState, HapticDevice, RunEnd, Servo, ServoOptions, ServoTick, StepOutcome, WallTime, self_test,
+};
 use palpus_drivers::{DriverError, OpenHaptics, OpenHapticsOptions, Place};
 use stand_in::{StandIn, build, keys::*};
 
@@ -49,9 +51,11 @@ fn push(force: DVec3) -> Wrench {
     Wrench { torque: DVec3::new(0.01, 0.02, 0.03), force }
 }
 
-/// Writes `wrench` until the library has it, or is not going to have it.
+/// Reads and writes `wrench` as a loop does until the library has it, or is not going to have it.
 fn hold(device: &mut OpenHaptics, stand_in: &StandIn, wrench: Wrench, until: impl Fn(&StandIn) -> bool) -> bool {
     for _ in 0..2000 {
+        // A device that is lost still gives no force.
+        let _ = device.read();
         device.write(&wrench).unwrap();
         if until(stand_in) {
             return true;
@@ -107,7 +111,7 @@ fn six_axes_get_their_torque_in_millinewton_metres() {
 }
 
 #[test]
-fn a_wrench_that_nobody_renews_ends_within_milliseconds_and_comes_back_gently() {
+fn a_wrench_that_nobody_renews_ends_within_milliseconds_and_the_loop_is_told() {
     let _alone = alone();
     let stand_in = ready();
     let mut device = open(&stand_in).unwrap();
@@ -118,11 +122,78 @@ fn a_wrench_that_nobody_renews_ends_within_milliseconds_and_comes_back_gently() 
     let turns = stand_in.get(TURNS);
     assert!(stand_in.comes_to(|s| s.get(TURNS) > turns + 10.0));
     assert_eq!(stand_in.three(FORCE), [0.0; 3]);
-    // And goes on.
-    device.write(&wrench).unwrap();
-    assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) > 0.0));
-    assert!(stand_in.get(FORCE) < 1.0, "{}", stand_in.get(FORCE));
+    // And goes on, without having looked: it does not know, and so nothing is given.
+    let turns = stand_in.get(TURNS);
+    while stand_in.get(TURNS) < turns + 10.0 {
+        device.write(&wrench).unwrap();
+        assert_eq!(stand_in.three(FORCE), [0.0; 3]);
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    assert!(device.read().unwrap().withheld);
+    assert!(!device.read().unwrap().withheld);
     assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) == 2.0));
+}
+
+#[test]
+fn a_force_that_the_driver_does_not_give_is_withheld() {
+    for code in [0x0201, 0x0202, 0x0203, 0x0204] {
+        let _alone = alone();
+        let stand_in = ready();
+        let mut device = open(&stand_in).unwrap();
+        let wrench = push(DVec3::X * 2.0);
+        assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) == 2.0));
+        stand_in.set(FRAME_ERROR, f64::from(code));
+        let told = stand_in.comes_to(|_| {
+            let withheld = device.read().unwrap().withheld;
+            device.write(&wrench).unwrap();
+            withheld
+        });
+        assert!(told, "{code:x}");
+        stand_in.set(FRAME_ERROR, 0.0);
+        assert!(hold(&mut device, &stand_in, wrench, |s| s.get(FORCE) == 2.0), "{code:x}");
+    }
+}
+
+#[test]
+fn a_calibration_that_is_not_up_to_date_is_updated_or_refused() {
+    let _alone = alone();
+    let needing = |styles: f64, tries: f64| {
+        let stand_in = ready();
+        stand_in.set(CALIBRATION, f64::from(0x5001)).set(CALIBRATION_STYLES, styles).set(CALIBRATION_TRIES, tries);
+        stand_in
+    };
+    // By itself, or in the inkwell; the second update is the one that helps.
+    for (styles, used) in [(2.0, 2.0), (4.0, 4.0), (7.0, 2.0)] {
+        let stand_in = needing(styles, 2.0);
+        assert!(open(&stand_in).is_ok());
+        assert_eq!((stand_in.get(CALIBRATED), stand_in.get(CALIBRATION_TRIES)), (used, 0.0));
+    }
+    // It would have to be held in its reset position; or it does not help.
+    for (styles, tries) in [(1.0, 1.0), (2.0, -1.0)] {
+        let stand_in = needing(styles, tries);
+        let error = open(&stand_in).map(drop).unwrap_err();
+        assert!(error.why().contains("does not know where it is") && error.mend().contains("inkwell"), "{error}");
+        assert_eq!((stand_in.get(ENABLED), stand_in.get(LARGEST)), (0.0, 0.0));
+    }
+}
+
+#[test]
+fn a_touch_passes_its_self_test_without_a_force() {
+    let _alone = alone();
+    let stand_in = ready();
+    stand_in.set(MOVING, 0.0);
+    let mut device = open(&stand_in).unwrap();
+    let passed = self_test(&mut device, &WallTime::new()).unwrap();
+    assert!(passed.brake && passed.own_watchdog.is_some() && !passed.withheld, "{passed}");
+    assert_eq!(stand_in.get(LARGEST), 0.0);
+}
+
+#[test]
+fn the_drivers_own_protections_are_switched_on() {
+    let _alone = alone();
+    let stand_in = ready();
+    let _device = open(&stand_in).unwrap();
+    assert_eq!(stand_in.get(CAPABILITIES), f64::from(0b11111));
 }
 
 #[test]

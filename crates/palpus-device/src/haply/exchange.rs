@@ -5,49 +5,46 @@
 //!
 //! States are counted, and a command says which was the newest that its force knows. A force is sent if it is new, if no
 //! answer was lost after the state that it knows, and if that state is one of the last three. Everything else is sent as zero.
+//!
+//! **Gaps.** If zero is sent in place of a force, the loop goes on from a force that the hand does
+//! not feel. Each such gap therefore has a number, and the loop's next state is withheld. A force
+//! that was computed before the loop read that state is not sent. After it, the loop starts from
+//! zero.
 
 use std::borrow::Cow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use glam::{DQuat, DVec3};
-use palpus::algebra::{Pose, Twist};
+use glam::DVec3;
 
-use super::address::Address;
-use super::grip::GripFilter;
-use super::message::{self, Arm, ArmKind, Grip, Sample};
-use super::version::{self, Spelling};
-use super::wire::{Failed, Heard, Wire};
-use super::{HaplyError, HaplyOptions, Shared};
-use crate::device::{Axes, Brake, BrakeFlag, DeviceSpec, DeviceState, known_devices};
+use super::Shared;
+use super::echo::{Echo, Given};
+use super::message::Sample;
+use super::opening::{Opened, Talk};
+use super::senses::Senses;
+use super::wire::{Heard, Wire};
+use crate::device::{Brake, BrakeFlag, DeviceState};
 use crate::latest::{Newest, Publisher};
 use crate::realtime::{RealTimeOptions, claim};
 
-/// For the inventory after connecting, and for the first state.
-const FIRST_ANSWER: Duration = Duration::from_secs(1);
 /// For a state: a service on the same machine answers within a fraction of a millisecond.
 pub(super) const ANSWER_TIME: Duration = Duration::from_millis(5);
 /// Without a command of the loop for this long, zero is sent.
-const IDLE_TIME: Duration = Duration::from_millis(5);
+pub(super) const IDLE_TIME: Duration = Duration::from_millis(5);
 /// Without a state for this long, the device is lost.
 const LOST_TIME: Duration = Duration::from_millis(250);
-/// Without an orientation for this long, the grip is.
-const GRIP_LOST_TIME: f64 = 0.25;
 /// States that a force may not know yet.
 const MOST_BEHIND: u64 = 2;
 /// Messages between two turns that nobody asked for: more are none of the service's.
 const MOST_EXTRA: u64 = 64;
-/// s: what service, cable and firmware take is not stated; a USB frame.
-const ASSUMED_DELAY: f64 = 1e-3;
-/// N: for arms of which no limit is known.
-const CAUTIOUS_FORCE: f64 = 3.0;
 
-/// A state, and how many there have been.
+/// A state, with the number of states and of gaps so far.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sensed {
     pub(super) state: DeviceState,
     pub(super) index: u64,
+    pub(super) gap: u64,
 }
 
 /// What the loop wants.
@@ -59,175 +56,14 @@ pub(super) struct Command {
     pub(super) force: DVec3,
     /// Index of the newest state that it knows.
     pub(super) knows: u64,
+    /// Number of gaps that it knows of.
+    pub(super) gap: u64,
 }
 
-/// A connection that has gone around once.
-pub(super) struct Opened {
-    pub(super) spec: DeviceSpec,
-    pub(super) notes: Vec<String>,
-    pub(super) first: Sensed,
-    wire: Wire,
-    talk: Talk,
-    senses: Senses,
-}
-
-/// How to address the arm.
-struct Talk {
-    arm: String,
-    arm_in_json: String,
-    grip: Option<String>,
-    spelling: Spelling,
-    message: String,
-}
-
-/// From samples to states.
-struct Senses {
-    origin: Instant,
-    filter: Option<GripFilter>,
-    rotation: DQuat,
-    /// When the grip was heard last, s.
-    heard: f64,
-    buttons: u32,
-}
-
-/// Connects, chooses, and goes around once.
-pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
-    let address = Address::of(options)?;
-    let written = || address.written.clone();
-    let not_understood = |why: String| HaplyError::NotUnderstood { address: written(), why };
-    let mut wire = Wire::open(&address).map_err(|failed| match failed {
-        Failed::NoService(why) => HaplyError::NoService { address: written(), why },
-        Failed::NotUnderstood(why) => not_understood(why),
-    })?;
-    let inventory =
-        hear(&mut wire, "tells no inventory").and_then(|text| message::inventory(&text)).map_err(not_understood)?;
-    let arm = choose(&inventory.arms, options, &address)?;
-    let device = format!("the arm {}", arm.id);
-    if let Some(why) = &arm.trouble {
-        return Err(HaplyError::NotReady { device, why: why.clone() });
-    }
-    // With a grip for each arm, they belong together in the service's order.
-    let place = inventory.arms.iter().position(|other| other.id == arm.id).unwrap_or(0);
-    let grip = inventory.grips.get(place).or(inventory.grips.first());
-    let version = version::ask(&address);
-    let spelling = version::spelling(version.as_deref());
-    let mut talk = Talk {
-        arm: arm.id.clone(),
-        arm_in_json: message::in_json(&arm.id),
-        grip: grip.map(|grip| grip.id.clone()),
-        spelling,
-        message: String::new(),
-    };
-    wire.send(talk.force(DVec3::ZERO)).map_err(not_understood)?;
-    let text = hear(&mut wire, "does not answer a command").map_err(not_understood)?;
-    let sample = talk.sample(&text).map_err(|why| not_understood(format!("it sends {why}")))?;
-    let mut senses = Senses::new();
-    let state = senses.state(&sample, Instant::now());
-    let mut notes = vec![
-        format!(
-            "service {} at {}, forces spelled `{}`",
-            version.as_deref().unwrap_or("of an unknown version"),
-            address.written,
-            spelling.key()
-        ),
-        format!(
-            "arm {}; {}",
-            arm.id,
-            grip.map_or("no grip: rotation is not sensed".to_owned(), |grip| format!(
-                "grip {} ({})",
-                grip.id, grip.kind
-            ))
-        ),
-    ];
-    notes.extend(arm.notes.iter().cloned());
-    let others = inventory.arms.len().saturating_sub(1);
-    if others > 0 {
-        notes.push(format!("{others} other arms are not used"));
-    }
-    Ok(Opened { spec: spec_of(arm, grip), notes, first: Sensed { state, index: 1 }, wire, talk, senses })
-}
-
-/// The next text within [`FIRST_ANSWER`].
-fn hear(wire: &mut Wire, missing: &str) -> Result<String, String> {
-    match wire.hear(Some(Instant::now() + FIRST_ANSWER))? {
-        Heard::Text(text) => Ok(text),
-        Heard::Other(what) => Err(format!("it sends {what}")),
-        Heard::Nothing => Err(format!("it {missing} within {} s", FIRST_ANSWER.as_secs())),
-    }
-}
-
-fn choose<'a>(arms: &'a [Arm], options: &HaplyOptions, address: &Address) -> Result<&'a Arm, HaplyError> {
-    let none = |why: String| HaplyError::NoDevice { address: address.written.clone(), why };
-    match &options.arm {
-        None => arms.first().ok_or_else(|| none("no arm: plug one in, and wait for its light".to_owned())),
-        Some(wanted) => arms.iter().find(|arm| arm.id == *wanted).ok_or_else(|| {
-            let all: Vec<&str> = arms.iter().map(|arm| arm.id.as_str()).collect();
-            none(format!(
-                "no arm `{wanted}`; it has: {}",
-                if all.is_empty() { "none".to_owned() } else { all.join(", ") }
-            ))
-        }),
-    }
-}
-
-fn spec_of(arm: &Arm, grip: Option<&Grip>) -> DeviceSpec {
-    let known = known_devices().into_iter().find(|known| known.name == "Inverse3");
-    let (name, force_max) = match (arm.kind, known) {
-        (ArmKind::Inverse3, Some(known)) => ("Inverse3", known.force_max),
-        (ArmKind::Inverse3x, Some(known)) => ("Inverse3x", known.force_max),
-        (ArmKind::Minverse, _) => ("Minverse", CAUTIOUS_FORCE),
-        _ => ("Haply arm of an unknown kind", CAUTIOUS_FORCE),
-    };
-    DeviceSpec {
-        name: Cow::Borrowed(name),
-        force_max,
-        torque_max: 0.0,
-        force_continuous: None,
-        torque_continuous: None,
-        actuated: Axes::TRANSLATION,
-        sensed: if grip.is_some() { Axes::FULL } else { Axes::TRANSLATION },
-        buttons: grip.map_or(0, |grip| grip.buttons),
-        workspace: None,
-        delay: ASSUMED_DELAY,
-    }
-}
-
-impl Talk {
-    fn force(&mut self, force: DVec3) -> &str {
-        message::write_force(&mut self.message, &self.arm_in_json, self.spelling, force);
-        &self.message
-    }
-
-    fn sample(&self, text: &str) -> Result<Sample, String> {
-        message::sample(text, &self.arm, self.grip.as_deref())
-    }
-}
-
-impl Senses {
-    fn new() -> Self {
-        Self { origin: Instant::now(), filter: None, rotation: DQuat::IDENTITY, heard: 0.0, buttons: 0 }
-    }
-
-    fn state(&mut self, sample: &Sample, now: Instant) -> DeviceState {
-        let time = now.duration_since(self.origin).as_secs_f64();
-        if let Some(rotation) = sample.rotation {
-            (self.rotation, self.heard) = (rotation, time);
-        }
-        self.buttons = sample.buttons.unwrap_or(self.buttons);
-        let filter = self.filter.get_or_insert_with(|| GripFilter::new(self.rotation, time));
-        let (rotation, angular) = filter.follow(self.rotation, time);
-        DeviceState {
-            pose: Pose { rotation, translation: sample.position },
-            twist: Twist { angular, linear: sample.velocity },
-            buttons: self.buttons,
-            time,
-            withheld: false,
-        }
-    }
-
-    /// s since the grip was heard.
-    fn deaf(&self, now: Instant) -> f64 {
-        now.duration_since(self.origin).as_secs_f64() - self.heard
+impl Sensed {
+    /// The first one.
+    pub(super) fn first(state: DeviceState) -> Self {
+        Self { state, index: 1, gap: 0 }
     }
 }
 
@@ -248,14 +84,15 @@ pub(super) struct Exchange {
     commands: Newest<Command>,
     shared: Arc<Shared>,
     brake: Arc<BrakeFlag>,
-    /// States so far.
-    count: u64,
+    /// As published last.
+    newest: Sensed,
+    /// N: as sent last.
+    sent: DVec3,
+    echo: Echo,
     /// Forces that know no newer state than this are not sent any more.
     floor: u64,
     /// Serial of the last command that was looked at.
     done: u64,
-    /// The arm can push.
-    ready: bool,
     last_good: Instant,
 }
 
@@ -277,10 +114,11 @@ impl Exchange {
             commands,
             shared,
             brake,
-            count: first.index,
+            newest: Sensed::first(first),
+            sent: DVec3::ZERO,
+            echo: Echo::default(),
             floor: 0,
             done: 0,
-            ready: true,
             last_good: Instant::now(),
         }
     }
@@ -325,44 +163,77 @@ impl Exchange {
             let left = until.saturating_duration_since(Instant::now());
             if left.is_zero() || self.shared.over.load(Ordering::Acquire) {
                 self.add(|counts| &counts.idle, 1);
+                if self.sent != DVec3::ZERO {
+                    self.interrupt();
+                }
                 return DVec3::ZERO;
             }
             std::thread::park_timeout(left);
         }
     }
 
-    fn admit(&self, command: &Command) -> DVec3 {
-        let current = command.knows > self.floor && command.knows + MOST_BEHIND >= self.count;
-        if current && self.ready && !self.brake.is_applied() && command.force.is_finite() {
+    fn admit(&mut self, command: &Command) -> DVec3 {
+        let Sensed { state, index, gap } = self.newest;
+        if command.force == DVec3::ZERO {
+            return DVec3::ZERO;
+        }
+        let told = command.gap == gap;
+        let current = command.knows > self.floor && command.knows + MOST_BEHIND >= index;
+        let braked = self.brake.is_applied();
+        if told && current && !state.withheld && !braked && command.force.is_finite() {
             return command.force.clamp_length_max(self.force_max);
         }
-        if command.force != DVec3::ZERO {
-            self.add(|counts| &counts.withheld, 1);
+        self.add(|counts| &counts.withheld, 1);
+        // The loop knows of its own brake, and of older gaps.
+        if told && !braked {
+            self.interrupt();
         }
         DVec3::ZERO
+    }
+
+    /// Tells the loop that zero is sent in place of its force.
+    fn interrupt(&mut self) {
+        self.newest.gap += 1;
+        self.states.publish(self.newest);
+    }
+
+    /// An answer was lost: withholds the force until there is a newer state.
+    fn miss(&mut self) {
+        self.floor = self.newest.index;
+        self.newest.state.withheld = true;
+        self.interrupt();
     }
 
     /// Sends, and takes in what comes.
     fn turn(&mut self, force: DVec3) -> Result<(), String> {
         self.drain()?;
         self.wire.send(self.talk.force(force)).map_err(closed)?;
+        self.sent = force;
+        self.echo.told(force);
         let mut trouble = "it is silent".to_owned();
         match self.answer(Instant::now() + ANSWER_TIME)? {
             Answer::State(sample) => self.take(&sample),
             Answer::Late => {
                 self.add(|counts| &counts.late, 1);
-                self.floor = self.count;
+                self.miss();
             }
             Answer::Bad(why) => {
                 self.add(|counts| &counts.bad, 1);
-                self.floor = self.count;
+                self.miss();
                 trouble = why;
             }
         }
         if self.last_good.elapsed() > LOST_TIME {
             return Err(format!("the Inverse Service has given no state for {} ms: {trouble}", LOST_TIME.as_millis()));
         }
-        if let Some(grip) = self.talk.grip.as_deref().filter(|_| self.senses.deaf(Instant::now()) > GRIP_LOST_TIME) {
+        let now = Instant::now();
+        if self.echo.is_unasked(self.senses.time(now)) {
+            return Err(
+                "the Inverse Service reports a force although zero is commanded: close other programs that use the arm"
+                    .to_owned(),
+            );
+        }
+        if let Some(grip) = self.talk.grip.as_deref().filter(|_| self.senses.is_deaf(now)) {
             return Err(format!("the grip {grip} does not say how it is held any more: is it switched off?"));
         }
         Ok(())
@@ -391,11 +262,16 @@ impl Exchange {
     fn take(&mut self, sample: &Sample) {
         let now = Instant::now();
         self.last_good = now;
-        self.ready = sample.ready;
-        self.count += 1;
         self.add(|counts| &counts.states, 1);
-        let state = self.senses.state(sample, now);
-        self.states.publish(Sensed { state, index: self.count });
+        let mut state = self.senses.state(sample, now);
+        let time = self.senses.time(now);
+        let given = sample.given.map(|given| self.echo.hear(given, time));
+        if given.is_some_and(|given| given != Given::AsTold) {
+            self.add(|counts| &counts.otherwise, 1);
+        }
+        state.withheld |= self.echo.withholds(time);
+        self.newest = Sensed { state, index: self.newest.index + 1, ..self.newest };
+        self.states.publish(self.newest);
     }
 
     fn add(&self, count: impl Fn(&super::Counts) -> &AtomicU64, more: u64) {

@@ -3,6 +3,11 @@
 //! A message is looked at for what is needed and no further: entries of other devices, fields of other versions and empty
 //! transforms (`{}`) are passed over. What is needed must be a finite number of the kind that it is; a number written as text is
 //! none. The exception is `device_type`, which services write either way.
+//!
+//! **Transforms.** Positions and forces are in the service's application space. With a scale
+//! (`mount`, `transform`) positions are not in metres. With permuted axes (`basis`) or a turned
+//! workspace (`transform`), +X is not to the right. All of these are refused. A turned or shifted
+//! `mount` and a `preset` describe how the arm stands on the desk, and are only noted.
 
 use std::fmt::Write;
 
@@ -15,10 +20,15 @@ use super::version::Spelling;
 const GRIPS: [&str; 3] = ["custom_verse_grip", "wireless_verse_grip", "verse_grip"];
 
 /// Buttons by the bit that they get.
-const BUTTONS: [&str; 3] = ["a", "b", "c"];
+const BUTTONS: [&str; 10] = ["a", "b", "c", "d", "e", "f", "down", "up", "right", "left"];
+/// Buttons of a grip by the array that it stands in: services may leave them out of the first
+/// message.
+const BUTTONS_OF_GRIPS: [(&str, u8); 3] = [("custom_verse_grip", 3), ("wireless_verse_grip", 3), ("verse_grip", 1)];
 
 /// How far the length of a quaternion may be from 1: the service writes single precision, of sensors with 14 bits.
 const UNIT_SLACK: f64 = 1e-2;
+/// How far a part of a transform may be from that of none, in single precision.
+const TRANSFORM_SLACK: f64 = 1e-4;
 
 /// An arm of the inventory.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,7 +38,9 @@ pub struct Arm {
     /// Which it is.
     pub kind: ArmKind,
     /// What keeps it from being used.
-    pub trouble: Option<String>,
+    pub trouble: Option<&'static str>,
+    /// A session uses it; before palpus's first message, another program's.
+    pub in_use: bool,
     /// Worth writing down.
     pub notes: Vec<String>,
 }
@@ -53,8 +65,10 @@ pub struct Grip {
     pub id: String,
     /// The array that it was found in first.
     pub kind: &'static str,
-    /// How many the loop sees.
+    /// How many the loop sees at least, whether or not the message has them.
     pub buttons: u8,
+    /// The arm that it is paired with, if the message says so.
+    pub paired_with: Option<String>,
 }
 
 /// What there is.
@@ -77,8 +91,12 @@ pub struct Sample {
     pub rotation: Option<DQuat>,
     /// Of the grip, likewise.
     pub buttons: Option<u32>,
-    /// The arm says that it can push.
-    pub ready: bool,
+    /// Why the arm does not push now, whatever it is told.
+    pub trouble: Option<&'static str>,
+    /// Why the grip does not say how it is held.
+    pub grip_trouble: Option<&'static str>,
+    /// N: the force that the service says it gives.
+    pub given: Option<DVec3>,
 }
 
 /// The inventory that comes first.
@@ -90,16 +108,22 @@ pub fn inventory(text: &str) -> Result<Inventory, String> {
     let mut inventory = Inventory::default();
     for entry in entries(&root, "inverse3") {
         if let Some(id) = id(entry) {
-            inventory.arms.push(arm(id, entry));
+            let mut arm = arm(id, entry);
+            arm.trouble = arm.trouble.or_else(|| turned_or_scaled(&root["session"]["config"]));
+            inventory.arms.push(arm);
         }
     }
     for kind in GRIPS {
         for entry in entries(&root, kind) {
             let Some(id) = id(entry) else { continue };
-            let buttons = count_of_buttons(entry);
+            let buttons = count_of_buttons(kind, entry);
+            let paired_with = paired(&entry["config"]["paired_with"], "inverse_id");
             match inventory.grips.iter_mut().find(|grip| grip.id == id) {
-                Some(known) => known.buttons = known.buttons.max(buttons),
-                None => inventory.grips.push(Grip { id: id.to_owned(), kind, buttons }),
+                Some(known) => {
+                    known.buttons = known.buttons.max(buttons);
+                    known.paired_with = known.paired_with.take().or(paired_with);
+                }
+                None => inventory.grips.push(Grip { id: id.to_owned(), kind, buttons, paired_with }),
             }
         }
     }
@@ -126,12 +150,15 @@ pub fn sample(text: &str, arm: &str, grip: Option<&str>) -> Result<Sample, Strin
         velocity: vector_of("cursor_velocity")?,
         rotation: None,
         buttons: None,
-        ready: trouble(entry).is_none(),
+        trouble: trouble(entry),
+        grip_trouble: None,
+        given: vector(&state["current_cursor_force"]),
     };
     let Some(grip) = grip else { return Ok(sample) };
     for kind in GRIPS {
         for entry in entries(&root, kind).filter(|entry| id(entry) == Some(grip)) {
             let state = &entry["state"];
+            sample.grip_trouble = sample.grip_trouble.or(grip_trouble(entry));
             sample.rotation = sample.rotation.or_else(|| rotation(&state["orientation"]));
             if let Some(pressed) = buttons(state) {
                 sample.buttons = Some(sample.buttons.unwrap_or(0) | pressed);
@@ -144,12 +171,32 @@ pub fn sample(text: &str, arm: &str, grip: Option<&str>) -> Result<Sample, Strin
 /// Overwrites `into` with the message that sets a force, N, on the arm whose id is `id_in_json`.
 pub(super) fn write_force(into: &mut String, id_in_json: &str, spelling: Spelling, force: DVec3) {
     into.clear();
+    into.push('{');
+    write_device(into, id_in_json, spelling, force);
+}
+
+/// Overwrites `into` with the first message of a session: zero force, and the name of the profile
+/// under which the service keeps this program's settings. The answer has these settings, as the
+/// inventory had those of before.
+pub(super) fn write_first(into: &mut String, id_in_json: &str, spelling: Spelling) {
+    into.clear();
+    into.push_str(r#"{"session":{"configure":{"profile":{"name":"palpus"}},"force_render_full_state":{}},"#);
+    write_device(into, id_in_json, spelling, DVec3::ZERO);
+}
+
+/// The part of a message for the arm, to its end.
+fn write_device(into: &mut String, id_in_json: &str, spelling: Spelling, force: DVec3) {
     let (key, DVec3 { x, y, z }) = (spelling.key(), force);
     // A string takes everything.
     let _ = write!(
         into,
-        r#"{{"inverse3":[{{"device_id":{id_in_json},"commands":{{"set_cursor_force":{{"{key}":{{"x":{x:.6},"y":{y:.6},"z":{z:.6}}}}}}}}}]}}"#
+        r#""inverse3":[{{"device_id":{id_in_json},"commands":{{"set_cursor_force":{{"{key}":{{"x":{x:.6},"y":{y:.6},"z":{z:.6}}}}}}}}}]}}"#
     );
+}
+
+/// Returns the grip in the service's `answer` to `paired_with` of an arm.
+pub(super) fn paired_grip(answer: &Value) -> Option<String> {
+    paired(answer.get("data").unwrap_or(answer), "verse_grip_id")
 }
 
 /// An id as it stands in a message.
@@ -179,7 +226,9 @@ fn arm(id: &str, entry: &Value) -> Arm {
             known => known,
         },
     };
-    Arm { id: id.to_owned(), kind, trouble: trouble(entry), notes: notes(config) }
+    let trouble = trouble(entry).or_else(|| turned_or_scaled(config));
+    let in_use = entry["status"]["in_use"] == Value::Bool(true);
+    Arm { id: id.to_owned(), kind, trouble, in_use, notes: notes(config) }
 }
 
 fn kind_of(value: &Value) -> ArmKind {
@@ -192,17 +241,68 @@ fn kind_of(value: &Value) -> ArmKind {
 }
 
 /// Why an arm cannot push. A status that is not told is no obstacle: the service then simply does not push.
-fn trouble(entry: &Value) -> Option<String> {
-    let status = &entry["status"];
-    let says_no = |key: &str| status[key] == Value::Bool(false);
-    [
-        ("power_supply", "without power: plug its supply in"),
-        ("calibrated", "not calibrated: put it in its rest position and follow the service's calibration"),
-        ("ready", "not ready: wait for its light, or plug it in again"),
-    ]
-    .into_iter()
-    .find(|(key, _)| says_no(key))
-    .map(|(_, trouble)| trouble.to_owned())
+fn trouble(entry: &Value) -> Option<&'static str> {
+    let transform = &entry["state"]["transform"];
+    says_no(
+        entry,
+        [
+            ("power_supply", "without power: plug its supply in"),
+            ("calibrated", "not calibrated: put it in its rest position and follow the service's calibration"),
+            ("ready", "not ready: wait for its light, or plug it in again"),
+        ],
+    )
+    .or_else(|| is_scaled(transform).then_some(SCALED))
+    .or_else(|| is_turned(transform).then_some("turned by the service's workspace transform: reset `transform`"))
+}
+
+const SCALED: &str =
+    "scaled by the service, so that positions are not in metres: reset the scale of `mount` and `transform` to 1";
+
+/// Why a grip does not say how it is held.
+fn grip_trouble(entry: &Value) -> Option<&'static str> {
+    says_no(
+        entry,
+        [
+            ("connected", "not connected: switch it on, or plug its receiver in"),
+            ("awake", "asleep: press one of its buttons"),
+            ("ready", "not ready: wait for its light"),
+        ],
+    )
+}
+
+/// Returns the text of the first status that is `false`.
+fn says_no(entry: &Value, all: [(&str, &'static str); 3]) -> Option<&'static str> {
+    all.into_iter().find(|(key, _)| entry["status"][*key] == Value::Bool(false)).map(|(_, trouble)| trouble)
+}
+
+/// Returns the setting by which positions are scaled or turned, if there is one.
+fn turned_or_scaled(config: &Value) -> Option<&'static str> {
+    let turned = permutation(config).is_some_and(|axes| axes != "XYZ");
+    let turned = turned.then_some("turned by the service (`basis`), so that +X is not to the right: reset it to XYZ");
+    turned.or_else(|| is_scaled(&config["mount"]).then_some(SCALED))
+}
+
+fn permutation(config: &Value) -> Option<&str> {
+    let basis = if config["basis"].is_null() { &config["coordinate_system"] } else { &config["basis"] };
+    basis["permutation"].as_str()
+}
+
+/// True if a transform has a scale other than 1, or an invalid one.
+fn is_scaled(transform: &Value) -> bool {
+    let scale = &transform["scale"];
+    !scale.is_null() && vector(scale).is_none_or(|scale| (scale - 1.0).abs().max_element() > TRANSFORM_SLACK)
+}
+
+/// True if a transform has a rotation other than the identity, or an invalid one.
+fn is_turned(transform: &Value) -> bool {
+    let turn = &transform["rotation"];
+    !turn.is_null() && rotation(turn).is_none_or(|turn| 1.0 - turn.w.abs() > TRANSFORM_SLACK)
+}
+
+/// Returns the other device of a pairing: an id, or an object with the id at `key`.
+fn paired(pairing: &Value, key: &str) -> Option<String> {
+    let other = pairing.as_str().or_else(|| pairing.get(key)?.as_str())?;
+    ((1..=64).contains(&other.len()) && !other.contains(char::is_control)).then(|| other.to_owned())
 }
 
 /// Settings of the service that a hand feels.
@@ -223,11 +323,8 @@ fn notes(config: &Value) -> Vec<String> {
     note("origin", &config["coordinate_origin"]);
     note("cursor offset", &config["cursor_offset"]);
     note("mount", &config["mount"]);
-    let basis = if config["basis"].is_null() { &config["coordinate_system"] } else { &config["basis"] };
-    note("axes", &basis["permutation"]);
-    if basis["permutation"].as_str().is_some_and(|permutation| permutation != "XYZ") {
-        notes.push("the service turns the axes: +X may not be to the right, nor +Z up".to_owned());
-    }
+    note("preset", &config["preset"]);
+    note("axes", &permutation(config).into());
     notes
 }
 
@@ -252,7 +349,9 @@ fn buttons(state: &Value) -> Option<u32> {
     state.get("button").filter(|button| button.is_boolean()).map(pressed)
 }
 
-fn count_of_buttons(entry: &Value) -> u8 {
-    let state = &entry["state"];
-    if state["buttons"].is_object() { BUTTONS.len() as u8 } else { u8::from(state["button"].is_boolean()) }
+fn count_of_buttons(kind: &str, entry: &Value) -> u8 {
+    let usual = BUTTONS_OF_GRIPS.iter().find(|(grip, _)| *grip == kind).map_or(0, |(_, count)| *count);
+    let has = |name: &&str| entry["state"]["buttons"].get(*name).is_some();
+    let last = BUTTONS.iter().rposition(has).map_or(0, |place| place as u8 + 1);
+    usual.max(last)
 }

@@ -11,8 +11,13 @@
 //! 3. A force goes out once. Where there is no new one for 5 ms, nothing goes out but zero.
 //! 4. After a state that was late, lost or not to be understood, forces that were computed from what came before it are
 //!    withheld: zero goes out until one arrives that knows a newer state.
-//! 5. No state for a quarter of a second, a closed connection, or a device that is gone: the device is lost, and says why. It
-//!    does not connect again by itself: a force would come back that nobody asked for.
+//! 5. While the arm is not ready or has no power, while its grip is asleep or silent, and wherever
+//!    zero goes out in place of a force, the state is [withheld](DeviceState::withheld): the loop
+//!    knows, and returns from zero (`exchange`).
+//! 6. The force that the service says it gives is compared with what it was told (`echo`).
+//! 7. No state for a quarter of a second, a closed connection, or a device that is gone: the device
+//!    is lost, and says why. It does not connect again by itself: a force would come back that
+//!    nobody asked for.
 //!
 //! **Latency.** A state is sampled when the service answers the last tick's force, so it is one period old when the loop reads it;
 //! a client without a thread would read the same one. The thread adds the time in which the system wakes it (tens of
@@ -25,10 +30,14 @@
 //! Built against the protocol as documented and tested against scripted services; no device was at hand.
 
 mod address;
+mod echo;
 mod exchange;
 mod grip;
+mod http;
 mod look;
 pub mod message;
+mod opening;
+mod senses;
 mod version;
 mod wire;
 
@@ -43,7 +52,7 @@ use std::thread::JoinHandle;
 
 use palpus::algebra::Wrench;
 
-use crate::device::{Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice};
+use crate::device::{Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, OwnWatchdog};
 use crate::latest::{Newest, Publisher, latest};
 use exchange::{Command, Exchange, Sensed};
 
@@ -122,8 +131,12 @@ pub struct HaplyDevice {
     commands: Publisher<Command>,
     /// Of the state that was read last.
     known: u64,
+    /// The last interruption of the force that was told.
+    gap: u64,
     /// Of the last command.
     serial: u64,
+    /// Messages of no force that had been sent for want of a command at the last one.
+    idle: u64,
     shared: Arc<Shared>,
     brake: Arc<BrakeFlag>,
     thread: Option<JoinHandle<()>>,
@@ -145,6 +158,7 @@ struct Counts {
     late: AtomicU64,
     bad: AtomicU64,
     extra: AtomicU64,
+    otherwise: AtomicU64,
     withheld: AtomicU64,
     idle: AtomicU64,
 }
@@ -160,6 +174,8 @@ pub struct HaplyCounts {
     pub bad: u64,
     /// States that nobody had asked for.
     pub extra: u64,
+    /// States that say another force than was told.
+    pub otherwise: u64,
     /// Forces that were not sent because they were computed from too old a state, or because the device was not ready.
     pub withheld: u64,
     /// Messages of no force that were sent because the loop had not written.
@@ -167,13 +183,14 @@ pub struct HaplyCounts {
 }
 
 impl HaplyDevice {
-    /// Connects, and goes around once without a force. Takes at most about three seconds.
+    /// Connects, and goes around without a force until it is known how the grip is held. Takes at
+    /// most about five seconds.
     ///
     /// # Errors
     /// When there is no service, no device, or none that can be used; each says what mends it as far as it is known.
     pub fn open(options: &HaplyOptions) -> Result<Self, HaplyError> {
-        let opened = exchange::open(options)?;
-        let (states_in, states) = latest(opened.first);
+        let opened = opening::open(options)?;
+        let (states_in, states) = latest(Sensed::first(opened.first));
         let (commands, commands_out) = latest(Command::default());
         let shared = Arc::new(Shared::default());
         let brake = Arc::new(BrakeFlag::default());
@@ -184,7 +201,19 @@ impl HaplyDevice {
         let priority = options.priority;
         let thread = std::thread::Builder::new().name("haply".to_owned()).spawn(move || exchange.run(priority));
         let thread = thread.map_err(|error| HaplyError::NoService { address, why: error.to_string() })?;
-        Ok(Self { spec, notes, states, commands, known: 0, serial: 0, shared, brake, thread: Some(thread) })
+        Ok(Self {
+            spec,
+            notes,
+            states,
+            commands,
+            known: 0,
+            gap: 0,
+            serial: 0,
+            idle: 0,
+            shared,
+            brake,
+            thread: Some(thread),
+        })
     }
 
     /// What is worth writing down of service and device: versions, filters, what else there is.
@@ -194,13 +223,14 @@ impl HaplyDevice {
 
     /// What happened on the line so far.
     pub fn counts(&self) -> HaplyCounts {
-        let Counts { states, late, bad, extra, withheld, idle } = &self.shared.counts;
+        let Counts { states, late, bad, extra, otherwise, withheld, idle } = &self.shared.counts;
         let read = |count: &AtomicU64| count.load(Ordering::Relaxed);
         HaplyCounts {
             states: read(states),
             late: read(late),
             bad: read(bad),
             extra: read(extra),
+            otherwise: read(otherwise),
             withheld: read(withheld),
             idle: read(idle),
         }
@@ -222,22 +252,24 @@ impl HapticDevice for HaplyDevice {
         &self.spec
     }
 
-    /// The newest state; the same one again, with its time, while there is no newer one. Does not wait.
     fn counts(&self) -> Vec<(&'static str, u64)> {
-        let HaplyCounts { late, bad, extra, withheld, .. } = self.counts();
+        let HaplyCounts { late, bad, extra, otherwise, withheld, .. } = self.counts();
         vec![
             ("answers too late", late),
             ("answers not understood", bad),
             ("states not asked for", extra),
+            ("forces given otherwise than told", otherwise),
             ("forces withheld", withheld),
         ]
     }
 
+    /// The newest state; the same one again, with its time, while there is no newer one. Does not wait.
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         self.alive()?;
-        let sensed = *self.states.get();
-        self.known = sensed.index;
-        Ok(sensed.state)
+        let Sensed { mut state, index, gap } = *self.states.get();
+        state.withheld |= gap != self.gap;
+        (self.known, self.gap) = (index, gap);
+        Ok(state)
     }
 
     /// Hands the force to the thread, which sends it at once. Does not wait.
@@ -247,13 +279,21 @@ impl HapticDevice for HaplyDevice {
         }
         self.alive()?;
         self.serial += 1;
-        self.commands.publish(Command { serial: self.serial, force: wrench.force, knows: self.known });
+        self.idle = self.counts().idle;
+        let Self { serial, known, gap, .. } = *self;
+        self.commands.publish(Command { serial, force: wrench.force, knows: known, gap });
         self.wake();
         Ok(())
     }
 
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         Some(self.brake.clone())
+    }
+
+    /// The thread sends zero when the loop does not write, and the service lets the arm idle when
+    /// that does not send.
+    fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
+        Some(OwnWatchdog { after: exchange::IDLE_TIME, has_bitten: self.counts().idle > self.idle })
     }
 }
 

@@ -5,6 +5,7 @@ mod failures;
 mod mischief;
 mod opening;
 mod service;
+mod withholding;
 
 use std::time::{Duration, Instant};
 

@@ -1,14 +1,9 @@
-//! The service's version, asked for over HTTP at the same port.
-
-use std::io::{Read, Write};
+//! Which service it is: its name and version, and how it wants forces to be spelled.
 
 use serde_json::Value;
 
-use super::address::Address;
-use super::wire::Line;
-
-/// Bytes of an answer that are read.
-const MOST: u64 = 1 << 16;
+/// Major versions whose messages are understood. A newer one is tried, and said.
+const UNDERSTOOD: u32 = 3;
 
 /// How a force is spelled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,41 +23,54 @@ impl Spelling {
     }
 }
 
-/// The version as the service writes it; `None` when it does not say.
-pub(super) fn ask(address: &Address) -> Option<String> {
-    let mut line = Line::connect(&address.sockets).ok()?;
-    let request = format!(
-        "GET /version HTTP/1.1\r\nHost: {}\r\nConnection: close\r\nAccept: application/json\r\n\r\n",
-        address.authority
-    );
-    line.write_all(request.as_bytes()).ok()?;
-    let mut answer = Vec::new();
-    // A server that keeps the line open ends it by the deadline: what has come until then may be all there is.
-    let _ = line.take(MOST).read_to_end(&mut answer);
-    of_answer(&String::from_utf8_lossy(&answer))
+/// What a service says of itself.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Identity {
+    /// As the service writes it; `None` when it does not say.
+    pub(super) version: Option<String>,
+    /// Worth writing down.
+    pub(super) note: Option<String>,
 }
 
-/// Out of an HTTP answer with an object that has `project_version`.
-fn of_answer(answer: &str) -> Option<String> {
-    let (head, body) = answer.split_once("\r\n\r\n")?;
-    let mut status = head.split_whitespace();
-    if !status.next()?.starts_with("HTTP/") || status.next()? != "200" {
-        return None;
+impl Identity {
+    /// Out of the answer to `/version`.
+    ///
+    /// # Errors
+    /// In words, if it is another program, or one whose messages are not understood.
+    pub(super) fn of(answer: Option<&Value>) -> Result<Self, String> {
+        let Some(answer) = answer else { return Ok(Self::default()) };
+        let word = |key: &str| {
+            let word = answer.get(key)?.as_str()?;
+            (word.len() <= 64).then(|| word.chars().filter(|letter| !letter.is_control()).collect::<String>())
+        };
+        if let Some(name) = word("project_name")
+            && !["haply", "inverse"].iter().any(|part| name.to_lowercase().contains(part))
+        {
+            return Err(format!("it calls itself `{name}`"));
+        }
+        let version = word("project_version").or_else(|| word("version"));
+        let note = match version.as_deref().and_then(number) {
+            Some((major, _)) if major < UNDERSTOOD => {
+                return Err(format!("its version is {major}, and {UNDERSTOOD} is needed: update it"));
+            }
+            Some((major, _)) if major > UNDERSTOOD => {
+                Some(format!("the service's version {major} is newer than this program knows ({UNDERSTOOD})"))
+            }
+            _ => None,
+        };
+        Ok(Self { version, note })
     }
-    // A body in chunks has its lengths on lines of their own around the object.
-    let object = body.get(body.find('{')?..=body.rfind('}')?)?;
-    let value: Value = serde_json::from_str(object).ok()?;
-    let version = value.get("project_version").or_else(|| value.get("version"))?.as_str()?;
-    (version.len() <= 64).then(|| version.chars().filter(|letter| !letter.is_control()).collect())
+}
+
+/// Major and minor.
+fn number(version: &str) -> Option<(u32, u32)> {
+    let mut parts = version.trim_start_matches('v').split(['.', '-', '+']);
+    Some((parts.next()?.parse().ok()?, parts.next().unwrap_or("0").parse().ok()?))
 }
 
 /// The spelling of a service of this version; without one, of the newest that is known.
 pub(super) fn spelling(version: Option<&str>) -> Spelling {
-    let number = version.and_then(|version| {
-        let mut parts = version.trim_start_matches('v').split(['.', '-', '+']);
-        Some((parts.next()?.parse::<u32>().ok()?, parts.next().unwrap_or("0").parse::<u32>().ok()?))
-    });
-    match number {
+    match version.and_then(number) {
         Some(number) if number < (3, 5) => Spelling::Values,
         _ => Spelling::Vector,
     }
@@ -70,6 +78,8 @@ pub(super) fn spelling(version: Option<&str>) -> Spelling {
 
 #[cfg(test)]
 mod tests {
+    use serde_json::json;
+
     use super::*;
 
     #[test]
@@ -89,16 +99,13 @@ mod tests {
     }
 
     #[test]
-    fn a_version_is_found_in_an_answer() {
-        let plain = "HTTP/1.1 200 OK\r\nContent-Type: application/json\r\n\r\n{\"project_version\":\"3.5.1\"}";
-        assert_eq!(of_answer(plain).as_deref(), Some("3.5.1"));
-        let chunks =
-            "HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n1b\r\n{\"project_version\":\"3.4.0\"}\r\n0\r\n\r\n";
-        assert_eq!(of_answer(chunks).as_deref(), Some("3.4.0"));
-        for none in
-            ["", "HTTP/1.1 404 Not Found\r\n\r\n{\"project_version\":\"1\"}", "HTTP/1.1 200 OK\r\n\r\n}{", "\r\n\r\n{}"]
-        {
-            assert_eq!(of_answer(none), None, "{none}");
-        }
+    fn another_program_or_an_old_service_is_refused() {
+        let of = |answer: Value| Identity::of(Some(&answer));
+        let known = of(json!({ "project_name": "haply-inverse-service", "project_version": "3.5.1" })).unwrap();
+        assert_eq!((known.version.as_deref(), known.note), (Some("3.5.1"), None));
+        assert!(of(json!({ "project_name": "toaster", "project_version": "3.5.1" })).unwrap_err().contains("toaster"));
+        assert!(of(json!({ "project_version": "2.9" })).unwrap_err().contains("update"));
+        assert!(of(json!({ "project_version": "4.0" })).unwrap().note.is_some());
+        assert_eq!(Identity::of(None), Ok(Identity::default()));
     }
 }

@@ -36,9 +36,11 @@ pub enum Cut {
     Device,
     /// Somebody has stopped the run for a while, with a device that does not stop with it.
     Paused,
-    /// The wrench oscillates without the hand, and is attenuated. After the others because recordings name cuts by their place.
+    /// The wrench oscillates without the hand, and is attenuated. After the others because
+    /// recordings name cuts by their place.
     LimitCycle,
-    /// The device itself gives no force, whatever it is told: see [`DeviceState::withheld`](crate::DeviceState).
+    /// The device itself gives no force, whatever it is told: see
+    /// [`DeviceState::withheld`](crate::DeviceState).
     Withheld,
     /// Of the loop's ticks in a quarter of a second, more than a tenth were late.
     Overrun,
@@ -138,8 +140,9 @@ impl Cuts {
             | Cut::Overrun.bit()
             | Cut::Suspended.bit(),
     );
-    /// What the chain is told, and cannot find out from states and wrenches: faults, that the run is paused, that the device withholds its
-    /// force, that settings are new, that the run is about to end.
+    /// What the chain is told, and cannot find out from states and wrenches: faults, that the run
+    /// is paused, that the device withholds its force, that settings are new, that the run is about
+    /// to end.
     pub const TOLD: Self =
         Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit() | Cut::Settings.bit() | Cut::Ending.bit());
     /// Those that make the state's velocity a number not to be relied on.

@@ -19,10 +19,12 @@
 //! force comes back only through the engagement ([`Phase`]), and after three faults in ten seconds only when a person asks for it. The change of the commanded wrench keeps to the slew limit from tick to tick, with the one exception of
 //! that fall.
 //!
-//! When the engine goes on with other settings, the wrench is blended from the old to the new in a quarter of a second.
+//! When the engine goes on with other settings, the wrench is blended from the old to the new in a
+//! quarter of a second.
 //!
-//! A device that withholds its force by itself ([`DeviceState::withheld`]) is commanded zero meanwhile; the wrench then returns from zero within
-//! 50 ms, or through the engagement if that lasted for long.
+//! A device that withholds its force by itself ([`DeviceState::withheld`]) is commanded zero
+//! meanwhile; the wrench then returns from zero within 50 ms, or through the engagement if that
+//! lasted for long.
 //!
 //! A wrench that no stage has a reason to touch comes out as it came in, to the bit.
 //!
@@ -211,8 +213,8 @@ impl SafetyChain {
             self.rest(&wrench);
             wrench = if phase.is_faulted() { self.damping(state, cuts) } else { Wrench::ZERO };
         }
-        // A fault falls at once, and so does what the device withholds; all else, the end of a fault and of the engagement among
-        // it, keeps to the slew limit.
+        // A fault falls at once, and so does what the device withholds; all else, the end of a
+        // fault and of the engagement among it, keeps to the slew limit.
         if !withheld && (!phase.is_faulted() || was == phase && !cuts.is_fault()) {
             let (within, cut) = self.towards(&self.commanded, &wrench);
             cuts.note(Cut::Slew, cut && phase.is_on());

@@ -1,8 +1,8 @@
 //! Withholding: the device gives no force by itself, whatever it is told.
 //!
-//! Causes: the arm is not ready or has no power supply, the person has switched the force off at the
-//! device, an answer came late or was lost ([`DeviceState::withheld`](crate::DeviceState)). It is no
-//! fault. While it lasts the chain commands zero. Afterwards:
+//! Causes: the arm is not ready or has no power supply, the person has switched the force off at
+//! the device, an answer came late or was lost ([`DeviceState::withheld`](crate::DeviceState)). It
+//! is no fault. While it lasts the chain commands zero. Afterwards:
 //!
 //! 1. The wrench returns from zero: it is limited to a share of the peak that grows to the whole
 //!    peak in [`RETURN_TIME`]. A wrench that becomes smaller is not delayed.

@@ -40,6 +40,8 @@ pub(crate) struct Dhd {
     expert: Option<(Number, Number)>,
     status: unsafe extern "C" fn(*mut c_int, c_char) -> c_int,
     rate: Option<unsafe extern "C" fn(c_char) -> f64>,
+    max_force: Option<unsafe extern "C" fn(f64, c_char) -> c_int>,
+    max_torque: Option<unsafe extern "C" fn(f64, c_char) -> c_int>,
     simulator: Option<unsafe extern "C" fn(c_uchar)>,
     _library: Loaded,
 }
@@ -75,6 +77,8 @@ impl Dhd {
                 expert,
                 status: library.function("dhdGetStatus", mend)?,
                 rate: library.optional("dhdGetComFreq"),
+                max_force: library.optional("dhdSetMaxForce"),
+                max_torque: library.optional("dhdSetMaxTorque"),
                 simulator: library.optional("dhdEnableSimulator"),
                 _library: library,
             })
@@ -201,6 +205,18 @@ impl Dhd {
     pub(crate) fn rate(&self, id: i8) -> Option<f64> {
         // SAFETY: by value.
         self.rate.map(|function| unsafe { function(id as c_char) })
+    }
+
+    /// The library itself gives no more than this, N and N·m, whatever it is told. True when it
+    /// will for the force.
+    pub(crate) fn set_most(&self, force: f64, torque: f64, id: i8) -> bool {
+        let set = |most: Option<unsafe extern "C" fn(f64, c_char) -> c_int>, value: f64| {
+            // SAFETY: by value.
+            most.is_some_and(|set| unsafe { set(value, id as c_char) } >= 0)
+        };
+        // A torque that is not limited here is limited by the safety chain all the same.
+        set(self.max_torque, torque);
+        set(self.max_force, force)
     }
 
     /// Devices that the library simulates are found, too. False when it cannot.

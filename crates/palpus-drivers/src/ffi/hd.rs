@@ -6,6 +6,7 @@
 use std::ffi::{CString, c_char, c_int, c_uint, c_ulong, c_ushort, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::{Loaded, words};
 use crate::error::DriverError;
@@ -57,6 +58,7 @@ pub(crate) struct Hd {
     schedule: unsafe extern "system" fn(Callback, *mut c_void, c_ushort) -> c_ulong,
     unschedule: unsafe extern "system" fn(c_ulong),
     check_calibration: Option<unsafe extern "system" fn() -> c_uint>,
+    update_calibration: Option<OfHandle>,
     _library: Loaded,
 }
 
@@ -86,6 +88,7 @@ impl Hd {
                 schedule: library.function("hdScheduleAsynchronous", mend)?,
                 unschedule: library.function("hdUnschedule", mend)?,
                 check_calibration: library.optional("hdCheckCalibration"),
+                update_calibration: library.optional("hdUpdateCalibration"),
                 _library: library,
             })
         }
@@ -175,6 +178,12 @@ impl Hd {
         self.check_calibration.map_or(0, |check| unsafe { check() })
     }
 
+    /// Calibrates the device in this style. False when the library cannot.
+    pub(crate) fn calibrate(&self, style: u32) -> bool {
+        // SAFETY: by value.
+        self.update_calibration.map(|update| unsafe { update(style) }).is_some()
+    }
+
     pub(crate) fn start(&self) {
         // SAFETY: no arguments.
         unsafe { (self.start)() }
@@ -193,6 +202,9 @@ pub(crate) trait Servant: Send + 'static {
 
     /// A turn panicked: leaves no force behind. The last call there is.
     fn panicked(&mut self);
+
+    /// Set once the last call has returned: from then on the servant may be dropped.
+    fn ended(&self) -> Arc<AtomicBool>;
 }
 
 /// A servant that the library's thread calls until it is dismissed.
@@ -230,12 +242,58 @@ unsafe extern "system" fn turn<S: Servant>(data: *mut c_void) -> c_uint {
     // SAFETY: the pointer of `Scheduled::new`, alive until after the turn that answers `DONE`; one thread calls at a time.
     let servant = unsafe { &mut *data.cast::<S>() };
     match catch_unwind(AssertUnwindSafe(|| servant.serve())) {
-        Ok(true) => CONTINUE,
-        Ok(false) => DONE,
-        Err(_) => {
-            // There is nobody to tell; the loop will see that no states come any more.
-            let _ = catch_unwind(AssertUnwindSafe(|| servant.panicked()));
-            DONE
+        Ok(true) => return CONTINUE,
+        Ok(false) => {}
+        // There is nobody to tell; the loop will see that no states come any more.
+        Err(_) => _ = catch_unwind(AssertUnwindSafe(|| servant.panicked())),
+    }
+    // The flag outlives the servant, which is not touched after it.
+    let ended = servant.ended();
+    ended.store(true, Ordering::Release);
+    DONE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Says what it knew of its end when its calls returned.
+    #[derive(Default)]
+    struct Witness {
+        ended: Arc<AtomicBool>,
+        seen: Vec<bool>,
+        turns: u32,
+    }
+
+    impl Servant for Witness {
+        fn serve(&mut self) -> bool {
+            self.turns += 1;
+            self.seen.push(self.ended.load(Ordering::Acquire));
+            assert!(self.turns < 3, "on purpose");
+            self.turns == 1
         }
+
+        fn panicked(&mut self) {
+            self.seen.push(self.ended.load(Ordering::Acquire));
+        }
+
+        fn ended(&self) -> Arc<AtomicBool> {
+            Arc::clone(&self.ended)
+        }
+    }
+
+    #[test]
+    fn the_end_is_said_after_the_last_call_has_returned() {
+        let mut witness = Witness::default();
+        let data: *mut Witness = &mut witness;
+        // SAFETY: the witness lives through the calls, and nothing else touches it meanwhile.
+        let call = || unsafe { turn::<Witness>(data.cast()) };
+        assert_eq!((call(), call()), (CONTINUE, DONE));
+        assert_eq!((witness.seen.as_slice(), witness.ended.load(Ordering::Acquire)), ([false, false].as_slice(), true));
+        let mut witness = Witness { turns: 2, ..Witness::default() };
+        let data: *mut Witness = &mut witness;
+        // SAFETY: as above.
+        assert_eq!(unsafe { turn::<Witness>(data.cast()) }, DONE);
+        assert_eq!((witness.seen.as_slice(), witness.ended.load(Ordering::Acquire)), ([false, false].as_slice(), true));
     }
 }

@@ -5,6 +5,11 @@ pub(super) fn is_of_force(code: u32) -> bool {
     (0x0200..=0x0204).contains(&code)
 }
 
+/// The driver gave no force at all in that turn.
+pub(super) fn gives_none(code: u32) -> bool {
+    is_of_force(code) && code != WARM_MOTORS
+}
+
 /// The motors are too warm for what was asked.
 pub(super) const WARM_MOTORS: u32 = 0x0200;
 

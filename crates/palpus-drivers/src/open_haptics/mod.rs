@@ -7,31 +7,35 @@
 //! 1. Opened by name: without one, which some drivers refuse, then by the two names that installers give.
 //! 2. Limits are the smaller of what the device says and what is known of its model. It states forces in N, torques in mN·m,
 //!    lengths in mm.
-//! 3. A wrench that is older than a few milliseconds is not held: the thread gives zero, and comes back over some turns.
+//! 3. A wrench that is older than a few milliseconds is not held: the thread gives zero, the state
+//!    is withheld, and the loop returns from zero.
 //! 4. The brake is a flag that the thread looks at in every turn; it then damps by itself.
 //! 5. Errors of force (too much, too fast, warm motors) are counted, and end the run only when they do not stop; all others end it.
 //!    Whatever ends it, the thread's last wrench is zero.
+//! 6. The driver's own protections are switched on: the clamp of the largest force, and its limits
+//!    of force, of the change of force and of velocity. A calibration that is not up to date is
+//!    updated, or the device is refused.
 //!
 //! HDAPI has one scheduler for a process, and devices want to be opened before it starts. Where one is open already, the scheduler stands
 //! still while another one is opened or closed, and so nobody gives a force; each device has its own place in it.
 
 mod errors;
+mod model;
 mod servant;
 
 use std::borrow::Cow;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-use glam::DVec3;
 use palpus::algebra::Wrench;
 use palpus_device::{
-    Axes, Brake, DeviceError, DeviceSpec, DeviceState, HapticDevice, Newest, Publisher, SafetyLimits, known_devices,
-    latest,
+    Brake, DeviceError, DeviceSpec, DeviceState, HapticDevice, Newest, OwnWatchdog, Publisher, SafetyLimits, latest,
 };
 
 use crate::error::DriverError;
 use crate::ffi::hd::{Hd, Scheduled};
 use crate::library::{Known, Place};
+use model::spec;
 use servant::{Command, Sample, Shared, Touch};
 
 /// Numbers of HDAPI's parameters and capabilities.
@@ -42,6 +46,7 @@ mod number {
     pub(super) const MODEL: u32 = 0x2501;
     pub(super) const USABLE_WORKSPACE: u32 = 0x2551;
     pub(super) const OUTPUT_DOF: u32 = 0x2554;
+    pub(super) const CALIBRATION_STYLE: u32 = 0x2555;
     pub(super) const MAX_FORCE: u32 = 0x2603;
     pub(super) const CONTINUOUS_FORCE: u32 = 0x2604;
     pub(super) const MAX_TORQUE: u32 = 0x2622;
@@ -49,7 +54,19 @@ mod number {
     pub(super) const FORCE: u32 = 0x2700;
     pub(super) const TORQUE: u32 = 0x2701;
     pub(super) const FORCE_OUTPUT: u32 = 0x4000;
-    pub(super) const NEEDS_MANUAL_CALIBRATION: u32 = 0x5002;
+    /// Each clamps a force, or gives none that is beyond the driver's own limits.
+    pub(super) const PROTECTIONS: [u32; 5] = [
+        0x4001, // the largest force is clamped
+        0x4002, // forces come in slowly when the scheduler starts, or goes on after an error
+        0x4003, // limit of the force
+        0x2606, // limit of the velocity
+        0x2607, // limit of the change of the force
+    ];
+    pub(super) const CALIBRATED: u32 = 0x5000;
+    pub(super) const NEEDS_CALIBRATION: u32 = 0x5001;
+    /// Styles of calibration that need nobody to hold the arm in a certain way, the best first: by
+    /// itself, and in the inkwell.
+    pub(super) const CALIBRATES_ITSELF: [u32; 2] = [2, 4];
 }
 
 /// Hz: HDAPI's.
@@ -68,6 +85,9 @@ const SILENCE: f64 = 0.1;
 const FORCE_ERRORS_IN_A_ROW: u32 = 200;
 /// Errors taken from the library's list at a time: it may be refilled meanwhile.
 const ERRORS_AT_A_TIME: usize = 16;
+/// Updates of the calibration, and the time between two, until it is up to date.
+const CALIBRATIONS: u32 = 10;
+const CALIBRATION_TIME: Duration = Duration::from_millis(10);
 /// s from a write to its effect beyond the hold: half a turn of a thread that keeps its own time.
 const DELAY: f64 = 0.5e-3;
 /// On every stylus and handle of the maker's, but the encoder gimbals' which has one or none.
@@ -125,6 +145,10 @@ pub struct OpenHaptics {
     commands: Publisher<Command>,
     samples: Newest<Sample>,
     scheduled: Option<Scheduled<Touch>>,
+    /// The last interruption of the wrench that was told.
+    gap: u64,
+    /// Turns with a wrench that was too old, at the last write.
+    stale: u64,
 }
 
 impl OpenHaptics {
@@ -142,11 +166,16 @@ impl OpenHaptics {
         }
         api.make_current(handle);
         let spec = spec(&api);
-        if api.calibration() == number::NEEDS_MANUAL_CALIBRATION {
+        if !calibrate(&api) {
             api.disable_device(handle);
-            let mend = "put the stylus into its inkwell, or run the maker's Touch Diagnostic";
+            let mend = "put the stylus into its inkwell and try again, or run the maker's Touch Diagnostic";
             return Err(no_device("the device does not know where it is", mend));
         }
+        for protection in number::PROTECTIONS {
+            api.enable(protection);
+        }
+        // Not all of them are known to older drivers.
+        forget_errors(&api);
         let shared = Arc::new(Shared::new(Instant::now()));
         let (commands, newest_command) = latest(Command::NONE);
         let (publisher, samples) = latest(Sample::default());
@@ -158,7 +187,7 @@ impl OpenHaptics {
         api.enable(number::FORCE_OUTPUT);
         standing.called.open.push(handle);
         // From here on `Drop` puts an end to everything; it waits for the scheduler, which goes on here.
-        let mut device = Self { spec, api, handle, shared, commands, samples, scheduled };
+        let mut device = Self { spec, api, handle, shared, commands, samples, scheduled, gap: 0, stale: 0 };
         drop(standing);
         device.wait_for_first_turn()?;
         Ok(device)
@@ -223,7 +252,9 @@ impl HapticDevice for OpenHaptics {
             let (why, mend) = errors::in_words(code);
             return Err(DeviceError::Lost(Cow::Owned(format!("{why}; {mend}"))));
         }
-        let state = self.samples.get().state;
+        let Sample { mut state, gap } = *self.samples.get();
+        state.withheld |= gap != self.gap;
+        self.gap = gap;
         if self.shared.now() - state.time > SILENCE {
             return Err(DeviceError::Lost(Cow::Borrowed("HDAPI's thread does not call any more; start again")));
         }
@@ -238,12 +269,19 @@ impl HapticDevice for OpenHaptics {
             let (why, mend) = errors::in_words(self.shared.last_force_error());
             return Err(DeviceError::Refused(Cow::Owned(format!("{why}; {mend}"))));
         }
-        self.commands.publish(Command { wrench: *wrench, time: self.shared.now() });
+        self.stale = self.shared.stale();
+        self.commands.publish(Command { wrench: *wrench, time: self.shared.now(), gap: self.gap });
         Ok(())
     }
 
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         Some(self.shared.brake())
+    }
+
+    /// HDAPI's thread gives zero when the loop does not write.
+    fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
+        let after = Duration::from_secs_f64(servant::STALE);
+        Some(OwnWatchdog { after, has_bitten: self.shared.stale() > self.stale })
     }
 }
 
@@ -326,65 +364,32 @@ fn init(api: &Hd, name: Option<&str>) -> Result<u32, DriverError> {
     Err(no_device(why, mend))
 }
 
+/// True once the device knows where it is, or its library cannot say.
+fn calibrate(api: &Hd) -> bool {
+    for _ in 0..CALIBRATIONS {
+        match api.calibration() {
+            0 | number::CALIBRATED => return true,
+            number::NEEDS_CALIBRATION => {}
+            // Somebody has to hold it in a certain way.
+            _ => return false,
+        }
+        let styles = api.integer(number::CALIBRATION_STYLE) as u32;
+        let Some(style) = number::CALIBRATES_ITSELF.into_iter().find(|style| styles & style != 0) else { return false };
+        if !api.calibrate(style) {
+            return false;
+        }
+        std::thread::sleep(CALIBRATION_TIME);
+        forget_errors(api);
+    }
+    false
+}
+
 fn forget_errors(api: &Hd) {
     for _ in 0..ERRORS_AT_A_TIME {
         if api.error().is_none() {
             return;
         }
     }
-}
-
-/// What the device says of itself, as far as it fits what is known of its model.
-fn spec(api: &Hd) -> DeviceSpec {
-    let model = api.string(number::MODEL);
-    let six = api.integer(number::OUTPUT_DOF) >= 6;
-    let mut spec = known_model(&model, six);
-    let stated = |parameter: u32| Some(api.doubles::<1>(parameter)[0]).filter(|v| v.is_finite() && *v > 0.0);
-    let least = |known: f64, stated: Option<f64>| stated.map_or(known, |stated| known.min(stated));
-    spec.force_max = least(spec.force_max, stated(number::MAX_FORCE));
-    let continuous = stated(number::CONTINUOUS_FORCE).or(spec.force_continuous);
-    spec.force_continuous = continuous.map(|force| force.min(spec.force_max));
-    if six {
-        spec.torque_max = least(spec.torque_max, stated(number::MAX_TORQUE).map(|torque| torque * MILLI));
-        spec.torque_continuous = stated(number::CONTINUOUS_TORQUE).map(|torque| (torque * MILLI).min(spec.torque_max));
-    }
-    let [x0, y0, z0, x1, y1, z1] = api.doubles::<6>(number::USABLE_WORKSPACE);
-    let sides = crate::axes::Axes::OpenHaptics.ours(DVec3::new(x1 - x0, y1 - y0, z1 - z0)).abs() * MILLI;
-    if sides.is_finite() && sides.min_element() > 0.0 {
-        spec.workspace = Some(sides);
-    }
-    // Some of these are not known to older drivers.
-    forget_errors(api);
-    spec
-}
-
-/// What is known of a model by the name that its driver gives it.
-fn known_model(model: &str, six: bool) -> DeviceSpec {
-    let lower = model.to_lowercase();
-    let has = |part: &str| lower.contains(part);
-    let name = if has("premium") && has("3.0") {
-        "Phantom Premium 3.0/6DOF"
-    } else if has("premium") {
-        "Phantom Premium 1.5/6DOF"
-    } else if has("touch x") || has("desktop") {
-        "Touch X"
-    } else {
-        "Touch"
-    };
-    // The list has all of these names.
-    let known = known_devices().into_iter().find(|known| known.name == name);
-    let mut spec = known.unwrap_or_else(|| known_devices()[0].clone());
-    if !six {
-        spec.torque_max = 0.0;
-        spec.actuated = Axes::TRANSLATION;
-    }
-    if !model.is_empty() && !has("touch") && !has("premium") {
-        // Under its own name, with the limits of the weakest.
-        spec.name = Cow::Owned(model.to_owned());
-    }
-    spec.buttons = BUTTONS;
-    spec.delay = DELAY;
-    spec
 }
 
 fn no_device(why: impl Into<String>, mend: &str) -> DriverError {

@@ -2,11 +2,17 @@
 //!
 //! 1. Begin a frame; read transform, velocity and buttons; turn them into our units and axes.
 //! 2. Take the newest wrench. One that is too old counts as zero; with the brake applied, damping stands in.
+//!    So does one that was computed before the loop knew of the last gap: see below.
 //! 3. Write it; end the frame.
 //! 4. Take the errors: those of force are counted, any other is a failure, after which the wrench is zero.
 //! 5. Publish the state.
 //!
-//! Asked to end, it writes zero, says so and is called no more. It never waits and never allocates.
+//! **Gaps.** Wherever zero is given in place of a wrench, or the driver gives none because of its
+//! own limits, the loop goes on from a wrench that the hand does not feel. Each such gap is
+//! numbered and told to the loop (its next state is withheld), and no wrench is given that was
+//! computed before that: from there on the loop returns from zero.
+//!
+//! Asked to end, it writes zero and is called no more. It never waits and never allocates.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
@@ -22,9 +28,7 @@ use crate::ffi::hd::{Hd, Servant};
 
 /// s for which a wrench is held without a newer one: four late ticks of a loop at 1 kHz, in which the strongest force of a Touch
 /// moves a light hand by 0.2 mm.
-const STALE: f64 = 5e-3;
-/// Turns over which the wrench comes back after that.
-const RETURN_TURNS: f64 = 50.0;
+pub(super) const STALE: f64 = 5e-3;
 /// Hz: of the angular velocity, which is estimated here: HDAPI's is not documented well enough to be used.
 const TURN_CUTOFF_HZ: f64 = 50.0;
 /// s: a turn that comes sooner after the last one tells no velocity.
@@ -35,17 +39,21 @@ const SHORTEST_TURN: f64 = 0.1e-3;
 pub(super) struct Command {
     pub(super) wrench: Wrench,
     pub(super) time: f64,
+    /// The last gap that the loop knows.
+    pub(super) gap: u64,
 }
 
 impl Command {
     /// Nothing was written yet.
-    pub(super) const NONE: Self = Self { wrench: Wrench::ZERO, time: f64::NEG_INFINITY };
+    pub(super) const NONE: Self = Self { wrench: Wrench::ZERO, time: f64::NEG_INFINITY, gap: 0 };
 }
 
 /// A state for the loop.
 #[derive(Clone, Copy)]
 pub(super) struct Sample {
     pub(super) state: DeviceState,
+    /// How often the wrench was interrupted.
+    pub(super) gap: u64,
 }
 
 impl Default for Sample {
@@ -58,6 +66,7 @@ impl Default for Sample {
                 time: 0.0,
                 withheld: false,
             },
+            gap: 0,
         }
     }
 }
@@ -67,11 +76,13 @@ pub(super) struct Shared {
     origin: Instant,
     brake: Arc<BrakeFlag>,
     ending: AtomicBool,
-    ended: AtomicBool,
+    ended: Arc<AtomicBool>,
     /// 0, or the code of the error that ended it.
     failure: AtomicU32,
     warm_motors: AtomicU64,
     exceeded: AtomicU64,
+    /// Turns in which the wrench was too old.
+    stale: AtomicU64,
     in_a_row: AtomicU32,
     last_force_error: AtomicU32,
 }
@@ -82,10 +93,11 @@ impl Shared {
             origin,
             brake: Arc::default(),
             ending: AtomicBool::new(false),
-            ended: AtomicBool::new(false),
+            ended: Arc::default(),
             failure: AtomicU32::new(0),
             warm_motors: AtomicU64::new(0),
             exceeded: AtomicU64::new(0),
+            stale: AtomicU64::new(0),
             in_a_row: AtomicU32::new(0),
             last_force_error: AtomicU32::new(0),
         }
@@ -110,6 +122,11 @@ impl Shared {
             warm_motors: self.warm_motors.load(Ordering::Relaxed),
             exceeded: self.exceeded.load(Ordering::Relaxed),
         }
+    }
+
+    /// Turns in which the wrench was too old.
+    pub(super) fn stale(&self) -> u64 {
+        self.stale.load(Ordering::Relaxed)
     }
 
     pub(super) fn force_errors_in_a_row(&self) -> u32 {
@@ -155,8 +172,10 @@ pub(super) struct Touch {
     commands: Newest<Command>,
     samples: Publisher<Sample>,
     last: Option<DeviceState>,
-    /// Of the wrench that is given: less than the whole while it comes back.
-    share: f64,
+    /// How often the wrench was interrupted.
+    gap: u64,
+    /// A wrench was given in the last turn.
+    given: bool,
 }
 
 impl Touch {
@@ -169,7 +188,7 @@ impl Touch {
         commands: Newest<Command>,
         samples: Publisher<Sample>,
     ) -> Self {
-        Self { api, handle, has_torque, limits, shared, commands, samples, last: None, share: 1.0 }
+        Self { api, handle, has_torque, limits, shared, commands, samples, last: None, gap: 0, given: false }
     }
 
     fn sense(&self) -> DeviceState {
@@ -198,21 +217,28 @@ impl Touch {
 
     /// What is given in this turn.
     fn wrench(&mut self, state: &DeviceState) -> Wrench {
-        let Command { wrench, time } = *self.commands.get();
+        let Command { wrench, time, gap } = *self.commands.get();
         if self.shared.failure().is_some() {
             return Wrench::ZERO;
         }
         if self.shared.brake.is_applied() {
-            // As the wrench before it is forgotten, so is how much of it was given.
-            self.share = 1.0;
+            // The loop knows, and begins anew.
+            self.given = false;
             return self.damping(&state.twist);
         }
         // Also when it is not a number.
         let is_fresh = state.time - time <= STALE;
-        self.share = if is_fresh { (self.share + 1.0 / RETURN_TURNS).min(1.0) } else { 0.0 };
+        if !is_fresh {
+            self.shared.stale.fetch_add(1, Ordering::Relaxed);
+            self.gap += u64::from(self.given);
+        }
+        self.given = is_fresh && gap == self.gap && wrench != Wrench::ZERO;
+        if !self.given {
+            return Wrench::ZERO;
+        }
         Wrench {
-            torque: (wrench.torque * self.share).clamp_length_max(self.limits.torque_peak),
-            force: (wrench.force * self.share).clamp_length_max(self.limits.force_peak),
+            torque: wrench.torque.clamp_length_max(self.limits.torque_peak),
+            force: wrench.force.clamp_length_max(self.limits.force_peak),
         }
     }
 
@@ -231,15 +257,18 @@ impl Touch {
         }
     }
 
-    fn take_errors(&self) {
-        let mut any = false;
+    /// Takes the library's errors; true if because of one it gave no force in this turn.
+    fn take_errors(&self) -> bool {
+        let (mut any, mut none) = (false, false);
         for _ in 0..ERRORS_AT_A_TIME {
             let Some(error) = self.api.error() else { break };
             any |= errors::is_of_force(error.code);
+            none |= errors::gives_none(error.code);
             self.shared.take_error(error.code);
         }
         let row = if any { self.shared.in_a_row.load(Ordering::Relaxed).saturating_add(1) } else { 0 };
         self.shared.in_a_row.store(row, Ordering::Relaxed);
+        none
     }
 }
 
@@ -253,12 +282,11 @@ impl Servant for Touch {
         let wrench = if is_last { Wrench::ZERO } else { self.wrench(&state) };
         self.give(&wrench);
         self.api.end_frame(self.handle);
-        self.take_errors();
-        self.last = Some(state);
-        self.samples.publish(Sample { state });
-        if is_last {
-            self.shared.ended.store(true, Ordering::Release);
+        if self.take_errors() && self.given {
+            (self.gap, self.given) = (self.gap + 1, false);
         }
+        self.last = Some(state);
+        self.samples.publish(Sample { state, gap: self.gap });
         !is_last
     }
 
@@ -268,6 +296,9 @@ impl Servant for Touch {
         self.api.begin_frame(self.handle);
         self.give(&Wrench::ZERO);
         self.api.end_frame(self.handle);
-        self.shared.ended.store(true, Ordering::Release);
+    }
+
+    fn ended(&self) -> Arc<AtomicBool> {
+        Arc::clone(&self.shared.ended)
     }
 }

@@ -6,6 +6,9 @@ use std::ffi::{c_char, c_int, c_uchar, c_uint};
 
 include!("slots.rs");
 
+/// When a force was set last.
+static WRITTEN: std::sync::Mutex<Option<std::time::Instant>> = std::sync::Mutex::new(None);
+
 fn of(id: c_char) {
     set(LAST_ID, f64::from(id));
 }
@@ -53,7 +56,25 @@ pub extern "C" fn dhdEnableForce(on: c_uchar, id: c_char) -> c_int {
     if get(ENABLE_CODE) < 0.0 {
         return -1;
     }
+    if get(SWITCHED_OFF) > 0.0 {
+        // Whoever did it is forgotten.
+        count(OVERRIDDEN);
+        set(SWITCHED_OFF, 0.0);
+    }
     set(ENABLED, f64::from(on));
+    set(OFF_CAUSE, 4.0);
+    0
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdSetMaxForce(newtons: f64, _: c_char) -> c_int {
+    set(MAX_FORCE, newtons);
+    0
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn dhdSetMaxTorque(newton_metres: f64, _: c_char) -> c_int {
+    set(MAX_TORQUE, newton_metres);
     0
 }
 
@@ -117,6 +138,7 @@ pub extern "C" fn dhdSetForceAndTorqueAndGripperForce(
 ) -> c_int {
     of(id);
     count(WRITES);
+    *WRITTEN.lock().unwrap() = Some(std::time::Instant::now());
     for (k, value) in [fx, fy, fz, tx, ty, tz].into_iter().enumerate() {
         set(FORCE + k, value);
         set(LARGEST, get(LARGEST).max(value.abs()));
@@ -155,9 +177,18 @@ pub extern "C" fn dhdSetWatchdog(steps: c_uchar, _: c_char) -> c_int {
 /// There is room for 17.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn dhdGetStatus(status: *mut c_int, _: c_char) -> c_int {
+    // Bites when it is looked at, if nothing was written in its time.
+    let is_late = WRITTEN.lock().unwrap().is_some_and(|last| last.elapsed().as_micros() as f64 > 125.0 * get(WATCHDOG));
+    if get(ENABLED) > 0.0 && get(WATCHDOG) > 0.0 && get(WATCHDOG_SLEEPS) < 1.0 && is_late {
+        set(ENABLED, 0.0);
+        set(OFF_CAUSE, 3.0);
+    }
     // Power, connected, started, reset, …
     let force = i32::from(get(ENABLED) > 0.0 && get(SWITCHED_OFF) < 1.0);
-    let words = [get(POWERED) as c_int, 1, 1, i32::from(get(OUT_OF_RESET) < 1.0), 0, force, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 0];
+    let cause = if get(SWITCHED_OFF) > 0.0 { get(SWITCHED_OFF) } else { get(OFF_CAUSE) } as c_int;
+    let cause = if force > 0 { 0 } else { cause };
+    let reset = i32::from(get(OUT_OF_RESET) < 1.0);
+    let words = [get(POWERED) as c_int, 1, 1, reset, 0, force, 0, 0, 1, 0, 0, 0, 1, 0, cause, 0, 0];
     for (k, word) in words.into_iter().enumerate() {
         unsafe { *status.add(k) = word };
     }

@@ -95,6 +95,9 @@ pub extern "C" fn hdEnable(capability: c_uint) {
     if capability == 0x4000 {
         set(ENABLED, 1.0);
     }
+    if let Some(bit) = [0x4001, 0x4002, 0x4003, 0x2606, 0x2607].iter().position(|known| *known == capability) {
+        set(CAPABILITIES, f64::from(get(CAPABILITIES) as u32 | 1 << bit));
+    }
 }
 
 #[unsafe(no_mangle)]
@@ -140,6 +143,7 @@ pub unsafe extern "C" fn hdGetIntegerv(parameter: c_uint, values: *mut c_int) {
         *values = match parameter {
             0x2000 => get(BUTTONS) as c_int,
             0x2554 => get(DOF) as c_int,
+            0x2555 => get(CALIBRATION_STYLES) as c_int,
             _ => 0,
         }
     }
@@ -226,5 +230,20 @@ pub extern "C" fn hdUnschedule(handle: c_ulong) {
 
 #[unsafe(no_mangle)]
 pub extern "C" fn hdCheckCalibration() -> c_uint {
-    if get(OUT_OF_RESET) < 1.0 { 0x5002 } else { 0x5000 }
+    if get(CALIBRATION) > 0.0 {
+        get(CALIBRATION) as c_uint
+    } else if get(OUT_OF_RESET) < 1.0 {
+        0x5002
+    } else {
+        0x5000
+    }
+}
+
+#[unsafe(no_mangle)]
+pub extern "C" fn hdUpdateCalibration(style: c_uint) {
+    set(CALIBRATED, f64::from(style));
+    if get(CALIBRATION_TRIES) == 1.0 {
+        set(CALIBRATION, 0.0);
+    }
+    set(CALIBRATION_TRIES, get(CALIBRATION_TRIES) - 1.0);
 }

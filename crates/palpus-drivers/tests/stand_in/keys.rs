@@ -23,7 +23,18 @@ pub const NO_VELOCITY: usize = 16;
 pub const OUT_OF_RESET: usize = 17;
 pub const ENABLE_CODE: usize = 18;
 pub const MOVING: usize = 19;
+/// By whom, as the status's word 14 has it: 1 by the button, 2 for its speed, 6 by the dead-man's
+/// switch.
 pub const SWITCHED_OFF: usize = 20;
+/// By the program or the watchdog, likewise.
+pub const OFF_CAUSE: usize = 21;
+pub const CALIBRATION: usize = 22;
+pub const CALIBRATION_STYLES: usize = 23;
+/// How often calibration has to be updated before it is good; never if negative.
+pub const CALIBRATION_TRIES: usize = 24;
+
+/// The device's watchdog never bites.
+pub const WATCHDOG_SLEEPS: usize = 25;
 
 // Set by the library.
 pub const FORCE: usize = 32; // 3
@@ -46,3 +57,10 @@ pub const EXPERT: usize = 52;
 pub const GRIPPER: usize = 53;
 pub const NAME_TRIES: usize = 54;
 pub const SECOND_FORCE: usize = 55; // 3
+/// Times that the force was switched although somebody else had switched it off.
+pub const OVERRIDDEN: usize = 58;
+pub const MAX_FORCE: usize = 59;
+pub const MAX_TORQUE: usize = 60;
+pub const CALIBRATED: usize = 61;
+/// Capabilities of HDAPI's that were enabled, a bit each in the order of the stand-in.
+pub const CAPABILITIES: usize = 62;

@@ -5,12 +5,13 @@ use std::time::Duration;
 use glam::DVec3;
 
 use super::super::*;
-use super::service::{Act, Service, frame};
+use super::service::{Act, Service, frame, released};
 use super::{assert_no_force_twice, drive, wrench};
+use crate::{WallTime, self_test};
 
 #[test]
 fn a_state_comes_in_and_a_force_goes_out() {
-    let service = Service::usual(|_| Act::Answer);
+    let service = Service::usual(|k| if k < 5 { Act::Say(vec![released(k).to_string()]) } else { Act::Answer });
     let mut device = service.open();
     let spec = device.spec().clone();
     assert_eq!((spec.name.as_ref(), spec.force_max, spec.torque_max, spec.buttons), ("Inverse3", 10.0, 0.0, 3));
@@ -47,6 +48,17 @@ fn a_loop_that_stops_writing_gets_zeros_sent() {
     assert!(told.len() - last > 3, "{last} of {}", told.len());
     assert!(device.counts().idle > 3);
     assert_no_force_twice(&told);
+}
+
+#[test]
+fn the_arm_passes_its_self_test_and_is_told_no_force_by_it() {
+    let service = Service::usual(|_| Act::Answer);
+    let mut device = service.open();
+    let passed = self_test(&mut device, &WallTime::new()).unwrap();
+    assert!(passed.brake && passed.own_watchdog.is_some() && !passed.withheld, "{passed}");
+    assert!(service.told().iter().all(|told| told.force == DVec3::ZERO));
+    drive(&mut device, 20).unwrap();
+    assert!(service.told().iter().any(|told| told.force.x == 1.0), "and is as good as before");
 }
 
 #[test]

@@ -17,6 +17,8 @@ pub(super) struct Told {
     pub(super) at: Instant,
     pub(super) force: DVec3,
     pub(super) spelled: String,
+    /// The name of the session, if the message says it.
+    pub(super) session: Option<String>,
 }
 
 /// What a scripted service does with message `k` (0 is the one of opening).
@@ -27,6 +29,8 @@ pub(super) enum Act {
     Say(Vec<String>),
     /// Answers so much later.
     After(Duration),
+    /// Answers as it should, and says that it gives what this makes of the force that it was told.
+    Echo(fn(DVec3) -> DVec3),
     Silence,
     /// Answers with bytes.
     Binary,
@@ -52,12 +56,22 @@ impl Service {
         inventory: String,
         script: impl Fn(usize) -> Act + Send + 'static,
     ) -> Self {
+        let version = version.map(|version| ("/version", json!({ "project_version": version })));
+        Self::answering(version.into_iter().collect(), inventory, script)
+    }
+
+    /// One that answers to these paths over HTTP.
+    pub(super) fn answering(
+        answers: Vec<(&'static str, Value)>,
+        inventory: String,
+        script: impl Fn(usize) -> Act + Send + 'static,
+    ) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = format!("ws://{}", listener.local_addr().unwrap());
         let told = Arc::new(Mutex::new(Vec::new()));
         let (done, over) = channel();
         let log = Arc::clone(&told);
-        std::thread::spawn(move || serve(&listener, version, &inventory, &script, &log, &done));
+        std::thread::spawn(move || serve(&listener, answers, &inventory, &script, &log, &done));
         Self { address, told, over }
     }
 
@@ -81,7 +95,7 @@ impl Service {
 
 fn serve(
     listener: &TcpListener,
-    version: Option<&str>,
+    answers: Vec<(&'static str, Value)>,
     inventory: &str,
     script: &dyn Fn(usize) -> Act,
     told: &Mutex<Vec<Told>>,
@@ -91,17 +105,17 @@ fn serve(
     stream.set_nodelay(true).unwrap();
     let Ok(mut socket) = tungstenite::accept(stream) else { return };
     let _ = socket.send(Message::text(inventory));
-    if let Some(version) = version {
-        // In a thread of its own, as long as the test lasts.
-        let (listener, version) = (listener.try_clone().unwrap(), version.to_owned());
-        std::thread::spawn(move || answer_version(&listener, &version));
-    }
+    // In a thread of its own, as long as the test lasts.
+    let questions = listener.try_clone().unwrap();
+    std::thread::spawn(move || answer_questions(&questions, &answers));
     let mut count = 0;
     loop {
         match socket.read() {
             Ok(Message::Text(text)) => {
-                told.lock().unwrap().push(understood(text.as_str()));
-                if !act(&mut socket, script(count), count) {
+                let heard = understood(text.as_str());
+                let force = heard.force;
+                told.lock().unwrap().push(heard);
+                if !act(&mut socket, script(count), count, force) {
                     break;
                 }
                 count += 1;
@@ -113,25 +127,33 @@ fn serve(
     let _ = done.send(());
 }
 
-fn answer_version(listener: &TcpListener, version: &str) {
+fn answer_questions(listener: &TcpListener, answers: &[(&str, Value)]) {
     use std::io::{Read, Write};
     while let Ok((mut stream, _)) = listener.accept() {
         let mut request = [0; 1024];
-        let _ = stream.read(&mut request);
-        let body = json!({ "project_version": version }).to_string();
-        let head = format!("HTTP/1.1 200 OK\r\nContent-Length: {}\r\nConnection: close\r\n\r\n", body.len());
+        let read = stream.read(&mut request).unwrap_or(0);
+        let asked = String::from_utf8_lossy(&request[..read]).split(' ').nth(1).unwrap_or_default().to_owned();
+        let answer = answers.iter().find(|(path, _)| *path == asked).map(|(_, answer)| answer.to_string());
+        let (status, body) = answer.map_or(("404 Not Found", "{}".to_owned()), |body| ("200 OK", body));
+        let head = format!("HTTP/1.1 {status}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n", body.len());
         let _ = stream.write_all(format!("{head}{body}").as_bytes());
     }
 }
 
 /// False when the connection is over.
-fn act(socket: &mut WebSocket<TcpStream>, act: Act, count: usize) -> bool {
+fn act(socket: &mut WebSocket<TcpStream>, act: Act, count: usize, force: DVec3) -> bool {
     let texts = match act {
         Act::Answer => vec![frame(count).to_string()],
         Act::Say(texts) => texts,
         Act::After(pause) => {
             std::thread::sleep(pause);
             vec![frame(count).to_string()]
+        }
+        Act::Echo(given) => {
+            let DVec3 { x, y, z } = given(force);
+            let mut frame = frame(count);
+            frame["inverse3"][0]["state"]["current_cursor_force"] = json!({ "x": x, "y": y, "z": z });
+            vec![frame.to_string()]
         }
         Act::Silence => Vec::new(),
         Act::Binary => return socket.send(Message::binary(vec![1, 2, 3])).is_ok(),
@@ -154,7 +176,8 @@ fn understood(text: &str) -> Told {
     assert_eq!(command.len(), 1);
     let (spelled, vector) = command.iter().next().unwrap();
     let part = |key: &str| vector[key].as_f64().unwrap();
-    Told { at: Instant::now(), force: DVec3::new(part("x"), part("y"), part("z")), spelled: spelled.clone() }
+    let session = value["session"]["configure"]["profile"]["name"].as_str().map(str::to_owned);
+    Told { at: Instant::now(), force: DVec3::new(part("x"), part("y"), part("z")), spelled: spelled.clone(), session }
 }
 
 /// The first message: a state with the configurations.
@@ -218,6 +241,12 @@ pub(super) fn frame(count: usize) -> Value {
             "status": { "connected": true, "awake": true, "ready": true }
         }]
     })
+}
+
+/// The same with no button pressed.
+pub(super) fn released(count: usize) -> Value {
+    let frame = with(frame(count), "/wireless_verse_grip/0/state/buttons/a", json!(false));
+    with(frame, "/custom_verse_grip/0/state/buttons/c", json!(false))
 }
 
 /// A message with one place changed.

@@ -7,25 +7,32 @@
 //! 3. A write is a wrench in one call. Saturated motors (code 2) are counted; they are the normal case and no failure.
 //! 4. The brake switches the motors off, which short-circuits them: they damp. It never waits for a call that hangs; there the
 //!    device's watchdog takes its part.
-//! 5. The force switch on the device is watched: switched off, it is a brake that is applied, so that what is computed meanwhile does
-//!    not come at once when it is switched on, but through an engagement. It is never switched on from here.
-//! 6. Whatever ends it, the last wrench is zero and the force is off.
+//! 5. The force is switched on from here only after this program, or the device's watchdog, has
+//!    switched it off. Whatever else did, the button on the device above all, stays as it is:
+//!    before each switching on, the status says what the cause was. The switch is watched, and
+//!    while it is off the state is withheld, so that the loop returns from zero when it is on
+//!    again.
+//! 6. The library is told the largest force and torque, and gives no more.
+//! 7. Whatever ends it, the last wrench is zero and the force is off.
+
+mod switch;
 
 use std::borrow::Cow;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use glam::{DMat3, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench, rotation_between};
 use palpus_device::{
-    Axes as AxisCount, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, known_devices,
+    Axes as AxisCount, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, OwnWatchdog, known_devices,
 };
 
 use crate::axes::Axes;
 use crate::error::DriverError;
 use crate::ffi::dhd::Dhd;
 use crate::library::{Known, Place};
+use switch::{Shared, State, Switched, cause, status};
 
 /// Of the device itself: longer than the loop's own watchdog waits at 12 N, so that it is the second to bite.
 const WATCHDOG: Duration = Duration::from_millis(20);
@@ -48,15 +55,6 @@ const USUAL_RATE_HZ: f64 = 1000.0;
 const TIME_GUARD: i32 = 1;
 /// At least one motor gives less than was asked for.
 const SATURATED: i32 = 2;
-
-/// Words of the status that are looked at, by their place in it.
-mod status {
-    pub(super) const POWER: usize = 0;
-    pub(super) const CONNECTED: usize = 1;
-    pub(super) const RESET: usize = 3;
-    pub(super) const FORCE: usize = 5;
-    pub(super) const ERROR: usize = 9;
-}
 
 pub(crate) const LIBRARY: Known = Known {
     names: if cfg!(windows) {
@@ -89,6 +87,7 @@ pub struct ForceDimension {
     spec: DeviceSpec,
     rate_hz: f64,
     has_watchdog: bool,
+    is_limited: bool,
     saturated: u64,
     opened: Instant,
     written: Option<Instant>,
@@ -97,6 +96,10 @@ pub struct ForceDimension {
     reads_left: u32,
     /// The library has said that the force is on, and so will say that it is off.
     knows_switch: bool,
+    /// The force has to be switched on again with the next write.
+    switch_on: bool,
+    /// Zero went out in place of the last wrench.
+    interrupted: bool,
 }
 
 impl ForceDimension {
@@ -131,7 +134,7 @@ impl ForceDimension {
             line: Mutex::new(State::Silent),
             brake: BrakeFlag::default(),
             late_brake: AtomicBool::new(false),
-            switched_off: AtomicBool::new(false),
+            withheld: AtomicBool::new(false),
         });
         // From here on the device is closed by `Drop`.
         let mut device = Self {
@@ -139,16 +142,20 @@ impl ForceDimension {
             rate_hz: shared.api.rate(id).map(|khz| khz * 1e3).filter(|hz| *hz >= 100.0).unwrap_or(USUAL_RATE_HZ),
             shared,
             has_watchdog: false,
+            is_limited: false,
             saturated: 0,
             opened: Instant::now(),
             written: None,
             last: None,
             reads_left: READS_PER_STATUS,
             knows_switch: false,
+            switch_on: true,
+            interrupted: false,
         };
         check_status(&device.shared.api, id)?;
         device.shared.api.velocity_window(VELOCITY_WINDOW_MS, id);
         device.has_watchdog = device.shared.api.set_watchdog(WATCHDOG_STEPS, id);
+        device.is_limited = device.shared.api.set_most(device.spec.force_max, device.spec.torque_max, id);
         Ok(device)
     }
 
@@ -162,32 +169,61 @@ impl ForceDimension {
         self.has_watchdog
     }
 
+    /// The library itself gives no more than the largest force.
+    pub fn is_limited(&self) -> bool {
+        self.is_limited
+    }
+
     /// Writes that met saturated motors.
     pub fn saturated(&self) -> u64 {
         self.saturated
     }
 
     /// Looks at the force switch now and then, while the force should be on.
-    fn watch_switch(&mut self, state: State) {
+    fn watch_switch(&mut self, state: &mut State) {
         self.reads_left = self.reads_left.saturating_sub(1);
         let shared = &self.shared;
-        let is_off = shared.switched_off.load(Ordering::Acquire);
-        // After a pause it may be the device's watchdog that has switched it off.
-        let slept = self.written.is_none_or(|last| last.elapsed() > WATCHDOG);
-        if self.reads_left > 0 || state != State::Driven || slept || (shared.brake.is_applied() && !is_off) {
+        let is_withheld = shared.withheld.load(Ordering::Acquire);
+        // Off is where the brake wants it, and where nothing has switched it on.
+        if self.reads_left > 0 || shared.brake.is_applied() || (*state != State::Driven && !is_withheld) {
             return;
         }
         self.reads_left = READS_PER_STATUS;
         let Some(words) = shared.api.status(shared.id) else { return };
         let is_on = words[status::FORCE] != 0;
         self.knows_switch |= is_on;
-        if !is_on && self.knows_switch {
-            shared.switched_off.store(true, Ordering::Release);
-            shared.brake.apply();
-        } else if is_on && is_off {
-            // The brake stays until the loop has engaged.
-            shared.switched_off.store(false, Ordering::Release);
+        if is_on {
+            // By the person who holds it, if it was off.
+            *state = State::Driven;
+            shared.withheld.store(false, Ordering::Release);
+        } else if matches!(words[status::FORCE_OFF_CAUSE], cause::WATCHDOG | cause::SOFTWARE) {
+            self.switch_on = true;
+        } else if self.knows_switch && !self.slept() {
+            shared.withheld.store(true, Ordering::Release);
         }
+    }
+
+    /// The device's watchdog may have switched its force off since the last write.
+    fn slept(&self) -> bool {
+        self.written.is_none_or(|last| last.elapsed() > WATCHDOG)
+    }
+
+    /// Switches the force on, unless it is on, or was switched off by somebody else.
+    fn switch_on(&mut self, state: &mut State) -> Result<(), DeviceError> {
+        let shared = &self.shared;
+        let switched = shared.switch_on();
+        if let Switched::Failed = switched {
+            let why = format!("its force could not be switched on ({})", said(&shared.api));
+            return Err(DeviceError::Refused(Cow::Owned(why)));
+        }
+        // It was given for a while, and then not: the loop has to know before it is given again.
+        self.interrupted = *state == State::Driven && switched != Switched::WasOn;
+        shared.withheld.store(switched == Switched::Forbidden, Ordering::Release);
+        if switched != Switched::Forbidden {
+            *state = State::Driven;
+        }
+        self.switch_on = false;
+        Ok(())
     }
 
     fn lost(&self) -> DeviceError {
@@ -240,7 +276,7 @@ impl HapticDevice for ForceDimension {
 
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         let shared = Arc::clone(&self.shared);
-        let line = shared.line();
+        let mut line = shared.line();
         let (code, position, rows) = shared.api.frame(shared.id);
         if code < 0 {
             return Err(self.lost());
@@ -250,8 +286,9 @@ impl HapticDevice for ForceDimension {
         let rotation = DMat3::from_cols_array(&rows).transpose();
         let pose = Axes::ForceDimension.pose(rotation, DVec3::from_array(position));
         let twist = self.twist(&pose, time);
-        let state = DeviceState { pose, twist, buttons: shared.api.buttons(shared.id), time, withheld: false };
-        self.watch_switch(*line);
+        self.watch_switch(&mut line);
+        let withheld = shared.withheld.load(Ordering::Acquire) | std::mem::take(&mut self.interrupted);
+        let state = DeviceState { pose, twist, buttons: shared.api.buttons(shared.id), time, withheld };
         shared.brake_late();
         self.last = Some(state);
         Ok(state)
@@ -263,19 +300,15 @@ impl HapticDevice for ForceDimension {
         }
         let shared = Arc::clone(&self.shared);
         let mut line = shared.line();
-        let now = Instant::now();
-        let slept = self.written.is_none_or(|last| now - last > WATCHDOG);
-        self.written = Some(now);
-        let switched_off = shared.switched_off.load(Ordering::Acquire);
-        if !shared.brake.is_applied() && !switched_off && (slept || *line == State::Silent) {
-            // Also after the device's watchdog may have switched it off.
-            if shared.api.enable_force(true, shared.id) < 0 {
-                let why = format!("its force could not be switched on ({})", said(&shared.api));
-                return Err(DeviceError::Refused(Cow::Owned(why)));
-            }
-            *line = State::Driven;
+        let slept = self.slept();
+        self.written = Some(Instant::now());
+        let braked = shared.brake.is_applied();
+        let withheld = shared.withheld.load(Ordering::Acquire);
+        if !braked && !withheld && (slept || self.switch_on) {
+            self.switch_on(&mut line)?;
         }
-        let wrench = if shared.brake.is_applied() { Wrench::ZERO } else { *wrench };
+        let is_given = !braked && !self.interrupted && !shared.withheld.load(Ordering::Acquire);
+        let wrench = if is_given { *wrench } else { Wrench::ZERO };
         let torque = if self.spec.torque_max > 0.0 { wrench.torque } else { DVec3::ZERO };
         let [force, torque] = [wrench.force, torque].map(|v| Axes::ForceDimension.theirs(v).to_array());
         let code = shared.api.set_wrench(force, torque, shared.id);
@@ -291,6 +324,15 @@ impl HapticDevice for ForceDimension {
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         Some(self.shared.clone())
     }
+
+    fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
+        let line = self.shared.line();
+        let is_driven = self.has_watchdog && *line == State::Driven;
+        // It cannot be seen where the status does not tell of the force.
+        let words =
+            self.shared.api.status(self.shared.id).filter(|words| is_driven && words[status::CONNECTED] != 0)?;
+        Some(OwnWatchdog { after: WATCHDOG, has_bitten: words[status::FORCE] == 0 })
+    }
 }
 
 impl Drop for ForceDimension {
@@ -304,73 +346,6 @@ impl Drop for ForceDimension {
         }
         let _ = api.close(*id);
         *line = State::Closed;
-    }
-}
-
-/// What the loop's thread and the watchdog's share.
-struct Shared {
-    api: Dhd,
-    id: i8,
-    /// Held during every call for the device.
-    line: Mutex<State>,
-    brake: BrakeFlag,
-    /// The brake was applied during a call, and could not do more than say so.
-    late_brake: AtomicBool,
-    /// By the switch on the device.
-    switched_off: AtomicBool,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum State {
-    /// Open, and never was its force on.
-    Silent,
-    Driven,
-    Closed,
-}
-
-impl Shared {
-    fn line(&self) -> MutexGuard<'_, State> {
-        self.line.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    /// What a brake could not do during a call; called at its end, by whoever holds the line.
-    fn brake_late(&self) {
-        if self.late_brake.swap(false, Ordering::AcqRel) {
-            // Should it fail, the device's own watchdog is next.
-            let _ = self.api.enable_force(false, self.id);
-        }
-    }
-}
-
-impl Brake for Shared {
-    fn apply(&self) {
-        self.brake.apply();
-        let line = match self.line.try_lock() {
-            Ok(line) => line,
-            Err(TryLockError::Poisoned(line)) => line.into_inner(),
-            Err(TryLockError::WouldBlock) => {
-                self.late_brake.store(true, Ordering::Release);
-                return;
-            }
-        };
-        if *line == State::Driven {
-            // Should it fail, the device's own watchdog is next.
-            let _ = self.api.enable_force(false, self.id);
-        }
-    }
-
-    fn release(&self) {
-        let line = self.line();
-        self.late_brake.store(false, Ordering::Release);
-        self.brake.release();
-        if *line == State::Driven && !self.switched_off.load(Ordering::Acquire) {
-            // Should it fail, there is no force, and the next write says why.
-            let _ = self.api.enable_force(true, self.id);
-        }
-    }
-
-    fn is_applied(&self) -> bool {
-        self.brake.is_applied()
     }
 }
 

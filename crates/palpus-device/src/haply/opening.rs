@@ -1,0 +1,244 @@
+//! Opens a connection to the service and waits for the first complete state.
+//!
+//! 1. Connect, read the inventory and choose the arm. An arm that another program uses, that is not
+//!    ready, or whose positions and forces are scaled or turned is refused.
+//! 2. Ask for the service's version, its scale of forces, and the grip that is paired with the arm.
+//! 3. Send the first message, with the session's name and zero force. Repeat zero until the answer
+//!    has the arm's position and the grip's orientation.
+
+use std::borrow::Cow;
+use std::time::{Duration, Instant};
+
+use glam::DVec3;
+use serde_json::Value;
+
+use super::address::Address;
+use super::message::{self, Arm, ArmKind, Grip, Inventory, Sample};
+use super::senses::Senses;
+use super::version::{self, Identity, Spelling};
+use super::wire::{Failed, Heard, Wire};
+use super::{HaplyError, HaplyOptions, http};
+use crate::device::{Axes, DeviceSpec, DeviceState, known_devices};
+
+/// For the inventory after connecting, for the first state, and for the grip's first orientation.
+const FIRST_ANSWER: Duration = Duration::from_secs(1);
+/// Between two messages that wait for the grip's orientation.
+const ASK_AGAIN: Duration = Duration::from_millis(10);
+/// s: what service, cable and firmware take is not stated; a USB frame.
+const ASSUMED_DELAY: f64 = 1e-3;
+/// N: for arms of which no limit is known.
+const CAUTIOUS_FORCE: f64 = 3.0;
+/// Tolerance of the service's scale of forces about 1.
+const SCALE_SLACK: f64 = 1e-6;
+
+/// A connection that has gone around once.
+pub(super) struct Opened {
+    pub(super) spec: DeviceSpec,
+    pub(super) notes: Vec<String>,
+    pub(super) first: DeviceState,
+    pub(super) wire: Wire,
+    pub(super) talk: Talk,
+    pub(super) senses: Senses,
+}
+
+/// How to address the arm.
+pub(super) struct Talk {
+    arm: String,
+    arm_in_json: String,
+    pub(super) grip: Option<String>,
+    spelling: Spelling,
+    message: String,
+}
+
+/// Connects, chooses, and goes around until the first state is whole.
+pub(super) fn open(options: &HaplyOptions) -> Result<Opened, HaplyError> {
+    let address = Address::of(options)?;
+    let written = || address.written.clone();
+    let not_understood = |why: String| HaplyError::NotUnderstood { address: written(), why };
+    let mut wire = Wire::open(&address).map_err(|failed| match failed {
+        Failed::NoService(why) => HaplyError::NoService { address: written(), why },
+        Failed::NotUnderstood(why) => not_understood(why),
+    })?;
+    let inventory =
+        hear(&mut wire, "tells no inventory").and_then(|text| message::inventory(&text)).map_err(not_understood)?;
+    let arm = choose(&inventory.arms, options, &address)?;
+    let not_ready = |why: String| HaplyError::NotReady { device: format!("the arm {}", arm.id), why };
+    let in_use = "in use by another program, whose forces would add to these: close that program; if it was just closed, try again";
+    if let Some(why) = Some(in_use).filter(|_| arm.in_use).or(arm.trouble) {
+        return Err(not_ready(why.to_owned()));
+    }
+    let Identity { version, note } = Identity::of(http::get(&address, "/version").as_ref()).map_err(not_understood)?;
+    let scale = http::get(&address, "/settings/devices/force_scale").as_ref().and_then(http::number_of);
+    if let Some(scale) = scale.filter(|scale| (scale - 1.0).abs() > SCALE_SLACK) {
+        return Err(not_ready(format!(
+            "given {scale} times the forces that it is told: set `devices/force_scale` of the service to 1"
+        )));
+    }
+    let pairing = http::get(&address, &format!("/inverse3/{}/config/paired_with", http::in_path(&arm.id)));
+    let (grip, paired) = grip_of(arm, &inventory, pairing.as_ref());
+    let spelling = version::spelling(version.as_deref());
+    let mut talk = Talk {
+        arm: arm.id.clone(),
+        arm_in_json: message::in_json(&arm.id),
+        grip: grip.map(|grip| grip.id.clone()),
+        spelling,
+        message: String::new(),
+    };
+    let sample = first_sample(&mut wire, &mut talk, version.is_some()).map_err(|failed| match failed {
+        NoSample::NotUnderstood(why) => not_understood(why),
+        NoSample::NotReady(device, why) => HaplyError::NotReady { device, why },
+    })?;
+    let mut senses = Senses::new(grip.is_some());
+    let first = senses.state(&sample, Instant::now());
+    let mut notes = vec![
+        format!(
+            "service {} at {}, forces spelled `{}`",
+            version.as_deref().unwrap_or("of an unknown version"),
+            address.written,
+            spelling.key()
+        ),
+        format!(
+            "arm {}; {}",
+            arm.id,
+            grip.map_or("no grip: rotation is not sensed".to_owned(), |grip| format!(
+                "grip {} ({}), {paired}",
+                grip.id, grip.kind
+            ))
+        ),
+    ];
+    notes.extend(note);
+    if scale.is_none() {
+        notes.push("the service does not say whether it scales forces".to_owned());
+    }
+    notes.extend(arm.notes.iter().cloned());
+    let others = inventory.arms.len().saturating_sub(1);
+    if others > 0 {
+        notes.push(format!("{others} other arms are not used"));
+    }
+    Ok(Opened { spec: spec_of(arm, grip), notes, first, wire, talk, senses })
+}
+
+/// Why there is no first sample.
+enum NoSample {
+    NotUnderstood(String),
+    /// The name of the arm or the grip, and what it lacks.
+    NotReady(String, String),
+}
+
+/// Returns the first sample with the grip's orientation, if there is a grip. The session's name is
+/// sent only to services that state their version: older ones may not know it.
+fn first_sample(wire: &mut Wire, talk: &mut Talk, named: bool) -> Result<Sample, NoSample> {
+    let until = Instant::now() + FIRST_ANSWER;
+    let mut message = if named { talk.first() } else { talk.force(DVec3::ZERO) };
+    loop {
+        wire.send(message).map_err(NoSample::NotUnderstood)?;
+        let text = hear(wire, "does not answer a command").map_err(NoSample::NotUnderstood)?;
+        if let Some(why) = talk.trouble(&text) {
+            return Err(NoSample::NotReady(format!("the arm {}", talk.arm), why.to_owned()));
+        }
+        let sample = talk.sample(&text).map_err(|why| NoSample::NotUnderstood(format!("it sends {why}")))?;
+        let Some(grip) = &talk.grip else { return Ok(sample) };
+        if sample.rotation.is_some() && sample.grip_trouble.is_none() {
+            return Ok(sample);
+        }
+        if Instant::now() >= until {
+            let silent = "not reporting its orientation: move it, and check that it is switched on";
+            return Err(NoSample::NotReady(
+                format!("the grip {grip}"),
+                sample.grip_trouble.unwrap_or(silent).to_owned(),
+            ));
+        }
+        std::thread::sleep(ASK_AGAIN);
+        message = talk.force(DVec3::ZERO);
+    }
+}
+
+/// Returns the grip that belongs to `arm`, and how that is known.
+///
+/// A pairing counts, whether the arm or the grip states it. If the paired grip is missing, no other
+/// grip is taken. Arms and grips without a pairing are matched in the service's order.
+fn grip_of<'a>(arm: &Arm, inventory: &'a Inventory, pairing: Option<&Value>) -> (Option<&'a Grip>, &'static str) {
+    let Inventory { arms, grips } = inventory;
+    if let Some(id) = pairing.and_then(message::paired_grip) {
+        return (grips.iter().find(|grip| grip.id == id), "paired with it");
+    }
+    let is_of = |grip: &Grip, arm: &Arm| grip.paired_with.as_ref() == Some(&arm.id);
+    if let Some(grip) = grips.iter().find(|grip| is_of(grip, arm)) {
+        return (Some(grip), "paired with it");
+    }
+    let mut alone = arms.iter().filter(|arm| !grips.iter().any(|grip| is_of(grip, arm)));
+    let place = alone.position(|other| other.id == arm.id).unwrap_or(0);
+    let mut free = grips.iter().filter(|grip| grip.paired_with.is_none());
+    let first = free.clone().next();
+    // A single grip without a pairing may be held with any of the arms.
+    (free.nth(place).or(first), "by the service's order, since no pairing is stated")
+}
+
+/// The next text within [`FIRST_ANSWER`].
+fn hear(wire: &mut Wire, missing: &str) -> Result<String, String> {
+    match wire.hear(Some(Instant::now() + FIRST_ANSWER))? {
+        Heard::Text(text) => Ok(text),
+        Heard::Other(what) => Err(format!("it sends {what}")),
+        Heard::Nothing => Err(format!("it {missing} within {} s", FIRST_ANSWER.as_secs())),
+    }
+}
+
+fn choose<'a>(arms: &'a [Arm], options: &HaplyOptions, address: &Address) -> Result<&'a Arm, HaplyError> {
+    let none = |why: String| HaplyError::NoDevice { address: address.written.clone(), why };
+    match &options.arm {
+        None => arms.first().ok_or_else(|| none("no arm: plug one in, and wait for its light".to_owned())),
+        Some(wanted) => arms.iter().find(|arm| arm.id == *wanted).ok_or_else(|| {
+            let all: Vec<&str> = arms.iter().map(|arm| arm.id.as_str()).collect();
+            none(format!(
+                "no arm `{wanted}`; it has: {}",
+                if all.is_empty() { "none".to_owned() } else { all.join(", ") }
+            ))
+        }),
+    }
+}
+
+fn spec_of(arm: &Arm, grip: Option<&Grip>) -> DeviceSpec {
+    let known = known_devices().into_iter().find(|known| known.name == "Inverse3");
+    let (name, force_max) = match (arm.kind, known) {
+        (ArmKind::Inverse3, Some(known)) => ("Inverse3", known.force_max),
+        (ArmKind::Inverse3x, Some(known)) => ("Inverse3x", known.force_max),
+        (ArmKind::Minverse, _) => ("Minverse", CAUTIOUS_FORCE),
+        _ => ("Haply arm of an unknown kind", CAUTIOUS_FORCE),
+    };
+    DeviceSpec {
+        name: Cow::Borrowed(name),
+        force_max,
+        torque_max: 0.0,
+        force_continuous: None,
+        torque_continuous: None,
+        actuated: Axes::TRANSLATION,
+        sensed: if grip.is_some() { Axes::FULL } else { Axes::TRANSLATION },
+        buttons: grip.map_or(0, |grip| grip.buttons),
+        workspace: None,
+        delay: ASSUMED_DELAY,
+    }
+}
+
+impl Talk {
+    /// The message that sets a force, N.
+    pub(super) fn force(&mut self, force: DVec3) -> &str {
+        message::write_force(&mut self.message, &self.arm_in_json, self.spelling, force);
+        &self.message
+    }
+
+    /// The message that names the session.
+    fn first(&mut self) -> &str {
+        message::write_first(&mut self.message, &self.arm_in_json, self.spelling);
+        &self.message
+    }
+
+    /// Why the arm is not to be used, with the settings of this session if `text` has them.
+    fn trouble(&self, text: &str) -> Option<&'static str> {
+        message::inventory(text).ok()?.arms.into_iter().find(|arm| arm.id == self.arm)?.trouble
+    }
+
+    /// What `text` says of the arm and its grip.
+    pub(super) fn sample(&self, text: &str) -> Result<Sample, String> {
+        message::sample(text, &self.arm, self.grip.as_deref())
+    }
+}

@@ -1,0 +1,171 @@
+//! How Linux grants it.
+
+use std::sync::OnceLock;
+
+use rustix::io::Errno;
+use rustix::mm::{MlockAllFlags, mlockall};
+use rustix::process::{Resource, getpid, getrlimit};
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+use thread_priority::{
+    Error, RealtimeThreadSchedulePolicy, ThreadPriority, ThreadPriorityValue, ThreadSchedulePolicy,
+    set_thread_priority_and_policy, thread_native_id, thread_schedule_policy_param,
+};
+
+use super::Claimed;
+
+const FIFO: ThreadSchedulePolicy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+
+pub(super) fn claim_priority(priority: u8) -> Claimed {
+    // Who may not have that one may have a lower one; the one above it is the watchdog's.
+    let allowed = getrlimit(Resource::Rtprio).current.and_then(|most| u8::try_from(most).ok()).unwrap_or(0);
+    let lower = allowed.saturating_sub(1).min(priority);
+    let refused = match set_priority(priority) {
+        Ok(()) => return Claimed::Granted(format!("SCHED_FIFO {priority}")),
+        Err(_) if lower > 0 && set_priority(lower).is_ok() => {
+            return Claimed::Granted(format!("SCHED_FIFO {lower}, the highest that this user may have"));
+        }
+        Err(refused) => refused,
+    };
+    Claimed::Refused {
+        why: refused,
+        mend: format!(
+            "add `{} - rtprio {}` to /etc/security/limits.d/palpus.conf and log in again",
+            user(),
+            priority + 1
+        ),
+    }
+}
+
+fn set_priority(priority: u8) -> Result<(), String> {
+    let value = ThreadPriorityValue::try_from(priority)?;
+    set_thread_priority_and_policy(thread_native_id(), ThreadPriority::Crossplatform(value), FIFO).map_err(|error| {
+        match error {
+            Error::OS(code) if code == Errno::PERM.raw_os_error() => "this user may not have it".to_owned(),
+            Error::OS(code) => std::io::Error::from_raw_os_error(code).to_string(),
+            other => other.to_string(),
+        }
+    })
+}
+
+pub(super) fn lock_memory() -> Claimed {
+    // Where there is a limit, locking what is yet to come would make later allocations fail instead of wait.
+    let limit = getrlimit(Resource::Memlock).current.filter(|_| !is_privileged());
+    let flags = match limit {
+        Some(_) => MlockAllFlags::CURRENT,
+        None => MlockAllFlags::CURRENT | MlockAllFlags::FUTURE,
+    };
+    match mlockall(flags) {
+        Ok(()) if flags.contains(MlockAllFlags::FUTURE) => Claimed::Granted("all of it".to_owned()),
+        Ok(()) => Claimed::Granted("what there is now, not what is allocated later".to_owned()),
+        Err(error) => Claimed::Refused {
+            why: match limit {
+                Some(bytes) => format!("the limit is {} kB, less than the program has", bytes / 1024),
+                None => error.to_string(),
+            },
+            mend: format!(
+                "add `{} - memlock unlimited` to /etc/security/limits.d/palpus.conf and log in again",
+                user()
+            ),
+        },
+    }
+}
+
+/// True for those whom the limit does not bind.
+fn is_privileged() -> bool {
+    rustix::process::geteuid().is_root()
+}
+
+/// The cores that the process has: those of its first thread, as they were before it left one.
+fn cores_of_process() -> Result<CpuSet, Errno> {
+    static CORES: OnceLock<Result<CpuSet, Errno>> = OnceLock::new();
+    *CORES.get_or_init(|| sched_getaffinity(Some(getpid())))
+}
+
+pub(super) fn leave(core: usize) {
+    // Refused, nothing is lost but quiet.
+    if let Ok(mut rest) = sched_getaffinity(None) {
+        rest.unset(core);
+        let _ = sched_setaffinity(None, &rest);
+    }
+}
+
+/// And on which.
+pub(super) fn pin() -> (Claimed, Option<usize>) {
+    let refused = |why: String| {
+        (Claimed::Refused { why, mend: "let the process use more cores (taskset, cpuset)".to_owned() }, None)
+    };
+    let allowed = match cores_of_process() {
+        Ok(allowed) => allowed,
+        Err(error) => return refused(error.to_string()),
+    };
+    let isolated = isolated();
+    let is_allowed = |core: usize| core < CpuSet::MAX_CPU && allowed.is_set(core);
+    let on = |core: usize| {
+        let mut one = CpuSet::new();
+        one.set(core);
+        sched_setaffinity(None, &one)
+    };
+    // The kernel leaves isolated cores out of what a process has, and grants them to who asks.
+    let granted = in_turn(&isolated, is_allowed).into_iter().find(|&core| core < CpuSet::MAX_CPU && on(core).is_ok());
+    if let Some(core) = granted {
+        return (Claimed::Granted(format!("core {core}, isolated")), Some(core));
+    }
+    if allowed.count() < 2 {
+        return refused("there is one core only".to_owned());
+    }
+    // One of the fastest, and of those the last: interrupts and whatever is started first gather on the first.
+    let fastest =
+        (0..CpuSet::MAX_CPU).filter(|&core| is_allowed(core)).max_by_key(|core| (top_frequency(*core), *core));
+    let Some(core) = fastest else { return (Claimed::NotAsked, None) };
+    match on(core) {
+        Ok(()) => (Claimed::Granted(format!("core {core}")), Some(core)),
+        Err(error) => refused(error.to_string()),
+    }
+}
+
+/// Isolated cores in the order in which they are tried: first those that the process was given.
+pub(super) fn in_turn(isolated: &[usize], is_allowed: impl Fn(usize) -> bool) -> Vec<usize> {
+    let (given, others): (Vec<_>, Vec<_>) = isolated.iter().partition(|&&core| is_allowed(core));
+    [given, others].concat()
+}
+
+/// Cores that the kernel keeps free of ordinary work.
+fn isolated() -> Vec<usize> {
+    let list = std::fs::read_to_string("/sys/devices/system/cpu/isolated").unwrap_or_default();
+    super::cores(&list)
+}
+
+/// kHz; 0 where the kernel does not say. Cores of different kinds differ in it.
+fn top_frequency(core: usize) -> u64 {
+    let path = format!("/sys/devices/system/cpu/cpu{core}/cpufreq/cpuinfo_max_freq");
+    std::fs::read_to_string(path).ok().and_then(|text| text.trim().parse().ok()).unwrap_or(0)
+}
+
+pub(super) fn outrank() -> Claimed {
+    let Some(below) = priority_of_this_thread() else {
+        let why = "the loop has no priority that its watchdog could be above".to_owned();
+        return Claimed::Refused { why, mend: "get the priority first".to_owned() };
+    };
+    // On the loop's own core it still runs before the loop.
+    if let Ok(all) = cores_of_process() {
+        let _ = sched_setaffinity(None, &all);
+    }
+    let above = below.saturating_add(1).min(99);
+    match set_priority(above) {
+        Ok(()) => Claimed::Granted(format!("SCHED_FIFO {above}")),
+        Err(why) => Claimed::Refused {
+            why: format!("{why}, so that a loop that never sleeps on its core would hold its force"),
+            mend: format!("add `{} - rtprio {above}` to /etc/security/limits.d/palpus.conf and log in again", user()),
+        },
+    }
+}
+
+/// Of the loop that started it; `None` for an ordinary thread.
+fn priority_of_this_thread() -> Option<u8> {
+    let (policy, parameters) = thread_schedule_policy_param(thread_native_id()).ok()?;
+    u8::try_from(parameters.sched_priority).ok().filter(|_| policy == FIFO)
+}
+
+fn user() -> String {
+    std::env::var("USER").ok().filter(|name| !name.is_empty()).unwrap_or_else(|| "YOUR_NAME".to_owned())
+}

@@ -1,0 +1,139 @@
+//! The force of the device: on, off, and by whom.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Mutex, MutexGuard, PoisonError, TryLockError};
+
+use palpus_device::{Brake, BrakeFlag};
+
+use crate::ffi::dhd::{Dhd, STATUS_ROOM};
+
+/// Words of the status that are looked at, by their place in it.
+pub(super) mod status {
+    pub(in super::super) const POWER: usize = 0;
+    pub(in super::super) const CONNECTED: usize = 1;
+    pub(in super::super) const RESET: usize = 3;
+    pub(in super::super) const FORCE: usize = 5;
+    pub(in super::super) const ERROR: usize = 9;
+    pub(in super::super) const FORCE_OFF_CAUSE: usize = 14;
+}
+
+/// Why the force is off, as in the status. A program may not override the other causes (1: the
+/// button on the device, 2: too fast a motion, 6: the dead-man's switch).
+pub(super) mod cause {
+    /// None is known.
+    pub(in super::super) const NONE: i32 = 0;
+    /// The device's watchdog.
+    pub(in super::super) const WATCHDOG: i32 = 3;
+    /// This program.
+    pub(in super::super) const SOFTWARE: i32 = 4;
+}
+
+/// What the loop's thread and the watchdog's share.
+pub(super) struct Shared {
+    pub(super) api: Dhd,
+    pub(super) id: i8,
+    /// Held during every call for the device.
+    pub(super) line: Mutex<State>,
+    pub(super) brake: BrakeFlag,
+    /// The brake was applied during a call, and could not do more than say so.
+    pub(super) late_brake: AtomicBool,
+    /// The force was switched off by something else than this program.
+    pub(super) withheld: AtomicBool,
+}
+
+/// What came of switching the force on.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Switched {
+    On,
+    /// It was on.
+    WasOn,
+    /// Somebody else has switched it off.
+    Forbidden,
+    /// The library does not do it.
+    Failed,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum State {
+    /// Open, and never was its force on.
+    Silent,
+    Driven,
+    Closed,
+}
+
+impl Shared {
+    pub(super) fn line(&self) -> MutexGuard<'_, State> {
+        self.line.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Switches the force on if it is off and nobody else wants it so; called by whoever holds the
+    /// line.
+    pub(super) fn switch_on(&self) -> Switched {
+        if let Some(words) = self.api.status(self.id) {
+            if words[status::FORCE] != 0 {
+                return Switched::WasOn;
+            }
+            if is_forbidden(&words) {
+                return Switched::Forbidden;
+            }
+        }
+        if self.api.enable_force(true, self.id) < 0 { Switched::Failed } else { Switched::On }
+    }
+
+    /// Switches the force off, unless it is off: the device would forget who else did it.
+    fn switch_off(&self) {
+        let off = self.api.status(self.id).is_some_and(|words| is_forbidden(&words));
+        if off {
+            self.withheld.store(true, Ordering::Release);
+            return;
+        }
+        // Should it fail, the device's own watchdog is next.
+        let _ = self.api.enable_force(false, self.id);
+    }
+
+    /// What a brake could not do during a call; called at its end, by whoever holds the line.
+    pub(super) fn brake_late(&self) {
+        if self.late_brake.swap(false, Ordering::AcqRel) {
+            self.switch_off();
+        }
+    }
+}
+
+impl Brake for Shared {
+    fn apply(&self) {
+        self.brake.apply();
+        let line = match self.line.try_lock() {
+            Ok(line) => line,
+            Err(TryLockError::Poisoned(line)) => line.into_inner(),
+            Err(TryLockError::WouldBlock) => {
+                self.late_brake.store(true, Ordering::Release);
+                return;
+            }
+        };
+        if *line == State::Driven {
+            self.switch_off();
+        }
+    }
+
+    fn release(&self) {
+        let line = self.line();
+        self.late_brake.store(false, Ordering::Release);
+        self.brake.release();
+        if *line == State::Driven && !self.withheld.load(Ordering::Acquire) {
+            // Should it fail, there is no force, and the device's watchdog lets the next write say
+            // why.
+            let forbidden = self.switch_on() == Switched::Forbidden;
+            self.withheld.store(forbidden, Ordering::Release);
+        }
+    }
+
+    fn is_applied(&self) -> bool {
+        self.brake.is_applied()
+    }
+}
+
+/// True if the force is off, and not for a program to switch on.
+fn is_forbidden(words: &[i32; STATUS_ROOM]) -> bool {
+    let cause = words[status::FORCE_OFF_CAUSE];
+    words[status::FORCE] == 0 && !matches!(cause, cause::NONE | cause::WATCHDOG | cause::SOFTWARE)
+}
