@@ -1,8 +1,9 @@
 //! `palpus devices`, on whatever machine the tests run.
+#![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
 
 mod program_run;
 
-use program_run::{document, palpus_without_cache as palpus, text};
+use program_run::{Folder, document, palpus_without_cache as palpus, text};
 use serde_json::Value;
 
 #[test]
@@ -36,6 +37,9 @@ fn hardware_that_is_not_there_is_one_error() {
         ("haply:ws://127.0.0.1:1", "nothing answers"),
         ("spacemouse:/nowhere", "cannot be opened"),
         ("lever", "there are: sim"),
+        ("bridge", "no address of a driver"),
+        ("bridge:udp:127.0.0.1:9", "no driver listens at"),
+        ("bridge:udp:192.0.2.1:7000", "loopback addresses only"),
     ] {
         let output = palpus(&["run", "pen-sphere", "--device", device, "--no-record"]);
         let error = text(&output.stderr);
@@ -44,4 +48,37 @@ fn hardware_that_is_not_there_is_one_error() {
     }
     let output = palpus(&["run", "pen-sphere", "--device", "haply", "--fast", "--no-record"]);
     assert!(text(&output.stderr).contains("leave --fast out"));
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_driver_of_ones_own_is_tested_and_runs() {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
+    let folder = Folder::new("bridge");
+    let socket = folder.0.join("d.sock").display().to_string();
+    let nobody = palpus(&["devices", "--conformance", &socket]);
+    let error = text(&nobody.stderr);
+    assert!(nobody.status.code() == Some(1) && error.contains("no driver listens at"), "{error}");
+
+    let script = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../examples/bridge/driver.py");
+    let mut driver = Command::new("python3");
+    driver.arg("-B").arg(script).args([&socket, "--rate", "500"]).stdout(Stdio::piped());
+    let Ok(mut driver) = driver.spawn() else {
+        eprintln!("skipped: there is no python3 here");
+        return;
+    };
+    let mut line = String::new();
+    let _ = BufReader::new(driver.stdout.take().expect("its output")).read_line(&mut line);
+    let tested = palpus(&["devices", "--conformance", &socket]);
+    let device = format!("bridge:{socket}");
+    let run = palpus(&["run", "pen-sphere", "--device", &device, "--duration", "1", "--no-record", "--json"]);
+    let _ = driver.kill();
+    let _ = driver.wait();
+    let page = text(&tested.stdout);
+    assert!(tested.status.success() && page.contains("conforms: palpus run"), "{page}{}", text(&tested.stderr));
+    assert_eq!(page.matches("passed  ").count(), 11, "{page}");
+    // Whether the machine held the rate is not this test's question.
+    assert_eq!(document(&run)["ticks"].as_u64().map(|ticks| ticks > 0), Some(true), "{}", text(&run.stderr));
 }

@@ -79,6 +79,7 @@ pub fn look() -> Vec<Finding> {
     let mut findings = vec![simulated()];
     findings.extend(crate::haply::look());
     findings.extend(crate::spacemouse::look());
+    findings.extend(crate::bridge::look());
     findings
 }
 

@@ -2,6 +2,7 @@
 //!
 //! * [`HapticDevice`] — the seam to hardware: read a state, write a wrench. [`SimulatedDevice`] (a device in a simulated
 //!   hand) and [`ReplayDevice`] (a recorded hand) stand behind it as peers of hardware.
+//! * [`BridgeDevice`] — a process of one's own is a device, by the protocol in [`bridge_frames`]; [`conformance`] tests such a process.
 //! * [`HaplyDevice`] — Haply's arms through their service; [`SpaceMouse`] — input without force; [`PlacedDevice`] sets a device down
 //!   where a scene begins. [`look`] tells what is there, and of the rest what it would take.
 //! * [`Servo`] — the loop: read, step, write, once a tick, in real time or as fast as it goes; whatever ends it, the
@@ -17,6 +18,7 @@
 //! The loop is generic over what computes the wrench, so nothing here knows geometry.
 
 mod acting;
+mod bridge;
 mod device;
 mod faulty;
 mod found;
@@ -32,6 +34,8 @@ mod servo;
 mod simulated;
 mod spacemouse;
 
+pub use bridge::frame as bridge_frames;
+pub use bridge::{BridgeAddress, BridgeCounts, BridgeDevice, BridgeError, BridgeOptions, Check, conformance};
 pub use device::{
     Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, OwnWatchdog, known_devices,
 };

@@ -66,8 +66,14 @@ pub(crate) struct SoakArguments {
 }
 
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  palpus devices\n  palpus devices --json | jq .missing")]
+#[command(
+    after_help = "Examples:\n  palpus devices\n  palpus devices --json | jq .missing\n  palpus devices --conformance /tmp/palpus.sock     test a driver of your own\n\nExit status with --conformance: 0 the driver passed, 1 it did not, or nobody listens there."
+)]
 pub(crate) struct DevicesArguments {
+    /// Tests a driver for the bridge (docs/bridge.md) that listens at a socket's path or at udp:127.0.0.1:PORT, in about five seconds.
+    /// It is pushed with at most 0.5 N: hold the device.
+    #[arg(long, value_name = "ADDRESS")]
+    pub(crate) conformance: Option<String>,
     /// Prints one JSON document and nothing else.
     #[arg(long)]
     pub(crate) json: bool,

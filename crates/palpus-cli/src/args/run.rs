@@ -23,7 +23,7 @@ pub(crate) struct RunArguments {
     /// The device: `sim` (a simulated device in a simulated hand), `replay:FILE` (the hand of a recording), `haply` (or
     /// `haply:ws://HOST:PORT`), `spacemouse` (or `spacemouse:/dev/hidrawN`), `force-dimension` or `openhaptics` (or with
     /// `:LIBRARY`, the maker's library or a stand-in for it). Of several, one by `haply#ARM`, `force-dimension#2` or `openhaptics#NAME`;
-    /// see `palpus devices`.
+    /// a program of your own by `bridge:/path/to.sock` or `bridge:udp:127.0.0.1:PORT` (docs/bridge.md); see `palpus devices`.
     #[arg(long, default_value = "sim", value_name = "DEVICE")]
     pub(crate) device: String,
     /// The simulated hand: relaxed, normal, firm, tight or none [default: the scene's, or normal].

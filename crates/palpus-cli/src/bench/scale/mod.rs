@@ -5,11 +5,13 @@
 //! 2. *Against contacts*: the ball on one size of it, the tolerance growing.
 //! 3. *Pairs*: scanned and constructed parts in contact, with the poses left beside the times, so that others can be asked
 //!    the same (`benches/peers/coal_scale.py`).
+//! 4. *Hurried*: the same pairs, coupled, with the work of a step bounded, beside the same without a bound.
 //!
 //! Every tick of contact is computed in several passes and the least of its times kept: the engine does the same in each,
 //! and what differs is what the operating system did meanwhile.
 
 mod growth;
+mod hurried;
 mod motion;
 mod pairs;
 mod timing;
@@ -30,7 +32,7 @@ use crate::{files, output};
 
 pub(super) fn scale(out: &Path, models: Option<&Path>, effort: Effort, only: Option<&str>) -> anyhow::Result<ExitCode> {
     files::make_folder(out)?;
-    let known = ["triangles", "contacts"].into_iter().chain(pairs::PAIRS.iter().map(|pair| pair.name));
+    let known = ["triangles", "contacts", "hurried"].into_iter().chain(pairs::PAIRS.iter().map(|pair| pair.name));
     if let Some(only) = only
         && !known.clone().any(|name| name == only)
     {
@@ -42,6 +44,9 @@ pub(super) fn scale(out: &Path, models: Option<&Path>, effort: Effort, only: Opt
     }
     if wanted("contacts") {
         report(out, "contacts", &growth::against_contacts(out, effort)?)?;
+    }
+    if wanted("hurried") {
+        bound(out, models, effort)?;
     }
     let mut rows = Vec::new();
     for pair in pairs::PAIRS.iter().filter(|pair| wanted(pair.name)) {
@@ -55,6 +60,23 @@ pub(super) fn scale(out: &Path, models: Option<&Path>, effort: Effort, only: Opt
     }
     output::line(format!("written to {}", out.display()));
     Ok(ExitCode::SUCCESS)
+}
+
+/// Part 4.
+fn bound(out: &Path, models: Option<&Path>, effort: Effort) -> anyhow::Result<()> {
+    let mut rows = Vec::new();
+    for pair in &pairs::PAIRS {
+        if let Some(files) = models.and_then(|models| pair.files(models)) {
+            rows.push(hurried::measure(pair, &files, effort.ticks)?);
+        }
+    }
+    if !rows.is_empty() {
+        let text = hurried::text(&rows);
+        output::line(&text);
+        fs::write(out.join("hurried.txt"), text)?;
+        fs::write(out.join("hurried.json"), serde_json::to_string_pretty(&rows)?)?;
+    }
+    Ok(())
 }
 
 /// How much is timed.

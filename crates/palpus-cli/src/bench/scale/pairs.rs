@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
+use palpus::algebra::Pose;
 use palpus::body::BodySettings;
 use serde::Serialize;
 
@@ -128,8 +129,8 @@ pub(super) struct Repeat {
     seed: u64,
 }
 
-/// Prepares, moves and times a pair, and leaves its poses in `out`.
-pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], out: &Path, effort: Effort) -> anyhow::Result<Row> {
+/// The bodies of a pair, and `ticks` of its motion.
+pub(super) fn posed(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow::Result<(Bodies, Vec<Vec<Pose>>)> {
     let prepare = |model: &Model, file: &Path| {
         let settings = BodySettings { scale: model.scale, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
         anyhow::Ok(Arc::new(bodies::prepare_file(file, &settings)?.body))
@@ -141,7 +142,13 @@ pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], out: &Path, effort: Eff
         let bounds = bodies.a.mesh().bounds();
         *center = (bounds.min + bounds.max) / 2.0;
     }
-    let stretches = stretches(&motion, &bodies.a, &bodies.b, pair.amplitude, effort.ticks, &mut Random(SEED));
+    let stretches = stretches(&motion, &bodies.a, &bodies.b, pair.amplitude, ticks, &mut Random(SEED));
+    Ok((bodies, stretches))
+}
+
+/// Prepares, moves and times a pair, and leaves its poses in `out`.
+pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], out: &Path, effort: Effort) -> anyhow::Result<Row> {
+    let (bodies, stretches) = posed(pair, files, effort.ticks)?;
     let poses = out.join(format!("{}_poses.csv", pair.name));
     let mut file = query::create(&poses)?;
     writeln!(file, "tx,ty,tz,qx,qy,qz,qw")?;

@@ -1,0 +1,158 @@
+//! What a bounded step costs in truth: the wrench in the hand with an allowance of work beside the one
+//! without, on the same motion of the device, both coupled as by default.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use palpus::algebra::{NoClock, Wrench};
+use palpus::body::Body;
+use palpus::render::{Limits, ProbeState, Renderer, Settings, VirtualCoupling};
+use serde::Serialize;
+
+use super::pairs::{self, Pair};
+use crate::bench::TICK;
+use crate::quantile;
+
+/// Units of work that a step may do: what fits into 0.6 ms at 100 ns a unit.
+pub(super) const ALLOWED: u64 = 6000;
+/// Ticks of the comparison: without an allowance, a tick of a thread takes a tenth of a second.
+const TICKS: usize = 600;
+/// Of the smaller body: the tolerance of a scene that names none.
+const TOLERANCE: f64 = 0.01;
+
+/// What came of one pair.
+#[derive(Debug, Serialize)]
+pub(super) struct Hurried {
+    name: &'static str,
+    ticks: usize,
+    /// Share of the ticks in which the allowance did not suffice, and of the contacts that were carried then.
+    late: f64,
+    held: f64,
+    force: Difference,
+    torque: Difference,
+}
+
+/// Of force (N) or torque (N·m).
+#[derive(Debug, Serialize)]
+pub(super) struct Difference {
+    /// The largest without an allowance.
+    most: f64,
+    /// From that of the step without an allowance.
+    mean: f64,
+    p99: f64,
+    worst: f64,
+    /// The largest change in a tick, without an allowance and with it.
+    step: f64,
+    hurried_step: f64,
+}
+
+pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow::Result<Hurried> {
+    let (bodies, stretches) = pairs::posed(pair, files, ticks.min(TICKS))?;
+    let settings = settings(&bodies.a, &bodies.b);
+    let renderer = || Renderer::new(Arc::clone(&bodies.a), Arc::clone(&bodies.b), settings);
+    let (mut full, mut hurried) = (renderer()?, renderer()?);
+    let (mut force, mut torque) = (Gathered::default(), Gathered::default());
+    let (mut late, mut held, mut contacts, mut count) = (0, 0.0, 0.0, 0);
+    for stretch in &stretches {
+        full.clear();
+        hurried.clear();
+        // The first step begins at the roots of both bodies; no force is on then, and it is not what is compared.
+        hurried.allow(None);
+        for renderer in [&mut full, &mut hurried] {
+            renderer.step(&ProbeState::at(stretch[0]), TICK, &NoClock);
+        }
+        hurried.allow(Some(ALLOWED));
+        let mut last: Option<[Wrench; 2]> = None;
+        for pose in &stretch[1..] {
+            let state = ProbeState::at(*pose);
+            let expected = full.step(&state, TICK, &NoClock).commanded;
+            let tick = hurried.step(&state, TICK, &NoClock);
+            let now = [expected, tick.commanded];
+            force.add(now.map(|wrench| wrench.force), last.map(|last| last.map(|wrench| wrench.force)));
+            torque.add(now.map(|wrench| wrench.torque), last.map(|last| last.map(|wrench| wrench.torque)));
+            late += u32::from(tick.is_late());
+            held += f64::from(tick.counters.query.held);
+            contacts += tick.contacts.len() as f64;
+            count += 1;
+            last = Some(now);
+        }
+    }
+    Ok(Hurried {
+        name: pair.name,
+        ticks: count,
+        late: f64::from(late) / count.max(1) as f64,
+        held: held / f64::max(contacts, 1.0),
+        force: force.finish(),
+        torque: torque.finish(),
+    })
+}
+
+/// As for a scene that names two meshes and nothing else.
+fn settings(a: &Body, b: &Body) -> Settings {
+    let limits: Limits = Settings::default().limits;
+    let contact_tolerance = TOLERANCE * a.size().min(b.size());
+    let stiffness = VirtualCoupling::contact_stiffness(&limits, contact_tolerance);
+    Settings {
+        contact_tolerance,
+        coupling: Some(VirtualCoupling::tuned(&limits, TICK, contact_tolerance)),
+        stiffness: stiffness.unwrap_or(Settings::default().stiffness),
+        ..Settings::default()
+    }
+}
+
+#[derive(Default)]
+struct Gathered {
+    most: f64,
+    differences: Vec<f64>,
+    steps: [f64; 2],
+}
+
+impl Gathered {
+    fn add(&mut self, [full, hurried]: [glam::DVec3; 2], last: Option<[glam::DVec3; 2]>) {
+        self.most = self.most.max(full.length());
+        self.differences.push(full.distance(hurried));
+        if let Some([full_last, hurried_last]) = last {
+            self.steps[0] = self.steps[0].max(full.distance(full_last));
+            self.steps[1] = self.steps[1].max(hurried.distance(hurried_last));
+        }
+    }
+
+    fn finish(mut self) -> Difference {
+        self.differences.sort_by(f64::total_cmp);
+        let at = |share| quantile::of_sorted(&self.differences, share).unwrap_or(0.0);
+        Difference {
+            most: self.most,
+            mean: self.differences.iter().sum::<f64>() / self.differences.len().max(1) as f64,
+            p99: at(0.99),
+            worst: at(1.0),
+            step: self.steps[0],
+            hurried_step: self.steps[1],
+        }
+    }
+}
+
+/// The pairs in words.
+pub(super) fn text(rows: &[Hurried]) -> String {
+    let mut text = format!("with {ALLOWED} units of work a step, beside as much as there is:\n");
+    for row in rows {
+        let Hurried { name, ticks, late, held, force, torque } = row;
+        text += &format!(
+            "{name}: {ticks} ticks, {:.0} % of them short of work, {:.0} % of the contacts carried\n",
+            100.0 * late,
+            100.0 * held
+        );
+        for (what, scale, unit, d) in [("force", 1.0, "N", force), ("torque", 1e3, "mN·m", torque)] {
+            let said = |x: f64| format!("{:.3}", x * scale);
+            text += &format!(
+                "  {what}: to {} {unit}; off by {} in the mean, {} at 99 %, {} at most; largest step {}, and {} so\n",
+                said(d.most),
+                said(d.mean),
+                said(d.p99),
+                said(d.worst),
+                said(d.step),
+                said(d.hurried_step)
+            );
+        }
+    }
+    text
+}

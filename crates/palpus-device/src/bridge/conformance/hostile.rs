@@ -1,0 +1,116 @@
+//! Frames that no driver may act on: damaged, old, of another session, or not frames at all.
+
+use palpus::algebra::Wrench;
+
+use super::peer::Numbered;
+use super::{VALID_FOR_US, nonce_but};
+use crate::bridge::frame::{self, Body, Command, Frame, LONGEST, State};
+
+const SEED: u64 = 0xb41d_6e00;
+/// Where the CRC-32 stands.
+const CHECK: std::ops::Range<usize> = 12..16;
+
+/// A source of such frames, each with a wrench in it that would be seen.
+pub(super) struct Hostile {
+    session: u64,
+    wrench: Wrench,
+    random: u64,
+    kind: u64,
+    bytes: Vec<u8>,
+}
+
+impl Hostile {
+    pub(super) fn new(session: u64, wrench: Wrench) -> Self {
+        Self { session, wrench, random: SEED, kind: 0, bytes: Vec::new() }
+    }
+
+    /// The next one, when the driver has sent `newest` and has been told `told` commands.
+    pub(super) fn next(&mut self, newest: &Numbered, told: u64) -> &[u8] {
+        self.kind = (self.kind + 1) % 11;
+        let command = Command {
+            echo: newest.sequence,
+            time_ns: newest.state.time_ns,
+            wrench: self.wrench,
+            valid_for_us: VALID_FOR_US,
+        };
+        let good = Frame { nonce: self.session, sequence: told + 1000, body: Body::Command(command) };
+        match self.kind {
+            0 => self.set(&Frame { nonce: nonce_but(self.session), ..good }),
+            1 => self.set(&Frame { sequence: told, ..good }),
+            2 => {
+                // A bit of it is wrong.
+                self.set(&good);
+                let bit = self.random(8 * self.bytes.len());
+                self.bytes[bit / 8] ^= 1 << (bit % 8);
+            }
+            3 => {
+                self.set(&good);
+                let length = self.random(self.bytes.len());
+                self.bytes.truncate(length.max(1));
+            }
+            4 => {
+                self.set(&good);
+                self.bytes.push(0);
+            }
+            5 => self.with_field(&good, 48, &f64::NAN.to_le_bytes()),
+            6 => self.with_field(&good, 96, &u32::MAX.to_le_bytes()),
+            7 => self.with_field(&good, 4, &2u16.to_le_bytes()),
+            8 => {
+                // What only a driver sends.
+                let state = State { applied: self.wrench, ..newest.state };
+                self.set(&Frame { body: Body::State(state), ..good });
+            }
+            9 => {
+                self.set(&Frame { nonce: nonce_but(self.session), sequence: 1, body: Body::Hello { rate_hz: 1000.0 } })
+            }
+            _ => {
+                let length = 1 + self.random(LONGEST);
+                self.bytes.clear();
+                for _ in 0..length {
+                    let byte = self.random(256) as u8;
+                    self.bytes.push(byte);
+                }
+            }
+        }
+        &self.bytes
+    }
+
+    /// What the last one was, in words.
+    pub(super) fn last(&self) -> &'static str {
+        match self.kind {
+            0 => "a command with another nonce",
+            1 => "a command whose sequence is not larger than the last one's",
+            2 => "a command with a wrong bit: check the CRC-32",
+            3 => "a command that is cut off: check the size",
+            4 => "a command that is too long: check the size",
+            5 => "a command with a force that is not a number",
+            6 => "a command that is valid for more than 100 000 µs",
+            7 => "a command of another version",
+            8 => "a state, which only a driver sends",
+            9 => "a hello in the middle of a session",
+            _ => "bytes at random",
+        }
+    }
+
+    fn set(&mut self, frame: &Frame) {
+        self.bytes.clear();
+        self.bytes.extend_from_slice(frame::encode(frame, &mut [0; LONGEST]));
+    }
+
+    /// With other bytes in a field, and the right CRC-32 for them.
+    fn with_field(&mut self, frame: &Frame, at: usize, field: &[u8]) {
+        self.set(frame);
+        self.bytes[at..at + field.len()].copy_from_slice(field);
+        self.bytes[CHECK].fill(0);
+        let check = crc32fast::hash(&self.bytes);
+        self.bytes[CHECK].copy_from_slice(&check.to_le_bytes());
+    }
+
+    /// SplitMix64, below `end`.
+    fn random(&mut self, end: usize) -> usize {
+        self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = (self.random ^ (self.random >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((z ^ (z >> 31)) % end as u64) as usize
+    }
+}

@@ -1,0 +1,125 @@
+//! A session with a driver: the handshake, and the numbers of what is sent.
+
+use std::borrow::Cow;
+use std::collections::hash_map::RandomState;
+use std::hash::{BuildHasher, Hasher};
+use std::io;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use super::frame::{self, Body, Command, Frame, LONGEST, Refusal, State, Welcome};
+use super::socket::{Heard, Socket};
+use super::{BridgeAddress, BridgeError};
+
+/// For a receive: within this time a thread sees that it is to end.
+pub(super) const PATIENCE: Duration = Duration::from_millis(5);
+/// For a welcome, and for the first state.
+const FIRST_ANSWER: Duration = Duration::from_secs(1);
+/// Without an answer, hello and the first command are sent again after this time.
+const AGAIN: Duration = Duration::from_millis(50);
+
+/// Larger than any frame, so that one that is too long is seen to be so.
+pub(super) type Buffer = [u8; LONGEST + 64];
+/// A new one.
+pub(super) const BUFFER: Buffer = [0; LONGEST + 64];
+
+/// An agreed session.
+#[derive(Debug)]
+pub(super) struct Session {
+    pub(super) socket: Socket,
+    pub(super) nonce: u64,
+    sent: AtomicU64,
+}
+
+impl Session {
+    /// Connects and agrees on a session, which has no states yet.
+    pub(super) fn open(address: &BridgeAddress, rate_hz: f64) -> Result<(Self, Welcome), BridgeError> {
+        let nobody = |error: io::Error| BridgeError::NoDriver { address: address.to_string(), why: error.to_string() };
+        let socket = Socket::connect(address, PATIENCE).map_err(nobody)?;
+        let welcome = handshake(&socket, new_nonce(), rate_hz, address)?;
+        Ok((Self { socket, nonce: welcome.session, sent: AtomicU64::new(0) }, welcome))
+    }
+
+    /// Takes the number of the next frame.
+    pub(super) fn next(&self) -> u64 {
+        self.sent.fetch_add(1, Ordering::SeqCst) + 1
+    }
+
+    /// Sends `body` as the frame of number `sequence`; false if there was no room for it.
+    pub(super) fn send(&self, sequence: u64, body: Body) -> io::Result<bool> {
+        let mut buffer = [0; LONGEST];
+        self.socket.send(frame::encode(&Frame { nonce: self.nonce, sequence, body }, &mut buffer))
+    }
+
+    /// Sends a command as the next frame.
+    pub(super) fn command(&self, command: Command) -> io::Result<bool> {
+        self.send(self.next(), Body::Command(command))
+    }
+
+    /// Has the driver begin: sends commands without a wrench until the first state comes.
+    pub(super) fn begin(&self, address: &BridgeAddress) -> Result<(u64, State), BridgeError> {
+        let gone = |error: io::Error| BridgeError::NoDriver { address: address.to_string(), why: error.to_string() };
+        let (begun, mut buffer, mut refused) = (Instant::now(), BUFFER, None);
+        let mut again = begun;
+        while begun.elapsed() < FIRST_ANSWER {
+            if Instant::now() >= again {
+                self.command(Command::default()).map_err(gone)?;
+                again = Instant::now() + AGAIN;
+            }
+            let Heard::Frame(length) = self.socket.receive(&mut buffer).map_err(gone)? else { continue };
+            match frame::decode(&buffer[..length]) {
+                Ok(Frame { nonce, sequence, body: Body::State(state) }) if nonce == self.nonce => {
+                    return Ok((sequence, state));
+                }
+                Ok(_) => {}
+                Err(refusal) => refused = Some(refusal),
+            }
+        }
+        Err(silent(address, "it sends no state after the first command", refused))
+    }
+
+    /// Sends a last command without a wrench, and says why the session ends.
+    pub(super) fn close(&self, reason: &'static str) {
+        // A driver that does not hear it takes the force away when it is not valid any more.
+        let _ = self.command(Command::default());
+        let _ = self.send(self.next(), Body::Close(Cow::Borrowed(reason)));
+    }
+}
+
+/// Says hello until it is answered.
+pub(super) fn handshake(
+    socket: &Socket,
+    nonce: u64,
+    rate_hz: f64,
+    address: &BridgeAddress,
+) -> Result<Welcome, BridgeError> {
+    let gone = |error: io::Error| BridgeError::NoDriver { address: address.to_string(), why: error.to_string() };
+    let (begun, mut buffer, mut refused, mut sequence) = (Instant::now(), BUFFER, None, 0);
+    let mut again = begun;
+    while begun.elapsed() < FIRST_ANSWER {
+        if Instant::now() >= again {
+            sequence += 1;
+            let mut hello = [0; LONGEST];
+            let hello = frame::encode(&Frame { nonce, sequence, body: Body::Hello { rate_hz } }, &mut hello);
+            socket.send(hello).map_err(gone)?;
+            again = Instant::now() + AGAIN;
+        }
+        let Heard::Frame(length) = socket.receive(&mut buffer).map_err(gone)? else { continue };
+        match frame::decode(&buffer[..length]) {
+            Ok(Frame { nonce: of, body: Body::Welcome(welcome), .. }) if of == nonce => return Ok(welcome),
+            Ok(_) => {}
+            Err(refusal) => refused = Some(refusal),
+        }
+    }
+    Err(silent(address, "it does not answer; is it in a session with another program?", refused))
+}
+
+fn silent(address: &BridgeAddress, why: &str, refused: Option<Refusal>) -> BridgeError {
+    let why = refused.map_or(why.to_owned(), |refusal| format!("it sends a frame, but {refusal}"));
+    BridgeError::NotUnderstood { address: address.to_string(), why }
+}
+
+/// A number that nobody can guess: the keys of this hasher are random.
+pub(super) fn new_nonce() -> u64 {
+    RandomState::new().build_hasher().finish()
+}
