@@ -21,9 +21,9 @@ pub(crate) struct Engine {
     shots: Shots,
     live: Option<Publisher<Moment>>,
     asked: Option<Newest<Settings>>,
+    pacer: Option<Pacer>,
     /// Settings of which no detail has told yet.
     untold: Option<Settings>,
-    pacer: Option<Pacer>,
 }
 
 /// What a step says beside its wrench.
@@ -52,8 +52,8 @@ impl Engine {
             shots: Shots::default(),
             live: None,
             asked: None,
-            untold: None,
             pacer: None,
+            untold: None,
         })
     }
 
@@ -111,13 +111,6 @@ impl Engine {
         self.shots.kept(period)
     }
 
-    /// Forgets the past after a step that panicked, of which the memory may be half done. The next step is as the first was.
-    pub(crate) fn forget(&mut self) {
-        self.renderer.clear();
-        // Whether that step took up others, nobody was told.
-        self.untold = Some(*self.renderer.settings());
-    }
-
     /// Each step's work is bounded, so that it takes at most about `target_ns`.
     pub(crate) fn pace(&mut self, target_ns: u64) {
         self.pacer = Some(Pacer::new(target_ns));
@@ -126,6 +119,13 @@ impl Engine {
     /// The next step may do so much work; see [`Renderer::allow`].
     pub(crate) fn allow(&mut self, work: Option<u64>) {
         self.renderer.allow(work);
+    }
+
+    /// Forgets the past after a step that panicked, of which the memory may be half done. The next step is as the first was.
+    pub(crate) fn forget(&mut self) {
+        self.renderer.clear();
+        // Whether that step took up others, nobody was told.
+        self.untold = Some(*self.renderer.settings());
     }
 
     /// The device can give no more than `available` from now on.

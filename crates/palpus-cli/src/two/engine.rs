@@ -104,12 +104,6 @@ impl TwoEngine {
         Moment::new(capacity[0] + capacity[1])
     }
 
-    /// See [`Engine::forget`](crate::engine::Engine::forget).
-    pub(crate) fn forget(&mut self) {
-        self.duo.clear();
-        self.untold = self.duo.settings().map(|settings| Some(*settings));
-    }
-
     /// Each step's work is bounded, so that it takes at most about `target_ns`.
     pub(crate) fn pace(&mut self, target_ns: u64) {
         self.pacer = Some(Pacer::new(target_ns));
@@ -118,6 +112,12 @@ impl TwoEngine {
     /// The next step may do so much work; see [`Duo::allow`].
     pub(crate) fn allow(&mut self, work: Option<u64>) {
         self.duo.allow(work);
+    }
+
+    /// See [`Engine::forget`](crate::engine::Engine::forget).
+    pub(crate) fn forget(&mut self) {
+        self.duo.clear();
+        self.untold = self.duo.settings().map(|settings| Some(*settings));
     }
 
     /// The devices can give no more than `available` from now on.

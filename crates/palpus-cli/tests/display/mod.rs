@@ -138,6 +138,7 @@ impl Drop for Display {
 pub(crate) fn palpus(folder: &Path, display: &str, arguments: &[&str]) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
     command.current_dir(folder).env("XDG_CACHE_HOME", folder.join("cache")).args(arguments);
+    command.env("XDG_STATE_HOME", folder.join("state"));
     command.env("DISPLAY", display).env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     command.env("LP_NUM_THREADS", "1");
     command
