@@ -111,7 +111,7 @@ const SLAM: f64 = 1.6;
 
 #[test]
 fn a_tool_waits_for_what_the_work_did_not_suffice_to_look_at() {
-    for name in ["torus-torus", "peg-hole", "box-table"] {
+    for name in ["torus-torus", "peg-hole", "spoon-cup"] {
         let scene = scene(name).expect("a built-in scene");
         let (a, b) = (body(&scene.probe), body(&scene.environment));
         let limits = Settings::default().limits;

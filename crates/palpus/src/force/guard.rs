@@ -44,6 +44,8 @@ pub(super) struct Guard {
     sides: Vec<Side>,
     /// The contacts at the pose before, in fast ticks.
     before: Vec<Contact>,
+    /// The most contacts of a query.
+    capacity: usize,
     pose: Placement,
 }
 
@@ -72,7 +74,7 @@ impl Guard {
     /// An empty list, with memory for `capacity` contacts.
     pub(super) fn new(capacity: usize) -> Self {
         let (sides, before) = (Vec::with_capacity(Self::SIDES), Vec::with_capacity(capacity));
-        Self { sides, before, pose: Placement::IDENTITY }
+        Self { sides, before, capacity, pose: Placement::IDENTITY }
     }
 
     /// Lets all go.
@@ -92,7 +94,7 @@ impl Guard {
     ) {
         self.before.clear();
         self.pose = *from;
-        for contact in contacts.take(self.before.capacity()) {
+        for contact in contacts.take(self.capacity) {
             self.before.push(*contact);
             let (piece_a, piece_b) =
                 (&a.polytopes()[contact.piece_a as usize], &b.polytopes()[contact.piece_b as usize]);
@@ -162,7 +164,7 @@ impl Guard {
             let Some(contact) = side.contact(a, b, place, tolerance) else { return false };
             match found {
                 Some(k) => contacts[k] = contact,
-                None if contacts.len() < contacts.capacity() => contacts.push(contact),
+                None if contacts.len() < self.capacity => contacts.push(contact),
                 None => return false,
             }
             held += 1;

@@ -24,6 +24,8 @@ pub(super) struct HeldContacts {
     /// Contacts that were kept in the last tick, and in this one.
     last: Vec<Carried>,
     now: Vec<Carried>,
+    /// The most of them.
+    capacity: usize,
     tick: u64,
 }
 
@@ -55,7 +57,7 @@ impl HeldContacts {
     pub(super) fn new(places: usize, capacity: usize) -> Self {
         let entry = Entry { pieces: [u32::MAX; 2], tick: 0, first: 0, count: 0 };
         let carried = || Vec::with_capacity(capacity);
-        Self { entries: vec![entry; places], last: carried(), now: carried(), tick: 1 }
+        Self { entries: vec![entry; places], last: carried(), now: carried(), capacity, tick: 1 }
     }
 
     /// What was not kept in the last tick is forgotten.
@@ -73,7 +75,7 @@ impl HeldContacts {
     /// Keeps which contacts the pair of pieces at `place` has.
     pub(super) fn keep(&mut self, place: u32, pieces: [u32; 2], contacts: &[Contact], pose_ba: &Placement) {
         let Some(entry) = self.entries.get_mut(place as usize) else { return };
-        if contacts.len() > self.now.capacity() - self.now.len() {
+        if contacts.len() > self.capacity - self.now.len() {
             return;
         }
         *entry = Entry { pieces, tick: self.tick, first: self.now.len() as u32, count: contacts.len() as u32 };
@@ -91,7 +93,7 @@ impl HeldContacts {
         found: &mut Vec<Contact>,
     ) -> Option<u32> {
         let entry = self.entries.get_mut(place as usize)?;
-        let room = self.now.capacity() - self.now.len();
+        let room = self.capacity - self.now.len();
         if entry.tick + 1 != self.tick || entry.pieces != pieces || entry.count as usize > room {
             return None;
         }
@@ -99,7 +101,7 @@ impl HeldContacts {
         (entry.tick, entry.first) = (self.tick, self.now.len() as u32);
         self.now.extend_from_slice(&self.last[known.clone()]);
         let before = found.len();
-        let room = found.capacity() - before;
+        let room = self.capacity.saturating_sub(before);
         let contacts = self.last[known].iter().map(|carried| carried.at(pieces, pose_ba));
         found.extend(contacts.filter(|contact| contact.separation < tolerance).take(room));
         Some((found.len() - before) as u32)

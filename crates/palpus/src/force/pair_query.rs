@@ -55,6 +55,8 @@ pub enum Proof {
 #[derive(Clone, Debug)]
 pub struct PairQuery {
     front: Front,
+    /// The most contacts of a query.
+    capacity: usize,
     leaves: LeafPairs,
     contacts: Vec<Contact>,
     /// Of the leaf pairs, those that overlap without an admissible depth.
@@ -83,6 +85,7 @@ impl PairQuery {
     pub fn new(a: &Body, b: &Body, capacity: usize) -> Self {
         Self {
             front: Front::new(side(a), side(b), NODE_PAIRS),
+            capacity,
             leaves: LeafPairs::new(capacity),
             contacts: Vec::with_capacity(capacity),
             inadmissible: Vec::with_capacity(capacity.max(1)),
@@ -124,13 +127,13 @@ impl PairQuery {
 
     /// The same, with memory to hold contacts of pairs for which the quota does not suffice: see [`Self::run_within`].
     pub fn with_holding(self) -> Self {
-        let held = HeldContacts::new(self.front.places(), self.contacts.capacity());
+        let held = HeldContacts::new(self.front.places(), self.capacity);
         Self { held, ..self }
     }
 
     /// The same, guarded against tunnelling: contacts are not jumped over when a hand is fast and a part thin.
     pub fn with_guard(self) -> Self {
-        Self { guard: Some(Guard::new(self.contacts.capacity())), ..self }
+        Self { guard: Some(Guard::new(self.capacity)), ..self }
     }
 
     /// Finds every contact nearer than `tolerance` (model units); `pose_ba` places a in b's frame.
@@ -200,7 +203,7 @@ impl PairQuery {
                 break;
             }
             let known = self.contacts.len();
-            if known == self.contacts.capacity() {
+            if known == self.capacity {
                 counters.traversal.dropped += (self.leaves.as_slice().len() - k) as u32;
                 break;
             }
@@ -244,7 +247,7 @@ impl PairQuery {
             None => None,
         };
         // Within the memory made at construction: full of contacts that are apart, the bodies are held by those.
-        let room = self.contacts.capacity() - self.contacts.len();
+        let room = self.capacity - self.contacts.len();
         counters.stood_in += u32::from(stands_in.is_some() && room > 0);
         self.contacts.extend(stands_in.into_iter().take(room));
     }

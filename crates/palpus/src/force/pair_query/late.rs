@@ -55,7 +55,7 @@ impl PairQuery {
         let Proximity::Overlapping(overlap) = leaf.proximity else {
             let known = self.contacts.len();
             if let Found::Admissible(contact) = self.contact(asked, leaf, counters)
-                && known < self.contacts.capacity()
+                && known < self.capacity
             {
                 self.contacts.push(contact);
                 self.keep(asked, leaf, known, counters);

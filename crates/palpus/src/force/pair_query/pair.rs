@@ -118,7 +118,7 @@ impl PairQuery {
         let (piece_a, piece_b) = pieces(asked.a, asked.b, contact.piece_a, contact.piece_b);
         let touch = Touch { features, point_a, point_b, normal };
         let slope = self.patch.find(piece_a, piece_b, &asked.place, &touch, slope, asked.tolerance);
-        let room = self.contacts.capacity() - place;
+        let room = self.capacity - place;
         self.contacts.truncate(place);
         self.contacts.extend(self.patch.corners().iter().take(room).map(|corner| {
             let [point_a, point_b] = points_about(corner.midpoint, normal, corner.separation);
