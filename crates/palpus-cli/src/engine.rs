@@ -111,9 +111,9 @@ impl Engine {
         self.shots.kept(period)
     }
 
-    /// Each step's work is bounded, so that it takes at most about `target_ns`.
-    pub(crate) fn pace(&mut self, target_ns: u64) {
-        self.pacer = Some(Pacer::new(target_ns));
+    /// Each step's work is bounded from now on, so that a loop of `rate_hz` has the time for it.
+    pub(crate) fn pace(&mut self, rate_hz: f64) {
+        self.pacer = Some(Pacer::of(self.renderer.settings(), rate_hz));
     }
 
     /// The next step may do so much work; see [`Renderer::allow`].

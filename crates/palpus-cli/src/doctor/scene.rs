@@ -2,12 +2,14 @@
 
 use std::sync::atomic::AtomicBool;
 
-use palpus_device::{DeviceState, RealTimeOptions, Servo, ServoOptions, SimulatedDevice, SimulationSettings, claim};
+use palpus_device::{
+    DeviceState, RealTimeOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, claim,
+};
 use palpus_io::scene::FilePolicy;
 use serde::Serialize;
 
 use super::RATE_HZ;
-use crate::engine::Engine;
+use crate::engine::{Detail, Engine};
 use crate::run::joined;
 use crate::stage::{self, Stage};
 
@@ -23,6 +25,8 @@ pub(super) struct SceneTimes {
     pub(super) p99_us: f64,
     pub(super) p999_us: f64,
     pub(super) max_us: f64,
+    /// Of all ticks, those whose work was bounded, so that some contacts were carried from the tick before.
+    pub(super) bounded_share: f64,
     /// Of all ticks, those that wrote their wrench more than a period after they were due.
     pub(super) overrun_share: f64,
     /// The fastest usual rate that is held ([`super::rates`]); `None`: not even 500 Hz, or not looked at yet.
@@ -51,13 +55,18 @@ pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Resul
     let settings = SimulationSettings { rate_hz: RATE_HZ, hand: stage.hand(None)?, ..SimulationSettings::default() };
     let mut device = SimulatedDevice::new(settings, stage.intent())?;
     let mut engine = Engine::new(stage, stage.settings_for(&SimulationSettings::default().spec, RATE_HZ))?;
+    engine.pace(RATE_HZ);
     let options = ServoOptions { rate_hz: RATE_HZ, duration: Some(duration), ..ServoOptions::default() };
     let mut servo = Servo::new(options)?;
+    let mut bounded = 0;
     let statistics = std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().name("servo".to_owned()).spawn_scoped(scope, || {
             let _ = claim(&RealTimeOptions::default());
             let step = |state: &DeviceState, dt| engine.step(state, dt);
-            servo.run(&mut device, step, &mut (), &AtomicBool::new(false))
+            let mut observe = |_: &ServoTick, detail: &Detail| {
+                bounded += u64::from(detail.tick.counters.query.traversal.postponed > 0);
+            };
+            servo.run(&mut device, step, &mut observe, &AtomicBool::new(false))
         })?;
         joined(thread.join())
     })?;
@@ -69,6 +78,7 @@ pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Resul
         p99_us: step.p99,
         p999_us: step.p999,
         max_us: step.max,
+        bounded_share: bounded as f64 / statistics.ticks.max(1) as f64,
         overrun_share: statistics.overruns as f64 / statistics.ticks.max(1) as f64,
         achievable_hz: None,
     })

@@ -52,6 +52,8 @@ impl Verdict {
 const NOTED_LATE: f64 = 1e-3;
 /// And more than this is not fit: ten late ticks a second are felt as roughness.
 const UNFIT_LATE: f64 = 1e-2;
+/// Of the ticks: more of them bounded in work are worth a note.
+const NOTED_BOUNDED: f64 = 0.01;
 /// Cores' worth of other work that may stand in the way of a loop without priority.
 const NOTED_LOAD: f64 = 0.5;
 /// Share of the time taken by the machine around.
@@ -80,6 +82,9 @@ pub(super) fn of(
     }
     if too_slow {
         notes.push(slow(scene));
+    }
+    if scene.bounded_share > NOTED_BOUNDED {
+        notes.push(bounded(scene));
     }
     notes.extend(load.and_then(busy));
     notes.extend(load.and_then(stolen));
@@ -127,15 +132,24 @@ fn late(timer: &Timer, machine: &Machine) -> Note {
 }
 
 fn slow(scene: &SceneTimes) -> Note {
-    let mut mends = vec![
-        "bound the step: `time_budget = 400` (µs) under [contact] in the scene file".to_owned(),
-        "take smaller meshes, or a smaller contact tolerance".to_owned(),
-    ];
+    let mut mends = vec![SMALLER.to_owned()];
     if scene.achievable_hz.is_some() {
         mends.push("run slower: `palpus run --rate 500`".to_owned());
     }
     Note { what: format!("a step takes {:.0} µs (99.9 %), too much of a millisecond", scene.p999_us), mends }
 }
+
+fn bounded(scene: &SceneTimes) -> Note {
+    let percent = 100.0 * scene.bounded_share;
+    Note {
+        what: format!(
+            "the work of a step was bounded in {percent:.0} % of the ticks: contacts come late by some ticks"
+        ),
+        mends: vec![SMALLER.to_owned()],
+    }
+}
+
+const SMALLER: &str = "take smaller meshes, with fewer convex pieces where they touch (`palpus inspect`)";
 
 fn busy(load: &Load) -> Option<Note> {
     (load.others_cores > NOTED_LOAD).then(|| Note {
@@ -172,6 +186,7 @@ mod tests {
             p99_us: 60.0,
             p999_us: if achievable_hz.is_some() { 90.0 } else { 5000.0 },
             max_us: 200.0,
+            bounded_share: 0.0,
             overrun_share: 0.0,
             achievable_hz,
         }
@@ -206,6 +221,6 @@ mod tests {
         let by_timer = of(&timer(0.05), &scene(Some(4000.0)), &[], &Machine::default(), None);
         let by_step = of(&timer(0.0), &scene(None), &[], &Machine::default(), None);
         assert_eq!((by_timer.fitness, by_step.fitness), (Fitness::NotFit, Fitness::NotFit));
-        assert!(by_step.mends().iter().any(|mend| mend.contains("time_budget")));
+        assert!(by_step.mends().iter().any(|mend| mend.contains("smaller meshes")));
     }
 }

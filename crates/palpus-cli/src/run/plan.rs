@@ -18,9 +18,6 @@ use crate::rerun::one::{check_poses, state};
 use crate::stage::Stage;
 use crate::{devices, faults, output, safety};
 
-/// Of the period: what a step should take where the scene says nothing. The rest is for the device, the recorder and a busy machine.
-const STEP_SHARE: f64 = 0.6;
-
 /// A run that can begin.
 pub(crate) struct Plan {
     /// Of the scene.
@@ -89,17 +86,16 @@ impl Plan {
         self.device.spec()
     }
 
-    /// ns: what a step of it should take; `None` if it keeps nobody's time.
-    pub(super) fn target_ns(&self) -> Option<u64> {
-        let share = (STEP_SHARE * 1e9 / self.rate_hz) as u64;
-        (self.options.timing == Timing::RealTime).then(|| self.settings.time_budget.unwrap_or(share))
+    /// True if it keeps the time of the clock on the wall.
+    pub(super) fn keeps_time(&self) -> bool {
+        self.options.timing == Timing::RealTime
     }
 
     /// An engine for it. `steerable`: with all that changes of settings may need later on.
     pub(crate) fn engine(&self, steerable: bool) -> anyhow::Result<Engine> {
         let mut engine = Engine::new(&self.stage, self.settings)?;
-        if let Some(target) = self.target_ns() {
-            engine.pace(target);
+        if self.keeps_time() {
+            engine.pace(self.rate_hz);
         }
         Ok(if steerable { engine.with_surfaces(self.stage.crease_angle()) } else { engine })
     }

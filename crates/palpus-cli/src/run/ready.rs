@@ -28,8 +28,8 @@ impl Ready {
         let plans = [Plan::new(arguments, name, stage, in_window)?, Plan::new(&other, name, second, in_window)?];
         let mut engine =
             TwoEngine::new(plans.each_ref().map(|plan| &plan.stage), plans.each_ref().map(|plan| plan.settings))?;
-        if let Some(target) = plans[0].target_ns() {
-            engine.pace(target);
+        if plans[0].keeps_time() {
+            engine.pace(plans[0].rate_hz);
         }
         let engine = if in_window { engine.with_surfaces(plans[0].stage.crease_angle()) } else { engine };
         Ok(Self::Two(Box::new((plans, engine))))

@@ -123,6 +123,7 @@ impl Run {
         let mut device = self.device(ground, arguments)?;
         let settings = ground.stage.settings_for(device.spec(), self.rate_hz);
         let mut engine = Engine::new(&ground.stage, settings)?;
+        engine.pace(self.rate_hz);
         // The wall's time ends it, not the number of ticks: a loop that is late makes fewer of them.
         // Nobody is there to press a key after three faults.
         let safety = SafetyOptions { rearm: Rearm::Automatic, ..SafetyOptions::default() };

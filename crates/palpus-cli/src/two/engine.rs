@@ -104,9 +104,9 @@ impl TwoEngine {
         Moment::new(capacity[0] + capacity[1])
     }
 
-    /// Each step's work is bounded, so that it takes at most about `target_ns`.
-    pub(crate) fn pace(&mut self, target_ns: u64) {
-        self.pacer = Some(Pacer::new(target_ns));
+    /// Each step's work is bounded from now on, so that a loop of `rate_hz` has the time for it.
+    pub(crate) fn pace(&mut self, rate_hz: f64) {
+        self.pacer = Some(Pacer::of(&self.duo.settings()[0], rate_hz));
     }
 
     /// The next step may do so much work; see [`Duo::allow`].

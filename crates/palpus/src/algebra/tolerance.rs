@@ -920,3 +920,8 @@ pub const PACE_TELLING: u64 = 500;
 
 /// Units that a query may always do, so that it gets on however late the loop is.
 pub const PACE_LEAST_WORK: u64 = 200;
+
+/// Of a loop's period: what a step should take where the settings say nothing.
+///
+/// The rest is for the device, the recorder and a busy machine.
+pub const PACE_SHARE: f64 = 0.6;

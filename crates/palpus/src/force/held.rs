@@ -72,12 +72,10 @@ impl HeldContacts {
         self.tick += 2;
     }
 
-    /// Keeps which contacts the pair of pieces at `place` has.
+    /// Keeps which contacts the pair of pieces at `place` has; of more than there is room for, the first.
     pub(super) fn keep(&mut self, place: u32, pieces: [u32; 2], contacts: &[Contact], pose_ba: &Placement) {
         let Some(entry) = self.entries.get_mut(place as usize) else { return };
-        if contacts.len() > self.capacity - self.now.len() {
-            return;
-        }
+        let contacts = &contacts[..contacts.len().min(self.capacity - self.now.len())];
         *entry = Entry { pieces, tick: self.tick, first: self.now.len() as u32, count: contacts.len() as u32 };
         self.now.extend(contacts.iter().map(|contact| Carried::of(contact, pose_ba)));
     }
@@ -93,12 +91,13 @@ impl HeldContacts {
         found: &mut Vec<Contact>,
     ) -> Option<u32> {
         let entry = self.entries.get_mut(place as usize)?;
-        let room = self.capacity - self.now.len();
-        if entry.tick + 1 != self.tick || entry.pieces != pieces || entry.count as usize > room {
+        if entry.tick + 1 != self.tick || entry.pieces != pieces {
             return None;
         }
-        let known = entry.first as usize..(entry.first + entry.count) as usize;
-        (entry.tick, entry.first) = (self.tick, self.now.len() as u32);
+        let room = (self.capacity - self.now.len()) as u32;
+        let count = entry.count.min(room);
+        let known = entry.first as usize..(entry.first + count) as usize;
+        *entry = Entry { tick: self.tick, first: self.now.len() as u32, count, ..*entry };
         self.now.extend_from_slice(&self.last[known.clone()]);
         let before = found.len();
         let room = self.capacity.saturating_sub(before);

@@ -11,8 +11,10 @@
 //! Its answers depend on times, so whoever records a run records them; a run with the same answers
 //! is the same to the bit.
 
-use super::Tick;
-use crate::algebra::tolerance::{PACE_CHEAPER, PACE_DEARER, PACE_FIRST_PRICE, PACE_LEAST_WORK, PACE_TELLING};
+use super::{Settings, Tick};
+use crate::algebra::tolerance::{
+    PACE_CHEAPER, PACE_DEARER, PACE_FIRST_PRICE, PACE_LEAST_WORK, PACE_SHARE, PACE_TELLING,
+};
 
 /// Sets the allowance of work of one renderer. See the module's description.
 #[derive(Clone, Copy, Debug)]
@@ -26,6 +28,11 @@ pub struct Pacer {
 }
 
 impl Pacer {
+    /// For the steps of a loop of `rate_hz`: what `settings` say, or a share of the period.
+    pub fn of(settings: &Settings, rate_hz: f64) -> Self {
+        Self::new(settings.time_budget.unwrap_or((PACE_SHARE * 1e9 / rate_hz) as u64))
+    }
+
     /// For steps of at most about `target_ns`.
     pub fn new(target_ns: u64) -> Self {
         Self { target: target_ns as f64, price: PACE_FIRST_PRICE, rest: 0.0 }
