@@ -28,7 +28,7 @@
 //! shading = true            # else false
 //! crease_angle = 40         # degrees: sharper edges stay sharp
 //! shading_limit = 45        # degrees: the farthest that shading turns a force
-//! time_budget = 300         # µs a step, else as long as it takes; what is not reached in time is felt as it was
+//! time_budget = 300         # µs that a step should take, else 0.6 of the period; what is not reached is carried along
 //!
 //! [coupling]
 //! mode = "coupled"          # or "direct"

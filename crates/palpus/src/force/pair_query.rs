@@ -74,6 +74,7 @@ pub struct PairQuery {
     /// The leaf pair with which the next query begins, if the quota was spent.
     resume: Option<u32>,
     unseen_separation: f64,
+    unlooked: f64,
 }
 
 /// Node pairs of the front. A spoon in a cup has hundreds, two 30 000-triangle scans some thousands, a nut on its thread some ten
@@ -101,6 +102,7 @@ impl PairQuery {
             held: HeldContacts::default(),
             resume: None,
             unseen_separation: f64::INFINITY,
+            unlooked: f64::INFINITY,
         }
     }
 
@@ -169,7 +171,7 @@ impl PairQuery {
         let middle = clock.now_ns();
         counters.query_ns = middle - begin;
         self.held.begin_tick();
-        self.unseen_separation = f64::INFINITY;
+        (self.unseen_separation, self.unlooked) = (f64::INFINITY, f64::INFINITY);
         let doubtful = self.answer_leaves(&asked, quota, &mut counters);
         self.hold_unvisited(&asked, &mut counters);
         self.hold_overlap(&asked, doubtful, &mut counters);
@@ -184,7 +186,8 @@ impl PairQuery {
             counters.kept_side = guard.hold(a, b, place, tolerance, &mut self.contacts);
         }
         if counters.traversal.postponed > 0 {
-            self.unseen_separation = self.unseen_separation.min(self.front.unseen_separation());
+            self.unlooked = self.front.unseen_separation();
+            self.unseen_separation = self.unseen_separation.min(self.unlooked);
         }
         counters.depth_ns = clock.now_ns() - middle;
         counters
@@ -259,6 +262,12 @@ impl PairQuery {
     /// sense.
     pub fn unseen_separation(&self) -> f64 {
         self.unseen_separation
+    }
+
+    /// The same of the pairs that may have come near since they were last looked at: not of those that were within tolerance then, and whose
+    /// contacts are carried or dropped.
+    pub fn unlooked_separation(&self) -> f64 {
+        self.unlooked
     }
 
     /// The contacts of the last query.

@@ -79,6 +79,11 @@ impl Between {
         self.query.unseen_separation()
     }
 
+    /// m beyond the skin: the same of what may have come near since it was last looked at.
+    pub(super) fn unlooked(&self) -> f64 {
+        self.query.unlooked_separation() - self.settings.skin()
+    }
+
     /// All contacts of the two nearer than `within` (m).
     pub(super) fn query(
         &mut self,

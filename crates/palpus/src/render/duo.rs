@@ -159,6 +159,7 @@ impl Duo {
         let bodies = [self.tools[0].probe(), self.tools[1].probe()];
         let counters = self.between.query(bodies, &[*first, *second], self.looked_ahead(), &work.all(), clock);
         for tool in &mut self.tools {
+            tool.tool_mut().see_other(self.between.unlooked());
             let tick = tool.tick_mut();
             tick.counters.query += counters;
             tick.times.query += counters.query_ns;

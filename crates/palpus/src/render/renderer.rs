@@ -201,6 +201,11 @@ impl Renderer {
         self.motion(probe)
     }
 
+    /// The tool, which may have come near another one.
+    pub(super) fn tool_mut(&mut self) -> &mut Tool {
+        &mut self.tool
+    }
+
     /// The tick under way.
     pub(super) fn tick_mut(&mut self) -> &mut Tick {
         &mut self.tick
@@ -218,9 +223,6 @@ impl Renderer {
             return Side::Driven(motion.twist);
         }
         let free = apart && self.tick.forces.clusters.is_empty();
-        // The other tool comes as far.
-        let skin = self.settings.skin();
-        self.tool.see(skin + 0.5 * (self.tick.unseen_separation - skin));
         let begun = self.tool.begin(&self.tick.probe, &self.tick.forces, free, h);
         Side::Held(&mut self.tool, begun)
     }
@@ -263,6 +265,7 @@ impl Renderer {
         let tolerance = self.looked_ahead();
         let counters = self.query.run_within(&self.a, &self.b, pose_ba, tolerance, quota, clock);
         self.tick.unseen_separation = self.query.unseen_separation();
+        self.tool.see(self.query.unlooked_separation() - self.settings.skin());
         self.tick.times.query = counters.query_ns;
         self.tick.times.depth = counters.depth_ns;
         self.tick.counters.query = counters;
@@ -289,10 +292,8 @@ impl Renderer {
 
     /// Stage 4.
     pub(super) fn couple(&mut self, motion: &Motion, dt: f64) {
-        let unseen = self.tick.unseen_separation;
         let Tick { probe, forces, counters, computed, .. } = &mut self.tick;
         if self.settings.coupling.is_some() {
-            self.tool.see(unseen);
             (*computed, counters.tool) = self.tool.step(probe, forces, dt);
         } else {
             let grip = motion.pose_ba.point(self.settings.grip_a);

@@ -13,8 +13,9 @@
 //! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, with c the contact's k_t while it
 //!    sticks, and so small that both together are μ F_n when it slides. The same rounds find c.
 //! 5. *Solve* the 6 × 6 system, move the tool, but no point of it farther than contacts were looked ahead for: that is at least
-//!    two skins, and twice the way of the last step. So nothing can be jumped over, at any speed. Where the query's work is bounded, it
-//!    does not come nearer than the skin to what was not looked at, and waits for it. The coupling's force in V′, reversed, is what the device feels.
+//!    two skins, and twice the way of the last step. So nothing can be jumped over, at any speed. Where the query's work is bounded and
+//!    nothing is near, it does not come nearer than the skin to what was not looked at, and waits for it; among contacts it goes on
+//!    slowly, since a force that holds it back there is one that no contact makes. The coupling's force in V′, reversed, is what the device feels.
 //!
 //! All matrices that are added are positive semi-definite, the coupling's is definite: the step has a solution at any stiffness,
 //! mass 0 included, and no gain of it grows. The spring's force levels off at what the device can give as of now, so that a hand that presses
@@ -28,7 +29,7 @@ use glam::{DMat3, DQuat, DVec3};
 use super::anchor::Anchor;
 use super::touches::Touches;
 use super::{Forces, Limits, ProbeState, Settings, VirtualCoupling};
-use crate::algebra::tolerance::{COUPLING_ROUNDS, REACH_FADE, REACH_GROWTH, REACH_LEAST, TOOL_FASTEST};
+use crate::algebra::tolerance::{COUPLING_ROUNDS, REACH_CREEP, REACH_FADE, REACH_GROWTH, REACH_LEAST, TOOL_FASTEST};
 use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
 use crate::body::Body;
 
@@ -198,9 +199,14 @@ impl Tool {
         self.reach
     }
 
-    /// What this tick's query did not look at is at least `separation` (m) apart.
-    pub(super) fn see(&mut self, separation: f64) {
-        self.clear = (separation - self.coupling.skin).max(0.0);
+    /// What this tick's query did not look at is at least `clear` (m) beyond the skin.
+    pub(super) fn see(&mut self, clear: f64) {
+        self.clear = clear.max(0.0);
+    }
+
+    /// The same of another tool, which comes half of the way.
+    pub(super) fn see_other(&mut self, clear: f64) {
+        self.clear = self.clear.min(0.5 * clear.max(0.0));
     }
 
     /// The share of a step of `h` seconds with `twist`, at most 1, that keeps the tool within its reach, and away from what nobody looked at.
@@ -218,6 +224,9 @@ impl Tool {
     /// The step's system as far as it does not depend on which contacts press and which slide. `free`: nothing is near.
     pub(super) fn begin(&mut self, device: &ProbeState, forces: &Forces, free: bool, h: f64) -> Begun {
         let pose = self.pose_ba(device);
+        if !forces.clusters.is_empty() {
+            self.clear = self.clear.max(REACH_CREEP * self.coupling.skin);
+        }
         self.touches.gather(forces, pose.point(self.center_a), self.coupling.skin);
         if free {
             self.anchor.come_back(&device.twist, h);
