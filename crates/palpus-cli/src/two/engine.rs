@@ -106,7 +106,7 @@ impl TwoEngine {
 
     /// Each step's work is bounded from now on, so that a loop of `rate_hz` has the time for it.
     pub(crate) fn pace(&mut self, rate_hz: f64) {
-        self.pacer = Some(Pacer::of(&self.duo.settings()[0], rate_hz));
+        self.pacer = Some(Pacer::of(self.duo.settings()[0], rate_hz));
     }
 
     /// The next step may do so much work; see [`Duo::allow`].
