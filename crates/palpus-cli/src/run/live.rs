@@ -111,7 +111,7 @@ const LIVE_PERIOD: Duration = Duration::from_millis(100);
 pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instant>) {
     let shown = output::watched();
     keys::take(session.reins());
-    let mut told = false;
+    let (mut told, mut told_heavy) = (false, false);
     let mut last = session.live().ticks;
     while !session.is_over() {
         std::thread::sleep(LIVE_PERIOD);
@@ -120,6 +120,10 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
         }
         let live = session.live();
         tell_start(&live, &mut told);
+        if live.carried > HEAVY && !told_heavy {
+            told_heavy = true;
+            output::note(HEAVY_IN_WORDS);
+        }
         if shown {
             output::live(&format!(
                 "{:6.0} Hz   load {:3.0} %   {:3} contacts   {:5.2} N   {}",
@@ -137,6 +141,11 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
         output::live_end();
     }
 }
+
+/// Share of the contacts: a pair of which more are carried is heavy.
+const HEAVY: f64 = 0.5;
+const HEAVY_IN_WORDS: &str = "note: this pair is heavy for this machine: to hold the rate, most contacts are carried from tick to tick and looked at \
+     again in turns. What helps: meshes with fewer convex pieces where they touch (`palpus inspect`), a lower --rate; `palpus doctor --scene` measures it";
 
 /// Says once that the probe began inside the part.
 fn tell_start(live: &Live, told: &mut bool) {
