@@ -36,7 +36,8 @@ fn drag(display: &Display, from: [usize; 2], by: [i32; 2], steps: i32) {
 #[ignore = "needs Xvfb and Mesa (apt-get install xvfb libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6)"]
 fn the_window_shows_the_run_and_goes_with_it() {
     let display = Display::open("run");
-    let arguments = ["run", "spoon-cup", "--duration", "6", "--no-record", "--no-realtime"];
+    // Whether the machine holds the rate beside a window drawn by the processor is not the question.
+    let arguments = ["run", "spoon-cup", "--duration", "6", "--no-record", "--no-realtime", "--lenient"];
     let mut run = display.palpus(&arguments).stderr(Stdio::piped()).spawn().expect("it starts");
     let patience = Instant::now() + Duration::from_secs(60);
     let mut most = 0;

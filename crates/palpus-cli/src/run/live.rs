@@ -24,7 +24,6 @@ pub(crate) struct Live {
     pub(crate) separation: f64,
     pub(crate) force: f64,
     pub(crate) torque: f64,
-    pub(crate) worst_step_s: f64,
     /// Step over the period, and the share of contacts that were carried, of late.
     pub(crate) load: f64,
     pub(crate) carried: f64,
@@ -52,7 +51,6 @@ impl Live {
             separation: f64::INFINITY,
             force: 0.0,
             torque: 0.0,
-            worst_step_s: 0.0,
             load: 0.0,
             carried: 0.0,
             overruns: 0,
@@ -78,7 +76,6 @@ impl Live {
             time: tick.time,
             force: tick.wrench.force.length(),
             torque: tick.wrench.torque.length(),
-            worst_step_s: self.worst_step_s.max(tick.step_s),
             load: self.load + OF_LATE * (tick.step_s * self.rate_hz - self.load),
             carried: self.carried + OF_LATE * (detail.map_or(0.0, |detail| detail.tick.carried()) - self.carried),
             overruns: self.overruns + u64::from(tick.overrun),

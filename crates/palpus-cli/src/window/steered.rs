@@ -142,7 +142,6 @@ impl Run for Steered<'_> {
             torque: live.torque,
             query: live.query_ns as f64 * 1e-9,
             force_time: live.force_ns as f64 * 1e-9,
-            worst_step: live.worst_step_s,
             load: live.load,
             carried: live.carried,
             overruns: live.overruns,

@@ -135,8 +135,6 @@ pub struct Numbers {
     pub query: f64,
     /// s: what computing forces took.
     pub force_time: f64,
-    /// s: the longest step so far.
-    pub worst_step: f64,
     /// Step over the period, of late.
     pub load: f64,
     /// Share of the contacts that were carried from the tick before, since a step's work is bounded, of late.
@@ -170,7 +168,6 @@ impl Default for Numbers {
             torque: 0.0,
             query: 0.0,
             force_time: 0.0,
-            worst_step: 0.0,
             load: 0.0,
             carried: 0.0,
             overruns: 0,

@@ -78,7 +78,12 @@ impl Status {
         ui.label(small(waits_for.unwrap_or_else(|| format!("{}{rate}", run.device().name))));
         self.numbers(ui);
         let cuts: Vec<&str> = self.cuts().map(Cut::name).collect();
-        let words = if cuts.is_empty() { String::new() } else { format!("cut: {}", cuts.join(", ").replace('_', " ")) };
+        let mut words =
+            if cuts.is_empty() { String::new() } else { format!("cut: {}", cuts.join(", ").replace('_', " ")) };
+        if self.now.carried > CARRIED {
+            let comma = if words.is_empty() { "" } else { "; " };
+            words += &format!("{comma}{:.0} % of the contacts carried", 100.0 * self.now.carried);
+        }
         // Always there, so that nothing below it moves.
         ui.label(RichText::new(words).small().color(ui.visuals().warn_fg_color));
         Self::trouble(ui, run);
@@ -99,23 +104,14 @@ impl Status {
             separation if separation.is_finite() => format!("{:.2} mm", separation * 1e3),
             _ => "–".to_owned(),
         };
-        let share = |x: f64, most: f64| (format!("{:.0} %", 100.0 * x), if x > most { bad } else { text });
-        let rows: [[(&str, (String, Color32)); 3]; 3] = [
+        let load = (format!("{:.0} %", 100.0 * now.load), if now.load > 1.0 { bad } else { text });
+        let rows: [[(&str, (String, Color32)); 3]; 2] = [
             [
                 ("rate", (format!("{:.0} Hz", self.rate), text)),
-                ("load", share(now.load, 1.0)),
-                ("carried contacts", share(now.carried, 1.0)),
-            ],
-            [
-                ("worst tick", (format!("{:.0} µs", now.worst_step * 1e6), text)),
-                ("late ticks", counted(now.overruns)),
-                ("faults", counted(now.faults)),
-            ],
-            [
+                ("load", load),
                 ("time", (format!("{:.1} s", now.time), text)),
-                ("contacts", (now.contacts.to_string(), text)),
-                ("distance", (separation, text)),
             ],
+            [("late ticks", counted(now.overruns)), ("faults", counted(now.faults)), ("distance", (separation, text))],
         ];
         let width = ui.available_width() / 3.0;
         Grid::new("numbers").num_columns(3).min_col_width(width - 4.0).spacing([4.0, 3.0]).show(ui, |ui| {
@@ -132,6 +128,9 @@ impl Status {
         });
     }
 }
+
+/// Share of the contacts: fewer that are carried are nothing to speak of.
+const CARRIED: f64 = 0.01;
 
 /// Where the engagement stands, and whether that is as it should be.
 fn said(phase: Phase) -> (&'static str, bool) {
