@@ -71,6 +71,11 @@ pub fn row(tick: u64) -> RecordRow {
         saturated: tick > 0,
         faults: 5,
         tool: Some(Pose { rotation: DQuat::IDENTITY, translation: DVec3::splat(-x) }),
-        servo: Some(ServoRecord { utc_ns: tick, stepped: true, raw: (tick > 0).then_some(raw), ..ServoRecord::default() }),
+        servo: Some(ServoRecord {
+            utc_ns: tick,
+            stepped: true,
+            raw: (tick > 0).then_some(raw),
+            ..ServoRecord::default()
+        }),
     }
 }
