@@ -64,7 +64,7 @@ pub(crate) enum BenchCommand {
         /// Of each tick the least time of so many passes is kept: what differs is what the operating system did meanwhile.
         #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
         passes: u32,
-        /// Only the pair of this name, or `triangles` or `contacts` for one of the two sweeps.
+        /// Only the pair of this name; or `triangles` or `contacts` for one of the two sweeps, or `hurried` for steps with bounded work beside others.
         #[arg(long, value_name = "NAME")]
         only: Option<String>,
     },

@@ -763,7 +763,7 @@ pub const TILT_SAME: f64 = 1e-9;
 
 /// Contacts that smooth clustering lets meet, each with each ([`crate::force::LinkageSettings::most`]).
 ///
-/// Bounds the step after the query: 256 contacts take some 0.3 ms in all. Fewer let the place of a force that many
+/// Bounds the step after the query: 256 contacts take some 0.4 ms in all. Fewer let the place of a force that many
 /// contacts share jump by more where one takes another's place: by at most one part in half this many of what they span.
 pub const CROWD_MOST: usize = 256;
 

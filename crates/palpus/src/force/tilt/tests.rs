@@ -1,0 +1,161 @@
+//! Tilt shares against exterior angles, counted areas and the promises of the module.
+
+use super::super::testing::Random;
+use super::*;
+
+const SEED: u64 = 0x7117;
+const SLOPE: f64 = 0.0875;
+
+fn at(x: f64, y: f64, separation: f64) -> Tilted {
+    Tilted {
+        place: DVec3::new(x, y, 0.0),
+        direction: DVec3::Z,
+        separation,
+        engagement: (1e-4 - separation).max(0.0),
+        slope: SLOPE,
+        pieces: [0; 2],
+    }
+}
+
+fn shares(contacts: &[Tilted]) -> Vec<f64> {
+    TiltShares::new(contacts.len()).run(contacts).to_vec()
+}
+
+fn close(found: &[f64], expected: &[f64]) {
+    assert_eq!(found.len(), expected.len());
+    for (x, y) in found.iter().zip(expected) {
+        assert!((x - y).abs() < 1e-9, "{found:?}, expected {expected:?}");
+    }
+}
+
+#[test]
+fn corners_count_by_exterior_angle() {
+    close(&shares(&[at(0.0, 0.0, 0.0)]), &[1.0]);
+    close(&shares(&[at(0.0, 0.0, 0.0), at(0.02, 0.0, 0.0)]), &[0.5; 2]);
+    let box_corners = [at(0.0, 0.0, 0.0), at(0.04, 0.0, 0.0), at(0.04, 0.01, 0.0), at(0.0, 0.01, 0.0)];
+    close(&shares(&box_corners), &[0.25; 4]);
+    // A right angle and two of 45°.
+    let triangle = [at(0.0, 0.0, 0.0), at(0.01, 0.0, 0.0), at(0.0, 0.01, 0.0)];
+    close(&shares(&triangle), &[0.25, 0.375, 0.375]);
+}
+
+#[test]
+fn inner_and_double_contacts_count_for_nothing() {
+    let flat = [
+        at(0.0, 0.0, 0.0),
+        at(0.04, 0.0, 0.0),
+        at(0.04, 0.02, 0.0),
+        at(0.0, 0.02, 0.0),
+        at(0.02, 0.01, 0.0),
+        at(0.02, 0.0, 0.0),
+        at(0.04, 0.0, 0.0),
+    ];
+    close(&shares(&flat), &[0.25, 0.25, 0.25, 0.25, 0.0, 0.0, 0.0]);
+}
+
+#[test]
+fn a_face_in_two_pieces_is_borne_by_its_rim() {
+    let half = |x: f64, piece: u32| {
+        [(x, 0.0), (x + 0.02, 0.0), (x + 0.02, 0.02), (x, 0.02)]
+            .map(|(x, y)| Tilted { pieces: [0, piece], ..at(x, y, 0.0) })
+    };
+    let [near, beside, far] = [half(0.0, 1), half(0.02, 2), half(0.03, 3)];
+    close(&shares(&[near, beside].concat()), &[0.25, 0.0, 0.0, 0.25, 0.0, 0.25, 0.25, 0.0]);
+    // Two feet that stand apart have four corners each.
+    close(&shares(&[near, far].concat()), &[0.25; 8]);
+}
+
+#[test]
+fn other_directions_count_by_themselves() {
+    let mut corner = [at(0.0, 0.0, 0.0), at(0.01, 0.0, 0.0)];
+    corner[1].direction = DVec3::X;
+    close(&shares(&corner), &[1.0, 1.0]);
+    corner[1].direction = -DVec3::Z;
+    close(&shares(&corner), &[1.0, 1.0]);
+}
+
+#[test]
+fn a_deep_contact_keeps_its_share_from_those_without_load() {
+    // A crown of 0.02 mm over 20 mm: corners lie above the top.
+    let mut crown = [at(0.0, 0.0, 0.0); 5];
+    for (k, corner) in crown.iter_mut().skip(1).enumerate() {
+        let sign = |bit: usize| if k >> bit & 1 == 1 { 0.01 } else { -0.01 };
+        *corner = at(sign(0), sign(1), 2e-5);
+        corner.engagement = 0.0;
+    }
+    crown[0].engagement = 2e-5;
+    assert!((shares(&crown)[0] - 1.0).abs() < 1e-12);
+    // Loaded alike, the corners bear nearly all.
+    crown.iter_mut().for_each(|contact| contact.engagement = 1e-3);
+    assert!(shares(&crown)[0] < 0.01);
+}
+
+#[test]
+fn shares_are_continuous_where_a_corner_splits() {
+    let square = |cut: f64| {
+        vec![at(0.0, 0.0, 0.0), at(0.02 - cut, 0.0, 0.0), at(0.02, cut, 0.0), at(0.02, 0.02, 0.0), at(0.0, 0.02, 0.0)]
+    };
+    let mean = |contacts: &[Tilted]| -> DVec3 {
+        let shares = shares(contacts);
+        contacts.iter().zip(&shares).map(|(contact, share)| contact.place * *share).sum()
+    };
+    let whole = mean(&[at(0.0, 0.0, 0.0), at(0.02, 0.0, 0.0), at(0.02, 0.02, 0.0), at(0.0, 0.02, 0.0)]);
+    for cut in [1e-12, 1e-9, 1e-6, 1e-5] {
+        assert!(mean(&square(cut)).distance(whole) <= cut, "{cut}");
+    }
+}
+
+#[test]
+fn shares_of_a_patch_sum_to_one_and_turn_with_it() {
+    let mut random = Random(SEED);
+    for round in 0..300 {
+        let count = 2 + random.below(10);
+        let mut contacts: Vec<Tilted> = (0..count)
+            .map(|_| at(random.between(-0.02, 0.02), random.between(-0.02, 0.02), random.between(0.0, 3e-4)))
+            .collect();
+        contacts.iter_mut().for_each(|contact| contact.engagement = 0.0);
+        let before = shares(&contacts);
+        assert!((before.iter().sum::<f64>() - 1.0).abs() < 1e-9, "seed {SEED:#x}, round {round}: {before:?}");
+        let pose = random.pose(0.1);
+        for contact in &mut contacts {
+            contact.place = pose.point(contact.place);
+            contact.direction = pose.vector(contact.direction);
+        }
+        let after = shares(&contacts);
+        assert!(before.iter().zip(&after).all(|(x, y)| (x - y).abs() < 1e-8), "seed {SEED:#x}, round {round}");
+    }
+}
+
+/// Points of a grid in the disc that are in the cell, by the definition.
+fn counted(i: usize, contacts: &[Tilted]) -> f64 {
+    const SIDE: i32 = 400;
+    let (mut inside, mut all) = (0, 0);
+    for (x, y) in (0..SIDE).flat_map(|x| (0..SIDE).map(move |y| (x, y))) {
+        let slope = DVec3::new(f64::from(2 * x + 1 - SIDE), f64::from(2 * y + 1 - SIDE), 0.0) * SLOPE / f64::from(SIDE);
+        if slope.length() <= SLOPE {
+            all += 1;
+            let one = &contacts[i];
+            let lower = |other: &Tilted| slope.dot(other.place - one.place) <= other.separation - one.separation;
+            inside += u32::from(contacts.iter().all(lower));
+        }
+    }
+    f64::from(inside) / f64::from(all)
+}
+
+#[test]
+fn shares_are_areas_of_cells() {
+    let mut random = Random(SEED ^ 1);
+    for round in 0..40 {
+        let flat = if round % 2 == 0 { 0.0 } else { 2e-4 };
+        let contacts: Vec<Tilted> = (0..1 + random.below(7))
+            .map(|_| {
+                let (x, y) = (random.between(-5e-3, 5e-3), random.between(-5e-3, 5e-3));
+                Tilted { engagement: 0.0, ..at(x, y, random.between(0.0, flat)) }
+            })
+            .collect();
+        for (i, share) in shares(&contacts).into_iter().enumerate() {
+            let counted = counted(i, &contacts);
+            assert!((share - counted).abs() < 5e-3, "seed {SEED:#x}, round {round}: {share}, counted {counted}");
+        }
+    }
+}
