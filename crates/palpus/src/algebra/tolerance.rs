@@ -931,3 +931,11 @@ pub const PACE_LEAST_WORK: u64 = 200;
 ///
 /// The rest is for the device, the recorder and a busy machine.
 pub const PACE_SHARE: f64 = 0.6;
+
+/// s: a driven body's first way to where its host says that it is, when no interval between updates is known yet: 60 Hz.
+pub const DRIVEN_PERIOD: f64 = 1.0 / 60.0;
+
+/// s: a driven body goes on for so long without an update, and slows down to rest in as long again.
+///
+/// Six periods of the slowest usual host. Longer, and a robot whose program hangs pushes on; shorter, and a late update is felt.
+pub const DRIVEN_PATIENCE: f64 = 0.1;

@@ -301,6 +301,18 @@ impl PairQuery {
         }
     }
 
+    /// The bodies were not looked at for some time, since they were too far from each other, and lay so when they came back: what is remembered of
+    /// contacts is forgotten, and the way from there on is a way like any other.
+    pub fn came_from(&mut self, pose_ba: &Pose) {
+        self.contacts.clear();
+        self.held.clear();
+        if let Some(guard) = &mut self.guard {
+            guard.clear();
+        }
+        self.last_overlap.clear();
+        self.last_pose = Some(*pose_ba);
+    }
+
     /// Forgets the past.
     pub fn clear(&mut self) {
         self.front.clear();
