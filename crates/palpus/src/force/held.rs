@@ -80,14 +80,15 @@ impl HeldContacts {
         self.now.extend(contacts.iter().map(|contact| Carried::of(contact, pose_ba)));
     }
 
-    /// Adds to `found` the contacts nearer than `tolerance` that were kept of the pair in the last tick, at this tick's pose, and keeps
-    /// them in this tick as well; answers how many it added, `None` if nothing is known of the pair.
+    /// Adds to `found` the contacts nearer than `tolerance` that were kept of the pair in the last tick, at this tick's pose, until `found`
+    /// has `most` of them, and keeps them in this tick as well. Returns how many it added; `None` if nothing is known of the pair.
     pub(super) fn carry(
         &mut self,
         place: u32,
         pieces: [u32; 2],
         pose_ba: &Placement,
         tolerance: f64,
+        most: usize,
         found: &mut Vec<Contact>,
     ) -> Option<u32> {
         let entry = self.entries.get_mut(place as usize)?;
@@ -100,7 +101,7 @@ impl HeldContacts {
         *entry = Entry { tick: self.tick, first: self.now.len() as u32, count, ..*entry };
         self.now.extend_from_slice(&self.last[known.clone()]);
         let before = found.len();
-        let room = self.capacity.saturating_sub(before);
+        let room = most.saturating_sub(before);
         let contacts = self.last[known].iter().map(|carried| carried.at(pieces, pose_ba));
         found.extend(contacts.filter(|contact| contact.separation < tolerance).take(room));
         Some((found.len() - before) as u32)

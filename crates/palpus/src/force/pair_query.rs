@@ -82,14 +82,15 @@ pub struct PairQuery {
 const NODE_PAIRS: usize = 1 << 17;
 
 impl PairQuery {
-    /// Memory for at most `capacity` contacts a query.
+    /// Memory for at most `capacity` contacts a query, at least one.
     pub fn new(a: &Body, b: &Body, capacity: usize) -> Self {
+        let capacity = capacity.max(1);
         Self {
             front: Front::new(side(a), side(b), NODE_PAIRS),
             capacity,
             leaves: LeafPairs::new(capacity),
             contacts: Vec::with_capacity(capacity),
-            inadmissible: Vec::with_capacity(capacity.max(1)),
+            inadmissible: Vec::with_capacity(capacity),
             scratch: WalkScratch::new(),
             admissible: AdmissibleScratch::new(a.admissible(), b.admissible()),
             prover: None,
@@ -199,17 +200,14 @@ impl PairQuery {
         self.contacts.clear();
         self.inadmissible.clear();
         let mut doubtful = None;
-        for k in 0..self.leaves.as_slice().len() {
+        let count = self.leaves.as_slice().len();
+        for k in 0..count {
             let leaf = self.leaves.as_slice()[k];
             if k > 0 && quota.is_spent() {
                 self.hold_the_rest(asked, k, counters);
                 break;
             }
             let known = self.contacts.len();
-            if known == self.capacity {
-                counters.traversal.dropped += (self.leaves.as_slice().len() - k) as u32;
-                break;
-            }
             let before = counters.work();
             match self.contact(asked, &leaf, counters) {
                 Found::Nothing => counters.virtual_closest += 1,
@@ -226,7 +224,7 @@ impl PairQuery {
                     self.inadmissible.push(k as u32);
                 }
             }
-            self.keep(asked, &leaf, known, counters);
+            self.keep(asked, &leaf, known, count - k - 1, counters);
             quota.spend(WORK_ANSWER + counters.work() - before);
         }
         doubtful

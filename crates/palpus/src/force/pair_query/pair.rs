@@ -98,12 +98,22 @@ impl PairQuery {
     }
 
     /// Adds the other corners of the contact that a leaf pair has added to those `known`, and keeps them for when the
-    /// quota is spent.
-    pub(super) fn keep(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize, counters: &mut QueryCounters) {
+    /// quota is spent. Each of the leaf pairs `left` keeps room for one contact: the list of leaf pairs holds the deepest, so
+    /// none of them may be dropped for the corners of another.
+    pub(super) fn keep(
+        &mut self,
+        asked: &Asked<'_>,
+        leaf: &LeafPair,
+        known: usize,
+        left: usize,
+        counters: &mut QueryCounters,
+    ) {
+        debug_assert!(self.contacts.len() + left <= self.capacity);
         if let Some(slope) = self.patch_slope
             && let Some(contact) = self.contacts.get(known).copied()
         {
-            self.spread(asked, &contact, known, slope, counters);
+            let room = self.capacity - known - left;
+            self.spread(asked, &contact, slope, room, counters);
         }
         if let Home::Place(home) = leaf.home {
             self.held.keep(home, [leaf.piece_a, leaf.piece_b], &self.contacts[known..], &asked.place);
@@ -112,20 +122,23 @@ impl PairQuery {
 }
 
 impl PairQuery {
-    /// Puts the corners of its patch in the place of the contact at `place`, the last one.
-    fn spread(&mut self, asked: &Asked<'_>, contact: &Contact, place: usize, slope: f64, counters: &mut QueryCounters) {
+    /// Replaces `contact`, the last one, by the corners of its patch, if there are at most `room` of them.
+    fn spread(&mut self, asked: &Asked<'_>, contact: &Contact, slope: f64, room: usize, counters: &mut QueryCounters) {
         let Contact { features, point_a, point_b, normal, .. } = *contact;
         let (piece_a, piece_b) = pieces(asked.a, asked.b, contact.piece_a, contact.piece_b);
         let touch = Touch { features, point_a, point_b, normal };
         let slope = self.patch.find(piece_a, piece_b, &asked.place, &touch, slope, asked.tolerance);
-        let room = self.capacity - place;
-        self.contacts.truncate(place);
-        self.contacts.extend(self.patch.corners().iter().take(room).map(|corner| {
+        counters.patches += 1;
+        let corners = self.patch.corners();
+        if corners.len() > room {
+            return;
+        }
+        self.contacts.pop();
+        self.contacts.extend(corners.iter().map(|corner| {
             let [point_a, point_b] = points_about(corner.midpoint, normal, corner.separation);
             Contact { features: corner.features, point_a, point_b, separation: corner.separation, slope, ..*contact }
         }));
-        counters.patches += 1;
-        counters.corners += (self.contacts.len() - place - 1) as u32;
+        counters.corners += (corners.len() - 1) as u32;
     }
 }
 
