@@ -12,7 +12,7 @@ use bodies::body;
 use glam::{DQuat, DVec2, DVec3};
 use palpus::algebra::{NoClock, Pose, Wrench};
 use palpus::body::{Body, PolygonSoup};
-use palpus::force::PairQuery;
+use palpus::detect::{ContactQuery, QuerySettings};
 use palpus::render::{Limits, ProbeState, Renderer, Settings};
 use palpus_scenes::shape;
 use seeded::Random;
@@ -215,10 +215,11 @@ fn deepest_contact_survives_full_capacity() {
         let posts = body(&posts);
         let pose = Pose::from_translation(DVec3::new(0.0, 0.0, 0.002 - 1e-4));
         for capacity in 3..=12 {
-            let mut query = PairQuery::new(&plate, &posts, capacity).with_patches(Some(5.0 * DEGREE));
-            let counters = query.run(&plate, &posts, &pose, 1e-3, &NoClock);
-            let contacts = query.contacts();
-            assert!(contacts.len() <= capacity && counters.traversal.dropped == 0, "{counters:?}");
+            let settings = QuerySettings { capacity, patch_angle: Some(5.0 * DEGREE), ..QuerySettings::default() };
+            let mut query = ContactQuery::new(plate.clone(), posts.clone(), settings);
+            let dropped = query.run(&pose, &NoClock).traversal.dropped;
+            let contacts = query.found();
+            assert!(contacts.len() <= capacity && dropped == 0, "{dropped} dropped");
             let deepest = contacts.iter().map(|contact| contact.separation).fold(f64::INFINITY, f64::min);
             assert!((deepest + 1e-4).abs() < 1e-9, "of {capacity}, the post {high} left out: {contacts:?}");
             let mut touched: Vec<u32> = contacts.iter().map(|contact| contact.piece_b).collect();

@@ -3,6 +3,8 @@
 //! Every pair of bodies has clusters, shares and friction of its own. So what the one tool gives the other takes, whatever else either of
 //! them touches; and a front, a grip or a piece's index never meets one of another pair.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::renderer::{Surfaces, query};
@@ -10,14 +12,15 @@ use super::touches::Touches;
 use super::{Forces, Motion, Scratch, Settings, VirtualCoupling, force};
 use crate::algebra::{Clock, Pose, Quota, Twist};
 use crate::body::{Body, FeaturePair};
-use crate::force::{Centers, Contact, FrictionSettings, NetWrench, PairQuery, QueryCounters, ShadingSettings};
+use crate::detect::{Contact, ContactQuery, QueryCounters};
+use crate::force::{Centers, FrictionSettings, NetWrench, ShadingSettings};
 
 /// Two tools against each other: the first is a, the second b.
 #[derive(Clone, Debug)]
 pub(super) struct Between {
     settings: Settings,
     surfaces: Option<Surfaces>,
-    query: PairQuery,
+    query: ContactQuery,
     scratch: Scratch,
     /// Of the last tick, in the environment's frame.
     pub(super) contacts: Vec<Contact>,
@@ -28,7 +31,7 @@ pub(super) struct Between {
 
 impl Between {
     /// Memory for what the settings of both ask.
-    pub(super) fn new([first, second]: [&Body; 2], settings: &[Settings; 2]) -> Self {
+    pub(super) fn new([first, second]: [&Arc<Body>; 2], settings: &[Settings; 2]) -> Self {
         let settings = common(settings);
         let capacity = settings.capacity;
         Self {
@@ -43,14 +46,14 @@ impl Between {
     }
 
     /// Able to take up shading later on.
-    pub(super) fn prepare_surfaces(&mut self, [first, second]: [&Body; 2], crease_angle: f64) {
-        self.surfaces.get_or_insert_with(|| Surfaces::new(first, second, crease_angle));
+    pub(super) fn prepare_surfaces(&mut self, crease_angle: f64) {
+        self.surfaces.get_or_insert_with(|| Surfaces::new(self.query.a(), self.query.b(), crease_angle));
     }
 
     /// Goes on with what the settings of both ask; they are of the memory that there is.
     pub(super) fn set_settings(&mut self, settings: &[Settings; 2]) {
         self.settings = common(settings);
-        self.query.set_patches(self.settings.patch_angle);
+        self.query.set_patch_angle(self.settings.patch_angle);
         if self.settings.friction.is_none() {
             self.scratch.clear();
         }
@@ -87,21 +90,20 @@ impl Between {
     /// All contacts of the two nearer than `within` (m).
     pub(super) fn query(
         &mut self,
-        [first, second]: [&Body; 2],
         motions: &[Motion; 2],
         within: f64,
         quota: &Quota<'_>,
         clock: &impl Clock,
     ) -> QueryCounters {
-        let pose = in_second(motions);
-        let counters = self.query.run_within(first, second, &pose, within, quota, clock);
+        self.query.set_tolerance(within);
+        let counters = *self.query.run_within(&in_second(motions), quota, clock);
         self.contacts.clear();
-        self.contacts.extend(self.query.contacts().iter().take(self.settings.capacity));
+        self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
         counters
     }
 
     /// The wrenches on both, of contacts nearer than `within` (m); what it leaves is in the environment's frame.
-    pub(super) fn force(&mut self, bodies: [&Body; 2], motions: &[Motion; 2], within: f64) {
+    pub(super) fn force(&mut self, motions: &[Motion; 2], within: f64) {
         let [first, second] = motions;
         let pose_ba = in_second(motions);
         let inverse = second.pose_ba.inverse();
@@ -115,6 +117,7 @@ impl Between {
             },
             pressed: 0.0,
         };
+        let bodies: [&Body; 2] = [self.query.a(), self.query.b()];
         let shading = self.surfaces.as_ref().zip(self.settings.shading);
         let direction = |contact: &Contact| match shading {
             Some((surfaces, ShadingSettings { most_turn, .. })) => {

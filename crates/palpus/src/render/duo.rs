@@ -50,7 +50,7 @@ impl Duo {
     #[must_use]
     pub fn with_surfaces(mut self, crease_angle: f64) -> Self {
         self.tools = self.tools.map(|tool| tool.with_surfaces(crease_angle));
-        self.between.prepare_surfaces([self.tools[0].probe(), self.tools[1].probe()], crease_angle);
+        self.between.prepare_surfaces(crease_angle);
         self
     }
 
@@ -79,7 +79,7 @@ impl Duo {
         }
         if let [Some(first), Some(second)] = motions {
             let within = self.looked_ahead();
-            self.between.force([self.tools[0].probe(), self.tools[1].probe()], &[first, second], within);
+            self.between.force(&[first, second], within);
         }
         let forced = clock.now_ns();
         self.couple(&motions, dt);
@@ -156,8 +156,7 @@ impl Duo {
             self.between.clear();
             return;
         };
-        let bodies = [self.tools[0].probe(), self.tools[1].probe()];
-        let counters = self.between.query(bodies, &[*first, *second], self.looked_ahead(), &work.all(), clock);
+        let counters = self.between.query(&[*first, *second], self.looked_ahead(), &work.all(), clock);
         for tool in &mut self.tools {
             tool.tool_mut().see_other(self.between.unlooked());
             let tick = tool.tick_mut();

@@ -25,7 +25,8 @@ use super::{
 };
 use crate::algebra::{Clock, Pose, Quota, Twist, Work, Wrench};
 use crate::body::Body;
-use crate::force::{Centers, Contact, PairQuery, ShadingSettings, SmoothBody, shade};
+use crate::detect::{Contact, ContactQuery, QuerySettings};
+use crate::force::{Centers, ShadingSettings, SmoothBody, shade};
 
 /// Renders the contact of a probe (a) with an environment (b). The environment's frame is the scene's.
 #[derive(Clone, Debug)]
@@ -41,7 +42,7 @@ pub struct Renderer {
     surfaces: Option<Surfaces>,
     /// The probe as a body of its own; it rests while there is no coupling.
     tool: Tool,
-    query: PairQuery,
+    query: ContactQuery,
     scratch: Scratch,
     tick: Tick,
     steps: u64,
@@ -98,7 +99,7 @@ impl Renderer {
     pub fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
         settings.validate()?;
         self.check_memory(settings)?;
-        self.query.set_patches(settings.patch_angle);
+        self.query.set_patch_angle(settings.patch_angle);
         self.tool.set(&self.a, settings.coupling.unwrap_or(VirtualCoupling::SLACK), settings);
         // What rests does not wake up where it was.
         if settings.coupling.is_none() {
@@ -144,7 +145,7 @@ impl Renderer {
     }
 
     /// The queries of the next steps may do about so much work ([`Work`]); `None`: as much as there is. What is not reached is felt as it
-    /// was, carried along ([`PairQuery::run_within`]), and comes first in the step after.
+    /// was, carried along ([`ContactQuery::run_within`]), and comes first in the step after.
     pub fn allow(&mut self, work: Option<u64>) {
         self.allowed = work;
     }
@@ -262,14 +263,14 @@ impl Renderer {
 
     /// Stages 1 and 2.
     pub(super) fn query(&mut self, pose_ba: &Pose, quota: &Quota<'_>, clock: &impl Clock) {
-        let tolerance = self.looked_ahead();
-        let counters = self.query.run_within(&self.a, &self.b, pose_ba, tolerance, quota, clock);
+        self.query.set_tolerance(self.looked_ahead());
+        let counters = *self.query.run_within(pose_ba, quota, clock);
         self.tick.unseen_separation = self.query.unseen_separation();
         self.tool.see(self.query.unlooked_separation() - self.settings.skin());
         self.tick.times.query = counters.query_ns;
         self.tick.times.depth = counters.depth_ns;
         self.tick.counters.query = counters;
-        self.tick.contacts.extend(self.query.contacts().iter().take(self.settings.capacity));
+        self.tick.contacts.extend(self.query.found().iter().take(self.settings.capacity));
     }
 
     /// Stage 3.
@@ -316,8 +317,16 @@ impl Renderer {
 }
 
 /// The query of a pair of bodies.
-pub(super) fn query(a: &Body, b: &Body, settings: &Settings) -> PairQuery {
-    PairQuery::new(a, b, settings.capacity).with_patches(settings.patch_angle).with_guard().with_holding()
+pub(super) fn query(a: &Arc<Body>, b: &Arc<Body>, settings: &Settings) -> ContactQuery {
+    let settings = QuerySettings {
+        tolerance: settings.contact_tolerance,
+        capacity: settings.capacity,
+        patch_angle: settings.patch_angle,
+        guard: true,
+        holding: true,
+        ..QuerySettings::default()
+    };
+    ContactQuery::new(a.clone(), b.clone(), settings)
 }
 
 impl Surfaces {

@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 
+use super::QueryCounters;
 use super::pair::Found;
-use super::{Asked, PairQuery, QueryCounters, pieces, side};
+use super::search::{Asked, PairSearch, side};
 use crate::collision::{Home, LeafPair, Proximity};
 
-impl PairQuery {
+impl PairSearch {
     /// The quota was spent before leaf pair `first`: it and those after it are answered from the last tick.
     #[cold]
     pub(super) fn hold_the_rest(&mut self, asked: &Asked<'_>, first: usize, counters: &mut QueryCounters) {
@@ -71,8 +72,8 @@ impl PairQuery {
             return;
         };
         counters.unseen += 1;
-        let Asked { a, b, place, .. } = *asked;
-        let (piece_a, piece_b) = pieces(a, b, leaf.piece_a, leaf.piece_b);
+        let place = &asked.place;
+        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let normal = overlap.direction.normalize_or(DVec3::Z);
         let support_a = piece_a.support_from(0, place.inverse_vector(-normal));
         let support_b = piece_b.support_from(0, normal);

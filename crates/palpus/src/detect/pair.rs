@@ -1,8 +1,8 @@
 //! What one pair of pieces comes to: a contact at its closest points or at its depth, or none.
 
-use super::super::Contact;
-use super::super::contact::points_about;
-use super::{Asked, PairQuery, QueryCounters, pieces};
+use super::contact::points_about;
+use super::search::{Asked, PairSearch};
+use super::{Contact, QueryCounters};
 use crate::collision::{Closest, Home, LeafPair, Memory, Overlap, Proximity, StopReason};
 use crate::depth::{
     AdmissibleDepth, Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, half_admissible_depth,
@@ -21,7 +21,7 @@ pub(super) enum Found {
     Inadmissible,
 }
 
-impl PairQuery {
+impl PairSearch {
     /// What a leaf pair comes to.
     pub(super) fn contact(&mut self, asked: &Asked<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
         let closest = match leaf.proximity {
@@ -30,7 +30,7 @@ impl PairQuery {
         };
         // Should they overlap in the next tick, they do so along this normal.
         let Closest { normal, features, .. } = closest;
-        let (piece_a, piece_b) = pieces(asked.a, asked.b, leaf.piece_a, leaf.piece_b);
+        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let hub = [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)];
         self.front.remember_depth(leaf, normal, hub, features);
         if is_surface(asked, leaf, &closest) { Found::Admissible(at_closest(leaf, &closest)) } else { Found::Nothing }
@@ -74,7 +74,7 @@ impl PairQuery {
 
     /// The depth walk, proven if that was asked for.
     fn walk(&mut self, asked: &Asked<'_>, leaf: &LeafPair, overlap: &Overlap, memory: Option<Memory>) -> Depth {
-        let (piece_a, piece_b) = pieces(asked.a, asked.b, leaf.piece_a, leaf.piece_b);
+        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let witness = Seed::Witness { direction: overlap.direction };
         let seeds = match memory {
             Some(Memory { hub: [a, b], normal, facet, .. }) => {
@@ -121,11 +121,11 @@ impl PairQuery {
     }
 }
 
-impl PairQuery {
+impl PairSearch {
     /// Replaces `contact`, the last one, by the corners of its patch, if there are at most `room` of them.
     fn spread(&mut self, asked: &Asked<'_>, contact: &Contact, slope: f64, room: usize, counters: &mut QueryCounters) {
         let Contact { features, point_a, point_b, normal, .. } = *contact;
-        let (piece_a, piece_b) = pieces(asked.a, asked.b, contact.piece_a, contact.piece_b);
+        let (piece_a, piece_b) = asked.pieces(contact.piece_a, contact.piece_b);
         let touch = Touch { features, point_a, point_b, normal };
         let slope = self.patch.find(piece_a, piece_b, &asked.place, &touch, slope, asked.tolerance);
         counters.patches += 1;
