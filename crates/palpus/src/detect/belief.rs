@@ -23,6 +23,7 @@
 use glam::DVec3;
 
 use super::Contact;
+use super::memory::PairMemory;
 use super::search::Asked;
 use crate::algebra::tolerance::{BELIEVED_EDGE_SHARE, BELIEVED_SHARE, TOUCHING};
 use crate::algebra::{Placement, closest_on_segment, closest_on_triangle};
@@ -133,8 +134,7 @@ fn at_point_of_b(contact: &Contact, point_b: DVec3, out: DVec3) -> Contact {
 /// The deepest contact of the last query in which the bodies overlapped.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LastOverlap {
-    /// With its points in the frame of their own body.
-    contact: Option<Contact>,
+    contact: Option<PairMemory>,
 }
 
 impl LastOverlap {
@@ -147,16 +147,16 @@ impl LastOverlap {
     pub(super) fn keep(&mut self, contacts: &[Contact], pose_ba: &Placement) {
         let overlapping = contacts.iter().filter(|contact| contact.separation < 0.0);
         let deepest = overlapping.min_by(|x, y| x.separation.total_cmp(&y.separation));
-        self.contact = deepest.map(|contact| Contact { point_a: pose_ba.inverse_point(contact.point_a), ..*contact });
+        self.contact = deepest.map(|contact| PairMemory::of(contact, pose_ba));
     }
 
     /// The contact that its witness points are now, if one of them still is inside the other body.
     pub(super) fn still(&self, asked: &Asked<'_>) -> Option<Contact> {
         let Asked { a, b, place, .. } = asked;
-        let last = self.contact?;
-        let point_a = place.point(last.point_a);
+        let memory = self.contact?;
+        let (last, point_a, point_b) = (memory.extrapolate(place), place.point(memory.point_a), memory.point_b);
         let of_a = way_out(b, point_a).map(|out| at_point_of_a(&last, point_a, out));
-        let out_of_a = |point_b| way_out(a, place.inverse_point(point_b));
-        of_a.or_else(|| out_of_a(last.point_b).map(|out| at_point_of_b(&last, last.point_b, place.vector(out))))
+        let out_of_a = || way_out(a, place.inverse_point(point_b));
+        of_a.or_else(|| out_of_a().map(|out| at_point_of_b(&last, point_b, place.vector(out))))
     }
 }

@@ -20,11 +20,12 @@
 use glam::{DQuat, DVec3, DVec4};
 
 use super::Contact;
-use super::contact::points_about;
+use super::memory::PairMemory;
 use super::search::Asked;
 use crate::algebra::tolerance::{COPLANAR, GUARD_HOLD, GUARD_STEP, GUARD_SUB_STEPS, TURNED_OVER};
 use crate::algebra::{Placement, Pose};
-use crate::body::{FeaturePair, Polytope};
+use crate::body::Polytope;
+use crate::collision::support_gap;
 
 /// Into how many parts a tick's motion is cut: 1 for slow ones, and for leaps, which are no motion.
 pub(super) fn sub_steps(travel: f64, tolerance: f64) -> u32 {
@@ -53,13 +54,10 @@ pub(super) struct Guard {
 /// A pair and the side to which it belongs.
 #[derive(Clone, Copy, Debug)]
 struct KeptSide {
-    pieces: [u32; 2],
-    features: FeaturePair,
-    /// Of the contact before it tunnelled, unit, from b into a, in b's frame.
+    /// The contact before it tunnelled, with the points that were traced.
+    contact: PairMemory,
+    /// Its normal, in b's frame.
     normal: DVec3,
-    /// The points that were traced, each in its body's frame.
-    point_a: DVec3,
-    point_b: DVec3,
     /// Whether it was a's point that went through b.
     by_a: bool,
     /// Vertices near the supports along the normal.
@@ -130,15 +128,13 @@ impl Guard {
 
     fn list(&mut self, contact: &Contact, by_a: bool) {
         let pieces = [contact.piece_a, contact.piece_b];
-        if self.sides.len() == Self::SIDES || self.sides.iter().any(|side| side.pieces == pieces) {
+        if self.sides.len() == Self::SIDES || self.sides.iter().any(|side| side.contact.pieces == pieces) {
             return;
         }
         self.sides.push(KeptSide {
-            pieces,
-            features: contact.features,
+            // One point for the whole side.
+            contact: PairMemory::of(&Contact { slope: 0.0, ..*contact }, &self.pose),
             normal: contact.normal,
-            point_a: self.pose.inverse_point(contact.point_a),
-            point_b: contact.point_b,
             by_a,
             hub: [0; 2],
             deepest: None,
@@ -149,7 +145,7 @@ impl Guard {
     pub(super) fn hold(&mut self, asked: &Asked<'_>, contacts: &mut Vec<Contact>) -> u32 {
         let mut held = 0;
         self.sides.retain_mut(|side| {
-            let found = contacts.iter().position(|c| [c.piece_a, c.piece_b] == side.pieces);
+            let found = contacts.iter().position(|c| [c.piece_a, c.piece_b] == side.contact.pieces);
             if found.is_some_and(|k| contacts[k].normal.dot(side.normal) > 0.0) {
                 return false;
             }
@@ -170,36 +166,29 @@ impl KeptSide {
     /// The contact on this side at the pose, unless it is to be let go.
     fn contact(&mut self, asked: &Asked<'_>) -> Option<Contact> {
         let Asked { place, tolerance, .. } = asked;
-        let (piece_a, piece_b) = asked.pieces(self.pieces[0], self.pieces[1]);
+        let (piece_a, piece_b) = asked.pieces(self.contact.pieces[0], self.contact.pieces[1]);
         let normal = self.normal;
         let down = -place.inverse_vector(normal);
-        self.hub = [piece_a.support_from(self.hub[0], down), piece_b.support_from(self.hub[1], normal)];
-        let separation = normal.dot(place.point(piece_a.vertex(self.hub[0])) - piece_b.vertex(self.hub[1]));
+        let separation;
+        (separation, self.hub) = support_gap(piece_a, piece_b, place, normal, self.hub);
         let deepest = *self.deepest.get_or_insert(GUARD_HOLD * tolerance - separation);
-        let point_a = place.point(self.point_a);
+        let point_a = place.point(self.contact.point_a);
         // The way out crosses the piece that was tunnelled through.
         let below = if self.by_a {
             through(piece_b, point_a, point_a + normal * deepest).is_some()
         } else {
-            let point_b = place.inverse_point(self.point_b);
+            let point_b = place.inverse_point(self.contact.point_b);
             through(piece_a, point_b, point_b + down * deepest).is_some()
         };
         if separation >= 0.0 || -separation > deepest || !below {
             return None;
         }
-        let midpoint =
-            if self.by_a { point_a - normal * (0.5 * separation) } else { self.point_b + normal * (0.5 * separation) };
-        let [point_a, point_b] = points_about(midpoint, normal, separation);
-        Some(Contact {
-            piece_a: self.pieces[0],
-            piece_b: self.pieces[1],
-            features: self.features,
-            point_a,
-            point_b,
-            normal,
-            separation,
-            slope: 0.0,
-        })
+        let midpoint = if self.by_a {
+            point_a - normal * (0.5 * separation)
+        } else {
+            self.contact.point_b + normal * (0.5 * separation)
+        };
+        Some(self.contact.contact(midpoint, normal, separation))
     }
 }
 

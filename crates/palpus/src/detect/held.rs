@@ -1,29 +1,19 @@
-//! The contacts of the last tick, carried to this tick's pose: what is felt of a pair that was not
-//! looked at anew.
+//! The contacts of the last query, by pair: what is felt of a pair that was not looked at anew.
 //!
-//! 1. A contact, or each corner of a patch, is kept as two points, one in each body's frame, and its
-//!    normal, in the frame of the body whose face it is (else b's).
-//! 2. At the next pose the points and the normal go with their bodies, and the separation is the
-//!    distance of the two points along the normal.
-//!
-//! A distance changes as its witness points move apart along its normal, and so does a depth: the
-//! separation is right to first order in the motion. All that it says is what was true of this pair,
-//! so no contact pushes that was not there.
-
-use glam::DVec3;
+//! A contact, or each corner of a patch, is remembered as a [`PairMemory`] and extrapolated to the next pose. All that it says is what was
+//! true of this pair, so no contact pushes that was not there.
 
 use super::Contact;
-use super::contact::points_about;
+use super::memory::PairMemory;
 use crate::algebra::Placement;
-use crate::body::{Feature, FeaturePair};
 
 /// The last contacts of the pairs at the places of a front.
 #[derive(Clone, Debug, Default)]
 pub(super) struct HeldContacts {
     entries: Vec<Entry>,
     /// Contacts that were kept in the last tick, and in this one.
-    last: Vec<Carried>,
-    now: Vec<Carried>,
+    last: Vec<PairMemory>,
+    now: Vec<PairMemory>,
     /// The most of them.
     capacity: usize,
     tick: u64,
@@ -40,24 +30,12 @@ struct Entry {
     count: u32,
 }
 
-#[derive(Clone, Copy, Debug)]
-struct Carried {
-    features: FeaturePair,
-    /// In a's frame.
-    point_a: DVec3,
-    /// In b's frame.
-    point_b: DVec3,
-    normal: DVec3,
-    turns_with_a: bool,
-    slope: f64,
-}
-
 impl HeldContacts {
     /// Memory for pairs at `places` places, with `capacity` contacts in all.
     pub(super) fn new(places: usize, capacity: usize) -> Self {
         let entry = Entry { pieces: [u32::MAX; 2], tick: 0, first: 0, count: 0 };
-        let carried = || Vec::with_capacity(capacity);
-        Self { entries: vec![entry; places], last: carried(), now: carried(), capacity, tick: 1 }
+        let memories = || Vec::with_capacity(capacity);
+        Self { entries: vec![entry; places], last: memories(), now: memories(), capacity, tick: 1 }
     }
 
     /// What was not kept in the last tick is forgotten.
@@ -77,7 +55,7 @@ impl HeldContacts {
         let Some(entry) = self.entries.get_mut(place as usize) else { return };
         let contacts = &contacts[..contacts.len().min(self.capacity - self.now.len())];
         *entry = Entry { pieces, tick: self.tick, first: self.now.len() as u32, count: contacts.len() as u32 };
-        self.now.extend(contacts.iter().map(|contact| Carried::of(contact, pose_ba)));
+        self.now.extend(contacts.iter().map(|contact| PairMemory::of(contact, pose_ba)));
     }
 
     /// Adds to `found` the contacts nearer than `tolerance` that were kept of the pair in the last tick, at this tick's pose, until `found`
@@ -102,40 +80,8 @@ impl HeldContacts {
         self.now.extend_from_slice(&self.last[known.clone()]);
         let before = found.len();
         let room = most.saturating_sub(before);
-        let contacts = self.last[known].iter().map(|carried| carried.at(pieces, pose_ba));
+        let contacts = self.last[known].iter().map(|memory| memory.extrapolate(pose_ba));
         found.extend(contacts.filter(|contact| contact.separation < tolerance).take(room));
         Some((found.len() - before) as u32)
-    }
-}
-
-impl Carried {
-    fn of(contact: &Contact, pose_ba: &Placement) -> Self {
-        let turns_with_a = matches!(contact.features.a, Feature::Face(_));
-        Self {
-            features: contact.features,
-            point_a: pose_ba.inverse_point(contact.point_a),
-            point_b: contact.point_b,
-            normal: if turns_with_a { pose_ba.inverse_vector(contact.normal) } else { contact.normal },
-            turns_with_a,
-            slope: contact.slope,
-        }
-    }
-
-    /// The contact where the bodies are now.
-    fn at(&self, pieces: [u32; 2], pose_ba: &Placement) -> Contact {
-        let normal = if self.turns_with_a { pose_ba.vector(self.normal) } else { self.normal };
-        let point_a = pose_ba.point(self.point_a);
-        let separation = normal.dot(point_a - self.point_b);
-        let [point_a, point_b] = points_about(point_a.midpoint(self.point_b), normal, separation);
-        Contact {
-            piece_a: pieces[0],
-            piece_b: pieces[1],
-            features: self.features,
-            point_a,
-            point_b,
-            normal,
-            separation,
-            slope: self.slope,
-        }
     }
 }

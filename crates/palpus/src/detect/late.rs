@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::QueryCounters;
 use super::pair::Found;
 use super::search::{Asked, PairSearch, side};
-use crate::collision::{Home, LeafPair, Proximity};
+use crate::collision::{Home, LeafPair, Proximity, support_gap};
 
 impl PairSearch {
     /// The quota was spent before leaf pair `first`: it and those after it are answered from the last tick.
@@ -72,12 +72,9 @@ impl PairSearch {
             return;
         };
         counters.unseen += 1;
-        let place = &asked.place;
         let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let normal = overlap.direction.normalize_or(DVec3::Z);
-        let support_a = piece_a.support_from(0, place.inverse_vector(-normal));
-        let support_b = piece_b.support_from(0, normal);
-        let gap = normal.dot(place.point(piece_a.vertex(support_a)) - piece_b.vertex(support_b));
+        let (gap, _) = support_gap(piece_a, piece_b, &asked.place, normal, [0; 2]);
         self.unseen_separation = self.unseen_separation.min(gap);
     }
 }

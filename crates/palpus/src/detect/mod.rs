@@ -6,6 +6,7 @@ mod counters;
 mod guard;
 mod held;
 mod late;
+mod memory;
 mod pair;
 mod prover;
 mod query;
