@@ -669,7 +669,7 @@ pub const PATCH_CORNERS: usize = 2 * PATCH_SIDES;
 /// The same corner comes from two faces that share it, with different rounding. Larger merges corners that are apart.
 pub const PATCH_SAME: f64 = 1e-9;
 
-// force: the pair query (pair_query, belief)
+// detect: the contact query (search, belief)
 
 /// Relative to the smaller body's size: motion between two queries beyond which the last depths are no start any more.
 ///
@@ -689,7 +689,7 @@ pub const BELIEVED_SHARE: f64 = 0.8;
 /// surface denies.
 pub const BELIEVED_EDGE_SHARE: f64 = 0.65;
 
-// force: the guard against tunnelling (guard, pair_query/sub_step)
+// detect: the guard against tunnelling (guard, sub_step)
 
 /// Tolerances: the longest way of any point in a sub-step.
 ///

@@ -13,6 +13,7 @@ mod oracle;
 mod proximity;
 mod scale;
 mod step;
+mod support;
 #[cfg(test)]
 mod sweeps;
 mod thickness;
@@ -27,4 +28,5 @@ pub(crate) use leaf_pairs::Home;
 pub use leaf_pairs::{LeafPair, LeafPairs};
 pub use march::{March, initial_features, march};
 pub use proximity::{Closest, Overlap, Proximity, StopReason};
+pub(crate) use support::support_gap;
 pub use traverse::{Side, Traversal, TraversalCounters};

@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use crate::algebra::Pose;
 use crate::body::Body;
-use crate::force::{Contact, SmoothBody, shade};
+use crate::detect::Contact;
+use crate::force::{SmoothBody, shade};
 
 /// The smooth surfaces of both bodies of a pair.
 #[derive(Clone, Debug)]

@@ -82,7 +82,8 @@ use super::{Limits, Settings, SettingsError, Tick, VirtualCoupling};
 use crate::algebra::tolerance::TOOL_SKIN;
 use crate::algebra::{Pose, Twist, Wrench};
 use crate::body::Body;
-use crate::force::{Contact, ShadingSettings};
+use crate::detect::Contact;
+use crate::force::ShadingSettings;
 
 pub use object::{BodyId, Object, ToolId};
 
@@ -317,10 +318,8 @@ impl World {
     pub fn prepare_shading(&mut self, tool: ToolId, crease_angle: f64) {
         let held = &mut self.tools[tool.0];
         held.crease_angle.get_or_insert(crease_angle);
-        let things = &self.things;
         for pair in self.pairs.iter_mut().filter(|pair| pair.bodies.contains(&held.thing)) {
-            let bodies = pair.bodies.map(|i| &*things[i].body);
-            pair.prepare_surfaces(bodies, crease_angle);
+            pair.prepare_surfaces(crease_angle);
         }
     }
 
@@ -402,7 +401,7 @@ impl World {
                 let law = self.law(bodies);
                 let most = bodies.iter().map(|&i| self.things[i].body.polytopes().len()).product::<usize>();
                 let law = Settings { capacity: law.capacity.min(most.saturating_mul(CORNERS)), ..law };
-                self.pairs.push(Pair::new(bodies, bodies.map(|i| &*self.things[i].body), law));
+                self.pairs.push(Pair::new(bodies, bodies.map(|i| self.things[i].body.clone()), law));
                 self.pairs.len() as u32 - 1
             };
             self.table.push(pair);

@@ -4,6 +4,8 @@
 //! whatever else either of them touches; and a front, a grip or a piece's index never meets one of
 //! another pair. Everything that a tick leaves here is in the world's frame.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::super::surfaces::Surfaces;
@@ -11,7 +13,8 @@ use super::super::touches::Touches;
 use super::super::{Forces, Motion, Scratch, Settings, VirtualCoupling, force};
 use crate::algebra::{Clock, Pose, Quota, SpatialMatrix, Twist, Wrench};
 use crate::body::{Body, FeaturePair};
-use crate::force::{Centers, Contact, FrictionSettings, NetWrench, PairQuery, QueryCounters, ShadingSettings};
+use crate::detect::{Contact, ContactQuery, QueryCounters, QuerySettings};
+use crate::force::{Centers, FrictionSettings, NetWrench, ShadingSettings};
 
 /// Where a body of a pair is, and how it moves as far as dampers are concerned.
 #[derive(Clone, Copy, Debug)]
@@ -30,7 +33,7 @@ pub(super) struct Pair {
     settings: Settings,
     /// What shading needs, whether or not it is on.
     surfaces: Option<Surfaces>,
-    query: PairQuery,
+    query: ContactQuery,
     scratch: Scratch,
     pub(super) contacts: Vec<Contact>,
     /// `net` is on a and on b, each about its own centre of mass.
@@ -45,13 +48,20 @@ pub(super) struct Pair {
 
 impl Pair {
     /// Memory for two bodies between which `settings` hold.
-    pub(super) fn new(bodies: [usize; 2], [a, b]: [&Body; 2], settings: Settings) -> Self {
+    pub(super) fn new(bodies: [usize; 2], [a, b]: [Arc<Body>; 2], settings: Settings) -> Self {
         let capacity = settings.capacity;
-        let query = PairQuery::new(a, b, capacity).with_patches(settings.patch_angle).with_guard().with_holding();
+        let asked = QuerySettings {
+            tolerance: settings.contact_tolerance,
+            capacity,
+            patch_angle: settings.patch_angle,
+            guard: true,
+            holding: true,
+            ..QuerySettings::default()
+        };
         Self {
             bodies,
-            surfaces: settings.shading.map(|shading| Surfaces::new(a, b, shading.crease_angle)),
-            query,
+            surfaces: settings.shading.map(|shading| Surfaces::new(&a, &b, shading.crease_angle)),
+            query: ContactQuery::new(a, b, asked),
             scratch: Scratch::new(capacity),
             contacts: Vec::with_capacity(capacity),
             forces: Forces::new(capacity),
@@ -64,14 +74,14 @@ impl Pair {
     }
 
     /// Able to take up shading later on, at this crease angle, rad.
-    pub(super) fn prepare_surfaces(&mut self, [a, b]: [&Body; 2], crease_angle: f64) {
-        self.surfaces.get_or_insert_with(|| Surfaces::new(a, b, crease_angle));
+    pub(super) fn prepare_surfaces(&mut self, crease_angle: f64) {
+        self.surfaces.get_or_insert_with(|| Surfaces::new(self.query.a(), self.query.b(), crease_angle));
     }
 
     /// Goes on with other settings; they are of the memory that there is.
     pub(super) fn set_settings(&mut self, settings: Settings) {
         self.settings = settings;
-        self.query.set_patches(self.settings.patch_angle);
+        self.query.set_patch_angle(self.settings.patch_angle);
         if self.settings.friction.is_none() {
             self.scratch.clear();
         }
@@ -128,9 +138,10 @@ impl Pair {
     /// All contacts of the two nearer than `within` (m).
     pub(super) fn query(&mut self, a: &Place<'_>, b: &Place<'_>, within: f64, quota: &Quota<'_>, clock: &impl Clock) {
         let pose_ba = relative(&a.pose, &b.pose);
-        self.counters = self.query.run_within(a.body, b.body, &pose_ba, within, quota, clock);
+        self.query.set_tolerance(within);
+        self.counters = *self.query.run_within(&pose_ba, quota, clock);
         self.contacts.clear();
-        self.contacts.extend(self.query.contacts().iter().take(self.settings.capacity));
+        self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
     }
 
     /// The wrenches on both, of contacts nearer than `within` (m). `implicit`: a step moves one of them under these contacts.
