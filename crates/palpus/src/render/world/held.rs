@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::super::tool::Tool;
+use super::super::tool::{Begun, Tool};
 use super::super::{Limits, ProbeState, Settings, Tick, ToolCounters, VirtualCoupling, saturate};
 use crate::algebra::{Pose, Twist, Wrench, rotation_between};
 use crate::body::Body;
@@ -16,8 +16,8 @@ pub(super) struct Held {
     /// The probe as a body of its own; it rests while there is no coupling.
     pub(super) tool: Tool,
     pub(super) tick: Tick,
-    /// Without a coupling: the grip's pose in the last step, and what others did there, about it.
-    driven: Option<(Pose, Wrench)>,
+    /// Without a coupling: the grip's pose in the last step, and what tools and objects did there, about it.
+    driven: Option<(Pose, [Wrench; 2])>,
     /// rad: with which shading can be on.
     pub(super) crease_angle: Option<f64>,
 }
@@ -102,26 +102,24 @@ impl Held {
     pub(super) fn book(&mut self, pose: &Pose, center: DVec3) {
         let translation = self.grip(pose);
         let pose = Pose { translation, ..*pose };
-        let acts = self.tick.from_other.about(translation - center);
+        let acts = [self.tick.from_other, self.tick.from_objects].map(|wrench| wrench.about(translation - center));
         if let Some((before, acted)) = self.driven.replace((pose, acts)) {
             let turned = rotation_between(before.rotation, pose.rotation);
-            self.tick.work_from_other = [acted.force.dot(translation - before.translation), acted.torque.dot(turned)];
+            let work = |acted: Wrench| [acted.force.dot(translation - before.translation), acted.torque.dot(turned)];
+            (self.tick.work_from_other, self.tick.work_from_objects) = (work(acted[0]), work(acted[1]));
         }
     }
 
-    /// With a coupling: moves the tool with `twist` for `h` s. `given`: the impulse of other moving bodies, about the centre of mass.
-    pub(super) fn end(
-        &mut self,
-        begun: &super::super::tool::Begun,
-        twist: Twist,
-        h: f64,
-        given: &Wrench,
-        counters: ToolCounters,
-    ) {
+    /// With a coupling: moves the tool with `twist` for `h` s. `given`: the impulses of other tools and of objects that move, about the
+    /// centre of mass.
+    pub(super) fn end(&mut self, begun: &Begun, twist: Twist, h: f64, given: [Wrench; 2], counters: ToolCounters) {
         self.driven = None;
         let to_grip = begun.grip_offset();
-        let at_grip = given.about(to_grip);
-        self.tick.work_from_other = [at_grip.force.dot(twist.at(to_grip)), at_grip.torque.dot(twist.angular)];
+        let work = |given: Wrench| {
+            let at_grip = given.about(to_grip);
+            [at_grip.force.dot(twist.at(to_grip)), at_grip.torque.dot(twist.angular)]
+        };
+        (self.tick.work_from_other, self.tick.work_from_objects) = (work(given[0]), work(given[1]));
         self.tick.computed = self.tool.end(begun, twist, h);
         self.tick.counters.tool = counters;
     }

@@ -109,8 +109,10 @@ pub(super) struct Part {
     pub(super) slot: usize,
     /// At the end of the step, of the centre of mass.
     pub(super) twist: Twist,
-    /// N·s and N·m·s: what contacts with bodies that may move gave it in the step, about its centre of mass.
-    pub(super) from_moving: Wrench,
+    /// N·s and N·m·s: what contacts with tools gave it in the step, about its centre of mass.
+    pub(super) from_tools: Wrench,
+    /// The same of driven and free bodies.
+    pub(super) from_objects: Wrench,
 }
 
 impl Part {
@@ -122,7 +124,8 @@ impl Part {
         begun: None,
         slot: usize::MAX,
         twist: Twist { angular: DVec3::ZERO, linear: DVec3::ZERO },
-        from_moving: Wrench::ZERO,
+        from_tools: Wrench::ZERO,
+        from_objects: Wrench::ZERO,
     };
 }
 

@@ -190,11 +190,9 @@ impl Pair {
         self.touches.add_to(system, load, h, self.lag());
     }
 
-    /// N·s and N·m·s: what contacts give a in a step of `h` s in which it moves with `twist` with respect to b, about its centre of mass.
+    /// N·s and N·m·s: what contacts gave a in the step of `h` s whose solution is the `twist` of a with respect to b; about a's centre of mass.
     pub(super) fn impulse(&self, twist: &Twist, h: f64) -> Wrench {
-        let (mut system, mut load) = (SpatialMatrix::ZERO, Wrench::ZERO);
-        self.add_to(&mut system, &mut load, h);
-        load + -system.times(twist)
+        self.touches.impulse(twist, h, self.lag())
     }
 
     /// Which contacts press and slide if a moves with `twist` with respect to b; true if that is news.

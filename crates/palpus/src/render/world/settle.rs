@@ -169,11 +169,14 @@ impl World {
             let [a, b] = pair.bodies;
             let impulse = pair.impulse(&relative_to(&self.things, [a, b]), h);
             let shift = self.things[a].center() - self.things[b].center();
-            let resting = [a, b].map(|i| matches!(self.things[i].role, Role::Fixed));
-            for (i, given, is_resting) in [(a, impulse, resting[1]), (b, -impulse.about(-shift), resting[0])] {
+            for (i, given, other) in [(a, impulse, b), (b, -impulse.about(-shift), a)] {
+                let is_tool = matches!(self.things[other].role, Role::Tool(_));
+                let is_fixed = matches!(self.things[other].role, Role::Fixed);
                 let part = &mut self.things[i].part;
-                if !is_resting {
-                    part.from_moving = part.from_moving + given;
+                if is_tool {
+                    part.from_tools = part.from_tools + given;
+                } else if !is_fixed {
+                    part.from_objects = part.from_objects + given;
                 }
             }
         }
@@ -195,7 +198,8 @@ impl World {
             match role {
                 Role::Tool(tool) => {
                     if let Some(begun) = &part.begun {
-                        self.tools[*tool].end(begun, twist, h, &part.from_moving, counters);
+                        let given = [part.from_tools, part.from_objects];
+                        self.tools[*tool].end(begun, twist, h, given, counters);
                     }
                     part.twist = twist;
                 }

@@ -213,11 +213,13 @@ impl World {
                 }
                 let net = &pair.forces.net;
                 let on_tool = if turned { net.on_b } else { net.on_a };
-                if !matches!(partner.role, Role::Fixed) {
-                    tick.from_other = tick.from_other + on_tool;
-                }
-                if matches!(partner.role, Role::Tool(_)) {
-                    tick.contacts_between += pair.contacts.len() as u32;
+                match partner.role {
+                    Role::Tool(_) => {
+                        tick.from_other = tick.from_other + on_tool;
+                        tick.contacts_between += pair.contacts.len() as u32;
+                    }
+                    Role::Free(_) | Role::Driven(_) => tick.from_objects = tick.from_objects + on_tool,
+                    Role::Fixed => {}
                 }
                 tick.counters.linkage += pair.forces.linkage;
                 tick.counters.friction += pair.forces.adhesion;
