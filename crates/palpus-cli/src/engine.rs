@@ -213,12 +213,12 @@ impl Frame {
     }
 
     /// Returns the pose in the environment's frame of what stands at `pose` in the world.
-    pub(crate) fn from_world(&self, pose: &Pose) -> Pose {
+    pub(crate) fn placed(&self, pose: &Pose) -> Pose {
         if self.environment == Pose::IDENTITY { *pose } else { self.from_world * *pose }
     }
 
     /// Returns the direction in the environment's frame of one in the world.
-    pub(crate) fn from_world_vector(&self, vector: DVec3) -> DVec3 {
+    pub(crate) fn directed(&self, vector: DVec3) -> DVec3 {
         self.from_world.vector(vector)
     }
 

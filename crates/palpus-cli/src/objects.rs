@@ -32,9 +32,9 @@ impl Objects {
     /// Adds the objects of `stage` to a world whose frame is `frame`'s.
     pub(crate) fn add(stage: &Stage, world: &mut World, frame: &Frame) -> Result<Self, SettingsError> {
         let mut objects = Self { ids: Vec::new(), driven: Vec::new(), time: 0.0, next: 0.0 };
-        world.set_gravity(frame.from_world_vector(stage.gravity));
+        world.set_gravity(frame.directed(stage.gravity));
         for object in &stage.objects {
-            let (body, pose) = (object.body.clone(), frame.from_world(&object.pose));
+            let (body, pose) = (object.body.clone(), frame.placed(&object.pose));
             let id = world.add(match object.motion {
                 ObjectMotion::Fixed => Object::fixed(body, pose),
                 ObjectMotion::Driven(_) => Object::driven(body, pose),
@@ -42,7 +42,7 @@ impl Objects {
                 ObjectMotion::FreeOfMass(mass) => Object::free_of_mass(body, pose, mass),
             })?;
             if let ObjectMotion::Driven(Twist { angular, linear }) = object.motion {
-                let [angular, linear] = [angular, linear].map(|vector| frame.from_world_vector(vector));
+                let [angular, linear] = [angular, linear].map(|vector| frame.directed(vector));
                 objects.driven.push(Driven { body: id, start: pose, velocity: Twist { angular, linear } });
             }
             objects.ids.push(id);
