@@ -368,6 +368,14 @@ pub const SPLIT_SHARE: usize = 8;
 /// Enough for a radius within a few percent of the least; any number is safe, since the radius is measured.
 pub const SPHERE_STEPS: u32 = 24;
 
+/// Heights of a child's vertices above the planes of its parent's hull that the walker of a hierarchy looks at in debug builds.
+///
+/// All of them in nodes of up to some sixty vertices. More finds a broken hull sooner, and makes debug tests on scans slow.
+pub const VALIDATED_HEIGHTS: usize = 4096;
+
+/// Nodes of a hierarchy whose bounds that walker follows up to the root, evenly spaced.
+pub const VALIDATED_PIECES: usize = 128;
+
 // body: work in parts (body, hierarchy, thicken, admissible)
 
 /// Pieces that one part of the work makes or looks at.
@@ -486,6 +494,17 @@ pub const MERGE_CLEARANCE: f64 = 1.0;
 
 /// Of that clearance: the motion after which a merge that was refused is tried again at the soonest.
 pub const MERGE_RETRY: f64 = 0.25;
+
+/// Relative to the size of a sleeping pair of nodes: by how much it may be nearer than its wake value says before the walker of the front
+/// calls it overslept.
+///
+/// A march from another start answers up to 1e-11 of the size differently. Larger hides a sleep that is too long; smaller accuses rounding.
+pub const OVERSLEPT: f64 = 1e-10;
+
+/// Places of the front that the walker looks at in each query of a debug build.
+///
+/// More finds what is broken sooner after it broke, and makes debug tests slow.
+pub const VALIDATED_PLACES: u32 = 64;
 
 // depth: the walk over the Minkowski difference (gauss_map, overlay, walk, descent)
 
@@ -755,6 +774,9 @@ pub const CAP_STEPS: u32 = 16;
 /// What is left of normals that cancel is rounding, or the difference of two large, nearly equal loads. Larger gives up
 /// directions that are meant; smaller lets noise point the force.
 pub const CANCELLED_NORMAL: f64 = 1e-6;
+
+/// Contacts of a run of the clustering up to which its walker looks at all pairs of them in debug builds; it is quadratic.
+pub const VALIDATED_CONTACTS: usize = 64;
 
 /// Relative to their distance from b's origin: contacts across one direction nearer than this are one place.
 ///

@@ -43,7 +43,7 @@ pub use bounds::{OrientedBox, Sphere};
 pub use feature::{Feature, FeaturePair};
 pub use half_edge::{EdgeKind, HalfEdges};
 pub use health::{ComponentHealth, Health, Notice, SelfIntersections};
-pub use hierarchy::{Hierarchy, HierarchyError, Node, NodeKind};
+pub use hierarchy::{Hierarchy, HierarchyError, HierarchyFault, Node, NodeKind};
 pub use hull::{Hull, HullError, convex_hull, convex_polygon};
 pub use mass::{MassProperties, MassSource, PrincipalInertia};
 pub use mesh::{Cleaning, Mesh, MeshError};

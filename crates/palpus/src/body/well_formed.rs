@@ -69,13 +69,13 @@ impl Polytope {
     ///
     /// `coplanar` is how far, in model units, corners may lie from the plane of their face: the merge distance that
     /// built the polytope. Convexity is tested across every edge, which for a closed surface is enough.
-    pub fn check_well_formed(&self, coplanar: f64) -> Result<(), Malformed> {
-        self.check_topology()?;
+    pub fn validate(&self, coplanar: f64) -> Result<(), Malformed> {
+        self.validate_topology()?;
         self.check_planes(coplanar)
     }
 
-    /// The part of [`Self::check_well_formed`] that no rounding can spoil: what builders assert on any data.
-    pub fn check_topology(&self) -> Result<(), Malformed> {
+    /// The part of [`Self::validate`] that no rounding can spoil: what builders assert on any data.
+    pub fn validate_topology(&self) -> Result<(), Malformed> {
         self.check_numbers()?;
         self.check_loops()?;
         self.check_rings()?;
@@ -205,7 +205,7 @@ mod tests {
 
     fn check(vertices: Vec<DVec3>, loops: &[Vec<u32>], planes: Vec<Plane>) -> Result<(), Malformed> {
         let provenance = vec![Provenance::Original; planes.len()];
-        Polytope::from_faces(vertices, loops, planes, provenance).unwrap().check_well_formed(1e-12)
+        Polytope::from_faces(vertices, loops, planes, provenance).unwrap().validate(1e-12)
     }
 
     #[test]

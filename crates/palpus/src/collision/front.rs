@@ -33,6 +33,7 @@ mod awake;
 mod due;
 mod merge;
 mod pair;
+mod validate;
 
 use glam::DVec3;
 
@@ -203,6 +204,7 @@ impl Front {
             counters.postponed += self.wakes.count_below(self.blocks(), self.odometer.sum());
         }
         counters.dropped = found.dropped();
+        debug_assert_eq!(self.validate_some(query), Ok(()));
         counters
     }
 

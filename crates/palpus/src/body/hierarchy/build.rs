@@ -35,7 +35,9 @@ impl Hierarchy {
         let hulls = crown.hulls(&maker, &order, &subtrees, workers, &mut |done| {
             progress(CUT_SHARE + SUBTREE_SHARE + (1.0 - CUT_SHARE - SUBTREE_SHARE) * done);
         })?;
-        Ok(crown.join(pieces.len(), subtrees, hulls))
+        let tree = crown.join(pieces.len(), subtrees, hulls);
+        debug_assert_eq!(tree.validate(pieces, coplanar), Ok(()));
+        Ok(tree)
     }
 }
 

@@ -139,17 +139,7 @@ impl Front {
 
     /// Puts both halves of a pair onto the stack; false if there is no room for them.
     fn split(&mut self, query: &Query<'_>, place: u32) -> bool {
-        let Pair { a, b, .. } = self.pairs[place as usize];
-        let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
-        let halves = match (node_a.kind, node_b.kind) {
-            (NodeKind::Inner { left, right }, kind_b)
-                if node_a.sphere.radius > node_b.sphere.radius || matches!(kind_b, NodeKind::Leaf { .. }) =>
-            {
-                [Pair::of(left, b, place), Pair::of(right, b, place)]
-            }
-            (_, NodeKind::Inner { left, right }) => [Pair::of(a, left, place), Pair::of(a, right, place)],
-            _ => return false,
-        };
+        let Some(halves) = Self::halves(query, self.pairs[place as usize], place) else { return false };
         let Some(first) = self.take_places() else { return false };
         let wake = self.wakes.get(place);
         for (half, place) in halves.into_iter().zip([first, first + 1]) {
@@ -161,6 +151,21 @@ impl Front {
         self.pairs[place as usize].state = State::Split(first);
         self.wakes.set(place, NEVER);
         true
+    }
+
+    /// What the pair at `place` is split into; `None` for leaves.
+    pub(super) fn halves(query: &Query<'_>, pair: Pair, place: u32) -> Option<[Pair; 2]> {
+        let Pair { a, b, .. } = pair;
+        let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
+        match (node_a.kind, node_b.kind) {
+            (NodeKind::Inner { left, right }, kind_b)
+                if node_a.sphere.radius > node_b.sphere.radius || matches!(kind_b, NodeKind::Leaf { .. }) =>
+            {
+                Some([Pair::of(left, b, place), Pair::of(right, b, place)])
+            }
+            (_, NodeKind::Inner { left, right }) => Some([Pair::of(a, left, place), Pair::of(a, right, place)]),
+            _ => None,
+        }
     }
 
     fn take_places(&mut self) -> Option<u32> {
