@@ -429,6 +429,11 @@ pub const MARCH_PROOF: f64 = 1e-12;
 /// smaller sends more of these few to the fallback.
 pub const MARCH_DOUBT: f64 = 1e-2;
 
+/// Of so many answers of the march and of the depth, one is validated in debug builds.
+///
+/// Validating costs as much as a warm answer does. Fewer makes debug tests slow; more finds what is wrong later.
+pub const VALIDATED_ANSWERS: u64 = 16;
+
 /// Sine of the angle below which two edges are nearly parallel: their closest points are then solved for twice.
 ///
 /// One solve leaves a residual of rounding over the angle squared. Larger wastes a few nanoseconds.
@@ -774,6 +779,12 @@ pub const CAP_STEPS: u32 = 16;
 /// What is left of normals that cancel is rounding, or the difference of two large, nearly equal loads. Larger gives up
 /// directions that are meant; smaller lets noise point the force.
 pub const CANCELLED_NORMAL: f64 = 1e-6;
+
+/// Relative to the largest coordinate: by how much rounding may put a representative's midpoint outside the box about its members', and how
+/// far its normal may be from unit length.
+///
+/// A sum over a thousand contacts rounds a thousand times. Larger hides a wrong weight; smaller accuses rounding.
+pub const MIDPOINT_ROUNDING: f64 = 1e-12;
 
 /// Contacts of a run of the clustering up to which its walker looks at all pairs of them in debug builds; it is quadratic.
 pub const VALIDATED_CONTACTS: usize = 64;

@@ -23,6 +23,8 @@
 //! don't cycle; the scan of all faces at a local minimum is a climb over adjacent faces (a support query on the polar dual).
 //! Plates need no case of their own but one: below the front is above the back.
 
+mod validate;
+
 use glam::DVec3;
 
 use super::gjk::{centroid_line, gjk};
@@ -55,6 +57,18 @@ pub struct March {
 /// `start` may be any features of the two; the last answer's make the query cheap. Bodies nearer than
 /// [`TOUCHING`](crate::algebra::tolerance::TOUCHING) times the sum of their radii count as overlapping.
 pub fn march(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
+    let answer = proven(a, b, pose_ba, start);
+    debug_assert!(
+        !answer.is_sampled() || answer.validate(a, b, pose_ba) == Ok(()),
+        "{:?}",
+        answer.validate(a, b, pose_ba)
+    );
+    answer
+}
+
+/// Steps 1 to 5.
+#[inline]
+fn proven(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
     let pose_ab = pose_ba.inverse();
     let scale = Scale::of(a, b, pose_ba);
     let mut field = Field {
