@@ -13,7 +13,7 @@ mod self_intersections;
 #[cfg(test)]
 mod tests;
 
-use super::half_edge::EdgeUses;
+use super::edge_uses::EdgeUses;
 use super::{Cleaning, HalfEdges, Mesh, TriangleTree};
 pub use components::ComponentHealth;
 use components::{Fans, components};

@@ -254,7 +254,8 @@ impl Mesh {
 
     /// The bounding-volume tree over the triangles.
     pub fn tree(&self) -> TriangleTree {
-        TriangleTree::new(self)
+        let ids = (0..self.triangles.len() as u32).collect();
+        TriangleTree::over(&self.vertices, &self.triangles, ids, self.is_closed())
     }
 }
 

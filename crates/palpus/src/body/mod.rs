@@ -8,6 +8,7 @@ mod bounds;
 mod contain;
 mod decompose;
 mod directory;
+mod edge_uses;
 mod facet;
 mod feature;
 mod grow;
@@ -34,7 +35,6 @@ mod weld;
 mod well_formed;
 mod whole;
 mod wide_hull;
-mod winding;
 
 pub use aabb::Aabb;
 pub use admissible::{Admissible, Borrowed, Cap, OwnArc, OwnFace, OwnNormals};

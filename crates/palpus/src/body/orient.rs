@@ -12,7 +12,7 @@
 
 use glam::DVec3;
 
-use super::half_edge::EdgeUses;
+use super::edge_uses::EdgeUses;
 use super::{Aabb, TriangleTree};
 use crate::algebra::tolerance;
 

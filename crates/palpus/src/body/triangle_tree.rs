@@ -14,16 +14,17 @@ mod nearest;
 mod ray;
 #[cfg(test)]
 mod tests;
+mod winding;
 
 use std::ops::ControlFlow;
 
 use glam::DVec3;
 
-use super::winding::Dipole;
-use super::{Aabb, Mesh};
+use super::Aabb;
 use crate::algebra::{Plane, tolerance};
 pub use nearest::SurfacePoint;
 pub use ray::RayHit;
+use winding::Dipole;
 
 /// One box of the tree.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +56,7 @@ impl Node {
 pub struct TriangleTree {
     pub(super) nodes: Vec<Node>,
     /// What a far point sees of each node.
-    pub(super) dipoles: Vec<Dipole>,
+    dipoles: Vec<Dipole>,
     /// Corners in leaf order.
     pub(super) corners: Vec<[DVec3; 3]>,
     /// Index in the mesh, in leaf order.
@@ -65,12 +66,6 @@ pub struct TriangleTree {
 }
 
 impl TriangleTree {
-    /// The tree over all triangles of `mesh`.
-    pub fn new(mesh: &Mesh) -> Self {
-        let ids = (0..mesh.triangles().len() as u32).collect();
-        Self::over(mesh.vertices(), mesh.triangles(), ids, mesh.is_closed())
-    }
-
     /// The tree over the triangles `ids` out of `triangles`; `closed` when each edge is used as often in either direction.
     pub(crate) fn over(vertices: &[DVec3], triangles: &[[u32; 3]], mut ids: Vec<u32>, closed: bool) -> Self {
         let corners_of = |id: u32| triangles[id as usize].map(|v| vertices[v as usize]);

@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::Aabb;
-use super::half_edge::EdgeUses;
+use super::edge_uses::EdgeUses;
 use crate::algebra::tolerance;
 
 /// For each vertex the first vertex it is one with (itself, for most). `used` tells the vertices that faces name: the

@@ -39,11 +39,11 @@ use glam::DVec3;
 
 use super::coherence::Memory;
 use super::leaf_pairs::Home;
-use super::march::{March, initial_features, march};
+use super::march::{initial_features, march};
 use super::odometer::Odometer;
 use super::thickness::Thickness;
 use super::wakes::{BLOCK, WakeBoard};
-use super::{LeafPair, LeafPairs, Side, StopReason, Traversal, TraversalCounters};
+use super::{LeafPair, LeafPairs, March, Side, StopReason, Traversal, TraversalCounters};
 use crate::algebra::tolerance::{FRONT_JUMP, PACE_FADE};
 use crate::algebra::{Placement, Quota, Work};
 use crate::body::{Feature, FeaturePair, NodeKind};

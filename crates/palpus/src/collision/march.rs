@@ -33,24 +33,11 @@ use super::step::{
     ClosestPoints, Step, View, across, between_edges, between_vertices, edge_edge, edge_face, vertex_edge, vertex_face,
     vertex_over_edge, vertex_over_face, vertex_vertex,
 };
-use super::{Closest, Overlap, Proximity, StopReason};
+use super::{Closest, March, Overlap, Proximity, StopReason};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{MARCH_NOISE, MARCH_STEPS};
 use crate::body::Feature::{Edge, Face, Vertex};
 use crate::body::{Feature, FeaturePair, Polytope};
-
-/// The answer of a distance query and where to start the next one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct March {
-    /// Apart or overlapping, in b's frame.
-    pub proximity: Proximity,
-    /// Where to start from next time.
-    pub features: FeaturePair,
-    /// Feature pairs visited, the fallback's iterations included.
-    pub steps: u32,
-    /// `Converged` when the march answered; otherwise why the fallback did.
-    pub stop: StopReason,
-}
 
 /// Finds the closest points of a and b; all of the answer is in b's frame. `pose_ba` is the frame of a in b.
 ///

@@ -12,6 +12,7 @@ mod odometer;
 mod oracle;
 mod proximity;
 mod scale;
+mod side;
 mod step;
 #[cfg(test)]
 mod sweeps;
@@ -25,6 +26,7 @@ pub use front::Front;
 pub use gjk::gjk;
 pub(crate) use leaf_pairs::Home;
 pub use leaf_pairs::{LeafPair, LeafPairs};
-pub use march::{March, initial_features, march};
-pub use proximity::{Closest, Overlap, Proximity, StopReason};
-pub use traverse::{Side, Traversal, TraversalCounters};
+pub use march::{initial_features, march};
+pub use proximity::{Closest, March, Overlap, Proximity, StopReason};
+pub use side::Side;
+pub use traverse::{Traversal, TraversalCounters};

@@ -17,29 +17,13 @@ use glam::DVec3;
 
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{WORK_MARCH, WORK_STEP};
-use crate::body::{Feature, FeaturePair, Hierarchy, Node, NodeKind, Polytope, Provenance};
+use crate::body::{Feature, FeaturePair, Node, NodeKind, Polytope, Provenance};
 
 use super::bounds::{box_gap, sphere_gap};
 use super::coherence::{Coherence, Memory};
 use super::leaf_pairs::Home;
-use super::march::{March, initial_features, march};
-use super::{Closest, LeafPair, LeafPairs, Proximity, StopReason};
-
-/// One side of a traversal: a hierarchy over convex pieces.
-#[derive(Clone, Copy)]
-pub struct Side<'a> {
-    /// The tree.
-    pub hierarchy: &'a Hierarchy,
-    /// The pieces at its leaves.
-    pub pieces: &'a [Polytope],
-}
-
-impl<'a> Side<'a> {
-    #[inline]
-    pub(super) fn polytope(&self, node: u32) -> &'a Polytope {
-        self.hierarchy.polytope(node, self.pieces)
-    }
-}
+use super::march::{initial_features, march};
+use super::{Closest, LeafPair, LeafPairs, March, Proximity, Side, StopReason};
 
 /// What a traversal cost.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

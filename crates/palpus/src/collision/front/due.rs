@@ -2,10 +2,9 @@
 
 use super::super::bounds::{box_gap, sphere_gap};
 use super::super::coherence::Memory;
-use super::super::march::March;
 use super::super::traverse::{distance, is_contact};
 use super::super::wakes::{BLOCK, NEVER};
-use super::super::{LeafPairs, TraversalCounters};
+use super::super::{LeafPairs, March, TraversalCounters};
 use super::{Front, Pair, Query, State};
 use crate::algebra::Quota;
 use crate::algebra::tolerance::{BOX_NAP, SPHERE_NAP};

@@ -11,9 +11,9 @@ use std::ops::ControlFlow;
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::triangle_pair::{holds_coplanar_point, side_of_plane, turn};
-use super::triangle_tree::{Node, Stack};
-use super::{Aabb, TriangleTree};
+use super::super::Aabb;
+use super::super::triangle_pair::{holds_coplanar_point, side_of_plane, turn};
+use super::{Node, Stack, TriangleTree};
 use crate::algebra::tolerance;
 
 /// What a far point sees of a node's triangles.
@@ -113,7 +113,7 @@ impl TriangleTree {
 
     /// The winding number of `p` from the signed crossings of its ray along +x, exact for closed surfaces; `None` when
     /// `p` lies on the surface.
-    pub(super) fn crossings(&self, p: DVec3) -> Option<i32> {
+    pub(in crate::body) fn crossings(&self, p: DVec3) -> Option<i32> {
         let mut winding = 0;
         let reached = |b: &Aabb| b.max.x >= p.x && b.min.y <= p.y && p.y <= b.max.y && b.min.z <= p.z && p.z <= b.max.z;
         let flow = self.descend(reached, |slot| {
