@@ -17,11 +17,12 @@
 //! Merging may shave vertices off a hull by the merge distance, a little at each level. The balls and boxes are made to
 //! hold every vertex of every piece all the same, so that dropping a pair by them is never wrong.
 
+pub(super) mod bounds;
 mod build;
 mod validate;
 
-use super::bounds::{OrientedBox, Sphere};
 use super::{HullError, Polytope};
+use bounds::{OrientedBox, Sphere};
 
 pub use validate::HierarchyFault;
 

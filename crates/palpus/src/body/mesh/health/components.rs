@@ -1,6 +1,6 @@
 //! The components of a mesh, and the fans of triangles by which pinched vertices are taken apart.
 
-use super::super::{HalfEdges, Mesh};
+use crate::body::{HalfEdges, Mesh};
 
 /// What one component is like.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -12,11 +12,11 @@
 
 use glam::DVec3;
 
-use super::facet::NONE;
-use super::trial_hull::{TrialFace, spanning_simplex};
-use super::{Aabb, contain};
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{WIDE_CUTS, WIDE_FENCE};
+use crate::body::decompose::facet::NONE;
+use crate::body::decompose::trial_hull::{TrialFace, spanning_simplex};
+use crate::body::{Aabb, decompose::contain};
 
 /// A face with its neighbours; `neighbours[k]` is across the side from corner k to corner k + 1.
 #[derive(Clone, Debug)]

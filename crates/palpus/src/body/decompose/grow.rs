@@ -18,13 +18,13 @@
 
 use glam::DVec3;
 
-use super::contain::Clipper;
-use super::facet::{Facets, NONE, Surface};
-use super::trial_hull::TrialHull;
-use super::wide_hull::WideHull;
-use super::{Aabb, TriangleTree};
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{ENTERED, FENCE_PLANES, FLAT_PATCH, FOLDED, WIDE_PATCH};
+use crate::body::decompose::contain::Clipper;
+use crate::body::decompose::facet::{Facets, NONE, Surface};
+use crate::body::decompose::trial_hull::TrialHull;
+use crate::body::decompose::wide_hull::WideHull;
+use crate::body::{Aabb, TriangleTree};
 
 /// What became of an attempt to join.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,8 +2,8 @@
 //!
 //! Builders call them at their end in debug builds, tests call them on everything. They say what is broken and where.
 
-use super::{Edge, Polytope, Provenance};
 use crate::algebra::tolerance::WELL_FORMED_ROUNDING;
+use crate::body::{Edge, Polytope, Provenance};
 
 /// What is broken in a polytope.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 
-use super::{HalfEdges, Mesh};
+use crate::body::{HalfEdges, Mesh};
 
 /// The normals at the corners of all triangles of a mesh.
 #[derive(Clone, Debug)]

@@ -11,10 +11,10 @@ use std::ops::ControlFlow;
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::super::Aabb;
-use super::super::triangle_pair::{holds_coplanar_point, side_of_plane, turn};
 use super::{Node, Stack, TriangleTree};
 use crate::algebra::tolerance;
+use crate::body::Aabb;
+use crate::body::mesh::triangle_pair::{holds_coplanar_point, side_of_plane, turn};
 
 /// What a far point sees of a node's triangles.
 #[derive(Clone, Copy, Debug)]

@@ -15,7 +15,7 @@ use std::collections::BinaryHeap;
 
 use glam::{DVec2, DVec3};
 
-use super::triangle_pair::turn;
+use crate::body::mesh::triangle_pair::turn;
 
 /// How the cutting of one polygon went.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,10 +10,10 @@
 
 use glam::DVec3;
 
-use super::super::facet::NONE;
-use super::super::{HalfEdges, Mesh, Polytope};
 use super::{Admissible, OwnNormals};
 use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, CAP_LEAST, CAP_SLACK};
+use crate::body::decompose::facet::NONE;
+use crate::body::{HalfEdges, Mesh, Polytope};
 
 /// Directions that form an angle with an axis whose cosine is not less than `least`.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -11,10 +11,10 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 
-use super::contain::Clipper;
-use super::facet::{Bend, Facets, NONE, Surface};
-use super::{Aabb, Hull, TriangleTree, convex_hull};
 use crate::algebra::tolerance::{ENTERED, WHOLE_FACETS};
+use crate::body::decompose::contain::Clipper;
+use crate::body::decompose::facet::{Bend, Facets, NONE, Surface};
+use crate::body::{Aabb, Hull, TriangleTree, convex_hull};
 
 /// The convex parts of at least [`WHOLE_FACETS`] facets.
 pub(crate) fn convex_parts(surface: &Surface<'_>, facets: &Facets, tree: &TriangleTree) -> Vec<Vec<u32>> {

@@ -12,29 +12,29 @@
 
 use glam::DVec3;
 
-use super::edge_uses::EdgeUses;
-use super::{Aabb, TriangleTree};
 use crate::algebra::tolerance;
+use crate::body::mesh::edge_uses::EdgeUses;
+use crate::body::{Aabb, TriangleTree};
 
 /// What orienting found and did.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Orientation {
+pub(in crate::body) struct Orientation {
     /// For each triangle its component.
-    pub(super) component: Vec<u32>,
+    pub(in crate::body) component: Vec<u32>,
     /// For each component: no boundary, and its triangles agree.
-    pub(super) closed: Vec<bool>,
+    pub(in crate::body) closed: Vec<bool>,
     /// All edges of the mesh are used as often in either direction.
-    pub(super) balanced: bool,
+    pub(in crate::body) balanced: bool,
     /// Triangles turned to agree with their neighbours.
-    pub(super) turned: usize,
+    pub(in crate::body) turned: usize,
     /// Components that were inside out.
-    pub(super) inverted: usize,
+    pub(in crate::body) inverted: usize,
     /// Components that cannot be turned to agree.
-    pub(super) one_sided: usize,
+    pub(in crate::body) one_sided: usize,
 }
 
 /// Turns `triangles` as the module's description says.
-pub(super) fn orient(vertices: &[DVec3], triangles: &mut [[u32; 3]]) -> Orientation {
+pub(in crate::body) fn orient(vertices: &[DVec3], triangles: &mut [[u32; 3]]) -> Orientation {
     let uses = EdgeUses::new(vertices.len(), triangles);
     let Agreement { component, members, turn, one_sided } = Agreement::new(&uses, triangles);
     let mut answer = Orientation { component, ..Orientation::default() };

@@ -12,7 +12,7 @@ const SCAN_BELOW: usize = 32;
 
 /// What a support query begins with.
 #[derive(Clone, Debug)]
-pub(super) enum Directory {
+pub(in crate::body) enum Directory {
     /// All the vertices, by fours; the last four are filled up with the first vertex.
     Scan(Box<[Four]>),
     /// The map of directions.
@@ -26,7 +26,7 @@ pub(super) enum Directory {
 
 /// Four vertices, by coordinates.
 #[derive(Clone, Debug)]
-pub(super) struct Four {
+pub(in crate::body) struct Four {
     x: [f64; 4],
     y: [f64; 4],
     z: [f64; 4],
@@ -39,7 +39,7 @@ impl Four {
 }
 
 /// What a directory knows about a direction.
-pub(super) enum Known {
+pub(in crate::body) enum Known {
     /// The farthest vertex.
     Farthest(u32),
     /// One to climb from.
@@ -48,7 +48,7 @@ pub(super) enum Known {
 
 impl Directory {
     /// That of `vertices`; `climb` takes a vertex and a direction to the farthest vertex.
-    pub(super) fn new(vertices: &[DVec3], climb: impl Fn(u32, DVec3) -> u32) -> Self {
+    pub(in crate::body) fn new(vertices: &[DVec3], climb: impl Fn(u32, DVec3) -> u32) -> Self {
         if vertices.len() <= SCAN_BELOW {
             let (whole, rest) = vertices.as_chunks();
             let mut fours = Vec::with_capacity(vertices.len().div_ceil(4));
@@ -77,7 +77,7 @@ impl Directory {
 
     /// The farthest vertex, if the polytope is so small that all are looked at.
     #[inline]
-    pub(super) fn scan(&self, direction: DVec3) -> Option<u32> {
+    pub(in crate::body) fn scan(&self, direction: DVec3) -> Option<u32> {
         match self {
             Self::Scan(fours) => Some(farthest(fours, direction)),
             Self::Map { .. } => None,
@@ -86,7 +86,7 @@ impl Directory {
 
     /// What is known about `direction`, which need not be unit.
     #[inline]
-    pub(super) fn look(&self, direction: DVec3) -> Known {
+    pub(in crate::body) fn look(&self, direction: DVec3) -> Known {
         match self {
             Self::Scan(fours) => Known::Farthest(farthest(fours, direction)),
             Self::Map { side, starts } => {

@@ -26,10 +26,10 @@ mod tests;
 pub use cap::Cap;
 use glam::DVec3;
 
-use super::facet::NONE;
-use super::{Feature, Mesh, Piece, Polytope, Provenance};
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{ADMISSIBLE_ANGLE, ADMISSIBLE_TRIANGLES};
+use crate::body::decompose::facet::NONE;
+use crate::body::{Feature, Mesh, Piece, Polytope, Provenance};
 
 /// The own normals of all pieces of a body, in flat arrays.
 #[derive(Clone, Debug, Default)]

@@ -22,7 +22,7 @@ use crate::algebra::tolerance::{
 use crate::algebra::{Workers, map_in_order};
 use crate::body::TriangleTree;
 use crate::body::decompose::Patch;
-use crate::body::facet::{Facets, Surface};
+use crate::body::decompose::facet::{Facets, Surface};
 
 /// A point of a way in.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -15,7 +15,7 @@
 //!    [`ENTERED`](crate::algebra::tolerance::ENTERED): touching along shared corners and sides is not entering.
 
 #[cfg(test)]
-pub(super) mod oracle;
+pub(in crate::body) mod oracle;
 
 use glam::DVec3;
 
@@ -23,25 +23,25 @@ use crate::algebra::Plane;
 
 /// A triangle that is cut by one plane after the other.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Cuts {
+pub(in crate::body) struct Cuts {
     polygon: Vec<DVec3>,
     clipped: Vec<DVec3>,
 }
 
 impl Cuts {
     /// Begins with the whole of a triangle.
-    pub(super) fn begin(&mut self, triangle: [DVec3; 3]) {
+    pub(in crate::body) fn begin(&mut self, triangle: [DVec3; 3]) {
         self.polygon.clear();
         self.polygon.extend(triangle);
     }
 
     /// Mean of the corners of what is left.
-    pub(super) fn middle(&self) -> DVec3 {
+    pub(in crate::body) fn middle(&self) -> DVec3 {
         self.polygon.iter().sum::<DVec3>() / self.polygon.len().max(1) as f64
     }
 
     /// Keeps what is deeper than `depth` below a plane; false when nothing is left.
-    pub(super) fn cut(&mut self, plane: Plane, depth: f64) -> bool {
+    pub(in crate::body) fn cut(&mut self, plane: Plane, depth: f64) -> bool {
         self.clipped.clear();
         let n = self.polygon.len();
         for k in 0..n {

@@ -10,13 +10,13 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::Aabb;
-use super::edge_uses::EdgeUses;
 use crate::algebra::tolerance;
+use crate::body::Aabb;
+use crate::body::mesh::edge_uses::EdgeUses;
 
 /// For each vertex the first vertex it is one with (itself, for most). `used` tells the vertices that faces name: the
 /// others must not stretch the extent that the tolerance is relative to (which is not 0), and stay themselves.
-pub(super) fn weld(vertices: &[DVec3], used: &[bool]) -> Vec<u32> {
+pub(in crate::body) fn weld(vertices: &[DVec3], used: &[bool]) -> Vec<u32> {
     let mut answer: Vec<u32> = (0..vertices.len() as u32).collect();
     let bounds = Aabb::around(vertices.iter().zip(used).filter(|(_, used)| **used).map(|(p, _)| *p));
     let extent = (bounds.max - bounds.min).max_element();
@@ -47,7 +47,7 @@ fn cells_between(low: [i64; 3], high: [i64; 3]) -> impl Iterator<Item = [i64; 3]
 }
 
 /// The side (k) that is longest, if the triangle is lower over it than the register allows: then it has no area.
-pub(super) fn empty_over(corners: [DVec3; 3]) -> Option<usize> {
+pub(in crate::body) fn empty_over(corners: [DVec3; 3]) -> Option<usize> {
     let sides = [0, 1, 2].map(|k| corners[(k + 1) % 3] - corners[k]);
     let longest = if sides[0].length_squared() >= sides[1].length_squared() { 0 } else { 1 };
     let longest = if sides[2].length_squared() > sides[longest].length_squared() { 2 } else { longest };
@@ -58,7 +58,7 @@ pub(super) fn empty_over(corners: [DVec3; 3]) -> Option<usize> {
 
 /// Replaces each cap and its one neighbour across its longest side by two triangles that share the cap's middle corner,
 /// and returns how many. `sources` follows `triangles`.
-pub(super) fn unbend_caps(vertices: &[DVec3], triangles: &mut [[u32; 3]], sources: &mut [u32]) -> usize {
+pub(in crate::body) fn unbend_caps(vertices: &[DVec3], triangles: &mut [[u32; 3]], sources: &mut [u32]) -> usize {
     let mut repaired = 0;
     for _ in 0..tolerance::CAP_ROUNDS {
         let caps: Vec<(usize, usize)> = (0..triangles.len())
@@ -102,13 +102,13 @@ pub(super) fn unbend_caps(vertices: &[DVec3], triangles: &mut [[u32; 3]], source
 }
 
 /// Drops the triangles of no area and returns how many.
-pub(super) fn drop_empty(vertices: &[DVec3], triangles: &mut Vec<[u32; 3]>, sources: &mut Vec<u32>) -> usize {
+pub(in crate::body) fn drop_empty(vertices: &[DVec3], triangles: &mut Vec<[u32; 3]>, sources: &mut Vec<u32>) -> usize {
     let keep: Vec<bool> = triangles.iter().map(|t| empty_over(t.map(|v| vertices[v as usize])).is_none()).collect();
     retain(triangles, sources, &keep)
 }
 
 /// Drops every triangle that has the same three corners as an earlier one and returns how many.
-pub(super) fn drop_duplicates(triangles: &mut Vec<[u32; 3]>, sources: &mut Vec<u32>) -> usize {
+pub(in crate::body) fn drop_duplicates(triangles: &mut Vec<[u32; 3]>, sources: &mut Vec<u32>) -> usize {
     let mut keys: Vec<([u32; 3], u32)> = triangles
         .iter()
         .zip(0..)

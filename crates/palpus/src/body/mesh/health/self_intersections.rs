@@ -2,8 +2,8 @@
 
 use std::ops::ControlFlow;
 
-use super::super::{Mesh, TrianglePair, TriangleTree};
 use crate::algebra::tolerance;
+use crate::body::{Mesh, TrianglePair, TriangleTree};
 
 /// Pairs of triangles that have more in common than a mesh's neighbours may.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -28,16 +28,16 @@ mod way_in;
 use glam::DVec3;
 
 use self::way_in::{WayPoint, way_in};
-use super::contain::Clipper;
-use super::decompose::Patch;
-use super::facet::{Facets, Surface};
-use super::trial_hull::TrialHull;
-use super::{Aabb, TriangleTree};
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{
     FENCE_PLANES, FLAT_PATCH, THICK_CORNERS, THICK_ENTERED, THICK_HONEST, THICK_MERGED, THICK_PATCH, THICK_RETREATS,
     THICK_SHARES, WIDE_FACET,
 };
+use crate::body::decompose::Patch;
+use crate::body::decompose::contain::Clipper;
+use crate::body::decompose::facet::{Facets, Surface};
+use crate::body::decompose::trial_hull::TrialHull;
+use crate::body::{Aabb, TriangleTree};
 
 pub(crate) use way_in::WaysIn;
 

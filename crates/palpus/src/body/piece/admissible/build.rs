@@ -11,12 +11,12 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DQuat, DVec3};
 
-use super::super::facet::NONE;
-use super::super::piece::face_area;
-use super::super::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
 use super::{Admissible, Borrowed, OwnArc, OwnFace, Range, is_original};
 use crate::algebra::tolerance::{COVERED_WHOLE, FOLDED, NORMALS_PER_PART, ON_FACE, OWNERS_PER_PART};
 use crate::algebra::{Plane, Workers, map_in_order};
+use crate::body::decompose::facet::NONE;
+use crate::body::piece::face_area;
+use crate::body::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
 
 impl Admissible {
     /// The own normals of all pieces; `noise` is how far a vertex of a plane may be off it, metres.

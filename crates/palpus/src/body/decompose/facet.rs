@@ -14,9 +14,9 @@
 
 use glam::DVec3;
 
-use super::{HalfEdges, Mesh};
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{COPLANAR, FOLDED, NOISE_PER_STEP};
+use crate::body::{HalfEdges, Mesh};
 
 /// No facet.
 pub(crate) const NONE: u32 = u32::MAX;

@@ -1,6 +1,6 @@
 //! Names of the features of a polytope.
 
-use super::Polytope;
+use crate::body::Polytope;
 
 /// A vertex, edge or face of one polytope, by its index there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

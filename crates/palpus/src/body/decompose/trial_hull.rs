@@ -11,26 +11,26 @@
 
 use glam::DVec3;
 
-use super::Aabb;
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{NEEDLE_NORMAL, ORIENTATION_ROUNDING};
+use crate::body::Aabb;
 
 /// A triangle of a [`TrialHull`].
 #[derive(Clone, Copy, Debug)]
-pub(super) struct TrialFace {
+pub(in crate::body) struct TrialFace {
     /// Indices of the points, counter-clockwise seen from outside.
-    pub(super) corners: [u32; 3],
+    pub(in crate::body) corners: [u32; 3],
     /// Outward.
-    pub(super) plane: Plane,
+    pub(in crate::body) plane: Plane,
     /// How far off `plane` may be at a point of the hull's size away, metres; infinite for needles, whose normal is noise.
-    pub(super) slack: f64,
-    pub(super) alive: bool,
+    pub(in crate::body) slack: f64,
+    pub(in crate::body) alive: bool,
 }
 
 impl TrialFace {
     /// A face over three points; `reach` is the largest coordinate of the hull.
     #[inline]
-    pub(super) fn new(corners: [u32; 3], [a, b, c]: [DVec3; 3], reach: f64) -> Self {
+    pub(in crate::body) fn new(corners: [u32; 3], [a, b, c]: [DVec3; 3], reach: f64) -> Self {
         let across = (b - a).cross(c - a);
         let (area, longest) =
             (across.length(), (b - a).length_squared().max((c - a).length_squared()).max((c - b).length_squared()));
@@ -42,7 +42,7 @@ impl TrialFace {
 
     /// True when `p` is strictly above the plane of the face's `points`; exact.
     #[inline]
-    pub(super) fn is_seen_from(&self, p: DVec3, points: [DVec3; 3]) -> bool {
+    pub(in crate::body) fn is_seen_from(&self, p: DVec3, points: [DVec3; 3]) -> bool {
         let height = self.plane.height(p);
         if height.abs() > self.slack {
             return height > 0.0;
@@ -202,7 +202,7 @@ fn coordinates([x, y, z]: [f64; 3]) -> robust::Coord3D<f64> {
 
 /// Four points that span a solid thicker than `thickness`, ordered so that the first three are counter-clockwise seen
 /// from the side away from the fourth.
-pub(super) fn spanning_simplex(points: &[DVec3], thickness: f64) -> Option<[usize; 4]> {
+pub(in crate::body) fn spanning_simplex(points: &[DVec3], thickness: f64) -> Option<[usize; 4]> {
     let farthest = |score: &dyn Fn(DVec3) -> f64| {
         let mut best = (0, f64::NEG_INFINITY);
         for (k, p) in points.iter().enumerate() {

@@ -10,10 +10,10 @@
 
 use glam::DVec3;
 
-use super::Mesh;
-use super::edge_uses::EdgeUses;
-use super::triangle_pair::side_of_plane;
 use crate::algebra::tolerance;
+use crate::body::Mesh;
+use crate::body::mesh::edge_uses::EdgeUses;
+use crate::body::mesh::triangle_pair::side_of_plane;
 
 /// How the surface bends at one side of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

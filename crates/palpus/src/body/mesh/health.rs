@@ -13,8 +13,8 @@ mod self_intersections;
 #[cfg(test)]
 mod tests;
 
-use super::edge_uses::EdgeUses;
-use super::{Cleaning, HalfEdges, Mesh, TriangleTree};
+use crate::body::mesh::edge_uses::EdgeUses;
+use crate::body::{Cleaning, HalfEdges, Mesh, TriangleTree};
 pub use components::ComponentHealth;
 use components::{Fans, components};
 pub use notice::Notice;

@@ -5,8 +5,8 @@
 
 use glam::{DMat3, DVec3};
 
-use super::Polytope;
 use crate::algebra::{eigen, tolerance::SPHERE_STEPS};
+use crate::body::Polytope;
 
 /// A ball that holds a node.
 #[derive(Clone, Copy, Debug, PartialEq)]

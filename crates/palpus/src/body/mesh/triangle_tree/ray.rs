@@ -4,9 +4,9 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 
-use super::super::Aabb;
 use super::TriangleTree;
 use crate::algebra::tolerance;
+use crate::body::Aabb;
 
 /// Where a ray meets a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -20,33 +20,33 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 
-use super::Aabb;
 use crate::algebra::{Plane, tolerance};
+use crate::body::Aabb;
 pub use nearest::SurfacePoint;
 pub use ray::RayHit;
 use winding::Dipole;
 
 /// One box of the tree.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Node {
-    pub(super) bounds: Aabb,
+pub(in crate::body) struct Node {
+    pub(in crate::body) bounds: Aabb,
     /// First triangle below, in leaf order.
-    pub(super) first: u32,
+    pub(in crate::body) first: u32,
     /// Number of triangles below.
-    pub(super) count: u32,
+    pub(in crate::body) count: u32,
     /// Second child; 0 for a leaf.
-    pub(super) second: u32,
+    pub(in crate::body) second: u32,
 }
 
 impl Node {
     #[inline]
-    pub(super) fn is_leaf(&self) -> bool {
+    pub(in crate::body) fn is_leaf(&self) -> bool {
         self.second == 0
     }
 
     /// The triangles below, in leaf order.
     #[inline]
-    pub(super) fn slots(&self) -> std::ops::Range<usize> {
+    pub(in crate::body) fn slots(&self) -> std::ops::Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
 }
@@ -54,15 +54,15 @@ impl Node {
 /// The tree; see the module's description.
 #[derive(Clone, Debug)]
 pub struct TriangleTree {
-    pub(super) nodes: Vec<Node>,
+    pub(in crate::body) nodes: Vec<Node>,
     /// What a far point sees of each node.
     dipoles: Vec<Dipole>,
     /// Corners in leaf order.
-    pub(super) corners: Vec<[DVec3; 3]>,
+    pub(in crate::body) corners: Vec<[DVec3; 3]>,
     /// Index in the mesh, in leaf order.
     ids: Vec<u32>,
     /// The triangles have no boundary and agree about which side is outside.
-    pub(super) closed: bool,
+    pub(in crate::body) closed: bool,
 }
 
 impl TriangleTree {
@@ -112,7 +112,7 @@ impl TriangleTree {
 
     /// Walks down all nodes that `enter` accepts, and gives `visit` the place (in leaf order) of each triangle of the
     /// leaves reached, until it breaks.
-    pub(super) fn descend(
+    pub(in crate::body) fn descend(
         &self,
         mut enter: impl FnMut(&Aabb) -> bool,
         mut visit: impl FnMut(usize) -> ControlFlow<()>,
@@ -154,7 +154,7 @@ impl TriangleTree {
 
     /// True if `is_one` says so of a triangle near `query`: of those in the leaves whose boxes overlap it and do not lie wholly above
     /// one of `planes` lowered by `depth`.
-    pub(super) fn any_below(
+    pub(in crate::body) fn any_below(
         &self,
         query: &Aabb,
         planes: &[Plane],
@@ -219,7 +219,7 @@ impl TriangleTree {
 }
 
 /// Nodes still to visit. The tree's depth is at most 33, so this never overflows.
-pub(super) struct Stack {
+pub(in crate::body) struct Stack {
     nodes: [u32; 64],
     len: usize,
 }
@@ -227,18 +227,18 @@ pub(super) struct Stack {
 impl Stack {
     /// The root, which is node 0, if there is any.
     #[inline]
-    pub(super) fn from_root(nodes: &[Node]) -> Self {
+    pub(in crate::body) fn from_root(nodes: &[Node]) -> Self {
         Self { nodes: [0; 64], len: usize::from(!nodes.is_empty()) }
     }
 
     #[inline]
-    pub(super) fn push(&mut self, node: u32) {
+    pub(in crate::body) fn push(&mut self, node: u32) {
         self.nodes[self.len] = node;
         self.len += 1;
     }
 
     #[inline]
-    pub(super) fn pop(&mut self) -> Option<u32> {
+    pub(in crate::body) fn pop(&mut self) -> Option<u32> {
         self.len = self.len.checked_sub(1)?;
         Some(self.nodes[self.len])
     }
