@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use palpus::body::{Body, PolygonSoup};
-use palpus::force::Contact;
+use palpus::detect::Contact;
 
 /// An error of a reader is one line, of a size that a person reads, and names the file.
 pub fn error(text: &str, file: &str) {

@@ -2,8 +2,10 @@
 //! bounded work; and the nearest pair is.
 #![no_main]
 
+use std::sync::Arc;
+
 use palpus::algebra::{NoClock, Pose, Work};
-use palpus::force::{PairQuery, Proof};
+use palpus::detect::{ContactQuery, Proof, QuerySettings};
 use palpus_fuzz::{Allowance, Bytes, Seed, check, target};
 
 fn run(data: &[u8]) {
@@ -12,18 +14,14 @@ fn run(data: &[u8]) {
     let (Some(a), Some(b)) = (bytes.body(unit), bytes.body(unit)) else { return };
     let flags = bytes.byte();
     let proof = if flags & 1 != 0 { Proof::Prove } else { Proof::None };
-    let patches = (flags & 2 != 0).then(|| bytes.between(1.8e-3, 0.35));
+    let patch_angle = (flags & 2 != 0).then(|| bytes.between(1.8e-3, 0.35));
     let capacity = if flags & 4 != 0 { 1 + bytes.below(8) } else { 256 };
-    let mut query = PairQuery::new(&a, &b, capacity).with_proof(proof).with_patches(patches);
-    if flags & 8 != 0 {
-        query = query.with_guard();
-    }
-    let hurried = flags & 16 != 0;
-    if hurried {
-        query = query.with_holding();
-    }
+    let (guard, hurried) = (flags & 8 != 0, flags & 16 != 0);
     let scale = a.size().max(b.size());
     let tolerance = scale * bytes.between(1e-6, 0.3);
+    let size = a.size() + b.size();
+    let settings = QuerySettings { tolerance, capacity, proof, patch_angle, guard, holding: hurried };
+    let mut query = ContactQuery::new(Arc::new(a), Arc::new(b), settings);
     let mut pose = Pose::IDENTITY;
     for _ in 0..6 {
         // Small steps and jumps.
@@ -34,13 +32,13 @@ fn run(data: &[u8]) {
             bytes.pose(0.5 * scale)
         };
         let work = Work::of(hurried.then(|| u64::from(bytes.short()) / 16));
-        let mut counters = query.run_within(&a, &b, &pose, tolerance, &work.all(), &NoClock);
-        let size = a.size() + b.size() + pose.translation.length();
-        assert!(query.contacts().len() <= capacity);
-        check::contacts(query.contacts(), tolerance, size);
+        query.run_within(&pose, &work.all(), &NoClock);
+        let size = size + pose.translation.length();
+        assert!(query.found().len() <= capacity);
+        check::contacts(query.found(), tolerance, size);
         assert!(!query.unseen_separation().is_nan());
         if !hurried {
-            let nearest = query.nearest(&a, &b, &pose, &mut counters);
+            let nearest = query.nearest(&pose);
             check::contacts(nearest.as_slice(), f64::INFINITY, size);
         }
         if bytes.rarely() {

@@ -6,7 +6,7 @@ use palpus::collision::{Front, LeafPair, LeafPairs, Side};
 
 /// Pairs that one step can hold, the deepest of more; as in `palpus::render::Settings::default`.
 const CAPACITY: usize = 4096;
-/// Node pairs that the query remembers; as in `palpus::force::PairQuery`.
+/// Node pairs that the query remembers; as in `palpus::detect::ContactQuery`.
 const NODE_PAIRS: usize = 1 << 15;
 
 /// The query for near pairs and its memory.

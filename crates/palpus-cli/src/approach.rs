@@ -3,21 +3,18 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use palpus::algebra::{NoClock, Pose};
+use palpus::algebra::Pose;
 use palpus::body::Body;
-use palpus::force::PairQuery;
+use palpus::detect::{ContactQuery, QuerySettings};
 use palpus_scenes::{HandPath, Key};
 
 /// A hand for a scene without a path: from the start towards the environment until the bodies touch, a little deeper, and
 /// back, again and again. It heads for the environment's middle, or if that leads past it, for its nearest point. Poses are
 /// those of the probe's mesh, world.
 pub(crate) fn approach(a: &Arc<Body>, b: &Arc<Body>, start: Pose, environment: Pose, tolerance: f64) -> HandPath {
-    let mut pair = PairQuery::new(a, b, 1 << 14);
-    let mut nearest = |pose: Pose| {
-        let pose_ba = environment.inverse() * pose;
-        let mut counters = pair.run(a, b, &pose_ba, 0.0, &NoClock);
-        pair.nearest(a, b, &pose_ba, &mut counters)
-    };
+    let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
+    let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
+    let mut nearest = |pose: Pose| query.nearest(&(environment.inverse() * pose));
     let goal = environment.point(b.mass().center_of_mass) - start.point(a.mass().center_of_mass);
     let mut towards = goal.normalize_or(-DVec3::Z);
     let at = |towards: DVec3, travel: f64| Pose { translation: start.translation + towards * travel, ..start };

@@ -89,6 +89,7 @@ pub(crate) fn clear_above([low, high]: [DVec3; 2], reach: f64) -> DVec3 {
 
 #[cfg(test)]
 mod tests {
+    use palpus::detect::{ContactQuery, QuerySettings};
     use palpus_io::scene::FilePolicy;
 
     use crate::stage;
@@ -118,10 +119,10 @@ mod tests {
             assert!((stage.settings.grip_a - stage.probe.mass().center_of_mass).length() < 1e-12);
             let felt = |time: f64| {
                 let (a, b) = (&stage.probe, &stage.environment);
-                let mut pair = palpus::force::PairQuery::new(a, b, 256);
+                let settings = QuerySettings { tolerance: 0.0, capacity: 256, ..QuerySettings::default() };
                 let pose = stage.environment_pose.inverse() * stage.path.pose(time);
-                let mut counters = pair.run(a, b, &pose, 0.0, &palpus::algebra::NoClock);
-                pair.nearest(a, b, &pose, &mut counters).map_or(f64::INFINITY, |contact| contact.separation)
+                let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
+                query.nearest(&pose).map_or(f64::INFINITY, |contact| contact.separation)
             };
             assert!(felt(0.0) > 0.0 && felt(0.5 * stage.path.duration()) < 0.0, "it begins apart and comes into touch");
         }

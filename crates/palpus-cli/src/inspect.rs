@@ -1,6 +1,7 @@
 //! `palpus inspect`: health, mass properties and pieces of a model, in words or as JSON.
 
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use palpus::body::{Body, BodySettings, Health};
 use serde::Serialize;
@@ -60,7 +61,7 @@ struct Pieces {
 
 pub(crate) fn inspect(arguments: &InspectArguments) -> anyhow::Result<ExitCode> {
     let prepared = bodies::prepare_file(&arguments.model, &BodySettings::default())?;
-    let body = &prepared.body;
+    let body = &Arc::new(prepared.body);
     let health = Health::full(body.mesh(), body.half_edges(), body.tree(), body.health().cleaning);
     let name = arguments.model.display().to_string();
     let sweeps = (arguments.sweeps && body.mesh().is_closed()).then(|| Sweeps::of(body, arguments.samples));

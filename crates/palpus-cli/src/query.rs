@@ -4,12 +4,12 @@ use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::Context;
-use palpus::algebra::NoClock;
 use palpus::body::{Body, BodySettings};
-use palpus::force::{Contact, PairQuery, Proof};
+use palpus::detect::{Contact, ContactQuery, Proof, QuerySettings};
 use palpus_io::{ContactWriter, QueryRow, QueryWriter, read_poses};
 
 use crate::args::QueryArguments;
@@ -32,18 +32,19 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
         None => None,
     };
     let proof = if arguments.local { Proof::None } else { Proof::Prove };
-    let mut pair = PairQuery::new(&a, &b, CAPACITY).with_proof(proof);
+    let settings = QuerySettings { tolerance, capacity: CAPACITY, proof, ..QuerySettings::default() };
+    let mut query = ContactQuery::new(Arc::new(a), Arc::new(b), settings);
     let mut dropped = 0;
     for (frame, pose_ba) in poses.iter().enumerate() {
         let begin = Instant::now();
-        let mut counters = pair.run(&a, &b, pose_ba, tolerance, &NoClock);
-        let nearest = pair.nearest(&a, &b, pose_ba, &mut counters);
+        let nearest = query.nearest(pose_ba);
         let query_us = begin.elapsed().as_secs_f64() * 1e6;
+        let (counters, contacts) = (query.counters(), query.found());
         dropped += u64::from(counters.traversal.dropped);
         let nearest = nearest.with_context(|| format!("frame {frame} has no answer: a model has no pieces"))?;
-        rows.write(&row(frame as u64, &nearest, pair.contacts().len() as u32, counters.unproven == 0, query_us))?;
+        rows.write(&row(frame as u64, &nearest, contacts.len() as u32, counters.unproven == 0, query_us))?;
         if let Some(file) = &mut contact_rows {
-            file.write(frame as u64, pair.contacts())?;
+            file.write(frame as u64, contacts)?;
         }
     }
     rows.finish()?;

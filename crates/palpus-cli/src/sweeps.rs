@@ -1,5 +1,7 @@
 //! The two sweeps of `palpus inspect --sweeps`, in words with histograms or as JSON.
 
+use std::sync::Arc;
+
 use palpus::body::Body;
 use palpus_scenes::sweep::{HONEST, Honesty, PUSHED_SHARE, PopThrough, RATIO_ENDS, honesty, pop_through};
 use serde::Serialize;
@@ -45,7 +47,7 @@ struct Depths {
 
 impl Sweeps {
     /// Sweeps a closed body.
-    pub(crate) fn of(body: &Body, samples: usize) -> Self {
+    pub(crate) fn of(body: &Arc<Body>, samples: usize) -> Self {
         let PopThrough { samples: pushes, held, grew, lost_in } = PopThrough::of(&pop_through(body, samples, SEED));
         let honest = Honesty::of(&honesty(body, samples, SEED));
         let pop_through = Pushes { samples: pushes, pushed_share: PUSHED_SHARE, held, grew, lost_in: lost_in.to_vec() };

@@ -1,7 +1,6 @@
 //! `palpus view`: a model, its pieces, the Gauss map of one of them, how deep it is felt; as a picture or in a window.
 
 use std::process::ExitCode;
-#[cfg(feature = "window")]
 use std::sync::Arc;
 
 use anyhow::bail;
@@ -16,7 +15,7 @@ use crate::{bodies, picture, view_window};
 
 pub(crate) fn view(arguments: &ViewArguments) -> anyhow::Result<ExitCode> {
     let Some(file) = &arguments.screenshot else { return in_window(arguments) };
-    let body = bodies::prepare_file(&arguments.model, &BodySettings::default())?.body;
+    let body = Arc::new(bodies::prepare_file(&arguments.model, &BodySettings::default())?.body);
     let (model, asked) = (&arguments.model, &arguments.picture);
     if let Some(piece) = arguments.gauss {
         picture::write_gauss(model, &body, chosen_piece(&body, piece)?, file, asked)?;

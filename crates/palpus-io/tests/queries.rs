@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::{DQuat, DVec3};
 use palpus::body::{Feature, FeaturePair};
-use palpus::force::Contact;
+use palpus::detect::Contact;
 use palpus_io::query::read_poses_from;
 use palpus_io::{ContactWriter, QueryRow, QueryWriter, read_poses};
 

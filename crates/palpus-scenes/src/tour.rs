@@ -11,9 +11,9 @@
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use palpus::algebra::{NoClock, Pose};
+use palpus::algebra::Pose;
 use palpus::body::Body;
-use palpus::force::PairQuery;
+use palpus::detect::{ContactQuery, QuerySettings};
 
 use crate::path::{HandPath, Key, draw};
 
@@ -45,7 +45,9 @@ const LOOKS: usize = 6;
 /// A path of `a` in b's frame over places where the two touch, beginning at `start`; the same for the same seed. `None` when `a` does not
 /// find `b` from there.
 pub fn tour(a: &Arc<Body>, b: &Arc<Body>, start: Pose, tolerance: f64, seed: u64) -> Option<HandPath> {
-    let mut walk = Walk { a, b, pair: PairQuery::new(a, b, 1 << 14), tolerance, state: seed };
+    let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
+    let query = ContactQuery::new(a.clone(), b.clone(), settings);
+    let mut walk = Walk { query, tolerance, state: seed };
     let (gap, normal) = walk.nearest(&start)?;
     let first = walk.advance(start, -normal, gap + tolerance)?;
     let mut keys = vec![Key::rest(0.0, start)];
@@ -70,19 +72,16 @@ struct Place {
     normal: DVec3,
 }
 
-struct Walk<'a> {
-    a: &'a Arc<Body>,
-    b: &'a Arc<Body>,
-    pair: PairQuery,
+struct Walk {
+    query: ContactQuery,
     tolerance: f64,
     state: u64,
 }
 
-impl Walk<'_> {
+impl Walk {
     /// The nearest distance at a pose, and the normal there.
     fn nearest(&mut self, pose: &Pose) -> Option<(f64, DVec3)> {
-        let mut counters = self.pair.run(self.a, self.b, pose, 0.0, &NoClock);
-        let nearest = self.pair.nearest(self.a, self.b, pose, &mut counters)?;
+        let nearest = self.query.nearest(pose)?;
         Some((nearest.separation, nearest.normal))
     }
 
@@ -110,7 +109,7 @@ impl Walk<'_> {
         let aside = place.normal.cross(self.vector()).normalize_or(place.normal.any_orthonormal_vector());
         let far = lift * (SIDEWAYS[0] + (SIDEWAYS[1] - SIDEWAYS[0]) * draw(&mut self.state));
         let turn = DQuat::from_scaled_axis(self.vector() * TURN);
-        let middle = self.a.mass().center_of_mass;
+        let middle = self.query.a().mass().center_of_mass;
         let rotation = (turn * place.lifted.rotation).normalize();
         let center = place.lifted.point(middle) + aside * far;
         let over = Pose { rotation, translation: center - rotation * middle };
@@ -174,12 +173,12 @@ mod tests {
         let path = tour(&a, &b, start, tolerance, SEED).expect("the sphere finds the torus");
         assert_eq!(path.pose(0.0), start);
         assert!(path.duration() > 30.0, "{} s, seed {SEED}", path.duration());
-        let mut pair = PairQuery::new(&a, &b, 1 << 10);
+        let settings = QuerySettings { tolerance: 0.0, ..QuerySettings::default() };
+        let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
         let (mut touches, mut inside) = (0, false);
         for k in 0..(path.duration() / 0.02) as u32 {
-            let pose = path.pose(f64::from(k) * 0.02);
-            let mut counters = pair.run(&a, &b, &pose, 0.0, &NoClock);
-            let gap = pair.nearest(&a, &b, &pose, &mut counters).map_or(f64::INFINITY, |nearest| nearest.separation);
+            let gap =
+                query.nearest(&path.pose(f64::from(k) * 0.02)).map_or(f64::INFINITY, |nearest| nearest.separation);
             touches += u32::from(gap < 0.0 && !inside);
             inside = gap < 0.0 || inside && gap < tolerance;
         }

@@ -6,11 +6,12 @@
 mod seeded;
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use palpus::algebra::{NoClock, Placement, Pose};
+use palpus::algebra::{Placement, Pose};
 use palpus::body::{Body, BodySettings, EdgeKind, Feature, PolygonSoup};
-use palpus::force::{Contact, PairQuery};
+use palpus::detect::{Contact, ContactQuery, QuerySettings};
 use palpus_scenes::{Scene, scenes};
 use seeded::Random;
 
@@ -26,9 +27,10 @@ const POSES: usize = 400;
 /// Poses of each pair of real models.
 const MODEL_POSES: usize = 300;
 
-fn bodies(scene: &Scene, flatness: f64) -> [Body; 2] {
+fn bodies(scene: &Scene, flatness: f64) -> [Arc<Body>; 2] {
     let settings = BodySettings { flatness, ..BodySettings::default() };
-    [&scene.probe, &scene.environment].map(|soup| Body::from_soup(soup, &settings, &mut |_| ()).expect("it is a body"))
+    let body = |soup| Body::from_soup(soup, &settings, &mut |_| ()).expect("it is a body");
+    [&scene.probe, &scene.environment].map(|soup| Arc::new(body(soup)))
 }
 
 fn poses(scene: &Scene) -> impl Iterator<Item = Pose> {
@@ -167,12 +169,13 @@ struct Tally {
     lost: Vec<String>,
 }
 
-fn tally([a, b]: [&Body; 2], tolerance: f64, poses: impl Iterator<Item = Pose>) -> Tally {
-    let mut query = PairQuery::new(a, b, 4096);
+fn tally([a, b]: [&Arc<Body>; 2], tolerance: f64, poses: impl Iterator<Item = Pose>) -> Tally {
+    let settings = QuerySettings { tolerance, ..QuerySettings::default() };
+    let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
     let mut tally = Tally::default();
     for (k, pose) in poses.enumerate() {
-        let mut counters = query.run(a, b, &pose, tolerance, &NoClock);
-        let contacts = query.contacts();
+        let nearest = query.nearest(&pose);
+        let (counters, contacts) = (query.counters(), query.found());
         let overlapping = contacts.iter().filter(|contact| contact.separation <= 0.0).count();
         tally.seen += contacts.len();
         for contact in contacts {
@@ -186,7 +189,7 @@ fn tally([a, b]: [&Body; 2], tolerance: f64, poses: impl Iterator<Item = Pose>) 
         }
         assert!(counters.walks == 0 || overlapping > 0, "pose {k}: bodies that overlap are let go of");
         let least = contacts.iter().map(|contact| contact.separation).fold(f64::INFINITY, f64::min);
-        if let Some(nearest) = query.nearest(a, b, &pose, &mut counters)
+        if let Some(nearest) = nearest
             && nearest.separation > 0.0
             && nearest.separation < tolerance
         {
@@ -263,7 +266,7 @@ fn so_it_is_with_real_models() {
         // Both ten centimetres long.
         let make = |soup: &PolygonSoup, flatness| {
             let settings = BodySettings { scale: 0.1 / size(soup), flatness, ..BodySettings::default() };
-            Body::from_soup(soup, &settings, &mut |_| ()).expect("it is a body")
+            Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).expect("it is a body"))
         };
         for flatness in [BodySettings::EXACT, BodySettings::HAPTIC] {
             let (a, b) = (make(&soup_a, flatness), make(&soup_b, flatness));

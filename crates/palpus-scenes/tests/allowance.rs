@@ -9,7 +9,7 @@ use bodies::body;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose};
 use palpus::body::{Body, PolygonSoup};
-use palpus::force::{Contact, PairQuery};
+use palpus::detect::{Contact, ContactQuery, QuerySettings};
 use palpus::render::{Limits, ProbeState, Renderer, Settings, Tick, VirtualCoupling};
 use palpus_scenes::scene;
 
@@ -123,7 +123,8 @@ fn a_tool_waits_for_what_the_work_did_not_suffice_to_look_at() {
             ..Settings::default()
         };
         let mut renderer = Renderer::new(a.clone(), b.clone(), settings).expect("valid settings");
-        let mut judge = PairQuery::new(&a, &b, 4096);
+        let settings = QuerySettings { tolerance, ..QuerySettings::default() };
+        let mut judge = ContactQuery::new(a.clone(), b.clone(), settings);
         let start = scene.path.pose(0.0);
         let goal = scene.path.pose(0.5 * scene.path.duration());
         let way = (goal.translation - start.translation).normalize_or(DVec3::NEG_Z);
@@ -135,8 +136,7 @@ fn a_tool_waits_for_what_the_work_did_not_suffice_to_look_at() {
             let tick = renderer.step(&ProbeState::at(pose), 1e-3, &NoClock);
             waited += tick.counters.tool.bounded;
             late += u32::from(tick.is_late());
-            judge.run(&a, &b, &tick.tool_ba, tolerance, &NoClock);
-            deepest = judge.contacts().iter().fold(deepest, |most, contact| most.max(-contact.separation));
+            deepest = judge.contacts(&tick.tool_ba).iter().fold(deepest, |most, contact| most.max(-contact.separation));
         }
         assert!(late > 3 && waited > 3, "{name}: {late} late, {waited} waited");
         // Measured: 0.07 mm in the hole, where it goes on slowly along the wall; none on the others.
@@ -154,13 +154,13 @@ fn a_third_of_the_work_on_the_armadillo() {
     // The armadillo's belly on the colon's bulge, pressed and rubbed at some 0.1 m/s of a probe of 10 cm.
     let middle = |body: &Body| body.mesh().bounds().min.midpoint(body.mesh().bounds().max);
     let way = DVec3::new(1.0, 0.3, 0.2).normalize();
-    let mut query = PairQuery::new(&a, &b, 4096);
+    let within = QuerySettings { tolerance: settings.contact_tolerance, ..QuerySettings::default() };
+    let mut query = ContactQuery::new(a.clone(), b.clone(), within);
     let (mut near, mut far) = (0.0, a.size() + b.size());
     for _ in 0..30 {
         let half = 0.5 * (near + far);
         let pose = Pose::from_translation(middle(&b) - middle(&a) + way * half);
-        query.run(&a, &b, &pose, settings.contact_tolerance, &NoClock);
-        let overlap = query.contacts().iter().any(|contact| contact.separation < 0.0);
+        let overlap = query.contacts(&pose).iter().any(|contact| contact.separation < 0.0);
         if overlap { near = half } else { far = half }
     }
     let pose = |k: u32| {

@@ -9,7 +9,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose, Wrench};
 use palpus::body::{Hierarchy, PolygonSoup, Polytope};
 use palpus::collision::{Closest, LeafPair, LeafPairs, Proximity, Side, Traversal, gjk, initial_features};
-use palpus::force::PairQuery;
+use palpus::detect::{ContactQuery, QuerySettings};
 use palpus::render::{ProbeState, Renderer, Settings};
 use palpus_scenes::{Scene, scene, scenes};
 
@@ -142,13 +142,12 @@ fn what_is_remembered_changes_no_distance() {
     for name in ["spoon-cup", "torus-torus"] {
         let scene = scene(name).expect("a built-in scene");
         let (a, b) = (body(&scene.probe), body(&scene.environment));
-        let mut warm = PairQuery::new(&a, &b, 1 << 12);
+        let settings = QuerySettings { tolerance: 0.0, ..QuerySettings::default() };
+        let mut warm = ContactQuery::new(a.clone(), b.clone(), settings);
         for pose in poses(&scene, 200) {
-            let mut cold = PairQuery::new(&a, &b, 1 << 12);
-            let mut counters = warm.run(&a, &b, &pose, 0.0, &NoClock);
-            let remembered = warm.nearest(&a, &b, &pose, &mut counters).expect("bodies have pieces").separation;
-            let mut counters = cold.run(&a, &b, &pose, 0.0, &NoClock);
-            let fresh = cold.nearest(&a, &b, &pose, &mut counters).expect("bodies have pieces").separation;
+            let mut cold = ContactQuery::new(a.clone(), b.clone(), settings);
+            let [remembered, fresh] =
+                [&mut warm, &mut cold].map(|query| query.nearest(&pose).expect("bodies have pieces").separation);
             assert_eq!(remembered > 0.0, fresh > 0.0, "{name}");
             assert!(fresh <= 0.0 || (remembered - fresh).abs() < 1e-10, "{name}: {remembered} and {fresh}");
         }

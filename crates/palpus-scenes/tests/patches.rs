@@ -12,6 +12,7 @@ use bodies::body;
 use glam::{DQuat, DVec2, DVec3};
 use palpus::algebra::{NoClock, Pose, Wrench};
 use palpus::body::{Body, PolygonSoup};
+use palpus::detect::{ContactQuery, QuerySettings};
 use palpus::render::{Limits, ProbeState, Renderer, Settings};
 use palpus_scenes::shape;
 use seeded::Random;
@@ -193,4 +194,37 @@ fn random_prisms_step_no_more_than_their_corners() {
 #[ignore = "the long search takes some minutes"]
 fn the_worst_of_a_hundred_thousand() {
     search(100_000, 3.3);
+}
+
+#[test]
+fn deepest_contact_survives_full_capacity() {
+    // A plate upon three posts of which one is higher than the others; each pair has a patch of four corners.
+    let plate = body(&shape::cuboid(DVec3::new(0.06, 0.02, 0.004)));
+    for high in 0..3 {
+        let mut posts = PolygonSoup::new();
+        for k in 0..3 {
+            let post = shape::cuboid(DVec3::splat(0.01));
+            let top = if k == high { 0.0 } else { -2e-4 };
+            let place = DVec3::new(0.02 * f64::from(k) - 0.02, 0.0, top - 0.005);
+            let first = posts.vertices.len() as u32;
+            posts.vertices.extend(post.vertices.iter().map(|vertex| vertex + place));
+            for face in 0..post.face_count() {
+                posts.push_face(&post.face(face).iter().map(|vertex| first + vertex).collect::<Vec<_>>());
+            }
+        }
+        let posts = body(&posts);
+        let pose = Pose::from_translation(DVec3::new(0.0, 0.0, 0.002 - 1e-4));
+        for capacity in 3..=12 {
+            let settings = QuerySettings { capacity, patch_angle: Some(5.0 * DEGREE), ..QuerySettings::default() };
+            let mut query = ContactQuery::new(plate.clone(), posts.clone(), settings);
+            let dropped = query.run(&pose, &NoClock).traversal.dropped;
+            let contacts = query.found();
+            assert!(contacts.len() <= capacity && dropped == 0, "{dropped} dropped");
+            let deepest = contacts.iter().map(|contact| contact.separation).fold(f64::INFINITY, f64::min);
+            assert!((deepest + 1e-4).abs() < 1e-9, "of {capacity}, the post {high} left out: {contacts:?}");
+            let mut touched: Vec<u32> = contacts.iter().map(|contact| contact.piece_b).collect();
+            touched.dedup();
+            assert_eq!(touched.len(), 3, "of {capacity}: each pair has room for one");
+        }
+    }
 }

@@ -3,6 +3,7 @@
 //! Weakness: the bounds are what is reached, with a margin, not what would be right, which is all of it.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus_io::read_mesh;
@@ -11,14 +12,14 @@ use palpus_scenes::{scene, scenes};
 
 const SEED: u64 = 0x2002_0809;
 
-fn build(soup: &PolygonSoup) -> Body {
+fn build(soup: &PolygonSoup) -> Arc<Body> {
     let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-    Body::from_soup(soup, &settings, &mut |_| ()).unwrap()
+    Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).unwrap())
 }
 
 /// Sweeps a body and holds what is promised: contact persists but for one push in fifty, the median depth is true to 2 %, and none is more
 /// than 1.25 times the true one but for rounding and edges met by edges.
-fn sweep_and_hold(name: &str, body: &Body, samples: usize) {
+fn sweep_and_hold(name: &str, body: &Arc<Body>, samples: usize) {
     let (push, honest) = sweep(name, body, samples);
     assert!(push.held >= 0.98 && push.grew >= 0.8, "{name}, seed {SEED:#x}: {push:?}");
     assert!(honest.error[0] <= 0.02 && honest.unseen <= 0.05, "{name}, seed {SEED:#x}: {honest:?}");
@@ -27,7 +28,7 @@ fn sweep_and_hold(name: &str, body: &Body, samples: usize) {
 
 /// Sweeps a body and tells the figures.
 #[allow(clippy::print_stderr, reason = "figures that are asked for")]
-fn sweep(name: &str, body: &Body, samples: usize) -> (PopThrough, Honesty) {
+fn sweep(name: &str, body: &Arc<Body>, samples: usize) -> (PopThrough, Honesty) {
     let push = PopThrough::of(&pop_through(body, samples, SEED));
     let honest = Honesty::of(&honesty(body, samples, SEED));
     let percent = |share: f64| format!("{:.1} %", 100.0 * share);

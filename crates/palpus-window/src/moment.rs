@@ -136,7 +136,7 @@ fn append<T, S>(list: &mut Vec<T>, from: impl Iterator<Item = S>, shown: impl Fn
 mod tests {
     use super::*;
     use palpus::body::{Feature, FeaturePair};
-    use palpus::force::Contact;
+    use palpus::detect::Contact;
 
     #[test]
     fn a_moment_keeps_to_its_room() {

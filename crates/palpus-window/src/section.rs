@@ -2,7 +2,7 @@
 //!
 //! A *section* is a grid of points on a plane across one of the model's axes. At each point:
 //!
-//! * *felt depth*: a probe as small as a point ([`POINT`]) is put there and asked about as the servo loop asks ([`PairQuery`], without
+//! * *felt depth*: a probe as small as a point ([`POINT`]) is put there and asked about as the servo loop asks ([`ContactQuery`], without
 //!   memory of other points): the depth of the deepest contact, which is what eq. 5 takes, less the probe's own extent. Zero
 //!   where there is no contact;
 //! * *distance*: to the nearest point of the mesh, whichever side it is on;
@@ -11,10 +11,12 @@
 //! A body that is felt truly has felt depth = distance inside and none outside. Where pieces see less, depth stays behind; inside
 //! points without contact are *unseen*. The directions of pushing out are not compared here (`palpus inspect --sweeps` does).
 
+use std::sync::Arc;
+
 use glam::DVec3;
-use palpus::algebra::{NoClock, Pose, Workers, map_in_order};
+use palpus::algebra::{Pose, Workers, map_in_order};
 use palpus::body::{Body, BodyError};
-use palpus::force::PairQuery;
+use palpus::detect::{ContactQuery, QuerySettings};
 
 /// Of the probe, relative to the body's size: so much a felt depth may be off near an edge.
 pub const POINT: f64 = 1e-5;
@@ -127,8 +129,7 @@ pub struct Felt {
 /// A probe as small as a point, and its queries.
 #[derive(Clone, Debug)]
 pub struct Feeler {
-    probe: Body,
-    query: PairQuery,
+    query: ContactQuery,
 }
 
 impl Feeler {
@@ -136,25 +137,25 @@ impl Feeler {
     ///
     /// # Errors
     /// If the body is so small that no probe is smaller.
-    pub fn new(body: &Body) -> Result<Self, BodyError> {
+    pub fn new(body: &Arc<Body>) -> Result<Self, BodyError> {
         let radius = POINT * body.size();
         // Turned, so that no side of it is parallel to what models have.
         let axes = TURNED.map(|axis| DVec3::from_array(axis) * radius);
         let corners: Vec<DVec3> = axes.iter().flat_map(|&axis| [axis, -axis]).collect();
-        let probe = Body::from_convex(&corners)?;
-        let query = PairQuery::new(&probe, body, CAPACITY);
-        Ok(Self { probe, query })
+        let probe = Arc::new(Body::from_convex(&corners)?);
+        let settings = QuerySettings { tolerance: 0.0, capacity: CAPACITY, ..QuerySettings::default() };
+        Ok(Self { query: ContactQuery::new(probe, body.clone(), settings) })
     }
 
-    /// What is felt at `point`, in the frame of `body`, which must be the one that the feeler was made for.
-    pub fn feel(&mut self, body: &Body, point: DVec3) -> Felt {
+    /// Returns what is felt at `point`, in the body's frame.
+    pub fn feel(&mut self, point: DVec3) -> Felt {
         self.query.clear();
-        let place = Pose { translation: point, ..Pose::IDENTITY };
-        self.query.run(&self.probe, body, &place, 0.0, &NoClock);
-        let deepest = self.query.contacts().iter().min_by(|x, y| x.separation.total_cmp(&y.separation));
+        let contacts = self.query.contacts(&Pose::from_translation(point)).iter();
+        let deepest = contacts.min_by(|x, y| x.separation.total_cmp(&y.separation)).copied();
+        let (probe, body) = (self.query.a(), self.query.b());
         let depth = deepest.map_or(0.0, |contact| {
             let reach = |v: &DVec3| -contact.normal.dot(*v);
-            -contact.separation - self.probe.mesh().vertices().iter().map(reach).fold(0.0, f64::max)
+            -contact.separation - probe.mesh().vertices().iter().map(reach).fold(0.0, f64::max)
         });
         let tree = body.tree();
         Felt {
@@ -195,7 +196,7 @@ impl Section {
     /// # Errors
     /// See [`Feeler::new`].
     pub fn of(
-        body: &Body,
+        body: &Arc<Body>,
         plane: SectionPlane,
         finest: usize,
         workers: &dyn Workers,
@@ -206,7 +207,7 @@ impl Section {
         let part = |k: usize| {
             let mut feeler = feeler.clone();
             let rows = k * ROWS_PER_PART..section.rows.min((k + 1) * ROWS_PER_PART);
-            rows.flat_map(|row| section.feel_row(body, row, &mut feeler)).collect::<Vec<Felt>>()
+            rows.flat_map(|row| section.feel_row(row, &mut feeler)).collect::<Vec<Felt>>()
         };
         let parts = map_in_order(workers, section.rows.div_ceil(ROWS_PER_PART), 1, part, progress);
         section.samples = parts.concat();
@@ -224,8 +225,8 @@ impl Section {
     }
 
     /// What is felt in a row.
-    pub fn feel_row(&self, body: &Body, row: usize, feeler: &mut Feeler) -> Vec<Felt> {
-        (0..self.columns).map(|column| feeler.feel(body, self.point(column, row))).collect()
+    pub fn feel_row(&self, row: usize, feeler: &mut Feeler) -> Vec<Felt> {
+        (0..self.columns).map(|column| feeler.feel(self.point(column, row))).collect()
     }
 
     /// Where a sample is.
@@ -285,7 +286,7 @@ mod tests {
 
     #[test]
     fn a_cube_is_felt_as_it_is_from_every_side() {
-        let body = cube();
+        let body = Arc::new(cube());
         for axis in Axis::ALL {
             let plane = SectionPlane::through(&body, axis, 0.4);
             let section = Section::of(&body, plane, 24, &Alone, &mut |_| ()).expect("a feeler");

@@ -240,7 +240,7 @@ fn the_page_of_a_piece_has_words_and_two_spheres_at_any_size() {
 
 #[test]
 fn a_section_is_coloured_by_depth_inside_and_pale_outside() {
-    let body = l_block();
+    let body = Arc::new(l_block());
     let plane = SectionPlane::through(&body, Axis::Z, 0.5);
     let section = Section::of(&body, plane, 96, &Alone, &mut |_| ()).expect("a feeler");
     let numbers = section.numbers();

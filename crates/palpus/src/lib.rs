@@ -3,7 +3,7 @@
 //! The engine is a set of pure functions of values: no input or output, no thread, no clock, no global. Its rooms,
 //! in alphabetical order, follow the paper's sections and may import only rooms that sort before them:
 //!
-//! `algebra` → `body` → `collision` → `depth` → `force` → `render`
+//! `algebra` → `body` → `collision` → `depth` → `detect` → `force` → `render`
 //!
 //! Source: Kim, Otaduy, Lin, Manocha, *Six-Degree-of-Freedom Haptic Display Using Localized Contact Computations*,
 //! 2002, cited as \[K02\]. Units are SI (metres, seconds, newtons, newton-metres, radians) unless a name says otherwise;
@@ -16,5 +16,6 @@ pub mod algebra;
 pub mod body;
 pub mod collision;
 pub mod depth;
+pub mod detect;
 pub mod force;
 pub mod render;

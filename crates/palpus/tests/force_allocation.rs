@@ -3,7 +3,8 @@
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist};
 use palpus::body::{Feature, FeaturePair};
-use palpus::force::{Centers, Contact, FrictionSettings};
+use palpus::detect::Contact;
+use palpus::force::{Centers, FrictionSettings};
 use palpus::render::{Clustering, Forces, Motion, Scratch, Settings, force};
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 

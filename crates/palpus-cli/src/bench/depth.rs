@@ -6,12 +6,14 @@
 
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use anyhow::anyhow;
 use glam::{DQuat, DVec3};
-use palpus::algebra::{NoClock, Pose};
+use palpus::algebra::Pose;
 use palpus::body::{Body, BodySettings};
-use palpus::force::{Contact, PairQuery, Proof, TiltShares, Tilted};
+use palpus::detect::{Contact, ContactQuery, Proof, QuerySettings};
+use palpus::force::{TiltShares, Tilted};
 use palpus::render::Settings;
 use palpus_scenes::shape;
 
@@ -39,15 +41,15 @@ fn local(path: &Path) -> anyhow::Result<()> {
         Body::from_convex(&points)
     };
     let (a, b) = (hull(DVec3::new(1.0, 0.7, 0.5))?, hull(DVec3::new(0.6, 1.0, 0.8))?);
-    let mut walk = PairQuery::new(&a, &b, 1);
-    let mut proof = PairQuery::new(&a, &b, 1).with_proof(Proof::Prove);
+    let (a, b) = (Arc::new(a), Arc::new(b));
+    let settings = QuerySettings { tolerance: 0.0, capacity: 1, ..QuerySettings::default() };
+    let mut walk = ContactQuery::new(a.clone(), b.clone(), settings);
+    let mut proof = ContactQuery::new(a, b, QuerySettings { proof: Proof::Prove, ..settings });
     let mut excess = Vec::with_capacity(POSES);
     while excess.len() < POSES {
         let pose = Pose::new(DQuat::from_scaled_axis(random.vector() * 3.0), random.vector());
         walk.clear();
-        walk.run(&a, &b, &pose, 0.0, &NoClock);
-        proof.run(&a, &b, &pose, 0.0, &NoClock);
-        if let ([walked], [proven]) = (walk.contacts(), proof.contacts())
+        if let ([walked], [proven]) = (walk.contacts(&pose), proof.contacts(&pose))
             && proven.separation < 0.0
         {
             excess.push((walked.separation / proven.separation - 1.0).max(0.0) * 100.0);
@@ -108,18 +110,20 @@ fn middle(contacts: &[Contact]) -> Option<DVec3> {
 }
 
 fn tilting(path: &Path) -> anyhow::Result<()> {
-    let body = |soup| Body::from_soup(&soup, &BodySettings::default(), &mut |_| ());
+    let body = |soup| Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).map(Arc::new);
     let (a, b) = (body(shape::cuboid(BOX))?, body(shape::table())?);
     let curve = |patches: Option<f64>| -> anyhow::Result<Vec<(f64, f64)>> {
-        let mut pair = PairQuery::new(&a, &b, 16).with_patches(patches);
+        let settings =
+            QuerySettings { tolerance: TOLERANCE, capacity: 16, patch_angle: patches, ..QuerySettings::default() };
+        let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
         let steps = (2.0 * TILT / TILT_STEP).round() as usize;
         (0..=steps)
             .map(|k| {
                 let degrees = k as f64 * TILT_STEP - TILT;
                 let turn = DQuat::from_rotation_y(degrees.to_radians());
                 let pose = Pose::new(turn, DVec3::Z * -PRESSED - turn * (DVec3::Z * (-0.5 * BOX.z)));
-                pair.run(&a, &b, &pose, TOLERANCE, &NoClock);
-                let middle = middle(pair.contacts()).ok_or_else(|| anyhow!("the box lost the table at {degrees}°"))?;
+                let middle =
+                    middle(query.contacts(&pose)).ok_or_else(|| anyhow!("the box lost the table at {degrees}°"))?;
                 Ok((degrees, middle.x * 1e3))
             })
             .collect()

@@ -9,8 +9,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::anyhow;
-use palpus::algebra::NoClock;
-use palpus::force::{Contact, PairQuery};
+use palpus::detect::{Contact, ContactQuery, QuerySettings};
 use palpus::render::{Clustering, Renderer, Settings, TickSummary};
 use palpus_io::scene::FilePolicy;
 
@@ -120,14 +119,13 @@ fn force_us(tick: &TickSummary) -> f64 {
 /// Contact point, normal and distance while a pen is drawn over a sphere.
 fn figure_6(out: &Path) -> anyhow::Result<()> {
     let stage = stage::prepare("pen-sphere", FilePolicy::Inside)?;
-    let (a, b) = (&stage.probe, &stage.environment);
-    let mut pair = PairQuery::new(a, b, stage.settings.capacity);
+    let Settings { contact_tolerance: tolerance, capacity, .. } = stage.settings;
+    let settings = QuerySettings { tolerance, capacity, ..QuerySettings::default() };
+    let mut query = ContactQuery::new(stage.probe.clone(), stage.environment.clone(), settings);
     let mut contacts = Vec::with_capacity(ticks(&stage));
     for k in 0..ticks(&stage) {
         let pose = stage.path.pose(k as f64 * TICK);
-        let mut counters = pair.run(a, b, &pose, stage.settings.contact_tolerance, &NoClock);
-        let nearest = pair.nearest(a, b, &pose, &mut counters);
-        contacts.push(nearest.ok_or_else(|| anyhow!("tick {k} of the pen's path has no answer"))?);
+        contacts.push(query.nearest(&pose).ok_or_else(|| anyhow!("tick {k} of the pen's path has no answer"))?);
     }
     let mut file = query::create(&out.join("figure6.csv"))?;
     writeln!(file, "tick,point_x,point_y,point_z,normal_x,normal_y,normal_z,distance_m,penetrating")?;

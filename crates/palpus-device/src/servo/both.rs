@@ -228,8 +228,9 @@ impl<'a> Seat<'a> {
     fn lose(&mut self, error: DeviceError) {
         self.state.twist = Twist::default();
         self.end = Some(RunEnd::of(error));
-        if let Some(line) = self.line.take() {
-            // It is lost already.
+        if let Some(mut line) = self.line.take() {
+            // Not paced: the other hand's loop goes on. It is lost already, so an error says nothing new.
+            while let Ok(true) = line.release() {}
             let _ = line.finish(true);
         }
     }

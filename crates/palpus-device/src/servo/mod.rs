@@ -229,9 +229,7 @@ impl Servo {
             turns.coast(stop, observer);
         }
         let Turns { mut line, mut pace, tally, .. } = turns;
-        if !matches!(end, RunEnd::DeviceFailed(_)) {
-            line.let_go(&mut pace);
-        }
+        line.let_go(&mut pace);
         let counts = line.counts();
         let (passivity, finished) = line.finish(matches!(end, RunEnd::DeviceFailed(_)));
         // The usual stage is made anew for each run's device.

@@ -5,7 +5,7 @@ use std::io::{self, Write};
 
 use glam::DVec3;
 use palpus::body::Feature;
-use palpus::force::Contact;
+use palpus::detect::Contact;
 
 use crate::table::Line;
 

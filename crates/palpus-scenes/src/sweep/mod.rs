@@ -11,10 +11,12 @@
 mod figures;
 mod probes;
 
+use std::sync::Arc;
+
 use glam::DVec3;
-use palpus::algebra::{NoClock, Pose};
+use palpus::algebra::Pose;
 use palpus::body::Body;
-use palpus::force::Contact;
+use palpus::detect::Contact;
 
 pub use figures::{HELD_BINS, HONEST, Honesty, PopThrough, RATIO_ENDS};
 use probes::Probes;
@@ -87,7 +89,7 @@ impl Random {
 ///
 /// Samples whose normal meets no opposite wall, or one too near to measure, are replaced by others; there may be fewer than
 /// asked for where nearly all are such.
-pub fn pop_through(body: &Body, samples: usize, seed: u64) -> Vec<Push> {
+pub fn pop_through(body: &Arc<Body>, samples: usize, seed: u64) -> Vec<Push> {
     let mut random = Random(seed);
     let mut probes = Probes::new(body, &mut random);
     let mut pushes = Vec::with_capacity(samples);
@@ -106,7 +108,7 @@ pub fn pop_through(body: &Body, samples: usize, seed: u64) -> Vec<Push> {
     pushes
 }
 
-fn push(body: &Body, probes: &mut Probes, point: DVec3, inward: DVec3, thickness: f64) -> Push {
+fn push(body: &Arc<Body>, probes: &mut Probes, point: DVec3, inward: DVec3, thickness: f64) -> Push {
     let mut push = Push { point, thickness, held: PUSHED_SHARE, own: PUSHED_SHARE, grew: PUSHED_SHARE };
     let probe = probes.of_size(body, PROBE_SHARE * thickness);
     probe.query.clear();
@@ -116,7 +118,7 @@ fn push(body: &Body, probes: &mut Probes, point: DVec3, inward: DVec3, thickness
         let before = PUSHED_SHARE * f64::from(step - 1) / f64::from(STEPS);
         let gone = thickness * PUSHED_SHARE * f64::from(step) / f64::from(STEPS);
         let place = Pose { translation: point + inward * gone, ..Pose::IDENTITY };
-        let depth = probe.deepest(body, &place).map_or(0.0, |contact| probe.depth_at_centre(&contact));
+        let depth = probe.deepest(&place).map_or(0.0, |contact| probe.depth_at_centre(&contact));
         if depth <= 0.0 && !lost {
             (lost, push.held) = (true, before);
         }
@@ -134,7 +136,7 @@ fn push(body: &Body, probes: &mut Probes, point: DVec3, inward: DVec3, thickness
 }
 
 /// Puts a small probe down at `samples` points inside a closed body.
-pub fn honesty(body: &Body, samples: usize, seed: u64) -> Vec<Judged> {
+pub fn honesty(body: &Arc<Body>, samples: usize, seed: u64) -> Vec<Judged> {
     let mut random = Random(seed);
     let mut probes = Probes::new(body, &mut random);
     let mut judged = Vec::with_capacity(samples);
@@ -151,7 +153,7 @@ pub fn honesty(body: &Body, samples: usize, seed: u64) -> Vec<Judged> {
         };
         let probe = probes.of_size(body, PROBE_SHARE * near.distance);
         probe.query.clear();
-        let contact = probe.deepest(body, &Pose { translation: point, ..Pose::IDENTITY });
+        let contact = probe.deepest(&Pose { translation: point, ..Pose::IDENTITY });
         let out = (near.point - point) / near.distance;
         judged.push(Judged {
             point,
@@ -202,6 +204,3 @@ fn deepest(contacts: &[Contact]) -> Option<Contact> {
     let overlapping = contacts.iter().filter(|contact| contact.separation < 0.0);
     overlapping.min_by(|x, y| x.separation.total_cmp(&y.separation)).copied()
 }
-
-/// No time passes.
-const CLOCK: NoClock = NoClock;

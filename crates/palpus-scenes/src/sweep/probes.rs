@@ -1,11 +1,13 @@
 //! Small octahedra, one for each size that is asked for.
 
+use std::sync::Arc;
+
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus::body::Body;
-use palpus::force::{Contact, PairQuery};
+use palpus::detect::{Contact, ContactQuery, QuerySettings};
 
-use super::{CLOCK, Random, deepest};
+use super::{Random, deepest};
 
 /// Contacts of one query: a small probe touches a handful of pieces.
 const CAPACITY: usize = 1024;
@@ -21,8 +23,7 @@ pub(super) struct Probes {
 
 /// A probe and its query against one body.
 pub(super) struct Probe {
-    body: Body,
-    pub(super) query: PairQuery,
+    pub(super) query: ContactQuery,
 }
 
 impl Probes {
@@ -33,7 +34,7 @@ impl Probes {
     }
 
     /// A probe of at most this radius, and at least half of it.
-    pub(super) fn of_size(&mut self, body: &Body, radius: f64) -> &mut Probe {
+    pub(super) fn of_size(&mut self, body: &Arc<Body>, radius: f64) -> &mut Probe {
         let halvings = (self.size / radius).log2().ceil().clamp(0.0, (HALVINGS - 1) as f64);
         let (turn, radius) = (self.turn, self.size * 0.5_f64.powf(halvings));
         self.made[halvings as usize].get_or_insert_with(|| {
@@ -41,22 +42,21 @@ impl Probes {
             let corners: Vec<DVec3> = axes.iter().flat_map(|&axis| [axis, -axis]).collect();
             #[expect(clippy::expect_used, reason = "an octahedron of positive size is a body")]
             let probe = Body::from_convex(&corners).expect("an octahedron");
-            let query = PairQuery::new(&probe, body, CAPACITY);
-            Box::new(Probe { body: probe, query })
+            let settings = QuerySettings { tolerance: 0.0, capacity: CAPACITY, ..QuerySettings::default() };
+            Box::new(Probe { query: ContactQuery::new(Arc::new(probe), body.clone(), settings) })
         })
     }
 }
 
 impl Probe {
     /// The deepest contact of the probe at `place`, if it overlaps the body.
-    pub(super) fn deepest(&mut self, body: &Body, place: &Pose) -> Option<Contact> {
-        self.query.run(&self.body, body, place, 0.0, &CLOCK);
-        deepest(self.query.contacts())
+    pub(super) fn deepest(&mut self, place: &Pose) -> Option<Contact> {
+        deepest(self.query.contacts(place))
     }
 
     /// A contact's depth less what of it is the probe's own extent.
     pub(super) fn depth_at_centre(&self, contact: &Contact) -> f64 {
-        let heights = self.body.mesh().vertices().iter().map(|v| -contact.normal.dot(*v));
+        let heights = self.query.a().mesh().vertices().iter().map(|v| -contact.normal.dot(*v));
         -contact.separation - heights.fold(0.0, f64::max)
     }
 }

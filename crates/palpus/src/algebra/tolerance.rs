@@ -693,7 +693,7 @@ pub const PATCH_CORNERS: usize = 2 * PATCH_SIDES;
 /// The same corner comes from two faces that share it, with different rounding. Larger merges corners that are apart.
 pub const PATCH_SAME: f64 = 1e-9;
 
-// force: the pair query (pair_query, belief)
+// detect: the contact query (search, belief)
 
 /// Relative to the smaller body's size: motion between two queries beyond which the last depths are no start any more.
 ///
@@ -713,7 +713,7 @@ pub const BELIEVED_SHARE: f64 = 0.8;
 /// surface denies.
 pub const BELIEVED_EDGE_SHARE: f64 = 0.65;
 
-// force: the guard against tunnelling (guard, pair_query/sub_step)
+// detect: the guard against tunnelling (guard, sub_step)
 
 /// Tolerances: the longest way of any point in a sub-step.
 ///
@@ -964,3 +964,11 @@ pub const PACE_LEAST_WORK: u64 = 200;
 ///
 /// The rest is for the device, the recorder and a busy machine.
 pub const PACE_SHARE: f64 = 0.6;
+
+/// s: a driven body's first way to where its host says that it is, when no interval between updates is known yet: 60 Hz.
+pub const DRIVEN_PERIOD: f64 = 1.0 / 60.0;
+
+/// s: a driven body goes on for so long without an update, and slows down to rest in as long again.
+///
+/// Six periods of the slowest usual host. Longer, and a robot whose program hangs pushes on; shorter, and a late update is felt.
+pub const DRIVEN_PATIENCE: f64 = 0.1;

@@ -12,7 +12,7 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 
 use super::coherence::Memory;
-use super::{Proximity, Side};
+use super::{Proximity, Side, support_gap};
 use crate::algebra::Placement;
 
 /// A pair of pieces and what the march found of it.
@@ -118,9 +118,7 @@ fn likely_separation(pair: &LeafPair, a: Side<'_>, b: Side<'_>, pose_ba: &Placem
     let remembered = pair.memory.filter(|memory| memory.normal != DVec3::ZERO);
     let direction = remembered.map_or(overlap.direction, |memory| memory.normal).normalize_or(DVec3::Z);
     let hub = remembered.map_or([0; 2], |memory| memory.hub);
-    let lowest_a = piece_a.support_from(hub[0], pose_ba.inverse_vector(-direction));
-    let highest_b = piece_b.support_from(hub[1], direction);
-    direction.dot(pose_ba.point(piece_a.vertex(lowest_a)) - piece_b.vertex(highest_b))
+    support_gap(piece_a, piece_b, pose_ba, direction, hub).0
 }
 
 impl Ord for Rank {

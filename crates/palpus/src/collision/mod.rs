@@ -14,6 +14,7 @@ mod proximity;
 mod scale;
 mod side;
 mod step;
+mod support;
 #[cfg(test)]
 mod sweeps;
 mod thickness;
@@ -29,4 +30,5 @@ pub use leaf_pairs::{LeafPair, LeafPairs};
 pub use march::{initial_features, march};
 pub use proximity::{Closest, March, Overlap, Proximity, StopReason};
 pub use side::Side;
+pub(crate) use support::support_gap;
 pub use traverse::{Traversal, TraversalCounters};

@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::{Antipodal, HubPair};
 use crate::algebra::Placement;
 use crate::body::Polytope;
+use crate::collision::support_gap;
 
 /// The two polytopes and where a lies in b's frame.
 #[derive(Clone, Copy)]
@@ -57,9 +58,8 @@ impl Cso<'_> {
     /// The hub pair that supports `normal`, climbing from `hint`, and `h(normal)` if that is unit.
     #[inline]
     pub(super) fn support(&self, hint: HubPair, normal: DVec3) -> (HubPair, f64) {
-        let hub =
-            HubPair { a: self.a.support_from(hint.a, self.toward_b(normal)), b: self.b.support_from(hint.b, normal) };
-        (hub, normal.dot(self.vertex(hub)))
+        let (gap, [a, b]) = support_gap(self.a, self.b, self.pose_ba, normal, [hint.a, hint.b]);
+        (HubPair { a, b }, -gap)
     }
 
     /// The same, from no hint.

@@ -28,8 +28,8 @@ use std::cmp::Ordering;
 
 use glam::DVec3;
 
-use super::Contact;
 use super::tilt::{TiltShares, Tilted};
+use crate::detect::Contact;
 use link::{Cell, Run};
 
 /// What makes contacts one cluster.
@@ -262,7 +262,7 @@ impl Linkage {
             first = ranks.end;
             if patch.len() > 1 {
                 self.corners.clear();
-                self.corners.extend(patch.iter().map(|&i| contacts[i as usize].unloaded()));
+                self.corners.extend(patch.iter().map(|&i| Tilted::unloaded(&contacts[i as usize])));
                 let shares = self.tilts.run(&self.corners);
                 let middle: DVec3 = self.corners.iter().zip(shares).map(|(corner, share)| corner.place * *share).sum();
                 self.points[ranks].fill(middle);

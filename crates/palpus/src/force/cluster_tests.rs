@@ -3,7 +3,8 @@
 use glam::DVec3;
 
 use super::testing::{Random, contact, moved};
-use super::{Contact, Linkage, LinkageSettings};
+use super::{Linkage, LinkageSettings};
+use crate::detect::Contact;
 
 const SEED: u64 = 0x0C1A_57E2;
 const TOLERANCE: f64 = 1e-3;

@@ -45,9 +45,10 @@
 
 use glam::DVec3;
 
-use super::{Cluster, Contact};
+use super::Cluster;
 use crate::algebra::Pose;
 use crate::algebra::tolerance::{FRICTION_HEIR, FRICTION_HELD, FRICTION_LOOKS};
+use crate::detect::Contact;
 
 /// How surfaces hold each other.
 #[derive(Clone, Copy, Debug, PartialEq)]

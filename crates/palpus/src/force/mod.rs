@@ -1,15 +1,10 @@
-//! Contacts, clusters, penalty force, shading, friction \[K02 §4\].
+//! Clusters, penalty force, shading, friction \[K02 §4\].
 
-mod belief;
 mod cluster;
 #[cfg(test)]
 mod cluster_tests;
-mod contact;
 mod crowding;
 mod friction;
-mod guard;
-mod held;
-mod pair_query;
 mod penalty;
 mod representative;
 mod shading;
@@ -20,10 +15,8 @@ pub(crate) mod testing;
 mod tilt;
 
 pub use cluster::{Linkage, LinkageCounters, LinkageSettings};
-pub use contact::Contact;
 pub use crowding::Crowding;
 pub use friction::{Adhesion, FrictionCounters, FrictionSettings, FrictionTracker, Grasp, Grip};
-pub use pair_query::{PairQuery, Proof, QueryCounters};
 pub use penalty::{Centers, NetWrench, PenaltySettings, normal_force};
 pub use representative::{Cluster, represent};
 pub use shading::{ShadingSettings, SmoothNormal, shade};

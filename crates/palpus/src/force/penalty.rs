@@ -63,10 +63,11 @@ impl NetWrench {
 
 #[cfg(test)]
 mod tests {
+    use super::super::represent;
     use super::super::testing::{Random, contact};
-    use super::super::{Contact, represent};
     use super::*;
     use crate::algebra::{Pose, Twist};
+    use crate::detect::Contact;
     use glam::DQuat;
 
     const SEED: u64 = 0x9E4A;

@@ -7,8 +7,8 @@
 
 use glam::DVec3;
 
-use super::Contact;
 use crate::algebra::tolerance::{CANCELLED_NORMAL, MIDPOINT_ROUNDING};
+use crate::detect::Contact;
 
 /// The representative contact of a cluster, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

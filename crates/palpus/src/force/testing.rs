@@ -2,10 +2,10 @@
 
 use glam::{DQuat, DVec3};
 
-use super::Contact;
 use crate::algebra::Pose;
 pub(crate) use crate::algebra::random::Random;
 use crate::body::{Feature, FeaturePair};
+use crate::detect::Contact;
 
 impl Random {
     /// Uniform in the cube of the given half side.

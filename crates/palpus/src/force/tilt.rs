@@ -34,6 +34,7 @@ use std::f64::consts::PI;
 use glam::{DVec2, DVec3};
 
 use crate::algebra::tolerance::TILT_SAME;
+use crate::detect::Contact;
 
 /// What a contact brings to the tilt shares.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,6 +51,20 @@ pub struct Tilted {
     pub slope: f64,
     /// The pieces of a and b: contacts of the same two are corners of one patch.
     pub pieces: [u32; 2],
+}
+
+impl Tilted {
+    /// What the contact brings to tilt shares that go by geometry alone.
+    pub(crate) fn unloaded(contact: &Contact) -> Self {
+        Self {
+            place: contact.midpoint(),
+            direction: contact.normal,
+            separation: contact.separation,
+            engagement: 0.0,
+            slope: contact.slope,
+            pieces: [contact.piece_a, contact.piece_b],
+        }
+    }
 }
 
 /// The tilt shares of a crowd, and the memory to find them.

@@ -14,9 +14,10 @@ use glam::DVec3;
 use super::{Clustering, Scratch, Settings};
 use crate::algebra::tolerance::FRICTION_SPREAD;
 use crate::algebra::{Pose, Twist};
+use crate::detect::Contact;
 use crate::force::{
-    Centers, Cluster, Contact, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, PenaltySettings, Tilted,
-    normal_force, represent,
+    Centers, Cluster, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, PenaltySettings, Tilted, normal_force,
+    represent,
 };
 
 /// Where the bodies are and how the probe moves, in b's frame.
@@ -152,13 +153,13 @@ fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, force
         Clustering::Smooth => {
             crowd.extend(members.zip(&forces.directions).map(|(contact, &direction)| {
                 let engagement = (skin - contact.separation).max(0.0);
-                Tilted { direction, engagement, ..contact.unloaded() }
+                Tilted { direction, engagement, ..Tilted::unloaded(contact) }
             }));
             crowding.run(crowd, AHEAD * skin);
             forces.weights.extend(crowd.iter().map(|corner| tolerance - corner.separation));
         }
         Clustering::Linkage => {
-            crowd.extend(members.map(Contact::unloaded));
+            crowd.extend(members.map(Tilted::unloaded));
             for patch in patches(contacts, &forces.members) {
                 let corners = &crowd[patch];
                 let shares = tilts.run(corners).iter().zip(corners);

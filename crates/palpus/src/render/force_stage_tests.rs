@@ -4,8 +4,9 @@ use glam::DVec3;
 
 use super::{Clustering, Forces, Motion, Scratch, Settings, force};
 use crate::algebra::{Pose, Twist};
+use crate::detect::Contact;
 use crate::force::testing::{Random, contact, moved};
-use crate::force::{Centers, Contact, FrictionSettings};
+use crate::force::{Centers, FrictionSettings};
 
 const SEED: u64 = 0x5EED_F02C;
 const CAPACITY: usize = 256;

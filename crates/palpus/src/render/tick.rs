@@ -10,7 +10,8 @@ use glam::DVec3;
 
 use super::{Forces, ToolCounters};
 use crate::algebra::{Pose, Twist, Wrench};
-use crate::force::{Contact, FrictionCounters, LinkageCounters, QueryCounters};
+use crate::detect::{Contact, QueryCounters};
+use crate::force::{FrictionCounters, LinkageCounters};
 
 /// Where the probe is and how it moves, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]

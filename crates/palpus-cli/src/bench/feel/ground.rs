@@ -4,9 +4,9 @@ use std::sync::{Arc, OnceLock};
 
 use anyhow::anyhow;
 use glam::DVec3;
-use palpus::algebra::{NoClock, Pose};
+use palpus::algebra::Pose;
 use palpus::body::Body;
-use palpus::force::{Contact, PairQuery};
+use palpus::detect::{Contact, ContactQuery, QuerySettings};
 use palpus::render::{ProbeState, Settings};
 use palpus_baselines::{BaselineError, Voxel};
 use palpus_device::SimulationSettings;
@@ -199,26 +199,23 @@ fn presses(name: &str, judged: &[(Pose, Option<Contact>)]) -> Vec<DVec3> {
 /// Says how deep two bodies overlap at a pose, whoever brought them there: the engine's own query, asked without any memory of what was
 /// before, so that it is the same for all methods.
 pub(super) struct Judge {
-    a: Arc<Body>,
-    b: Arc<Body>,
-    tolerance: f64,
-    query: PairQuery,
+    query: ContactQuery,
 }
 
 impl Judge {
     fn new(a: &Arc<Body>, b: &Arc<Body>, tolerance: f64) -> Self {
-        Self { query: PairQuery::new(a, b, 4096), a: a.clone(), b: b.clone(), tolerance }
+        let settings = QuerySettings { tolerance, ..QuerySettings::default() };
+        Self { query: ContactQuery::new(a.clone(), b.clone(), settings) }
     }
 
     /// The deepest contact.
     pub(super) fn deepest(&mut self, pose_ba: &Pose) -> Option<Contact> {
         self.query.clear();
-        self.query.run(&self.a, &self.b, pose_ba, self.tolerance, &NoClock);
-        self.query.contacts().iter().min_by(|a, b| a.separation.total_cmp(&b.separation)).copied()
+        self.query.contacts(pose_ba).iter().min_by(|a, b| a.separation.total_cmp(&b.separation)).copied()
     }
 
     /// How deep, m; negative when apart.
     pub(super) fn depth(&mut self, pose_ba: &Pose) -> f64 {
-        self.deepest(pose_ba).map_or(-self.tolerance, |contact| -contact.separation)
+        self.deepest(pose_ba).map_or(-self.query.settings().tolerance, |contact| -contact.separation)
     }
 }

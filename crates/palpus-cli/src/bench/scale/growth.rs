@@ -4,12 +4,12 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use std::sync::Arc;
 
-use palpus::algebra::{NoClock, Pose};
+use palpus::algebra::Pose;
 use palpus::body::BodySettings;
-use palpus::force::PairQuery;
+use palpus::detect::{ContactQuery, QuerySettings};
 use palpus_scenes::shape;
 
-use super::motion::{Orbit, PERIOD, STRETCH};
+use super::motion::{Orbit, PERIOD, STRETCH, nearest_query};
 use super::timing::{self, Times};
 use super::{Bodies, Effort, Row};
 use crate::bench::random::Random;
@@ -90,10 +90,8 @@ struct Touches {
 impl Touches {
     fn new(bodies: &Bodies, ticks: usize) -> Self {
         let mut random = Random(SEED);
-        let mut pair = PairQuery::new(&bodies.a, &bodies.b, 1 << 14);
-        let orbits = (0..ticks.div_ceil(STRETCH))
-            .map(|_| Orbit::touching(&bodies.a, &bodies.b, &mut pair, GAP, &mut random))
-            .collect();
+        let mut query = nearest_query(&bodies.a, &bodies.b);
+        let orbits = (0..ticks.div_ceil(STRETCH)).map(|_| Orbit::touching(&mut query, GAP, &mut random)).collect();
         Self { orbits, ticks }
     }
 
@@ -110,13 +108,13 @@ impl Touches {
 
 /// The tolerance at which a tick has [`CONTACTS`] contacts on the average.
 fn tolerance_for(bodies: &Bodies, touches: &Touches) -> f64 {
-    let Bodies { a, b } = bodies;
-    let mut pair = PairQuery::new(a, b, 1 << 14);
+    let settings = QuerySettings { capacity: 1 << 14, ..QuerySettings::default() };
+    let mut query = ContactQuery::new(bodies.a.clone(), bodies.b.clone(), settings);
     let mut contacts = |tolerance: f64| {
         let (mut sum, mut count) = (0, 0);
+        query.set_tolerance(tolerance);
         for pose in touches.poses(tolerance).iter().flat_map(|stretch| stretch.iter().step_by(SAMPLE)) {
-            pair.run(a, b, pose, tolerance, &NoClock);
-            sum += pair.contacts().len();
+            sum += query.contacts(pose).len();
             count += 1;
         }
         f64::from(sum as u32) / f64::from(count)

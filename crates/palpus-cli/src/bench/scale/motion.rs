@@ -1,11 +1,12 @@
 //! Coherent motions that keep two bodies in contact.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use palpus::algebra::{NoClock, Pose};
+use palpus::algebra::Pose;
 use palpus::body::Body;
-use palpus::force::PairQuery;
+use palpus::detect::{ContactQuery, QuerySettings};
 
 use crate::bench::random::Random;
 
@@ -43,13 +44,13 @@ pub(super) const STRETCH: usize = 2000;
 /// `amplitude` (m) is how far an orbit goes in, and sideways to each side.
 pub(super) fn stretches(
     motion: &Motion,
-    a: &Body,
-    b: &Body,
+    a: &Arc<Body>,
+    b: &Arc<Body>,
     amplitude: f64,
     ticks: usize,
     random: &mut Random,
 ) -> Vec<Vec<Pose>> {
-    let mut pair = PairQuery::new(a, b, 1 << 14);
+    let mut query = nearest_query(a, b);
     let mut answer = Vec::new();
     let mut left = ticks;
     while left > 0 {
@@ -58,7 +59,7 @@ pub(super) fn stretches(
         let poses = 0..=count;
         answer.push(match *motion {
             Motion::Orbit => {
-                let orbit = Orbit::touching(a, b, &mut pair, amplitude, random);
+                let orbit = Orbit::touching(&mut query, amplitude, random);
                 poses.map(|k| orbit.pose(TAU * k as f64 / PERIOD)).collect()
             }
             Motion::Screw { rest, center, swing, pitch, sway, lift } => {
@@ -78,6 +79,12 @@ pub(super) fn stretches(
         });
     }
     answer
+}
+
+/// Returns the query that [`Orbit::touching`] asks: for the nearest points, whatever the distance.
+pub(super) fn nearest_query(a: &Arc<Body>, b: &Arc<Body>) -> ContactQuery {
+    let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
+    ContactQuery::new(a.clone(), b.clone(), settings)
 }
 
 /// About a place where the bodies touch.
@@ -100,20 +107,19 @@ const TOUCHING: f64 = 0.01;
 
 impl Orbit {
     /// A place to which the probe comes from a random side.
-    pub(super) fn touching(a: &Body, b: &Body, pair: &mut PairQuery, amplitude: f64, random: &mut Random) -> Self {
+    pub(super) fn touching(query: &mut ContactQuery, amplitude: f64, random: &mut Random) -> Self {
+        let (a, b) = (query.a().clone(), query.b().clone());
         loop {
             let turn = DQuat::from_scaled_axis(random.vector() * TAU / 2.0);
             let approach = random.vector().normalize_or(DVec3::Z);
             let bounds = |body: &Body| (body.mesh().bounds().min + body.mesh().bounds().max) / 2.0;
-            let (middle, goal) = (bounds(a), bounds(b));
+            let (middle, goal) = (bounds(&a), bounds(&b));
             let at = |way: f64| Pose::new(turn, goal - turn * middle + approach * way);
             // Conservative advancement: the nearest distance can always be travelled.
             let mut way = a.size() + b.size();
             let (mut gap, mut outward) = (f64::INFINITY, approach);
             for _ in 0..MOST_ADVANCES {
-                let pose = at(way);
-                let mut counters = pair.run(a, b, &pose, 0.0, &NoClock);
-                let nearest = pair.nearest(a, b, &pose, &mut counters);
+                let nearest = query.nearest(&at(way));
                 (gap, outward) = nearest.map_or((0.0, approach), |contact| (contact.separation, contact.normal));
                 if gap <= TOUCHING * amplitude || way < -b.size() {
                     break;

@@ -78,7 +78,7 @@ pub(super) fn section_feeler(
             let section = match had {
                 Some(had) if had.cell <= fine.cell => had,
                 had => {
-                    let Some(felt) = felt(&body, fine, feeler, desk) else {
+                    let Some(felt) = felt(fine, feeler, desk) else {
                         known = had;
                         return;
                     };
@@ -96,12 +96,12 @@ pub(super) fn section_feeler(
 }
 
 /// All rows, unless something else is wanted meanwhile.
-fn felt<Q, A>(body: &Body, mut section: Section, feeler: &mut Feeler, desk: &Desk<Q, A>) -> Option<Section> {
+fn felt<Q, A>(mut section: Section, feeler: &mut Feeler, desk: &Desk<Q, A>) -> Option<Section> {
     for row in 0..section.rows {
         if desk.is_superseded() {
             return None;
         }
-        let samples = section.feel_row(body, row, feeler);
+        let samples = section.feel_row(row, feeler);
         section.samples.extend(samples);
     }
     Some(section)

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::super::Contact;
 use super::Linkage;
 use crate::algebra::tolerance::CAP_STEPS;
+use crate::detect::Contact;
 
 impl Linkage {
     /// Step 4: labels the members of each group by the cone that they fall into; returns how many groups were cut.

@@ -81,9 +81,9 @@ impl Linkage {
 mod tests {
     use glam::DVec3;
 
-    use super::super::super::Contact;
     use super::super::super::testing::{Random, contact};
     use super::*;
+    use crate::detect::Contact;
 
     const SEED: u64 = 0xc105_fa17;
     const SETTINGS: LinkageSettings =

@@ -1,8 +1,7 @@
-//! A contact, as the force model sees it \[K02 §4.1\].
+//! A contact: a pair of points, one on each body, within the tolerance \[K02 §4.1\].
 
 use glam::DVec3;
 
-use super::tilt::Tilted;
 use crate::body::FeaturePair;
 
 /// A pair of points, one on each body, nearer than the contact tolerance; in b's frame.
@@ -38,18 +37,6 @@ impl Contact {
     /// True if the two are corners of one patch.
     pub(crate) fn shares_patch(&self, other: &Self) -> bool {
         self.slope > 0.0 && (self.piece_a, self.piece_b) == (other.piece_a, other.piece_b)
-    }
-
-    /// What the corner brings to tilt shares that go by geometry alone.
-    pub(crate) fn unloaded(&self) -> Tilted {
-        Tilted {
-            place: self.midpoint(),
-            direction: self.normal,
-            separation: self.separation,
-            engagement: 0.0,
-            slope: self.slope,
-            pieces: [self.piece_a, self.piece_b],
-        }
     }
 
     /// True unless a place or a size in it is no number: of bodies absurdly far apart, squares of distances are none.

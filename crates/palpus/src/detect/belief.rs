@@ -23,43 +23,47 @@
 use glam::DVec3;
 
 use super::Contact;
+use super::memory::PairMemory;
+use super::search::Asked;
 use crate::algebra::tolerance::{BELIEVED_EDGE_SHARE, BELIEVED_SHARE, TOUCHING};
 use crate::algebra::{Placement, closest_on_segment, closest_on_triangle};
 use crate::body::{Body, Feature, FeaturePair, Polytope};
 
-/// True if the contact's depth is one that a solid can have there; `pose_ba` places a's frame in b's.
-pub(super) fn is_believed(a: &Body, b: &Body, pose_ba: &Placement, contact: &Contact) -> bool {
-    has_depth(a, b, pose_ba, contact, BELIEVED_SHARE * -contact.separation)
+/// True if the contact's depth is one that a solid can have there.
+pub(super) fn is_believed(asked: &Asked<'_>, contact: &Contact) -> bool {
+    has_depth(asked, contact, BELIEVED_SHARE * -contact.separation)
 }
 
-/// The same of a contact along the least depth of its pieces: where it is deeper than `tolerance`, and one of the bodies has
+/// The same of a contact along the least depth of its pieces: where it is deeper than the tolerance, and one of the bodies has
 /// several pieces.
 ///
 /// The point of an edge that lies D beyond another edge is nearer than that to the faces at either.
-pub(super) fn is_believed_beyond(a: &Body, b: &Body, pose_ba: &Placement, contact: &Contact, tolerance: f64) -> bool {
+pub(super) fn is_believed_beyond(asked: &Asked<'_>, contact: &Contact) -> bool {
+    let Asked { a, b, tolerance, .. } = *asked;
     let depth = -contact.separation;
     if depth <= tolerance || a.polytopes().len() == 1 && b.polytopes().len() == 1 {
         return true;
     }
     let edges = matches!(contact.features, FeaturePair { a: Feature::Edge(_), b: Feature::Edge(_) });
     let share = if edges { BELIEVED_EDGE_SHARE } else { BELIEVED_SHARE };
-    has_depth(a, b, pose_ba, contact, share * depth)
+    has_depth(asked, contact, share * depth)
 }
 
 /// True if one of the contact's points is inside the other body, and `depth` from its surface or farther.
-fn has_depth(a: &Body, b: &Body, pose_ba: &Placement, contact: &Contact, depth: f64) -> bool {
+fn has_depth(asked: &Asked<'_>, contact: &Contact, depth: f64) -> bool {
+    let Asked { a, b, place, .. } = asked;
     if !a.mesh().is_closed() && !b.mesh().is_closed() {
         return true;
     }
-    let [point_a, point_b] = on_features(a, b, pose_ba, contact);
-    lies_within(b, point_a, depth) || lies_within(a, pose_ba.inverse_point(point_b), depth)
+    let [point_a, point_b] = on_features(asked, contact);
+    lies_within(b, point_a, depth) || lies_within(a, place.inverse_point(point_b), depth)
 }
 
 /// The points of the contact's features that are nearest to its witness points, which may lie beside them; in b's frame.
-fn on_features(a: &Body, b: &Body, pose_ba: &Placement, contact: &Contact) -> [DVec3; 2] {
-    let (piece_a, piece_b) = (&a.polytopes()[contact.piece_a as usize], &b.polytopes()[contact.piece_b as usize]);
-    let point_a = on_feature(piece_a, contact.features.a, pose_ba.inverse_point(contact.point_a));
-    [pose_ba.point(point_a), on_feature(piece_b, contact.features.b, contact.point_b)]
+fn on_features(asked: &Asked<'_>, contact: &Contact) -> [DVec3; 2] {
+    let (piece_a, piece_b) = asked.pieces(contact.piece_a, contact.piece_b);
+    let point_a = on_feature(piece_a, contact.features.a, asked.place.inverse_point(contact.point_a));
+    [asked.place.point(point_a), on_feature(piece_b, contact.features.b, contact.point_b)]
 }
 
 fn on_feature(piece: &Polytope, feature: Feature, point: DVec3) -> DVec3 {
@@ -88,11 +92,11 @@ fn lies_within(body: &Body, point: DVec3, depth: f64) -> bool {
 
 /// The same contact as the solids themselves have it: the deeper of its witness points, out to the nearest surface. As it is if
 /// neither point is inside the other body.
-pub(super) fn corrected(a: &Body, b: &Body, pose_ba: &Placement, contact: &Contact) -> Contact {
-    let [point_a, point_b] = on_features(a, b, pose_ba, contact);
+pub(super) fn corrected(asked: &Asked<'_>, contact: &Contact) -> Contact {
+    let Asked { a, b, place, .. } = asked;
+    let [point_a, point_b] = on_features(asked, contact);
     let of_a = way_out(b, point_a).map(|out| at_point_of_a(contact, point_a, out));
-    let of_b =
-        way_out(a, pose_ba.inverse_point(point_b)).map(|out| at_point_of_b(contact, point_b, pose_ba.vector(out)));
+    let of_b = way_out(a, place.inverse_point(point_b)).map(|out| at_point_of_b(contact, point_b, place.vector(out)));
     match (of_a, of_b) {
         (Some(x), Some(y)) => {
             if x.separation <= y.separation {
@@ -130,8 +134,7 @@ fn at_point_of_b(contact: &Contact, point_b: DVec3, out: DVec3) -> Contact {
 /// The deepest contact of the last query in which the bodies overlapped.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct LastOverlap {
-    /// With its points in the frame of their own body.
-    contact: Option<Contact>,
+    contact: Option<PairMemory>,
 }
 
 impl LastOverlap {
@@ -144,15 +147,16 @@ impl LastOverlap {
     pub(super) fn keep(&mut self, contacts: &[Contact], pose_ba: &Placement) {
         let overlapping = contacts.iter().filter(|contact| contact.separation < 0.0);
         let deepest = overlapping.min_by(|x, y| x.separation.total_cmp(&y.separation));
-        self.contact = deepest.map(|contact| Contact { point_a: pose_ba.inverse_point(contact.point_a), ..*contact });
+        self.contact = deepest.map(|contact| PairMemory::of(contact, pose_ba));
     }
 
     /// The contact that its witness points are now, if one of them still is inside the other body.
-    pub(super) fn still(&self, a: &Body, b: &Body, pose_ba: &Placement) -> Option<Contact> {
-        let last = self.contact?;
-        let point_a = pose_ba.point(last.point_a);
+    pub(super) fn still(&self, asked: &Asked<'_>) -> Option<Contact> {
+        let Asked { a, b, place, .. } = asked;
+        let memory = self.contact?;
+        let (last, point_a, point_b) = (memory.extrapolate(place), place.point(memory.point_a), memory.point_b);
         let of_a = way_out(b, point_a).map(|out| at_point_of_a(&last, point_a, out));
-        let out_of_a = |point_b| way_out(a, pose_ba.inverse_point(point_b));
-        of_a.or_else(|| out_of_a(last.point_b).map(|out| at_point_of_b(&last, last.point_b, pose_ba.vector(out))))
+        let out_of_a = || way_out(a, place.inverse_point(point_b));
+        of_a.or_else(|| out_of_a().map(|out| at_point_of_b(&last, point_b, place.vector(out))))
     }
 }

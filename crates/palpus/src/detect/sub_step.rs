@@ -2,15 +2,15 @@
 
 use glam::DVec3;
 
-use super::super::Contact;
-use super::super::guard::{between, sub_steps};
+use super::guard::{between, sub_steps};
 use super::pair::Found;
-use super::{Asked, PairQuery, QueryCounters, side};
+use super::search::{Asked, PairSearch, side};
+use super::{Contact, QueryCounters};
 use crate::algebra::tolerance::{GUARD_THICK, JUMP, WORK_ANSWER};
 use crate::algebra::{Placement, Quota};
 use crate::body::{Aabb, Body};
 
-impl PairQuery {
+impl PairSearch {
     /// A fast tick's poses on the way, so that nothing thin is jumped over; the quota may cut them short. What is thin then, if
     /// the tick is fast and anything is.
     ///
@@ -64,7 +64,7 @@ impl PairQuery {
             self.coherent = travel(a, &last, &place) <= JUMP * a.size().min(b.size());
             if let (Some(guard), Some(thin)) = (&mut self.guard, thin) {
                 let is_thin = |contact: &&Contact| self.front.thickness(contact.piece_a, contact.piece_b) < thin;
-                guard.trace(a, b, self.contacts.iter().filter(is_thin), &last, &place);
+                guard.trace(asked, self.contacts.iter().filter(is_thin), &last);
             }
         }
     }

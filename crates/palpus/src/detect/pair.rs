@@ -1,8 +1,8 @@
 //! What one pair of pieces comes to: a contact at its closest points or at its depth, or none.
 
-use super::super::Contact;
-use super::super::contact::points_about;
-use super::{Asked, PairQuery, QueryCounters, pieces};
+use super::contact::points_about;
+use super::search::{Asked, PairSearch};
+use super::{Contact, QueryCounters};
 use crate::collision::{Closest, Home, LeafPair, Memory, Overlap, Proximity, StopReason};
 use crate::depth::{
     AdmissibleDepth, Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, half_admissible_depth,
@@ -21,7 +21,7 @@ pub(super) enum Found {
     Inadmissible,
 }
 
-impl PairQuery {
+impl PairSearch {
     /// What a leaf pair comes to.
     pub(super) fn contact(&mut self, asked: &Asked<'_>, leaf: &LeafPair, counters: &mut QueryCounters) -> Found {
         let closest = match leaf.proximity {
@@ -30,7 +30,7 @@ impl PairQuery {
         };
         // Should they overlap in the next tick, they do so along this normal.
         let Closest { normal, features, .. } = closest;
-        let (piece_a, piece_b) = pieces(asked.a, asked.b, leaf.piece_a, leaf.piece_b);
+        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let hub = [features.a.some_vertex(piece_a), features.b.some_vertex(piece_b)];
         self.front.remember_depth(leaf, normal, hub, features);
         if is_surface(asked, leaf, &closest) { Found::Admissible(at_closest(leaf, &closest)) } else { Found::Nothing }
@@ -74,7 +74,7 @@ impl PairQuery {
 
     /// The depth walk, proven if that was asked for.
     fn walk(&mut self, asked: &Asked<'_>, leaf: &LeafPair, overlap: &Overlap, memory: Option<Memory>) -> Depth {
-        let (piece_a, piece_b) = pieces(asked.a, asked.b, leaf.piece_a, leaf.piece_b);
+        let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let witness = Seed::Witness { direction: overlap.direction };
         let seeds = match memory {
             Some(Memory { hub: [a, b], normal, facet, .. }) => {
@@ -98,12 +98,22 @@ impl PairQuery {
     }
 
     /// Adds the other corners of the contact that a leaf pair has added to those `known`, and keeps them for when the
-    /// quota is spent.
-    pub(super) fn keep(&mut self, asked: &Asked<'_>, leaf: &LeafPair, known: usize, counters: &mut QueryCounters) {
+    /// quota is spent. Each of the leaf pairs `left` keeps room for one contact: the list of leaf pairs holds the deepest, so
+    /// none of them may be dropped for the corners of another.
+    pub(super) fn keep(
+        &mut self,
+        asked: &Asked<'_>,
+        leaf: &LeafPair,
+        known: usize,
+        left: usize,
+        counters: &mut QueryCounters,
+    ) {
+        debug_assert!(self.contacts.len() + left <= self.capacity);
         if let Some(slope) = self.patch_slope
             && let Some(contact) = self.contacts.get(known).copied()
         {
-            self.spread(asked, &contact, known, slope, counters);
+            let room = self.capacity - known - left;
+            self.spread(asked, &contact, slope, room, counters);
         }
         if let Home::Place(home) = leaf.home {
             self.held.keep(home, [leaf.piece_a, leaf.piece_b], &self.contacts[known..], &asked.place);
@@ -111,21 +121,24 @@ impl PairQuery {
     }
 }
 
-impl PairQuery {
-    /// Puts the corners of its patch in the place of the contact at `place`, the last one.
-    fn spread(&mut self, asked: &Asked<'_>, contact: &Contact, place: usize, slope: f64, counters: &mut QueryCounters) {
+impl PairSearch {
+    /// Replaces `contact`, the last one, by the corners of its patch, if there are at most `room` of them.
+    fn spread(&mut self, asked: &Asked<'_>, contact: &Contact, slope: f64, room: usize, counters: &mut QueryCounters) {
         let Contact { features, point_a, point_b, normal, .. } = *contact;
-        let (piece_a, piece_b) = pieces(asked.a, asked.b, contact.piece_a, contact.piece_b);
+        let (piece_a, piece_b) = asked.pieces(contact.piece_a, contact.piece_b);
         let touch = Touch { features, point_a, point_b, normal };
         let slope = self.patch.find(piece_a, piece_b, &asked.place, &touch, slope, asked.tolerance);
-        let room = self.capacity - place;
-        self.contacts.truncate(place);
-        self.contacts.extend(self.patch.corners().iter().take(room).map(|corner| {
+        counters.patches += 1;
+        let corners = self.patch.corners();
+        if corners.len() > room {
+            return;
+        }
+        self.contacts.pop();
+        self.contacts.extend(corners.iter().map(|corner| {
             let [point_a, point_b] = points_about(corner.midpoint, normal, corner.separation);
             Contact { features: corner.features, point_a, point_b, separation: corner.separation, slope, ..*contact }
         }));
-        counters.patches += 1;
-        counters.corners += (self.contacts.len() - place - 1) as u32;
+        counters.corners += (corners.len() - 1) as u32;
     }
 }
 

@@ -20,10 +20,12 @@
 use glam::{DQuat, DVec3, DVec4};
 
 use super::Contact;
-use super::contact::points_about;
+use super::memory::PairMemory;
+use super::search::Asked;
 use crate::algebra::tolerance::{COPLANAR, GUARD_HOLD, GUARD_STEP, GUARD_SUB_STEPS, TURNED_OVER};
 use crate::algebra::{Placement, Pose};
-use crate::body::{Body, FeaturePair, Polytope};
+use crate::body::Polytope;
+use crate::collision::support_gap;
 
 /// Into how many parts a tick's motion is cut: 1 for slow ones, and for leaps, which are no motion.
 pub(super) fn sub_steps(travel: f64, tolerance: f64) -> u32 {
@@ -41,7 +43,7 @@ pub(super) fn between(from: &Pose, to: &Pose, fraction: f64) -> Pose {
 /// Pairs that have tunnelled, and the side from which each came.
 #[derive(Clone, Debug)]
 pub(super) struct Guard {
-    sides: Vec<Side>,
+    sides: Vec<KeptSide>,
     /// The contacts at the pose before, in fast ticks.
     before: Vec<Contact>,
     /// The most contacts of a query.
@@ -51,14 +53,11 @@ pub(super) struct Guard {
 
 /// A pair and the side to which it belongs.
 #[derive(Clone, Copy, Debug)]
-struct Side {
-    pieces: [u32; 2],
-    features: FeaturePair,
-    /// Of the contact before it tunnelled, unit, from b into a, in b's frame.
+struct KeptSide {
+    /// The contact before it tunnelled, with the points that were traced.
+    contact: PairMemory,
+    /// Its normal, in b's frame.
     normal: DVec3,
-    /// The points that were traced, each in its body's frame.
-    point_a: DVec3,
-    point_b: DVec3,
     /// Whether it was a's point that went through b.
     by_a: bool,
     /// Vertices near the supports along the normal.
@@ -83,21 +82,19 @@ impl Guard {
         self.before.clear();
     }
 
-    /// Lists the pairs among `contacts`, those at the pose `from`, whose points tunnel on the way to `to`.
+    /// Lists the pairs among `contacts`, those at the pose `from`, whose points tunnel on the way to the pose asked about.
     pub(super) fn trace<'c>(
         &mut self,
-        a: &Body,
-        b: &Body,
+        asked: &Asked<'_>,
         contacts: impl Iterator<Item = &'c Contact>,
         from: &Placement,
-        to: &Placement,
     ) {
+        let to = &asked.place;
         self.before.clear();
         self.pose = *from;
         for contact in contacts.take(self.capacity) {
             self.before.push(*contact);
-            let (piece_a, piece_b) =
-                (&a.polytopes()[contact.piece_a as usize], &b.polytopes()[contact.piece_b as usize]);
+            let (piece_a, piece_b) = asked.pieces(contact.piece_a, contact.piece_b);
             let (point_a, point_b) = (from.inverse_point(contact.point_a), contact.point_b);
             let by_a = leaves_behind(piece_b, contact.point_a, to.point(point_a), contact.normal);
             let down = -to.inverse_vector(contact.normal);
@@ -131,15 +128,13 @@ impl Guard {
 
     fn list(&mut self, contact: &Contact, by_a: bool) {
         let pieces = [contact.piece_a, contact.piece_b];
-        if self.sides.len() == Self::SIDES || self.sides.iter().any(|side| side.pieces == pieces) {
+        if self.sides.len() == Self::SIDES || self.sides.iter().any(|side| side.contact.pieces == pieces) {
             return;
         }
-        self.sides.push(Side {
-            pieces,
-            features: contact.features,
+        self.sides.push(KeptSide {
+            // One point for the whole side.
+            contact: PairMemory::of(&Contact { slope: 0.0, ..*contact }, &self.pose),
             normal: contact.normal,
-            point_a: self.pose.inverse_point(contact.point_a),
-            point_b: contact.point_b,
             by_a,
             hub: [0; 2],
             deepest: None,
@@ -147,21 +142,14 @@ impl Guard {
     }
 
     /// Adds to `contacts` those that are held on their sides, in place of what was found of their pairs; how many.
-    pub(super) fn hold(
-        &mut self,
-        a: &Body,
-        b: &Body,
-        place: &Placement,
-        tolerance: f64,
-        contacts: &mut Vec<Contact>,
-    ) -> u32 {
+    pub(super) fn hold(&mut self, asked: &Asked<'_>, contacts: &mut Vec<Contact>) -> u32 {
         let mut held = 0;
         self.sides.retain_mut(|side| {
-            let found = contacts.iter().position(|c| [c.piece_a, c.piece_b] == side.pieces);
+            let found = contacts.iter().position(|c| [c.piece_a, c.piece_b] == side.contact.pieces);
             if found.is_some_and(|k| contacts[k].normal.dot(side.normal) > 0.0) {
                 return false;
             }
-            let Some(contact) = side.contact(a, b, place, tolerance) else { return false };
+            let Some(contact) = side.contact(asked) else { return false };
             match found {
                 Some(k) => contacts[k] = contact,
                 None if contacts.len() < self.capacity => contacts.push(contact),
@@ -174,39 +162,33 @@ impl Guard {
     }
 }
 
-impl Side {
+impl KeptSide {
     /// The contact on this side at the pose, unless it is to be let go.
-    fn contact(&mut self, a: &Body, b: &Body, place: &Placement, tolerance: f64) -> Option<Contact> {
-        let (piece_a, piece_b) = (&a.polytopes()[self.pieces[0] as usize], &b.polytopes()[self.pieces[1] as usize]);
+    fn contact(&mut self, asked: &Asked<'_>) -> Option<Contact> {
+        let Asked { place, tolerance, .. } = asked;
+        let (piece_a, piece_b) = asked.pieces(self.contact.pieces[0], self.contact.pieces[1]);
         let normal = self.normal;
         let down = -place.inverse_vector(normal);
-        self.hub = [piece_a.support_from(self.hub[0], down), piece_b.support_from(self.hub[1], normal)];
-        let separation = normal.dot(place.point(piece_a.vertex(self.hub[0])) - piece_b.vertex(self.hub[1]));
+        let separation;
+        (separation, self.hub) = support_gap(piece_a, piece_b, place, normal, self.hub);
         let deepest = *self.deepest.get_or_insert(GUARD_HOLD * tolerance - separation);
-        let point_a = place.point(self.point_a);
+        let point_a = place.point(self.contact.point_a);
         // The way out crosses the piece that was tunnelled through.
         let below = if self.by_a {
             through(piece_b, point_a, point_a + normal * deepest).is_some()
         } else {
-            let point_b = place.inverse_point(self.point_b);
+            let point_b = place.inverse_point(self.contact.point_b);
             through(piece_a, point_b, point_b + down * deepest).is_some()
         };
         if separation >= 0.0 || -separation > deepest || !below {
             return None;
         }
-        let midpoint =
-            if self.by_a { point_a - normal * (0.5 * separation) } else { self.point_b + normal * (0.5 * separation) };
-        let [point_a, point_b] = points_about(midpoint, normal, separation);
-        Some(Contact {
-            piece_a: self.pieces[0],
-            piece_b: self.pieces[1],
-            features: self.features,
-            point_a,
-            point_b,
-            normal,
-            separation,
-            slope: 0.0,
-        })
+        let midpoint = if self.by_a {
+            point_a - normal * (0.5 * separation)
+        } else {
+            self.contact.point_b + normal * (0.5 * separation)
+        };
+        Some(self.contact.contact(midpoint, normal, separation))
     }
 }
 
@@ -242,10 +224,10 @@ fn through(polytope: &Polytope, from: DVec3, to: DVec3) -> Option<u32> {
 mod tests {
     use std::sync::Arc;
 
-    use super::super::PairQuery;
     use super::*;
     use crate::algebra::NoClock;
-    use crate::body::{BodySettings, Mesh, PolygonSoup};
+    use crate::body::{Body, BodySettings, Mesh, PolygonSoup};
+    use crate::detect::{ContactQuery, QuerySettings};
 
     const TOLERANCE: f64 = 1e-3;
 
@@ -273,15 +255,22 @@ mod tests {
         Arc::new(Body::build(mesh, &BodySettings::default(), &mut |_| ()).unwrap())
     }
 
+    fn query(a: Arc<Body>, b: Arc<Body>, guard: bool) -> ContactQuery {
+        let settings = QuerySettings { tolerance: TOLERANCE, capacity: 64, guard, ..QuerySettings::default() };
+        ContactQuery::new(a, b, settings)
+    }
+
     /// Lowest separation and the normal there, tick by tick, of a small cube that goes along `way`.
     fn go(wall: &Arc<Body>, way: &[DVec3], guarded: bool) -> Vec<Option<Contact>> {
         let probe = cuboid(DVec3::splat(1e-3));
-        let query = PairQuery::new(&probe, wall, 64);
-        let mut query = if guarded { query.with_guard() } else { query };
+        let mut query = query(probe, wall.clone(), guarded);
         way.iter()
             .map(|&p| {
-                query.run(&probe, wall, &Pose::from_translation(p), TOLERANCE, &NoClock);
-                query.contacts().iter().min_by(|c, d| c.separation.total_cmp(&d.separation)).copied()
+                query
+                    .contacts(&Pose::from_translation(p))
+                    .iter()
+                    .min_by(|c, d| c.separation.total_cmp(&d.separation))
+                    .copied()
             })
             .collect()
     }
@@ -325,15 +314,15 @@ mod tests {
         let probe = cuboid(DVec3::splat(0.02));
         for (half, cut) in [(1e-4, true), (0.02, false)] {
             let wall = cuboid(DVec3::new(0.05, 0.05, half));
-            let mut query = PairQuery::new(&probe, &wall, 64).with_guard();
+            let mut query = query(probe.clone(), wall, true);
             let steps = |k: i32| 0.03 + half - 3e-3 * f64::from(k);
             let counted = (0..8).map(|k| {
                 let pose = Pose::from_translation(DVec3::new(0.0, 0.0, steps(k)));
-                query.run(&probe, &wall, &pose, TOLERANCE, &NoClock).sub_steps
+                query.run(&pose, &NoClock).sub_steps
             });
             let counted: Vec<u32> = counted.collect();
             assert!(counted[1..].iter().all(|&count| (count > 1) == cut), "{counted:?}");
-            let least = query.contacts().iter().map(|contact| contact.normal.z).fold(1.0, f64::min);
+            let least = query.found().iter().map(|contact| contact.normal.z).fold(1.0, f64::min);
             assert!(least > 0.99, "on the side from which it came");
         }
     }

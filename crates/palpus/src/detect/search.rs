@@ -21,160 +21,96 @@
 //!
 //! Contacts come in the order in which they began; after a jump, in that of the descent. The same history gives the same order.
 
-mod counters;
-mod late;
-mod pair;
-mod prover;
-mod sub_step;
-
-pub use counters::QueryCounters;
-
-use self::pair::{Found, at_closest};
-use self::prover::Prover;
-use super::Contact;
 use super::belief::{LastOverlap, corrected, is_believed, is_believed_beyond};
 use super::guard::Guard;
 use super::held::HeldContacts;
+use super::pair::{Found, at_closest};
+use super::prover::Prover;
+use super::{Contact, Proof, QueryCounters, QuerySettings};
 use crate::algebra::tolerance::WORK_ANSWER;
-use crate::algebra::{Clock, Placement, Pose, Quota, Work};
+use crate::algebra::{Clock, Placement, Pose, Quota};
 use crate::body::{Body, Polytope};
 use crate::collision::{Front, LeafPairs, Proximity, Side};
 use crate::depth::{AdmissibleScratch, Patch, WalkScratch};
 
-/// Whether depths are proven.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Proof {
-    /// The walk alone: the depth is locally least, as \[K02 §3.3\] has it. What a servo loop uses.
-    #[default]
-    None,
-    /// The depth of every overlapping pair of pieces is proven globally least.
-    Prove,
-}
-
-/// Pair queries between one body a and one body b: their working memory and what they remember from tick to tick.
+/// Working memory of the queries between two bodies, and what they remember from query to query.
 #[derive(Clone, Debug)]
-pub struct PairQuery {
-    front: Front,
+pub(super) struct PairSearch {
+    pub(super) front: Front,
     /// The most contacts of a query.
-    capacity: usize,
-    leaves: LeafPairs,
-    contacts: Vec<Contact>,
+    pub(super) capacity: usize,
+    pub(super) leaves: LeafPairs,
+    pub(super) contacts: Vec<Contact>,
     /// Of the leaf pairs, those that overlap without an admissible depth.
-    inadmissible: Vec<u32>,
-    scratch: WalkScratch,
-    admissible: AdmissibleScratch,
-    prover: Option<Box<Prover>>,
-    last_pose: Option<Pose>,
-    last_overlap: LastOverlap,
-    guard: Option<Guard>,
-    coherent: bool,
-    patch_slope: Option<f64>,
-    patch: Patch,
-    held: HeldContacts,
+    pub(super) inadmissible: Vec<u32>,
+    pub(super) scratch: WalkScratch,
+    pub(super) admissible: AdmissibleScratch,
+    pub(super) prover: Option<Box<Prover>>,
+    pub(super) last_pose: Option<Pose>,
+    pub(super) last_overlap: LastOverlap,
+    pub(super) guard: Option<Guard>,
+    pub(super) coherent: bool,
+    pub(super) patch_slope: Option<f64>,
+    pub(super) patch: Patch,
+    pub(super) held: HeldContacts,
     /// The leaf pair with which the next query begins, if the quota was spent.
-    resume: Option<u32>,
-    unseen_separation: f64,
-    unlooked: f64,
+    pub(super) resume: Option<u32>,
+    pub(super) unseen_separation: f64,
+    pub(super) unlooked: f64,
 }
 
 /// Node pairs of the front. A spoon in a cup has hundreds, two 30 000-triangle scans some thousands, a nut on its thread some ten
 /// thousands.
 const NODE_PAIRS: usize = 1 << 17;
 
-impl PairQuery {
-    /// Memory for at most `capacity` contacts a query.
-    pub fn new(a: &Body, b: &Body, capacity: usize) -> Self {
+impl PairSearch {
+    /// Memory for queries with these settings.
+    pub(super) fn new(a: &Body, b: &Body, settings: &QuerySettings) -> Self {
+        let capacity = settings.capacity.max(1);
+        let front = Front::new(side(a), side(b), NODE_PAIRS);
+        let held = if settings.holding { HeldContacts::new(front.places(), capacity) } else { HeldContacts::default() };
         Self {
-            front: Front::new(side(a), side(b), NODE_PAIRS),
+            front,
             capacity,
             leaves: LeafPairs::new(capacity),
             contacts: Vec::with_capacity(capacity),
-            inadmissible: Vec::with_capacity(capacity.max(1)),
+            inadmissible: Vec::with_capacity(capacity),
             scratch: WalkScratch::new(),
             admissible: AdmissibleScratch::new(a.admissible(), b.admissible()),
-            prover: None,
+            prover: (settings.proof == Proof::Prove).then(|| Box::new(Prover::new())),
             last_pose: None,
             last_overlap: LastOverlap::default(),
-            guard: None,
+            guard: settings.guard.then(|| Guard::new(capacity)),
             coherent: false,
-            patch_slope: None,
+            patch_slope: settings.patch_angle.map(f64::tan),
             patch: Patch::new(),
-            held: HeldContacts::default(),
+            held,
             resume: None,
             unseen_separation: f64::INFINITY,
             unlooked: f64::INFINITY,
         }
     }
 
-    /// The same query with or without proofs; memory for them is made here.
-    pub fn with_proof(self, proof: Proof) -> Self {
-        let prover = match proof {
-            Proof::None => None,
-            Proof::Prove => Some(Box::new(Prover::new())),
-        };
-        Self { prover, ..self }
-    }
-
-    /// The same query with the corners of patches as contacts, for tilts up to `angle` (rad, above 0 and below a right angle;
-    /// `None`: one exact contact for each pair of pieces). See [`Patch`].
-    pub fn with_patches(mut self, angle: Option<f64>) -> Self {
-        self.set_patches(angle);
-        self
-    }
-
-    /// Sets the angle of [`Self::with_patches`] from the next query on.
-    pub fn set_patches(&mut self, angle: Option<f64>) {
+    /// Sets the angle (rad) of [`QuerySettings::patch_angle`].
+    pub(super) fn set_patch_angle(&mut self, angle: Option<f64>) {
         self.patch_slope = angle.map(f64::tan);
     }
 
-    /// The same, with memory to hold contacts of pairs for which the quota does not suffice: see [`Self::run_within`].
-    pub fn with_holding(self) -> Self {
-        let held = HeldContacts::new(self.front.places(), self.capacity);
-        Self { held, ..self }
-    }
-
-    /// The same, guarded against tunnelling: contacts are not jumped over when a hand is fast and a part thin.
-    pub fn with_guard(self) -> Self {
-        Self { guard: Some(Guard::new(self.capacity)), ..self }
-    }
-
-    /// Finds every contact nearer than `tolerance` (model units); `pose_ba` places a in b's frame.
-    ///
-    /// The answer stands in [`Self::contacts`] until the next query.
-    pub fn run(&mut self, a: &Body, b: &Body, pose_ba: &Pose, tolerance: f64, clock: &impl Clock) -> QueryCounters {
-        self.run_within(a, b, pose_ba, tolerance, &Work::unlimited().all(), clock)
-    }
-
-    /// The same with at most about `quota` of work: pairs that were not reached are answered from the last query and come first in the
-    /// next.
-    ///
-    /// A contact of the last query is *held*: carried along with the bodies, its separation measured anew along its normal
-    /// (`held`), which is right to first order in the motion. Pairs that were not in contact may be nearer by now than the tolerance, but
-    /// not nearer than [`Self::unseen_separation`]. No contact is made of the hulls of whole parts: that of a cup is
-    /// full, and a spoon in it would be thrown out.
-    pub fn run_within(
-        &mut self,
-        a: &Body,
-        b: &Body,
-        pose_ba: &Pose,
-        tolerance: f64,
-        quota: &Quota<'_>,
-        clock: &impl Clock,
-    ) -> QueryCounters {
+    /// Finds the contacts; see [`ContactQuery::run_within`](super::ContactQuery::run_within).
+    pub(super) fn run(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, clock: &impl Clock) -> QueryCounters {
         let begin = clock.now_ns();
         let mut counters = QueryCounters::default();
-        let asked = Asked { a, b, pose_ba: *pose_ba, place: pose_ba.placement(), tolerance };
-        let thin = self.sub_steps(&asked, quota, &mut counters);
-        self.move_to(&asked, thin);
-        let place = &asked.place;
-        counters.traversal = self.front.within_quota(side(a), side(b), place, tolerance, quota, &mut self.leaves);
+        let thin = self.sub_steps(asked, quota, &mut counters);
+        self.move_to(asked, thin);
+        let Asked { a, b, place, tolerance, .. } = asked;
+        counters.traversal = self.front.within_quota(side(a), side(b), place, *tolerance, quota, &mut self.leaves);
         let middle = clock.now_ns();
         counters.query_ns = middle - begin;
         self.held.begin_tick();
         (self.unseen_separation, self.unlooked) = (f64::INFINITY, f64::INFINITY);
-        let doubtful = self.answer_leaves(&asked, quota, &mut counters);
-        self.hold_unvisited(&asked, &mut counters);
-        self.hold_overlap(&asked, doubtful, &mut counters);
+        let doubtful = self.answer_leaves(asked, quota, &mut counters);
+        self.hold_unvisited(asked, &mut counters);
+        self.hold_overlap(asked, doubtful, &mut counters);
         let all = self.contacts.len();
         self.contacts.retain(Contact::is_finite);
         counters.non_finite += (all - self.contacts.len()) as u32;
@@ -183,7 +119,7 @@ impl PairQuery {
             if counters.sub_steps > 0 {
                 guard.compare(&self.contacts);
             }
-            counters.kept_side = guard.hold(a, b, place, tolerance, &mut self.contacts);
+            counters.kept_side = guard.hold(asked, &mut self.contacts);
         }
         if counters.traversal.postponed > 0 {
             self.unlooked = self.front.unseen_separation();
@@ -195,28 +131,24 @@ impl PairQuery {
 
     /// The contacts of the leaf pairs, as far as the quota goes; answers the shallowest of those that were not believed.
     fn answer_leaves(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Option<Contact> {
-        let Asked { a, b, place, tolerance, .. } = asked;
         self.contacts.clear();
         self.inadmissible.clear();
         let mut doubtful = None;
-        for k in 0..self.leaves.as_slice().len() {
+        let count = self.leaves.as_slice().len();
+        for k in 0..count {
             let leaf = self.leaves.as_slice()[k];
             if k > 0 && quota.is_spent() {
                 self.hold_the_rest(asked, k, counters);
                 break;
             }
             let known = self.contacts.len();
-            if known == self.capacity {
-                counters.traversal.dropped += (self.leaves.as_slice().len() - k) as u32;
-                break;
-            }
             let before = counters.work();
             match self.contact(asked, &leaf, counters) {
                 Found::Nothing => counters.virtual_closest += 1,
-                Found::Admissible(contact) if is_believed_beyond(a, b, place, &contact, *tolerance) => {
+                Found::Admissible(contact) if is_believed_beyond(asked, &contact) => {
                     self.contacts.push(contact);
                 }
-                Found::Moved(contact, facing) if is_believed(a, b, place, &facing) => self.contacts.push(contact),
+                Found::Moved(contact, facing) if is_believed(asked, &facing) => self.contacts.push(contact),
                 Found::Admissible(contact) | Found::Moved(contact, _) => {
                     counters.disbelieved += 1;
                     doubtful = shallower(doubtful, contact);
@@ -226,7 +158,7 @@ impl PairQuery {
                     self.inadmissible.push(k as u32);
                 }
             }
-            self.keep(asked, &leaf, known, counters);
+            self.keep(asked, &leaf, known, count - k - 1, counters);
             quota.spend(WORK_ANSWER + counters.work() - before);
         }
         doubtful
@@ -237,7 +169,6 @@ impl PairQuery {
         if self.contacts.iter().any(|contact| contact.separation <= 0.0) {
             return;
         }
-        let Asked { a, b, place, .. } = asked;
         for k in 0..self.inadmissible.len() {
             let leaf = self.leaves.as_slice()[self.inadmissible[k] as usize];
             if let Some(contact) = self.half_admissible(asked, &leaf) {
@@ -245,8 +176,8 @@ impl PairQuery {
             }
         }
         let stands_in = match doubtful {
-            Some(contact) => Some(corrected(a, b, place, &contact)),
-            None if counters.traversal.postponed == 0 => self.last_overlap.still(a, b, place),
+            Some(contact) => Some(corrected(asked, &contact)),
+            None if counters.traversal.postponed == 0 => self.last_overlap.still(asked),
             None => None,
         };
         // Within the memory made at construction: full of contacts that are apart, the bodies are held by those.
@@ -255,42 +186,34 @@ impl PairQuery {
         self.contacts.extend(stands_in.into_iter().take(room));
     }
 
-    /// What the last query did not look at since its quota was spent is at least this far apart, model units: infinite when it
-    /// looked at everything, minus infinite when it had just begun.
-    ///
-    /// Contacts that are held, and pairs that were none at their last visit since only virtual features were near, are looked at in this
-    /// sense.
-    pub fn unseen_separation(&self) -> f64 {
+    /// See [`ContactQuery::unseen_separation`](super::ContactQuery::unseen_separation).
+    pub(super) fn unseen_separation(&self) -> f64 {
         self.unseen_separation
     }
 
-    /// The same of the pairs that may have come near since they were last looked at: not of those that were within tolerance then, and whose
-    /// contacts are carried or dropped.
-    pub fn unlooked_separation(&self) -> f64 {
+    /// See [`ContactQuery::unlooked_separation`](super::ContactQuery::unlooked_separation).
+    pub(super) fn unlooked_separation(&self) -> f64 {
         self.unlooked
     }
 
     /// The contacts of the last query.
-    pub fn contacts(&self) -> &[Contact] {
+    pub(super) fn contacts(&self) -> &[Contact] {
         &self.contacts
     }
 
-    /// The nearest pair of points of the two bodies, whatever the distance; when bodies overlap, the deepest contact.
-    ///
-    /// `pose_ba` is that of the last [`Self::run`].
-    pub fn nearest(&mut self, a: &Body, b: &Body, pose_ba: &Pose, counters: &mut QueryCounters) -> Option<Contact> {
+    /// The nearest pair of points, whatever the distance, or the deepest contact. `asked` is what the last [`Self::run`] was asked.
+    pub(super) fn nearest(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) -> Option<Contact> {
         let least = |x: &&Contact, y: &&Contact| x.separation.total_cmp(&y.separation);
         let contact = self.contacts.iter().min_by(least).copied();
         if contact.is_some_and(|contact| contact.separation <= 0.0) {
             return contact;
         }
-        let asked = Asked { a, b, pose_ba: *pose_ba, place: pose_ba.placement(), tolerance: 0.0 };
-        let leaf = self.front.nearest(side(a), side(b), &asked.place, &mut counters.traversal)?;
+        let leaf = self.front.nearest(side(asked.a), side(asked.b), &asked.place, &mut counters.traversal)?;
         let nearest = match leaf.proximity {
             Proximity::Disjoint(closest) => Some(at_closest(&leaf, &closest)),
-            Proximity::Overlapping(_) => match self.contact(&asked, &leaf, counters) {
+            Proximity::Overlapping(_) => match self.contact(asked, &leaf, counters) {
                 Found::Admissible(contact) | Found::Moved(contact, _) => Some(contact),
-                Found::Inadmissible => self.half_admissible(&asked, &leaf),
+                Found::Inadmissible => self.half_admissible(asked, &leaf),
                 Found::Nothing => None,
             },
         };
@@ -301,8 +224,19 @@ impl PairQuery {
         }
     }
 
+    /// See [`super::ContactQuery::came_from`].
+    pub(super) fn came_from(&mut self, pose_ba: &Pose) {
+        self.contacts.clear();
+        self.held.clear();
+        if let Some(guard) = &mut self.guard {
+            guard.clear();
+        }
+        self.last_overlap.clear();
+        self.last_pose = Some(*pose_ba);
+    }
+
     /// Forgets the past.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.front.clear();
         self.contacts.clear();
         self.held.clear();
@@ -317,22 +251,32 @@ impl PairQuery {
     }
 }
 
-/// What is asked of a pair query.
+/// What is asked of a query.
 #[derive(Clone, Copy)]
-struct Asked<'q> {
-    a: &'q Body,
-    b: &'q Body,
+pub(super) struct Asked<'q> {
+    pub(super) a: &'q Body,
+    pub(super) b: &'q Body,
     /// a placed in b's frame.
-    pose_ba: Pose,
+    pub(super) pose_ba: Pose,
     /// The same, as a matrix.
-    place: Placement,
+    pub(super) place: Placement,
     /// Model units.
-    tolerance: f64,
+    pub(super) tolerance: f64,
 }
 
-impl Asked<'_> {
+impl<'q> Asked<'q> {
+    /// Asks for contacts nearer than `tolerance` at a pose.
+    pub(super) fn new(a: &'q Body, b: &'q Body, pose_ba: &Pose, tolerance: f64) -> Self {
+        Self { a, b, pose_ba: *pose_ba, place: pose_ba.placement(), tolerance }
+    }
+
+    /// The pieces of a and of b at these indices.
+    pub(super) fn pieces(&self, piece_a: u32, piece_b: u32) -> (&'q Polytope, &'q Polytope) {
+        (&self.a.polytopes()[piece_a as usize], &self.b.polytopes()[piece_b as usize])
+    }
+
     /// The same at another pose.
-    fn at(self, pose_ba: &Pose) -> Self {
+    pub(super) fn at(self, pose_ba: &Pose) -> Self {
         Self { pose_ba: *pose_ba, place: pose_ba.placement(), ..self }
     }
 }
@@ -342,10 +286,6 @@ fn shallower(least: Option<Contact>, contact: Contact) -> Option<Contact> {
     if least.is_some_and(|least| contact.separation <= least.separation) { least } else { Some(contact) }
 }
 
-fn side(body: &Body) -> Side<'_> {
+pub(super) fn side(body: &Body) -> Side<'_> {
     Side { hierarchy: body.hierarchy(), pieces: body.polytopes() }
-}
-
-fn pieces<'a>(a: &'a Body, b: &'a Body, piece_a: u32, piece_b: u32) -> (&'a Polytope, &'a Polytope) {
-    (&a.polytopes()[piece_a as usize], &b.polytopes()[piece_b as usize])
 }

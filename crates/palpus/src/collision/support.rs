@@ -1,0 +1,22 @@
+//! The gap between two pieces along a direction.
+
+use glam::DVec3;
+
+use crate::algebra::Placement;
+use crate::body::Polytope;
+
+/// Returns the gap between the supports of two pieces along `normal` (unit, from b into a, in b's frame), negative by how far they
+/// overlap along it, model units; and the supports, vertices of a and of b. Never above the distance of the pieces.
+///
+/// Climbs begin at the vertices `hub`. `pose_ba` places a's frame in b's.
+#[inline]
+pub(crate) fn support_gap(
+    a: &Polytope,
+    b: &Polytope,
+    pose_ba: &Placement,
+    normal: DVec3,
+    hub: [u32; 2],
+) -> (f64, [u32; 2]) {
+    let hub = [a.support_from(hub[0], -pose_ba.inverse_vector(normal)), b.support_from(hub[1], normal)];
+    (normal.dot(pose_ba.point(a.vertex(hub[0])) - b.vertex(hub[1])), hub)
+}

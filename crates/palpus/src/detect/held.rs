@@ -1,0 +1,87 @@
+//! The contacts of the last query, by pair: what is felt of a pair that was not looked at anew.
+//!
+//! A contact, or each corner of a patch, is remembered as a [`PairMemory`] and extrapolated to the next pose. All that it says is what was
+//! true of this pair, so no contact pushes that was not there.
+
+use super::Contact;
+use super::memory::PairMemory;
+use crate::algebra::Placement;
+
+/// The last contacts of the pairs at the places of a front.
+#[derive(Clone, Debug, Default)]
+pub(super) struct HeldContacts {
+    entries: Vec<Entry>,
+    /// Contacts that were kept in the last tick, and in this one.
+    last: Vec<PairMemory>,
+    now: Vec<PairMemory>,
+    /// The most of them.
+    capacity: usize,
+    tick: u64,
+}
+
+/// What is known of the pair at a place.
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    pieces: [u32; 2],
+    /// In which it was kept.
+    tick: u64,
+    /// Its contacts among those of that tick.
+    first: u32,
+    count: u32,
+}
+
+impl HeldContacts {
+    /// Memory for pairs at `places` places, with `capacity` contacts in all.
+    pub(super) fn new(places: usize, capacity: usize) -> Self {
+        let entry = Entry { pieces: [u32::MAX; 2], tick: 0, first: 0, count: 0 };
+        let memories = || Vec::with_capacity(capacity);
+        Self { entries: vec![entry; places], last: memories(), now: memories(), capacity, tick: 1 }
+    }
+
+    /// What was not kept in the last tick is forgotten.
+    pub(super) fn begin_tick(&mut self) {
+        self.tick += 1;
+        std::mem::swap(&mut self.last, &mut self.now);
+        self.now.clear();
+    }
+
+    /// Forgets everything.
+    pub(super) fn clear(&mut self) {
+        self.tick += 2;
+    }
+
+    /// Keeps which contacts the pair of pieces at `place` has; of more than there is room for, the first.
+    pub(super) fn keep(&mut self, place: u32, pieces: [u32; 2], contacts: &[Contact], pose_ba: &Placement) {
+        let Some(entry) = self.entries.get_mut(place as usize) else { return };
+        let contacts = &contacts[..contacts.len().min(self.capacity - self.now.len())];
+        *entry = Entry { pieces, tick: self.tick, first: self.now.len() as u32, count: contacts.len() as u32 };
+        self.now.extend(contacts.iter().map(|contact| PairMemory::of(contact, pose_ba)));
+    }
+
+    /// Adds to `found` the contacts nearer than `tolerance` that were kept of the pair in the last tick, at this tick's pose, until `found`
+    /// has `most` of them, and keeps them in this tick as well. Returns how many it added; `None` if nothing is known of the pair.
+    pub(super) fn carry(
+        &mut self,
+        place: u32,
+        pieces: [u32; 2],
+        pose_ba: &Placement,
+        tolerance: f64,
+        most: usize,
+        found: &mut Vec<Contact>,
+    ) -> Option<u32> {
+        let entry = self.entries.get_mut(place as usize)?;
+        if entry.tick + 1 != self.tick || entry.pieces != pieces {
+            return None;
+        }
+        let room = (self.capacity - self.now.len()) as u32;
+        let count = entry.count.min(room);
+        let known = entry.first as usize..(entry.first + count) as usize;
+        *entry = Entry { tick: self.tick, first: self.now.len() as u32, count, ..*entry };
+        self.now.extend_from_slice(&self.last[known.clone()]);
+        let before = found.len();
+        let room = most.saturating_sub(before);
+        let contacts = self.last[known].iter().map(|memory| memory.extrapolate(pose_ba));
+        found.extend(contacts.filter(|contact| contact.separation < tolerance).take(room));
+        Some((found.len() - before) as u32)
+    }
+}

@@ -1,0 +1,18 @@
+//! Contact determination: all contacts of two bodies at a pose \[K02 §3.4, §4.1\].
+
+mod belief;
+mod contact;
+mod counters;
+mod guard;
+mod held;
+mod late;
+mod memory;
+mod pair;
+mod prover;
+mod query;
+mod search;
+mod sub_step;
+
+pub use contact::Contact;
+pub use counters::QueryCounters;
+pub use query::{ContactQuery, Proof, QuerySettings};
