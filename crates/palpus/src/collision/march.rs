@@ -50,6 +50,21 @@ pub struct March {
     pub stop: StopReason,
 }
 
+impl March {
+    /// Zero for what overlaps.
+    pub(super) fn distance(&self) -> f64 {
+        match self.proximity {
+            Proximity::Disjoint(Closest { distance, .. }) => distance,
+            Proximity::Overlapping(_) => 0.0,
+        }
+    }
+
+    /// True if the two overlap or are nearer than the tolerance.
+    pub(super) fn is_within(&self, tolerance: f64) -> bool {
+        matches!(self.proximity, Proximity::Overlapping(_)) || self.distance() < tolerance
+    }
+}
+
 /// Finds the closest points of a and b; all of the answer is in b's frame. `pose_ba` is the frame of a in b.
 ///
 /// `start` may be any features of the two; the last answer's make the query cheap. Bodies nearer than
