@@ -475,11 +475,13 @@ pub const ODOMETER_QUANTUM: f64 = 1.0 / (1u64 << 36) as f64;
 /// Some fifty roundings. Smaller lets a pair oversleep by rounding when bodies are far from the origin; larger wakes pairs that rest.
 pub const ODOMETER_NOISE: f64 = 1e-14;
 
-/// Relative to the smaller body's half diagonal: motion in one tick after which the front begins anew.
+/// Relative to the smaller body's half diagonal: motion between two queries that is a jump, after which the front begins anew and
+/// nothing is known of any pair.
 ///
-/// Beyond it nearly everything near is due, and searching from the roots looks at less. Twice this, over the whole diagonal, is
-/// [`JUMP`]; results do not depend on it.
-pub const FRONT_JUMP: f64 = 0.1;
+/// A hand at 1 m/s moves a 10 cm tool by 1 % of its size in a tick. Larger lets a depth walk start on the wrong side of a body after a
+/// jump and stay there; smaller pays for cold starts in fast motion. Beyond it nearly everything near is due, and searching from
+/// the roots looks at less.
+pub const JUMP: f64 = 0.1;
 
 /// Ticks: a bound by spheres is enough when the pair may sleep longer than this by it.
 ///
@@ -694,12 +696,6 @@ pub const PATCH_CORNERS: usize = 2 * PATCH_SIDES;
 pub const PATCH_SAME: f64 = 1e-9;
 
 // detect: the contact query (search, belief)
-
-/// Relative to the smaller body's size: motion between two queries beyond which the last depths are no start any more.
-///
-/// A hand at 1 m/s moves a 10 cm tool by 1 % of its size in a tick. Larger lets a walk start on the wrong side of a body
-/// after a jump and stay there; smaller pays for cold starts in fast motion.
-pub const JUMP: f64 = 0.05;
 
 /// Share of a repaired depth that the witness point must really lie below the surface for the depth to be believed.
 ///

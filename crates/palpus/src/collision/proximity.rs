@@ -60,3 +60,18 @@ pub struct March {
     /// `Converged` when the march answered; otherwise why the fallback did.
     pub stop: StopReason,
 }
+
+impl March {
+    /// Zero for what overlaps.
+    pub(super) fn distance(&self) -> f64 {
+        match self.proximity {
+            Proximity::Disjoint(Closest { distance, .. }) => distance,
+            Proximity::Overlapping(_) => 0.0,
+        }
+    }
+
+    /// True if the two overlap or are nearer than the tolerance.
+    pub(super) fn is_within(&self, tolerance: f64) -> bool {
+        matches!(self.proximity, Proximity::Overlapping(_)) || self.distance() < tolerance
+    }
+}

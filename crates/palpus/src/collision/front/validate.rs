@@ -10,7 +10,7 @@
 //! large one, with one sleeping pair measured.
 
 use super::super::march::{initial_features, march};
-use super::super::traverse::distance;
+use super::super::side::halves;
 use super::super::wakes::NEVER;
 use super::{Front, NONE, Pair, Query, State};
 use crate::algebra::tolerance::{OVERSLEPT, VALIDATED_PLACES};
@@ -100,12 +100,12 @@ impl Front {
         let is_due_at_times = match state {
             State::Split(first) => {
                 let whole = first & 1 == 0 && first + 1 < self.fresh;
-                let same = |half: &Pair, at: u32| {
+                let same = |half: [u32; 2], at: u32| {
                     let Pair { a, b, parent, .. } = self.pairs[at as usize];
-                    (a, b, parent) == (half.a, half.b, place)
+                    ([a, b], parent) == (half, place)
                 };
-                let halves = Self::halves(query, self.pairs[place as usize], place);
-                let held = halves.is_some_and(|[one, other]| whole && same(&one, first) && same(&other, first + 1));
+                let halves = halves(query.a, query.b, [a, b]);
+                let held = halves.is_some_and(|[one, other]| whole && same(one, first) && same(other, first + 1));
                 if !held {
                     return Err(FrontFault::Halves(place));
                 }
@@ -141,7 +141,7 @@ impl Front {
         let Pair { a, b, .. } = self.pairs[place as usize];
         let (polytope_a, polytope_b) = (query.a.polytope(a), query.b.polytope(b));
         let start = initial_features(polytope_a, polytope_b, query.pose_ba);
-        let clearance = distance(&march(polytope_a, polytope_b, query.pose_ba, start)) - query.tolerance;
+        let clearance = march(polytope_a, polytope_b, query.pose_ba, start).distance() - query.tolerance;
         let size = polytope_a.radius() + polytope_b.radius() + query.pose_ba.translation.length();
         if promised <= clearance + OVERSLEPT * size {
             return Ok(());
