@@ -1,15 +1,16 @@
 //! The sleeping front answers what the full traversal answers, on every scene and along every kind of motion.
 
 mod bodies;
+mod judge;
 mod seeded;
 
 use std::path::Path;
 
 use bodies::body;
 use glam::{DQuat, DVec3};
-use palpus::algebra::Pose;
+use palpus::algebra::{Placement, Pose};
 use palpus::body::Body;
-use palpus::collision::{Closest, Front, LeafPair, LeafPairs, Proximity, Side, Traversal};
+use palpus::collision::{Front, LeafPairs, Side, TraversalCounters};
 use palpus_scenes::{Scene, scene, scenes};
 use seeded::Random;
 
@@ -23,17 +24,15 @@ const SLACK: f64 = 1e-8;
 /// Relative to the bodies' size: how far a march may answer another distance from another start.
 const ROUNDING: f64 = 1e-11;
 
+/// Ticks from one question for the nearest pair to the next.
+const NEAREST_EVERY: usize = 7;
+
 fn side(body: &Body) -> Side<'_> {
     Side { hierarchy: body.hierarchy(), pieces: body.polytopes() }
 }
 
-/// Pieces and distance (0 when overlapping), in the order of the pieces.
-fn sorted(found: &LeafPairs) -> Vec<(u32, u32, f64)> {
-    let distance = |leaf: &LeafPair| match leaf.proximity {
-        Proximity::Disjoint(Closest { distance, .. }) => distance,
-        Proximity::Overlapping(_) => 0.0,
-    };
-    let mut pairs: Vec<_> = found.as_slice().iter().map(|leaf| (leaf.piece_a, leaf.piece_b, distance(leaf))).collect();
+/// In the order of the pieces.
+fn sorted(mut pairs: Vec<(u32, u32, f64)>) -> Vec<(u32, u32, f64)> {
     pairs.sort_by_key(|pair| (pair.0, pair.1));
     pairs
 }
@@ -43,9 +42,7 @@ struct Duel<'a> {
     a: &'a Body,
     b: &'a Body,
     front: Front,
-    full: Traversal,
     by_front: LeafPairs,
-    by_full: LeafPairs,
     ticks: usize,
     contacts: usize,
     restarts: usize,
@@ -56,30 +53,20 @@ struct Duel<'a> {
 
 impl<'a> Duel<'a> {
     fn new(a: &'a Body, b: &'a Body, places: usize) -> Self {
-        let (by_front, by_full) = (LeafPairs::new(1 << 16), LeafPairs::new(1 << 16));
-        let (front, full) = (Front::new(side(a), side(b), places), Traversal::new(side(a), side(b), 1 << 14));
-        Self {
-            a,
-            b,
-            front,
-            full,
-            by_front,
-            by_full,
-            ticks: 0,
-            contacts: 0,
-            restarts: 0,
-            crowded: 0,
-            merged: 0,
-            work: [0; 2],
-        }
+        let by_front = LeafPairs::new(1 << 16);
+        let front = Front::new(side(a), side(b), places);
+        Self { a, b, front, by_front, ticks: 0, contacts: 0, restarts: 0, crowded: 0, merged: 0, work: [0; 2] }
     }
 
     fn tick(&mut self, pose: &Pose, tolerance: f64, what: &str) {
         let place = pose.placement();
         let counters = self.front.within(side(self.a), side(self.b), &place, tolerance, &mut self.by_front);
-        let expected = self.full.within(side(self.a), side(self.b), &place, tolerance, &mut self.by_full);
-        assert_eq!((counters.dropped, expected.dropped), (0, 0));
-        let (found, expected_pairs) = (sorted(&self.by_front), sorted(&self.by_full));
+        let (expected, marches) = judge::within(side(self.a), side(self.b), &place, tolerance);
+        assert_eq!(counters.dropped, 0);
+        let ours = self.by_front.as_slice().iter();
+        let found = sorted(ours.map(|leaf| (leaf.piece_a, leaf.piece_b, judge::distance(&leaf.proximity))).collect());
+        let expected_pairs = sorted(expected.iter().map(|(p, q, near)| (*p, *q, judge::distance(near))).collect());
+        self.hold_nearest(&place, tolerance, &expected_pairs);
         let size = self.a.size() + self.b.size();
         let context = || format!("{what}, seed {SEED:#x}, tick {}, {pose:?}, tolerance {tolerance:e}", self.ticks);
         let (mut k, mut l) = (0, 0);
@@ -101,9 +88,30 @@ impl<'a> Duel<'a> {
         self.restarts += counters.restarted as usize;
         self.crowded += counters.crowded as usize;
         self.merged += counters.merged as usize;
-        let marches = |c: &palpus::collision::TraversalCounters| u64::from(c.hull_tests + c.leaf_tests);
-        self.work[0] += marches(&counters);
-        self.work[1] += marches(&expected);
+        self.work[0] += u64::from(counters.hull_tests + counters.leaf_tests);
+        self.work[1] += marches;
+    }
+
+    /// Holds the nearest pair against the pairs within tolerance, or if there are none, against the pairs a little farther away.
+    fn hold_nearest(&mut self, place: &Placement, tolerance: f64, within: &[(u32, u32, f64)]) {
+        if !self.ticks.is_multiple_of(NEAREST_EVERY) {
+            return;
+        }
+        let mut counters = TraversalCounters::default();
+        let nearest = self.front.nearest(side(self.a), side(self.b), place, &mut counters).expect("bodies have pieces");
+        let ours = judge::distance(&nearest.proximity);
+        let size = self.a.size() + self.b.size();
+        let least = |pairs: &mut dyn Iterator<Item = f64>| pairs.fold(f64::INFINITY, f64::min);
+        let theirs = match within {
+            [] => {
+                let (near, _) = judge::within(side(self.a), side(self.b), place, ours + ROUNDING * size);
+                least(&mut near.iter().map(|(_, _, near)| judge::distance(near)))
+            }
+            _ => least(&mut within.iter().map(|pair| pair.2)),
+        };
+        let slack = if within.is_empty() { SLACK } else { ROUNDING };
+        assert!((ours - theirs).abs() <= slack * size, "seed {SEED:#x}, tick {}: {ours:e}, {theirs:e}", self.ticks);
+        assert!(within.is_empty() == (ours >= tolerance) || (ours - tolerance).abs() <= SLACK * size);
     }
 }
 

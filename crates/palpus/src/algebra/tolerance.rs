@@ -368,6 +368,14 @@ pub const SPLIT_SHARE: usize = 8;
 /// Enough for a radius within a few percent of the least; any number is safe, since the radius is measured.
 pub const SPHERE_STEPS: u32 = 24;
 
+/// Heights of a child's vertices above the planes of its parent's hull that the walker of a hierarchy looks at in debug builds.
+///
+/// All of them in nodes of up to some sixty vertices. More finds a broken hull sooner, and makes debug tests on scans slow.
+pub const VALIDATED_HEIGHTS: usize = 4096;
+
+/// Nodes of a hierarchy whose bounds that walker follows up to the root, evenly spaced.
+pub const VALIDATED_PIECES: usize = 128;
+
 // body: work in parts (body, hierarchy, thicken, admissible)
 
 /// Pieces that one part of the work makes or looks at.
@@ -421,6 +429,11 @@ pub const MARCH_PROOF: f64 = 1e-12;
 /// smaller sends more of these few to the fallback.
 pub const MARCH_DOUBT: f64 = 1e-2;
 
+/// Of so many answers of the march and of the depth, one is validated in debug builds.
+///
+/// Validating costs as much as a warm answer does. Fewer makes debug tests slow; more finds what is wrong later.
+pub const VALIDATED_ANSWERS: u64 = 16;
+
 /// Sine of the angle below which two edges are nearly parallel: their closest points are then solved for twice.
 ///
 /// One solve leaves a residual of rounding over the angle squared. Larger wastes a few nanoseconds.
@@ -462,11 +475,13 @@ pub const ODOMETER_QUANTUM: f64 = 1.0 / (1u64 << 36) as f64;
 /// Some fifty roundings. Smaller lets a pair oversleep by rounding when bodies are far from the origin; larger wakes pairs that rest.
 pub const ODOMETER_NOISE: f64 = 1e-14;
 
-/// Relative to the smaller body's half diagonal: motion in one tick after which the front begins anew.
+/// Relative to the smaller body's half diagonal: motion between two queries that is a jump, after which the front begins anew and
+/// nothing is known of any pair.
 ///
-/// Beyond it nearly everything near is due, and searching from the roots looks at less. Twice this, over the whole diagonal, is
-/// [`JUMP`]; results do not depend on it.
-pub const FRONT_JUMP: f64 = 0.1;
+/// A hand at 1 m/s moves a 10 cm tool by 1 % of its size in a tick. Larger lets a depth walk start on the wrong side of a body after a
+/// jump and stay there; smaller pays for cold starts in fast motion. Beyond it nearly everything near is due, and searching from
+/// the roots looks at less.
+pub const JUMP: f64 = 0.1;
 
 /// Ticks: a bound by spheres is enough when the pair may sleep longer than this by it.
 ///
@@ -486,6 +501,17 @@ pub const MERGE_CLEARANCE: f64 = 1.0;
 
 /// Of that clearance: the motion after which a merge that was refused is tried again at the soonest.
 pub const MERGE_RETRY: f64 = 0.25;
+
+/// Relative to the size of a sleeping pair of nodes: by how much it may be nearer than its wake value says before the walker of the front
+/// calls it overslept.
+///
+/// A march from another start answers up to 1e-11 of the size differently. Larger hides a sleep that is too long; smaller accuses rounding.
+pub const OVERSLEPT: f64 = 1e-10;
+
+/// Places of the front that the walker looks at in each query of a debug build.
+///
+/// More finds what is broken sooner after it broke, and makes debug tests slow.
+pub const VALIDATED_PLACES: u32 = 64;
 
 // depth: the walk over the Minkowski difference (gauss_map, overlay, walk, descent)
 
@@ -671,12 +697,6 @@ pub const PATCH_SAME: f64 = 1e-9;
 
 // detect: the contact query (search, belief)
 
-/// Relative to the smaller body's size: motion between two queries beyond which the last depths are no start any more.
-///
-/// A hand at 1 m/s moves a 10 cm tool by 1 % of its size in a tick. Larger lets a walk start on the wrong side of a body
-/// after a jump and stay there; smaller pays for cold starts in fast motion.
-pub const JUMP: f64 = 0.05;
-
 /// Share of a repaired depth that the witness point must really lie below the surface for the depth to be believed.
 ///
 /// Where the surface bends, the nearest point of it is a little nearer than along the contact's normal. Larger drops
@@ -755,6 +775,15 @@ pub const CAP_STEPS: u32 = 16;
 /// What is left of normals that cancel is rounding, or the difference of two large, nearly equal loads. Larger gives up
 /// directions that are meant; smaller lets noise point the force.
 pub const CANCELLED_NORMAL: f64 = 1e-6;
+
+/// Relative to the largest coordinate: by how much rounding may put a representative's midpoint outside the box about its members', and how
+/// far its normal may be from unit length.
+///
+/// A sum over a thousand contacts rounds a thousand times. Larger hides a wrong weight; smaller accuses rounding.
+pub const MIDPOINT_ROUNDING: f64 = 1e-12;
+
+/// Contacts of a run of the clustering up to which its walker looks at all pairs of them in debug builds; it is quadratic.
+pub const VALIDATED_CONTACTS: usize = 64;
 
 /// Relative to their distance from b's origin: contacts across one direction nearer than this are one place.
 ///

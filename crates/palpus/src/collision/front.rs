@@ -1,6 +1,6 @@
 //! The sleeping front: the cut of the tree of node pairs, kept from tick to tick.
 //!
-//! The full traversal ([`Traversal`]) finds the pairs of pieces within tolerance by walking down a tree of node pairs, whose shape does
+//! The pairs of pieces within tolerance can be found by walking down a tree of node pairs \[K02 §3.2; EL01\], whose shape does
 //! not depend on the pose: which side of a pair is split, its nodes say. Below some cut of this tree everything is too far
 //! apart. From one tick to the next that cut hardly moves, and most of what lies on it need not even be looked at:
 //!
@@ -14,8 +14,8 @@
 //!
 //! Steps 2 to 4 have a file each (`due`, `awake`, `merge`).
 //!
-//! A frame so costs what is in contact and what is due, however large the models. The answer is that of the full
-//! traversal: both split the same pairs by the same tests, but the front knows for most that their test would fail.
+//! A frame so costs what is in contact and what is due, however large the models. The answer is that of a walk from the root in each
+//! frame: both split the same pairs by the same tests, but the front knows for most that their test would fail.
 //!
 //! A query may be given a [`Quota`] of work. Due pairs have the first half of it, since what they find is new; then those awake are
 //! marched, in turns from query to query, for a quarter of the rest, since what follows costs more than a march does. What is left is as
@@ -23,29 +23,29 @@
 //! [`Front::unseen_separation`] says how near a pair that was not looked at can be, and the list of those unvisited which contacts were not.
 //!
 //! All memory is obtained at construction. A pair for which there is no room to split stays due every tick, and what is below it is searched
-//! by the full traversal; that is slower and says so in the counters. After a jump the front begins anew at the roots, which
-//! costs one full traversal.
+//! without memory (`below`); that is slower, and counted. After a jump the front begins anew at the roots.
 //!
 //! After the *front* of [Ehmann and Lin 2001, §5.2] and [Li and Chen, *Incremental 3D collision detection*, 1998], who keep the cut but
 //! measure all of it each frame; and the wake times of [Hubbard 1995] and [Mirtich 1996], there for pairs of objects.
 
 mod awake;
+mod below;
 mod due;
 mod merge;
 mod pair;
+mod validate;
 
 use glam::DVec3;
 
-use super::coherence::Memory;
-use super::leaf_pairs::Home;
-use super::march::{March, initial_features, march};
+use super::march::{initial_features, march};
 use super::odometer::Odometer;
 use super::thickness::Thickness;
 use super::wakes::{BLOCK, WakeBoard};
-use super::{LeafPair, LeafPairs, Side, StopReason, Traversal, TraversalCounters};
-use crate::algebra::tolerance::{FRONT_JUMP, PACE_FADE};
+use super::{LeafPair, LeafPairs, March, Side, StopReason, TraversalCounters, WarmStart};
+use crate::algebra::tolerance::{JUMP, PACE_FADE};
 use crate::algebra::{Placement, Quota, Work};
-use crate::body::{Feature, FeaturePair, NodeKind};
+use crate::body::{FeaturePair, NodeKind};
+use below::NodePair;
 use pair::{NONE, Pair, State};
 
 /// The cut between what is looked at and what sleeps, for one pair of bodies.
@@ -53,7 +53,7 @@ use pair::{NONE, Pair, State};
 pub struct Front {
     /// The tree of node pairs down to the cut; the root is at place 0, halves are neighbours at places 2k and 2k + 1.
     pairs: Vec<Pair>,
-    memories: Vec<Memory>,
+    memories: Vec<WarmStart>,
     wakes: WakeBoard,
     odometer: Odometer,
     /// Of a and of b.
@@ -77,8 +77,10 @@ pub struct Front {
     first_block: usize,
     /// There was no room for some pair since the front began: being due then says nothing about its distance.
     was_crowded: bool,
-    /// Searches what is below pairs without room.
-    full: Traversal,
+    /// Of a search below a pair of nodes.
+    below: Vec<NodePair>,
+    /// Nodes of the pair that was nearest last.
+    last_nearest: Option<[u32; 2]>,
 }
 
 /// What one query is about.
@@ -92,23 +94,17 @@ struct Query<'a> {
     thinner_than: f64,
 }
 
-/// Node pairs that full searches remember: those of the nearest pair, and of what is below a few pairs for which there is no room.
-const SEARCHED: usize = 1 << 15;
-
 impl Front {
-    /// A front between two bodies of at most `places` node pairs, and memory for a full traversal that remembers as many, up to a fixed size.
+    /// A front between two bodies of at most `places` node pairs.
     pub fn new(a: Side<'_>, b: Side<'_>, places: usize) -> Self {
         // The whole tree of node pairs has one leaf for each pair of pieces.
         let leaves = a.pieces.len().saturating_mul(b.pieces.len());
         let places = places.min(leaves.saturating_mul(2)).next_multiple_of(BLOCK);
         let [root_a, root_b] = [a, b].map(|side| side.hierarchy.node(side.hierarchy.root()).oriented_box);
         let depth = a.hierarchy.depth() + b.hierarchy.depth() + 2;
-        let vertex = Feature::Vertex(0);
-        let features = FeaturePair { a: vertex, b: vertex };
-        let blank = Memory { features, normal: DVec3::ZERO, hub: [0; 2], facet: None, admissible: None };
         Self {
             pairs: vec![Pair::of(0, 0, NONE); places],
-            memories: vec![blank; places],
+            memories: vec![WarmStart::BLANK; places],
             wakes: WakeBoard::new(places),
             odometer: Odometer::new(root_a, root_b),
             thickness: [Thickness::of(a), Thickness::of(b)],
@@ -118,12 +114,13 @@ impl Front {
             stack: Vec::with_capacity(2 * depth),
             tolerance: 0.0,
             pace: 0.0,
-            jump: FRONT_JUMP * root_a.half.length().min(root_b.half.length()),
+            jump: JUMP * root_a.half.length().min(root_b.half.length()),
             begun: false,
             unvisited: 0,
             first_block: 0,
             was_crowded: false,
-            full: Traversal::new(a, b, places.min(SEARCHED)),
+            below: Vec::with_capacity(2 * depth),
+            last_nearest: None,
         }
     }
 
@@ -131,7 +128,7 @@ impl Front {
     pub fn clear(&mut self) {
         self.begun = false;
         self.odometer.clear();
-        self.full.clear();
+        self.last_nearest = None;
     }
 
     /// Writes to `found` every leaf pair that overlaps or is nearer than `tolerance`; `pose_ba` places a's frame in b's.
@@ -187,10 +184,15 @@ impl Front {
         self.thickness[0].of_all().min(self.thickness[1].of_all())
     }
 
+    /// How far the bodies have moved against each other since the last query, model units: at least as far as any distance of two
+    /// points has changed. `None` before the first query.
+    pub(crate) fn motion_to(&self, pose_ba: &Placement) -> Option<f64> {
+        self.odometer.motion_to(pose_ba)
+    }
+
     fn answer(&mut self, query: &Query<'_>, quota: &Quota<'_>, found: &mut LeafPairs) -> TraversalCounters {
         let mut counters = TraversalCounters::default();
         found.clear();
-        self.full.begin_tick();
         self.move_on(query, &mut counters);
         let before = self.awake.len();
         // With nothing awake, all of it is for what is due.
@@ -203,6 +205,7 @@ impl Front {
             counters.postponed += self.wakes.count_below(self.blocks(), self.odometer.sum());
         }
         counters.dropped = found.dropped();
+        debug_assert_eq!(self.validate_some(query), Ok(()));
         counters
     }
 
@@ -242,34 +245,19 @@ impl Front {
         self.unvisited = 0;
     }
 
-    /// The nearest leaf pair of all, or an overlapping one when there is any: see [`Traversal::nearest`].
-    pub fn nearest(
-        &mut self,
-        a: Side<'_>,
-        b: Side<'_>,
-        pose_ba: &Placement,
-        counters: &mut TraversalCounters,
-    ) -> Option<LeafPair> {
-        self.full.nearest(a, b, pose_ba, counters)
-    }
-
     /// Keeps where the pair's depth walk ended, or its march when it is apart, for the next tick's walk: the normal (b's frame), vertices that support it or nearly
     /// so, and the features that it rests on.
     pub fn remember_depth(&mut self, pair: &LeafPair, normal: DVec3, hub: [u32; 2], facet: FeaturePair) {
-        match pair.home {
-            Home::Nodes(a, b) => self.full.remember_depth([a, b], normal, hub, facet),
-            Home::Place(place) => {
-                let memory = &mut self.memories[place as usize];
-                *memory = Memory { normal, hub, facet: Some(facet), ..*memory };
-            }
+        if let Some(place) = pair.place {
+            let memory = &mut self.memories[place as usize];
+            *memory = WarmStart { normal, hub, facet: Some(facet), ..*memory };
         }
     }
 
     /// Keeps the features of the pair's depth along a normal that both pieces own, where its walk ended on another.
     pub fn remember_admissible(&mut self, pair: &LeafPair, admissible: Option<FeaturePair>) {
-        match pair.home {
-            Home::Nodes(a, b) => self.full.remember_admissible([a, b], admissible),
-            Home::Place(place) => self.memories[place as usize].admissible = admissible,
+        if let Some(place) = pair.place {
+            self.memories[place as usize].admissible = admissible;
         }
     }
 
@@ -331,7 +319,7 @@ impl Front {
     }
 
     /// Marches a pair from where it ended last, or cold.
-    fn march(&mut self, query: &Query<'_>, place: u32, counters: &mut TraversalCounters) -> (March, Option<Memory>) {
+    fn march(&mut self, query: &Query<'_>, place: u32, counters: &mut TraversalCounters) -> (March, Option<WarmStart>) {
         let pair = &mut self.pairs[place as usize];
         let (polytope_a, polytope_b) = (query.a.polytope(pair.a), query.b.polytope(pair.b));
         let memory = &mut self.memories[place as usize];
@@ -339,7 +327,7 @@ impl Front {
         let start = before.map_or_else(|| initial_features(polytope_a, polytope_b, query.pose_ba), |m| m.features);
         let answer = march(polytope_a, polytope_b, query.pose_ba, start);
         if !pair.known {
-            *memory = Memory { normal: DVec3::ZERO, facet: None, admissible: None, ..*memory };
+            *memory = WarmStart { normal: DVec3::ZERO, facet: None, admissible: None, ..*memory };
             pair.known = true;
         }
         memory.features = answer.features;
@@ -348,17 +336,22 @@ impl Front {
         (answer, before)
     }
 
-    fn leaf_pair(&self, query: &Query<'_>, place: u32, answer: March, memory: Option<Memory>) -> LeafPair {
+    fn leaf_pair(&self, query: &Query<'_>, place: u32, answer: March, memory: Option<WarmStart>) -> LeafPair {
         let [piece_a, piece_b] = self.pieces(query.a, query.b, place);
-        LeafPair { piece_a, piece_b, home: Home::Place(place), proximity: answer.proximity, memory }
+        LeafPair { piece_a, piece_b, place: Some(place), proximity: answer.proximity, memory }
     }
 
     /// Those of a pair of leaves.
     fn pieces(&self, a: Side<'_>, b: Side<'_>, place: u32) -> [u32; 2] {
         let pair = self.pairs[place as usize];
-        [(a, pair.a), (b, pair.b)].map(|(side, node)| match side.hierarchy.node(node).kind {
-            NodeKind::Leaf { piece } => piece,
-            NodeKind::Inner { .. } => unreachable!("only leaves are awake"),
-        })
+        [piece_of(a, pair.a), piece_of(b, pair.b)]
+    }
+}
+
+/// The piece at a leaf.
+fn piece_of(side: Side<'_>, node: u32) -> u32 {
+    match side.hierarchy.node(node).kind {
+        NodeKind::Leaf { piece } => piece,
+        NodeKind::Inner { .. } => unreachable!("only leaves are awake"),
     }
 }

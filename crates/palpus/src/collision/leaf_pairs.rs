@@ -11,8 +11,7 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
-use super::coherence::Memory;
-use super::{Proximity, Side, support_gap};
+use super::{Proximity, Side, WarmStart, support_gap};
 use crate::algebra::Placement;
 
 /// A pair of pieces and what the march found of it.
@@ -22,21 +21,12 @@ pub struct LeafPair {
     pub piece_a: u32,
     /// Piece of b.
     pub piece_b: u32,
-    /// Where the pair is remembered.
-    pub(crate) home: Home,
+    /// Where in the front the pair is remembered; `None` if there was no room for it.
+    pub(crate) place: Option<u32>,
     /// Apart or overlapping.
     pub proximity: Proximity,
     /// What was remembered of the pair.
-    pub memory: Option<Memory>,
-}
-
-/// Where a pair is remembered from tick to tick.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Home {
-    /// In the table of the full traversal, under the leaves' nodes.
-    Nodes(u32, u32),
-    /// At this place of the front.
-    Place(u32),
+    pub memory: Option<WarmStart>,
 }
 
 /// Leaf pairs up to a capacity.
@@ -174,9 +164,9 @@ mod tests {
             } else {
                 Proximity::Overlapping(Overlap { features, direction: DVec3::Z })
             };
-            let (home, piece_a, piece_b) = (Home::Place(0), 0, k as u32);
+            let (place, piece_a, piece_b) = (Some(0), 0, k as u32);
             // Overlapping pairs are measured at this pose: all as deep as a cube, and deeper than what is apart.
-            found.push(LeafPair { piece_a, piece_b, home, proximity, memory: None }, side, side, &Placement::IDENTITY);
+            found.push(LeafPair { piece_a, piece_b, place, proximity, memory: None }, side, side, &Placement::IDENTITY);
         }
         let overlapping = separations.iter().filter(|&&separation| separation <= 0.0).count();
         assert!(overlapping > 7, "seed {SEED:#x}");
@@ -185,9 +175,9 @@ mod tests {
         found.clear();
         for (k, &distance) in separations.iter().enumerate() {
             let closest = Closest { point_a: DVec3::ZERO, point_b: DVec3::ZERO, normal: DVec3::Z, distance, features };
-            let (home, piece_a, piece_b) = (Home::Place(0), 0, k as u32);
+            let (place, piece_a, piece_b) = (Some(0), 0, k as u32);
             let proximity = Proximity::Disjoint(closest);
-            found.push(LeafPair { piece_a, piece_b, home, proximity, memory: None }, side, side, &Placement::IDENTITY);
+            found.push(LeafPair { piece_a, piece_b, place, proximity, memory: None }, side, side, &Placement::IDENTITY);
         }
         let mut sorted = separations.clone();
         sorted.sort_by(f64::total_cmp);

@@ -2,7 +2,7 @@
 
 mod bounds;
 mod clip;
-mod coherence;
+mod counters;
 mod front;
 mod gjk;
 mod leaf_pairs;
@@ -12,21 +12,22 @@ mod odometer;
 mod oracle;
 mod proximity;
 mod scale;
+mod side;
 mod step;
 mod support;
 #[cfg(test)]
 mod sweeps;
 mod thickness;
-mod traverse;
 mod voronoi;
 mod wakes;
+mod warm_start;
 
-pub use coherence::Memory;
+pub use counters::TraversalCounters;
 pub use front::Front;
 pub use gjk::gjk;
-pub(crate) use leaf_pairs::Home;
 pub use leaf_pairs::{LeafPair, LeafPairs};
-pub use march::{March, initial_features, march};
-pub use proximity::{Closest, Overlap, Proximity, StopReason};
+pub use march::{initial_features, march};
+pub use proximity::{Closest, March, Overlap, Proximity, StopReason};
+pub use side::Side;
 pub(crate) use support::support_gap;
-pub use traverse::{Side, Traversal, TraversalCounters};
+pub use warm_start::WarmStart;

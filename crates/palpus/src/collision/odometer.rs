@@ -51,11 +51,18 @@ impl Odometer {
     /// Adds the motion since the last call and answers it in model units; none before the first call, or when the sum is
     /// exhausted: then nothing that was known of distances holds any more.
     pub(super) fn advance(&mut self, pose_ba: &Placement) -> Option<f64> {
-        let last = self.last.replace(*pose_ba)?;
-        let moved = displacement(&self.box_a, &last, pose_ba);
-        // The inverse is not needed: q ↦ R'ᵀ(q − t') − Rᵀ(q − t), its norm is invariant under R'.
-        let moved = moved.min(displacement(&self.box_b, &last.inverse(), &pose_ba.inverse()));
+        let moved = self.motion_to(pose_ba);
+        self.last = Some(*pose_ba);
+        let moved = moved?;
         self.spend(moved + ODOMETER_NOISE * (self.size + pose_ba.translation.length())).then_some(moved)
+    }
+
+    /// The motion since the last call of [`Self::advance`], model units; `None` before the first call.
+    pub(super) fn motion_to(&self, pose_ba: &Placement) -> Option<f64> {
+        let last = self.last.as_ref()?;
+        let moved = displacement(&self.box_a, last, pose_ba);
+        // The inverse is not needed: q ↦ R'ᵀ(q − t') − Rᵀ(q − t), its norm is invariant under R'.
+        Some(moved.min(displacement(&self.box_b, &last.inverse(), &pose_ba.inverse())))
     }
 
     /// Adds a length (model units) that clearances have lost otherwise; false if the sum is exhausted.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::QueryCounters;
 use super::pair::Found;
 use super::search::{Asked, PairSearch, side};
-use crate::collision::{Home, LeafPair, Proximity, support_gap};
+use crate::collision::{LeafPair, Proximity, support_gap};
 
 impl PairSearch {
     /// The quota was spent before leaf pair `first`: it and those after it are answered from the last tick.
@@ -18,15 +18,15 @@ impl PairSearch {
             let leaf = self.leaves.as_slice()[k];
             let left = count - k - 1;
             counters.traversal.postponed += 1;
-            let Home::Place(home) = leaf.home else {
+            let Some(place) = leaf.place else {
                 self.answer_unheld(asked, &leaf, left, counters);
                 continue;
             };
-            if !self.hold(asked, home, [leaf.piece_a, leaf.piece_b], left, counters) {
+            if !self.hold(asked, place, [leaf.piece_a, leaf.piece_b], left, counters) {
                 self.answer_unheld(asked, &leaf, left, counters);
             }
             if !resumed {
-                self.resume = Some(home);
+                self.resume = Some(place);
                 resumed = true;
             }
         }
@@ -35,14 +35,14 @@ impl PairSearch {
     /// Those that were not marched.
     pub(super) fn hold_unvisited(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) {
         for k in 0..self.front.unvisited() {
-            let (home, pieces) = self.front.unvisited_pair(side(asked.a), side(asked.b), k);
-            if !self.hold(asked, home, pieces, 0, counters) {
+            let (place, pieces) = self.front.unvisited_pair(side(asked.a), side(asked.b), k);
+            if !self.hold(asked, place, pieces, 0, counters) {
                 counters.unseen += 1;
                 self.unseen_separation = f64::NEG_INFINITY;
             }
         }
-        if let Some(home) = self.resume.take() {
-            self.front.resume_at(home);
+        if let Some(place) = self.resume.take() {
+            self.front.resume_at(place);
         }
     }
 
@@ -50,13 +50,13 @@ impl PairSearch {
     fn hold(
         &mut self,
         asked: &Asked<'_>,
-        home: u32,
+        place: u32,
         pieces: [u32; 2],
         left: usize,
         counters: &mut QueryCounters,
     ) -> bool {
         let most = self.capacity - left;
-        let carried = self.held.carry(home, pieces, &asked.place, asked.tolerance, most, &mut self.contacts);
+        let carried = self.held.carry(place, pieces, &asked.place, asked.tolerance, most, &mut self.contacts);
         counters.held += carried.unwrap_or(0);
         carried.is_some()
     }

@@ -3,7 +3,7 @@
 use super::contact::points_about;
 use super::search::{Asked, PairSearch};
 use super::{Contact, QueryCounters};
-use crate::collision::{Closest, Home, LeafPair, Memory, Overlap, Proximity, StopReason};
+use crate::collision::{Closest, LeafPair, Overlap, Proximity, StopReason, WarmStart};
 use crate::depth::{
     AdmissibleDepth, Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, half_admissible_depth,
 };
@@ -44,7 +44,7 @@ impl PairSearch {
         counters: &mut QueryCounters,
     ) -> Found {
         let Asked { a, b, place, .. } = asked;
-        let memory = leaf.memory.filter(|memory| self.coherent && memory.normal != DVec3::ZERO);
+        let memory = leaf.memory.filter(|memory| memory.normal != DVec3::ZERO);
         let walked = self.walk(asked, leaf, overlap, memory);
         // The walk goes on from where it ended, whatever is admissible.
         self.front.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b], walked.antipodal.features());
@@ -73,11 +73,11 @@ impl PairSearch {
     }
 
     /// The depth walk, proven if that was asked for.
-    fn walk(&mut self, asked: &Asked<'_>, leaf: &LeafPair, overlap: &Overlap, memory: Option<Memory>) -> Depth {
+    fn walk(&mut self, asked: &Asked<'_>, leaf: &LeafPair, overlap: &Overlap, memory: Option<WarmStart>) -> Depth {
         let (piece_a, piece_b) = asked.pieces(leaf.piece_a, leaf.piece_b);
         let witness = Seed::Witness { direction: overlap.direction };
         let seeds = match memory {
-            Some(Memory { hub: [a, b], normal, facet, .. }) => {
+            Some(WarmStart { hub: [a, b], normal, facet, .. }) => {
                 let antipodal = facet.and_then(Antipodal::of);
                 [Seed::Previous { antipodal, hub: HubPair { a, b }, normal }, witness]
             }
@@ -115,8 +115,8 @@ impl PairSearch {
             let room = self.capacity - known - left;
             self.spread(asked, &contact, slope, room, counters);
         }
-        if let Home::Place(home) = leaf.home {
-            self.held.keep(home, [leaf.piece_a, leaf.piece_b], &self.contacts[known..], &asked.place);
+        if let Some(place) = leaf.place {
+            self.held.keep(place, [leaf.piece_a, leaf.piece_b], &self.contacts[known..], &asked.place);
         }
     }
 }

@@ -1,14 +1,11 @@
 //! Fast ticks, cut into parts for the guard against tunnelling, and what is jumped.
 
-use glam::DVec3;
-
 use super::guard::{between, sub_steps};
 use super::pair::Found;
 use super::search::{Asked, PairSearch, side};
 use super::{Contact, QueryCounters};
-use crate::algebra::tolerance::{GUARD_THICK, JUMP, WORK_ANSWER};
-use crate::algebra::{Placement, Quota};
-use crate::body::{Aabb, Body};
+use crate::algebra::Quota;
+use crate::algebra::tolerance::{GUARD_THICK, WORK_ANSWER};
 
 impl PairSearch {
     /// A fast tick's poses on the way, so that nothing thin is jumped over; the quota may cut them short. What is thin then, if
@@ -22,7 +19,7 @@ impl PairSearch {
         counters: &mut QueryCounters,
     ) -> Option<f64> {
         let (Some(_), Some(last)) = (&self.guard, self.last_pose) else { return None };
-        let way = travel(asked.a, &last.placement(), &asked.place);
+        let way = self.front.motion_to(&asked.place)?;
         let (parts, thin) = (sub_steps(way, asked.tolerance), GUARD_THICK * way);
         if parts <= 1 || self.front.thinnest() >= thin {
             return None;
@@ -55,30 +52,12 @@ impl PairSearch {
         Some(thin)
     }
 
-    /// Notes the pose, whether the way to it is coherent, and which of the last contacts of pieces thinner than `thin` tunnel on that way.
+    /// Notes the pose, and which of the last contacts of pieces thinner than `thin` tunnel on the way to it.
     pub(super) fn move_to(&mut self, asked: &Asked<'_>, thin: Option<f64>) {
-        let Asked { a, b, pose_ba, place, .. } = *asked;
-        self.coherent = false;
-        if let Some(last) = self.last_pose.replace(pose_ba) {
-            let last = last.placement();
-            self.coherent = travel(a, &last, &place) <= JUMP * a.size().min(b.size());
-            if let (Some(guard), Some(thin)) = (&mut self.guard, thin) {
-                let is_thin = |contact: &&Contact| self.front.thickness(contact.piece_a, contact.piece_b) < thin;
-                guard.trace(asked, self.contacts.iter().filter(is_thin), &last);
-            }
+        let last = self.last_pose.replace(asked.pose_ba);
+        if let (Some(last), Some(guard), Some(thin)) = (last, &mut self.guard, thin) {
+            let is_thin = |contact: &&Contact| self.front.thickness(contact.piece_a, contact.piece_b) < thin;
+            guard.trace(asked, self.contacts.iter().filter(is_thin), &last.placement());
         }
     }
-}
-
-/// The farthest that any point of the body's bounding box moves from one placement to another.
-///
-/// The displacement field of a rigid motion is affine, so its norm is largest at a corner.
-fn travel(body: &Body, from: &Placement, to: &Placement) -> f64 {
-    let Aabb { min, max } = body.mesh().bounds();
-    let corner = |k: u32| {
-        let pick = |bit: u32, low: f64, high: f64| if k >> bit & 1 == 1 { high } else { low };
-        let p = DVec3::new(pick(0, min.x, max.x), pick(1, min.y, max.y), pick(2, min.z, max.z));
-        to.point(p).distance_squared(from.point(p))
-    };
-    (0..8).map(corner).fold(0.0, f64::max).sqrt()
 }

@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::super::traverse::{distance, is_contact};
 use super::super::{LeafPairs, TraversalCounters};
 use super::{Front, Query};
 use crate::algebra::Quota;
@@ -31,14 +30,14 @@ impl Front {
             counters.leaf_tests += 1;
             let (answer, memory) = self.march(query, place, counters);
             quota.spend(counters.work() - before);
-            if is_contact(&answer, query.tolerance) {
+            if answer.is_within(query.tolerance) {
                 self.awake[kept] = place;
                 kept += 1;
                 found.push(self.leaf_pair(query, place, answer, memory), query.a, query.b, query.pose_ba);
             } else {
                 // When they meet again it may be anywhere.
                 self.memories[place as usize].normal = DVec3::ZERO;
-                self.sleep(query, place, distance(&answer));
+                self.sleep(query, place, answer.distance());
             }
         }
         let gone = visited - kept;

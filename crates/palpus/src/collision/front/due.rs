@@ -1,11 +1,9 @@
 //! Step 2 of the front: the pairs that are due, measured again; they go on sleeping, wake, or are split.
 
 use super::super::bounds::{box_gap, sphere_gap};
-use super::super::coherence::Memory;
-use super::super::march::March;
-use super::super::traverse::{distance, is_contact};
+use super::super::side::halves;
 use super::super::wakes::{BLOCK, NEVER};
-use super::super::{LeafPairs, TraversalCounters};
+use super::super::{LeafPairs, March, TraversalCounters, WarmStart};
 use super::{Front, Pair, Query, State};
 use crate::algebra::Quota;
 use crate::algebra::tolerance::{BOX_NAP, SPHERE_NAP};
@@ -16,7 +14,7 @@ enum Measured {
     /// At least this distance, not less than the tolerance.
     Apart(f64),
     /// Leaves within tolerance.
-    Within(March, Option<Memory>),
+    Within(March, Option<WarmStart>),
     /// Nodes within tolerance.
     Near,
 }
@@ -106,7 +104,7 @@ impl Front {
                 let Pair { a, b, .. } = self.pairs[place as usize];
                 self.pairs[place as usize].state = State::Crowded;
                 self.wakes.set(place, self.odometer.sum());
-                self.full.below(query.a, query.b, query.pose_ba, query.tolerance, [a, b], found, counters);
+                self.search_below(query, [a, b], found, counters);
             }
         }
     }
@@ -130,8 +128,8 @@ impl Front {
         counters.leaf_tests += u32::from(leaves);
         counters.hull_tests += u32::from(!leaves);
         let (answer, memory) = self.march(query, place, counters);
-        match (leaves, distance(&answer)) {
-            (true, _) if is_contact(&answer, query.tolerance) => Measured::Within(answer, memory),
+        match (leaves, answer.distance()) {
+            (true, _) if answer.is_within(query.tolerance) => Measured::Within(answer, memory),
             (false, apart) if apart <= query.tolerance => Measured::Near,
             (_, apart) => Measured::Apart(apart),
         }
@@ -140,20 +138,12 @@ impl Front {
     /// Puts both halves of a pair onto the stack; false if there is no room for them.
     fn split(&mut self, query: &Query<'_>, place: u32) -> bool {
         let Pair { a, b, .. } = self.pairs[place as usize];
-        let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
-        let halves = match (node_a.kind, node_b.kind) {
-            (NodeKind::Inner { left, right }, kind_b)
-                if node_a.sphere.radius > node_b.sphere.radius || matches!(kind_b, NodeKind::Leaf { .. }) =>
-            {
-                [Pair::of(left, b, place), Pair::of(right, b, place)]
-            }
-            (_, NodeKind::Inner { left, right }) => [Pair::of(a, left, place), Pair::of(a, right, place)],
-            _ => return false,
-        };
+        let Some(halves) = halves(query.a, query.b, [a, b]) else { return false };
         let Some(first) = self.take_places() else { return false };
         let wake = self.wakes.get(place);
+        let parent = place;
         for (half, place) in halves.into_iter().zip([first, first + 1]) {
-            self.pairs[place as usize] = half;
+            self.pairs[place as usize] = Pair::of(half[0], half[1], parent);
             // What held for the whole holds for its halves: they are as overdue.
             self.wakes.set(place, wake);
             self.stack.push(place);

@@ -1,7 +1,7 @@
 //! Step 4 of the front: halves that both sleep long are merged.
 
 use super::super::TraversalCounters;
-use super::super::traverse::bound_of;
+use super::super::side::bound_of;
 use super::super::wakes::NEVER;
 use super::{Front, NONE, Pair, Query, State};
 use crate::algebra::tolerance::{MERGE_CLEARANCE, MERGE_RETRY};

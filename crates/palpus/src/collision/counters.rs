@@ -1,0 +1,71 @@
+//! What the search for near pairs cost.
+
+use crate::algebra::tolerance::{WORK_MARCH, WORK_STEP};
+
+/// What a search for near pairs cost.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct TraversalCounters {
+    /// Node pairs looked at, by bounds or hulls.
+    pub node_pairs: u32,
+    /// Distance marches between hulls of inner nodes.
+    pub hull_tests: u32,
+    /// Distance marches between leaf pieces.
+    pub leaf_tests: u32,
+    /// Steps of all marches.
+    pub march_steps: u32,
+    /// Marches that gave up and were answered by the fallback.
+    pub march_fallbacks: u32,
+    /// Leaf pairs within tolerance that were left out since there was no room, the least deep ones.
+    pub dropped: u32,
+    /// Pairs of the sleeping front that were due and looked at.
+    pub woken: u32,
+    /// Pairs of the front that were split, and that were merged back.
+    pub split: u32,
+    /// See `split`.
+    pub merged: u32,
+    /// Pairs that were searched without memory since the front had no room to split them.
+    pub crowded: u32,
+    /// Pairs of the front that were due or awake and were left for the next query, since the work allowed was done.
+    pub postponed: u32,
+    /// 1 if the front began anew: in the first query, after a jump, or when it was told to forget.
+    pub restarted: u32,
+}
+
+impl TraversalCounters {
+    /// What all this comes to, in units of [`crate::algebra::Work`].
+    pub fn work(&self) -> u64 {
+        let marches = WORK_MARCH * (u64::from(self.hull_tests) + u64::from(self.leaf_tests));
+        u64::from(self.node_pairs) + marches + WORK_STEP * u64::from(self.march_steps)
+    }
+}
+
+impl std::ops::AddAssign for TraversalCounters {
+    fn add_assign(&mut self, other: Self) {
+        let Self {
+            node_pairs,
+            hull_tests,
+            leaf_tests,
+            march_steps,
+            march_fallbacks,
+            dropped,
+            woken,
+            split,
+            merged,
+            crowded,
+            postponed,
+            restarted,
+        } = other;
+        self.node_pairs += node_pairs;
+        self.hull_tests += hull_tests;
+        self.leaf_tests += leaf_tests;
+        self.march_steps += march_steps;
+        self.march_fallbacks += march_fallbacks;
+        self.dropped += dropped;
+        self.woken += woken;
+        self.split += split;
+        self.merged += merged;
+        self.crowded += crowded;
+        self.postponed += postponed;
+        self.restarted += restarted;
+    }
+}

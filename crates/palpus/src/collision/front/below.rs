@@ -1,0 +1,161 @@
+//! Searches below a pair of nodes, without memory: what the front has no room for, and the nearest pair.
+//!
+//! 1. From the pair of nodes, nearer half first, drop every pair that is farther apart than the limit: first by spheres, then by
+//!    boxes, then by the nodes' hulls.
+//! 2. A pair of leaves is marched; what it answers may lower the limit.
+//!
+//! The nearest pair is searched so from the pairs on the cut, best bound first. That of a sleeping pair is known from when it was last
+//! measured, so most of them are not looked at.
+
+use super::super::march::{initial_features, march};
+use super::super::side::{bound_of, halves};
+use super::super::wakes::NEVER;
+use super::super::{LeafPair, LeafPairs, March, Proximity, Side, StopReason, TraversalCounters};
+use super::{Front, Pair, Query, State, piece_of};
+use crate::algebra::Placement;
+
+/// A pair of nodes yet to be looked at.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct NodePair {
+    nodes: [u32; 2],
+    /// Lower bound of the distance between the two.
+    bound: f64,
+}
+
+impl Front {
+    /// Adds to `found` the leaf pairs below a pair of nodes that overlap or are nearer than the tolerance.
+    pub(super) fn search_below(
+        &mut self,
+        query: &Query<'_>,
+        nodes: [u32; 2],
+        found: &mut LeafPairs,
+        counters: &mut TraversalCounters,
+    ) {
+        let root = NodePair { nodes, bound: 0.0 };
+        self.descend(query, root, query.tolerance, counters, &mut |nodes, answer| {
+            if answer.is_within(query.tolerance) {
+                found.push(unremembered(query, nodes, answer), query.a, query.b, query.pose_ba);
+            }
+            query.tolerance
+        });
+    }
+
+    /// The nearest leaf pair of all, or an overlapping one when there is any; `pose_ba` is that of the last query.
+    pub fn nearest(
+        &mut self,
+        a: Side<'_>,
+        b: Side<'_>,
+        pose_ba: &Placement,
+        counters: &mut TraversalCounters,
+    ) -> Option<LeafPair> {
+        let query = Query { a, b, pose_ba, tolerance: self.tolerance, thinner_than: f64::INFINITY };
+        let (mut best, mut limit) = (None, f64::INFINITY);
+        // Near the last answer, and then where the bound is best, there is a limit that makes the rest short.
+        if let Some(nodes) = self.last_nearest {
+            limit = self.nearer(&query, NodePair { nodes, bound: 0.0 }, limit, &mut best, counters);
+        }
+        if !self.begun {
+            let nodes = [a.hierarchy.root(), b.hierarchy.root()];
+            self.nearer(&query, NodePair { nodes, bound: 0.0 }, limit, &mut best, counters);
+            return best;
+        }
+        let places = 0..self.fresh;
+        let first = places.clone().filter_map(|place| self.on_cut(place)).min_by(|x, y| x.bound.total_cmp(&y.bound));
+        if let Some(first) = first.filter(|first| first.bound < limit) {
+            limit = self.nearer(&query, first, limit, &mut best, counters);
+        }
+        for place in places {
+            if let Some(pair) = self.on_cut(place)
+                && pair.bound < limit
+                && first.is_none_or(|first| first.nodes != pair.nodes)
+            {
+                limit = self.nearer(&query, pair, limit, &mut best, counters);
+            }
+        }
+        best
+    }
+
+    /// The pair at a place of the cut, and how far apart it is at least.
+    fn on_cut(&self, place: u32) -> Option<NodePair> {
+        let Pair { a, b, state, .. } = self.pairs[place as usize];
+        let wake = self.wakes.get(place);
+        let bound = match state {
+            State::Split(_) => return None,
+            State::Awake | State::Crowded => 0.0,
+            // Merged with its other half.
+            State::Asleep if wake == NEVER => return None,
+            State::Asleep => self.tolerance - self.odometer.since(wake),
+        };
+        Some(NodePair { nodes: [a, b], bound })
+    }
+
+    /// Looks below a pair for one nearer than `limit`, which becomes `best`. Returns the new limit.
+    fn nearer(
+        &mut self,
+        query: &Query<'_>,
+        pair: NodePair,
+        limit: f64,
+        best: &mut Option<LeafPair>,
+        counters: &mut TraversalCounters,
+    ) -> f64 {
+        let (mut least, mut last) = (limit, self.last_nearest);
+        least = self.descend(query, pair, limit, counters, &mut |nodes, answer| {
+            if answer.distance() < least {
+                least = answer.distance();
+                *best = Some(unremembered(query, nodes, answer));
+                last = Some(nodes);
+            }
+            // Nothing is nearer than an overlap.
+            if matches!(answer.proximity, Proximity::Overlapping(_)) { f64::NEG_INFINITY } else { least }
+        });
+        self.last_nearest = last;
+        least
+    }
+
+    /// Visits the leaf pairs below a pair that are no farther apart than the limit, which each visit sets anew. Returns the last limit.
+    fn descend(
+        &mut self,
+        query: &Query<'_>,
+        pair: NodePair,
+        mut limit: f64,
+        counters: &mut TraversalCounters,
+        visit: &mut impl FnMut([u32; 2], &March) -> f64,
+    ) -> f64 {
+        self.below.clear();
+        self.below.push(pair);
+        while let Some(NodePair { nodes, bound }) = self.below.pop() {
+            if bound > limit {
+                continue;
+            }
+            let (polytope_a, polytope_b) = (query.a.polytope(nodes[0]), query.b.polytope(nodes[1]));
+            let start = initial_features(polytope_a, polytope_b, query.pose_ba);
+            let answer = march(polytope_a, polytope_b, query.pose_ba, start);
+            let split = halves(query.a, query.b, nodes);
+            counters.node_pairs += 1;
+            counters.leaf_tests += u32::from(split.is_none());
+            counters.hull_tests += u32::from(split.is_some());
+            counters.march_steps += answer.steps;
+            counters.march_fallbacks += u32::from(answer.stop != StopReason::Converged);
+            if answer.distance() > limit {
+                continue;
+            }
+            let Some(split) = split else {
+                limit = visit(nodes, &answer);
+                continue;
+            };
+            let [one, other] = split.map(|nodes| {
+                let (a, b) = (query.a.hierarchy.node(nodes[0]), query.b.hierarchy.node(nodes[1]));
+                NodePair { nodes, bound: bound_of(a, b, query.pose_ba, limit) }
+            });
+            let (near, far) = if other.bound < one.bound { (other, one) } else { (one, other) };
+            self.below.extend([far, near]);
+        }
+        limit
+    }
+}
+
+/// A leaf pair that has no place.
+fn unremembered(query: &Query<'_>, nodes: [u32; 2], answer: &March) -> LeafPair {
+    let (piece_a, piece_b) = (piece_of(query.a, nodes[0]), piece_of(query.b, nodes[1]));
+    LeafPair { piece_a, piece_b, place: None, proximity: answer.proximity, memory: None }
+}
