@@ -2,7 +2,7 @@
 
 use palpus::algebra::Placement;
 use palpus::body::Body;
-use palpus::collision::{Front, LeafPair, LeafPairs, Side};
+use palpus::collision::{Front, LeafPair, LeafPairs, PlacedPair, Side};
 
 /// Pairs that one step can hold, the deepest of more; as in `palpus::render::Settings::default`.
 const CAPACITY: usize = 4096;
@@ -23,7 +23,7 @@ impl Pairs {
 
     /// All pairs that overlap or are nearer than `distance`, m.
     pub(crate) fn within(&mut self, a: &Body, b: &Body, pose_ba: &Placement, distance: f64) -> &[LeafPair] {
-        self.front.within(side(a), side(b), pose_ba, distance, &mut self.found);
+        self.front.within(&PlacedPair::new(side(a), side(b), pose_ba, distance), &mut self.found);
         self.found.as_slice()
     }
 

@@ -10,7 +10,7 @@ use bodies::body;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Placement, Pose};
 use palpus::body::Body;
-use palpus::collision::{Front, LeafPairs, Side, TraversalCounters};
+use palpus::collision::{Front, LeafPairs, PlacedPair, Side, TraversalCounters};
 use palpus_scenes::{Scene, scene, scenes};
 use seeded::Random;
 
@@ -60,7 +60,8 @@ impl<'a> Duel<'a> {
 
     fn tick(&mut self, pose: &Pose, tolerance: f64, what: &str) {
         let place = pose.placement();
-        let counters = self.front.within(side(self.a), side(self.b), &place, tolerance, &mut self.by_front);
+        let counters =
+            self.front.within(&PlacedPair::new(side(self.a), side(self.b), &place, tolerance), &mut self.by_front);
         let (expected, marches) = judge::within(side(self.a), side(self.b), &place, tolerance);
         assert_eq!(counters.dropped, 0);
         let ours = self.by_front.as_slice().iter();
@@ -98,7 +99,10 @@ impl<'a> Duel<'a> {
             return;
         }
         let mut counters = TraversalCounters::default();
-        let nearest = self.front.nearest(side(self.a), side(self.b), place, &mut counters).expect("bodies have pieces");
+        let nearest = self
+            .front
+            .nearest(&PlacedPair::new(side(self.a), side(self.b), place, tolerance), &mut counters)
+            .expect("bodies have pieces");
         let ours = judge::distance(&nearest.proximity);
         let size = self.a.size() + self.b.size();
         let least = |pairs: &mut dyn Iterator<Item = f64>| pairs.fold(f64::INFINITY, f64::min);

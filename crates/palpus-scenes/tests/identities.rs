@@ -8,7 +8,7 @@ use bodies::body;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose, Wrench};
 use palpus::body::{Hierarchy, PolygonSoup, Polytope};
-use palpus::collision::{Closest, Front, LeafPair, LeafPairs, Proximity, Side, gjk, initial_features};
+use palpus::collision::{Closest, Front, LeafPair, LeafPairs, PlacedPair, Proximity, Side, gjk, initial_features};
 use palpus::detect::{ContactQuery, QuerySettings};
 use palpus::render::{ProbeState, Renderer, Settings};
 use palpus_scenes::{Scene, scene, scenes};
@@ -115,9 +115,9 @@ fn the_descent_finds_what_testing_all_pairs_finds_in_whatever_order_the_pieces_s
     let mut touching = 0;
     for pose in poses(&scene, 40) {
         let place = pose.placement();
-        plain.within(plain_a, plain_b, &place, tolerance, &mut found);
+        plain.within(&PlacedPair::new(plain_a, plain_b, &place, tolerance), &mut found);
         let first = answers(found.as_slice(), &identity, &identity);
-        permuted.within(side_a, side_b, &place, tolerance, &mut found);
+        permuted.within(&PlacedPair::new(side_a, side_b, &place, tolerance), &mut found);
         assert_same(&answers(found.as_slice(), &order_a, &order_b), &first, size, "permuted pieces");
         let mut all = Vec::new();
         for (i, p) in a.polytopes().iter().enumerate() {

@@ -41,7 +41,7 @@ use super::march::{initial_features, march};
 use super::odometer::Odometer;
 use super::thickness::Thickness;
 use super::wakes::{BLOCK, WakeBoard};
-use super::{LeafPair, LeafPairs, March, Side, StopReason, TraversalCounters, WarmStart};
+use super::{LeafPair, LeafPairs, March, PlacedPair, Side, StopReason, TraversalCounters, WarmStart};
 use crate::algebra::tolerance::{JUMP, PACE_FADE};
 use crate::algebra::{Placement, Quota, Work};
 use crate::body::{FeaturePair, NodeKind};
@@ -83,17 +83,6 @@ pub struct Front {
     last_nearest: Option<[u32; 2]>,
 }
 
-/// What one query is about.
-#[derive(Clone, Copy)]
-struct Query<'a> {
-    a: Side<'a>,
-    b: Side<'a>,
-    pose_ba: &'a Placement,
-    tolerance: f64,
-    /// Only pairs one of whose pieces is thinner than this are looked at.
-    thinner_than: f64,
-}
-
 impl Front {
     /// A front between two bodies of at most `places` node pairs.
     pub fn new(a: Side<'_>, b: Side<'_>, places: usize) -> Self {
@@ -131,66 +120,22 @@ impl Front {
         self.last_nearest = None;
     }
 
-    /// Writes to `found` every leaf pair that overlaps or is nearer than `tolerance`; `pose_ba` places a's frame in b's.
+    /// Writes to `found` every leaf pair that overlaps or is nearer than the tolerance.
     ///
-    /// a and b are those of [`Self::new`]. `found` is cleared first; of more pairs than it has room for it keeps the deepest,
+    /// The bodies are those of [`Self::new`]. `found` is cleared first; of more pairs than it has room for it keeps the deepest,
     /// and the others are counted as dropped.
-    pub fn within(
-        &mut self,
-        a: Side<'_>,
-        b: Side<'_>,
-        pose_ba: &Placement,
-        tolerance: f64,
-        found: &mut LeafPairs,
-    ) -> TraversalCounters {
-        self.within_quota(a, b, pose_ba, tolerance, &Work::unlimited().all(), found)
+    pub fn within(&mut self, placed: &PlacedPair<'_>, found: &mut LeafPairs) -> TraversalCounters {
+        self.within_quota(placed, &Work::unlimited().all(), found)
     }
 
-    /// The same, as far as one gets with `quota`, and at least one pair farther than last time.
+    /// The same, as far as one gets with `quota`, and at least one pair farther than last time. Pairs that are too thick for what is
+    /// asked are as overdue at the next query.
     pub fn within_quota(
         &mut self,
-        a: Side<'_>,
-        b: Side<'_>,
-        pose_ba: &Placement,
-        tolerance: f64,
+        query: &PlacedPair<'_>,
         quota: &Quota<'_>,
         found: &mut LeafPairs,
     ) -> TraversalCounters {
-        self.answer(&Query { a, b, pose_ba, tolerance, thinner_than: f64::INFINITY }, quota, found)
-    }
-
-    /// The same, of pairs one of whose pieces is thinner than `thinner_than` (model units); the others are as overdue at the next query.
-    #[allow(clippy::too_many_arguments, reason = "the six of every query, and of what it is content with")]
-    pub(crate) fn thin_within_quota(
-        &mut self,
-        a: Side<'_>,
-        b: Side<'_>,
-        pose_ba: &Placement,
-        tolerance: f64,
-        thinner_than: f64,
-        quota: &Quota<'_>,
-        found: &mut LeafPairs,
-    ) -> TraversalCounters {
-        self.answer(&Query { a, b, pose_ba, tolerance, thinner_than }, quota, found)
-    }
-
-    /// The thickness of the thinner of two pieces, model units: the least width along one of its faces' normals.
-    pub(crate) fn thickness(&self, piece_a: u32, piece_b: u32) -> f64 {
-        self.thickness[0].of_piece(piece_a).min(self.thickness[1].of_piece(piece_b))
-    }
-
-    /// The thickness of the thinnest piece of both bodies.
-    pub(crate) fn thinnest(&self) -> f64 {
-        self.thickness[0].of_all().min(self.thickness[1].of_all())
-    }
-
-    /// How far the bodies have moved against each other since the last query, model units: at least as far as any distance of two
-    /// points has changed. `None` before the first query.
-    pub(crate) fn motion_to(&self, pose_ba: &Placement) -> Option<f64> {
-        self.odometer.motion_to(pose_ba)
-    }
-
-    fn answer(&mut self, query: &Query<'_>, quota: &Quota<'_>, found: &mut LeafPairs) -> TraversalCounters {
         let mut counters = TraversalCounters::default();
         found.clear();
         self.move_on(query, &mut counters);
@@ -207,6 +152,22 @@ impl Front {
         counters.dropped = found.dropped();
         debug_assert_eq!(self.validate_some(query), Ok(()));
         counters
+    }
+
+    /// The thickness of the thinner of two pieces, model units: the least width along one of its faces' normals.
+    pub(crate) fn thickness(&self, piece_a: u32, piece_b: u32) -> f64 {
+        self.thickness[0].of_piece(piece_a).min(self.thickness[1].of_piece(piece_b))
+    }
+
+    /// The thickness of the thinnest piece of both bodies.
+    pub(crate) fn thinnest(&self) -> f64 {
+        self.thickness[0].of_all().min(self.thickness[1].of_all())
+    }
+
+    /// How far the bodies have moved against each other since the last query, model units: at least as far as any distance of two
+    /// points has changed. `None` before the first query.
+    pub(crate) fn motion_to(&self, pose_ba: &Placement) -> Option<f64> {
+        self.odometer.motion_to(pose_ba)
     }
 
     /// Every pair of pieces that was neither found nor left for a later turn is at least this far apart (model units); minus
@@ -228,8 +189,8 @@ impl Front {
     }
 
     /// Place and pieces of one of them.
-    pub(crate) fn unvisited_pair(&self, a: Side<'_>, b: Side<'_>, k: usize) -> (u32, [u32; 2]) {
-        (self.awake[k], self.pieces(a, b, self.awake[k]))
+    pub(crate) fn unvisited_pair(&self, placed: &PlacedPair<'_>, k: usize) -> (u32, [u32; 2]) {
+        (self.awake[k], self.pieces(placed, self.awake[k]))
     }
 
     /// Places that pairs may be remembered at.
@@ -267,7 +228,7 @@ impl Front {
     }
 
     /// Step 1: what has moved since the last query is spent. A wider tolerance spends clearances just so.
-    fn move_on(&mut self, query: &Query<'_>, counters: &mut TraversalCounters) {
+    fn move_on(&mut self, query: &PlacedPair<'_>, counters: &mut TraversalCounters) {
         let moved = self.odometer.advance(query.pose_ba);
         let wider = query.tolerance - self.tolerance;
         let spent = wider <= 0.0 || self.odometer.spend(wider);
@@ -284,7 +245,7 @@ impl Front {
     }
 
     /// Only the pair of roots, and that due.
-    fn restart(&mut self, query: &Query<'_>) {
+    fn restart(&mut self, query: &PlacedPair<'_>) {
         self.wakes.clear(self.fresh as usize);
         self.free.clear();
         self.awake.clear();
@@ -302,7 +263,7 @@ impl Front {
 
     /// False for a pair whose pieces are all thicker than what the query is about.
     #[inline]
-    fn is_wanted(&self, query: &Query<'_>, place: u32) -> bool {
+    fn is_wanted(&self, query: &PlacedPair<'_>, place: u32) -> bool {
         let Pair { a, b, .. } = self.pairs[place as usize];
         query.thinner_than == f64::INFINITY
             || self.thickness[0].of_node(a).min(self.thickness[1].of_node(b)) < query.thinner_than
@@ -313,15 +274,20 @@ impl Front {
         (self.fresh as usize).div_ceil(BLOCK)
     }
 
-    fn sleep(&mut self, query: &Query<'_>, place: u32, distance: f64) {
+    fn sleep(&mut self, query: &PlacedPair<'_>, place: u32, distance: f64) {
         self.pairs[place as usize].state = State::Asleep;
         self.wakes.set(place, self.odometer.due(distance - query.tolerance));
     }
 
     /// Marches a pair from where it ended last, or cold.
-    fn march(&mut self, query: &Query<'_>, place: u32, counters: &mut TraversalCounters) -> (March, Option<WarmStart>) {
+    fn march(
+        &mut self,
+        query: &PlacedPair<'_>,
+        place: u32,
+        counters: &mut TraversalCounters,
+    ) -> (March, Option<WarmStart>) {
         let pair = &mut self.pairs[place as usize];
-        let (polytope_a, polytope_b) = (query.a.polytope(pair.a), query.b.polytope(pair.b));
+        let (polytope_a, polytope_b) = query.polytopes([pair.a, pair.b]);
         let memory = &mut self.memories[place as usize];
         let before = pair.known.then_some(*memory);
         let start = before.map_or_else(|| initial_features(polytope_a, polytope_b, query.pose_ba), |m| m.features);
@@ -336,15 +302,15 @@ impl Front {
         (answer, before)
     }
 
-    fn leaf_pair(&self, query: &Query<'_>, place: u32, answer: March, memory: Option<WarmStart>) -> LeafPair {
-        let [piece_a, piece_b] = self.pieces(query.a, query.b, place);
+    fn leaf_pair(&self, query: &PlacedPair<'_>, place: u32, answer: March, memory: Option<WarmStart>) -> LeafPair {
+        let [piece_a, piece_b] = self.pieces(query, place);
         LeafPair { piece_a, piece_b, place: Some(place), proximity: answer.proximity, memory }
     }
 
     /// Those of a pair of leaves.
-    fn pieces(&self, a: Side<'_>, b: Side<'_>, place: u32) -> [u32; 2] {
+    fn pieces(&self, placed: &PlacedPair<'_>, place: u32) -> [u32; 2] {
         let pair = self.pairs[place as usize];
-        [piece_of(a, pair.a), piece_of(b, pair.b)]
+        [piece_of(placed.a, pair.a), piece_of(placed.b, pair.b)]
     }
 }
 

@@ -11,8 +11,7 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
-use super::{Proximity, Side, WarmStart, support_gap};
-use crate::algebra::Placement;
+use super::{PlacedPair, Proximity, WarmStart, support_gap};
 
 /// A pair of pieces and what the march found of it.
 #[derive(Clone, Copy, Debug)]
@@ -72,23 +71,23 @@ impl LeafPairs {
 
     /// Adds a pair, or leaves out the least deep of all.
     #[inline]
-    pub(super) fn push(&mut self, pair: LeafPair, a: Side<'_>, b: Side<'_>, pose_ba: &Placement) {
+    pub(super) fn push(&mut self, pair: LeafPair, placed: &PlacedPair<'_>) {
         if self.pairs.len() < self.capacity {
             self.pairs.push(pair);
         } else {
-            self.replace(pair, a, b, pose_ba);
+            self.replace(pair, placed);
         }
     }
 
     #[cold]
-    fn replace(&mut self, pair: LeafPair, a: Side<'_>, b: Side<'_>, pose_ba: &Placement) {
+    fn replace(&mut self, pair: LeafPair, placed: &PlacedPair<'_>) {
         self.dropped += 1;
         if self.ranks.is_empty() {
             for (k, pair) in self.pairs.iter().enumerate() {
-                self.ranks.push(Rank { separation: likely_separation(pair, a, b, pose_ba), pair: k as u32 });
+                self.ranks.push(Rank { separation: likely_separation(pair, placed), pair: k as u32 });
             }
         }
-        let separation = likely_separation(&pair, a, b, pose_ba);
+        let separation = likely_separation(&pair, placed);
         if let Some(mut least_deep) = self.ranks.peek_mut()
             && separation < least_deep.separation
         {
@@ -99,16 +98,16 @@ impl LeafPairs {
 }
 
 /// The distance of a pair that is apart; about minus the depth of one that overlaps.
-fn likely_separation(pair: &LeafPair, a: Side<'_>, b: Side<'_>, pose_ba: &Placement) -> f64 {
+fn likely_separation(pair: &LeafPair, placed: &PlacedPair<'_>) -> f64 {
     let overlap = match pair.proximity {
         Proximity::Disjoint(closest) => return closest.distance,
         Proximity::Overlapping(overlap) => overlap,
     };
-    let (piece_a, piece_b) = (&a.pieces[pair.piece_a as usize], &b.pieces[pair.piece_b as usize]);
+    let (piece_a, piece_b) = (&placed.a.pieces[pair.piece_a as usize], &placed.b.pieces[pair.piece_b as usize]);
     let remembered = pair.memory.filter(|memory| memory.normal != DVec3::ZERO);
     let direction = remembered.map_or(overlap.direction, |memory| memory.normal).normalize_or(DVec3::Z);
     let hub = remembered.map_or([0; 2], |memory| memory.hub);
-    support_gap(piece_a, piece_b, pose_ba, direction, hub).0
+    support_gap(piece_a, piece_b, placed.pose_ba, direction, hub).0
 }
 
 impl Ord for Rank {
@@ -134,8 +133,9 @@ impl Eq for Rank {}
 #[cfg(test)]
 mod tests {
     use super::super::oracle::{Random, cuboid};
-    use super::super::{Closest, Overlap};
+    use super::super::{Closest, Overlap, Side};
     use super::*;
+    use crate::algebra::Placement;
     use crate::body::{Feature, FeaturePair, Hierarchy};
 
     const SEED: u64 = 0xD00F;
@@ -150,6 +150,7 @@ mod tests {
         let hierarchy = Hierarchy::build(&pieces, 1e-9).unwrap();
         let side = Side { hierarchy: &hierarchy, pieces: &pieces };
         let features = FeaturePair { a: Feature::Vertex(0), b: Feature::Vertex(0) };
+        let placed = PlacedPair::new(side, side, &Placement::IDENTITY, 1.0);
         let mut found = LeafPairs::new(7);
         for (k, &separation) in separations.iter().enumerate() {
             let closest = Closest {
@@ -166,7 +167,7 @@ mod tests {
             };
             let (place, piece_a, piece_b) = (Some(0), 0, k as u32);
             // Overlapping pairs are measured at this pose: all as deep as a cube, and deeper than what is apart.
-            found.push(LeafPair { piece_a, piece_b, place, proximity, memory: None }, side, side, &Placement::IDENTITY);
+            found.push(LeafPair { piece_a, piece_b, place, proximity, memory: None }, &placed);
         }
         let overlapping = separations.iter().filter(|&&separation| separation <= 0.0).count();
         assert!(overlapping > 7, "seed {SEED:#x}");
@@ -177,7 +178,7 @@ mod tests {
             let closest = Closest { point_a: DVec3::ZERO, point_b: DVec3::ZERO, normal: DVec3::Z, distance, features };
             let (place, piece_a, piece_b) = (Some(0), 0, k as u32);
             let proximity = Proximity::Disjoint(closest);
-            found.push(LeafPair { piece_a, piece_b, place, proximity, memory: None }, side, side, &Placement::IDENTITY);
+            found.push(LeafPair { piece_a, piece_b, place, proximity, memory: None }, &placed);
         }
         let mut sorted = separations.clone();
         sorted.sort_by(f64::total_cmp);

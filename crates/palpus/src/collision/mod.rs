@@ -28,6 +28,6 @@ pub use gjk::gjk;
 pub use leaf_pairs::{LeafPair, LeafPairs};
 pub use march::{initial_features, march};
 pub use proximity::{Closest, March, Overlap, Proximity, StopReason};
-pub use side::Side;
+pub use side::{PlacedPair, Side};
 pub(crate) use support::support_gap;
 pub use warm_start::WarmStart;

@@ -1,8 +1,8 @@
-//! A body as the search for near pairs sees it.
+//! Two bodies as the search for near pairs of their pieces sees them.
 
 use super::bounds::{box_gap, sphere_gap};
 use crate::algebra::Placement;
-use crate::body::{Hierarchy, Node, NodeKind, Polytope};
+use crate::body::{Hierarchy, NodeKind, Polytope};
 
 /// One body in a search for near pairs: a hierarchy over convex pieces.
 #[derive(Clone, Copy)]
@@ -20,22 +20,50 @@ impl<'a> Side<'a> {
     }
 }
 
-/// A lower bound of the distance of two nodes: by their spheres, and by their boxes where that is not `enough`.
-pub(super) fn bound_of(a: &Node, b: &Node, pose_ba: &Placement, enough: f64) -> f64 {
-    let gap = sphere_gap(&a.sphere, &b.sphere, pose_ba);
-    if gap > enough { gap } else { gap.max(box_gap(&a.oriented_box, &b.oriented_box, pose_ba, enough)) }
+/// Two bodies at a pose, and how near pairs of their pieces are looked for.
+#[derive(Clone, Copy)]
+pub struct PlacedPair<'a> {
+    /// The body that is placed.
+    pub a: Side<'a>,
+    /// The body in whose frame answers are.
+    pub b: Side<'a>,
+    /// Places a's frame in b's.
+    pub pose_ba: &'a Placement,
+    /// Model units: pairs that overlap or are nearer are found.
+    pub tolerance: f64,
+    /// Model units: only pairs one of whose pieces is thinner are looked at.
+    pub(crate) thinner_than: f64,
 }
 
-/// The two halves of a pair of nodes, of which the larger that can be split is; `None` for leaves.
-pub(super) fn halves(a: Side<'_>, b: Side<'_>, nodes: [u32; 2]) -> Option<[[u32; 2]; 2]> {
-    let (node_a, node_b) = (a.hierarchy.node(nodes[0]), b.hierarchy.node(nodes[1]));
-    match (node_a.kind, node_b.kind) {
-        (NodeKind::Inner { left, right }, kind_b)
-            if node_a.sphere.radius > node_b.sphere.radius || matches!(kind_b, NodeKind::Leaf { .. }) =>
-        {
-            Some([[left, nodes[1]], [right, nodes[1]]])
+impl<'a> PlacedPair<'a> {
+    /// All pairs nearer than `tolerance`.
+    pub fn new(a: Side<'a>, b: Side<'a>, pose_ba: &'a Placement, tolerance: f64) -> Self {
+        Self { a, b, pose_ba, tolerance, thinner_than: f64::INFINITY }
+    }
+
+    /// A lower bound of the distance of two nodes: by their spheres, and by their boxes where that is not `enough`.
+    pub(super) fn bound(&self, nodes: [u32; 2], enough: f64) -> f64 {
+        let (a, b) = (self.a.hierarchy.node(nodes[0]), self.b.hierarchy.node(nodes[1]));
+        let gap = sphere_gap(&a.sphere, &b.sphere, self.pose_ba);
+        if gap > enough { gap } else { gap.max(box_gap(&a.oriented_box, &b.oriented_box, self.pose_ba, enough)) }
+    }
+
+    /// The hulls of two nodes.
+    pub(super) fn polytopes(&self, nodes: [u32; 2]) -> (&'a Polytope, &'a Polytope) {
+        (self.a.polytope(nodes[0]), self.b.polytope(nodes[1]))
+    }
+
+    /// The two halves of a pair of nodes, of which the larger that can be split is; `None` for leaves.
+    pub(super) fn halves(&self, nodes: [u32; 2]) -> Option<[[u32; 2]; 2]> {
+        let (node_a, node_b) = (self.a.hierarchy.node(nodes[0]), self.b.hierarchy.node(nodes[1]));
+        match (node_a.kind, node_b.kind) {
+            (NodeKind::Inner { left, right }, kind_b)
+                if node_a.sphere.radius > node_b.sphere.radius || matches!(kind_b, NodeKind::Leaf { .. }) =>
+            {
+                Some([[left, nodes[1]], [right, nodes[1]]])
+            }
+            (_, NodeKind::Inner { left, right }) => Some([[nodes[0], left], [nodes[0], right]]),
+            _ => None,
         }
-        (_, NodeKind::Inner { left, right }) => Some([[nodes[0], left], [nodes[0], right]]),
-        _ => None,
     }
 }

@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::QueryCounters;
 use super::pair::Found;
-use super::search::{Asked, PairSearch, side};
+use super::search::{Asked, PairSearch};
 use crate::collision::{LeafPair, Proximity, support_gap};
 
 impl PairSearch {
@@ -35,7 +35,7 @@ impl PairSearch {
     /// Those that were not marched.
     pub(super) fn hold_unvisited(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) {
         for k in 0..self.front.unvisited() {
-            let (place, pieces) = self.front.unvisited_pair(side(asked.a), side(asked.b), k);
+            let (place, pieces) = self.front.unvisited_pair(&asked.placed(), k);
             if !self.hold(asked, place, pieces, 0, counters) {
                 counters.unseen += 1;
                 self.unseen_separation = f64::NEG_INFINITY;

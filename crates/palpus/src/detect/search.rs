@@ -30,7 +30,7 @@ use super::{Contact, Proof, QueryCounters, QuerySettings};
 use crate::algebra::tolerance::WORK_ANSWER;
 use crate::algebra::{Clock, Placement, Pose, Quota};
 use crate::body::{Body, Polytope};
-use crate::collision::{Front, LeafPairs, Proximity, Side};
+use crate::collision::{Front, LeafPairs, PlacedPair, Proximity, Side};
 use crate::depth::{AdmissibleScratch, Patch, WalkScratch};
 
 /// Working memory of the queries between two bodies, and what they remember from query to query.
@@ -100,8 +100,7 @@ impl PairSearch {
         let mut counters = QueryCounters::default();
         let thin = self.sub_steps(asked, quota, &mut counters);
         self.move_to(asked, thin);
-        let Asked { a, b, place, tolerance, .. } = asked;
-        counters.traversal = self.front.within_quota(side(a), side(b), place, *tolerance, quota, &mut self.leaves);
+        counters.traversal = self.front.within_quota(&asked.placed(), quota, &mut self.leaves);
         let middle = clock.now_ns();
         counters.query_ns = middle - begin;
         self.held.begin_tick();
@@ -112,7 +111,7 @@ impl PairSearch {
         let all = self.contacts.len();
         self.contacts.retain(Contact::is_finite);
         counters.non_finite += (all - self.contacts.len()) as u32;
-        self.last_overlap.keep(&self.contacts, place);
+        self.last_overlap.keep(&self.contacts, &asked.place);
         if let Some(guard) = &mut self.guard {
             if counters.sub_steps > 0 {
                 guard.compare(&self.contacts);
@@ -206,7 +205,7 @@ impl PairSearch {
         if contact.is_some_and(|contact| contact.separation <= 0.0) {
             return contact;
         }
-        let leaf = self.front.nearest(side(asked.a), side(asked.b), &asked.place, &mut counters.traversal)?;
+        let leaf = self.front.nearest(&asked.placed(), &mut counters.traversal)?;
         let nearest = match leaf.proximity {
             Proximity::Disjoint(closest) => Some(at_closest(&leaf, &closest)),
             Proximity::Overlapping(_) => match self.contact(asked, &leaf, counters) {
@@ -273,6 +272,11 @@ impl<'q> Asked<'q> {
         (&self.a.polytopes()[piece_a as usize], &self.b.polytopes()[piece_b as usize])
     }
 
+    /// The same as the front sees it.
+    pub(super) fn placed(&self) -> PlacedPair<'_> {
+        PlacedPair::new(side(self.a), side(self.b), &self.place, self.tolerance)
+    }
+
     /// The same at another pose.
     pub(super) fn at(self, pose_ba: &Pose) -> Self {
         Self { pose_ba: *pose_ba, place: pose_ba.placement(), ..self }
@@ -284,6 +288,6 @@ fn shallower(least: Option<Contact>, contact: Contact) -> Option<Contact> {
     if least.is_some_and(|least| contact.separation <= least.separation) { least } else { Some(contact) }
 }
 
-pub(super) fn side(body: &Body) -> Side<'_> {
+fn side(body: &Body) -> Side<'_> {
     Side { hierarchy: body.hierarchy(), pieces: body.polytopes() }
 }

@@ -2,10 +2,11 @@
 
 use super::guard::{between, sub_steps};
 use super::pair::Found;
-use super::search::{Asked, PairSearch, side};
+use super::search::{Asked, PairSearch};
 use super::{Contact, QueryCounters};
 use crate::algebra::Quota;
 use crate::algebra::tolerance::{GUARD_THICK, WORK_ANSWER};
+use crate::collision::PlacedPair;
 
 impl PairSearch {
     /// A fast tick's poses on the way, so that nothing thin is jumped over; the quota may cut them short. What is thin then, if
@@ -33,9 +34,8 @@ impl PairSearch {
             let pose = between(&last, &asked.pose_ba, f64::from(part) / f64::from(parts));
             let asked = asked.at(&pose);
             self.move_to(&asked, Some(thin));
-            let Asked { a, b, place, tolerance, .. } = asked;
-            let (front, leaves) = (&mut self.front, &mut self.leaves);
-            front.thin_within_quota(side(a), side(b), &place, tolerance, thin, &quota, leaves);
+            let placed = PlacedPair { thinner_than: thin, ..asked.placed() };
+            self.front.within_quota(&placed, &quota, &mut self.leaves);
             self.contacts.clear();
             for k in 0..self.leaves.as_slice().len() {
                 let leaf = self.leaves.as_slice()[k];

@@ -3,14 +3,14 @@
 use glam::DVec3;
 
 use super::super::{LeafPairs, TraversalCounters};
-use super::{Front, Query};
+use super::{Front, PlacedPair};
 use crate::algebra::Quota;
 
 impl Front {
     /// Step 3, of the first `count` pairs; those that are not visited come first, here and next time.
     pub(super) fn visit_awake(
         &mut self,
-        query: &Query<'_>,
+        query: &PlacedPair<'_>,
         count: usize,
         quota: &Quota<'_>,
         found: &mut LeafPairs,
@@ -33,7 +33,7 @@ impl Front {
             if answer.is_within(query.tolerance) {
                 self.awake[kept] = place;
                 kept += 1;
-                found.push(self.leaf_pair(query, place, answer, memory), query.a, query.b, query.pose_ba);
+                found.push(self.leaf_pair(query, place, answer, memory), query);
             } else {
                 // When they meet again it may be anywhere.
                 self.memories[place as usize].normal = DVec3::ZERO;

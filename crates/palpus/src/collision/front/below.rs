@@ -8,11 +8,9 @@
 //! measured, so most of them are not looked at.
 
 use super::super::march::{initial_features, march};
-use super::super::side::{bound_of, halves};
 use super::super::wakes::NEVER;
-use super::super::{LeafPair, LeafPairs, March, Proximity, Side, StopReason, TraversalCounters};
-use super::{Front, Pair, Query, State, piece_of};
-use crate::algebra::Placement;
+use super::super::{LeafPair, LeafPairs, March, Proximity, StopReason, TraversalCounters};
+use super::{Front, Pair, PlacedPair, State, piece_of};
 
 /// A pair of nodes yet to be looked at.
 #[derive(Clone, Copy, Debug)]
@@ -26,7 +24,7 @@ impl Front {
     /// Adds to `found` the leaf pairs below a pair of nodes that overlap or are nearer than the tolerance.
     pub(super) fn search_below(
         &mut self,
-        query: &Query<'_>,
+        query: &PlacedPair<'_>,
         nodes: [u32; 2],
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
@@ -34,42 +32,35 @@ impl Front {
         let root = NodePair { nodes, bound: 0.0 };
         self.descend(query, root, query.tolerance, counters, &mut |nodes, answer| {
             if answer.is_within(query.tolerance) {
-                found.push(unremembered(query, nodes, answer), query.a, query.b, query.pose_ba);
+                found.push(unremembered(query, nodes, answer), query);
             }
             query.tolerance
         });
     }
 
-    /// The nearest leaf pair of all, or an overlapping one when there is any; `pose_ba` is that of the last query.
-    pub fn nearest(
-        &mut self,
-        a: Side<'_>,
-        b: Side<'_>,
-        pose_ba: &Placement,
-        counters: &mut TraversalCounters,
-    ) -> Option<LeafPair> {
-        let query = Query { a, b, pose_ba, tolerance: self.tolerance, thinner_than: f64::INFINITY };
+    /// The nearest leaf pair of all, or an overlapping one when there is any; `query` is the last one, of all pairs.
+    pub fn nearest(&mut self, query: &PlacedPair<'_>, counters: &mut TraversalCounters) -> Option<LeafPair> {
         let (mut best, mut limit) = (None, f64::INFINITY);
         // Near the last answer, and then where the bound is best, there is a limit that makes the rest short.
         if let Some(nodes) = self.last_nearest {
-            limit = self.nearer(&query, NodePair { nodes, bound: 0.0 }, limit, &mut best, counters);
+            limit = self.nearer(query, NodePair { nodes, bound: 0.0 }, limit, &mut best, counters);
         }
         if !self.begun {
-            let nodes = [a.hierarchy.root(), b.hierarchy.root()];
-            self.nearer(&query, NodePair { nodes, bound: 0.0 }, limit, &mut best, counters);
+            let nodes = [query.a.hierarchy.root(), query.b.hierarchy.root()];
+            self.nearer(query, NodePair { nodes, bound: 0.0 }, limit, &mut best, counters);
             return best;
         }
         let places = 0..self.fresh;
         let first = places.clone().filter_map(|place| self.on_cut(place)).min_by(|x, y| x.bound.total_cmp(&y.bound));
         if let Some(first) = first.filter(|first| first.bound < limit) {
-            limit = self.nearer(&query, first, limit, &mut best, counters);
+            limit = self.nearer(query, first, limit, &mut best, counters);
         }
         for place in places {
             if let Some(pair) = self.on_cut(place)
                 && pair.bound < limit
                 && first.is_none_or(|first| first.nodes != pair.nodes)
             {
-                limit = self.nearer(&query, pair, limit, &mut best, counters);
+                limit = self.nearer(query, pair, limit, &mut best, counters);
             }
         }
         best
@@ -92,7 +83,7 @@ impl Front {
     /// Looks below a pair for one nearer than `limit`, which becomes `best`. Returns the new limit.
     fn nearer(
         &mut self,
-        query: &Query<'_>,
+        query: &PlacedPair<'_>,
         pair: NodePair,
         limit: f64,
         best: &mut Option<LeafPair>,
@@ -115,7 +106,7 @@ impl Front {
     /// Visits the leaf pairs below a pair that are no farther apart than the limit, which each visit sets anew. Returns the last limit.
     fn descend(
         &mut self,
-        query: &Query<'_>,
+        query: &PlacedPair<'_>,
         pair: NodePair,
         mut limit: f64,
         counters: &mut TraversalCounters,
@@ -127,10 +118,10 @@ impl Front {
             if bound > limit {
                 continue;
             }
-            let (polytope_a, polytope_b) = (query.a.polytope(nodes[0]), query.b.polytope(nodes[1]));
+            let (polytope_a, polytope_b) = query.polytopes(nodes);
             let start = initial_features(polytope_a, polytope_b, query.pose_ba);
             let answer = march(polytope_a, polytope_b, query.pose_ba, start);
-            let split = halves(query.a, query.b, nodes);
+            let split = query.halves(nodes);
             counters.node_pairs += 1;
             counters.leaf_tests += u32::from(split.is_none());
             counters.hull_tests += u32::from(split.is_some());
@@ -143,10 +134,7 @@ impl Front {
                 limit = visit(nodes, &answer);
                 continue;
             };
-            let [one, other] = split.map(|nodes| {
-                let (a, b) = (query.a.hierarchy.node(nodes[0]), query.b.hierarchy.node(nodes[1]));
-                NodePair { nodes, bound: bound_of(a, b, query.pose_ba, limit) }
-            });
+            let [one, other] = split.map(|nodes| NodePair { nodes, bound: query.bound(nodes, limit) });
             let (near, far) = if other.bound < one.bound { (other, one) } else { (one, other) };
             self.below.extend([far, near]);
         }
@@ -155,7 +143,7 @@ impl Front {
 }
 
 /// A leaf pair that has no place.
-fn unremembered(query: &Query<'_>, nodes: [u32; 2], answer: &March) -> LeafPair {
+fn unremembered(query: &PlacedPair<'_>, nodes: [u32; 2], answer: &March) -> LeafPair {
     let (piece_a, piece_b) = (piece_of(query.a, nodes[0]), piece_of(query.b, nodes[1]));
     LeafPair { piece_a, piece_b, place: None, proximity: answer.proximity, memory: None }
 }

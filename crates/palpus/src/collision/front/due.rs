@@ -1,10 +1,9 @@
 //! Step 2 of the front: the pairs that are due, measured again; they go on sleeping, wake, or are split.
 
 use super::super::bounds::{box_gap, sphere_gap};
-use super::super::side::halves;
 use super::super::wakes::{BLOCK, NEVER};
 use super::super::{LeafPairs, March, TraversalCounters, WarmStart};
-use super::{Front, Pair, Query, State};
+use super::{Front, Pair, PlacedPair, State};
 use crate::algebra::Quota;
 use crate::algebra::tolerance::{BOX_NAP, SPHERE_NAP};
 use crate::body::NodeKind;
@@ -23,7 +22,7 @@ impl Front {
     /// Step 2, and 4 where a pair goes on sleeping; false if the quota is spent before all is done.
     pub(super) fn wake_due(
         &mut self,
-        query: &Query<'_>,
+        query: &PlacedPair<'_>,
         quota: &Quota<'_>,
         found: &mut LeafPairs,
         counters: &mut TraversalCounters,
@@ -48,7 +47,7 @@ impl Front {
     /// Step 2 for what is due in one block.
     fn wake_block(
         &mut self,
-        query: &Query<'_>,
+        query: &PlacedPair<'_>,
         block: usize,
         quota: &Quota<'_>,
         found: &mut LeafPairs,
@@ -85,7 +84,7 @@ impl Front {
     }
 
     /// Measures a pair and puts it where it belongs; its halves go onto the stack.
-    fn look(&mut self, query: &Query<'_>, place: u32, found: &mut LeafPairs, counters: &mut TraversalCounters) {
+    fn look(&mut self, query: &PlacedPair<'_>, place: u32, found: &mut LeafPairs, counters: &mut TraversalCounters) {
         match self.measure(query, place, counters) {
             Measured::Apart(distance) => {
                 self.sleep(query, place, distance);
@@ -95,7 +94,7 @@ impl Front {
                 self.pairs[place as usize].state = State::Awake;
                 self.wakes.set(place, NEVER);
                 self.awake.push(place);
-                found.push(self.leaf_pair(query, place, answer, memory), query.a, query.b, query.pose_ba);
+                found.push(self.leaf_pair(query, place, answer, memory), query);
             }
             Measured::Near if self.split(query, place) => counters.split += 1,
             Measured::Near => {
@@ -111,7 +110,7 @@ impl Front {
 
     /// The pair's distance, or a bound of it from below that lets it sleep for a while: the cheaper the bound the longer must the sleep be that
     /// it promises, or the next is tried.
-    fn measure(&mut self, query: &Query<'_>, place: u32, counters: &mut TraversalCounters) -> Measured {
+    fn measure(&mut self, query: &PlacedPair<'_>, place: u32, counters: &mut TraversalCounters) -> Measured {
         counters.node_pairs += 1;
         let Pair { a, b, .. } = self.pairs[place as usize];
         let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
@@ -136,9 +135,9 @@ impl Front {
     }
 
     /// Puts both halves of a pair onto the stack; false if there is no room for them.
-    fn split(&mut self, query: &Query<'_>, place: u32) -> bool {
+    fn split(&mut self, query: &PlacedPair<'_>, place: u32) -> bool {
         let Pair { a, b, .. } = self.pairs[place as usize];
-        let Some(halves) = halves(query.a, query.b, [a, b]) else { return false };
+        let Some(halves) = query.halves([a, b]) else { return false };
         let Some(first) = self.take_places() else { return false };
         let wake = self.wakes.get(place);
         let parent = place;

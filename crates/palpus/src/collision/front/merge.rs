@@ -1,14 +1,13 @@
 //! Step 4 of the front: halves that both sleep long are merged.
 
 use super::super::TraversalCounters;
-use super::super::side::bound_of;
 use super::super::wakes::NEVER;
-use super::{Front, NONE, Pair, Query, State};
+use super::{Front, NONE, Pair, PlacedPair, State};
 use crate::algebra::tolerance::{MERGE_CLEARANCE, MERGE_RETRY};
 
 impl Front {
     /// Step 4: merges the pair with its other half as long as both sleep long and what they came from may.
-    pub(super) fn merge(&mut self, query: &Query<'_>, mut place: u32, counters: &mut TraversalCounters) {
+    pub(super) fn merge(&mut self, query: &PlacedPair<'_>, mut place: u32, counters: &mut TraversalCounters) {
         let long = MERGE_CLEARANCE * query.tolerance;
         loop {
             let parent = self.pairs[place as usize].parent;
@@ -21,9 +20,8 @@ impl Front {
                 return;
             }
             counters.node_pairs += 1;
-            let (node_a, node_b) = (query.a.hierarchy.node(a), query.b.hierarchy.node(b));
             let enough = query.tolerance + long;
-            let gap = bound_of(node_a, node_b, query.pose_ba, enough);
+            let gap = query.bound([a, b], enough);
             if gap <= enough {
                 self.pairs[parent as usize].retry = self.odometer.due((enough - gap).max(MERGE_RETRY * long));
                 return;

@@ -9,10 +9,10 @@
 //! Nothing is allocated, so that it may run within a step. In debug builds each query looks at all of a small front, and at a window of a
 //! large one, with one sleeping pair measured.
 
+use super::super::PlacedPair;
 use super::super::march::{initial_features, march};
-use super::super::side::halves;
 use super::super::wakes::NEVER;
-use super::{Front, NONE, Pair, Query, State};
+use super::{Front, NONE, Pair, State};
 use crate::algebra::tolerance::{OVERSLEPT, VALIDATED_PLACES};
 use crate::body::NodeKind;
 
@@ -46,14 +46,14 @@ pub(super) enum FrontFault {
 impl Front {
     /// Walks all of the front, measuring every sleeping pair, and returns what is broken first.
     #[cfg(test)]
-    pub(super) fn validate(&self, query: &Query<'_>) -> Result<(), FrontFault> {
+    pub(super) fn validate(&self, query: &PlacedPair<'_>) -> Result<(), FrontFault> {
         self.validate_places()?;
         (0..self.fresh).try_for_each(|place| self.validate_place(query, place))?;
         (0..self.fresh).try_for_each(|place| self.validate_sleep(query, place))
     }
 
     /// The part of the walk that a query in a debug build can afford.
-    pub(super) fn validate_some(&self, query: &Query<'_>) -> Result<(), FrontFault> {
+    pub(super) fn validate_some(&self, query: &PlacedPair<'_>) -> Result<(), FrontFault> {
         if self.fresh <= VALIDATED_PLACES {
             self.validate_places()?;
         }
@@ -91,7 +91,7 @@ impl Front {
     }
 
     /// Steps 1 and 2 for one place.
-    fn validate_place(&self, query: &Query<'_>, place: u32) -> Result<(), FrontFault> {
+    fn validate_place(&self, query: &PlacedPair<'_>, place: u32) -> Result<(), FrontFault> {
         if !self.is_in_tree(place) {
             // Nobody would look at what it woke.
             return if self.wakes.get(place) == NEVER { Ok(()) } else { Err(FrontFault::Wake(place)) };
@@ -104,7 +104,7 @@ impl Front {
                     let Pair { a, b, parent, .. } = self.pairs[at as usize];
                     ([a, b], parent) == (half, place)
                 };
-                let halves = halves(query.a, query.b, [a, b]);
+                let halves = query.halves([a, b]);
                 let held = halves.is_some_and(|[one, other]| whole && same(one, first) && same(other, first + 1));
                 if !held {
                     return Err(FrontFault::Halves(place));
@@ -133,7 +133,7 @@ impl Front {
     }
 
     /// Step 3 for one place.
-    fn validate_sleep(&self, query: &Query<'_>, place: u32) -> Result<(), FrontFault> {
+    fn validate_sleep(&self, query: &PlacedPair<'_>, place: u32) -> Result<(), FrontFault> {
         let promised = self.promised(place);
         if promised <= 0.0 {
             return Ok(());
@@ -204,8 +204,8 @@ mod tests {
             let mut broken = [0; 4];
             for tick in 0..200 {
                 let pose_ba = path(0.01 * f64::from(tick));
-                front.within(a, b, &pose_ba, TOLERANCE, &mut found);
-                let query = Query { a, b, pose_ba: &pose_ba, tolerance: TOLERANCE, thinner_than: f64::INFINITY };
+                let query = PlacedPair::new(a, b, &pose_ba, TOLERANCE);
+                front.within(&query, &mut found);
                 let what = format!("seed {SEED:#x}, case {case}, tick {tick}");
                 assert_eq!(front.validate(&query), Ok(()), "{what}");
                 if tick % 10 == 0 {
@@ -218,7 +218,7 @@ mod tests {
     }
 
     /// Breaks the front in each way that its state allows, and returns which ones these were.
-    fn break_each(front: &Front, query: &Query<'_>, random: &mut Random, what: &str) -> [u32; 4] {
+    fn break_each(front: &Front, query: &PlacedPair<'_>, random: &mut Random, what: &str) -> [u32; 4] {
         let mut pick = |wanted: &dyn Fn(u32) -> bool| {
             let fits: Vec<u32> = (0..front.fresh).filter(|&place| front.is_in_tree(place) && wanted(place)).collect();
             (!fits.is_empty()).then(|| fits[random.below(fits.len())])
