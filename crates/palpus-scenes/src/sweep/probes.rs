@@ -1,11 +1,11 @@
 //! Small octahedra, one for each size that is asked for.
 
 use glam::{DQuat, DVec3};
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, Random};
 use palpus::body::Body;
 use palpus::force::{Contact, PairQuery};
 
-use super::{CLOCK, Random, deepest};
+use super::{CLOCK, deepest};
 
 /// Contacts of one query: a small probe touches a handful of pieces.
 const CAPACITY: usize = 1024;
@@ -27,7 +27,7 @@ pub(super) struct Probe {
 
 impl Probes {
     pub(super) fn new(body: &Body, random: &mut Random) -> Self {
-        let axis = (random.point() - 0.5).normalize_or(DVec3::Z);
+        let axis = random.vector().normalize_or(DVec3::Z);
         let turn = DQuat::from_axis_angle(axis, std::f64::consts::TAU * random.unit());
         Self { turn, size: body.size(), made: (0..HALVINGS).map(|_| None).collect() }
     }

@@ -4,7 +4,7 @@ use glam::{DQuat, DVec3};
 
 use super::Contact;
 use crate::algebra::Pose;
-pub(crate) use crate::algebra::random::Random;
+pub(crate) use crate::algebra::Random;
 use crate::body::{Feature, FeaturePair};
 
 impl Random {

@@ -7,7 +7,7 @@ use palpus::algebra::{NoClock, Pose};
 use palpus::body::Body;
 use palpus::force::PairQuery;
 
-use crate::bench::random::Random;
+use palpus::algebra::Random;
 
 /// How a probe moves.
 #[derive(Clone, Copy, Debug)]
@@ -62,7 +62,7 @@ pub(super) fn stretches(
                 poses.map(|k| orbit.pose(TAU * k as f64 / PERIOD)).collect()
             }
             Motion::Screw { rest, center, swing, pitch, sway, lift } => {
-                let begin = random.number() * TAU;
+                let begin = random.signed() * TAU;
                 let screw = |k: usize| {
                     let phase = begin + TAU * k as f64 / PERIOD;
                     let angle = swing * phase.sin();
