@@ -19,7 +19,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use palpus::algebra::{NoClock, Twist, Wrench};
+use palpus::algebra::{NoClock, Twist, Wrench, quantile};
 use palpus::body::{Body, BodySettings};
 use palpus::render::{Clustering, Limits, ProbeState, Renderer, VirtualCoupling};
 use palpus_baselines::{
@@ -149,7 +149,7 @@ impl Figures {
 
     fn print(mut self, name: &str) {
         let [force_999, torque_999] =
-            [&mut self.force_steps, &mut self.torque_steps].map(|steps| quantile(steps, 0.999));
+            [&mut self.force_steps, &mut self.torque_steps].map(|steps| quantile(steps, 0.999).unwrap_or(0.0));
         let [force_max, torque_max] = [&self.force_steps, &self.torque_steps].map(|steps| most(steps));
         let percent = |share: f64| if self.truth > 0.0 { format!("{:.1} %", 100.0 * share) } else { "—".into() };
         let error = percent((self.error / self.truth).sqrt());
@@ -177,12 +177,6 @@ fn mean(values: &[f64]) -> f64 {
 
 fn most(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
-}
-
-fn quantile(values: &mut [f64], share: f64) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let last = values.len().saturating_sub(1);
-    values.get((share * last as f64) as usize).copied().unwrap_or(0.0)
 }
 
 /// The true force of a scene at a pose and whether anything is inside; otherwise what palpus says is inside.

@@ -159,24 +159,24 @@ mod tests {
     use palpus::depth::{Certainty, CertificateMemory, ProofScratch, Seed, WalkScratch, depth_proven};
 
     use super::*;
-    use crate::testing::Random;
+    use palpus::algebra::Random;
 
     const SEED: u64 = 0xE7A0;
 
     fn cloud(random: &mut Random, points: usize) -> Body {
-        let points: Vec<DVec3> = (0..points).map(|_| random.in_cube() * 0.02).collect();
+        let points: Vec<DVec3> = (0..points).map(|_| random.vector() * 0.02).collect();
         Body::from_convex(&points).expect("points in a cube have a hull")
     }
 
     #[test]
     fn the_depth_is_the_proven_one() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let (mut proof, mut walk) = (ProofScratch::new(), WalkScratch::new());
         let mut proven = 0;
         for round in 0..200 {
             let (a, b) = (cloud(&mut random, 4 + round % 30), cloud(&mut random, 4 + round % 17));
-            let axis = random.in_cube();
-            let pose = Pose::new(DQuat::from_scaled_axis(axis * 3.0), random.in_cube() * 0.01).placement();
+            let axis = random.vector();
+            let pose = Pose::new(DQuat::from_scaled_axis(axis * 3.0), random.vector() * 0.01).placement();
             let (a, b) = (&a.polytopes()[0], &b.polytopes()[0]);
             let truth =
                 depth_proven(a, b, &pose, &[Seed::CentroidLine], &mut CertificateMemory::new(), &mut proof, &mut walk);

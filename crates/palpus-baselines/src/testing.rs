@@ -1,4 +1,4 @@
-//! What the methods' tests share: bodies, cases with a known answer, a seeded generator.
+//! What the methods' tests share: bodies and cases with a known answer.
 
 use std::sync::Arc;
 
@@ -8,24 +8,6 @@ use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus_scenes::shape;
 
 use crate::{Baseline, Felt, Settings};
-
-/// SplitMix64.
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    pub(crate) fn in_cube(&mut self) -> DVec3 {
-        let mut coordinate = || 2.0 * (self.next() >> 11) as f64 / (1u64 << 53) as f64 - 1.0;
-        DVec3::new(coordinate(), coordinate(), coordinate())
-    }
-}
 
 pub(crate) fn body(soup: &PolygonSoup) -> Arc<Body> {
     Arc::new(Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("a shape of the scenes"))

@@ -45,6 +45,11 @@ impl FromStr for Span {
     }
 }
 
+/// Reads a duration as [`Span`] does; returns seconds.
+pub(crate) fn seconds(text: &str) -> Result<f64, String> {
+    text.parse::<Span>().map(|span| span.0.as_secs_f64())
+}
+
 /// How long a run goes, for hours it may be: `45 s`, `12 min 30 s`, `1 h`.
 pub(crate) fn spoken(seconds: f64) -> String {
     let whole = seconds.round() as u64;
@@ -88,5 +93,6 @@ mod tests {
         }
         assert_eq!([spoken(3600.0), spoken(750.0), spoken(2.5), spoken(45.0)], ["1 h", "12 min 30 s", "2.5 s", "45 s"]);
         assert_eq!(duration(125.0), "2 min 5 s");
+        assert_eq!([seconds("0.3"), seconds("1m30s")], [Ok(0.3), Ok(90.0)]);
     }
 }

@@ -30,7 +30,6 @@ mod output;
 mod picture;
 mod plots;
 mod prepare;
-mod quantile;
 mod query;
 mod recording;
 mod replay;

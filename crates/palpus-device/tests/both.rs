@@ -1,13 +1,12 @@
 //! One loop with two devices: each as if alone as long as nothing goes wrong, and what goes wrong with one takes that one's force only.
 
-mod seeded;
-
 use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
 use glam::DVec3;
+use palpus::algebra::Random;
 use palpus::algebra::{NoClock, Pose, Wrench};
 use palpus::body::{Body, BodySettings};
 use palpus::render::{Duo, Limits, ProbeState, Settings, Tick, VirtualCoupling};
@@ -18,7 +17,6 @@ use palpus_device::{
     ToolOutcome, VirtualTime,
 };
 use palpus_scenes::shape;
-use seeded::Random;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
@@ -175,11 +173,11 @@ fn what_the_loop_does_wrong_is_felt_by_neither() {
 #[test]
 fn whatever_one_device_goes_through_the_other_is_as_ever() {
     let (_, undisturbed, _) = run(&[], AfterFault::Reengage, walls);
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     for sequence in 0..100 {
         let faults: Vec<(u64, Fault)> = (0..1 + random.below(5))
             .map(|_| {
-                let at = random.below(2000);
+                let at = random.below(2000) as u64;
                 let fault = match random.below(8) {
                     0 => Fault::NonFinitePose,
                     1 => Fault::NonFiniteTwist,

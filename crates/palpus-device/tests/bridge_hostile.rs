@@ -1,17 +1,16 @@
 //! Hostile frames in a session: none of them moves a hand, and none is taken for what it is not.
 
 mod bridge_driver;
-mod seeded;
 
 use std::time::Duration;
 
 use bridge_driver::client::{comes_to, open, up};
 use bridge_driver::{Behaviour, StandIn, WAYS, Way, repair};
 use glam::DQuat;
+use palpus::algebra::Random;
 use palpus::algebra::{Pose, Twist, Wrench};
 use palpus_device::HapticDevice;
 use palpus_device::bridge_frames::{Body, Command, Frame, LONGEST, READY, State, decode, encode};
-use seeded::Random;
 
 const HOSTILE_SEED: u64 = 0x0b5e_55ed_f4a3;
 const HOSTILE: usize = 100_000;
@@ -19,19 +18,19 @@ const HOSTILE: usize = 100_000;
 /// A real state, elsewhere and with another number, that was bent; or bytes at random.
 fn hostile(random: &mut Random, nonce: u64) -> Vec<u8> {
     let state = State {
-        time_ns: random.next() >> 20,
+        time_ns: random.bits() >> 20,
         pose: Pose {
             rotation: DQuat::from_rotation_y(random.between(-3.0, 3.0)),
             translation: 9.0 * random.direction(),
         },
         twist: Twist { angular: random.direction(), linear: random.direction() },
         applied: up(3.0),
-        echo: random.below(1000),
+        echo: random.below(1000) as u64,
         buttons: 0,
         flags: READY,
     };
     let command = Command { echo: 1, time_ns: state.time_ns, wrench: up(5.0), valid_for_us: 100_000 };
-    let sequence = 1_000_000_000 + random.below(1_000_000);
+    let sequence = 1_000_000_000 + random.below(1_000_000) as u64;
     let whole =
         |nonce: u64, sequence: u64, body: Body| encode(&Frame { nonce, sequence, body }, &mut [0; LONGEST]).to_vec();
     match random.below(8) {
@@ -41,16 +40,16 @@ fn hostile(random: &mut Random, nonce: u64) -> Vec<u8> {
         3 => whole(nonce ^ 1, sequence, Body::Close("nothing".into())),
         4 => {
             let mut bytes = whole(nonce, sequence, Body::State(state));
-            let length = random.below(bytes.len() as u64) as usize;
+            let length = random.below(bytes.len());
             bytes.truncate(length.max(1));
             bytes
         }
-        5 => (0..1 + random.below(270)).map(|_| random.next() as u8).collect(),
+        5 => (0..1 + random.below(270)).map(|_| random.bits() as u8).collect(),
         6 => {
             // One number is not finite or too large, and the CRC-32 is right.
             let mut bytes = whole(nonce, sequence, Body::State(state));
-            let at = 40 + 8 * random.below(19) as usize;
-            let bad = [f64::NAN, f64::INFINITY, -1e300][random.below(3) as usize];
+            let at = 40 + 8 * random.below(19);
+            let bad = [f64::NAN, f64::INFINITY, -1e300][random.below(3)];
             bytes[at..at + 8].copy_from_slice(&bad.to_le_bytes());
             repair(&mut bytes);
             bytes
@@ -58,7 +57,7 @@ fn hostile(random: &mut Random, nonce: u64) -> Vec<u8> {
         _ => {
             let mut bytes = whole(nonce, sequence, Body::State(state));
             for _ in 0..=random.below(4) {
-                let at = random.below(bytes.len() as u64) as usize;
+                let at = random.below(bytes.len());
                 bytes[at] ^= 1 + random.below(255) as u8;
             }
             bytes
@@ -70,7 +69,7 @@ fn hostile(random: &mut Random, nonce: u64) -> Vec<u8> {
 fn hostile_frames_never_move_a_hand() {
     let driver = StandIn::start(Behaviour { rate_hz: 2000.0, ..Behaviour::good(WAYS[0]) });
     let mut device = open(&driver);
-    let mut random = Random(HOSTILE_SEED);
+    let mut random = Random::new(HOSTILE_SEED);
     {
         let mut seen = driver.seen();
         let nonce = seen.session;
@@ -102,7 +101,7 @@ const BENT_SEED: u64 = 0xb3a7_f4a3_e001;
 
 #[test]
 fn a_bent_frame_is_refused_or_is_what_it_was() {
-    let mut random = Random(BENT_SEED);
+    let mut random = Random::new(BENT_SEED);
     for round in 0..100_000 {
         let bytes = hostile(&mut random, 7);
         let Ok(frame) = decode(&bytes) else { continue };

@@ -11,7 +11,6 @@
 //! and that every fault is named in the counters of the run.
 
 mod fault_sequence;
-mod seeded;
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::AtomicBool;
@@ -20,13 +19,13 @@ use std::time::Duration;
 use fault_sequence::judge::{judge, judge_names, within};
 use fault_sequence::{Ran, Sequence};
 use glam::DVec3;
+use palpus::algebra::Random;
 use palpus::algebra::{Pose, Wrench};
 use palpus_device::{
     AfterPanic, Cut, Cuts, DeviceError, DeviceState, Fault, HapticDevice, Phase, RunEnd, RunStatistics, SafetyLimits,
     SafetyOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, StepOutcome, VirtualTime,
     known_devices,
 };
-use seeded::Random;
 
 /// Of the sequences; printed with whatever fails.
 const SEED: u64 = 0x5afe_7001;
@@ -57,11 +56,11 @@ fn try_sequence(seed: u64) -> RunStatistics {
 
 /// How often each cut was seen over many sequences; each of those that faults lead to must be among them.
 fn try_sequences(count: u64) {
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let mut seen = Cuts::NONE;
     let (mut faults, mut ends) = (0, [0u32; 4]);
     for _ in 0..count {
-        let seed = random.next();
+        let seed = random.bits();
         let statistics = try_sequence(seed);
         for (cut, _) in statistics.safety.iter() {
             seen.note(cut, true);

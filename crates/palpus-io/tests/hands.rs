@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
+use palpus::algebra::Random;
 use palpus_io::hand::{HandFile, RecordedHand, read_hand, read_hand_from};
 
 fn recorded(text: &str) -> RecordedHand {
@@ -61,19 +62,14 @@ fn errors_say_what_where_and_what_to_do() {
     assert!(read_hand(Path::new("no/such")).unwrap_err().to_string().contains("cannot be read"));
 }
 
-/// SplitMix64's.
 const SEED: u64 = 0x4a4d;
 
 #[test]
 fn bent_files_are_errors_or_hands_and_never_more() {
     let good = "t_s,px_m,py_m,pz_m,qw,qx,qy,qz\n0,1,2,3,1,0,0,0\n0.1,1,2,3,1,0,0,0\n";
     let tum = "# x\n0 1 2 3 0 0 0 1\n0.5 1 2 3 0 0 0 1\n";
-    let mut state = SEED;
-    let mut draw = || {
-        state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let z = (state ^ (state >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        (z ^ (z >> 31)) as usize
-    };
+    let mut random = Random::new(SEED);
+    let mut draw = || random.bits() as usize;
     for _ in 0..4000 {
         let mut bytes = if draw() % 2 == 0 { good } else { tum }.as_bytes().to_vec();
         for _ in 0..1 + draw() % 4 {

@@ -11,11 +11,11 @@
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, Random};
 use palpus::body::Body;
 use palpus::detect::{ContactQuery, QuerySettings};
 
-use crate::path::{HandPath, Key, draw};
+use crate::path::{HandPath, Key};
 
 /// Places of touch; a path of several minutes.
 const PLACES: usize = 40;
@@ -47,7 +47,7 @@ const LOOKS: usize = 6;
 pub fn tour(a: &Arc<Body>, b: &Arc<Body>, start: Pose, tolerance: f64, seed: u64) -> Option<HandPath> {
     let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
     let query = ContactQuery::new(a.clone(), b.clone(), settings);
-    let mut walk = Walk { query, tolerance, state: seed };
+    let mut walk = Walk { query, tolerance, random: Random::new(seed) };
     let (gap, normal) = walk.nearest(&start)?;
     let first = walk.advance(start, -normal, gap + tolerance)?;
     let mut keys = vec![Key::rest(0.0, start)];
@@ -75,7 +75,7 @@ struct Place {
 struct Walk {
     query: ContactQuery,
     tolerance: f64,
-    state: u64,
+    random: Random,
 }
 
 impl Walk {
@@ -107,7 +107,7 @@ impl Walk {
     fn next(&mut self, place: &Place) -> Option<Place> {
         let lift = LIFT * self.tolerance;
         let aside = place.normal.cross(self.vector()).normalize_or(place.normal.any_orthonormal_vector());
-        let far = lift * (SIDEWAYS[0] + (SIDEWAYS[1] - SIDEWAYS[0]) * draw(&mut self.state));
+        let far = lift * self.random.between(SIDEWAYS[0], SIDEWAYS[1]);
         let turn = DQuat::from_scaled_axis(self.vector() * TURN);
         let middle = self.query.a().mass().center_of_mass;
         let rotation = (turn * place.lifted.rotation).normalize();
@@ -132,7 +132,7 @@ impl Walk {
 
     /// To the place, in, sideways and off again.
     fn press(&mut self, keys: &mut Vec<Key>, place: &Place) {
-        let deep = self.tolerance * (PRESS[0] + (PRESS[1] - PRESS[0]) * draw(&mut self.state));
+        let deep = self.tolerance * self.random.between(PRESS[0], PRESS[1]);
         let aside = place.normal.cross(self.vector()).normalize_or(place.normal.any_orthonormal_vector());
         let at = |shift: DVec3| Pose { translation: place.touch.translation + shift, ..place.touch };
         let (inward, rub) = (-place.normal * deep, aside * (RUB * self.tolerance));
@@ -145,7 +145,7 @@ impl Walk {
 
     /// In the cube \[−1, 1)³.
     fn vector(&mut self) -> DVec3 {
-        let mut number = || 2.0 * draw(&mut self.state) - 1.0;
+        let mut number = || self.random.signed();
         DVec3::new(number(), number(), number())
     }
 }

@@ -3,17 +3,14 @@
 //! The oracle looks at nothing but the mesh, its triangles' own normals and the patch of each piece. Weakness: where a depth rests on
 //! a face or an edge, it asks whether the patch has such a normal there, not whether the witness lies next to it.
 
-mod seeded;
-
 use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use palpus::algebra::{Placement, Pose};
+use palpus::algebra::{Placement, Pose, Random};
 use palpus::body::{Body, BodySettings, EdgeKind, Feature, PolygonSoup};
 use palpus::detect::{Contact, ContactQuery, QuerySettings};
 use palpus_scenes::{Scene, scenes};
-use seeded::Random;
 
 /// Radians by which a normal may leave the mesh's: planes bent by a file's few digits, and the engine's own slack.
 const ANGLE: f64 = 2e-3;
@@ -255,7 +252,7 @@ const PAIRS: [[&str; 2]; 4] = [
 #[test]
 fn so_it_is_with_real_models() {
     let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/models");
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     for pair in PAIRS {
         let read = |name| palpus_io::read_mesh(&std::path::Path::new(folder).join(name)).ok();
         let [Some(soup_a), Some(soup_b)] = pair.map(read) else { continue };

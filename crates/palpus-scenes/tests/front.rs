@@ -2,17 +2,15 @@
 
 mod bodies;
 mod judge;
-mod seeded;
 
 use std::path::Path;
 
 use bodies::body;
 use glam::{DQuat, DVec3};
-use palpus::algebra::{Placement, Pose};
+use palpus::algebra::{Placement, Pose, Random};
 use palpus::body::Body;
 use palpus::collision::{Front, LeafPairs, PlacedPair, Side, TraversalCounters};
 use palpus_scenes::{Scene, scene, scenes};
-use seeded::Random;
 
 /// Of everything random here.
 const SEED: u64 = 0xf207_7e57;
@@ -121,22 +119,22 @@ impl<'a> Duel<'a> {
 
 /// Motion that drifts, trembles, rests, jumps; a tolerance that changes; a front that forgets.
 fn wander(duel: &mut Duel<'_>, around: impl Fn(f64) -> Pose, tolerance: f64, ticks: usize, what: &str) {
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let reach = duel.a.size().min(duel.b.size());
     let (mut phase, mut speed, mut t) = (random.unit(), 2e-4, tolerance);
     let mut offset = Pose::IDENTITY;
     for _ in 0..ticks {
-        if random.one_in(150) {
+        if random.below(150) == 0 {
             phase = random.unit();
         }
-        if random.one_in(100) {
+        if random.below(100) == 0 {
             // From resting over creeping to faster than a hand can.
             speed = [0.0, 1e-6, 2e-4, 2e-3, 1e-2][(random.unit() * 5.0) as usize];
         }
-        if random.one_in(60) {
+        if random.below(60) == 0 {
             t = tolerance * 4f64.powf(random.unit() * 2.0 - 1.0);
         }
-        if random.one_in(300) {
+        if random.below(300) == 0 {
             duel.front.clear();
         }
         phase = (phase + 0.3 * speed) % 1.0;

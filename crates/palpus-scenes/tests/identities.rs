@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use bodies::body;
 use glam::{DQuat, DVec3};
-use palpus::algebra::{NoClock, Pose, Wrench};
+use palpus::algebra::{NoClock, Pose, Random, Wrench};
 use palpus::body::{Hierarchy, PolygonSoup, Polytope};
 use palpus::collision::{Closest, Front, LeafPair, LeafPairs, PlacedPair, Proximity, Side, gjk, initial_features};
 use palpus::detect::{ContactQuery, QuerySettings};
@@ -32,11 +32,7 @@ fn poses(scene: &Scene, count: usize) -> Vec<Pose> {
 
 fn shuffled(count: usize) -> Vec<usize> {
     let mut order: Vec<usize> = (0..count).collect();
-    let mut state = SEED;
-    for k in (1..count).rev() {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        order.swap(k, (state >> 33) as usize % (k + 1));
-    }
+    Random::new(SEED).shuffle(&mut order);
     order
 }
 

@@ -4,18 +4,17 @@
 //! spring of the contact stiffness at the probe's own reach makes of the same motion: |Δτ| / (motion × k × size).
 
 mod bodies;
-mod seeded;
 
 use std::sync::Arc;
 
 use bodies::body;
 use glam::{DQuat, DVec2, DVec3};
+use palpus::algebra::Random;
 use palpus::algebra::{NoClock, Pose, Wrench};
 use palpus::body::{Body, PolygonSoup};
 use palpus::detect::{ContactQuery, QuerySettings};
 use palpus::render::{Limits, ProbeState, Renderer, Settings};
 use palpus_scenes::shape;
-use seeded::Random;
 
 const SEED: u64 = 0xFA7C;
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
@@ -141,7 +140,7 @@ fn deepest_normal(renderer: &Renderer) -> DVec3 {
 /// Random prisms nearly flush on each other, and a small random motion: the largest step of the torque.
 #[allow(clippy::print_stderr, reason = "figures for the record")]
 fn search(rounds: u32, most: f64) {
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let mut prisms = Vec::new();
     for _ in 0..24 {
         let count = 3 + (random.unit() * 9.0) as u32;

@@ -14,7 +14,7 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use palpus::algebra::{Pose, Workers, map_in_order};
+use palpus::algebra::{Pose, Workers, map_in_order, quantile};
 use palpus::body::{Body, BodyError};
 use palpus::detect::{ContactQuery, QuerySettings};
 
@@ -247,13 +247,12 @@ impl Section {
         let inside = || self.samples.iter().filter(|felt| felt.inside);
         let mut ratios: Vec<f64> =
             inside().filter(|felt| felt.distance > self.cell).map(|felt| felt.depth / felt.distance).collect();
-        ratios.sort_by(f64::total_cmp);
         SectionNumbers {
             inside: inside().count(),
             unseen: inside().filter(|felt| felt.depth <= 0.0).count(),
             deepest_felt: largest(|felt| felt.depth, |_| true),
             deepest: largest(|felt| felt.distance, |felt| felt.inside),
-            ratio: [1, 5].map(|tenths| ratios.get(ratios.len() * tenths / 10).copied()),
+            ratio: [0.1, 0.5].map(|share| quantile(&mut ratios, share)),
         }
     }
 }

@@ -121,23 +121,23 @@ mod tests {
     use palpus::algebra::closest_on_triangle;
 
     use super::*;
-    use crate::testing::Random;
+    use palpus::algebra::Random;
 
     const SEED: u64 = 0x6A1D;
 
     #[test]
     fn triangles_meet_the_voxels_that_hold_a_point_of_theirs() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let bounds = Aabb { min: DVec3::splat(-1.0), max: DVec3::splat(1.0) };
         let grid = Grid::around(&bounds, 0.25, 1, 1, 1 << 20).expect("a small grid");
         for round in 0..60 {
-            let corners = [(); 3].map(|()| random.in_cube());
+            let corners = [(); 3].map(|()| random.vector());
             let mut met = vec![false; grid.len()];
             grid.visit_met(&corners, |voxel| met[voxel] = true);
             let [p, q, r] = corners;
             // Points of the triangle lie in voxels that are met.
             for _ in 0..200 {
-                let [u, v] = [random.in_cube(), random.in_cube()].map(|w| w.x.abs());
+                let [u, v] = [random.vector(), random.vector()].map(|w| w.x.abs());
                 let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
                 let inside = p + (q - p) * u + (r - p) * v;
                 assert!(met[grid.holding(inside).expect("a point of the grid")], "seed {SEED:#x}, round {round}");

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::durations::Span;
+use crate::durations::{Span, seconds};
 
 #[derive(Debug, Args)]
 #[command(
@@ -14,8 +14,8 @@ pub(crate) struct DoctorArguments {
     /// The scene whose steps are timed: a built-in one (`palpus run --list`) or a scene file (TOML).
     #[arg(long, default_value = "spoon-cup", value_name = "NAME")]
     pub(crate) scene: String,
-    /// Seconds for each of the two measurements.
-    #[arg(long, default_value_t = 5.0, value_name = "S")]
+    /// How long each of the two measurements takes: 30s, 2m, or seconds.
+    #[arg(long, default_value = "5s", value_name = "TIME", value_parser = seconds)]
     pub(crate) duration: f64,
     /// Prints one JSON document and nothing else.
     #[arg(long)]

@@ -8,6 +8,7 @@ use palpus_device::Rearm;
 use palpus_io::scene::CouplingMode;
 
 use super::{KeepArguments, PictureArguments};
+use crate::durations::seconds;
 
 #[derive(Clone, Debug, Parser)]
 #[command(
@@ -62,8 +63,8 @@ pub(crate) struct RunArguments {
     /// Simulated time, as fast as it goes, instead of real time.
     #[arg(long)]
     pub(crate) fast: bool,
-    /// Seconds to run [default: 10, or with a window until it is closed].
-    #[arg(long, value_name = "S")]
+    /// How long to run: 90s, 10m, 1h30m, or seconds [default: 10, or with a window until it is closed].
+    #[arg(long, value_name = "TIME", value_parser = seconds)]
     pub(crate) duration: Option<f64>,
     /// Ticks per second [default: the scene's, or 1000].
     #[arg(long, value_name = "HZ")]

@@ -17,9 +17,9 @@ use palpus::force::{TiltShares, Tilted};
 use palpus::render::Settings;
 use palpus_scenes::shape;
 
-use super::random::Random;
 use crate::plots::{BLUE, Drawn, Figure, Panel, Series, VERMILION, write_svg};
 use crate::{files, output};
+use palpus::algebra::Random;
 
 /// Of the shapes and poses of the first plot.
 const SEED: u64 = 0xdeb7_0001;
@@ -35,7 +35,7 @@ pub(super) fn depth(out: &Path) -> anyhow::Result<ExitCode> {
 }
 
 fn local(path: &Path) -> anyhow::Result<()> {
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let mut hull = |axes: DVec3| {
         let points: Vec<DVec3> = (0..VERTICES).map(|_| random.vector().normalize_or(DVec3::X) * axes).collect();
         Body::from_convex(&points)

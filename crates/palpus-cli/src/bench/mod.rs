@@ -5,7 +5,6 @@ mod depth;
 mod feel;
 mod figure_4;
 mod figures;
-mod random;
 mod scale;
 mod step;
 mod table;

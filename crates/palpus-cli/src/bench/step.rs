@@ -5,6 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 
+use palpus::algebra::quantile;
 use palpus::body::BodySettings;
 use palpus::render::{ProbeState, Renderer};
 use palpus_io::read_poses;
@@ -35,10 +36,7 @@ pub(super) fn step(a: &Path, b: &Path, poses: &Path, out: &Path, tolerance: Opti
         totals.push(total);
     }
     file.flush()?;
-    totals.sort_by(f64::total_cmp);
-    let at = |share: f64| totals[((totals.len() - 1) as f64 * share) as usize];
-    if !totals.is_empty() {
-        let (p50, p99, max) = (at(0.5), at(0.99), at(1.0));
+    if let [Some(p50), Some(p99), Some(max)] = [0.5, 0.99, 1.0].map(|share| quantile(&mut totals, share)) {
         output::line(format!("{} steps: p50 {p50:.1} µs, p99 {p99:.1} µs, max {max:.1} µs", totals.len()));
     }
     Ok(ExitCode::SUCCESS)

@@ -3,10 +3,9 @@
 use std::time::Duration;
 
 use anyhow::anyhow;
+use palpus::algebra::quantile_of_sorted;
 use palpus_device::{LATE, LoopTime, RealTimeClaims, RealTimeOptions, ServoOptions, WallTime, claim};
 use serde::Serialize;
-
-use crate::quantile;
 
 /// How late turns began, µs; percentiles as usual.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -74,7 +73,7 @@ fn run(turns: usize, rate_hz: f64, lateness: &mut Vec<u64>) {
 pub(super) fn of(mut lateness: Vec<u64>) -> Timer {
     let turns = lateness.len();
     lateness.sort_unstable();
-    let at = |share: f64| quantile::of_sorted(&lateness, share).map_or(0.0, |ns| ns as f64 / 1e3);
+    let at = |share: f64| quantile_of_sorted(&lateness, share).map_or(0.0, |ns| ns as f64 / 1e3);
     let late = lateness.iter().filter(|ns| u128::from(**ns) > LATE.as_nanos()).count();
     Timer {
         turns,

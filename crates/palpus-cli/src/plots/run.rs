@@ -1,6 +1,7 @@
 //! The plots of a recorded run.
 
 use glam::DVec3;
+use palpus::algebra::quantile;
 use palpus_io::RecordRow;
 
 use super::{BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION, bands, histogram};
@@ -91,8 +92,7 @@ pub(crate) fn seconds(row: &RecordRow) -> f64 {
 /// The curve without what sticks out of it: the operating system's pauses would flatten all the rest.
 fn cut(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let mut values: Vec<f64> = points.iter().map(|point| point.1).collect();
-    values.sort_by(f64::total_cmp);
-    if let Some(&ceiling) = values.get(values.len() * 99 / 100) {
+    if let Some(ceiling) = quantile(&mut values, 0.99) {
         points.iter_mut().for_each(|point| point.1 = point.1.min(ceiling));
     }
     points

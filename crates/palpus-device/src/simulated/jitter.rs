@@ -6,6 +6,8 @@
 //!
 //! Only what is drawn from the seed decides: the same seed, the same periods.
 
+use palpus::algebra::Random;
+
 /// The unevenness of a servo loop, in parts of its nominal period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jitter {
@@ -36,7 +38,7 @@ const SHORTEST: f64 = 0.75;
 pub(super) struct Periods {
     jitter: Jitter,
     nominal: f64,
-    state: u64,
+    random: Random,
     /// s since the present second began.
     into_second: f64,
     /// Mean off the nominal at the beginning and at the end of the present second, and its scatter.
@@ -51,7 +53,8 @@ pub(super) struct Periods {
 impl Periods {
     pub(super) fn new(jitter: Jitter, nominal: f64) -> Self {
         let (into_second, means, scatter, late_at, owed) = (0.0, [0.0; 2], 0.0, 0.0, 0.0);
-        let mut periods = Self { jitter, nominal, state: jitter.seed, into_second, means, scatter, late_at, owed };
+        let mut periods =
+            Self { jitter, nominal, random: Random::new(jitter.seed), into_second, means, scatter, late_at, owed };
         periods.begin_second();
         periods
     }
@@ -67,10 +70,10 @@ impl Periods {
         let period = if self.into_second >= self.late_at {
             self.late_at = f64::INFINITY;
             let [least, most] = self.jitter.late;
-            least + (most - least) * self.draw()
+            least + (most - least) * self.random.unit()
         } else {
             // A triangle from −1 to 1 has the deviation 1/√6.
-            let triangle = self.draw() - self.draw();
+            let triangle = self.random.unit() - self.random.unit();
             mean + triangle * self.scatter * 6f64.sqrt() - self.owed
         };
         let period = period.max(SHORTEST);
@@ -80,22 +83,13 @@ impl Periods {
     }
 
     fn begin_second(&mut self) {
-        let wander = self.jitter.wander * (2.0 * self.draw() - 1.0);
+        let wander = self.jitter.wander * (2.0 * self.random.unit() - 1.0);
         self.means = [self.means[1], wander];
         let [least, most] = self.jitter.scatter;
-        self.scatter = least + (most - least) * self.draw();
-        let late = self.draw() < self.jitter.late_share;
-        let moment = self.draw();
+        self.scatter = least + (most - least) * self.random.unit();
+        let late = self.random.unit() < self.jitter.late_share;
+        let moment = self.random.unit();
         self.late_at = if late { moment } else { f64::INFINITY };
-    }
-
-    /// The next number in \[0, 1) of the SplitMix64 sequence (Steele, Lea, Flood 2014).
-    fn draw(&mut self) -> f64 {
-        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.state;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
     }
 }
 

@@ -17,7 +17,7 @@ use palpus_device::{
     SimulatedDevice, SimulationSettings, StepOutcome, VirtualTime, known_devices,
 };
 
-use crate::seeded::Random;
+use palpus::algebra::Random;
 
 /// Of each sequence.
 const TICKS: u64 = 600;
@@ -36,10 +36,10 @@ pub(crate) struct Sequence {
 
 impl Sequence {
     pub(crate) fn new(seed: u64) -> Self {
-        let random = &mut Random(seed);
-        let rate_hz = [500.0, 1000.0, 1000.0, 4000.0, 10_000.0][random.below(5) as usize];
+        let random = &mut Random::new(seed);
+        let rate_hz = [500.0, 1000.0, 1000.0, 4000.0, 10_000.0][random.below(5)];
         let known = known_devices();
-        let honest = &known[random.below(known.len() as u64) as usize];
+        let honest = &known[random.below(known.len())];
         let spec = claim(random, honest);
         // As derived, but for the times: a sequence is to see more than one engagement.
         let ticks = |count: f64| count / rate_hz;
@@ -56,10 +56,10 @@ impl Sequence {
             ServoOptions { rate_hz, duration: Some(TICKS as f64 / rate_hz), safety, ..ServoOptions::default() };
         let mut faults: Vec<(u64, Fault)> = Vec::new();
         for _ in 0..1 + random.below(8) {
-            faults.push((random.below(TICKS), fault(random, &limits, rate_hz)));
+            faults.push((random.below(TICKS as usize) as u64, fault(random, &limits, rate_hz)));
         }
         faults.sort_by_key(|(tick, _)| *tick);
-        let ends_at = (random.unit() < 0.1).then(|| random.below(TICKS));
+        let ends_at = (random.unit() < 0.1).then(|| random.below(TICKS as usize) as u64);
         Self { seed, rate_hz, spec, limits, options, faults, ends_at }
     }
 
@@ -148,7 +148,7 @@ fn fault(random: &mut Random, limits: &SafetyLimits, rate_hz: f64) -> Fault {
             Fault::Velocity(random.direction() * limits.speed * random.between(0.02, 3.0), 1 + random.below(300) as u32)
         }
         18 => Fault::Withheld(1 + random.below(100) as u32),
-        19 => Fault::SlowSteps(1 + random.below(TICKS) as u32, period.mul_f64(random.between(0.5, 4.0))),
+        19 => Fault::SlowSteps(1 + random.below(TICKS as usize) as u32, period.mul_f64(random.between(0.5, 4.0))),
         20 => Fault::Suspended(Duration::from_secs_f64(10f64.powf(random.between(-2.0, 5.0)))),
         21 | 22 => Fault::Settings(10f64.powf(random.between(-1.5, 1.5))),
         _ => Fault::Panic,
@@ -157,7 +157,7 @@ fn fault(random: &mut Random, limits: &SafetyLimits, rate_hz: f64) -> Fault {
 
 /// What a device may say of itself, true or not.
 fn claim(random: &mut Random, honest: &DeviceSpec) -> DeviceSpec {
-    let lie = |random: &mut Random| [f64::INFINITY, f64::NAN, -5.0, 1e9, 0.0][random.below(5) as usize];
+    let lie = |random: &mut Random| [f64::INFINITY, f64::NAN, -5.0, 1e9, 0.0][random.below(5)];
     let mut spec = honest.clone();
     match random.below(4) {
         0 => spec.force_max = lie(random),
@@ -175,7 +175,7 @@ fn claim(random: &mut Random, honest: &DeviceSpec) -> DeviceSpec {
 
 /// A wall with a rough surface, a small pull everywhere, and now and then something larger than any device.
 fn wall(seed: u64) -> impl FnMut(&DeviceState, f64) -> StepOutcome {
-    let mut random = Random(seed ^ 0xf00d);
+    let mut random = Random::new(seed ^ 0xf00d);
     move |state, _| {
         let depth = (-state.pose.translation.x).max(0.0);
         let rough = if random.unit() < 0.02 { random.between(0.0, 30.0) } else { 0.0 };

@@ -1,7 +1,7 @@
 //! What is kept comes back bit for bit, and no bytes but those that were written give a body.
 
 use glam::DVec3;
-use palpus::algebra::Alone;
+use palpus::algebra::{Alone, Random};
 
 use super::*;
 
@@ -119,11 +119,8 @@ fn bytes_with_a_right_hash_and_wrong_contents_give_an_error_and_no_panic() {
         Ok(())
     })
     .unwrap();
-    let mut state = SEED;
-    let mut random = |n: usize| {
-        state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-        (state >> 33) as usize % n
-    };
+    let mut generator = Random::new(SEED);
+    let mut random = |n: usize| generator.below(n);
     for round in 0..4000 {
         let mut batches = whole.clone();
         for _ in 0..1 + random(3) {

@@ -9,7 +9,6 @@
 //!   mesh many times (up to a limit) or be a list of millions of empty nodes (thirty times).
 //! * Lengths stay in the file's unit.
 
-mod base64;
 mod builder;
 mod content;
 mod fault;

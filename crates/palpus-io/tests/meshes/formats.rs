@@ -4,6 +4,7 @@ use std::io::Write;
 
 use std::path::PathBuf;
 
+use data_encoding::BASE64;
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 use palpus_io::mesh::{MeshFormat, gltf, obj, off, ply, stl};
@@ -145,7 +146,7 @@ fn gltf_nodes_place_and_a_mirror_turns_the_triangles() {
 fn gltf_strips_fans_and_lists_without_indices() {
     let buffer: Vec<u8> =
         [0f32, 0., 0., 1., 0., 0., 0., 1., 0., 1., 1., 0.].iter().flat_map(|x| x.to_le_bytes()).collect();
-    let uri = samples::base64(&buffer);
+    let uri = BASE64.encode(&buffer);
     for (mode, faces) in [(5, vec![[0, 1, 2], [1, 3, 2]]), (6, vec![[1, 2, 0], [2, 3, 0]])] {
         let json = format!(
             r#"{{"asset": {{"version": "2.0"}}, "nodes": [{{"mesh": 0}}],

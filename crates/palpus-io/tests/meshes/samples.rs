@@ -1,5 +1,6 @@
 //! A small solid written in every format by writers that share nothing with the readers.
 
+use data_encoding::BASE64;
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
@@ -147,21 +148,8 @@ pub(crate) fn gltf_json(soup: &PolygonSoup, buffer: &str, node: &str) -> String 
     )
 }
 
-pub(crate) fn base64(bytes: &[u8]) -> String {
-    const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::new();
-    for group in bytes.chunks(3) {
-        let bits = group.iter().fold(0u32, |bits, &b| bits << 8 | u32::from(b)) << (8 * (3 - group.len()));
-        for k in 0..4 {
-            let letter = if k <= group.len() { LETTERS[(bits >> (18 - 6 * k)) as usize & 63] } else { b'=' };
-            text.push(char::from(letter));
-        }
-    }
-    text
-}
-
 pub(crate) fn gltf_embedded(soup: &PolygonSoup) -> Vec<u8> {
-    let uri = format!(r#", "uri": "data:application/octet-stream;base64,{}""#, base64(&gltf_buffer(soup)));
+    let uri = format!(r#", "uri": "data:application/octet-stream;base64,{}""#, BASE64.encode(&gltf_buffer(soup)));
     gltf_json(soup, &uri, "").into_bytes()
 }
 

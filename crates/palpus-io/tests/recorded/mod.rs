@@ -78,6 +78,7 @@ pub fn header() -> RecordingHeader {
             metres_per_unit: 0.001,
             probe: body("spoon.obj", 0.25),
             environment: body("cup.obj", 4.0),
+            objects: Vec::new(),
             render: settings(),
             more,
         },

@@ -19,7 +19,6 @@ use palpus::algebra::{Pose, Twist};
 use quintic::{Quintic, Reach};
 pub use recorded::{Placement, RecordedPathError};
 pub use tremor::Tremor;
-pub(crate) use tremor::draw;
 pub use wander::Wander;
 
 /// A pose that a scripted hand reaches at a time.

@@ -10,7 +10,7 @@
 //! The hand is set down where the scene wants it to begin: positions are shifted and scaled, the grip is turned within the hand; the world's axes stay.
 
 use glam::{DQuat, DVec3, DVec4};
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, quantile};
 
 use super::{HandPath, Key};
 
@@ -79,8 +79,7 @@ impl HandPath {
     pub fn recorded(samples: &[(f64, Pose)], placement: &Placement) -> Result<Self, RecordedPathError> {
         let samples = placed(samples, placement)?;
         let mut gaps: Vec<f64> = samples.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
-        gaps.sort_unstable_by(f64::total_cmp);
-        let median = gaps[gaps.len() / 2];
+        let median = quantile(&mut gaps, 0.5).unwrap_or(0.0);
         let longest = GAP.max(GAP_MEDIANS * median);
         let mut keys: Vec<Key> = Vec::new();
         for stretch in samples.chunk_by(|a, b| b.time - a.time <= longest) {
@@ -227,7 +226,7 @@ fn at_rest(keys: &mut Vec<Key>) {
 mod tests {
     use std::f64::consts::TAU;
 
-    use palpus::algebra::rotation_between;
+    use palpus::algebra::{Random, rotation_between};
 
     use super::*;
 
@@ -235,10 +234,10 @@ mod tests {
 
     /// A hand that draws an 8, sampled at odd times and rounded as recorders do.
     fn drawn(rate_hz: f64, seconds: f64, gap: Option<[f64; 2]>) -> Vec<(f64, Pose)> {
-        let mut state = SEED;
+        let mut random = Random::new(SEED);
         let mut samples = Vec::new();
         for k in 0..(seconds * rate_hz) as u32 {
-            let time = (f64::from(k) + 0.8 * super::super::draw(&mut state)) / rate_hz;
+            let time = (f64::from(k) + 0.8 * random.unit()) / rate_hz;
             if gap.is_some_and(|[begin, end]| (begin..end).contains(&time)) {
                 continue;
             }

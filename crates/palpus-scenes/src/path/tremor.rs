@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
+use palpus::algebra::Random;
 
 const SINES: usize = 4;
 const LOWEST_HZ: f64 = 8.0;
@@ -20,11 +21,11 @@ pub struct Tremor {
 impl Tremor {
     /// A tremor of at most `amplitude` (m) along each axis; 0.05 to 0.1 mm is a healthy hand's.
     pub fn new(amplitude: f64, seed: u64) -> Self {
-        let mut state = seed;
+        let mut random = Random::new(seed);
         let sines = std::array::from_fn(|_| {
             std::array::from_fn(|_| {
-                let hertz = LOWEST_HZ + (HIGHEST_HZ - LOWEST_HZ) * draw(&mut state);
-                (TAU * hertz, TAU * draw(&mut state))
+                let hertz = random.between(LOWEST_HZ, HIGHEST_HZ);
+                (TAU * hertz, TAU * random.unit())
             })
         });
         Self { share: amplitude / SINES as f64, sines }
@@ -41,15 +42,6 @@ impl Tremor {
         DVec3::from_array(self.sines.map(|axis| axis.iter().map(|&(w, p)| w * (w * time + p).cos()).sum::<f64>()))
             * self.share
     }
-}
-
-/// The next number in \[0, 1) of the SplitMix64 sequence (Steele, Lea, Flood 2014).
-pub(crate) fn draw(state: &mut u64) -> f64 {
-    *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
-    let mut z = *state;
-    z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
 }
 
 #[cfg(test)]

@@ -10,9 +10,9 @@
 use std::f64::consts::TAU;
 
 use glam::{DQuat, DVec3};
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, Random};
 
-use super::{HandPath, Tremor, draw};
+use super::{HandPath, Tremor};
 
 /// Sines of each coordinate.
 const SINES: usize = 8;
@@ -54,11 +54,12 @@ struct Wave {
 }
 
 impl Waves {
-    fn new(most: f64, state: &mut u64) -> Self {
+    fn new(most: f64, random: &mut Random) -> Self {
         let mut waves = [Wave::default(); SINES];
         for wave in &mut waves {
-            let hertz = LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(draw(state));
-            *wave = Wave { amplitude: 1.0 / (1.0 + hertz / KNEE_HZ), frequency: TAU * hertz, phase: TAU * draw(state) };
+            let hertz = LOWEST_HZ * (HIGHEST_HZ / LOWEST_HZ).powf(random.unit());
+            *wave =
+                Wave { amplitude: 1.0 / (1.0 + hertz / KNEE_HZ), frequency: TAU * hertz, phase: TAU * random.unit() };
         }
         let sum: f64 = waves.iter().map(|wave| wave.amplitude).sum();
         waves.iter_mut().for_each(|wave| wave.amplitude *= most / sum);
@@ -81,8 +82,8 @@ impl Waves {
 impl Wander {
     /// About `path`, at most `shift` (m) off along each axis and turned by at most `turn` (rad) about each; both usually a quarter of that.
     pub fn about(path: &HandPath, shift: f64, turn: f64, seed: u64) -> Self {
-        let mut state = seed;
-        let mut waves = |most| Waves::new(most, &mut state);
+        let mut random = Random::new(seed);
+        let mut waves = |most| Waves::new(most, &mut random);
         Self {
             path: HandPath { tremor: None, ..path.clone() },
             tremor: path.tremor,

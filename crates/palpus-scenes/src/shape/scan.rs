@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use glam::DVec3;
+use palpus::algebra::Random;
 use palpus::body::PolygonSoup;
 
 use super::skin::{Skin, circle};
@@ -21,28 +22,20 @@ pub fn scanned_torus(triangles: usize) -> PolygonSoup {
     let sections = (triangles.max(100) as f64 / (2.0 * sides as f64)).round() as usize;
     let edge = TAU * TORUS_MINOR_RADIUS / sides as f64;
     let mut skin = Skin::default();
-    let mut index = 0;
+    let mut random = Random::new(0);
     let rings: Vec<_> = (0..sections)
         .map(|k| {
             let (sin, cos) = (TAU * k as f64 / sections as f64).sin_cos();
             let radial = DVec3::new(cos, sin, 0.0);
             let center = radial * TORUS_MAJOR_RADIUS;
-            skin.ring(circle(center, DVec3::Z, radial, TORUS_MINOR_RADIUS, sides, 0.0).map(|point| {
-                index += 1;
-                point + (point - center) * (ROUGHNESS * edge / TORUS_MINOR_RADIUS * noise(index))
-            }))
+            skin.ring(
+                circle(center, DVec3::Z, radial, TORUS_MINOR_RADIUS, sides, 0.0)
+                    .map(|point| point + (point - center) * (ROUGHNESS * edge / TORUS_MINOR_RADIUS * random.signed())),
+            )
         })
         .collect();
     for k in 0..sections {
         skin.band(&rings[k], &rings[(k + 1) % sections]);
     }
     skin.finish()
-}
-
-/// In \[−1, 1), of a number: SplitMix64's output.
-fn noise(index: u64) -> f64 {
-    let z = index.wrapping_mul(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }

@@ -1,5 +1,7 @@
 //! What sweeps come to, in numbers.
 
+use palpus::algebra::quantile;
+
 use super::{Judged, PUSHED_SHARE, Push};
 
 /// Bins over the share of the thickness at which contact was lost; the last is for pushes that were held to the end.
@@ -87,6 +89,5 @@ fn share<T>(all: &[T], of: impl Fn(&T) -> bool) -> f64 {
 
 /// The fifth and the ninth.
 fn deciles(mut all: Vec<f64>) -> [f64; 2] {
-    all.sort_by(f64::total_cmp);
-    [5, 9].map(|tenths| all.get(all.len() * tenths / 10).copied().unwrap_or(0.0))
+    [0.5, 0.9].map(|share| quantile(&mut all, share).unwrap_or(0.0))
 }

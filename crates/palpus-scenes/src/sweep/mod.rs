@@ -14,7 +14,7 @@ mod probes;
 use std::sync::Arc;
 
 use glam::DVec3;
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, Random};
 use palpus::body::Body;
 use palpus::detect::Contact;
 
@@ -69,28 +69,12 @@ impl Judged {
     }
 }
 
-/// SplitMix64 (G. Steele, D. Lea, C. Flood, 2014).
-struct Random(u64);
-
-impl Random {
-    fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn point(&mut self) -> DVec3 {
-        DVec3::new(self.unit(), self.unit(), self.unit())
-    }
-}
-
 /// Pushes a small probe into a closed body at `samples` points of its surface.
 ///
 /// Samples whose normal meets no opposite wall, or one too near to measure, are replaced by others; there may be fewer than
 /// asked for where nearly all are such.
 pub fn pop_through(body: &Arc<Body>, samples: usize, seed: u64) -> Vec<Push> {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let mut probes = Probes::new(body, &mut random);
     let mut pushes = Vec::with_capacity(samples);
     let areas = running_areas(body);
@@ -137,14 +121,14 @@ fn push(body: &Arc<Body>, probes: &mut Probes, point: DVec3, inward: DVec3, thic
 
 /// Puts a small probe down at `samples` points inside a closed body.
 pub fn honesty(body: &Arc<Body>, samples: usize, seed: u64) -> Vec<Judged> {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let mut probes = Probes::new(body, &mut random);
     let mut judged = Vec::with_capacity(samples);
     let bounds = body.mesh().bounds();
     let mut tries = 0;
     while judged.len() < samples && tries < 1000 * samples {
         tries += 1;
-        let point = bounds.min + random.point() * (bounds.max - bounds.min);
+        let point = bounds.min + 0.5 * (random.vector() + 1.0) * (bounds.max - bounds.min);
         if !body.tree().inside(point) {
             continue;
         }

@@ -3,11 +3,11 @@
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, Random};
 use palpus::body::Body;
 use palpus::detect::{Contact, ContactQuery, QuerySettings};
 
-use super::{Random, deepest};
+use super::deepest;
 
 /// Contacts of one query: a small probe touches a handful of pieces.
 const CAPACITY: usize = 1024;
@@ -28,7 +28,7 @@ pub(super) struct Probe {
 
 impl Probes {
     pub(super) fn new(body: &Body, random: &mut Random) -> Self {
-        let axis = (random.point() - 0.5).normalize_or(DVec3::Z);
+        let axis = random.vector().normalize_or(DVec3::Z);
         let turn = DQuat::from_axis_angle(axis, std::f64::consts::TAU * random.unit());
         Self { turn, size: body.size(), made: (0..HALVINGS).map(|_| None).collect() }
     }

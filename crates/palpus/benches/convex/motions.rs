@@ -1,10 +1,10 @@
 //! The poses of the bench: random ones, and coherent stretches as a brisk hand makes them at 1 kHz.
 
 use glam::{DQuat, DVec3};
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, Random};
 use palpus::collision::{Proximity, initial_features, march};
 
-use crate::shapes::{Random, SEED, ShapePair};
+use crate::shapes::{SEED, ShapePair, rotation};
 
 /// Stretches per case, each of its own pair of orientations.
 const STRETCHES: usize = 8;
@@ -70,7 +70,7 @@ pub(crate) struct Case {
 
 impl Case {
     pub(crate) fn new(shape: &ShapePair, motion: Motion) -> Self {
-        let mut random = Random(SEED ^ (motion as u64 + 1) << 32);
+        let mut random = Random::new(SEED ^ (motion as u64 + 1) << 32);
         let stretches = (0..STRETCHES).map(|_| stretch(shape, motion, &mut random)).collect();
         Self { motion, stretches }
     }
@@ -78,7 +78,7 @@ impl Case {
 
 fn stretch(shape: &ShapePair, motion: Motion, random: &mut Random) -> Vec<Pose> {
     let size = shape.a.radius() + shape.b.radius();
-    let rotation = random.rotation();
+    let rotation = rotation(random);
     let axis = random.direction();
     let toward = random.direction();
     let around = toward.any_orthonormal_vector();
@@ -137,7 +137,7 @@ fn random_pose(shape: &ShapePair, random: &mut Random, overlapping: bool) -> Pos
     let size = shape.a.radius() + shape.b.radius();
     loop {
         let away = if overlapping { random.between(0.0, 0.9) } else { random.between(0.1, 1.5) };
-        let pose = placed(shape, random.rotation(), random.direction() * (size * away));
+        let pose = placed(shape, rotation(random), random.direction() * (size * away));
         if overlap(shape, &pose) == overlapping {
             return pose;
         }

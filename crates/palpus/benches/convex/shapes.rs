@@ -1,6 +1,7 @@
 //! The shapes of the bench, the same in every run.
 
 use glam::{DQuat, DVec3};
+use palpus::algebra::Random;
 use palpus::body::{Polytope, convex_hull};
 
 /// The seed of all shapes and poses.
@@ -9,36 +10,9 @@ pub(crate) const SEED: u64 = 0x5EED_C03E;
 /// Vertices of the ellipsoid hulls.
 const SIZES: [usize; 5] = [8, 20, 100, 500, 2000];
 
-/// SplitMix64 (Steele, Lea, Flood 2014).
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
-        z ^ (z >> 31)
-    }
-
-    /// Uniform in [low, high).
-    pub(crate) fn between(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * ((self.next() >> 11) as f64 / (1_u64 << 53) as f64)
-    }
-
-    pub(crate) fn direction(&mut self) -> DVec3 {
-        loop {
-            let mut coordinate = || self.between(-1.0, 1.0);
-            let v = DVec3::new(coordinate(), coordinate(), coordinate());
-            if (0.01..1.0).contains(&v.length_squared()) {
-                return v.normalize();
-            }
-        }
-    }
-
-    pub(crate) fn rotation(&mut self) -> DQuat {
-        DQuat::from_axis_angle(self.direction(), self.between(0.0, std::f64::consts::TAU))
-    }
+/// A rotation about a random axis.
+pub(crate) fn rotation(random: &mut Random) -> DQuat {
+    DQuat::from_axis_angle(random.direction(), random.between(0.0, std::f64::consts::TAU))
 }
 
 /// Two bodies that meet.
@@ -50,7 +24,7 @@ pub(crate) struct ShapePair {
 
 /// All pairs, small to large, then the special ones.
 pub(crate) fn all() -> Vec<ShapePair> {
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let names = ["hull 8", "hull 20", "hull 100", "hull 500", "hull 2000"];
     let mut pairs: Vec<_> = names
         .into_iter()

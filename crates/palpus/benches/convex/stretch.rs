@@ -4,7 +4,7 @@ use std::hint::black_box;
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, quantile};
 use parry3d_f64::math::Pose as ParryPose;
 
 use crate::contenders::{Contender, Place, Subject};
@@ -26,9 +26,7 @@ impl Result {
     /// The given share of the poses cost at most this many nanoseconds.
     pub(crate) fn percentile(&self, share: f64) -> f64 {
         let mut all: Vec<f64> = self.nanoseconds.iter().flatten().copied().collect();
-        all.sort_by(f64::total_cmp);
-        let last = all.len().saturating_sub(1);
-        all.get((share * last as f64).round() as usize).copied().unwrap_or(f64::NAN)
+        quantile(&mut all, share).unwrap_or(f64::NAN)
     }
 }
 
@@ -84,7 +82,6 @@ fn clock_cost() -> f64 {
                 begin.elapsed().as_nanos() as f64
             })
             .collect();
-        costs.sort_by(f64::total_cmp);
-        costs[costs.len() / 2]
+        quantile(&mut costs, 0.5).unwrap_or(0.0)
     })
 }

@@ -1,12 +1,13 @@
-//! Rigid placements, spatial vectors and matrices, planes, closest points, a lent clock, lent hands, and the register of tolerances.
+//! Rigid placements, spatial vectors and matrices, planes, closest points, a lent clock, lent hands,
+//! seeded random numbers, quantiles, and the register of tolerances.
 
 mod clock;
 mod closest;
 mod definite;
 mod plane;
 mod pose;
-#[cfg(test)]
-pub(crate) mod random;
+mod quantile;
+mod random;
 mod rotation;
 mod spatial;
 mod spatial_matrix;
@@ -20,6 +21,8 @@ pub use closest::{SegmentSegment, closest_on_segment, closest_on_triangle, close
 pub use definite::solve_definite;
 pub use plane::Plane;
 pub use pose::{Placement, Pose};
+pub use quantile::{quantile, quantile_of_sorted};
+pub use random::Random;
 pub use rotation::{rotation_between, rotation_vector};
 pub use spatial::{Twist, Wrench};
 pub use spatial_matrix::SpatialMatrix;

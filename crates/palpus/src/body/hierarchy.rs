@@ -163,17 +163,14 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
+    use crate::algebra::Random;
     use crate::body::{Provenance, convex_hull};
 
     const SEED: u64 = 0x41e2_a2c4;
 
     fn random_pieces(count: usize) -> Vec<Polytope> {
-        let mut state = SEED;
-        let mut random = move || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64
-        };
-        let mut vector = move || DVec3::new(random(), random(), random());
+        let mut random = Random::new(SEED);
+        let mut vector = move || 0.5 * (random.vector() + 1.0);
         (0..count)
             .map(|_| {
                 let at = vector() * 10.0;

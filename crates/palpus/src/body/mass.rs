@@ -150,7 +150,7 @@ mod tests {
 
     use super::*;
     use crate::algebra::Pose;
-    use crate::algebra::random::Random;
+    use crate::algebra::Random;
     use crate::body::PolygonSoup;
     use crate::body::shapes::{cuboid, torus};
 
@@ -204,7 +204,7 @@ mod tests {
     #[test]
     fn moving_turning_and_scaling_the_mesh_does_so_to_its_mass() {
         const SEED: u64 = 0x9e1d;
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let mesh = torus(1.0, 0.4, 12, 8);
         let mesh = placed(&mesh, &Pose::from_translation(DVec3::new(0.1, 0.2, 0.3)), 0.7);
         let mass = MassProperties::new(&mesh);

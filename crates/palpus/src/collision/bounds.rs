@@ -64,7 +64,7 @@ pub(crate) fn box_gap(a: &OrientedBox, b: &OrientedBox, pose_ba: &Placement, eno
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::Pose;
+    use crate::algebra::{Pose, Random};
     use glam::DQuat;
 
     const SEED: u64 = 0x0b0d_5eed;
@@ -78,13 +78,9 @@ mod tests {
 
     #[test]
     fn a_gap_is_never_wider_than_the_distance_of_any_two_points_and_opens_when_far() {
-        let mut state = SEED;
-        let mut random = move || {
-            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
-            (state >> 11) as f64 / (1u64 << 53) as f64 * 2.0 - 1.0
-        };
+        let mut random = Random::new(SEED);
         for case in 0..2000 {
-            let mut vector = || DVec3::new(random(), random(), random());
+            let mut vector = || random.vector();
             let rotation = |v: DVec3| DQuat::from_scaled_axis(v * 3.0);
             let mut any =
                 || OrientedBox { center: vector(), axes: DMat3::from_quat(rotation(vector())), half: vector().abs() };

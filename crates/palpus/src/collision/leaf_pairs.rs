@@ -143,7 +143,7 @@ mod tests {
     #[test]
     fn of_too_many_the_deepest_are_kept() {
         // Unit cubes, a's pieces at the origin; b's k-th is lower by up to two.
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let count = 50;
         let separations: Vec<f64> = (0..count).map(|_| random.between(-1.0, 1.0)).collect();
         let pieces = vec![cuboid(DVec3::splat(0.5)); count];

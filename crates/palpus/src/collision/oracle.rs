@@ -7,7 +7,7 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::{March, Proximity};
-pub(crate) use crate::algebra::random::Random;
+pub(crate) use crate::algebra::Random;
 use crate::algebra::tolerance::COPLANAR;
 use crate::algebra::{Placement, Plane, Pose, closest_on_segment, closest_on_triangle, closest_segment_segment};
 use crate::body::{Feature, Hull, Polytope, Provenance, convex_hull};

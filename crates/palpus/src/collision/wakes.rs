@@ -99,7 +99,7 @@ mod tests {
 
     #[test]
     fn exactly_the_values_below_the_sum_are_found() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let places = 5 * BLOCK - 3;
         let mut board = WakeBoard::new(places);
         let mut model = vec![NEVER; places];

@@ -10,7 +10,7 @@ mod rolling;
 use glam::{DQuat, DVec3};
 
 use super::*;
-use crate::algebra::random::Random;
+use crate::algebra::Random;
 use crate::algebra::{Placement, Pose};
 use crate::body::{Polytope, Provenance, convex_hull};
 
@@ -71,7 +71,7 @@ pub(super) fn scaled(polytope: &Polytope, factor: f64) -> Polytope {
 }
 
 pub(super) fn shapes() -> Vec<(&'static str, Polytope)> {
-    let mut rng = Random(SEED);
+    let mut rng = Random::new(SEED);
     vec![
         ("cube", cuboid(DVec3::ONE)),
         ("box", cuboid(DVec3::new(1.0, 0.7, 0.3))),

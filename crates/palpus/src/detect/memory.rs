@@ -64,13 +64,13 @@ mod tests {
 
     use super::*;
     use crate::algebra::Pose;
-    use crate::algebra::random::Random;
+    use crate::algebra::Random;
 
     const SEED: u64 = 0xE7_4A;
 
     #[test]
     fn extrapolation_is_exact_to_first_order() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         for features in [
             FeaturePair { a: Feature::Vertex(0), b: Feature::Face(0) },
             FeaturePair { a: Feature::Face(0), b: Feature::Vertex(0) },

@@ -70,7 +70,7 @@ fn run(contacts: &[Contact], settings: &LinkageSettings) -> Linkage {
 
 #[test]
 fn equals_quadratic_single_linkage() {
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     for round in 0..400 {
         let n = 1 + random.below(90);
         // From all in one cluster to all alone; sometimes far from the origin, sometimes in a plane.
@@ -103,7 +103,7 @@ fn chains_join_and_a_link_of_exactly_delta_does_not() {
 #[test]
 fn a_cell_wall_separates_nobody() {
     // Pairs just under δ apart, in every direction and at every offset to the grid, which begins at the first contact.
-    let mut random = Random(SEED ^ 1);
+    let mut random = Random::new(SEED ^ 1);
     for round in 0..2000 {
         let p = random.point(10.0 * RADIUS);
         let q = p + random.direction() * (RADIUS * 0.999_999);
@@ -119,7 +119,7 @@ fn a_cell_wall_separates_nobody() {
 
 #[test]
 fn contacts_beyond_the_grid_are_linked_all_the_same() {
-    let mut random = Random(SEED ^ 2);
+    let mut random = Random::new(SEED ^ 2);
     let mut contacts = cloud(&mut random, 80, 3.0 * RADIUS);
     for contact in contacts.iter_mut().skip(1) {
         contact.point_a += DVec3::splat(1e6);
@@ -130,7 +130,7 @@ fn contacts_beyond_the_grid_are_linked_all_the_same() {
 
 #[test]
 fn permuting_contacts_changes_no_bit() {
-    let mut random = Random(SEED ^ 3);
+    let mut random = Random::new(SEED ^ 3);
     for round in 0..60 {
         let n = 1 + random.below(120);
         let contacts = cloud(&mut random, n, 4.0 * RADIUS);
@@ -148,7 +148,7 @@ fn permuting_contacts_changes_no_bit() {
 
 #[test]
 fn moving_the_scene_changes_no_cluster() {
-    let mut random = Random(SEED ^ 4);
+    let mut random = Random::new(SEED ^ 4);
     for round in 0..60 {
         let n = 1 + random.below(60);
         let contacts = cloud(&mut random, n, 4.0 * RADIUS);
@@ -160,7 +160,7 @@ fn moving_the_scene_changes_no_cluster() {
 
 #[test]
 fn every_cluster_fits_its_cone_and_refines_single_linkage() {
-    let mut random = Random(SEED ^ 5);
+    let mut random = Random::new(SEED ^ 5);
     for round in 0..200 {
         let n = 1 + random.below(90);
         let contacts = cloud(&mut random, n, 4.0 * RADIUS);
@@ -219,7 +219,7 @@ fn the_walls_of_a_slot_and_the_two_sides_of_a_ring_are_apart() {
 
 #[test]
 fn what_does_not_fit_is_counted_and_the_deepest_stay() {
-    let mut random = Random(SEED ^ 6);
+    let mut random = Random::new(SEED ^ 6);
     let mut contacts = cloud(&mut random, 300, RADIUS);
     contacts[3].separation = f64::NAN;
     contacts[4].point_a.x = f64::INFINITY;
@@ -238,7 +238,7 @@ fn what_does_not_fit_is_counted_and_the_deepest_stay() {
 
 #[test]
 fn of_too_many_the_deepest_stay_and_those_that_push_elsewhere() {
-    let mut random = Random(SEED ^ 9);
+    let mut random = Random::new(SEED ^ 9);
     let settings = LinkageSettings { radius: 0.0, most: 40, ..PAPER };
     // A hundred press on a floor; thirty face the ceiling, farther away than any of these.
     let contacts: Vec<Contact> = (0..130)

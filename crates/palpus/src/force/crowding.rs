@@ -167,7 +167,7 @@ mod tests {
 
     #[test]
     fn shares_are_the_greatest_of_the_crowd_over_its_sum() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         for round in 0..200 {
             let n = 1 + random.below(60);
             let crowd = crowd(&mut random, n);
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn contacts_of_one_direction_push_as_the_deepest_wherever_they_are() {
-        let mut random = Random(SEED ^ 4);
+        let mut random = Random::new(SEED ^ 4);
         for count in [1, 2, 7, 100, 600] {
             let crowd = toward_z(&mut random, count, 0.0);
             let deepest = crowd.iter().map(|contact| contact.engagement).fold(0.0, f64::max);
@@ -195,7 +195,7 @@ mod tests {
 
     #[test]
     fn a_contact_that_enters_changes_nothing_and_then_little() {
-        let mut random = Random(SEED ^ 1);
+        let mut random = Random::new(SEED ^ 1);
         for round in 0..200 {
             let mut crowd = crowd(&mut random, 20);
             let before = push(&crowd);
@@ -211,7 +211,7 @@ mod tests {
     #[test]
     fn what_moves_a_little_changes_the_force_a_little() {
         // All engagements and directions move; where the deepest of a crowd changes, and where directions pass a right angle.
-        let mut random = Random(SEED ^ 5);
+        let mut random = Random::new(SEED ^ 5);
         for round in 0..200 {
             let crowd = crowd(&mut random, 12);
             let (motion, turn) = (1e-9, 1e-6);
@@ -230,7 +230,7 @@ mod tests {
 
     #[test]
     fn alike_contacts_push_no_more_than_the_deepest() {
-        let mut random = Random(SEED ^ 2);
+        let mut random = Random::new(SEED ^ 2);
         for round in 0..500 {
             let crowd = toward_z(&mut random, 30, 0.3);
             let least =

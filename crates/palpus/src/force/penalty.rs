@@ -80,7 +80,7 @@ mod tests {
 
     #[test]
     fn the_bodies_push_each_other_alike() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let centers = Centers { a: random.point(0.1), b: random.point(0.1) };
         let mut net = NetWrench::default();
         for _ in 0..50 {
@@ -111,7 +111,7 @@ mod tests {
 
     #[test]
     fn the_wrench_is_the_gradient_of_the_elastic_energy() {
-        let mut random = Random(SEED ^ 1);
+        let mut random = Random::new(SEED ^ 1);
         let energy = |pose: &Pose, vertex| {
             let engagement = T - vertex_on_plane(pose, vertex).separation;
             0.5 * SETTINGS.stiffness * engagement * engagement

@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn copies_change_nothing_and_the_deepest_gives_the_depth() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let contacts: Vec<_> = (0..9)
             .map(|k| {
                 let n = (DVec3::Z + random.point(0.4)).normalize();

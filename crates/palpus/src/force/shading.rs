@@ -85,7 +85,7 @@ mod tests {
     #[test]
     fn two_spheres_push_along_the_line_of_their_centres() {
         // Wherever between them the faceted surfaces happen to meet.
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         for round in 0..200 {
             let (r_a, r_b) = (random.between(0.01, 0.1), random.between(0.01, 0.1));
             let axis = random.direction();
@@ -112,7 +112,7 @@ mod tests {
     #[test]
     fn the_turn_is_bounded_and_fades_without_a_jump() {
         let most = 0.4;
-        let mut random = Random(SEED ^ 1);
+        let mut random = Random::new(SEED ^ 1);
         for round in 0..500 {
             let n = random.direction();
             let mut any = || side((n + random.point(0.6)).normalize(), random.between(0.0, 50.0));

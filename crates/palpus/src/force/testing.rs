@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 
 use crate::algebra::Pose;
-pub(crate) use crate::algebra::random::Random;
+pub(crate) use crate::algebra::Random;
 use crate::body::{Feature, FeaturePair};
 use crate::detect::Contact;
 

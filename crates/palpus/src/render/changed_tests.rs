@@ -15,7 +15,7 @@ const FRICTION: FrictionSettings =
 
 /// A drum that wanders over the rim of another, in and out of contact.
 fn wander(steps: usize) -> Vec<ProbeState> {
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let mut pose = Pose::new(DQuat::from_rotation_x(0.4), DVec3::new(0.036, 0.01, 0.0));
     (0..steps)
         .map(|_| {

@@ -98,7 +98,7 @@ fn tools_that_do_not_touch_are_alone_to_the_bit() {
         let settings = Settings { friction: Some(FRICTION), ..if coupling { coupled() } else { direct() } };
         let mut duo = Duo::new([block.clone(), block.clone()], floor.clone(), [settings; 2]).unwrap();
         let mut alone = [0, 1].map(|_| Renderer::new(block.clone(), floor.clone(), settings).unwrap());
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let mut poses = [at(-0.1, 0.0, 0.0105), at(0.1, 0.0, 0.0102)];
         let mut felt = 0;
         for k in 0..300 {
@@ -126,7 +126,7 @@ fn what_one_tool_gives_the_other_takes() {
             },
             round >= 2,
         );
-        let mut random = Random(SEED ^ 1);
+        let mut random = Random::new(SEED ^ 1);
         // Beside each other, both on the floor.
         let mut poses = [at(-0.0201, 0.0, 0.0101), at(0.0201, 0.002, 0.0102)];
         for k in 0..400 {
@@ -173,7 +173,7 @@ fn a_tool_that_is_a_part_of_the_environment_feels_like_it() {
         let mut one = Renderer::new(block.clone(), whole, settings).unwrap();
         let parts = [block.clone(), boxes(&[WALL], &Pose::IDENTITY)];
         let mut duo = Duo::new(parts, boxes(&[FLOOR], &Pose::IDENTITY), [settings; 2]).unwrap();
-        let (mut random, mut felt) = (Random(SEED ^ 2), 0.0f64);
+        let (mut random, mut felt) = (Random::new(SEED ^ 2), 0.0f64);
         let rest = at(0.03 - HALF.x + 3e-4, 0.0, z);
         for k in 0..300 {
             let slide = DVec3::Y * (1e-5 * f64::from(k));

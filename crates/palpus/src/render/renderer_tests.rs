@@ -203,7 +203,7 @@ fn the_same_steps_give_the_same_bits() {
     let settings = Settings { friction: Some(friction), shading: Some(shading), damping: 1.0, ..Settings::default() };
     let (a, b) = (drum(0.01, 0.02, 12), drum(0.03, 0.01, 24));
     let run = |renderer: &mut Renderer| -> Vec<Wrench> {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let mut pose = Pose::new(DQuat::from_rotation_x(0.4), DVec3::new(0.03, 0.01, 0.0));
         (0..300)
             .map(|_| {

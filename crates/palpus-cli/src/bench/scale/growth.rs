@@ -12,9 +12,9 @@ use palpus_scenes::shape;
 use super::motion::{Orbit, PERIOD, STRETCH, nearest_query};
 use super::timing::{self, Times};
 use super::{Bodies, Effort, Row};
-use crate::bench::random::Random;
 use crate::bodies;
 use crate::plots::{BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION, write_svg};
+use palpus::algebra::Random;
 
 /// Of the sides from which the ball comes.
 const SEED: u64 = 0x5ca1_e002;
@@ -89,7 +89,7 @@ struct Touches {
 
 impl Touches {
     fn new(bodies: &Bodies, ticks: usize) -> Self {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let mut query = nearest_query(&bodies.a, &bodies.b);
         let orbits = (0..ticks.div_ceil(STRETCH)).map(|_| Orbit::touching(&mut query, GAP, &mut random)).collect();
         Self { orbits, ticks }

@@ -4,14 +4,13 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use palpus::algebra::{NoClock, Wrench};
+use palpus::algebra::{NoClock, Wrench, quantile_of_sorted};
 use palpus::body::Body;
 use palpus::render::{Limits, ProbeState, Renderer, Settings, VirtualCoupling};
 use serde::Serialize;
 
 use super::pairs::{self, Pair};
 use crate::bench::TICK;
-use crate::quantile;
 
 /// Units of work that a step may do: what fits into 0.6 ms at 100 ns a unit.
 pub(super) const ALLOWED: u64 = 6000;
@@ -119,7 +118,7 @@ impl Gathered {
 
     fn finish(mut self) -> Difference {
         self.differences.sort_by(f64::total_cmp);
-        let at = |share| quantile::of_sorted(&self.differences, share).unwrap_or(0.0);
+        let at = |share| quantile_of_sorted(&self.differences, share).unwrap_or(0.0);
         Difference {
             most: self.most,
             mean: self.differences.iter().sum::<f64>() / self.differences.len().max(1) as f64,

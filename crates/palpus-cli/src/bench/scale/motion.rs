@@ -8,7 +8,7 @@ use palpus::algebra::Pose;
 use palpus::body::Body;
 use palpus::detect::{ContactQuery, QuerySettings};
 
-use crate::bench::random::Random;
+use palpus::algebra::Random;
 
 /// How a probe moves.
 #[derive(Clone, Copy, Debug)]
@@ -63,7 +63,7 @@ pub(super) fn stretches(
                 poses.map(|k| orbit.pose(TAU * k as f64 / PERIOD)).collect()
             }
             Motion::Screw { rest, center, swing, pitch, sway, lift } => {
-                let begin = random.number() * TAU;
+                let begin = random.signed() * TAU;
                 let screw = |k: usize| {
                     let phase = begin + TAU * k as f64 / PERIOD;
                     let angle = swing * phase.sin();

@@ -11,9 +11,9 @@ use serde::Serialize;
 
 use super::motion::{Motion, stretches};
 use super::{Bodies, Effort, Row, timing};
-use crate::bench::random::Random;
 use crate::bench::table::find;
 use crate::{bodies, query};
+use palpus::algebra::Random;
 
 /// A model of a pair.
 pub(super) struct Model {
@@ -142,7 +142,7 @@ pub(super) fn posed(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow::
         let bounds = bodies.a.mesh().bounds();
         *center = (bounds.min + bounds.max) / 2.0;
     }
-    let stretches = stretches(&motion, &bodies.a, &bodies.b, pair.amplitude, ticks, &mut Random(SEED));
+    let stretches = stretches(&motion, &bodies.a, &bodies.b, pair.amplitude, ticks, &mut Random::new(SEED));
     Ok((bodies, stretches))
 }
 

@@ -1,13 +1,12 @@
 //! The times of the engine step along stretches of coherent motion.
 
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, quantile_of_sorted};
 use palpus::render::{ProbeState, Renderer};
 use serde::Serialize;
 
 use super::Bodies;
 use crate::bench::{TICK, settings};
 use crate::clock::WallClock;
-use crate::quantile;
 
 /// What the ticks of a motion took, µs.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -54,7 +53,7 @@ pub(super) fn time(bodies: &Bodies, stretches: &[Vec<Pose>], tolerance: f64, pas
 fn summary(mut times: Vec<f64>, contacts: f64) -> Times {
     let ticks = times.len();
     times.sort_by(f64::total_cmp);
-    let at = |share: f64| quantile::of_sorted(&times, share).unwrap_or(0.0);
+    let at = |share: f64| quantile_of_sorted(&times, share).unwrap_or(0.0);
     Times {
         ticks,
         contacts: contacts / ticks.max(1) as f64,

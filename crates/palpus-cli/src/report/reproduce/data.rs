@@ -7,7 +7,6 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 
 use super::ran::{FILE, Outcome, Ran};
-use crate::quantile;
 
 /// The folder of a reproduction.
 pub(super) struct Data<'a> {
@@ -65,11 +64,10 @@ impl Columns {
     }
 }
 
-/// The least value that `share` of all are not above; no number of none.
+/// Quantile of the finite `values`; NaN if there are none.
 pub(super) fn quantile(values: &[f64], share: f64) -> f64 {
-    let mut sorted: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
-    sorted.sort_by(f64::total_cmp);
-    quantile::of_sorted(&sorted, share).unwrap_or(f64::NAN)
+    let mut finite: Vec<f64> = values.iter().copied().filter(|value| value.is_finite()).collect();
+    palpus::algebra::quantile(&mut finite, share).unwrap_or(f64::NAN)
 }
 
 /// A number within a document, by the names on the way to it.

@@ -1,6 +1,6 @@
 //! Frames that no driver may act on: damaged, old, of another session, or not frames at all.
 
-use palpus::algebra::Wrench;
+use palpus::algebra::{Random, Wrench};
 
 use super::peer::Numbered;
 use super::{VALID_FOR_US, nonce_but};
@@ -14,14 +14,14 @@ const CHECK: std::ops::Range<usize> = 12..16;
 pub(super) struct Hostile {
     session: u64,
     wrench: Wrench,
-    random: u64,
+    random: Random,
     kind: u64,
     bytes: Vec<u8>,
 }
 
 impl Hostile {
     pub(super) fn new(session: u64, wrench: Wrench) -> Self {
-        Self { session, wrench, random: SEED, kind: 0, bytes: Vec::new() }
+        Self { session, wrench, random: Random::new(SEED), kind: 0, bytes: Vec::new() }
     }
 
     /// The next one, when the driver has sent `newest` and has been told `told` commands.
@@ -40,12 +40,12 @@ impl Hostile {
             2 => {
                 // A bit of it is wrong.
                 self.set(&good);
-                let bit = self.random(8 * self.bytes.len());
+                let bit = self.random.below(8 * self.bytes.len());
                 self.bytes[bit / 8] ^= 1 << (bit % 8);
             }
             3 => {
                 self.set(&good);
-                let length = self.random(self.bytes.len());
+                let length = self.random.below(self.bytes.len());
                 self.bytes.truncate(length.max(1));
             }
             4 => {
@@ -64,10 +64,10 @@ impl Hostile {
                 self.set(&Frame { nonce: nonce_but(self.session), sequence: 1, body: Body::Hello { rate_hz: 1000.0 } })
             }
             _ => {
-                let length = 1 + self.random(LONGEST);
+                let length = 1 + self.random.below(LONGEST);
                 self.bytes.clear();
                 for _ in 0..length {
-                    let byte = self.random(256) as u8;
+                    let byte = self.random.below(256) as u8;
                     self.bytes.push(byte);
                 }
             }
@@ -104,13 +104,5 @@ impl Hostile {
         self.bytes[CHECK].fill(0);
         let check = crc32fast::hash(&self.bytes);
         self.bytes[CHECK].copy_from_slice(&check.to_le_bytes());
-    }
-
-    /// SplitMix64, below `end`.
-    fn random(&mut self, end: usize) -> usize {
-        self.random = self.random.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = (self.random ^ (self.random >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % end as u64) as usize
     }
 }

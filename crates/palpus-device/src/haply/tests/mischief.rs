@@ -3,6 +3,7 @@
 use std::time::Duration;
 
 use glam::DVec3;
+use palpus::algebra::Random;
 use serde_json::json;
 
 use super::super::exchange::ANSWER_TIME;
@@ -10,23 +11,11 @@ use super::super::*;
 use super::service::{Act, Service, frame, inventory};
 use super::{assert_no_force_twice, wrench};
 
-/// SplitMix64.
-struct Random(u64);
-
-impl Random {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) % n as u64) as usize
-    }
-}
-
 const MUTATION_SEED: u64 = 0x4a91_7e55;
 
 #[test]
 fn no_message_makes_it_panic_or_believe_in_no_number() {
-    let mut random = Random(MUTATION_SEED);
+    let mut random = Random::new(MUTATION_SEED);
     let texts = [inventory().to_string(), frame(7).to_string()];
     let pieces =
         ["1e999", "-1e308", "null", "{}", "[]", "\"", "{", "}", "true", "1e-320", "\\ud800", "NaN", ",", "0.5"];
@@ -58,7 +47,7 @@ const MISCHIEFS: usize = 700;
 
 /// What a message is answered with: mostly as it should be.
 fn mischief() -> Vec<u8> {
-    let mut random = Random(MISCHIEF_SEED);
+    let mut random = Random::new(MISCHIEF_SEED);
     // Opening goes well.
     (0..MISCHIEFS).map(|k| if k < 5 { 255 } else { random.below(64) as u8 }).collect()
 }

@@ -25,10 +25,10 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::io;
 
+use data_encoding::BASE64_NOPAD;
 use glam::{DMat4, DVec3};
 use palpus::body::PolygonSoup;
 
-use super::base64;
 use super::builder::SoupBuilder;
 use super::fault::{Fault, MeshFileError, MeshProblem, Place};
 use accessor::{F32, U8, U16, U32, items};
@@ -250,8 +250,27 @@ fn check_limit(count: u64, limit: u64) -> Result<(), Fault> {
     Err(Fault::new(Place::File, MeshProblem::TooLarge(what)))
 }
 
-/// The bytes of the base64 in a `data:` URI.
+/// The bytes of the base64 in a `data:` URI, whose padding some programs leave out.
 fn data_uri(uri: &str, place: Place) -> Result<Vec<u8>, Fault> {
-    let data = uri.split_once(";base64,").and_then(|(_, text)| base64::decode(text.as_bytes()));
+    let data = uri.split_once(";base64,").and_then(|(_, text)| {
+        let unpadded = text.strip_suffix("==").or_else(|| text.strip_suffix('=')).unwrap_or(text);
+        BASE64_NOPAD.decode(unpadded.as_bytes()).ok()
+    });
     data.ok_or_else(|| Fault::malformed(place, "the embedded data is not base64; export the mesh again"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn embedded_data_may_lack_its_padding() {
+        let read = |text: &str| data_uri(&format!("data:;base64,{text}"), Place::File).ok();
+        for (text, bytes) in [("", ""), ("Zg==", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYg", "foob")] {
+            assert_eq!(read(text).as_deref(), Some(bytes.as_bytes()), "{text}");
+        }
+        for text in ["Z", "Zm9v!", "=Zm9", "Zm9vY"] {
+            assert_eq!(read(text), None, "{text}");
+        }
+    }
 }

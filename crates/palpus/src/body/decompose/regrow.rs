@@ -16,6 +16,7 @@
 use super::growth::Growth;
 use super::touching::{Neighbours, Touching};
 use super::{Partition, find_heir};
+use crate::algebra::Random;
 use crate::algebra::tolerance::{
     REGROWN_CENTRE, REGROWN_MEMBER, REGROWN_PATCHES, REGROWTH_JITTER, REGROWTH_KEPT_BACK, REGROWTH_MOST,
     REGROWTH_PER_FACET, REGROWTH_SEED,
@@ -35,7 +36,7 @@ pub(super) fn improve(
     let neighbours = Neighbours::Vertices(facets, &touching);
     let budget = (REGROWTH_PER_FACET * facets.len()).min(REGROWTH_MOST);
     let first = grower.tries();
-    let mut random = Random(REGROWTH_SEED);
+    let mut random = Random::new(REGROWTH_SEED);
     loop {
         let before = grower.tries();
         for centre in small_patches(partition) {
@@ -54,33 +55,6 @@ pub(super) fn improve(
         }
         if grower.tries() == before {
             return;
-        }
-    }
-}
-
-/// SplitMix64 (G. Steele, D. Lea, C. Flood, 2014).
-struct Random(u64);
-
-impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        (self.bits() % n as u64) as usize
-    }
-
-    /// Uniform in [0, 1).
-    fn unit(&mut self) -> f64 {
-        (self.bits() >> 11) as f64 / (1_u64 << 53) as f64
-    }
-
-    fn shuffle(&mut self, list: &mut [u32]) {
-        for k in (1..list.len()).rev() {
-            list.swap(k, self.below(k + 1));
         }
     }
 }

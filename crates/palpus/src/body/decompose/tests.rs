@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::decompose;
-use crate::algebra::random::Random;
+use crate::algebra::Random;
 use crate::body::decompose::contain::oracle::{assert_no_crossing, assert_partition, assert_samples_inside};
 use crate::body::decompose::facet::{Facets, Surface};
 use crate::body::decompose::grow::{Grower, Verdict};
@@ -258,7 +258,7 @@ fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
             }
         }
     }
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let (mut chosen, mut tabu, mut best) = (vec![false; n], vec![0; n], 0);
     for step in 1..=steps {
         let cost = |f: usize| friends[f].iter().filter(|&&g| chosen[g]).count();

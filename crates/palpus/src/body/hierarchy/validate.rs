@@ -167,7 +167,7 @@ fn highest(planes: &[Plane], point: DVec3) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
+    use crate::algebra::Random;
     use crate::body::convex_hull;
 
     const SEED: u64 = 0x7ee_fa17;
@@ -184,7 +184,7 @@ mod tests {
 
     #[test]
     fn each_broken_invariant_is_named() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         for case in 0..20 {
             let count = 3 + random.below(30);
             let pieces = random_pieces(&mut random, count);

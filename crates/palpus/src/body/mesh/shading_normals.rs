@@ -119,7 +119,7 @@ impl Fans<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
+    use crate::algebra::Random;
     use crate::body::shapes::{cuboid, torus};
 
     #[test]
@@ -145,7 +145,7 @@ mod tests {
         let edges = HalfEdges::new(&mesh);
         let shading = ShadingNormals::new(&mesh, &edges, 0.6);
         let truth = |p: DVec3| (p - DVec3::new(p.x, p.y, 0.0).normalize()).normalize();
-        let mut random = Random(0x0b5e);
+        let mut random = Random::new(0x0b5e);
         for t in 0..mesh.triangles().len() as u32 {
             let p = mesh.triangle_points(t);
             for k in 0..3 {

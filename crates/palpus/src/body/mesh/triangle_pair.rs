@@ -217,7 +217,7 @@ mod tests {
     //! of a small grid.
 
     use super::*;
-    use crate::algebra::random::Random;
+    use crate::algebra::Random;
 
     type Whole = [i64; 3];
 
@@ -312,7 +312,7 @@ mod tests {
     #[test]
     fn every_answer_agrees_with_whole_number_arithmetic() {
         const SEED: u64 = 0x7a3e_91c4;
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let mut seen = [0_usize; 16];
         for case in 0..12_000 {
             let grid = 2 + random.below(4);

@@ -207,6 +207,7 @@ impl<'a> EarCutter<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::algebra::Random;
 
     fn area(points: &[DVec3], triangles: &[[u32; 3]]) -> DVec3 {
         let p = |i: u32| points[i as usize];
@@ -291,17 +292,13 @@ mod tests {
     #[test]
     fn random_star_polygons_are_covered_once() {
         const SEED: u64 = 0x1d5f_33a1;
-        let mut state = SEED;
-        let mut random = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 33) as f64 / (1_u64 << 31) as f64
-        };
+        let mut random = Random::new(SEED);
         for n in 5..60_u32 {
             let points: Vec<DVec3> = (0..n)
                 .map(|i| {
                     let angle = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
-                    let radius = 0.2 + random();
-                    DVec3::new(0.1 * random(), radius * angle.cos(), radius * angle.sin())
+                    let radius = 0.2 + random.unit();
+                    DVec3::new(0.1 * random.unit(), radius * angle.cos(), radius * angle.sin())
                 })
                 .collect();
             let polygon: Vec<u32> = (0..n).collect();

@@ -156,7 +156,7 @@ mod tests {
 
     use super::super::super::{LeafPairs, Side};
     use super::*;
-    use crate::algebra::random::Random;
+    use crate::algebra::Random;
     use crate::algebra::{Placement, Pose};
     use crate::body::{Hierarchy, Polytope, convex_hull};
 
@@ -194,7 +194,7 @@ mod tests {
 
     #[test]
     fn each_broken_invariant_is_named() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         for case in 0..6 {
             let (one, other) = (Bodies::new(&mut random, 20 + 5 * case), Bodies::new(&mut random, 25));
             let (a, b) = (one.side(), other.side());

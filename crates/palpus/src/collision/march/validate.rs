@@ -121,7 +121,7 @@ mod tests {
 
     #[test]
     fn wrong_answers_are_named() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let mut apart = 0;
         for case in 0..500 {
             let (a, b) = (ball(&mut random), cuboid(DVec3::new(1.0, 0.5, 0.2)));

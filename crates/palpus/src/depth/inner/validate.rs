@@ -85,7 +85,7 @@ mod tests {
     use super::super::super::HubPair;
     use super::*;
     use crate::algebra::Placement;
-    use crate::algebra::random::Random;
+    use crate::algebra::Random;
     use crate::body::{Polytope, convex_hull};
 
     const SEED: u64 = 0x5eed_fa17;
@@ -116,7 +116,7 @@ mod tests {
 
     #[test]
     fn each_broken_invariant_is_named() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         for case in 0..50 {
             let (a, b) = (ball(&mut random, 20), ball(&mut random, 30));
             let pose_ba = Placement::IDENTITY;

@@ -6,7 +6,7 @@ use glam::{DQuat, DVec3};
 
 use super::*;
 use crate::algebra::Pose;
-use crate::algebra::random::Random;
+use crate::algebra::Random;
 use crate::body::Provenance;
 use crate::body::convex_hull;
 use crate::collision::{Proximity, initial_features, march};
@@ -134,7 +134,7 @@ fn nearly_parallel_edges_have_the_ends_of_their_stretch() {
 
 #[test]
 fn no_corner_is_nearer_than_the_bodies() {
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let bodies = [block(), drum(7, 0.02, 0.01), drum(40, 0.02, 0.01), drum(3, 0.03, 0.01)];
     for round in 0..2000 {
         let pick = |share: f64| &bodies[(share * bodies.len() as f64) as usize];

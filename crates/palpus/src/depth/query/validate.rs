@@ -63,7 +63,7 @@ mod tests {
     use super::super::{WalkScratch, depth};
     use super::*;
     use crate::algebra::Pose;
-    use crate::algebra::random::Random;
+    use crate::algebra::Random;
     use crate::body::{Polytope, convex_hull};
 
     const SEED: u64 = 0xdee9_fa17;
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn wrong_answers_are_named() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let mut scratch = WalkScratch::new();
         for case in 0..200 {
             let (a, b) = (ball(&mut random), ball(&mut random));

@@ -92,7 +92,7 @@ fn solve(
 
 #[test]
 fn it_is_the_least_of_all_that_both_own_and_never_less_than_the_unconstrained() {
-    let mut rng = Random(SEED);
+    let mut rng = Random::new(SEED);
     let bodies = [bumpy_ball(&mut rng, 0.1), bumpy_ball(&mut rng, 0.02), bumpy_ball(&mut rng, 0.0)];
     let (mut moved, mut none) = (0, 0);
     for k in 0..6000 {
@@ -128,7 +128,7 @@ fn it_is_the_least_of_all_that_both_own_and_never_less_than_the_unconstrained() 
 
 #[test]
 fn with_a_convex_probe_it_changes_no_faster_than_the_probe_moves() {
-    let mut rng = Random(SEED);
+    let mut rng = Random::new(SEED);
     let probe = bumpy_ball(&mut rng, 0.0);
     let ball = bumpy_ball(&mut rng, 0.1);
     let mut scratch = (AdmissibleScratch::new(probe.admissible(), ball.admissible()), WalkScratch::new());

@@ -173,7 +173,7 @@ impl Sweep {
 
 #[allow(clippy::print_stderr, reason = "a sweep's figures are to be seen")]
 fn sweep(poses: u64) -> Sweep {
-    let mut rng = Random(SWEEP_SEED);
+    let mut rng = Random::new(SWEEP_SEED);
     let shapes = sweep_shapes(&mut rng);
     let mut bench = Bench {
         walk: WalkScratch::new(),
@@ -266,7 +266,7 @@ fn ball(n: usize, radius: f64) -> Polytope {
 
 #[test]
 fn round_bodies_about_one_centre_are_proven_or_say_that_they_are_not() {
-    let mut rng = Random(SWEEP_SEED);
+    let mut rng = Random::new(SWEEP_SEED);
     let mut bench = Bench {
         walk: WalkScratch::new(),
         proof: ProofScratch::new(),

@@ -8,7 +8,7 @@ use crate::depth::oracle::exhaustive_depth;
 #[allow(clippy::print_stderr, reason = "the share of local answers is a measurement to be seen")]
 fn cold_answers_hold_their_identities_and_are_nearly_always_global() {
     let shapes = shapes();
-    let mut rng = Random(SEED);
+    let mut rng = Random::new(SEED);
     let mut scratch = WalkScratch::new();
     let mut total = Tally::default();
     for (name_a, a) in &shapes {
@@ -58,7 +58,7 @@ fn nearly_degenerate_poses_end_in_true_local_minima_at_length() {
 
 fn nearly_degenerate(seed: u64, rounds: usize) {
     let shapes = shapes();
-    let mut rng = Random(seed);
+    let mut rng = Random::new(seed);
     let mut scratch = WalkScratch::new();
     let mut total = Tally::default();
     for k in 0..rounds * shapes.len() * shapes.len() {
@@ -96,7 +96,7 @@ fn nearly_degenerate(seed: u64, rounds: usize) {
 #[test]
 fn moving_by_the_depth_parts_the_bodies_and_moving_by_less_does_not() {
     let shapes = shapes();
-    let mut rng = Random(SEED);
+    let mut rng = Random::new(SEED);
     let mut scratch = WalkScratch::new();
     for k in 0..300 {
         let (name_a, a) = &shapes[rng.below(shapes.len())];
@@ -136,7 +136,7 @@ fn faces_that_are_flat_within_the_merge_distance_change_nothing_at_length() {
 }
 
 fn rough_faces(seed: u64, poses: u32) {
-    let mut rng = Random(seed);
+    let mut rng = Random::new(seed);
     let mut rough = |smooth: &Polytope, noise: f64| {
         let turn = rotation(&mut rng);
         solid(&smooth.vertices().iter().map(|v| turn * *v + rng.direction() * noise).collect::<Vec<_>>())

@@ -99,7 +99,7 @@ mod tests {
 
     #[test]
     fn each_broken_invariant_is_named() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let mut linkage = Linkage::new(64);
         for case in 0..100 {
             let contacts = contacts(&mut random);

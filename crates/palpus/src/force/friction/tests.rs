@@ -81,7 +81,7 @@ fn a_dragged_block_sticks_then_slides_then_sticks_again() {
 
 #[test]
 fn the_friction_cone_holds_for_any_stream_of_contacts() {
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let mut tracker = FrictionTracker::new(64);
     let mut pose = random.pose(0.1);
     for round in 0..4000 {
@@ -106,7 +106,7 @@ fn the_friction_cone_holds_for_any_stream_of_contacts() {
 
 #[test]
 fn a_million_ticks_of_trembling_do_not_move_a_block() {
-    let mut random = Random(SEED ^ 1);
+    let mut random = Random::new(SEED ^ 1);
     let mut tracker = FrictionTracker::new(8);
     drag(&mut tracker, 0.1);
     let pushed = drag(&mut tracker, 0.1005);
@@ -264,7 +264,7 @@ fn a_crowded_contact_holds_as_stiffly_as_its_share() {
 
 #[test]
 fn turning_everything_turns_the_friction() {
-    let mut random = Random(SEED ^ 2);
+    let mut random = Random::new(SEED ^ 2);
     for round in 0..20 {
         let scene = random.pose(0.5);
         let (mut here, mut there) = (FrictionTracker::new(8), FrictionTracker::new(8));

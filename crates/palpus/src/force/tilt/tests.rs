@@ -107,7 +107,7 @@ fn shares_are_continuous_where_a_corner_splits() {
 
 #[test]
 fn shares_of_a_patch_sum_to_one_and_turn_with_it() {
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     for round in 0..300 {
         let count = 2 + random.below(10);
         let mut contacts: Vec<Tilted> = (0..count)
@@ -144,7 +144,7 @@ fn counted(i: usize, contacts: &[Tilted]) -> f64 {
 
 #[test]
 fn shares_are_areas_of_cells() {
-    let mut random = Random(SEED ^ 1);
+    let mut random = Random::new(SEED ^ 1);
     for round in 0..40 {
         let flat = if round % 2 == 0 { 0.0 } else { 2e-4 };
         let contacts: Vec<Tilted> = (0..1 + random.below(7))

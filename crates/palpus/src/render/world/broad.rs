@@ -75,13 +75,13 @@ impl Broad {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
+    use crate::algebra::Random;
 
     const SEED: u64 = 0xb40a_0001;
 
     #[test]
     fn it_finds_what_looking_at_all_pairs_finds() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         let mut broad = Broad::default();
         let count = 40;
         (0..count).for_each(|_| broad.add());

@@ -175,8 +175,8 @@ fn solve_upper(factor: &Block, row: &mut [f64; 6]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::algebra::Random;
     use crate::algebra::SpatialMatrix;
-    use crate::algebra::random::Random;
 
     const SEED: u64 = 0x501e_0001;
 
@@ -187,7 +187,7 @@ mod tests {
     /// Bodies on springs, some of them joined: what multiplying gives, solving takes back.
     #[test]
     fn solving_undoes_multiplying_for_any_graph_of_contacts() {
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         for size in [1, 2, 3, 7, 20] {
             let mut system = BlockSystem::new(20);
             let twists: Vec<_> = (0..size).map(|_| twist(&mut random)).collect();

@@ -19,8 +19,8 @@ use super::super::method::{METHODS, Tuning};
 use super::super::row::quantile;
 use super::super::shared_out;
 use super::{Felt, Judged};
-use crate::bench::random::Random;
 use crate::{files, output};
+use palpus::algebra::Random;
 
 /// Seed of the sweep's first case; the next case has the next number.
 pub(in crate::bench) const SEED: u64 = 0xf1a5_4000;
@@ -49,11 +49,10 @@ struct Case {
 
 impl Case {
     fn draw(seed: u64) -> Self {
-        let mut random = Random(seed);
-        let mut between = |low: f64, high: f64| low + (high - low) * 0.5 * (random.number() + 1.0);
-        let mut log = |low: f64, high: f64| between(low.ln(), high.ln()).exp();
+        let mut random = Random::new(seed);
+        let mut log = |low: f64, high: f64| random.between(low.ln(), high.ln()).exp();
         let (play, tolerance, stiffness) = (log(0.01e-3, 1e-3), log(0.03e-3, 1e-3), log(1e3, 51.2e3));
-        let twist = between(1.0, 25.0).to_radians();
+        let twist = random.between(1.0, 25.0).to_radians();
         // In turn, so that any twenty cases have each fit in each hand.
         let count = Fit::ALL.len() as u64;
         let fit = Fit::ALL[(seed % count) as usize];

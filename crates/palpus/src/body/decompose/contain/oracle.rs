@@ -8,7 +8,7 @@ use std::ops::ControlFlow;
 
 use glam::DVec3;
 
-use crate::algebra::random::Random;
+use crate::algebra::Random;
 use crate::body::{Aabb, Body, Polytope, TrianglePair};
 
 /// The least share by which a piece is shrunk before its faces are tested.
@@ -34,7 +34,7 @@ pub(in crate::body) fn assert_partition(body: &Body, slack: f64) {
 
 /// Random points of the pieces are inside the solid, or within `slack` of its surface. Only for closed surfaces.
 pub(in crate::body) fn assert_samples_inside(body: &Body, slack: f64, per_piece: usize, seed: u64) {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     for (k, polytope) in body.polytopes().iter().enumerate() {
         for _ in 0..per_piece {
             let p = random_point(polytope, &mut random);

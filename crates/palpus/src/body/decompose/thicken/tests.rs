@@ -5,7 +5,7 @@
 
 use glam::DVec3;
 
-use crate::algebra::random::Random;
+use crate::algebra::Random;
 use crate::body::shapes::{cuboid, torus};
 use crate::body::{Body, BodySettings, Mesh, PolygonSoup, Polytope, Provenance};
 
@@ -21,7 +21,7 @@ fn build(mesh: Mesh, thick: bool) -> Body {
 /// A torus too rough for large patches: the hulls of the patches are slivers.
 fn rough_torus() -> Mesh {
     let smooth = torus(1.0, 0.4, 48, 32);
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let vertices = smooth.vertices().iter().map(|v| v + ROUGHNESS * random.vector()).collect();
     let mut soup = PolygonSoup { vertices, ..PolygonSoup::new() };
     smooth.triangles().iter().for_each(|t| soup.push_face(t));
@@ -42,7 +42,7 @@ fn depth(polytope: &Polytope, p: DVec3) -> f64 {
 fn a_torus_is_covered_and_its_pieces_are_honest() {
     let (body, thin) = (build(rough_torus(), true), build(rough_torus(), false));
     assert_eq!(body.polytopes().len(), thin.polytopes().len());
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let (mut inside, mut seen, mut seen_by_thin, mut too_deep) = (0, 0, 0, 0);
     while inside < 300 {
         let p = random.vector() * DVec3::new(1.4, 1.4, 0.4);

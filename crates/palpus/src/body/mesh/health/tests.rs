@@ -1,7 +1,7 @@
 use glam::DVec3;
 
 use super::*;
-use crate::algebra::random::Random;
+use crate::algebra::Random;
 use crate::body::PolygonSoup;
 use crate::body::shapes::{cuboid, model, torus};
 use crate::body::{MassProperties, ShadingNormals};
@@ -63,7 +63,7 @@ fn crossing_touching_open_and_pinched_are_told() {
 #[test]
 fn whatever_comes_in_everything_is_answered() {
     const SEED: u64 = 0xbad_50b;
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     let mut meshes = 0;
     for case in 0..3000 {
         let mut soup = PolygonSoup::new();

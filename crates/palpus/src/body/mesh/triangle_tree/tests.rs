@@ -2,8 +2,8 @@
 
 use super::ray::Ray;
 use super::*;
+use crate::algebra::Random;
 use crate::algebra::closest_on_triangle;
-use crate::algebra::random::Random;
 use crate::body::shapes::torus;
 
 const SEED: u64 = 0x51ab_77e0;
@@ -12,7 +12,7 @@ const SEED: u64 = 0x51ab_77e0;
 fn nearest_overlap_and_rays_agree_with_visiting_all() {
     let mesh = torus(1.0, 0.4, 37, 21);
     let tree = mesh.tree();
-    let mut random = Random(SEED);
+    let mut random = Random::new(SEED);
     for case in 0..300 {
         let p = random.vector() * 2.0;
         let all = (0..mesh.triangles().len() as u32).map(|t| (t, mesh.triangle_points(t)));

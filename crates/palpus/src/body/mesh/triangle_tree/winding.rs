@@ -181,7 +181,7 @@ fn solid_angle(p: DVec3, corners: &[DVec3; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::algebra::random::Random;
+    use crate::algebra::Random;
     use crate::body::shapes::{cuboid, torus};
     use crate::body::{Mesh, PolygonSoup};
 
@@ -191,7 +191,7 @@ mod tests {
     fn crossings_agree_with_solid_angles() {
         let mesh = torus(1.0, 0.4, 24, 12);
         let tree = mesh.tree();
-        let mut random = Random(SEED);
+        let mut random = Random::new(SEED);
         for case in 0..2000 {
             // Grid points line up with vertices and edges of the torus in y and z: the worst for a ray along x.
             let v = mesh.vertices()[random.below(mesh.vertices().len())];
