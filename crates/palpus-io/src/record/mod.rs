@@ -34,8 +34,8 @@
 //!
 //! Recordings may come from strangers. No reader panics, and memory stays within a small multiple of the file's size: nothing is
 //! compressed (a file that is, is refused), no length in a file is trusted before its bytes are there, no bytes are read twice, and
-//! nesting is bounded (TOML's by its parser, Thrift's by ours). There is no reader of ours above a library's: those of the crates
-//! `parquet` and `mcap` obtain memory for lengths that a file only claims.
+//! nesting is bounded (TOML's by its parser, Thrift's by ours). The crates `parquet` and `mcap` panic or
+//! reserve gigabytes on damaged files: docs/dependencies.md has the comparison.
 
 mod change;
 mod columns;
