@@ -669,6 +669,93 @@ pub const PATCH_CORNERS: usize = 2 * PATCH_SIDES;
 /// The same corner comes from two faces that share it, with different rounding. Larger merges corners that are apart.
 pub const PATCH_SAME: f64 = 1e-9;
 
+// depth: the depth of solids of any shape (global)
+
+/// Relative to the body's size: a surface that enters a cell by less does not count, and no ball smaller than this starts a cell.
+///
+/// Some hundreds of roundings: coplanar triangles share one plane. Larger puts cells outside of their solids.
+pub const CELL_BEYOND: f64 = 1e-13;
+
+/// Of the distance of a triangle from a cell's seed: its own plane must lie at least so far from the seed to bound the cell.
+///
+/// Own planes make cells flush with flat faces. Smaller makes cells thin; larger rounds off the corners of solids.
+pub const CELL_OWN_PLANE: f64 = 0.5;
+
+/// Planes that a cell can have. Cells that need more are not grown; only speed depends on it.
+pub const CELL_PLANES: usize = 96;
+
+/// Merge distance of the dual hull of a cell, whose points lie within the unit ball: corners that differ by rounding are one.
+///
+/// The corners are drawn into all planes afterwards, so this costs no truth, only that share of the cell.
+pub const CELL_DUAL: f64 = 1e-12;
+
+/// Relative to the body's size: how far below the surface a sample must lie in a cell to count as covered.
+///
+/// A fifth of the gap that is asked for by default. Smaller needs many more cells; larger leaves more to cells grown in the query.
+pub const CELL_DEPTH: f64 = 2e-3;
+
+/// Samples of a surface of few triangles; one of many triangles has about as many, one a triangle.
+pub const CELL_SAMPLES: usize = 4096;
+
+/// Cells of a body. Only speed depends on it.
+pub const CELLS: usize = 1024;
+
+/// Cells that are grown at once. The same for any number of workers, so that the cells are the same.
+pub const CELL_BATCH: usize = 16;
+
+/// Rounds in which a ball shrinks until it touches the surface on two sides. Three or four suffice for most.
+pub const SHRINKING_BALL_STEPS: usize = 24;
+
+/// Relative to the ball's radius: so near to the surface is touching.
+pub const SHRINKING_BALL_DONE: f64 = 1e-6;
+
+/// Relative, to a slope or to the obstacle's radius: less than this is rounding in the search for the exit of a ray.
+pub const PORTAL_ROUNDING: f64 = 1e-13;
+
+/// Steps of a search for the exit of a ray; ten are usual. The answer holds wherever it ends.
+pub const PORTAL_STEPS: usize = 64;
+
+/// Relative to the smaller body's size: the default of the gap between the bounds of a depth.
+pub const DEPTH_GAP: f64 = 0.01;
+
+/// Default of the evaluations that a depth may take: a second or so.
+pub const DEPTH_BUDGET: u64 = 400_000;
+
+/// Relative to the smaller body's size: how far beyond touching a free translation lies.
+///
+/// Far more than the rounding of placed vertices, far less than what anyone measures.
+pub const DEPTH_HAIR: f64 = 1e-9;
+
+/// Relative to the larger body's size: by how much a lower bound is lowered for the rounding of placed cells.
+pub const DEPTH_ROUNDING: f64 = 1e-11;
+
+/// Pairs of crossing triangles at which cells are grown where no known obstacle blocks a translation.
+pub const DEPTH_PROBES: usize = 8;
+
+/// Obstacles that are looked at before all are. Only speed depends on it.
+pub const DEPTH_TRIES: usize = 12;
+
+/// Obstacles that a march goes through before it gives up.
+pub const DEPTH_MARCH_STEPS: usize = 48;
+
+/// Half-spaces that a slide collects before it gives up.
+pub const DEPTH_SLIDE_STEPS: usize = 64;
+
+/// Obstacles that may hold a cone's triangle which are looked at. Only speed depends on it.
+pub const CONE_TRIES: usize = 12;
+
+/// Of the gap: a cone whose bound rises by less in one move is cut as well.
+pub const CONE_GAIN: f64 = 0.1;
+
+/// Of the gap: a cone whose triangle is smaller is not cut any more.
+pub const CONE_SMALLEST: f64 = 1e-4;
+
+/// Cuts of cones between two searches for a shorter free translation.
+pub const CONE_CUTS_PER_MARCH: u64 = 12;
+
+/// Candidates from which on a cone's halves look for those of them that come into their directions.
+pub const CONE_FILTER: usize = 64;
+
 // force: the pair query (pair_query, belief)
 
 /// Relative to the smaller body's size: motion between two queries beyond which the last depths are no start any more.

@@ -7,6 +7,7 @@ mod certificate;
 mod cso;
 mod descent;
 mod gauss_map;
+mod global;
 mod inner;
 #[cfg(test)]
 pub(crate) mod oracle;
@@ -23,5 +24,6 @@ pub use admissible::{AdmissibleDepth, AdmissibleScratch, admissible_depth, half_
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
 pub use certificate::{CertificateMemory, ProofScratch, depth_proven, prove};
 pub use patch::{Corner, Patch, Touch};
+pub use global::{Containment, DepthBracket, GlobalDepth, GlobalMemory, GlobalSettings, Interior};
 pub use query::{WalkScratch, depth};
 pub use seed::Seed;

@@ -1,0 +1,275 @@
+//! The lower bound, and with it the search: a growing surface about the origin within which all translations are blocked.
+//!
+//! 1. Directions are cut into cones over spherical triangles, twenty at first. Each knows how far it is blocked along its three
+//!    corner directions; the tetrahedron between these three points and the origin is proven to be blocked.
+//! 2. Take the cone whose triangle comes nearest to the origin. The least of these distances is the lower bound.
+//! 3. Look for an obstacle that holds all three points. The points where the corner directions leave it are its new ones: an
+//!    obstacle is convex, so all between the old triangle and the new one is blocked.
+//! 4. If none holds all three, look at the triangle's nearest point. If nothing blocks it, it is free, the upper bound equals the
+//!    lower one, and the search ends.
+//! 5. Else cut the cone in two across the triangle's longest side.
+//! 6. Now and then march outwards from such a point and slide down from where it is free, for a better upper bound.
+//!
+//! The search ends if the bounds are near enough, or the budget is spent; both bounds hold at any time.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::rc::Rc;
+
+use glam::DVec3;
+
+use super::scene::{Candidates, Place, Scene};
+use super::way_out::{march, slide};
+use crate::algebra::closest_on_triangle;
+use crate::algebra::tolerance::{CONE_CUTS_PER_MARCH, CONE_FILTER, CONE_GAIN, CONE_SMALLEST, CONE_TRIES, DEPTH_ROUNDING};
+
+/// Directions within a spherical triangle, and how far they are blocked.
+#[derive(Clone, Debug)]
+struct Cone {
+    /// Unit.
+    along: [DVec3; 3],
+    /// Along each of them.
+    reach: [f64; 3],
+    /// The point of the triangle nearest to the origin, and its distance.
+    foot: DVec3,
+    bound: f64,
+    /// Pairs of cells that may block more of the cone.
+    candidates: Rc<[u32]>,
+    number: u64,
+}
+
+impl Cone {
+    fn corners(&self) -> [DVec3; 3] {
+        [0, 1, 2].map(|k| self.along[k] * self.reach[k])
+    }
+
+    fn measure(&mut self) {
+        let [a, b, c] = self.corners();
+        self.foot = closest_on_triangle(DVec3::ZERO, a, b, c);
+        self.bound = self.foot.length();
+    }
+}
+
+impl PartialEq for Cone {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Cone {}
+
+impl PartialOrd for Cone {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Cone {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.bound.total_cmp(&other.bound).then(self.number.cmp(&other.number))
+    }
+}
+
+/// What a search goes for.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Goal {
+    /// The gap between the bounds that is small enough.
+    pub(super) gap: f64,
+    /// Evaluations that may be spent.
+    pub(super) budget: u64,
+}
+
+/// The search at one pose.
+pub(super) struct Search<'s, 'a> {
+    scene: &'s mut Scene<'a>,
+    goal: Goal,
+    cones: BinaryHeap<Reverse<Cone>>,
+    /// A verified free translation, the shortest known.
+    best: DVec3,
+    numbered: u64,
+}
+
+impl<'s, 'a> Search<'s, 'a> {
+    /// A search that knows `free`, a verified free translation.
+    pub(super) fn new(scene: &'s mut Scene<'a>, goal: Goal, free: DVec3) -> Self {
+        let all: Rc<[u32]> = (0..scene.pair_count()).collect();
+        let mut search = Self { scene, goal, cones: BinaryHeap::new(), best: free, numbered: 0 };
+        for along in icosahedron() {
+            search.push(along, [0.0; 3], &all);
+        }
+        search
+    }
+
+    /// Returns the lower bound and the shortest free translation.
+    pub(super) fn run(mut self) -> (f64, DVec3) {
+        let mut cuts = 0;
+        // The least bound of cones that cannot be improved.
+        let mut stuck = f64::INFINITY;
+        while let Some(Reverse(mut cone)) = self.cones.pop() {
+            let done = cone.bound.min(stuck) >= self.best.length() - self.goal.gap;
+            if done || stuck <= cone.bound || self.scene.evaluations >= self.goal.budget {
+                stuck = stuck.min(cone.bound);
+                break;
+            }
+            let gain = self.advance(&mut cone);
+            if gain >= CONE_GAIN * self.goal.gap {
+                self.cones.push(Reverse(cone));
+                continue;
+            }
+            if gain == 0.0 && self.look_at_foot(&cone) {
+                stuck = stuck.min(cone.bound);
+                break;
+            }
+            let [a, b, c] = cone.corners();
+            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            if cone.bound > 0.0 && longest <= CONE_SMALLEST * self.goal.gap {
+                stuck = stuck.min(cone.bound);
+                continue;
+            }
+            cuts += 1;
+            if cuts % CONE_CUTS_PER_MARCH == 0 && cone.bound > 0.0 {
+                self.seek_way_out(&cone);
+            }
+            self.cut(&cone);
+        }
+        let open = stuck.min(self.cones.peek().map_or(f64::INFINITY, |Reverse(cone)| cone.bound));
+        (open.min(self.best.length()), self.best)
+    }
+
+    fn push(&mut self, along: [DVec3; 3], reach: [f64; 3], candidates: &Rc<[u32]>) {
+        self.numbered += 1;
+        let mut cone = Cone {
+            along,
+            reach,
+            foot: DVec3::ZERO,
+            bound: 0.0,
+            candidates: Rc::clone(candidates),
+            number: self.numbered,
+        };
+        cone.measure();
+        self.cones.push(Reverse(cone));
+    }
+
+    /// Moves the cone's triangle to the exit of the obstacle that brings it farthest, and returns by how much the bound rises.
+    fn advance(&mut self, cone: &mut Cone) -> f64 {
+        let corners = cone.corners();
+        let enough = 1.5 * self.best.length();
+        let mut best: Option<Cone> = None;
+        for k in self.scene.promising(Candidates::Some(&cone.candidates), &corners, CONE_TRIES) {
+            self.scene.evaluations += 1;
+            let obstacle = self.scene.obstacle(k);
+            if !corners.iter().all(|&corner| obstacle.holds(corner)) {
+                continue;
+            }
+            let mut moved = cone.clone();
+            for ((reach, &corner), &along) in moved.reach.iter_mut().zip(&corners).zip(&cone.along) {
+                let exit = obstacle.exit(corner, along).map_or(0.0, |exit| exit.distance);
+                *reach = reach.max((*reach + exit * (1.0 - DEPTH_ROUNDING)).min(enough));
+            }
+            moved.measure();
+            if best.as_ref().is_none_or(|best| moved.bound > best.bound) {
+                best = Some(moved);
+            }
+        }
+        let gain = best.as_ref().map_or(0.0, |best| best.bound - cone.bound);
+        if gain > 0.0
+            && let Some(best) = best
+        {
+            *cone = best;
+        }
+        gain.max(0.0)
+    }
+
+    /// True if the cone's nearest point turns out to be free: then nothing nearer is.
+    fn look_at_foot(&mut self, cone: &Cone) -> bool {
+        if cone.bound <= 0.0 {
+            return false;
+        }
+        let t = cone.foot * (1.0 + self.scene.hair / cone.bound);
+        if t.length() >= self.best.length() {
+            return false;
+        }
+        match self.scene.classify(Candidates::Some(&cone.candidates), t) {
+            Place::Free => {
+                self.best = t;
+                true
+            }
+            Place::Blocked(_) | Place::Unclear => false,
+        }
+    }
+
+    /// Looks for a shorter free translation beyond the cone's nearest point.
+    fn seek_way_out(&mut self, cone: &Cone) {
+        let limit = self.best.length();
+        let along = cone.foot / cone.bound;
+        if let Some(free) = march(self.scene, Candidates::Some(&cone.candidates), along, cone.bound, limit * 1.5) {
+            let free = slide(self.scene, free);
+            if free.length() < limit && self.scene.surfaces.is_free(free) {
+                self.best = free;
+            }
+        }
+    }
+
+    /// Cuts a cone in two across its triangle's longest side.
+    fn cut(&mut self, cone: &Cone) {
+        // Before anything is blocked, the triangle is a point, and the directions' triangle is cut.
+        let shape = if cone.bound > 0.0 { cone.corners() } else { cone.along };
+        let length = |k: usize| shape[k].distance_squared(shape[(k + 1) % 3]);
+        let k = [1, 2].into_iter().fold(0, |best, k| if length(k) > length(best) { k } else { best });
+        let (i, j) = (k, (k + 1) % 3);
+        let (along, reach) = if cone.reach[i] > 0.0 && cone.reach[j] > 0.0 {
+            let middle = 0.5 * (cone.along[i] * cone.reach[i] + cone.along[j] * cone.reach[j]);
+            let reach = middle.length();
+            (middle / reach, reach)
+        } else {
+            ((cone.along[i] + cone.along[j]).normalize(), 0.0)
+        };
+        for replaced in [i, j] {
+            let (mut directions, mut reaches) = (cone.along, cone.reach);
+            (directions[replaced], reaches[replaced]) = (along, reach);
+            let candidates = self.filtered(&cone.candidates, &directions);
+            self.push(directions, reaches, &candidates);
+        }
+    }
+
+    /// The candidates that come into the cone of these directions.
+    fn filtered(&self, candidates: &Rc<[u32]>, directions: &[DVec3; 3]) -> Rc<[u32]> {
+        if candidates.len() < CONE_FILTER {
+            return Rc::clone(candidates);
+        }
+        let normals = [0, 1, 2].map(|k| {
+            let normal = directions[k].cross(directions[(k + 1) % 3]).normalize_or_zero();
+            if normal.dot(directions[(k + 2) % 3]) < 0.0 { -normal } else { normal }
+        });
+        let limit = self.best.length();
+        let comes_in = |k: &&u32| {
+            let (center, _, outer) = self.scene.ball(**k);
+            normals.iter().all(|normal| normal.dot(center) > -outer) && center.length() - outer < limit
+        };
+        candidates.iter().filter(comes_in).copied().collect()
+    }
+}
+
+/// The directions of the corners of a regular icosahedron's faces.
+fn icosahedron() -> Vec<[DVec3; 3]> {
+    let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
+    let mut corners = Vec::new();
+    for (one, phi) in [(1.0, golden), (1.0, -golden), (-1.0, golden), (-1.0, -golden)] {
+        for corner in [DVec3::new(0.0, one, phi), DVec3::new(one, phi, 0.0), DVec3::new(phi, 0.0, one)] {
+            corners.push(corner.normalize());
+        }
+    }
+    let near = |p: DVec3, q: DVec3| p.dot(q) > 0.4;
+    let mut faces = Vec::new();
+    for i in 0..12 {
+        for j in i + 1..12 {
+            for k in j + 1..12 {
+                let [p, q, r] = [corners[i], corners[j], corners[k]];
+                if near(p, q) && near(q, r) && near(r, p) {
+                    faces.push([p, q, r]);
+                }
+            }
+        }
+    }
+    faces
+}

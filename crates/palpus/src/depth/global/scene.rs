@@ -1,0 +1,259 @@
+//! Both bodies at one pose: what is known of translations by themselves.
+
+use glam::DVec3;
+
+use super::cell::Cell;
+use super::interior::{Interior, cell_at};
+use super::obstacle::Obstacle;
+use super::surfaces::Surfaces;
+use super::{Containment, GlobalDepth};
+use crate::algebra::tolerance::{DEPTH_PROBES, DEPTH_TRIES};
+use crate::algebra::{Placement, Pose};
+use crate::body::Body;
+
+/// A pair of cells, as the ball about the middle of its obstacle.
+#[derive(Clone, Copy, Debug)]
+struct Pair {
+    center: DVec3,
+    inner: f64,
+    outer: f64,
+    moving: u32,
+    fixed: u32,
+}
+
+/// An obstacle that was made for one translation.
+struct Added {
+    moving: Vec<DVec3>,
+    fixed: Vec<DVec3>,
+    center: DVec3,
+    inner: f64,
+    outer: f64,
+}
+
+/// What a translation is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// In the obstacle of this number.
+    Blocked(u32),
+    /// Verified free.
+    Free,
+    /// Neither was shown: the surfaces cross, by less than can be resolved.
+    Unclear,
+}
+
+/// Both bodies at one relative pose.
+pub(super) struct Scene<'a> {
+    a: &'a Body,
+    b: &'a Body,
+    interior_b: &'a Interior,
+    placement: Placement,
+    pub(super) surfaces: Surfaces<'a>,
+    /// Corners of all cells of a in b's frame, and where those of each cell begin.
+    corners: Vec<DVec3>,
+    starts: Vec<u32>,
+    pairs: Vec<Pair>,
+    added: Vec<Added>,
+    /// Length that is neither blocked nor free: a free translation keeps at least so far off.
+    pub(super) hair: f64,
+    /// Obstacles looked at closely, and surfaces compared.
+    pub(super) evaluations: u64,
+    scores: Vec<(f64, u32)>,
+}
+
+impl<'a> Scene<'a> {
+    pub(super) fn new(query: &GlobalDepth<'a>, pose_ba: &Pose, hair: f64) -> Self {
+        let (a, b) = (query.a, query.b);
+        let surfaces = Surfaces::new(
+            (a, &query.interior_a.components),
+            (b, &query.interior_b.components),
+            pose_ba,
+        );
+        Self {
+            a,
+            b,
+            interior_b: query.interior_b,
+            placement: pose_ba.placement(),
+            surfaces,
+            corners: Vec::new(),
+            starts: Vec::new(),
+            pairs: Vec::new(),
+            added: Vec::new(),
+            hair,
+            evaluations: 0,
+            scores: Vec::new(),
+        }
+    }
+
+    /// Collects the pairs of cells that block translations no longer than `reach`.
+    pub(super) fn collect_pairs(&mut self, interior_a: &Interior, reach: f64) {
+        self.starts.push(0);
+        for cell in &interior_a.cells {
+            self.corners.extend(cell.corners.iter().map(|&p| self.placement.point(p)));
+            self.starts.push(self.corners.len() as u32);
+        }
+        for (moving, p) in interior_a.cells.iter().enumerate() {
+            let center = self.placement.point(p.center);
+            for (fixed, q) in self.interior_b.cells.iter().enumerate() {
+                let (offset, outer) = (q.center - center, p.outer + q.outer);
+                if offset.length_squared() < (outer + reach) * (outer + reach) {
+                    let inner = p.inner + q.inner;
+                    self.pairs.push(Pair { center: offset, inner, outer, moving: moving as u32, fixed: fixed as u32 });
+                }
+            }
+        }
+        // Large ones first.
+        self.pairs.sort_by(|p, q| q.inner.total_cmp(&p.inner));
+    }
+
+    /// Number of pairs, which come before the obstacles that were added.
+    pub(super) fn pair_count(&self) -> u32 {
+        self.pairs.len() as u32
+    }
+
+    /// Number of obstacles.
+    pub(super) fn count(&self) -> u32 {
+        (self.pairs.len() + self.added.len()) as u32
+    }
+
+    /// Center, inner and outer radius of obstacle `k`.
+    pub(super) fn ball(&self, k: u32) -> (DVec3, f64, f64) {
+        match self.pairs.get(k as usize) {
+            Some(pair) => (pair.center, pair.inner, pair.outer),
+            None => {
+                let added = &self.added[k as usize - self.pairs.len()];
+                (added.center, added.inner, added.outer)
+            }
+        }
+    }
+
+    /// Obstacle `k`.
+    pub(super) fn obstacle(&self, k: u32) -> Obstacle<'_> {
+        let (center, inner, outer) = self.ball(k);
+        let (moving, fixed): (&[DVec3], &[DVec3]) = match self.pairs.get(k as usize) {
+            Some(pair) => {
+                let m = pair.moving as usize;
+                let corners = &self.corners[self.starts[m] as usize..self.starts[m + 1] as usize];
+                (corners, &self.interior_b.cells[pair.fixed as usize].corners)
+            }
+            None => {
+                let added = &self.added[k as usize - self.pairs.len()];
+                (&added.moving, &added.fixed)
+            }
+        };
+        Obstacle { moving, fixed, center, inner, outer }
+    }
+
+    /// Up to `most` obstacles, out of `candidates` and those added, that may hold all `points`; the most promising first.
+    pub(super) fn promising(&mut self, candidates: Candidates<'_>, points: &[DVec3], most: usize) -> Vec<u32> {
+        let mut scores = std::mem::take(&mut self.scores);
+        scores.clear();
+        let mut look = |k: u32| {
+            let (center, inner, outer) = self.ball(k);
+            let squared = points.iter().map(|p| p.distance_squared(center)).fold(0.0, f64::max);
+            if squared < outer * outer {
+                scores.push((inner - squared.sqrt(), k));
+            }
+        };
+        match candidates {
+            Candidates::All => (0..self.pair_count()).for_each(&mut look),
+            Candidates::Some(list) => list.iter().copied().for_each(&mut look),
+        }
+        (self.pair_count()..self.count()).for_each(&mut look);
+        let order = |p: &(f64, u32), q: &(f64, u32)| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1));
+        if scores.len() > most {
+            scores.select_nth_unstable_by(most, order);
+            scores.truncate(most);
+        }
+        scores.sort_unstable_by(order);
+        let answer = scores.iter().map(|&(_, k)| k).collect();
+        self.scores = scores;
+        answer
+    }
+
+    /// An obstacle that holds `t`, if there is any among `candidates` and those added.
+    pub(super) fn holder(&mut self, candidates: Candidates<'_>, t: DVec3) -> Option<u32> {
+        for most in [DEPTH_TRIES, usize::MAX] {
+            for k in self.promising(candidates, &[t], most) {
+                self.evaluations += 1;
+                if self.obstacle(k).holds(t) {
+                    return Some(k);
+                }
+            }
+        }
+        None
+    }
+
+    /// Finds out what `t` is. If no known obstacle holds it, the surfaces tell, and an obstacle may be added.
+    pub(super) fn classify(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
+        if let Some(k) = self.holder(candidates, t) {
+            return Place::Blocked(k);
+        }
+        self.probe(t)
+    }
+
+    /// What the surfaces say of `t`.
+    fn probe(&mut self, t: DVec3) -> Place {
+        self.evaluations += DEPTH_PROBES as u64;
+        let crossings = self.surfaces.crossings(t, DEPTH_PROBES);
+        if crossings.is_empty() {
+            if !self.surfaces.nested(t) {
+                return Place::Free;
+            }
+            let distance = self.surfaces.distance(t);
+            if distance <= self.hair {
+                return Place::Unclear;
+            }
+            let ball = Added { moving: vec![], fixed: vec![], center: t, inner: distance, outer: distance };
+            self.added.push(ball);
+            return Place::Blocked(self.count() - 1);
+        }
+        let mut found = None;
+        for crossing in crossings {
+            let Some(added) = self.obstacle_at(crossing.point, crossing.moving, crossing.fixed, t) else { continue };
+            self.added.push(added);
+            let k = self.count() - 1;
+            if self.obstacle(k).holds(t) {
+                found.get_or_insert(k);
+            } else {
+                self.added.pop();
+            }
+        }
+        found.map_or(Place::Unclear, Place::Blocked)
+    }
+
+    /// The obstacle of the cells at two triangles that cross near `point`, with a moved by `t`.
+    fn obstacle_at(&self, point: DVec3, moving: u32, fixed: u32, t: DVec3) -> Option<Added> {
+        let p = cell_or_triangle(self.a, self.placement.inverse_point(point - t), moving)?;
+        let q = cell_or_triangle(self.b, point, fixed)?;
+        Some(Added {
+            moving: p.corners.iter().map(|&corner| self.placement.point(corner)).collect(),
+            center: q.center - self.placement.point(p.center),
+            inner: p.inner + q.inner,
+            outer: p.outer + q.outer,
+            fixed: q.corners,
+        })
+    }
+
+    /// Which body lies in the other where they are.
+    pub(super) fn containment(&self) -> Containment {
+        self.surfaces.containment(DVec3::ZERO)
+    }
+}
+
+/// Which obstacles to look at, beside those that were added.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Candidates<'a> {
+    All,
+    Some(&'a [u32]),
+}
+
+/// The cell of a solid below `point` of its triangle `t`, or of a surface that bounds no solid the triangle.
+fn cell_or_triangle(body: &Body, point: DVec3, t: u32) -> Option<Cell> {
+    let corners = body.mesh().triangle_points(t);
+    if !body.mesh().is_closed() {
+        return Some(Cell::flat(corners));
+    }
+    let [a, b, c] = corners;
+    let on_surface = crate::algebra::closest_on_triangle(point, a, b, c);
+    cell_at(body, on_surface, body.mesh().triangle_normal(t))
+}

@@ -1,0 +1,62 @@
+//! Free translations that are short: the upper bound.
+//!
+//! * *March*: along a ray from the origin, from the exit of one obstacle to the next, until a translation is free.
+//! * *Slide*: from a free translation g down to a local minimum. Look at the translation nearest to the origin that meets all
+//!   half-spaces found so far (at first none). While an obstacle blocks it, add the half-space behind the facet through which the
+//!   way to g leaves that obstacle. g meets all of them, so the end is free and no longer than g. After L. Zhang and others,
+//!   *PolyDepth*, 2012 (G. Je and others), with exact obstacles in the place of local contact planes.
+
+use glam::DVec3;
+
+use super::half_spaces::{HalfSpace, nearest_common};
+use super::scene::{Candidates, Place, Scene};
+use crate::algebra::tolerance::{DEPTH_MARCH_STEPS, DEPTH_SLIDE_STEPS};
+
+/// Returns the first free translation found along `along` (unit), from `from` on, if it is shorter than `limit`.
+pub(super) fn march(
+    scene: &mut Scene<'_>,
+    candidates: Candidates<'_>,
+    along: DVec3,
+    from: f64,
+    limit: f64,
+) -> Option<DVec3> {
+    let mut reach = from;
+    for _ in 0..DEPTH_MARCH_STEPS {
+        let t = along * reach;
+        match scene.classify(candidates, t) {
+            Place::Free => return Some(t),
+            Place::Unclear => reach += scene.hair,
+            Place::Blocked(k) => {
+                let exit = scene.obstacle(k).exit(t, along).map_or(0.0, |exit| exit.distance);
+                reach += exit + scene.hair;
+            }
+        }
+        if reach >= limit {
+            return None;
+        }
+    }
+    None
+}
+
+/// Returns a free translation no longer than `free`, at a local minimum if it is found in time.
+pub(super) fn slide(scene: &mut Scene<'_>, free: DVec3) -> DVec3 {
+    let mut spaces: Vec<HalfSpace> = Vec::new();
+    let mut t = DVec3::ZERO;
+    let slack = 1e-3 * scene.hair;
+    for _ in 0..DEPTH_SLIDE_STEPS {
+        let along = (free - t).normalize_or_zero();
+        match scene.classify(Candidates::All, t) {
+            Place::Free => return t,
+            Place::Unclear => return free,
+            Place::Blocked(k) => {
+                let Some(exit) = scene.obstacle(k).exit(t, along) else { return free };
+                spaces.push(HalfSpace { normal: exit.normal, offset: exit.offset + scene.hair });
+            }
+        }
+        match nearest_common(&spaces, slack) {
+            Some(next) if next.length_squared() < free.length_squared() => t = next,
+            _ => return free,
+        }
+    }
+    free
+}
