@@ -729,8 +729,23 @@ pub const DEPTH_HAIR: f64 = 1e-9;
 /// Relative to the larger body's size: by how much a lower bound is lowered for the rounding of placed cells.
 pub const DEPTH_ROUNDING: f64 = 1e-11;
 
-/// Pairs of crossing triangles at which cells are grown where no known obstacle blocks a translation.
-pub const DEPTH_PROBES: usize = 8;
+/// Pairs of crossing triangles that are looked at where no known obstacle blocks a translation.
+pub const DEPTH_PROBES: usize = 48;
+
+/// Of these, pairs beside which the deepest common point is looked for; the deepest of all seeds two cells.
+pub const DEPTH_LENSES: usize = 6;
+
+/// Relative to the smaller body's size: the first step from a crossing into both bodies.
+pub const LENS_FIRST_STEP: f64 = 1e-7;
+
+/// Factor from one step to the next, and steps: the last is about the body's size.
+pub const LENS_STEP_GROWTH: f64 = 3.0;
+
+/// Steps away from a crossing into both bodies.
+pub const LENS_STEPS: usize = 15;
+
+/// Steps away from the nearer surface, by half of its distance.
+pub const LENS_CENTERING: usize = 6;
 
 /// Obstacles that are looked at before all are. Only speed depends on it.
 pub const DEPTH_TRIES: usize = 12;
@@ -738,14 +753,26 @@ pub const DEPTH_TRIES: usize = 12;
 /// Obstacles that a march goes through before it gives up.
 pub const DEPTH_MARCH_STEPS: usize = 48;
 
+/// Half-spaces that a projection collects before it gives up.
+pub const DEPTH_PROJECT_STEPS: usize = 24;
+
+/// Times that a search for a near facet of an obstacle turns to the normal that it found.
+pub const EXIT_TURNS: usize = 6;
+
 /// Half-spaces that a slide collects before it gives up.
 pub const DEPTH_SLIDE_STEPS: usize = 64;
 
 /// Obstacles that may hold a cone's triangle which are looked at. Only speed depends on it.
 pub const CONE_TRIES: usize = 12;
 
+/// Obstacles that a cone remembers. Only speed depends on it.
+pub const CONE_HINTS: usize = 4;
+
 /// Of the gap: a cone whose bound rises by less in one move is cut as well.
 pub const CONE_GAIN: f64 = 0.1;
+
+/// Of the gap: of a cone whose triangle is smaller, the corners are looked at one by one.
+pub const CONE_SMALL: f64 = 0.05;
 
 /// Of the gap: a cone whose triangle is smaller is not cut any more.
 pub const CONE_SMALLEST: f64 = 1e-4;

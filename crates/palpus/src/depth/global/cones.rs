@@ -19,9 +19,9 @@ use std::rc::Rc;
 use glam::DVec3;
 
 use super::scene::{Candidates, Place, Scene};
-use super::way_out::{march, slide};
+use super::way_out::{project, slide};
 use crate::algebra::closest_on_triangle;
-use crate::algebra::tolerance::{CONE_CUTS_PER_MARCH, CONE_FILTER, CONE_GAIN, CONE_SMALLEST, CONE_TRIES, DEPTH_ROUNDING};
+use crate::algebra::tolerance::{CONE_CUTS_PER_MARCH, CONE_FILTER, CONE_GAIN, CONE_HINTS, CONE_SMALL, CONE_SMALLEST, CONE_TRIES, DEPTH_ROUNDING};
 
 /// Directions within a spherical triangle, and how far they are blocked.
 #[derive(Clone, Debug)]
@@ -35,7 +35,25 @@ struct Cone {
     bound: f64,
     /// Pairs of cells that may block more of the cone.
     candidates: Rc<[u32]>,
+    /// Obstacles that held a point of the cone before.
+    hints: Hints,
     number: u64,
+}
+
+/// The newest few obstacles of a cone.
+#[derive(Clone, Copy, Debug, Default)]
+struct Hints([Option<u32>; CONE_HINTS]);
+
+impl Hints {
+    fn all(&self) -> Vec<u32> {
+        self.0.iter().flatten().copied().collect()
+    }
+
+    fn add(&mut self, obstacle: u32) {
+        let place = self.0.iter().position(|&hint| hint == Some(obstacle)).unwrap_or(CONE_HINTS - 1);
+        self.0[..=place].rotate_right(1);
+        self.0[0] = Some(obstacle);
+    }
 }
 
 impl Cone {
@@ -95,7 +113,7 @@ impl<'s, 'a> Search<'s, 'a> {
         let all: Rc<[u32]> = (0..scene.pair_count()).collect();
         let mut search = Self { scene, goal, cones: BinaryHeap::new(), best: free, numbered: 0 };
         for along in icosahedron() {
-            search.push(along, [0.0; 3], &all);
+            search.push(along, [0.0; 3], &all, Hints::default());
         }
         search
     }
@@ -111,18 +129,40 @@ impl<'s, 'a> Search<'s, 'a> {
                 stuck = stuck.min(cone.bound);
                 break;
             }
-            let gain = self.advance(&mut cone);
+            let mut gain = self.advance(&mut cone);
             if gain >= CONE_GAIN * self.goal.gap {
                 self.cones.push(Reverse(cone));
                 continue;
             }
-            if gain == 0.0 && self.look_at_foot(&cone) {
+            let hair = self.scene.hair;
+            let foot = if cone.bound > 0.0 { cone.foot * (1.0 + hair / cone.bound) } else { DVec3::ZERO };
+            if self.look_at(&mut cone, foot) == Some(Place::Free) {
                 stuck = stuck.min(cone.bound);
                 break;
             }
+            let hints = cone.hints.all();
+            gain += self.advance_within(&mut cone, &hints);
             let [a, b, c] = cone.corners();
             let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            if cone.bound > 0.0 && longest <= CONE_SMALL * self.goal.gap {
+                // What holds the foot may miss a corner, however small the cone.
+                for corner in cone.corners() {
+                    self.look_at(&mut cone, corner * (1.0 + hair / corner.length()));
+                    let hints = cone.hints.all();
+            gain += self.advance_within(&mut cone, &hints);
+                }
+            }
+            if gain >= CONE_GAIN * self.goal.gap {
+                self.cones.push(Reverse(cone));
+                continue;
+            }
             if cone.bound > 0.0 && longest <= CONE_SMALLEST * self.goal.gap {
+                if gain > CONE_SMALLEST * self.goal.gap {
+                    self.cones.push(Reverse(cone));
+                    continue;
+                }
+                // A narrow wedge between obstacles, perhaps: its corner is hardly met by chance.
+                self.seek_way_out(&cone);
                 stuck = stuck.min(cone.bound);
                 continue;
             }
@@ -136,7 +176,7 @@ impl<'s, 'a> Search<'s, 'a> {
         (open.min(self.best.length()), self.best)
     }
 
-    fn push(&mut self, along: [DVec3; 3], reach: [f64; 3], candidates: &Rc<[u32]>) {
+    fn push(&mut self, along: [DVec3; 3], reach: [f64; 3], candidates: &Rc<[u32]>, hints: Hints) {
         self.numbered += 1;
         let mut cone = Cone {
             along,
@@ -144,6 +184,7 @@ impl<'s, 'a> Search<'s, 'a> {
             foot: DVec3::ZERO,
             bound: 0.0,
             candidates: Rc::clone(candidates),
+            hints,
             number: self.numbered,
         };
         cone.measure();
@@ -152,10 +193,17 @@ impl<'s, 'a> Search<'s, 'a> {
 
     /// Moves the cone's triangle to the exit of the obstacle that brings it farthest, and returns by how much the bound rises.
     fn advance(&mut self, cone: &mut Cone) -> f64 {
+        let mut tries = self.scene.promising(Candidates::Some(&cone.candidates), &cone.corners(), CONE_TRIES);
+        tries.extend(cone.hints.all());
+        self.advance_within(cone, &tries)
+    }
+
+    /// Moves the cone's triangle to the exit of the best of these obstacles.
+    fn advance_within(&mut self, cone: &mut Cone, obstacles: &[u32]) -> f64 {
         let corners = cone.corners();
         let enough = 1.5 * self.best.length();
-        let mut best: Option<Cone> = None;
-        for k in self.scene.promising(Candidates::Some(&cone.candidates), &corners, CONE_TRIES) {
+        let mut best: Option<(Cone, u32)> = None;
+        for &k in obstacles {
             self.scene.evaluations += 1;
             let obstacle = self.scene.obstacle(k);
             if !corners.iter().all(|&corner| obstacle.holds(corner)) {
@@ -167,42 +215,41 @@ impl<'s, 'a> Search<'s, 'a> {
                 *reach = reach.max((*reach + exit * (1.0 - DEPTH_ROUNDING)).min(enough));
             }
             moved.measure();
-            if best.as_ref().is_none_or(|best| moved.bound > best.bound) {
-                best = Some(moved);
+            if best.as_ref().is_none_or(|(best, _)| moved.bound > best.bound) {
+                best = Some((moved, k));
             }
         }
-        let gain = best.as_ref().map_or(0.0, |best| best.bound - cone.bound);
-        if gain > 0.0
-            && let Some(best) = best
-        {
+        let Some((best, k)) = best else { return 0.0 };
+        let gain = (best.bound - cone.bound).max(0.0);
+        if gain > 0.0 {
             *cone = best;
+            cone.hints.add(k);
         }
-        gain.max(0.0)
+        gain
     }
 
-    /// True if the cone's nearest point turns out to be free: then nothing nearer is.
-    fn look_at_foot(&mut self, cone: &Cone) -> bool {
-        if cone.bound <= 0.0 {
-            return false;
-        }
-        let t = cone.foot * (1.0 + self.scene.hair / cone.bound);
+    /// What `t`, a point of the cone, is, if it is nearer than what is known to be free. What blocks it becomes a hint.
+    fn look_at(&mut self, cone: &mut Cone, t: DVec3) -> Option<Place> {
         if t.length() >= self.best.length() {
-            return false;
+            return None;
         }
-        match self.scene.classify(Candidates::Some(&cone.candidates), t) {
-            Place::Free => {
-                self.best = t;
-                true
-            }
-            Place::Blocked(_) | Place::Unclear => false,
+        let known = cone.hints.all().into_iter().find(|&k| self.scene.obstacle(k).holds(t));
+        let place = match known {
+            Some(k) => Place::Blocked(k),
+            None => self.scene.classify(Candidates::Some(&cone.candidates), t),
+        };
+        match place {
+            Place::Free => self.best = t,
+            Place::Blocked(k) => cone.hints.add(k),
+            Place::Unclear => {}
         }
+        Some(place)
     }
 
-    /// Looks for a shorter free translation beyond the cone's nearest point.
+    /// Looks for a shorter free translation near the cone's nearest point.
     fn seek_way_out(&mut self, cone: &Cone) {
         let limit = self.best.length();
-        let along = cone.foot / cone.bound;
-        if let Some(free) = march(self.scene, Candidates::Some(&cone.candidates), along, cone.bound, limit * 1.5) {
+        if let Some(free) = project(self.scene, cone.foot, 1.5 * limit) {
             let free = slide(self.scene, free);
             if free.length() < limit && self.scene.surfaces.is_free(free) {
                 self.best = free;
@@ -228,7 +275,7 @@ impl<'s, 'a> Search<'s, 'a> {
             let (mut directions, mut reaches) = (cone.along, cone.reach);
             (directions[replaced], reaches[replaced]) = (along, reach);
             let candidates = self.filtered(&cone.candidates, &directions);
-            self.push(directions, reaches, &candidates);
+            self.push(directions, reaches, &candidates, cone.hints);
         }
     }
 

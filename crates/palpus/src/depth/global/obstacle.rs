@@ -12,7 +12,7 @@
 
 use glam::DVec3;
 
-use crate::algebra::tolerance::{PORTAL_ROUNDING, PORTAL_STEPS};
+use crate::algebra::tolerance::{EXIT_TURNS, PORTAL_ROUNDING, PORTAL_STEPS};
 
 /// A convex set of translations at which two bodies overlap; in b's frame.
 #[derive(Clone, Copy, Debug)]
@@ -77,6 +77,18 @@ impl Obstacle<'_> {
         }
         let portal = self.portal(from, along)?;
         self.refine(portal, from, along, None)
+    }
+
+    /// Returns the exit along the normal of a facet near `from`, which must lie inside: a local minimum.
+    pub(super) fn nearest_exit(&self, from: DVec3) -> Option<Exit> {
+        let mut best = self.exit(from, (from - self.center).try_normalize().unwrap_or(DVec3::X))?;
+        for _ in 0..EXIT_TURNS {
+            match self.exit(from, best.normal) {
+                Some(exit) if exit.distance < best.distance => best = exit,
+                _ => break,
+            }
+        }
+        Some(best)
     }
 
     fn exit_of_ball(&self, from: DVec3, along: DVec3) -> Option<Exit> {

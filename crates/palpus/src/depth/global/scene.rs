@@ -5,9 +5,11 @@ use glam::DVec3;
 use super::cell::Cell;
 use super::interior::{Interior, cell_at};
 use super::obstacle::Obstacle;
-use super::surfaces::Surfaces;
+use super::surfaces::{Crossing, Surfaces};
 use super::{Containment, GlobalDepth};
-use crate::algebra::tolerance::{DEPTH_PROBES, DEPTH_TRIES};
+use crate::algebra::tolerance::{
+    DEPTH_LENSES, DEPTH_PROBES, DEPTH_TRIES, LENS_CENTERING, LENS_FIRST_STEP, LENS_STEP_GROWTH, LENS_STEPS,
+};
 use crate::algebra::{Placement, Pose};
 use crate::body::Body;
 
@@ -28,6 +30,19 @@ struct Added {
     center: DVec3,
     inner: f64,
     outer: f64,
+}
+
+/// A point in both bodies.
+#[derive(Clone, Copy, Debug)]
+struct Lens {
+    /// In a's frame.
+    point_a: DVec3,
+    /// In b's frame.
+    point_b: DVec3,
+    /// The nearest point of both surfaces, in b's frame.
+    nearest: DVec3,
+    /// Its distance.
+    depth: f64,
 }
 
 /// What a translation is.
@@ -207,24 +222,37 @@ impl<'a> Scene<'a> {
             self.added.push(ball);
             return Place::Blocked(self.count() - 1);
         }
-        let mut found = None;
-        for crossing in crossings {
-            let Some(added) = self.obstacle_at(crossing.point, crossing.moving, crossing.fixed, t) else { continue };
-            self.added.push(added);
-            let k = self.count() - 1;
-            if self.obstacle(k).holds(t) {
-                found.get_or_insert(k);
-            } else {
-                self.added.pop();
-            }
+        let Some(added) = self.obstacle_at(&crossings, t) else { eprintln!("NO OBSTACLE {} crossings", crossings.len()); return Place::Unclear };
+        self.added.push(added);
+        let k = self.count() - 1;
+        if self.obstacle(k).holds(t) {
+            return Place::Blocked(k);
         }
-        found.map_or(Place::Unclear, Place::Blocked)
+        eprintln!("NOT HELD inner {} center {} away {}", self.ball(k).1, self.ball(k).0, (self.ball(k).0 - t).length());
+        self.added.pop();
+        Place::Unclear
     }
 
-    /// The obstacle of the cells at two triangles that cross near `point`, with a moved by `t`.
-    fn obstacle_at(&self, point: DVec3, moving: u32, fixed: u32, t: DVec3) -> Option<Added> {
-        let p = cell_or_triangle(self.a, self.placement.inverse_point(point - t), moving)?;
-        let q = cell_or_triangle(self.b, point, fixed)?;
+    /// The obstacle of two cells that overlap where the bodies do, with a moved by `t`.
+    fn obstacle_at(&self, crossings: &[Crossing], t: DVec3) -> Option<Added> {
+        let closed = |body: &Body| body.mesh().is_closed();
+        let (p, q) = if closed(self.a) && closed(self.b) {
+            // A few of the crossings, from all over.
+            let stride = crossings.len().div_ceil(DEPTH_LENSES);
+            let lenses = crossings.iter().step_by(stride).filter_map(|crossing| self.lens(crossing, t));
+            let deepest = lenses.max_by(|p, q| p.depth.total_cmp(&q.depth))?;
+            let z = deepest.point_a;
+            (Cell::grow(self.a.tree(), z, z, self.a.size())?, {
+                let z = deepest.point_b;
+                Cell::grow(self.b.tree(), z, z, self.b.size())?
+            })
+        } else {
+            let crossing = crossings.first()?;
+            (
+                cell_or_triangle(self.a, self.placement.inverse_point(crossing.point - t), crossing.moving)?,
+                cell_or_triangle(self.b, crossing.point, crossing.fixed)?,
+            )
+        };
         Some(Added {
             moving: p.corners.iter().map(|&corner| self.placement.point(corner)).collect(),
             center: q.center - self.placement.point(p.center),
@@ -232,6 +260,46 @@ impl<'a> Scene<'a> {
             outer: p.outer + q.outer,
             fixed: q.corners,
         })
+    }
+
+    /// A point deep in both bodies near a crossing of their surfaces, with a moved by `t`.
+    fn lens(&self, crossing: &Crossing, t: DVec3) -> Option<Lens> {
+        let size = self.a.size().min(self.b.size());
+        let outward_a = self.placement.vector(self.a.mesh().triangle_normal(crossing.moving));
+        let outward_b = self.b.mesh().triangle_normal(crossing.fixed);
+        let inward = -(outward_a + outward_b).normalize_or_zero();
+        let mut best: Option<Lens> = None;
+        let mut step = LENS_FIRST_STEP * size;
+        for _ in 0..LENS_STEPS {
+            let found = self.lens_at(crossing.point + inward * step, t);
+            let better = found.is_some_and(|found| best.is_none_or(|best| found.depth > best.depth));
+            if better {
+                best = found;
+            } else if best.is_some() {
+                break;
+            }
+            step *= LENS_STEP_GROWTH;
+        }
+        let mut best = best?;
+        for _ in 0..LENS_CENTERING {
+            let away = (best.point_b - best.nearest).normalize_or_zero();
+            match self.lens_at(best.point_b + away * (0.5 * best.depth), t) {
+                Some(found) if found.depth > best.depth => best = found,
+                _ => break,
+            }
+        }
+        Some(best)
+    }
+
+    /// The point `z` (b's frame) if it lies in both bodies, with a moved by `t`.
+    fn lens_at(&self, z: DVec3, t: DVec3) -> Option<Lens> {
+        let point_a = self.placement.inverse_point(z - t);
+        if !self.b.tree().inside(z) || !self.a.tree().inside(point_a) {
+            return None;
+        }
+        let (p, q) = (self.a.tree().nearest(point_a)?, self.b.tree().nearest(z)?);
+        let nearest = if p.distance < q.distance { self.placement.point(p.point) + t } else { q.point };
+        Some(Lens { point_a, point_b: z, nearest, depth: p.distance.min(q.distance) })
     }
 
     /// Which body lies in the other where they are.

@@ -1,6 +1,8 @@
 //! Free translations that are short: the upper bound.
 //!
 //! * *March*: along a ray from the origin, from the exit of one obstacle to the next, until a translation is free.
+//! * *Project*: from a blocked translation x to a free one beside it. Look at the translation nearest to x that meets all half-spaces
+//!   found so far. While an obstacle blocks it, add the half-space behind the obstacle's facet that seems nearest.
 //! * *Slide*: from a free translation g down to a local minimum. Look at the translation nearest to the origin that meets all
 //!   half-spaces found so far (at first none). While an obstacle blocks it, add the half-space behind the facet through which the
 //!   way to g leaves that obstacle. g meets all of them, so the end is free and no longer than g. After L. Zhang and others,
@@ -10,7 +12,7 @@ use glam::DVec3;
 
 use super::half_spaces::{HalfSpace, nearest_common};
 use super::scene::{Candidates, Place, Scene};
-use crate::algebra::tolerance::{DEPTH_MARCH_STEPS, DEPTH_SLIDE_STEPS};
+use crate::algebra::tolerance::{DEPTH_MARCH_STEPS, DEPTH_PROJECT_STEPS, DEPTH_SLIDE_STEPS};
 
 /// Returns the first free translation found along `along` (unit), from `from` on, if it is shorter than `limit`.
 pub(super) fn march(
@@ -32,6 +34,29 @@ pub(super) fn march(
             }
         }
         if reach >= limit {
+            return None;
+        }
+    }
+    None
+}
+
+/// Returns a free translation near `x`, if one shorter than `limit` is found.
+pub(super) fn project(scene: &mut Scene<'_>, x: DVec3, limit: f64) -> Option<DVec3> {
+    let mut spaces: Vec<HalfSpace> = Vec::new();
+    let mut t = x;
+    for _ in 0..DEPTH_PROJECT_STEPS {
+        match scene.classify(Candidates::All, t) {
+            Place::Free => return Some(t),
+            Place::Unclear => return None,
+            Place::Blocked(k) => {
+                let exit = scene.obstacle(k).nearest_exit(t)?;
+                // Relative to x, so that the nearest common point is the nearest to x.
+                let offset = exit.offset + scene.hair - exit.normal.dot(x);
+                spaces.push(HalfSpace { normal: exit.normal, offset });
+            }
+        }
+        t = x + nearest_common(&spaces, 1e-3 * scene.hair)?;
+        if t.length() >= limit {
             return None;
         }
     }
