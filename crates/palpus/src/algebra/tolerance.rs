@@ -762,8 +762,11 @@ pub const EXIT_TURNS: usize = 6;
 /// Half-spaces that a slide collects before it gives up.
 pub const DEPTH_SLIDE_STEPS: usize = 64;
 
-/// Obstacles that may hold a cone's triangle which are looked at. Only speed depends on it.
-pub const CONE_TRIES: usize = 12;
+/// Obstacles that may hold a cone's triangle of which the best is taken. Only speed depends on it.
+pub const CONE_FIRST_TRIES: usize = 12;
+
+/// Obstacles that may hold a cone's triangle which are looked at until one does. Only speed depends on it.
+pub const CONE_TRIES: usize = 64;
 
 /// Obstacles that a cone remembers. Only speed depends on it.
 pub const CONE_HINTS: usize = 4;

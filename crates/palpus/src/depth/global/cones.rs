@@ -21,7 +21,7 @@ use glam::DVec3;
 use super::scene::{Candidates, Place, Scene};
 use super::way_out::{project, slide};
 use crate::algebra::closest_on_triangle;
-use crate::algebra::tolerance::{CONE_CUTS_PER_MARCH, CONE_FILTER, CONE_GAIN, CONE_HINTS, CONE_SMALL, CONE_SMALLEST, CONE_TRIES, DEPTH_ROUNDING};
+use crate::algebra::tolerance::{CONE_CUTS_PER_MARCH, CONE_FILTER, CONE_FIRST_TRIES, CONE_GAIN, CONE_HINTS, CONE_SMALL, CONE_SMALLEST, CONE_TRIES, DEPTH_ROUNDING};
 
 /// Directions within a spherical triangle, and how far they are blocked.
 #[derive(Clone, Debug)]
@@ -193,9 +193,17 @@ impl<'s, 'a> Search<'s, 'a> {
 
     /// Moves the cone's triangle to the exit of the obstacle that brings it farthest, and returns by how much the bound rises.
     fn advance(&mut self, cone: &mut Cone) -> f64 {
-        let mut tries = self.scene.promising(Candidates::Some(&cone.candidates), &cone.corners(), CONE_TRIES);
-        tries.extend(cone.hints.all());
-        self.advance_within(cone, &tries)
+        let tries = self.scene.promising(Candidates::Some(&cone.candidates), &cone.corners(), CONE_TRIES);
+        let (first, rest) = tries.split_at(tries.len().min(CONE_FIRST_TRIES));
+        let hints = cone.hints.all();
+        let mut gain = self.advance_within(cone, &[&hints, first].concat());
+        for &k in rest {
+            if gain > 0.0 {
+                break;
+            }
+            gain = self.advance_within(cone, &[k]);
+        }
+        gain
     }
 
     /// Moves the cone's triangle to the exit of the best of these obstacles.

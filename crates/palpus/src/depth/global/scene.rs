@@ -222,13 +222,12 @@ impl<'a> Scene<'a> {
             self.added.push(ball);
             return Place::Blocked(self.count() - 1);
         }
-        let Some(added) = self.obstacle_at(&crossings, t) else { eprintln!("NO OBSTACLE {} crossings", crossings.len()); return Place::Unclear };
+        let Some(added) = self.obstacle_at(&crossings, t) else { return Place::Unclear };
         self.added.push(added);
         let k = self.count() - 1;
         if self.obstacle(k).holds(t) {
             return Place::Blocked(k);
         }
-        eprintln!("NOT HELD inner {} center {} away {}", self.ball(k).1, self.ball(k).0, (self.ball(k).0 - t).length());
         self.added.pop();
         Place::Unclear
     }
