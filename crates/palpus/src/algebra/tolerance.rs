@@ -733,7 +733,7 @@ pub const DEPTH_ROUNDING: f64 = 1e-11;
 pub const DEPTH_PROBES: usize = 48;
 
 /// Of these, pairs beside which the deepest common point is looked for; the deepest of all seeds two cells.
-pub const DEPTH_LENSES: usize = 6;
+pub const DEPTH_LENSES: usize = 4;
 
 /// Relative to the smaller body's size: the first step from a crossing into both bodies.
 pub const LENS_FIRST_STEP: f64 = 1e-7;
@@ -746,9 +746,6 @@ pub const LENS_STEPS: usize = 15;
 
 /// Steps away from the nearer surface, by half of its distance.
 pub const LENS_CENTERING: usize = 6;
-
-/// Obstacles that are looked at before all are. Only speed depends on it.
-pub const DEPTH_TRIES: usize = 12;
 
 /// Obstacles that a march goes through before it gives up.
 pub const DEPTH_MARCH_STEPS: usize = 48;

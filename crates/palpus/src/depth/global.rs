@@ -23,6 +23,7 @@ mod half_spaces;
 mod interior;
 mod obstacle;
 mod scene;
+mod slabs;
 mod surfaces;
 #[cfg(test)]
 mod tests;
@@ -135,7 +136,7 @@ impl<'a> GlobalDepth<'a> {
     /// Bounds the depth of bodies that are not free.
     fn search(&self, scene: &mut Scene<'a>, settings: &GlobalSettings, memory: &mut GlobalMemory) -> DepthBracket {
         let apart = self.hulls_apart(scene);
-        scene.collect_pairs(self.interior_a, apart.length());
+        scene.place_cells();
         let mut free = slide(scene, apart);
         if let Some(last) = memory.translation
             && let Some(found) = march(scene, Candidates::All, last.normalize(), 0.0, free.length())

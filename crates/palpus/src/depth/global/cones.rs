@@ -18,7 +18,8 @@ use std::rc::Rc;
 
 use glam::DVec3;
 
-use super::scene::{Candidates, Place, Scene};
+use super::scene::{Candidates, Key, Pair, Place, Scene};
+use super::slabs::Slabs;
 use super::way_out::{project, slide};
 use crate::algebra::closest_on_triangle;
 use crate::algebra::tolerance::{CONE_CUTS_PER_MARCH, CONE_FILTER, CONE_FIRST_TRIES, CONE_GAIN, CONE_HINTS, CONE_SMALL, CONE_SMALLEST, CONE_TRIES, DEPTH_ROUNDING};
@@ -34,7 +35,7 @@ struct Cone {
     foot: DVec3,
     bound: f64,
     /// Pairs of cells that may block more of the cone.
-    candidates: Rc<[u32]>,
+    candidates: Rc<[Pair]>,
     /// Obstacles that held a point of the cone before.
     hints: Hints,
     number: u64,
@@ -42,14 +43,14 @@ struct Cone {
 
 /// The newest few obstacles of a cone.
 #[derive(Clone, Copy, Debug, Default)]
-struct Hints([Option<u32>; CONE_HINTS]);
+struct Hints([Option<Key>; CONE_HINTS]);
 
 impl Hints {
-    fn all(&self) -> Vec<u32> {
+    fn all(&self) -> Vec<Key> {
         self.0.iter().flatten().copied().collect()
     }
 
-    fn add(&mut self, obstacle: u32) {
+    fn add(&mut self, obstacle: Key) {
         let place = self.0.iter().position(|&hint| hint == Some(obstacle)).unwrap_or(CONE_HINTS - 1);
         self.0[..=place].rotate_right(1);
         self.0[0] = Some(obstacle);
@@ -110,7 +111,7 @@ pub(super) struct Search<'s, 'a> {
 impl<'s, 'a> Search<'s, 'a> {
     /// A search that knows `free`, a verified free translation.
     pub(super) fn new(scene: &'s mut Scene<'a>, goal: Goal, free: DVec3) -> Self {
-        let all: Rc<[u32]> = (0..scene.pair_count()).collect();
+        let all: Rc<[Pair]> = scene.pairs_within(free.length()).into();
         let mut search = Self { scene, goal, cones: BinaryHeap::new(), best: free, numbered: 0 };
         for along in icosahedron() {
             search.push(along, [0.0; 3], &all, Hints::default());
@@ -176,7 +177,7 @@ impl<'s, 'a> Search<'s, 'a> {
         (open.min(self.best.length()), self.best)
     }
 
-    fn push(&mut self, along: [DVec3; 3], reach: [f64; 3], candidates: &Rc<[u32]>, hints: Hints) {
+    fn push(&mut self, along: [DVec3; 3], reach: [f64; 3], candidates: &Rc<[Pair]>, hints: Hints) {
         self.numbered += 1;
         let mut cone = Cone {
             along,
@@ -207,10 +208,10 @@ impl<'s, 'a> Search<'s, 'a> {
     }
 
     /// Moves the cone's triangle to the exit of the best of these obstacles.
-    fn advance_within(&mut self, cone: &mut Cone, obstacles: &[u32]) -> f64 {
+    fn advance_within(&mut self, cone: &mut Cone, obstacles: &[Key]) -> f64 {
         let corners = cone.corners();
         let enough = 1.5 * self.best.length();
-        let mut best: Option<(Cone, u32)> = None;
+        let mut best: Option<(Cone, Key)> = None;
         for &k in obstacles {
             self.scene.evaluations += 1;
             let obstacle = self.scene.obstacle(k);
@@ -282,26 +283,27 @@ impl<'s, 'a> Search<'s, 'a> {
         for replaced in [i, j] {
             let (mut directions, mut reaches) = (cone.along, cone.reach);
             (directions[replaced], reaches[replaced]) = (along, reach);
-            let candidates = self.filtered(&cone.candidates, &directions);
+            let candidates = self.filtered(&cone.candidates, &directions, &reaches);
             self.push(directions, reaches, &candidates, cone.hints);
         }
     }
 
     /// The candidates that come into the cone of these directions.
-    fn filtered(&self, candidates: &Rc<[u32]>, directions: &[DVec3; 3]) -> Rc<[u32]> {
+    fn filtered(&self, candidates: &Rc<[Pair]>, directions: &[DVec3; 3], reaches: &[f64; 3]) -> Rc<[Pair]> {
         if candidates.len() < CONE_FILTER {
             return Rc::clone(candidates);
         }
-        let normals = [0, 1, 2].map(|k| {
-            let normal = directions[k].cross(directions[(k + 1) % 3]).normalize_or_zero();
-            if normal.dot(directions[(k + 2) % 3]) < 0.0 { -normal } else { normal }
-        });
+        // The cone from the old triangle to the length of what is known to be free.
         let limit = self.best.length();
-        let comes_in = |k: &&u32| {
-            let (center, _, outer) = self.scene.ball(**k);
-            normals.iter().all(|normal| normal.dot(center) > -outer) && center.length() - outer < limit
+        let widest = closest_on_triangle(DVec3::ZERO, directions[0], directions[1], directions[2]).length();
+        let inner = [0, 1, 2].map(|k| directions[k] * reaches[k]);
+        let outer = directions.map(|along| along * (limit / widest));
+        let slabs = Slabs::around(inner.into_iter().chain(outer));
+        let meets = |pair: &&Pair| {
+            let (moving, fixed) = self.scene.pair_slabs(**pair);
+            Slabs::may_meet(moving, fixed, &slabs)
         };
-        candidates.iter().filter(comes_in).copied().collect()
+        candidates.iter().filter(meets).copied().collect()
     }
 }
 

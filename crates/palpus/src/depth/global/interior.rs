@@ -10,6 +10,7 @@
 use glam::DVec3;
 
 use super::cell::Cell;
+use super::slabs::{BoxTree, Slabs};
 use crate::algebra::tolerance::{
     CELL_BATCH, CELL_BEYOND, CELL_DEPTH, CELL_SAMPLES, CELLS, SHRINKING_BALL_DONE, SHRINKING_BALL_STEPS,
 };
@@ -20,6 +21,9 @@ use crate::body::{Body, Mesh};
 #[derive(Clone, Debug)]
 pub struct Interior {
     pub(super) cells: Vec<Cell>,
+    /// The cells' extents and the tree of their boxes.
+    pub(super) slabs: Vec<Slabs>,
+    pub(super) tree: BoxTree,
     /// A vertex of each component of the surface.
     pub(super) components: Vec<DVec3>,
 }
@@ -40,7 +44,7 @@ impl Interior {
         let components = first_vertices(mesh);
         if !mesh.is_closed() {
             progress(1.0);
-            return Self { cells: Vec::new(), components };
+            return Self::of_cells(Vec::new(), components);
         }
         let points = sample_points(mesh);
         let ball = |k: usize| ball_below(body, points[k].0, points[k].1);
@@ -49,7 +53,13 @@ impl Interior {
         samples.sort_by(|p, q| q.radius.total_cmp(&p.radius));
         let cells = cover(body, samples, workers, &mut |done| progress(0.5 + 0.5 * done));
         progress(1.0);
-        Self { cells, components }
+        Self::of_cells(cells, components)
+    }
+
+    fn of_cells(cells: Vec<Cell>, components: Vec<DVec3>) -> Self {
+        let slabs: Vec<Slabs> = cells.iter().map(|cell| Slabs::around(cell.corners.iter().copied())).collect();
+        let boxes: Vec<_> = slabs.iter().map(Slabs::bounds).collect();
+        Self { cells, slabs, tree: BoxTree::new(&boxes), components }
     }
 
     /// Number of cells.
@@ -118,12 +128,6 @@ fn ball_below(body: &Body, point: DVec3, normal: DVec3) -> Option<Sample> {
     }
     let keep = point - normal * (CELL_DEPTH * size).min(0.5 * radius);
     Some(Sample { keep, center, radius })
-}
-
-/// The cell about the largest ball that touches the surface at `point` from inside.
-pub(super) fn cell_at(body: &Body, point: DVec3, normal: DVec3) -> Option<Cell> {
-    let sample = ball_below(body, point, normal)?;
-    Cell::grow(body.tree(), sample.center, sample.keep, body.size())
 }
 
 /// Grows cells until each sample lies in one. `samples` begin with the largest ball.

@@ -3,24 +3,31 @@
 use glam::DVec3;
 
 use super::cell::Cell;
-use super::interior::{Interior, cell_at};
+use super::interior::Interior;
 use super::obstacle::Obstacle;
+use super::slabs::Slabs;
 use super::surfaces::{Crossing, Surfaces};
 use super::{Containment, GlobalDepth};
 use crate::algebra::tolerance::{
-    DEPTH_LENSES, DEPTH_PROBES, DEPTH_TRIES, LENS_CENTERING, LENS_FIRST_STEP, LENS_STEP_GROWTH, LENS_STEPS,
+    DEPTH_LENSES, DEPTH_PROBES, LENS_CENTERING, LENS_FIRST_STEP, LENS_STEP_GROWTH, LENS_STEPS,
 };
 use crate::algebra::{Placement, Pose};
 use crate::body::Body;
 
-/// A pair of cells, as the ball about the middle of its obstacle.
-#[derive(Clone, Copy, Debug)]
-struct Pair {
-    center: DVec3,
-    inner: f64,
-    outer: f64,
+/// A cell of each interior.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Pair {
     moving: u32,
     fixed: u32,
+}
+
+/// Names an obstacle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Key {
+    /// That of two prepared cells.
+    Pair(Pair),
+    /// One that was added at this pose.
+    Added(u32),
 }
 
 /// An obstacle that was made for one translation.
@@ -30,6 +37,8 @@ struct Added {
     center: DVec3,
     inner: f64,
     outer: f64,
+    moving_slabs: Slabs,
+    fixed_slabs: Slabs,
 }
 
 /// A point in both bodies.
@@ -49,7 +58,7 @@ struct Lens {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
     /// In the obstacle of this number.
-    Blocked(u32),
+    Blocked(Key),
     /// Verified free.
     Free,
     /// Neither was shown: the surfaces cross, by less than can be resolved.
@@ -60,19 +69,21 @@ pub(super) enum Place {
 pub(super) struct Scene<'a> {
     a: &'a Body,
     b: &'a Body,
+    interior_a: &'a Interior,
     interior_b: &'a Interior,
     placement: Placement,
     pub(super) surfaces: Surfaces<'a>,
-    /// Corners of all cells of a in b's frame, and where those of each cell begin.
+    /// Cells of a in b's frame: their corners, where those of each begin, their middles and extents.
     corners: Vec<DVec3>,
     starts: Vec<u32>,
-    pairs: Vec<Pair>,
+    centers: Vec<DVec3>,
+    slabs: Vec<Slabs>,
     added: Vec<Added>,
     /// Length that is neither blocked nor free: a free translation keeps at least so far off.
     pub(super) hair: f64,
     /// Obstacles looked at closely, and surfaces compared.
     pub(super) evaluations: u64,
-    scores: Vec<(f64, u32)>,
+    scores: Vec<(f64, Key)>,
 }
 
 impl<'a> Scene<'a> {
@@ -83,15 +94,18 @@ impl<'a> Scene<'a> {
             (b, &query.interior_b.components),
             pose_ba,
         );
+        let placement = pose_ba.placement();
         Self {
             a,
             b,
+            interior_a: query.interior_a,
             interior_b: query.interior_b,
-            placement: pose_ba.placement(),
+            placement,
             surfaces,
             corners: Vec::new(),
-            starts: Vec::new(),
-            pairs: Vec::new(),
+            starts: vec![0],
+            centers: Vec::new(),
+            slabs: Vec::new(),
             added: Vec::new(),
             hair,
             evaluations: 0,
@@ -99,100 +113,116 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Collects the pairs of cells that block translations no longer than `reach`.
-    pub(super) fn collect_pairs(&mut self, interior_a: &Interior, reach: f64) {
-        self.starts.push(0);
-        for cell in &interior_a.cells {
+    /// Places the cells of a: they are needed only if the bodies overlap.
+    pub(super) fn place_cells(&mut self) {
+        for cell in &self.interior_a.cells {
+            let first = self.corners.len();
             self.corners.extend(cell.corners.iter().map(|&p| self.placement.point(p)));
+            self.slabs.push(Slabs::around(self.corners[first..].iter().copied()));
             self.starts.push(self.corners.len() as u32);
+            self.centers.push(self.placement.point(cell.center));
         }
-        for (moving, p) in interior_a.cells.iter().enumerate() {
-            let center = self.placement.point(p.center);
-            for (fixed, q) in self.interior_b.cells.iter().enumerate() {
-                let (offset, outer) = (q.center - center, p.outer + q.outer);
-                if offset.length_squared() < (outer + reach) * (outer + reach) {
-                    let inner = p.inner + q.inner;
-                    self.pairs.push(Pair { center: offset, inner, outer, moving: moving as u32, fixed: fixed as u32 });
-                }
+    }
+
+    /// Calls `visit` with the pairs of cells whose boxes overlap if a is moved by some translation between `low` and `high`.
+    fn visit_pairs(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(Pair)) {
+        for (moving, slabs) in self.slabs.iter().enumerate() {
+            let (least, most) = slabs.bounds();
+            self.interior_b.tree.visit(least + low, most + high, &mut |fixed| {
+                visit(Pair { moving: moving as u32, fixed });
+            });
+        }
+    }
+
+    /// The pairs of cells that may block translations no longer than `reach`.
+    pub(super) fn pairs_within(&self, reach: f64) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        self.visit_pairs(DVec3::splat(-reach), DVec3::splat(reach), |pair| {
+            let (center, _, outer) = self.ball(Key::Pair(pair));
+            if center.length_squared() < (outer + reach) * (outer + reach) {
+                pairs.push(pair);
             }
-        }
-        // Large ones first.
-        self.pairs.sort_by(|p, q| q.inner.total_cmp(&p.inner));
+        });
+        pairs
     }
 
-    /// Number of pairs, which come before the obstacles that were added.
-    pub(super) fn pair_count(&self) -> u32 {
-        self.pairs.len() as u32
+    /// The slabs of a pair of cells: the moving one's, the fixed one's.
+    pub(super) fn pair_slabs(&self, pair: Pair) -> (&Slabs, &Slabs) {
+        (&self.slabs[pair.moving as usize], &self.interior_b.slabs[pair.fixed as usize])
     }
 
-    /// Number of obstacles.
-    pub(super) fn count(&self) -> u32 {
-        (self.pairs.len() + self.added.len()) as u32
-    }
-
-    /// Center, inner and outer radius of obstacle `k`.
-    pub(super) fn ball(&self, k: u32) -> (DVec3, f64, f64) {
-        match self.pairs.get(k as usize) {
-            Some(pair) => (pair.center, pair.inner, pair.outer),
-            None => {
-                let added = &self.added[k as usize - self.pairs.len()];
+    /// Center, inner and outer radius of an obstacle.
+    pub(super) fn ball(&self, key: Key) -> (DVec3, f64, f64) {
+        match key {
+            Key::Pair(Pair { moving, fixed }) => {
+                let (p, q) = (&self.interior_a.cells[moving as usize], &self.interior_b.cells[fixed as usize]);
+                (q.center - self.centers[moving as usize], p.inner + q.inner, p.outer + q.outer)
+            }
+            Key::Added(k) => {
+                let added = &self.added[k as usize];
                 (added.center, added.inner, added.outer)
             }
         }
     }
 
-    /// Obstacle `k`.
-    pub(super) fn obstacle(&self, k: u32) -> Obstacle<'_> {
-        let (center, inner, outer) = self.ball(k);
-        let (moving, fixed): (&[DVec3], &[DVec3]) = match self.pairs.get(k as usize) {
-            Some(pair) => {
-                let m = pair.moving as usize;
+    /// The obstacle that `key` names.
+    pub(super) fn obstacle(&self, key: Key) -> Obstacle<'_> {
+        let (center, inner, outer) = self.ball(key);
+        let (moving, fixed): (&[DVec3], &[DVec3]) = match key {
+            Key::Pair(Pair { moving, fixed }) => {
+                let m = moving as usize;
                 let corners = &self.corners[self.starts[m] as usize..self.starts[m + 1] as usize];
-                (corners, &self.interior_b.cells[pair.fixed as usize].corners)
+                (corners, &self.interior_b.cells[fixed as usize].corners)
             }
-            None => {
-                let added = &self.added[k as usize - self.pairs.len()];
-                (&added.moving, &added.fixed)
-            }
+            Key::Added(k) => (&self.added[k as usize].moving, &self.added[k as usize].fixed),
         };
         Obstacle { moving, fixed, center, inner, outer }
     }
 
-    /// Up to `most` obstacles, out of `candidates` and those added, that may hold all `points`; the most promising first.
-    pub(super) fn promising(&mut self, candidates: Candidates<'_>, points: &[DVec3], most: usize) -> Vec<u32> {
+    /// Up to `most` obstacles, out of `candidates` and those added, that may hold all `points`; the deepest first, as far as their
+    /// slabs tell.
+    pub(super) fn promising(&mut self, candidates: Candidates<'_>, points: &[DVec3], most: usize) -> Vec<Key> {
         let mut scores = std::mem::take(&mut self.scores);
         scores.clear();
-        let mut look = |k: u32| {
-            let (center, inner, outer) = self.ball(k);
-            let squared = points.iter().map(|p| p.distance_squared(center)).fold(0.0, f64::max);
-            if squared < outer * outer {
-                scores.push((inner - squared.sqrt(), k));
+        let slabs = Slabs::around(points.iter().copied());
+        let mut look = |pair: Pair| {
+            let (moving, fixed) = self.pair_slabs(pair);
+            let depth = Slabs::depth(moving, fixed, &slabs);
+            if depth > 0.0 {
+                scores.push((depth, Key::Pair(pair)));
             }
         };
         match candidates {
-            Candidates::All => (0..self.pair_count()).for_each(&mut look),
+            Candidates::All => {
+                let (low, high) = slabs.bounds();
+                self.visit_pairs(low, high, &mut look);
+            }
             Candidates::Some(list) => list.iter().copied().for_each(&mut look),
         }
-        (self.pair_count()..self.count()).for_each(&mut look);
-        let order = |p: &(f64, u32), q: &(f64, u32)| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1));
-        if scores.len() > most {
-            scores.select_nth_unstable_by(most, order);
-            scores.truncate(most);
+        for (k, added) in self.added.iter().enumerate() {
+            let depth = if added.moving.is_empty() {
+                added.inner - points.iter().map(|p| p.distance(added.center)).fold(0.0, f64::max)
+            } else {
+                Slabs::depth(&added.moving_slabs, &added.fixed_slabs, &slabs)
+            };
+            if depth > 0.0 {
+                scores.push((depth, Key::Added(k as u32)));
+            }
         }
-        scores.sort_unstable_by(order);
-        let answer = scores.iter().map(|&(_, k)| k).collect();
+        // Stable, so that ties are in the order of the cells.
+        scores.sort_by(|p, q| q.0.total_cmp(&p.0));
+        scores.truncate(most);
+        let answer = scores.iter().map(|&(_, key)| key).collect();
         self.scores = scores;
         answer
     }
 
     /// An obstacle that holds `t`, if there is any among `candidates` and those added.
-    pub(super) fn holder(&mut self, candidates: Candidates<'_>, t: DVec3) -> Option<u32> {
-        for most in [DEPTH_TRIES, usize::MAX] {
-            for k in self.promising(candidates, &[t], most) {
-                self.evaluations += 1;
-                if self.obstacle(k).holds(t) {
-                    return Some(k);
-                }
+    pub(super) fn holder(&mut self, candidates: Candidates<'_>, t: DVec3) -> Option<Key> {
+        for key in self.promising(candidates, &[t], usize::MAX) {
+            self.evaluations += 1;
+            if self.obstacle(key).holds(t) {
+                return Some(key);
             }
         }
         None
@@ -218,15 +248,23 @@ impl<'a> Scene<'a> {
             if distance <= self.hair {
                 return Place::Unclear;
             }
-            let ball = Added { moving: vec![], fixed: vec![], center: t, inner: distance, outer: distance };
-            self.added.push(ball);
-            return Place::Blocked(self.count() - 1);
+            let nothing = Slabs::around([]);
+            self.added.push(Added {
+                moving: Vec::new(),
+                fixed: Vec::new(),
+                center: t,
+                inner: distance,
+                outer: distance,
+                moving_slabs: nothing,
+                fixed_slabs: nothing,
+            });
+            return Place::Blocked(Key::Added(self.added.len() as u32 - 1));
         }
         let Some(added) = self.obstacle_at(&crossings, t) else { return Place::Unclear };
         self.added.push(added);
-        let k = self.count() - 1;
-        if self.obstacle(k).holds(t) {
-            return Place::Blocked(k);
+        let key = Key::Added(self.added.len() as u32 - 1);
+        if self.obstacle(key).holds(t) {
+            return Place::Blocked(key);
         }
         self.added.pop();
         Place::Unclear
@@ -246,14 +284,18 @@ impl<'a> Scene<'a> {
                 Cell::grow(self.b.tree(), z, z, self.b.size())?
             })
         } else {
+            // At a surface that bounds no solid, two triangles.
             let crossing = crossings.first()?;
             (
-                cell_or_triangle(self.a, self.placement.inverse_point(crossing.point - t), crossing.moving)?,
-                cell_or_triangle(self.b, crossing.point, crossing.fixed)?,
+                Cell::flat(self.a.mesh().triangle_points(crossing.moving)),
+                Cell::flat(self.b.mesh().triangle_points(crossing.fixed)),
             )
         };
+        let moving: Vec<DVec3> = p.corners.iter().map(|&corner| self.placement.point(corner)).collect();
         Some(Added {
-            moving: p.corners.iter().map(|&corner| self.placement.point(corner)).collect(),
+            moving_slabs: Slabs::around(moving.iter().copied()),
+            fixed_slabs: Slabs::around(q.corners.iter().copied()),
+            moving,
             center: q.center - self.placement.point(p.center),
             inner: p.inner + q.inner,
             outer: p.outer + q.outer,
@@ -311,16 +353,6 @@ impl<'a> Scene<'a> {
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Candidates<'a> {
     All,
-    Some(&'a [u32]),
+    Some(&'a [Pair]),
 }
 
-/// The cell of a solid below `point` of its triangle `t`, or of a surface that bounds no solid the triangle.
-fn cell_or_triangle(body: &Body, point: DVec3, t: u32) -> Option<Cell> {
-    let corners = body.mesh().triangle_points(t);
-    if !body.mesh().is_closed() {
-        return Some(Cell::flat(corners));
-    }
-    let [a, b, c] = corners;
-    let on_surface = crate::algebra::closest_on_triangle(point, a, b, c);
-    cell_at(body, on_surface, body.mesh().triangle_normal(t))
-}
