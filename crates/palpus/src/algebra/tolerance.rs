@@ -691,11 +691,11 @@ pub const CELL_DUAL: f64 = 1e-12;
 
 /// Relative to the body's size: how far below the surface a sample must lie in a cell to count as covered.
 ///
-/// A fifth of the gap that is asked for by default. Smaller needs many more cells; larger leaves more to cells grown in the query.
-pub const CELL_DEPTH: f64 = 2e-3;
+/// A tenth of the gap that is asked for by default. Smaller needs many more cells; larger leaves more to cells grown in the query.
+pub const CELL_DEPTH: f64 = 1e-3;
 
 /// Samples of a surface of few triangles; one of many triangles has about as many, one a triangle.
-pub const CELL_SAMPLES: usize = 4096;
+pub const CELL_SAMPLES: usize = 8192;
 
 /// Cells of a body. Only speed depends on it.
 pub const CELLS: usize = 1024;
@@ -729,6 +729,14 @@ pub const DEPTH_HAIR: f64 = 1e-9;
 /// Relative to the larger body's size: by how much a lower bound is lowered for the rounding of placed cells.
 pub const DEPTH_ROUNDING: f64 = 1e-11;
 
+/// Relative to the side, squared: how near to a triangle a side must pierce its plane to pierce the triangle.
+///
+/// Only where a search for common points begins depends on it.
+pub const COMMON_POINT: f64 = 1e-12;
+
+/// Steps of a straight way out, each as long as the surfaces are apart. A way out along a wall that opens slowly is not seen.
+pub const ESCAPE_STEPS: usize = 400;
+
 /// Pairs of crossing triangles that are looked at where no known obstacle blocks a translation.
 pub const DEPTH_PROBES: usize = 48;
 
@@ -746,6 +754,9 @@ pub const LENS_STEPS: usize = 15;
 
 /// Steps away from the nearer surface, by half of its distance.
 pub const LENS_CENTERING: usize = 6;
+
+/// Obstacles that are looked at before all are. Only speed depends on it.
+pub const DEPTH_TRIES: usize = 24;
 
 /// Obstacles that a march goes through before it gives up.
 pub const DEPTH_MARCH_STEPS: usize = 48;

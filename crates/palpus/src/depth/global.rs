@@ -19,6 +19,8 @@
 
 mod cell;
 mod cones;
+mod containment;
+mod convex;
 mod half_spaces;
 mod interior;
 mod obstacle;
@@ -35,6 +37,8 @@ use crate::algebra::Pose;
 use crate::algebra::tolerance::{DEPTH_BUDGET, DEPTH_GAP, DEPTH_HAIR, DEPTH_ROUNDING};
 use crate::body::Body;
 use cones::{Goal, Search};
+pub use containment::{Containment, ContainmentQuery};
+use convex::{ConvexMemory, convex_depth};
 pub use interior::Interior;
 use scene::{Candidates, Scene};
 use way_out::{march, slide};
@@ -67,17 +71,6 @@ impl GlobalSettings {
     }
 }
 
-/// Does one body lie in the other, with their surfaces apart?
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Containment {
-    /// Neither does.
-    Neither,
-    /// The whole of a lies in b's solid.
-    AInB,
-    /// The whole of b lies in a's solid.
-    BInA,
-}
-
 /// Proven bounds of the depth at one pose, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthBracket {
@@ -98,9 +91,10 @@ pub struct DepthBracket {
 }
 
 /// What is kept between near poses, to be faster: the last answer. It changes how soon the search ends, never what is proven.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct GlobalMemory {
     translation: Option<DVec3>,
+    convex: Option<Box<ConvexMemory>>,
 }
 
 impl<'a> GlobalDepth<'a> {
@@ -112,11 +106,11 @@ impl<'a> GlobalDepth<'a> {
     /// Bounds the depth with a at `pose_ba` in b's frame.
     pub fn run(&self, pose_ba: &Pose, settings: &GlobalSettings, memory: &mut GlobalMemory) -> DepthBracket {
         let size = self.a.size().min(self.b.size());
-        let mut scene = Scene::new(self, pose_ba, DEPTH_HAIR * size);
+        let mut scene = Scene::new(self, pose_ba, DEPTH_HAIR * size, settings.outside);
+        let (mut containment, mut distance) = (Containment::Neither, None);
         if scene.surfaces.crossings(DVec3::ZERO, 1).is_empty() {
-            let distance = scene.surfaces.distance(DVec3::ZERO);
-            let containment = scene.containment();
-            if !scene.surfaces.nested(DVec3::ZERO) {
+            distance = Some(scene.surfaces.distance(DVec3::ZERO));
+            if !scene.surfaces.nested(DVec3::ZERO) && (!settings.outside || scene.surfaces.escapes(DVec3::ZERO)) {
                 memory.translation = None;
                 return DepthBracket {
                     lower: 0.0,
@@ -124,50 +118,45 @@ impl<'a> GlobalDepth<'a> {
                     translation: DVec3::ZERO,
                     certified: true,
                     containment,
-                    distance: Some(distance),
+                    distance,
                     evaluations: 1,
                 };
             }
-            return DepthBracket { containment, distance: Some(distance), ..self.search(&mut scene, settings, memory) };
+            containment = scene.containment();
         }
-        self.search(&mut scene, settings, memory)
+        let (lower, translation) = match convex_depth(self, pose_ba, &mut scene, memory) {
+            Some(answer) => answer,
+            None => self.search(&mut scene, settings, memory.translation),
+        };
+        memory.translation = Some(translation);
+        let upper = translation.length();
+        let rounding = DEPTH_ROUNDING * self.a.size().max(self.b.size());
+        let lower = (lower - rounding).clamp(0.0, upper);
+        let certified = upper - lower <= settings.gap;
+        DepthBracket { lower, upper, translation, certified, containment, distance, evaluations: scene.evaluations }
     }
 
-    /// Bounds the depth of bodies that are not free.
-    fn search(&self, scene: &mut Scene<'a>, settings: &GlobalSettings, memory: &mut GlobalMemory) -> DepthBracket {
-        let apart = self.hulls_apart(scene);
+    /// The lower bound and a verified free translation of bodies that are not free.
+    fn search(&self, scene: &mut Scene<'a>, settings: &GlobalSettings, last: Option<DVec3>) -> (f64, DVec3) {
         scene.place_cells();
+        let apart = self.boxes_apart(scene);
         let mut free = slide(scene, apart);
-        if let Some(last) = memory.translation
-            && let Some(found) = march(scene, Candidates::All, last.normalize(), 0.0, free.length())
+        if let Some(last) = last
+            && let Some(found) = march(scene, Candidates::All, last.normalize_or(DVec3::X), 0.0, free.length())
         {
             let found = slide(scene, found);
             if found.length() < free.length() {
                 free = found;
             }
         }
-        if !scene.surfaces.is_free(free) {
+        if !scene.verified(free) {
             free = apart;
         }
-        let goal = Goal { gap: settings.gap, budget: settings.budget };
-        let (lower, translation) = Search::new(scene, goal, free).run();
-        memory.translation = Some(translation);
-        let upper = translation.length();
-        let rounding = DEPTH_ROUNDING * self.a.size().max(self.b.size());
-        let lower = (lower - rounding).clamp(0.0, upper);
-        DepthBracket {
-            lower,
-            upper,
-            translation,
-            certified: upper - lower <= settings.gap,
-            containment: Containment::Neither,
-            distance: None,
-            evaluations: scene.evaluations,
-        }
+        Search::new(scene, Goal { gap: settings.gap, budget: settings.budget }, free).run()
     }
 
     /// A translation along an axis after which the boxes of the bodies are apart.
-    fn hulls_apart(&self, scene: &Scene<'_>) -> DVec3 {
+    fn boxes_apart(&self, scene: &Scene<'_>) -> DVec3 {
         let (moving, fixed) = (scene.surfaces.moving_box(), self.b.tree().bounds());
         let (up, down) = (fixed.max - moving.min, fixed.min - moving.max);
         let shifts = [up.x, up.y, up.z, down.x, down.y, down.z].map(|shift| shift + scene.hair.copysign(shift));

@@ -24,6 +24,6 @@ pub use admissible::{AdmissibleDepth, AdmissibleScratch, admissible_depth, half_
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
 pub use certificate::{CertificateMemory, ProofScratch, depth_proven, prove};
 pub use patch::{Corner, Patch, Touch};
-pub use global::{Containment, DepthBracket, GlobalDepth, GlobalMemory, GlobalSettings, Interior};
+pub use global::{Containment, ContainmentQuery, DepthBracket, GlobalDepth, GlobalMemory, GlobalSettings, Interior};
 pub use query::{WalkScratch, depth};
 pub use seed::Seed;

@@ -248,7 +248,9 @@ impl<'s, 'a> Search<'s, 'a> {
             None => self.scene.classify(Candidates::Some(&cone.candidates), t),
         };
         match place {
-            Place::Free => self.best = t,
+            Place::Free if self.scene.verified(t) => self.best = t,
+            // A pocket that does not count, or nearer than a hair to something.
+            Place::Free => {}
             Place::Blocked(k) => cone.hints.add(k),
             Place::Unclear => {}
         }
@@ -260,7 +262,7 @@ impl<'s, 'a> Search<'s, 'a> {
         let limit = self.best.length();
         if let Some(free) = project(self.scene, cone.foot, 1.5 * limit) {
             let free = slide(self.scene, free);
-            if free.length() < limit && self.scene.surfaces.is_free(free) {
+            if free.length() < limit && self.scene.verified(free) {
                 self.best = free;
             }
         }

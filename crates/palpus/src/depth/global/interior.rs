@@ -10,9 +10,10 @@
 use glam::DVec3;
 
 use super::cell::Cell;
+use super::containment::first_vertices;
 use super::slabs::{BoxTree, Slabs};
 use crate::algebra::tolerance::{
-    CELL_BATCH, CELL_BEYOND, CELL_DEPTH, CELL_SAMPLES, CELLS, SHRINKING_BALL_DONE, SHRINKING_BALL_STEPS,
+    CELL_BATCH, CELL_BEYOND, CELL_DEPTH, CELL_SAMPLES, CELLS, DEPTH_ROUNDING, SHRINKING_BALL_DONE, SHRINKING_BALL_STEPS,
 };
 use crate::algebra::{Workers, map_in_order};
 use crate::body::{Body, Mesh};
@@ -26,6 +27,8 @@ pub struct Interior {
     pub(super) tree: BoxTree,
     /// A vertex of each component of the surface.
     pub(super) components: Vec<DVec3>,
+    /// The solid is convex, and its one piece is the whole of it.
+    pub(super) convex: bool,
 }
 
 /// A point of the surface, and the ball below it.
@@ -44,7 +47,7 @@ impl Interior {
         let components = first_vertices(mesh);
         if !mesh.is_closed() {
             progress(1.0);
-            return Self::of_cells(Vec::new(), components);
+            return Self::of_cells(body, Vec::new(), components);
         }
         let points = sample_points(mesh);
         let ball = |k: usize| ball_below(body, points[k].0, points[k].1);
@@ -53,27 +56,23 @@ impl Interior {
         samples.sort_by(|p, q| q.radius.total_cmp(&p.radius));
         let cells = cover(body, samples, workers, &mut |done| progress(0.5 + 0.5 * done));
         progress(1.0);
-        Self::of_cells(cells, components)
+        Self::of_cells(body, cells, components)
     }
 
-    fn of_cells(cells: Vec<Cell>, components: Vec<DVec3>) -> Self {
+    fn of_cells(body: &Body, cells: Vec<Cell>, components: Vec<DVec3>) -> Self {
         let slabs: Vec<Slabs> = cells.iter().map(|cell| Slabs::around(cell.corners.iter().copied())).collect();
         let boxes: Vec<_> = slabs.iter().map(Slabs::bounds).collect();
-        Self { cells, slabs, tree: BoxTree::new(&boxes), components }
+        let slack = DEPTH_ROUNDING * body.size();
+        let convex = body.polytopes().len() == 1
+            && !body.polytopes()[0].is_flat()
+            && matches!(&cells[..], [cell] if body.mesh().vertices().iter().all(|&p| cell.excess(p) <= slack));
+        Self { cells, slabs, tree: BoxTree::new(&boxes), components, convex }
     }
 
     /// Number of cells.
     pub fn cell_count(&self) -> usize {
         self.cells.len()
     }
-}
-
-fn first_vertices(mesh: &Mesh) -> Vec<DVec3> {
-    let mut first = vec![None; mesh.component_count()];
-    for t in 0..mesh.triangles().len() as u32 {
-        first[mesh.component(t) as usize].get_or_insert(mesh.triangle_points(t)[0]);
-    }
-    first.into_iter().flatten().collect()
 }
 
 /// Points of the surface with their outward normals.

@@ -9,7 +9,7 @@ use super::slabs::Slabs;
 use super::surfaces::{Crossing, Surfaces};
 use super::{Containment, GlobalDepth};
 use crate::algebra::tolerance::{
-    DEPTH_LENSES, DEPTH_PROBES, LENS_CENTERING, LENS_FIRST_STEP, LENS_STEP_GROWTH, LENS_STEPS,
+    DEPTH_LENSES, DEPTH_PROBES, DEPTH_TRIES, LENS_CENTERING, LENS_FIRST_STEP, LENS_STEP_GROWTH, LENS_STEPS,
 };
 use crate::algebra::{Placement, Pose};
 use crate::body::Body;
@@ -81,13 +81,15 @@ pub(super) struct Scene<'a> {
     added: Vec<Added>,
     /// Length that is neither blocked nor free: a free translation keeps at least so far off.
     pub(super) hair: f64,
+    /// Pockets do not count as free.
+    outside: bool,
     /// Obstacles looked at closely, and surfaces compared.
     pub(super) evaluations: u64,
-    scores: Vec<(f64, Key)>,
+    scores: Vec<(f64, u32, Key)>,
 }
 
 impl<'a> Scene<'a> {
-    pub(super) fn new(query: &GlobalDepth<'a>, pose_ba: &Pose, hair: f64) -> Self {
+    pub(super) fn new(query: &GlobalDepth<'a>, pose_ba: &Pose, hair: f64, outside: bool) -> Self {
         let (a, b) = (query.a, query.b);
         let surfaces = Surfaces::new(
             (a, &query.interior_a.components),
@@ -108,6 +110,7 @@ impl<'a> Scene<'a> {
             slabs: Vec::new(),
             added: Vec::new(),
             hair,
+            outside,
             evaluations: 0,
             scores: Vec::new(),
         }
@@ -189,7 +192,7 @@ impl<'a> Scene<'a> {
             let (moving, fixed) = self.pair_slabs(pair);
             let depth = Slabs::depth(moving, fixed, &slabs);
             if depth > 0.0 {
-                scores.push((depth, Key::Pair(pair)));
+                scores.push((depth, scores.len() as u32, Key::Pair(pair)));
             }
         };
         match candidates {
@@ -206,23 +209,34 @@ impl<'a> Scene<'a> {
                 Slabs::depth(&added.moving_slabs, &added.fixed_slabs, &slabs)
             };
             if depth > 0.0 {
-                scores.push((depth, Key::Added(k as u32)));
+                scores.push((depth, scores.len() as u32, Key::Added(k as u32)));
             }
         }
-        // Stable, so that ties are in the order of the cells.
-        scores.sort_by(|p, q| q.0.total_cmp(&p.0));
-        scores.truncate(most);
-        let answer = scores.iter().map(|&(_, key)| key).collect();
+        // Ties are in the order in which they were found: that of the cells.
+        let order = |p: &(f64, u32, Key), q: &(f64, u32, Key)| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1));
+        if scores.len() > most {
+            scores.select_nth_unstable_by(most, order);
+            scores.truncate(most);
+        }
+        scores.sort_unstable_by(order);
+        let answer = scores.iter().map(|&(.., key)| key).collect();
         self.scores = scores;
         answer
     }
 
     /// An obstacle that holds `t`, if there is any among `candidates` and those added.
     pub(super) fn holder(&mut self, candidates: Candidates<'_>, t: DVec3) -> Option<Key> {
-        for key in self.promising(candidates, &[t], usize::MAX) {
-            self.evaluations += 1;
-            if self.obstacle(key).holds(t) {
-                return Some(key);
+        for most in [DEPTH_TRIES, usize::MAX] {
+            let keys = self.promising(candidates, &[t], most);
+            let looked_at = if most == usize::MAX { DEPTH_TRIES } else { 0 };
+            for &key in keys.iter().skip(looked_at) {
+                self.evaluations += 1;
+                if self.obstacle(key).holds(t) {
+                    return Some(key);
+                }
+            }
+            if keys.len() < most {
+                break;
             }
         }
         None
@@ -341,6 +355,11 @@ impl<'a> Scene<'a> {
         let (p, q) = (self.a.tree().nearest(point_a)?, self.b.tree().nearest(z)?);
         let nearest = if p.distance < q.distance { self.placement.point(p.point) + t } else { q.point };
         Some(Lens { point_a, point_b: z, nearest, depth: p.distance.min(q.distance) })
+    }
+
+    /// True if `t` is free by the judgement of the surfaces alone, and counts as a way out.
+    pub(super) fn verified(&self, t: DVec3) -> bool {
+        self.surfaces.is_free(t) && (!self.outside || self.surfaces.escapes(t))
     }
 
     /// Which body lies in the other where they are.

@@ -10,7 +10,8 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
-use super::Containment;
+use super::containment::{Containment, containment};
+use crate::algebra::tolerance::{COMMON_POINT, ESCAPE_STEPS};
 use crate::algebra::{Pose, closest_on_triangle, closest_segment_segment};
 use crate::body::{Aabb, Body, TrianglePair, TriangleTree};
 
@@ -87,17 +88,7 @@ impl<'a> Surfaces<'a> {
 
     /// Which body lies in the other, as a whole, with a moved by `t`. The surfaces must not cross.
     pub(super) fn containment(&self, t: DVec3) -> Containment {
-        let inside = |body: &Body, mut points: std::slice::Iter<'_, DVec3>, place: &dyn Fn(DVec3) -> DVec3| {
-            body.mesh().is_closed() && points.all(|&p| body.tree().inside(place(p)))
-        };
-        if inside(self.b, self.components_a.iter(), &|p| self.pose_ba.point(p) + t) {
-            return Containment::AInB;
-        }
-        let back = self.pose_ba.inverse();
-        if inside(self.a, self.components_b.iter(), &|p| back.point(p - t)) {
-            return Containment::BInA;
-        }
-        Containment::Neither
+        containment(self.a, self.components_a, self.b, self.components_b, &self.pose_ba, t)
     }
 
     /// True if a component of one surface lies in the other body, with a moved by `t`.
@@ -106,6 +97,23 @@ impl<'a> Surfaces<'a> {
         let closed = |body: &Body| body.mesh().is_closed();
         closed(self.b) && self.components_a.iter().any(|&p| self.b.tree().inside(self.pose_ba.point(p) + t))
             || closed(self.a) && self.components_b.iter().any(|&p| self.a.tree().inside(back.point(p - t)))
+    }
+
+    /// True if a, moved by `t`, which must be free, can go on along a straight line until the bodies are apart for good. Each step is
+    /// no longer than the distance of the surfaces, so that no step can pass through anything.
+    pub(super) fn escapes(&self, t: DVec3) -> bool {
+        let axes = [t.normalize_or_zero(), DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
+        axes.into_iter().filter(|along| *along != DVec3::ZERO).any(|along| self.escapes_along(t, along))
+    }
+
+    fn escapes_along(&self, mut t: DVec3, along: DVec3) -> bool {
+        for _ in 0..ESCAPE_STEPS {
+            if !overlap(&self.moving_box(), t, &self.b.tree().bounds()) {
+                return true;
+            }
+            t += along * self.distance(t);
+        }
+        false
     }
 
     /// The least distance of the two surfaces with a moved by `t`, if they do not cross.
@@ -212,7 +220,7 @@ fn common_point(p: [DVec3; 3], q: [DVec3; 3]) -> DVec3 {
             }
             let x = from + (to - from) * (hf / (hf - ht));
             let nearest = closest_on_triangle(x, other[0], other[1], other[2]);
-            if nearest.distance_squared(x) <= 1e-12 * (to - from).length_squared() {
+            if nearest.distance_squared(x) <= COMMON_POINT * (to - from).length_squared() {
                 sum += x;
                 count += 1.0;
             }
