@@ -75,7 +75,12 @@ pub(crate) fn depth(arguments: &DepthArguments) -> anyhow::Result<ExitCode> {
 }
 
 /// The answers of all poses with what each took, µs.
-fn answer(query: &GlobalDepth<'_>, poses: &[Pose], goal: &GlobalSettings, threads: &dyn Workers) -> Vec<(DepthBracket, f64)> {
+fn answer(
+    query: &GlobalDepth<'_>,
+    poses: &[Pose],
+    goal: &GlobalSettings,
+    threads: &dyn Workers,
+) -> Vec<(DepthBracket, f64)> {
     let of_run = |run: usize| {
         let mut memory = GlobalMemory::default();
         let frames = poses[run * RUN..].iter().take(RUN);

@@ -7,19 +7,8 @@ use palpus::depth::{Containment, DepthBracket};
 use crate::table::Line;
 
 /// The columns of a file of depths.
-pub const DEPTH_COLUMNS: [&str; 11] = [
-    "frame",
-    "lower",
-    "upper",
-    "tx",
-    "ty",
-    "tz",
-    "certified",
-    "contained",
-    "distance",
-    "evaluations",
-    "depth_us",
-];
+pub const DEPTH_COLUMNS: [&str; 11] =
+    ["frame", "lower", "upper", "tx", "ty", "tz", "certified", "contained", "distance", "evaluations", "depth_us"];
 
 /// Writes a file of depths, in b's frame and model units.
 pub struct DepthWriter<W: Write> {

@@ -22,7 +22,10 @@ use super::scene::{Candidates, Key, Pair, Place, Scene};
 use super::slabs::Slabs;
 use super::way_out::{project, slide};
 use crate::algebra::closest_on_triangle;
-use crate::algebra::tolerance::{CONE_CUTS_PER_MARCH, CONE_FILTER, CONE_FIRST_TRIES, CONE_GAIN, CONE_HINTS, CONE_SMALL, CONE_SMALLEST, CONE_TRIES, DEPTH_ROUNDING};
+use crate::algebra::tolerance::{
+    CONE_CUTS_PER_MARCH, CONE_FILTER, CONE_FIRST_TRIES, CONE_GAIN, CONE_HINTS, CONE_SMALL, CONE_SMALLEST, CONE_TRIES,
+    DEPTH_ROUNDING,
+};
 
 /// Directions within a spherical triangle, and how far they are blocked.
 #[derive(Clone, Debug)]
@@ -150,7 +153,7 @@ impl<'s, 'a> Search<'s, 'a> {
                 for corner in cone.corners() {
                     self.look_at(&mut cone, corner * (1.0 + hair / corner.length()));
                     let hints = cone.hints.all();
-            gain += self.advance_within(&mut cone, &hints);
+                    gain += self.advance_within(&mut cone, &hints);
                 }
             }
             if gain >= CONE_GAIN * self.goal.gap {

@@ -91,11 +91,7 @@ pub(super) struct Scene<'a> {
 impl<'a> Scene<'a> {
     pub(super) fn new(query: &GlobalDepth<'a>, pose_ba: &Pose, hair: f64, outside: bool) -> Self {
         let (a, b) = (query.a, query.b);
-        let surfaces = Surfaces::new(
-            (a, &query.interior_a.components),
-            (b, &query.interior_b.components),
-            pose_ba,
-        );
+        let surfaces = Surfaces::new((a, &query.interior_a.components), (b, &query.interior_b.components), pose_ba);
         let placement = pose_ba.placement();
         Self {
             a,
@@ -374,4 +370,3 @@ pub(super) enum Candidates<'a> {
     All,
     Some(&'a [Pair]),
 }
-

@@ -58,9 +58,8 @@ impl Slabs {
 
     /// False only if no translation of `points`' hull may lie in the obstacle.
     pub(super) fn may_meet(moving: &Self, fixed: &Self, points: &Self) -> bool {
-        (0..AXES).all(|k| {
-            fixed.high[k] - moving.low[k] > points.low[k] && fixed.low[k] - moving.high[k] < points.high[k]
-        })
+        (0..AXES)
+            .all(|k| fixed.high[k] - moving.low[k] > points.low[k] && fixed.low[k] - moving.high[k] < points.high[k])
     }
 }
 

@@ -168,8 +168,7 @@ impl<'a> Surfaces<'a> {
                     let around = Aabb::around(corners);
                     for q in second.slots() {
                         let other = fixed.corners[q];
-                        if around.overlaps(&Aabb::around(other))
-                            && visit(corners, other, (moving.ids[p], fixed.ids[q]))
+                        if around.overlaps(&Aabb::around(other)) && visit(corners, other, (moving.ids[p], fixed.ids[q]))
                         {
                             return;
                         }
