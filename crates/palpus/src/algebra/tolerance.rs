@@ -758,8 +758,13 @@ pub const LENS_CENTERING: usize = 6;
 /// Obstacles that are looked at before all are. Only speed depends on it.
 pub const DEPTH_TRIES: usize = 24;
 
-/// Obstacles that a march goes through before it gives up.
-pub const DEPTH_MARCH_STEPS: usize = 48;
+/// Obstacles that held the last translations, which are looked at before all others. Only speed depends on it.
+pub const RECENT_HOLDERS: usize = 6;
+
+/// Relative to the smaller body's size: a search begins with the cones of the last one if the body has moved less since.
+///
+/// Only speed depends on it.
+pub const DEPTH_NEAR: f64 = 0.02;
 
 /// Half-spaces that a projection collects before it gives up.
 pub const DEPTH_PROJECT_STEPS: usize = 24;

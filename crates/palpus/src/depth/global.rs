@@ -34,14 +34,15 @@ mod way_out;
 use glam::DVec3;
 
 use crate::algebra::Pose;
-use crate::algebra::tolerance::{DEPTH_BUDGET, DEPTH_GAP, DEPTH_HAIR, DEPTH_ROUNDING};
+use crate::algebra::tolerance::{DEPTH_BUDGET, DEPTH_GAP, DEPTH_HAIR, DEPTH_NEAR, DEPTH_ROUNDING};
 use crate::body::Body;
-use cones::{Goal, Search};
+use cell::Cell;
+use cones::{Goal, Leaf, Search};
 pub use containment::{Containment, ContainmentQuery};
 use convex::{ConvexMemory, convex_depth};
 pub use interior::Interior;
-use scene::{Candidates, Scene};
-use way_out::{march, slide};
+use scene::Scene;
+use way_out::{project, slide};
 
 /// Two bodies of which depths are wanted.
 #[derive(Clone, Copy, Debug)]
@@ -90,10 +91,15 @@ pub struct DepthBracket {
     pub evaluations: u64,
 }
 
-/// What is kept between near poses, to be faster: the last answer. It changes how soon the search ends, never what is proven.
+/// What is kept between near poses, to be faster: the last answer, and the cones and obstacles that proved it. It changes how soon the search ends, never what is proven.
 #[derive(Clone, Debug, Default)]
 pub struct GlobalMemory {
     translation: Option<DVec3>,
+    pose_ba: Option<Pose>,
+    leaves: Vec<Leaf>,
+    kept: Vec<(Cell, Cell)>,
+    /// Leaves after the last search from nothing.
+    fresh: usize,
     convex: Option<Box<ConvexMemory>>,
 }
 
@@ -126,33 +132,56 @@ impl<'a> GlobalDepth<'a> {
         }
         let (lower, translation) = match convex_depth(self, pose_ba, &mut scene, memory) {
             Some(answer) => answer,
-            None => self.search(&mut scene, settings, memory.translation),
+            None => self.search(&mut scene, settings, pose_ba, memory),
         };
         memory.translation = Some(translation);
+        memory.pose_ba = Some(*pose_ba);
+        let evaluations = scene.evaluations;
+        memory.kept = scene.keep(&mut memory.leaves);
         let upper = translation.length();
         let rounding = DEPTH_ROUNDING * self.a.size().max(self.b.size());
         let lower = (lower - rounding).clamp(0.0, upper);
         let certified = upper - lower <= settings.gap;
-        DepthBracket { lower, upper, translation, certified, containment, distance, evaluations: scene.evaluations }
+        DepthBracket { lower, upper, translation, certified, containment, distance, evaluations }
     }
 
     /// The lower bound and a verified free translation of bodies that are not free.
-    fn search(&self, scene: &mut Scene<'a>, settings: &GlobalSettings, last: Option<DVec3>) -> (f64, DVec3) {
+    fn search(
+        &self,
+        scene: &mut Scene<'a>,
+        settings: &GlobalSettings,
+        pose_ba: &Pose,
+        memory: &mut GlobalMemory,
+    ) -> (f64, DVec3) {
+        if !self.is_near(pose_ba, memory) {
+            *memory = GlobalMemory { convex: memory.convex.take(), ..GlobalMemory::default() };
+        }
         scene.place_cells();
+        scene.restore(&memory.kept);
         let apart = self.boxes_apart(scene);
-        let mut free = slide(scene, apart);
-        if let Some(last) = last
-            && let Some(found) = march(scene, Candidates::All, last.normalize_or(DVec3::X), 0.0, free.length())
-        {
-            let found = slide(scene, found);
-            if found.length() < free.length() {
-                free = found;
-            }
+        let last = memory.translation.and_then(|last| project(scene, last, apart.length()));
+        let free = last.unwrap_or_else(|| slide(scene, apart));
+        let free = if scene.verified(free) { free } else { apart };
+        let goal = Goal { gap: settings.gap, budget: settings.budget };
+        let (lower, translation, leaves) = Search::new(scene, goal, free, &memory.leaves).run();
+        if memory.leaves.is_empty() {
+            memory.fresh = leaves.len();
         }
-        if !scene.verified(free) {
-            free = apart;
-        }
-        Search::new(scene, Goal { gap: settings.gap, budget: settings.budget }, free).run()
+        // Cones are only ever cut: now and then, begin anew.
+        memory.leaves = if leaves.len() > 2 * memory.fresh { Vec::new() } else { leaves };
+        (lower, translation)
+    }
+
+    /// True if `memory` is of a pose so near that its cones are worth beginning with.
+    fn is_near(&self, pose_ba: &Pose, memory: &GlobalMemory) -> bool {
+        let reach = DEPTH_NEAR * self.a.size().min(self.b.size());
+        let bounds = self.a.tree().bounds();
+        let middle = 0.5 * (bounds.min + bounds.max);
+        let half = 0.5 * self.a.size();
+        memory.pose_ba.is_some_and(|last| {
+            let turn = 2.0 * pose_ba.rotation.dot(last.rotation).abs().min(1.0).acos();
+            turn * half + pose_ba.point(middle).distance(last.point(middle)) <= reach
+        })
     }
 
     /// A translation along an axis after which the boxes of the bodies are apart.

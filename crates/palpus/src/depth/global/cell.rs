@@ -61,7 +61,7 @@ impl Cell {
     pub(super) fn grow(tree: &TriangleTree, seed: DVec3, keep: DVec3, size: f64) -> Option<Self> {
         let planes = planes_about(tree, seed, keep, size)?;
         let inner = planes.iter().map(|plane| -plane.height(seed)).fold(f64::INFINITY, f64::min);
-        if !(inner > CELL_BEYOND * size) || planes.len() < 4 {
+        if inner <= CELL_BEYOND * size || planes.len() < 4 {
             return None;
         }
         let dual: Vec<DVec3> = planes.iter().map(|plane| plane.normal * (inner / -plane.height(seed))).collect();

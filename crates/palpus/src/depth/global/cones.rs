@@ -39,30 +39,25 @@ struct Cone {
     bound: f64,
     /// Pairs of cells that may block more of the cone.
     candidates: Rc<[Pair]>,
-    /// Obstacles that held a point of the cone before.
-    hints: Hints,
+    /// Obstacles that held points of the cone, in the order in which they did.
+    chain: Vec<Key>,
     number: u64,
-}
-
-/// The newest few obstacles of a cone.
-#[derive(Clone, Copy, Debug, Default)]
-struct Hints([Option<Key>; CONE_HINTS]);
-
-impl Hints {
-    fn all(&self) -> Vec<Key> {
-        self.0.iter().flatten().copied().collect()
-    }
-
-    fn add(&mut self, obstacle: Key) {
-        let place = self.0.iter().position(|&hint| hint == Some(obstacle)).unwrap_or(CONE_HINTS - 1);
-        self.0[..=place].rotate_right(1);
-        self.0[0] = Some(obstacle);
-    }
 }
 
 impl Cone {
     fn corners(&self) -> [DVec3; 3] {
         [0, 1, 2].map(|k| self.along[k] * self.reach[k])
+    }
+
+    /// The newest few obstacles.
+    fn hints(&self) -> &[Key] {
+        &self.chain[self.chain.len().saturating_sub(CONE_HINTS)..]
+    }
+
+    fn add(&mut self, obstacle: Key) {
+        if !self.hints().contains(&obstacle) {
+            self.chain.push(obstacle);
+        }
     }
 
     fn measure(&mut self) {
@@ -92,6 +87,14 @@ impl Ord for Cone {
     }
 }
 
+/// A cone at the end of a search.
+#[derive(Clone, Debug)]
+pub(super) struct Leaf {
+    pub(super) along: [DVec3; 3],
+    /// The obstacles that blocked it, in order.
+    pub(super) chain: Vec<Key>,
+}
+
 /// What a search goes for.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Goal {
@@ -113,17 +116,20 @@ pub(super) struct Search<'s, 'a> {
 
 impl<'s, 'a> Search<'s, 'a> {
     /// A search that knows `free`, a verified free translation.
-    pub(super) fn new(scene: &'s mut Scene<'a>, goal: Goal, free: DVec3) -> Self {
+    ///
+    /// It begins with `leaves`, the cones that an earlier search at a near pose ended with, or without any from nothing.
+    pub(super) fn new(scene: &'s mut Scene<'a>, goal: Goal, free: DVec3, leaves: &[Leaf]) -> Self {
         let all: Rc<[Pair]> = scene.pairs_within(free.length()).into();
         let mut search = Self { scene, goal, cones: BinaryHeap::new(), best: free, numbered: 0 };
-        for along in icosahedron() {
-            search.push(along, [0.0; 3], &all, Hints::default());
+        search.resume(leaves, &all);
+        for along in icosahedron().into_iter().filter(|_| leaves.is_empty()) {
+            search.push(along, [0.0; 3], &all, Vec::new());
         }
         search
     }
 
-    /// Returns the lower bound and the shortest free translation.
-    pub(super) fn run(mut self) -> (f64, DVec3) {
+    /// Returns the lower bound, the shortest free translation and the cones at the end.
+    pub(super) fn run(mut self) -> (f64, DVec3, Vec<Leaf>) {
         let mut cuts = 0;
         // The least bound of cones that cannot be improved.
         let mut stuck = f64::INFINITY;
@@ -131,6 +137,7 @@ impl<'s, 'a> Search<'s, 'a> {
             let done = cone.bound.min(stuck) >= self.best.length() - self.goal.gap;
             if done || stuck <= cone.bound || self.scene.evaluations >= self.goal.budget {
                 stuck = stuck.min(cone.bound);
+                self.cones.push(Reverse(cone));
                 break;
             }
             let mut gain = self.advance(&mut cone);
@@ -142,9 +149,10 @@ impl<'s, 'a> Search<'s, 'a> {
             let foot = if cone.bound > 0.0 { cone.foot * (1.0 + hair / cone.bound) } else { DVec3::ZERO };
             if self.look_at(&mut cone, foot) == Some(Place::Free) {
                 stuck = stuck.min(cone.bound);
+                self.cones.push(Reverse(cone));
                 break;
             }
-            let hints = cone.hints.all();
+            let hints = cone.hints().to_vec();
             gain += self.advance_within(&mut cone, &hints);
             let [a, b, c] = cone.corners();
             let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
@@ -152,7 +160,7 @@ impl<'s, 'a> Search<'s, 'a> {
                 // What holds the foot may miss a corner, however small the cone.
                 for corner in cone.corners() {
                     self.look_at(&mut cone, corner * (1.0 + hair / corner.length()));
-                    let hints = cone.hints.all();
+                    let hints = cone.hints().to_vec();
                     gain += self.advance_within(&mut cone, &hints);
                 }
             }
@@ -177,29 +185,37 @@ impl<'s, 'a> Search<'s, 'a> {
             self.cut(&cone);
         }
         let open = stuck.min(self.cones.peek().map_or(f64::INFINITY, |Reverse(cone)| cone.bound));
-        (open.min(self.best.length()), self.best)
+        let leaves = self.cones.into_iter().map(|Reverse(cone)| Leaf { along: cone.along, chain: cone.chain });
+        (open.min(self.best.length()), self.best, leaves.collect())
     }
 
-    fn push(&mut self, along: [DVec3; 3], reach: [f64; 3], candidates: &Rc<[Pair]>, hints: Hints) {
+    fn push(&mut self, along: [DVec3; 3], reach: [f64; 3], candidates: &Rc<[Pair]>, chain: Vec<Key>) {
         self.numbered += 1;
-        let mut cone = Cone {
-            along,
-            reach,
-            foot: DVec3::ZERO,
-            bound: 0.0,
-            candidates: Rc::clone(candidates),
-            hints,
-            number: self.numbered,
-        };
+        let candidates = Rc::clone(candidates);
+        let mut cone =
+            Cone { along, reach, foot: DVec3::ZERO, bound: 0.0, candidates, chain, number: self.numbered };
         cone.measure();
         self.cones.push(Reverse(cone));
+    }
+
+    /// Begins with the cones of a search at a near pose, each moved through its obstacles again.
+    fn resume(&mut self, leaves: &[Leaf], candidates: &Rc<[Pair]>) {
+        for leaf in leaves {
+            self.push(leaf.along, [0.0; 3], candidates, Vec::new());
+            let Some(Reverse(mut cone)) = self.cones.pop() else { continue };
+            for &key in &leaf.chain {
+                self.advance_within(&mut cone, &[key]);
+            }
+            cone.candidates = self.filtered(candidates, &cone.along, &cone.reach);
+            self.cones.push(Reverse(cone));
+        }
     }
 
     /// Moves the cone's triangle to the exit of the obstacle that brings it farthest, and returns by how much the bound rises.
     fn advance(&mut self, cone: &mut Cone) -> f64 {
         let tries = self.scene.promising(Candidates::Some(&cone.candidates), &cone.corners(), CONE_TRIES);
         let (first, rest) = tries.split_at(tries.len().min(CONE_FIRST_TRIES));
-        let hints = cone.hints.all();
+        let hints = cone.hints().to_vec();
         let mut gain = self.advance_within(cone, &[&hints, first].concat());
         for &k in rest {
             if gain > 0.0 {
@@ -235,7 +251,7 @@ impl<'s, 'a> Search<'s, 'a> {
         let gain = (best.bound - cone.bound).max(0.0);
         if gain > 0.0 {
             *cone = best;
-            cone.hints.add(k);
+            cone.add(k);
         }
         gain
     }
@@ -245,7 +261,7 @@ impl<'s, 'a> Search<'s, 'a> {
         if t.length() >= self.best.length() {
             return None;
         }
-        let known = cone.hints.all().into_iter().find(|&k| self.scene.obstacle(k).holds(t));
+        let known = cone.hints().iter().copied().find(|&k| self.scene.obstacle(k).holds(t));
         let place = match known {
             Some(k) => Place::Blocked(k),
             None => self.scene.classify(Candidates::Some(&cone.candidates), t),
@@ -254,7 +270,7 @@ impl<'s, 'a> Search<'s, 'a> {
             Place::Free if self.scene.verified(t) => self.best = t,
             // A pocket that does not count, or nearer than a hair to something.
             Place::Free => {}
-            Place::Blocked(k) => cone.hints.add(k),
+            Place::Blocked(k) => cone.add(k),
             Place::Unclear => {}
         }
         Some(place)
@@ -289,7 +305,7 @@ impl<'s, 'a> Search<'s, 'a> {
             let (mut directions, mut reaches) = (cone.along, cone.reach);
             (directions[replaced], reaches[replaced]) = (along, reach);
             let candidates = self.filtered(&cone.candidates, &directions, &reaches);
-            self.push(directions, reaches, &candidates, cone.hints);
+            self.push(directions, reaches, &candidates, cone.chain.clone());
         }
     }
 

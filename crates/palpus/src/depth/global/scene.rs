@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::cell::Cell;
+use super::cones::Leaf;
 use super::interior::Interior;
 use super::obstacle::Obstacle;
 use super::slabs::Slabs;
@@ -10,6 +11,7 @@ use super::surfaces::{Crossing, Surfaces};
 use super::{Containment, GlobalDepth};
 use crate::algebra::tolerance::{
     DEPTH_LENSES, DEPTH_PROBES, DEPTH_TRIES, LENS_CENTERING, LENS_FIRST_STEP, LENS_STEP_GROWTH, LENS_STEPS,
+    RECENT_HOLDERS,
 };
 use crate::algebra::{Placement, Pose};
 use crate::body::Body;
@@ -32,8 +34,11 @@ pub(super) enum Key {
 
 /// An obstacle that was made for one translation.
 struct Added {
+    /// The moving cell in its body's frame; `None` for a ball, which holds at one pose only.
+    source: Option<Cell>,
     moving: Vec<DVec3>,
     fixed: Vec<DVec3>,
+    fixed_cell: Option<Cell>,
     center: DVec3,
     inner: f64,
     outer: f64,
@@ -86,6 +91,8 @@ pub(super) struct Scene<'a> {
     /// Obstacles looked at closely, and surfaces compared.
     pub(super) evaluations: u64,
     scores: Vec<(f64, u32, Key)>,
+    /// The obstacles that held the last translations asked for, the newest first.
+    recent: Vec<Key>,
 }
 
 impl<'a> Scene<'a> {
@@ -109,6 +116,7 @@ impl<'a> Scene<'a> {
             outside,
             evaluations: 0,
             scores: Vec::new(),
+            recent: Vec::new(),
         }
     }
 
@@ -222,6 +230,17 @@ impl<'a> Scene<'a> {
 
     /// An obstacle that holds `t`, if there is any among `candidates` and those added.
     pub(super) fn holder(&mut self, candidates: Candidates<'_>, t: DVec3) -> Option<Key> {
+        if let Some(k) = self.recent.iter().position(|&key| self.obstacle(key).holds(t)) {
+            self.recent[..=k].rotate_right(1);
+            return self.recent.first().copied();
+        }
+        let found = self.search_holder(candidates, t)?;
+        self.recent.truncate(RECENT_HOLDERS - 1);
+        self.recent.insert(0, found);
+        Some(found)
+    }
+
+    fn search_holder(&mut self, candidates: Candidates<'_>, t: DVec3) -> Option<Key> {
         for most in [DEPTH_TRIES, usize::MAX] {
             let keys = self.promising(candidates, &[t], most);
             let looked_at = if most == usize::MAX { DEPTH_TRIES } else { 0 };
@@ -260,8 +279,10 @@ impl<'a> Scene<'a> {
             }
             let nothing = Slabs::around([]);
             self.added.push(Added {
+                source: None,
                 moving: Vec::new(),
                 fixed: Vec::new(),
+                fixed_cell: None,
                 center: t,
                 inner: distance,
                 outer: distance,
@@ -301,16 +322,62 @@ impl<'a> Scene<'a> {
                 Cell::flat(self.b.mesh().triangle_points(crossing.fixed)),
             )
         };
+        Some(self.added_of(p, q))
+    }
+
+    /// The obstacle of a cell of a, in a's frame, and one of b.
+    fn added_of(&self, p: Cell, q: Cell) -> Added {
         let moving: Vec<DVec3> = p.corners.iter().map(|&corner| self.placement.point(corner)).collect();
-        Some(Added {
+        Added {
             moving_slabs: Slabs::around(moving.iter().copied()),
             fixed_slabs: Slabs::around(q.corners.iter().copied()),
             moving,
             center: q.center - self.placement.point(p.center),
             inner: p.inner + q.inner,
             outer: p.outer + q.outer,
-            fixed: q.corners,
-        })
+            fixed: q.corners.clone(),
+            fixed_cell: Some(q),
+            source: Some(p),
+        }
+    }
+
+    /// Adds the obstacles of earlier searches, in this pose.
+    pub(super) fn restore(&mut self, kept: &[(Cell, Cell)]) {
+        for (p, q) in kept {
+            let added = self.added_of(p.clone(), q.clone());
+            self.added.push(added);
+        }
+    }
+
+    /// Takes out the cells of the added obstacles that `leaves` name, and names them by their new order.
+    pub(super) fn keep(self, leaves: &mut [Leaf]) -> Vec<(Cell, Cell)> {
+        let mut used = vec![false; self.added.len()];
+        for key in leaves.iter().flat_map(|leaf| &leaf.chain) {
+            if let Key::Added(k) = key {
+                used[*k as usize] = true;
+            }
+        }
+        let mut kept = Vec::new();
+        let mut number = vec![None; self.added.len()];
+        for (k, added) in self.added.into_iter().enumerate() {
+            if let (true, Some(p), Some(q)) = (used[k], added.source, added.fixed_cell) {
+                number[k] = Some(kept.len() as u32);
+                kept.push((p, q));
+            }
+        }
+        for leaf in leaves {
+            leaf.chain.retain_mut(|key| match key {
+                Key::Pair(_) => true,
+                Key::Added(k) => match number[*k as usize] {
+                    Some(new) => {
+                        *k = new;
+                        true
+                    }
+                    None => false,
+                },
+            });
+        }
+        kept
     }
 
     /// A point deep in both bodies near a crossing of their surfaces, with a moved by `t`.

@@ -29,10 +29,9 @@ impl Slabs {
     pub(super) fn around(points: impl IntoIterator<Item = DVec3>) -> Self {
         let mut slabs = Self { low: [f64::INFINITY; AXES], high: [f64::NEG_INFINITY; AXES] };
         for p in points {
-            let at = along(p);
-            for k in 0..AXES {
-                slabs.low[k] = slabs.low[k].min(at[k]);
-                slabs.high[k] = slabs.high[k].max(at[k]);
+            for ((low, high), at) in slabs.low.iter_mut().zip(&mut slabs.high).zip(along(p)) {
+                *low = low.min(at);
+                *high = high.max(at);
             }
         }
         slabs

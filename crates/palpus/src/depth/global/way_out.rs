@@ -1,6 +1,5 @@
 //! Free translations that are short: the upper bound.
 //!
-//! * *March*: along a ray from the origin, from the exit of one obstacle to the next, until a translation is free.
 //! * *Project*: from a blocked translation x to a free one beside it. Look at the translation nearest to x that meets all half-spaces
 //!   found so far. While an obstacle blocks it, add the half-space behind the obstacle's facet that seems nearest.
 //! * *Slide*: from a free translation g down to a local minimum. Look at the translation nearest to the origin that meets all
@@ -12,33 +11,7 @@ use glam::DVec3;
 
 use super::half_spaces::{HalfSpace, nearest_common};
 use super::scene::{Candidates, Place, Scene};
-use crate::algebra::tolerance::{DEPTH_MARCH_STEPS, DEPTH_PROJECT_STEPS, DEPTH_SLIDE_STEPS};
-
-/// Returns the first free translation found along `along` (unit), from `from` on, if it is shorter than `limit`.
-pub(super) fn march(
-    scene: &mut Scene<'_>,
-    candidates: Candidates<'_>,
-    along: DVec3,
-    from: f64,
-    limit: f64,
-) -> Option<DVec3> {
-    let mut reach = from;
-    for _ in 0..DEPTH_MARCH_STEPS {
-        let t = along * reach;
-        match scene.classify(candidates, t) {
-            Place::Free => return Some(t),
-            Place::Unclear => reach += scene.hair,
-            Place::Blocked(k) => {
-                let exit = scene.obstacle(k).exit(t, along).map_or(0.0, |exit| exit.distance);
-                reach += exit + scene.hair;
-            }
-        }
-        if reach >= limit {
-            return None;
-        }
-    }
-    None
-}
+use crate::algebra::tolerance::{DEPTH_PROJECT_STEPS, DEPTH_SLIDE_STEPS};
 
 /// Returns a free translation near `x`, if one shorter than `limit` is found.
 pub(super) fn project(scene: &mut Scene<'_>, x: DVec3, limit: f64) -> Option<DVec3> {
