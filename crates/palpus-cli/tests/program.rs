@@ -57,7 +57,7 @@ fn depth_bounds_what_frees_and_tells_containment() {
         (output, rows.lines().skip(1).map(cells).collect::<Vec<_>>())
     };
     let (output, rows) = run("small.obj", &["--json"]);
-    assert_eq!(json(&output.stdout)["contained"], 1);
+    assert_eq!(json(&output)["contained"], 1);
     let number = |row: usize, column: usize| rows[row][column].parse::<f64>().expect("a number");
     // Apart by 0.25; inside, half a unit from the top and a quarter of its own more; apart by 0.75.
     for (row, depth, contained) in [(0, 0.0, "0"), (1, 0.75, "1"), (2, 0.0, "0")] {

@@ -37,8 +37,9 @@ struct Cone {
     /// The point of the triangle nearest to the origin, and its distance.
     foot: DVec3,
     bound: f64,
-    /// Pairs of cells that may block more of the cone.
-    candidates: Rc<[Pair]>,
+    /// Pairs of cells that may block more of the cone; those of the cone that it was cut from until they are needed. `None`: all.
+    candidates: Option<Rc<[Pair]>>,
+    filtered: bool,
     /// Obstacles that held points of the cone, in the order in which they did.
     chain: Vec<Key>,
     number: u64,
@@ -111,6 +112,8 @@ pub(super) struct Search<'s, 'a> {
     cones: BinaryHeap<Reverse<Cone>>,
     /// A verified free translation, the shortest known.
     best: DVec3,
+    /// All pairs of cells that may block anything nearer than what was free when they were first needed.
+    all: Option<Rc<[Pair]>>,
     numbered: u64,
 }
 
@@ -119,11 +122,10 @@ impl<'s, 'a> Search<'s, 'a> {
     ///
     /// It begins with `leaves`, the cones that an earlier search at a near pose ended with, or without any from nothing.
     pub(super) fn new(scene: &'s mut Scene<'a>, goal: Goal, free: DVec3, leaves: &[Leaf]) -> Self {
-        let all: Rc<[Pair]> = scene.pairs_within(free.length()).into();
-        let mut search = Self { scene, goal, cones: BinaryHeap::new(), best: free, numbered: 0 };
-        search.resume(leaves, &all);
+        let mut search = Self { scene, goal, cones: BinaryHeap::new(), best: free, all: None, numbered: 0 };
+        search.resume(leaves);
         for along in icosahedron().into_iter().filter(|_| leaves.is_empty()) {
-            search.push(along, [0.0; 3], &all, Vec::new());
+            search.push(along, [0.0; 3], None, Vec::new());
         }
         search
     }
@@ -189,34 +191,38 @@ impl<'s, 'a> Search<'s, 'a> {
         (open.min(self.best.length()), self.best, leaves.collect())
     }
 
-    fn push(&mut self, along: [DVec3; 3], reach: [f64; 3], candidates: &Rc<[Pair]>, chain: Vec<Key>) {
+    fn push(&mut self, along: [DVec3; 3], reach: [f64; 3], candidates: Option<Rc<[Pair]>>, chain: Vec<Key>) {
         self.numbered += 1;
-        let candidates = Rc::clone(candidates);
-        let mut cone =
-            Cone { along, reach, foot: DVec3::ZERO, bound: 0.0, candidates, chain, number: self.numbered };
+        let number = self.numbered;
+        let (foot, bound, filtered) = (DVec3::ZERO, 0.0, false);
+        let mut cone = Cone { along, reach, foot, bound, candidates, filtered, chain, number };
         cone.measure();
         self.cones.push(Reverse(cone));
     }
 
     /// Begins with the cones of a search at a near pose, each moved through its obstacles again.
-    fn resume(&mut self, leaves: &[Leaf], candidates: &Rc<[Pair]>) {
+    fn resume(&mut self, leaves: &[Leaf]) {
         for leaf in leaves {
-            self.push(leaf.along, [0.0; 3], candidates, Vec::new());
+            self.push(leaf.along, [0.0; 3], None, Vec::new());
             let Some(Reverse(mut cone)) = self.cones.pop() else { continue };
             for &key in &leaf.chain {
                 self.advance_within(&mut cone, &[key]);
             }
-            cone.candidates = self.filtered(candidates, &cone.along, &cone.reach);
             self.cones.push(Reverse(cone));
         }
     }
 
     /// Moves the cone's triangle to the exit of the obstacle that brings it farthest, and returns by how much the bound rises.
     fn advance(&mut self, cone: &mut Cone) -> f64 {
-        let tries = self.scene.promising(Candidates::Some(&cone.candidates), &cone.corners(), CONE_TRIES);
-        let (first, rest) = tries.split_at(tries.len().min(CONE_FIRST_TRIES));
         let hints = cone.hints().to_vec();
-        let mut gain = self.advance_within(cone, &[&hints, first].concat());
+        let mut gain = self.advance_within(cone, &hints);
+        if gain >= CONE_GAIN * self.goal.gap {
+            return gain;
+        }
+        let candidates = self.candidates(cone);
+        let tries = self.scene.promising(Candidates::Some(&candidates), &cone.corners(), CONE_TRIES);
+        let (first, rest) = tries.split_at(tries.len().min(CONE_FIRST_TRIES));
+        gain += self.advance_within(cone, first);
         for &k in rest {
             if gain > 0.0 {
                 break;
@@ -264,7 +270,10 @@ impl<'s, 'a> Search<'s, 'a> {
         let known = cone.hints().iter().copied().find(|&k| self.scene.obstacle(k).holds(t));
         let place = match known {
             Some(k) => Place::Blocked(k),
-            None => self.scene.classify(Candidates::Some(&cone.candidates), t),
+            None => {
+                let candidates = self.candidates(cone);
+                self.scene.classify(Candidates::Some(&candidates), t)
+            }
         };
         match place {
             Place::Free if self.scene.verified(t) => self.best = t,
@@ -304,18 +313,22 @@ impl<'s, 'a> Search<'s, 'a> {
         for replaced in [i, j] {
             let (mut directions, mut reaches) = (cone.along, cone.reach);
             (directions[replaced], reaches[replaced]) = (along, reach);
-            let candidates = self.filtered(&cone.candidates, &directions, &reaches);
-            self.push(directions, reaches, &candidates, cone.chain.clone());
+            self.push(directions, reaches, cone.candidates.clone(), cone.chain.clone());
         }
     }
 
-    /// The candidates that come into the cone of these directions.
-    fn filtered(&self, candidates: &Rc<[Pair]>, directions: &[DVec3; 3], reaches: &[f64; 3]) -> Rc<[Pair]> {
-        if candidates.len() < CONE_FILTER {
-            return Rc::clone(candidates);
-        }
-        // The cone from the old triangle to the length of what is known to be free.
+    /// The candidates of a cone: pairs of cells whose obstacles come into it, beyond its triangle.
+    fn candidates(&mut self, cone: &mut Cone) -> Rc<[Pair]> {
         let limit = self.best.length();
+        let before = cone.candidates.get_or_insert_with(|| {
+            let all = self.all.get_or_insert_with(|| self.scene.pairs_within(limit).into());
+            Rc::clone(all)
+        });
+        if cone.filtered || before.len() < CONE_FILTER {
+            return Rc::clone(before);
+        }
+        let (directions, reaches) = (&cone.along, &cone.reach);
+        // The cone from the old triangle to the length of what is known to be free.
         let widest = closest_on_triangle(DVec3::ZERO, directions[0], directions[1], directions[2]).length();
         let inner = [0, 1, 2].map(|k| directions[k] * reaches[k]);
         let outer = directions.map(|along| along * (limit / widest));
@@ -324,7 +337,10 @@ impl<'s, 'a> Search<'s, 'a> {
             let (moving, fixed) = self.scene.pair_slabs(**pair);
             Slabs::may_meet(moving, fixed, &slabs)
         };
-        candidates.iter().filter(meets).copied().collect()
+        let meeting: Rc<[Pair]> = before.iter().filter(meets).copied().collect();
+        cone.candidates = Some(Rc::clone(&meeting));
+        cone.filtered = true;
+        meeting
     }
 }
 
