@@ -23,6 +23,7 @@ mod containment;
 mod convex;
 mod half_spaces;
 mod interior;
+mod lens;
 mod obstacle;
 mod scene;
 mod slabs;

@@ -9,10 +9,7 @@ use super::obstacle::Obstacle;
 use super::slabs::Slabs;
 use super::surfaces::{Crossing, Surfaces};
 use super::{Containment, GlobalDepth};
-use crate::algebra::tolerance::{
-    DEPTH_LENSES, DEPTH_PROBES, DEPTH_TRIES, LENS_CENTERING, LENS_FIRST_STEP, LENS_STEP_GROWTH, LENS_STEPS,
-    RECENT_HOLDERS,
-};
+use crate::algebra::tolerance::{DEPTH_LENSES, DEPTH_PROBES, DEPTH_TRIES, RECENT_HOLDERS};
 use crate::algebra::{Placement, Pose};
 use crate::body::Body;
 
@@ -46,19 +43,6 @@ struct Added {
     fixed_slabs: Slabs,
 }
 
-/// A point in both bodies.
-#[derive(Clone, Copy, Debug)]
-struct Lens {
-    /// In a's frame.
-    point_a: DVec3,
-    /// In b's frame.
-    point_b: DVec3,
-    /// The nearest point of both surfaces, in b's frame.
-    nearest: DVec3,
-    /// Its distance.
-    depth: f64,
-}
-
 /// What a translation is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
@@ -72,11 +56,11 @@ pub(super) enum Place {
 
 /// Both bodies at one relative pose.
 pub(super) struct Scene<'a> {
-    a: &'a Body,
-    b: &'a Body,
+    pub(super) a: &'a Body,
+    pub(super) b: &'a Body,
     interior_a: &'a Interior,
     interior_b: &'a Interior,
-    placement: Placement,
+    pub(super) placement: Placement,
     pub(super) surfaces: Surfaces<'a>,
     /// Cells of a in b's frame: their corners, where those of each begin, their middles and extents.
     corners: Vec<DVec3>,
@@ -378,46 +362,6 @@ impl<'a> Scene<'a> {
             });
         }
         kept
-    }
-
-    /// A point deep in both bodies near a crossing of their surfaces, with a moved by `t`.
-    fn lens(&self, crossing: &Crossing, t: DVec3) -> Option<Lens> {
-        let size = self.a.size().min(self.b.size());
-        let outward_a = self.placement.vector(self.a.mesh().triangle_normal(crossing.moving));
-        let outward_b = self.b.mesh().triangle_normal(crossing.fixed);
-        let inward = -(outward_a + outward_b).normalize_or_zero();
-        let mut best: Option<Lens> = None;
-        let mut step = LENS_FIRST_STEP * size;
-        for _ in 0..LENS_STEPS {
-            let found = self.lens_at(crossing.point + inward * step, t);
-            let better = found.is_some_and(|found| best.is_none_or(|best| found.depth > best.depth));
-            if better {
-                best = found;
-            } else if best.is_some() {
-                break;
-            }
-            step *= LENS_STEP_GROWTH;
-        }
-        let mut best = best?;
-        for _ in 0..LENS_CENTERING {
-            let away = (best.point_b - best.nearest).normalize_or_zero();
-            match self.lens_at(best.point_b + away * (0.5 * best.depth), t) {
-                Some(found) if found.depth > best.depth => best = found,
-                _ => break,
-            }
-        }
-        Some(best)
-    }
-
-    /// The point `z` (b's frame) if it lies in both bodies, with a moved by `t`.
-    fn lens_at(&self, z: DVec3, t: DVec3) -> Option<Lens> {
-        let point_a = self.placement.inverse_point(z - t);
-        if !self.b.tree().inside(z) || !self.a.tree().inside(point_a) {
-            return None;
-        }
-        let (p, q) = (self.a.tree().nearest(point_a)?, self.b.tree().nearest(z)?);
-        let nearest = if p.distance < q.distance { self.placement.point(p.point) + t } else { q.point };
-        Some(Lens { point_a, point_b: z, nearest, depth: p.distance.min(q.distance) })
     }
 
     /// True if `t` is free by the judgement of the surfaces alone, and counts as a way out.
