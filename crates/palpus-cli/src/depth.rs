@@ -1,7 +1,8 @@
 //! `palpus depth`: bounds of the penetration depth of two models of any shape, for a list of poses.
 //!
-//! Frames are answered in runs of fixed length, each by one thread from its beginning: so the answers are the same for any number
-//! of threads, and most frames know the answer of the one before.
+//! Frames are answered in runs of fixed length, each by one thread from its beginning: so the
+//! answers are the same for any number of threads, and most frames know the answer of the one
+//! before.
 
 use std::process::ExitCode;
 use std::time::Instant;
@@ -22,7 +23,7 @@ use crate::{bodies, output, query};
 /// Frames that one thread answers one after the other.
 const RUN: usize = 25;
 
-/// What `--json` says; lengths are in model units.
+/// The document of `--json`; lengths are in model units.
 #[derive(Serialize)]
 struct Summary {
     frames: usize,
@@ -151,7 +152,7 @@ fn tell(arguments: &DepthArguments, summary: &Summary) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What about a model limits what its depth means.
+/// Returns a note if a defect of the model limits the meaning of its depth.
 fn note_of(name: &str, body: &Body) -> Option<String> {
     let health = Health::full(body.mesh(), body.half_edges(), body.tree(), body.health().cleaning);
     let notice = health.notices().into_iter().find(Notice::is_warning)?;

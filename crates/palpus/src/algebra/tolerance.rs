@@ -794,7 +794,7 @@ pub const CONE_SMALL: f64 = 0.05;
 pub const CONE_SMALLEST: f64 = 1e-4;
 
 /// Cuts of cones between two searches for a shorter free translation.
-pub const CONE_CUTS_PER_MARCH: u64 = 12;
+pub const CONE_CUTS_PER_WAY_OUT: u64 = 12;
 
 /// Candidates from which on a cone's halves look for those of them that come into their directions.
 pub const CONE_FILTER: usize = 64;

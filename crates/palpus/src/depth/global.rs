@@ -1,19 +1,22 @@
-//! The penetration depth of two solids of any shape: the least translation that frees them, as a bracket with proof.
+//! The penetration depth of two solids of any shape: the least translation that frees them, as a
+//! bracket with proof.
 //!
-//! Solids A (at a pose) and B. A translation t is *free* if A moved by t and B have no inner point in common. The depth is the
-//! least |t| of all free t; it need not be possible to move there without passing through B. All functions answer
-//! lower ≤ depth ≤ upper:
+//! Solids A (at a pose) and B. A translation t is *free* if A moved by t and B have no inner point
+//! in common. The depth is the least |t| of all free t; it need not be possible to move there
+//! without passing through B. All functions answer lower ≤ depth ≤ upper:
 //!
-//! 1. *Blocked translations*. If convex sets P in A and Q in B overlap at t, t is not free; the translations at which they
-//!    do are convex, an [obstacle](obstacle). The [interior](interior) of each solid is filled with large convex cells. Where the
-//!    surfaces do not cross but one body lies in the other, no translation shorter than their distance frees them: a ball.
-//! 2. *Free translations*. The surfaces have no common point and no part of one lies in the other body
-//!    ([surfaces](surfaces)): exact predicates, which know nothing of cells.
-//! 3. *Search* ([cones](cones)). A surface about the origin within which all is blocked grows where it is nearest; where it cannot, it
-//!    has found a free translation or is cut finer.
+//! 1. *Blocked translations*. If convex sets P in A and Q in B overlap at t, t is not free; the
+//!    translations at which they do are convex, an [obstacle](obstacle). The [interior](interior)
+//!    of each solid is filled with large convex cells. Where the surfaces do not cross but one body
+//!    lies in the other, no translation shorter than their distance frees them: a ball.
+//! 2. *Free translations*. The surfaces have no common point and no part of one lies in the other
+//!    body ([surfaces](surfaces)): exact predicates, which know nothing of cells.
+//! 3. *Search* ([cones](cones)). A surface about the origin within which all is blocked grows where
+//!    it is nearest; where it cannot, it has found a free translation or is cut finer.
 //!
-//! A surface that is not closed bounds no solid. It is then a body without inside: free means that its triangles do not cross
-//! the other surface nor lie in the other solid. Where a closed surface crosses itself, inside is what it winds around at least once.
+//! A surface that is not closed bounds no solid. It is then a body without inside: free means that
+//! its triangles do not cross the other surface nor lie in the other solid. Where a closed surface
+//! crosses itself, inside is what it winds around at least once.
 //!
 //! `docs/global-depth.md` has the proofs and figures.
 
@@ -45,7 +48,7 @@ pub use interior::Interior;
 use scene::Scene;
 use way_out::{project, slide};
 
-/// Two bodies of which depths are wanted.
+/// Bounds the penetration depth of two bodies.
 #[derive(Clone, Copy, Debug)]
 pub struct GlobalDepth<'a> {
     a: &'a Body,
@@ -59,10 +62,11 @@ pub struct GlobalDepth<'a> {
 pub struct GlobalSettings {
     /// The search ends if upper − lower is no more than this (model units).
     pub gap: f64,
-    /// The search ends after about so many evaluations: obstacles looked at closely, or triangles compared.
+    /// The search ends after about so many evaluations: obstacles looked at closely, or triangles
+    /// compared.
     pub budget: u64,
-    /// Only translations count as free from which a can leave b in a straight line, at this rotation. The lower bound stays that
-    /// of all free translations.
+    /// Only translations count as free from which a can leave b in a straight line, at this
+    /// rotation. The lower bound stays that of all free translations.
     pub outside: bool,
 }
 
@@ -88,11 +92,12 @@ pub struct DepthBracket {
     pub containment: Containment,
     /// The distance of the surfaces, if the bodies are free or one lies in the other.
     pub distance: Option<f64>,
-    /// What the answer took.
+    /// Evaluations that the search used.
     pub evaluations: u64,
 }
 
-/// What is kept between near poses, to be faster: the last answer, and the cones and obstacles that proved it. It changes how soon the search ends, never what is proven.
+/// The last answer of a search and the cones and obstacles that proved it, as a start for the next
+/// pose. It changes how soon a search ends, never whether its bounds hold.
 #[derive(Clone, Debug, Default)]
 pub struct GlobalMemory {
     translation: Option<DVec3>,

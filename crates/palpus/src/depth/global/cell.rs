@@ -1,17 +1,20 @@
 //! A convex cell inside a solid, grown about a point.
 //!
-//! 1. Visit the triangles of the surface from the nearest to the farthest from the seed, through the triangle tree.
+//! 1. Visit the triangles of the surface from the nearest to the farthest from the seed, through
+//!    the triangle tree.
 //! 2. A triangle that lies beyond a plane found so far is done, and so is a whole box of them.
-//! 3. Any other gives a plane that leaves it outside: its own, where that leaves the cell large and keeps the wanted point,
-//!    else the plane through its nearest point across the line to the seed.
-//! 4. The cell is what lies below all planes. No point of the surface lies in its interior, and the seed lies in the solid:
-//!    so the whole cell does.
+//! 3. Any other gives a plane that leaves it outside: its own, where that leaves the cell large and
+//!    keeps the wanted point, else the plane through its nearest point across the line to the seed.
+//! 4. The cell is what lies below all planes. No point of the surface lies in its interior, and the
+//!    seed lies in the solid: so the whole cell does.
 //!
-//! The planes' common polytope comes from the hull of their dual points. Its corners are drawn towards the seed until each
-//! lies below every plane, so that rounding never puts a cell outside of its solid.
+//! The planes' common polytope comes from the hull of their dual points. Its corners are drawn
+//! towards the seed until each lies below every plane, so that rounding never puts a cell outside
+//! of its solid.
 //!
-//! After R. Deits and R. Tedrake, *Computing Large Convex Regions of Obstacle-Free Space through Semidefinite Programming*,
-//! 2014, with one round of planes and a ball in the place of their ellipsoids.
+//! After R. Deits and R. Tedrake, *Computing Large Convex Regions of Obstacle-Free Space through
+//! Semidefinite Programming*, 2014, with one round of planes and a ball in the place of their
+//! ellipsoids.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -55,7 +58,8 @@ impl Cell {
         Self { corners: corners.to_vec(), center, inner: 0.0, outer, planes: Vec::new() }
     }
 
-    /// Grows the cell about `seed`, a point inside a solid of diagonal `size`, that keeps the point `keep` if it can.
+    /// Grows the cell about `seed`, a point inside a solid of diagonal `size`, that keeps the point
+    /// `keep` if it can.
     ///
     /// `None` if the surface is too near, or too rugged for so many planes.
     pub(super) fn grow(tree: &TriangleTree, seed: DVec3, keep: DVec3, size: f64) -> Option<Self> {

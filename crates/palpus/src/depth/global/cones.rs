@@ -1,16 +1,22 @@
-//! The lower bound, and with it the search: a growing surface about the origin within which all translations are blocked.
+//! The lower bound, and with it the search: a growing surface about the origin within which all
+//! translations are blocked.
 //!
-//! 1. Directions are cut into cones over spherical triangles, twenty at first. Each knows how far it is blocked along its three
-//!    corner directions; the tetrahedron between these three points and the origin is proven to be blocked.
-//! 2. Take the cone whose triangle comes nearest to the origin. The least of these distances is the lower bound.
-//! 3. Look for an obstacle that holds all three points. The points where the corner directions leave it are its new ones: an
-//!    obstacle is convex, so all between the old triangle and the new one is blocked.
-//! 4. If none holds all three, look at the triangle's nearest point. If nothing blocks it, it is free, the upper bound equals the
-//!    lower one, and the search ends.
+//! 1. Directions are cut into cones over spherical triangles, twenty at first. Each knows how far
+//!    it is blocked along its three corner directions; the tetrahedron between these three points
+//!    and the origin is proven to be blocked.
+//! 2. Take the cone whose triangle comes nearest to the origin. The least of these distances is the
+//!    lower bound.
+//! 3. Look for an obstacle that holds all three points. The points where the corner directions
+//!    leave it are its new ones: an obstacle is convex, so all between the old triangle and the new
+//!    one is blocked.
+//! 4. If none holds all three, look at the triangle's nearest point. If nothing blocks it, it is
+//!    free, the upper bound equals the lower one, and the search ends.
 //! 5. Else cut the cone in two across the triangle's longest side.
-//! 6. Now and then march outwards from such a point and slide down from where it is free, for a better upper bound.
+//! 6. Now and then project such a point to a free translation beside it, and slide that down, for a
+//!    better upper bound.
 //!
-//! The search ends if the bounds are near enough, or the budget is spent; both bounds hold at any time.
+//! The search ends if the bounds are near enough, or the budget is spent; both bounds hold at any
+//! time.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -23,7 +29,7 @@ use super::slabs::Slabs;
 use super::way_out::{project, slide};
 use crate::algebra::closest_on_triangle;
 use crate::algebra::tolerance::{
-    CONE_CUTS_PER_MARCH, CONE_FILTER, CONE_FIRST_TRIES, CONE_GAIN, CONE_HINTS, CONE_SMALL, CONE_SMALLEST, CONE_TRIES,
+    CONE_CUTS_PER_WAY_OUT, CONE_FILTER, CONE_FIRST_TRIES, CONE_GAIN, CONE_HINTS, CONE_SMALL, CONE_SMALLEST, CONE_TRIES,
     DEPTH_ROUNDING,
 };
 
@@ -37,7 +43,8 @@ struct Cone {
     /// The point of the triangle nearest to the origin, and its distance.
     foot: DVec3,
     bound: f64,
-    /// Pairs of cells that may block more of the cone; those of the cone that it was cut from until they are needed. `None`: all.
+    /// Pairs of cells that may block more of the cone; those of the cone that it was cut from until
+    /// they are needed. `None`: all.
     candidates: Option<Rc<[Pair]>>,
     filtered: bool,
     /// Obstacles that held points of the cone, in the order in which they did.
@@ -96,7 +103,7 @@ pub(super) struct Leaf {
     pub(super) chain: Vec<Key>,
 }
 
-/// What a search goes for.
+/// When a search ends.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Goal {
     /// The gap between the bounds that is small enough.
@@ -112,7 +119,8 @@ pub(super) struct Search<'s, 'a> {
     cones: BinaryHeap<Reverse<Cone>>,
     /// A verified free translation, the shortest known.
     best: DVec3,
-    /// All pairs of cells that may block anything nearer than what was free when they were first needed.
+    /// All pairs of cells that may block translations shorter than `best`; collected when first
+    /// needed.
     all: Option<Rc<[Pair]>>,
     numbered: u64,
 }
@@ -120,7 +128,8 @@ pub(super) struct Search<'s, 'a> {
 impl<'s, 'a> Search<'s, 'a> {
     /// A search that knows `free`, a verified free translation.
     ///
-    /// It begins with `leaves`, the cones that an earlier search at a near pose ended with, or without any from nothing.
+    /// It begins with `leaves`, the cones that an earlier search at a near pose ended with, or
+    /// without any from nothing.
     pub(super) fn new(scene: &'s mut Scene<'a>, goal: Goal, free: DVec3, leaves: &[Leaf]) -> Self {
         let mut search = Self { scene, goal, cones: BinaryHeap::new(), best: free, all: None, numbered: 0 };
         search.resume(leaves);
@@ -159,7 +168,7 @@ impl<'s, 'a> Search<'s, 'a> {
             let [a, b, c] = cone.corners();
             let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
             if cone.bound > 0.0 && longest <= CONE_SMALL * self.goal.gap {
-                // What holds the foot may miss a corner, however small the cone.
+                // An obstacle that holds the foot may still miss a corner of a small cone.
                 for corner in cone.corners() {
                     self.look_at(&mut cone, corner * (1.0 + hair / corner.length()));
                     let hints = cone.hints().to_vec();
@@ -181,7 +190,7 @@ impl<'s, 'a> Search<'s, 'a> {
                 continue;
             }
             cuts += 1;
-            if cuts % CONE_CUTS_PER_MARCH == 0 && cone.bound > 0.0 {
+            if cuts % CONE_CUTS_PER_WAY_OUT == 0 && cone.bound > 0.0 {
                 self.seek_way_out(&cone);
             }
             self.cut(&cone);
@@ -212,7 +221,8 @@ impl<'s, 'a> Search<'s, 'a> {
         }
     }
 
-    /// Moves the cone's triangle to the exit of the obstacle that brings it farthest, and returns by how much the bound rises.
+    /// Moves the cone's triangle to the exit of the obstacle that brings it farthest, and returns
+    /// by how much the bound rises.
     fn advance(&mut self, cone: &mut Cone) -> f64 {
         let hints = cone.hints().to_vec();
         let mut gain = self.advance_within(cone, &hints);
@@ -262,7 +272,8 @@ impl<'s, 'a> Search<'s, 'a> {
         gain
     }
 
-    /// What `t`, a point of the cone, is, if it is nearer than what is known to be free. What blocks it becomes a hint.
+    /// Classifies `t`, a point of the cone; `None` if it is longer than `best`. An obstacle that
+    /// holds it becomes a hint.
     fn look_at(&mut self, cone: &mut Cone, t: DVec3) -> Option<Place> {
         if t.length() >= self.best.length() {
             return None;

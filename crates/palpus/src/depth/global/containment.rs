@@ -17,7 +17,7 @@ pub enum Containment {
     BInA,
 }
 
-/// Two bodies of which it is asked whether one lies in the other.
+/// Tells whether one of two bodies lies in the other.
 #[derive(Clone, Debug)]
 pub struct ContainmentQuery<'a> {
     a: &'a Body,
@@ -27,12 +27,13 @@ pub struct ContainmentQuery<'a> {
 }
 
 impl<'a> ContainmentQuery<'a> {
-    /// Of `a` and `b`. A body whose surface is not closed has no inside and holds nothing.
+    /// Prepares the query of `a` and `b`. A body whose surface is not closed has no inside and
+    /// holds nothing.
     pub fn new(a: &'a Body, b: &'a Body) -> Self {
         Self { a, b, components_a: first_vertices(a.mesh()), components_b: first_vertices(b.mesh()) }
     }
 
-    /// The answer with a at `pose_ba` in b's frame; exact for the vertices as placed.
+    /// Returns the answer with a at `pose_ba` in b's frame; exact for the vertices as placed.
     pub fn run(&self, pose_ba: &Pose) -> Containment {
         let answer = containment(self.a, &self.components_a, self.b, &self.components_b, pose_ba, DVec3::ZERO);
         if answer == Containment::Neither {

@@ -16,7 +16,8 @@ pub(super) struct ConvexMemory {
     walk: WalkScratch,
 }
 
-/// The lower bound and a verified free translation, if both bodies are convex and the depth is proven.
+/// The lower bound and a verified free translation, if both bodies are convex and the depth is
+/// proven.
 pub(super) fn convex_depth(
     query: &GlobalDepth<'_>,
     pose_ba: &Pose,

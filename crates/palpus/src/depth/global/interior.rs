@@ -1,9 +1,12 @@
 //! The inside of a solid as convex cells that overlap, made once for a body.
 //!
-//! 1. Take sample points of the surface: of each triangle its middle and one near each corner, and more in large ones.
-//! 2. Below each, find the largest ball in the solid that touches the surface there (shrinking ball: J. Ma, S. Bae, S. Choi,
-//!    *3D Medial Axis Point Approximation Using Nearest Neighbors and the Normal Field*, 2012).
-//! 3. From the largest ball to the smallest, grow a cell about its centre, unless the sample already lies in one.
+//! 1. Take sample points of the surface: of each triangle its middle and one near each corner, and
+//!    more in large ones.
+//! 2. Below each, find the largest ball in the solid that touches the surface there (shrinking
+//!    ball: J. Ma, S. Bae, S. Choi, *3D Medial Axis Point Approximation Using Nearest Neighbors and
+//!    the Normal Field*, 2012).
+//! 3. From the largest ball to the smallest, grow a cell about its centre, unless the sample
+//!    already lies in one.
 //!
 //! A surface that is not closed has no inside and no cells.
 
@@ -18,7 +21,8 @@ use crate::algebra::tolerance::{
 use crate::algebra::{Workers, map_in_order};
 use crate::body::{Body, Mesh};
 
-/// Convex cells that fill a solid as far as it matters to [`GlobalDepth`](super::GlobalDepth). In the body's frame.
+/// Convex cells that fill a solid as far as it matters to [`GlobalDepth`](super::GlobalDepth). In
+/// the body's frame.
 #[derive(Clone, Debug)]
 pub struct Interior {
     pub(super) cells: Vec<Cell>,
@@ -41,7 +45,8 @@ struct Sample {
 }
 
 impl Interior {
-    /// Computes the cells of `body`; the same whatever `workers`. `progress` is told the fraction done, rising to one.
+    /// Computes the cells of `body`; the result does not depend on `workers`. `progress` receives
+    /// the fraction done, rising to one.
     pub fn new(body: &Body, workers: &dyn Workers, progress: &mut dyn FnMut(f64)) -> Self {
         let mesh = body.mesh();
         let components = first_vertices(mesh);
@@ -89,7 +94,8 @@ fn sample_points(mesh: &Mesh) -> Vec<(DVec3, DVec3)> {
         if 4 * count > CELL_SAMPLES {
             continue;
         }
-        // A square grid in the plane of the corners' weights, with rows by the triangle's share of the surface.
+        // A square grid in the plane of the corners' weights, with rows by the triangle's share of
+        // the surface.
         let share = mesh.triangle_area(t) / area * (CELL_SAMPLES - 4 * count) as f64;
         let rows = (share * 2.0).sqrt().floor() as usize;
         for i in 0..rows {

@@ -1,6 +1,7 @@
-//! Where two bodies overlap, beside a crossing of their surfaces: a point deep in both.
+//! Finds a point deep in both bodies near a crossing of their surfaces.
 //!
-//! 1. Go from the crossing against both outward normals, in growing steps, as long as the nearer surface gets farther.
+//! 1. Go from the crossing against both outward normals, in growing steps, as long as the nearer
+//!    surface gets farther.
 //! 2. Go on away from the nearer surface, by half of its distance, as long as that helps.
 //!
 //! Cells of both bodies grown about this point overlap there.

@@ -1,14 +1,17 @@
 //! The translations at which two convex cells overlap: a convex set, known by its supports.
 //!
-//! For a cell P of the moving body and a cell Q of the fixed one these translations are the Minkowski difference
-//! {q − p}. The ray query follows G. Snethen, *XenoCollide*, Game Programming Gems 7, 2008:
+//! For a cell P of the moving body and a cell Q of the fixed one these translations are the
+//! Minkowski difference {q − p}. The ray query follows G. Snethen, *XenoCollide*, Game Programming
+//! Gems 7, 2008:
 //!
-//! 1. Start from a point known to lie inside, and find three support points whose triangle (the *portal*) the ray passes.
+//! 1. Start from a point known to lie inside, and find three support points whose triangle (the
+//!    *portal*) the ray passes.
 //! 2. Move the portal outwards along its normal until no support point lies beyond it.
 //!
-//! The portal consists of points of the set, so the distance to it is one that the ray surely goes inside; the plane through
-//! the last support point is a proven half-space outside of the set. Deviation: the answer is always the inner distance, so
-//! that what is called blocked is blocked even if the search stops early.
+//! The portal consists of points of the set, so the distance to it is one that the ray surely goes
+//! inside; the plane through the last support point is a proven half-space outside of the set.
+//! Deviation: the answer is always the inner distance, so a blocked translation is blocked even if
+//! the search stops early.
 
 use glam::DVec3;
 
@@ -29,7 +32,7 @@ pub(super) struct Obstacle<'a> {
     pub(super) outer: f64,
 }
 
-/// Where a ray leaves an obstacle.
+/// The point at which a ray leaves an obstacle.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Exit {
     /// Along the ray: at least this far the ray runs inside.
@@ -70,7 +73,8 @@ impl Obstacle<'_> {
         self.refine(portal, from, along, Some(distance)).is_some_and(|exit| exit.distance > distance)
     }
 
-    /// Returns where the ray along `along` (unit) from `from`, which must lie inside, leaves the set.
+    /// Returns where the ray along `along` (unit) from `from`, which must lie inside, leaves the
+    /// set.
     pub(super) fn exit(&self, from: DVec3, along: DVec3) -> Option<Exit> {
         if self.moving.is_empty() {
             return self.exit_of_ball(from, along);
@@ -79,7 +83,8 @@ impl Obstacle<'_> {
         self.refine(portal, from, along, None)
     }
 
-    /// Returns the exit along the normal of a facet near `from`, which must lie inside: a local minimum.
+    /// Returns the exit along the normal of a facet near `from`, which must lie inside: a local
+    /// minimum.
     pub(super) fn nearest_exit(&self, from: DVec3) -> Option<Exit> {
         let mut best = self.exit(from, (from - self.center).try_normalize().unwrap_or(DVec3::X))?;
         for _ in 0..EXIT_TURNS {
@@ -103,7 +108,8 @@ impl Obstacle<'_> {
         Some(Exit { distance, normal, offset: normal.dot(self.center) + self.inner })
     }
 
-    /// Three support points whose triangle the ray passes; `None` if `from` turns out not to lie inside.
+    /// Three support points whose triangle the ray passes; `None` if `from` turns out not to lie
+    /// inside.
     fn portal(&self, from: DVec3, along: DVec3) -> Option<Portal> {
         let mut v1 = self.support(along) - from;
         if v1.dot(along) <= 0.0 {
@@ -135,7 +141,8 @@ impl Obstacle<'_> {
         None
     }
 
-    /// Moves the portal outwards; with `wanted` only until it is clear on which side of that distance the exit lies.
+    /// Moves the portal outwards; with `wanted` only until it is clear on which side of that
+    /// distance the exit lies.
     fn refine(&self, portal: Portal, from: DVec3, along: DVec3, wanted: Option<f64>) -> Option<Exit> {
         let mut v = portal.v;
         let mut best: Option<Exit> = None;

@@ -1,4 +1,4 @@
-//! Both bodies at one pose: what is known of translations by themselves.
+//! Both bodies at one pose: their obstacles, and the classification of single translations.
 
 use glam::DVec3;
 
@@ -23,7 +23,7 @@ pub(super) struct Pair {
 /// Names an obstacle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Key {
-    /// That of two prepared cells.
+    /// The obstacle of two prepared cells.
     Pair(Pair),
     /// One that was added at this pose.
     Added(u32),
@@ -43,7 +43,7 @@ struct Added {
     fixed_slabs: Slabs,
 }
 
-/// What a translation is.
+/// Classification of a translation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
     /// In the obstacle of this number.
@@ -62,7 +62,8 @@ pub(super) struct Scene<'a> {
     interior_b: &'a Interior,
     pub(super) placement: Placement,
     pub(super) surfaces: Surfaces<'a>,
-    /// Cells of a in b's frame: their corners, where those of each begin, their middles and extents.
+    /// Cells of a in b's frame: their corners, where those of each begin, their middles and
+    /// extents.
     corners: Vec<DVec3>,
     starts: Vec<u32>,
     centers: Vec<DVec3>,
@@ -115,7 +116,8 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Calls `visit` with the pairs of cells whose boxes overlap if a is moved by some translation between `low` and `high`.
+    /// Calls `visit` with the pairs of cells whose boxes overlap if a is moved by some translation
+    /// between `low` and `high`.
     fn visit_pairs(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(Pair)) {
         for (moving, slabs) in self.slabs.iter().enumerate() {
             let (least, most) = slabs.bounds();
@@ -170,8 +172,8 @@ impl<'a> Scene<'a> {
         Obstacle { moving, fixed, center, inner, outer }
     }
 
-    /// Up to `most` obstacles, out of `candidates` and those added, that may hold all `points`; the deepest first, as far as their
-    /// slabs tell.
+    /// Up to `most` obstacles, out of `candidates` and those added, that may hold all `points`; the
+    /// deepest first, as far as their slabs tell.
     pub(super) fn promising(&mut self, candidates: Candidates<'_>, points: &[DVec3], most: usize) -> Vec<Key> {
         let mut scores = std::mem::take(&mut self.scores);
         scores.clear();
@@ -241,7 +243,8 @@ impl<'a> Scene<'a> {
         None
     }
 
-    /// Finds out what `t` is. If no known obstacle holds it, the surfaces tell, and an obstacle may be added.
+    /// Finds out what `t` is. If no known obstacle holds it, the surfaces tell, and an obstacle may
+    /// be added.
     pub(super) fn classify(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
         if let Some(k) = self.holder(candidates, t) {
             return Place::Blocked(k);
@@ -249,7 +252,7 @@ impl<'a> Scene<'a> {
         self.probe(t)
     }
 
-    /// What the surfaces say of `t`.
+    /// Classifies `t` by the surfaces, and adds an obstacle if they cross.
     fn probe(&mut self, t: DVec3) -> Place {
         self.evaluations += DEPTH_PROBES as u64;
         let crossings = self.surfaces.crossings(t, DEPTH_PROBES);
@@ -333,7 +336,8 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Takes out the cells of the added obstacles that `leaves` name, and names them by their new order.
+    /// Takes out the cells of the added obstacles that `leaves` name, and names them by their new
+    /// order.
     pub(super) fn keep(self, leaves: &mut [Leaf]) -> Vec<(Cell, Cell)> {
         let mut used = vec![false; self.added.len()];
         for key in leaves.iter().flat_map(|leaf| &leaf.chain) {

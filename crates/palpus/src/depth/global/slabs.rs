@@ -1,7 +1,8 @@
 //! Slabs about convex sets: how far they reach along seven axes, both ways.
 //!
-//! The Minkowski difference of two sets reaches exactly as far as the two together, so the least of what is left along these axes bounds
-//! the depth of a translation in an obstacle from above. That sorts out most obstacles, and tells which are promising.
+//! The Minkowski difference of two sets reaches exactly as far as the two together, so the least of
+//! what is left along these axes bounds the depth of a translation in an obstacle from above. That
+//! sorts out most obstacles, and tells which are promising.
 
 use glam::DVec3;
 
@@ -43,8 +44,8 @@ impl Slabs {
         (corner(&self.low), corner(&self.high))
     }
 
-    /// How deep `points` lie at most in the obstacle of a moving set and a fixed one with these slabs: an upper bound, which is not
-    /// positive only if one of them lies outside.
+    /// How deep `points` lie at most in the obstacle of a moving set and a fixed one with these
+    /// slabs: an upper bound, which is not positive only if one of them lies outside.
     pub(super) fn depth(moving: &Self, fixed: &Self, points: &Self) -> f64 {
         let mut least = f64::INFINITY;
         for k in 0..AXES {
@@ -74,7 +75,7 @@ struct BoxNode {
     high: DVec3,
     /// Second child; the first follows its parent. 0 for a leaf.
     second: u32,
-    /// What a leaf holds.
+    /// Number of a leaf's box.
     item: u32,
 }
 

@@ -1,7 +1,9 @@
-//! The surfaces of both bodies by themselves: do they cross, how far are they apart, does one lie inside the other.
+//! The surfaces of both bodies by themselves: do they cross, how far are they apart, does one lie
+//! inside the other.
 //!
-//! This is the judge of every free translation, and shares nothing with the cells that prove translations blocked: exact
-//! predicates on pairs of triangles ([`TrianglePair`]) and exact winding numbers.
+//! This is the judge of every free translation, and shares nothing with the cells that prove
+//! translations blocked: exact predicates on pairs of triangles ([`TrianglePair`]) and exact
+//! winding numbers.
 //!
 //! The moving body's triangles are turned once for a pose; a translation then only shifts boxes.
 
@@ -64,7 +66,8 @@ impl<'a> Surfaces<'a> {
         self.boxes.first().copied().unwrap_or(Aabb::EMPTY)
     }
 
-    /// True if the surfaces have no common point with a moved by `t`, and neither body lies in the other.
+    /// True if the surfaces have no common point with a moved by `t`, and neither body lies in the
+    /// other.
     pub(super) fn is_free(&self, t: DVec3) -> bool {
         let mut touching = false;
         self.visit_pairs(t, &mut |p, q, _| {
@@ -99,8 +102,9 @@ impl<'a> Surfaces<'a> {
             || closed(self.a) && self.components_b.iter().any(|&p| self.a.tree().inside(back.point(p - t)))
     }
 
-    /// True if a, moved by `t`, which must be free, can go on along a straight line until the bodies are apart for good. Each step is
-    /// no longer than the distance of the surfaces, so that no step can pass through anything.
+    /// True if a, moved by `t`, which must be free, can go on along a straight line until the
+    /// bodies are apart for good. Each step is no longer than the distance of the surfaces, so that
+    /// no step can pass through anything.
     pub(super) fn escapes(&self, t: DVec3) -> bool {
         let axes = [t.normalize_or_zero(), DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
         axes.into_iter().filter(|along| *along != DVec3::ZERO).any(|along| self.escapes_along(t, along))
@@ -150,7 +154,8 @@ impl<'a> Surfaces<'a> {
         best.sqrt()
     }
 
-    /// Calls `visit` with the pairs of triangles whose boxes overlap, and their indices in the meshes, until it says true.
+    /// Calls `visit` with the pairs of triangles whose boxes overlap, and their indices in the
+    /// meshes, until it says true.
     fn visit_pairs(&self, t: DVec3, visit: &mut dyn FnMut([DVec3; 3], [DVec3; 3], (u32, u32)) -> bool) {
         let (moving, fixed): (&TriangleTree, &TriangleTree) = (self.a.tree(), self.b.tree());
         if moving.nodes.is_empty() || fixed.nodes.is_empty() {
@@ -205,7 +210,8 @@ fn triangle_distance_squared(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
     best
 }
 
-/// A point near the middle of what two triangles have in common: the mean of the places where sides pierce.
+/// A point near the middle of what two triangles have in common: the mean of the places where sides
+/// pierce.
 fn common_point(p: [DVec3; 3], q: [DVec3; 3]) -> DVec3 {
     let mut sum = DVec3::ZERO;
     let mut count = 0.0;

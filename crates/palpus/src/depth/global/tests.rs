@@ -1,5 +1,6 @@
-//! Identities and known depths. The oracle of small shapes is a grid of translations judged by the surfaces alone; its weakness:
-//! it sees only as fine as the grid. Exact answers of harder pairs are held by `.ci/hold_reference.py`.
+//! Identities and known depths. The oracle of small shapes is a grid of translations judged by the
+//! surfaces alone; its weakness: it sees only as fine as the grid. Exact answers of harder pairs
+//! are held by `.ci/hold_reference.py`.
 
 mod identities;
 mod known;

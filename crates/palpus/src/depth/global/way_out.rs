@@ -1,11 +1,14 @@
 //! Free translations that are short: the upper bound.
 //!
-//! * *Project*: from a blocked translation x to a free one beside it. Look at the translation nearest to x that meets all half-spaces
-//!   found so far. While an obstacle blocks it, add the half-space behind the obstacle's facet that seems nearest.
-//! * *Slide*: from a free translation g down to a local minimum. Look at the translation nearest to the origin that meets all
-//!   half-spaces found so far (at first none). While an obstacle blocks it, add the half-space behind the facet through which the
-//!   way to g leaves that obstacle. g meets all of them, so the end is free and no longer than g. After L. Zhang and others,
-//!   *PolyDepth*, 2012 (G. Je and others), with exact obstacles in the place of local contact planes.
+//! * *Project*: from a blocked translation x to a free one beside it. Look at the translation
+//!   nearest to x that meets all half-spaces found so far. While an obstacle blocks it, add the
+//!   half-space behind the obstacle's facet that seems nearest.
+//! * *Slide*: from a free translation g down to a local minimum. Look at the translation nearest to
+//!   the origin that meets all half-spaces found so far (at first none). While an obstacle blocks
+//!   it, add the half-space behind the facet through which the way to g leaves that obstacle. g
+//!   meets all of them, so the end is free and no longer than g. After L. Zhang and others,
+//!   *PolyDepth*, 2012 (G. Je and others), with exact obstacles in the place of local contact
+//!   planes.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! What must hold of any two bodies.
+//! Identities that hold for any two bodies.
 
 use super::*;
 
