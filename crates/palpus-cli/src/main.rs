@@ -8,6 +8,7 @@ mod bench;
 mod bodies;
 mod clock;
 mod convert;
+mod depth;
 mod devices;
 mod divergence;
 mod doctor;
@@ -80,6 +81,7 @@ fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
     match command {
         Command::Run(run) => run::run(&run),
         Command::Query(query) => query::query(&query),
+        Command::Depth(arguments) => depth::depth(&arguments),
         Command::Prepare(prepare) => prepare::prepare(&prepare),
         Command::Inspect(inspect) => inspect::inspect(&inspect),
         Command::View(view) => view::view(&view),

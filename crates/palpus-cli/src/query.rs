@@ -9,6 +9,7 @@ use std::time::Instant;
 
 use anyhow::Context;
 use palpus::body::{Body, BodySettings};
+use palpus::depth::{Containment, ContainmentQuery};
 use palpus::detect::{Contact, ContactQuery, Proof, QuerySettings};
 use palpus_io::{ContactWriter, QueryRow, QueryWriter, read_poses};
 
@@ -33,7 +34,9 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
     };
     let proof = if arguments.local { Proof::None } else { Proof::Prove };
     let settings = QuerySettings { tolerance, capacity: CAPACITY, proof, ..QuerySettings::default() };
-    let mut query = ContactQuery::new(Arc::new(a), Arc::new(b), settings);
+    let (a, b) = (Arc::new(a), Arc::new(b));
+    let containment = ContainmentQuery::new(&a, &b);
+    let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
     let mut dropped = 0;
     for (frame, pose_ba) in poses.iter().enumerate() {
         let begin = Instant::now();
@@ -42,7 +45,15 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
         let (counters, contacts) = (query.counters(), query.found());
         dropped += u64::from(counters.traversal.dropped);
         let nearest = nearest.with_context(|| format!("frame {frame} has no answer: a model has no pieces"))?;
-        rows.write(&row(frame as u64, &nearest, contacts.len() as u32, counters.unproven == 0, query_us))?;
+        let row = QueryRow {
+            contacts: contacts.len() as u32,
+            // Closest points prove themselves by the planes through them; depths were proven or are counted as unproven.
+            certified: counters.unproven == 0,
+            query_us,
+            contained: containment.run(pose_ba),
+            ..row(frame as u64, &nearest)
+        };
+        rows.write(&row)?;
         if let Some(file) = &mut contact_rows {
             file.write(frame as u64, contacts)?;
         }
@@ -75,16 +86,16 @@ pub(crate) fn create(path: &Path) -> anyhow::Result<BufWriter<File>> {
     Ok(BufWriter::new(file))
 }
 
-fn row(frame: u64, nearest: &Contact, contacts: u32, certified: bool, query_us: f64) -> QueryRow {
+fn row(frame: u64, nearest: &Contact) -> QueryRow {
     QueryRow {
         frame,
         separation: nearest.separation,
         normal: nearest.normal,
         point_a: nearest.point_a,
         point_b: nearest.point_b,
-        contacts,
-        // Closest points prove themselves by the planes through them; depths were proven or are counted as unproven.
-        certified,
-        query_us,
+        contacts: 0,
+        certified: false,
+        query_us: 0.0,
+        contained: Containment::Neither,
     }
 }

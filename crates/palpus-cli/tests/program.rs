@@ -20,6 +20,7 @@ fn every_command_explains_itself_with_an_example() {
         &["--help"][..],
         &["run", "--help"],
         &["query", "--help"],
+        &["depth", "--help"],
         &["prepare", "--help"],
         &["inspect", "--help"],
         &["view", "--help"],
@@ -35,6 +36,42 @@ fn every_command_explains_itself_with_an_example() {
         let help = text(&output.stdout);
         assert!(help.contains("Example") && help.contains("palpus "), "{command:?} has no example:\n{help}");
     }
+}
+
+#[test]
+fn depth_bounds_what_frees_and_tells_containment() {
+    let folder = Folder::new("depth");
+    fs::write(folder.0.join("cube.obj"), CUBE).expect("a file in the folder");
+    let small: String = CUBE.lines().take(8).map(|line| line.replace('1', "0.25") + "\n").collect();
+    let faces = &CUBE[CUBE.find('f').expect("faces")..];
+    fs::write(folder.0.join("small.obj"), small + faces).expect("a file in the folder");
+    fs::write(folder.0.join("open.obj"), &CUBE[..CUBE.rfind('f').expect("a last face")]).expect("a file in the folder");
+    let poses = "tx,ty,tz,qx,qy,qz,qw\n1.5,0,0,0,0,0,1\n0,0,0.5,0,0,0,1\n2,0,0,0,0,0,1\n";
+    fs::write(folder.0.join("poses.csv"), poses).expect("a file in the folder");
+    let run = |a: &str, more: &[&str]| {
+        let line = [&["depth", a, "cube.obj", "--poses", "poses.csv", "--out", "out.csv"], more].concat();
+        let output = palpus(&folder.0, &line);
+        assert_success(&output);
+        let rows = fs::read_to_string(folder.0.join("out.csv")).expect("the result");
+        let cells = |line: &str| line.split(',').map(str::to_owned).collect::<Vec<_>>();
+        (output, rows.lines().skip(1).map(cells).collect::<Vec<_>>())
+    };
+    let (output, rows) = run("small.obj", &["--json"]);
+    assert_eq!(json(&output)["contained"], 1);
+    let number = |row: usize, column: usize| rows[row][column].parse::<f64>().expect("a number");
+    // Apart by 0.25; inside, half a unit from the top and a quarter of its own more; apart by 0.75.
+    for (row, depth, contained) in [(0, 0.0, "0"), (1, 0.75, "1"), (2, 0.0, "0")] {
+        assert!((number(row, 1) - depth).abs() < 1e-6 && (number(row, 2) - depth).abs() < 1e-6, "{rows:?}");
+        assert_eq!(rows[row][7], contained);
+    }
+    assert!((number(0, 8) - 0.25).abs() < 1e-12);
+    let (output, _) = run("open.obj", &["--gap", "0.1mm"]);
+    assert!(text(&output.stderr).contains("open boundary"), "{}", text(&output.stderr));
+    let output = palpus(&folder.0, &["query", "small.obj", "cube.obj", "--poses", "poses.csv", "--out", "q.csv"]);
+    assert_success(&output);
+    let rows = fs::read_to_string(folder.0.join("q.csv")).expect("the result");
+    let contained: Vec<&str> = rows.lines().skip(1).filter_map(|line| line.rsplit(',').next()).collect();
+    assert_eq!(contained, ["0", "1", "0"]);
 }
 
 #[test]

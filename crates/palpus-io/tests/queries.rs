@@ -68,14 +68,15 @@ fn results_have_the_promised_columns_and_read_back() {
         contacts: 4,
         certified: true,
         query_us: 12.5,
+        contained: palpus::depth::Containment::AInB,
     };
     let mut writer = QueryWriter::new(Vec::new()).unwrap();
     writer.write(&row).unwrap();
     let text = String::from_utf8(writer.finish().unwrap()).unwrap();
     assert_eq!(
         text,
-        "frame,separation,normal_x,normal_y,normal_z,point_a_x,point_a_y,point_a_z,point_b_x,point_b_y,point_b_z,contacts,certified,query_us\n\
-         3,-0.30000000000000004,0.0,-0.0,1.0,0.3333333333333333,1e-20,2.0,1e22,1e22,1e22,4,true,12.5\n"
+        "frame,separation,normal_x,normal_y,normal_z,point_a_x,point_a_y,point_a_z,point_b_x,point_b_y,point_b_z,contacts,certified,query_us,contained\n\
+         3,-0.30000000000000004,0.0,-0.0,1.0,0.3333333333333333,1e-20,2.0,1e22,1e22,1e22,4,true,12.5,1\n"
     );
 }
 

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
+use palpus::algebra::tolerance::DEPTH_BUDGET;
 
 use super::PictureArguments;
 
@@ -30,6 +31,39 @@ pub(crate) struct QueryArguments {
     /// The haptic walk alone, without proof that a depth is globally the least; column certified is then false in overlap.
     #[arg(long)]
     pub(crate) local: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Examples:\n  palpus depth spoon.obj cup.obj --poses poses.csv --out depths.csv\n  palpus depth peg.stl hole.stl --poses path.csv --out depths.csv --gap 0.01mm --unit mm\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row a pose, in B's frame: no translation shorter than lower frees the bodies; moving A by (tx, ty, tz), of length upper, does.\nColumn certified: upper - lower is no more than the gap. contained: 1 A lies inside B's solid, 2 B inside A's, 0 neither. distance: of the surfaces of free bodies; with a minus, if one body lies inside the other; empty if the surfaces cross."
+)]
+pub(crate) struct DepthArguments {
+    /// The model of body A (obj, stl, ply, off, gltf, glb).
+    pub(crate) a: PathBuf,
+    /// The model of body B.
+    pub(crate) b: PathBuf,
+    /// Poses of A in B's frame (CSV).
+    #[arg(long, value_name = "F.csv")]
+    pub(crate) poses: PathBuf,
+    /// Where the results go (CSV).
+    #[arg(long, value_name = "R.csv")]
+    pub(crate) out: PathBuf,
+    /// How near the bounds shall come: a share of the smaller model's diagonal (1%), or a length (0.01mm, or 0.01 in model units).
+    #[arg(long, value_name = "GAP", default_value = "1%")]
+    pub(crate) gap: String,
+    /// The unit of the models' coordinates, for a gap with a unit: m, cm, mm, inch, …
+    #[arg(long, value_name = "UNIT", default_value = "mm")]
+    pub(crate) unit: String,
+    /// Evaluations that a pose may take; beyond, the bounds stay apart and certified is false.
+    #[arg(long, value_name = "N", default_value_t = DEPTH_BUDGET)]
+    pub(crate) budget: u64,
+    /// Counts only translations as free from which A can leave B in a straight line; not the pockets of B. The lower bound is that of
+    /// all free translations.
+    #[arg(long)]
+    pub(crate) outside: bool,
+    /// Prints one JSON document and nothing else: a summary.
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]

@@ -5,12 +5,14 @@ use std::io::{self, Write};
 
 use glam::DVec3;
 use palpus::body::Feature;
+use palpus::depth::Containment;
 use palpus::detect::Contact;
 
+use super::depths::containment_number;
 use crate::table::Line;
 
 /// The columns of a file of results.
-pub const RESULT_COLUMNS: [&str; 14] = [
+pub const RESULT_COLUMNS: [&str; 15] = [
     "frame",
     "separation",
     "normal_x",
@@ -25,6 +27,7 @@ pub const RESULT_COLUMNS: [&str; 14] = [
     "contacts",
     "certified",
     "query_us",
+    "contained",
 ];
 
 /// The columns of a file of contacts.
@@ -66,6 +69,8 @@ pub struct QueryRow {
     pub certified: bool,
     /// The engine call alone, µs.
     pub query_us: f64,
+    /// Does one body lie in the other? The separation is then that of the nearest surfaces or pieces, not what frees the bodies.
+    pub contained: Containment,
 }
 
 /// Writes a file of results.
@@ -91,6 +96,7 @@ impl<W: Write> QueryWriter<W> {
         line.cell(row.contacts);
         line.cell(row.certified);
         line.numbers([row.query_us]);
+        line.cell(containment_number(row.contained));
         self.out.write_all(line.end())
     }
 

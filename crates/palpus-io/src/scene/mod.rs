@@ -95,6 +95,7 @@ use palpus::render::Settings;
 use serde::{Deserialize, Serialize};
 
 pub use read::{parse_scene, read_scene};
+pub use unit::metres;
 
 /// A scene, in SI units.
 #[derive(Clone, Debug, PartialEq)]

@@ -24,8 +24,11 @@ const UNITS: [(&str, f64); 17] = [
 /// How many of the names an error lists.
 const LISTED: usize = 8;
 
-/// Metres for one of a unit, or the names that an error should list.
-pub(super) fn metres(name: &str) -> Result<f64, String> {
+/// Returns the metres of one of a unit.
+///
+/// # Errors
+/// Fails if the name is unknown; the error lists the usual ones.
+pub fn metres(name: &str) -> Result<f64, String> {
     match UNITS.iter().find(|(known, _)| *known == name) {
         Some(&(_, metres)) => Ok(metres),
         None => Err(UNITS[..LISTED].iter().map(|(known, _)| format!("\"{known}\"")).collect::<Vec<_>>().join(", ")),

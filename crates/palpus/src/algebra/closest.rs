@@ -15,6 +15,13 @@ pub struct SegmentSegment {
     pub second: DVec3,
 }
 
+impl SegmentSegment {
+    /// Square of the distance between the two points.
+    pub fn squared(&self) -> f64 {
+        self.first.distance_squared(self.second)
+    }
+}
+
 /// The parameter in \[0, 1\] of the point of segment `p`–`q` that is closest to `x` (0 for a segment of no length).
 pub fn closest_on_segment(x: DVec3, p: DVec3, q: DVec3) -> f64 {
     let d = q - p;

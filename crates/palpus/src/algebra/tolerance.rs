@@ -695,6 +695,136 @@ pub const PATCH_CORNERS: usize = 2 * PATCH_SIDES;
 /// The same corner comes from two faces that share it, with different rounding. Larger merges corners that are apart.
 pub const PATCH_SAME: f64 = 1e-9;
 
+// depth: the depth of solids of any shape (global)
+
+/// Relative to the body's size: a surface that enters a cell by less does not count, and no ball smaller than this starts a cell.
+///
+/// Some hundreds of roundings: coplanar triangles share one plane. Larger puts cells outside of their solids.
+pub const CELL_BEYOND: f64 = 1e-13;
+
+/// Of the distance of a triangle from a cell's seed: its own plane must lie at least so far from the seed to bound the cell.
+///
+/// Own planes make cells flush with flat faces. Smaller makes cells thin; larger rounds off the corners of solids.
+pub const CELL_OWN_PLANE: f64 = 0.5;
+
+/// Planes that a cell can have. Cells that need more are not grown; only speed depends on it.
+pub const CELL_PLANES: usize = 96;
+
+/// Merge distance of the dual hull of a cell, whose points lie within the unit ball: corners that differ by rounding are one.
+///
+/// The corners are drawn into all planes afterwards, so this costs no truth, only that share of the cell.
+pub const CELL_DUAL: f64 = 1e-12;
+
+/// Relative to the body's size: how far below the surface a sample must lie in a cell to count as covered.
+///
+/// A tenth of the gap that is asked for by default. Smaller needs many more cells; larger leaves more to cells grown in the query.
+pub const CELL_DEPTH: f64 = 1e-3;
+
+/// Samples of a surface of few triangles; one of many triangles has about as many, one a triangle.
+pub const CELL_SAMPLES: usize = 8192;
+
+/// Cells of a body. Only speed depends on it.
+pub const CELLS: usize = 1024;
+
+/// Cells that are grown at once. The same for any number of workers, so that the cells are the same.
+pub const CELL_BATCH: usize = 16;
+
+/// Rounds in which a ball shrinks until it touches the surface on two sides. Three or four suffice for most.
+pub const SHRINKING_BALL_STEPS: usize = 24;
+
+/// Relative to the ball's radius: so near to the surface is touching.
+pub const SHRINKING_BALL_DONE: f64 = 1e-6;
+
+/// Relative, to a slope or to the obstacle's radius: less than this is rounding in the search for the exit of a ray.
+pub const PORTAL_ROUNDING: f64 = 1e-13;
+
+/// Steps of a search for the exit of a ray; ten are usual. The answer holds wherever it ends.
+pub const PORTAL_STEPS: usize = 64;
+
+/// Relative to the smaller body's size: the default of the gap between the bounds of a depth.
+pub const DEPTH_GAP: f64 = 0.01;
+
+/// Default of the evaluations that a depth may take: a second or so.
+pub const DEPTH_BUDGET: u64 = 400_000;
+
+/// Relative to the smaller body's size: how far beyond touching a free translation lies.
+///
+/// Far more than the rounding of placed vertices, far less than what anyone measures.
+pub const DEPTH_HAIR: f64 = 1e-9;
+
+/// Relative to the larger body's size: by how much a lower bound is lowered for the rounding of placed cells.
+pub const DEPTH_ROUNDING: f64 = 1e-11;
+
+/// Relative to the side, squared: how near to a triangle a side must pierce its plane to pierce the triangle.
+///
+/// Only where a search for common points begins depends on it.
+pub const COMMON_POINT: f64 = 1e-12;
+
+/// Steps of a straight way out, each as long as the surfaces are apart. A way out along a wall that opens slowly is not seen.
+pub const ESCAPE_STEPS: usize = 400;
+
+/// Pairs of crossing triangles that are looked at where no known obstacle blocks a translation.
+pub const DEPTH_PROBES: usize = 48;
+
+/// Of these, pairs beside which the deepest common point is looked for; the deepest of all seeds two cells.
+pub const DEPTH_LENSES: usize = 4;
+
+/// Relative to the smaller body's size: the first step from a crossing into both bodies.
+pub const LENS_FIRST_STEP: f64 = 1e-7;
+
+/// Factor from one step to the next, and steps: the last is about the body's size.
+pub const LENS_STEP_GROWTH: f64 = 3.0;
+
+/// Steps away from a crossing into both bodies.
+pub const LENS_STEPS: usize = 15;
+
+/// Steps away from the nearer surface, by half of its distance.
+pub const LENS_CENTERING: usize = 6;
+
+/// Obstacles that are looked at before all are. Only speed depends on it.
+pub const DEPTH_TRIES: usize = 24;
+
+/// Obstacles that held the last translations, which are looked at before all others. Only speed depends on it.
+pub const RECENT_HOLDERS: usize = 6;
+
+/// Relative to the smaller body's size: a search begins with the cones of the last one if the body has moved less since.
+///
+/// Only speed depends on it.
+pub const DEPTH_NEAR: f64 = 0.02;
+
+/// Half-spaces that a projection collects before it gives up.
+pub const DEPTH_PROJECT_STEPS: usize = 24;
+
+/// Times that a search for a near facet of an obstacle turns to the normal that it found.
+pub const EXIT_TURNS: usize = 6;
+
+/// Half-spaces that a slide collects before it gives up.
+pub const DEPTH_SLIDE_STEPS: usize = 64;
+
+/// Obstacles that may hold a cone's triangle of which the best is taken. Only speed depends on it.
+pub const CONE_FIRST_TRIES: usize = 12;
+
+/// Obstacles that may hold a cone's triangle which are looked at until one does. Only speed depends on it.
+pub const CONE_TRIES: usize = 64;
+
+/// Obstacles that a cone remembers. Only speed depends on it.
+pub const CONE_HINTS: usize = 4;
+
+/// Of the gap: a cone whose bound rises by less in one move is cut as well.
+pub const CONE_GAIN: f64 = 0.1;
+
+/// Of the gap: of a cone whose triangle is smaller, the corners are looked at one by one.
+pub const CONE_SMALL: f64 = 0.05;
+
+/// Of the gap: a cone whose triangle is smaller is not cut any more.
+pub const CONE_SMALLEST: f64 = 1e-4;
+
+/// Cuts of cones between two searches for a shorter free translation.
+pub const CONE_CUTS_PER_WAY_OUT: u64 = 12;
+
+/// Candidates from which on a cone's halves look for those of them that come into their directions.
+pub const CONE_FILTER: usize = 64;
+
 // detect: the contact query (search, belief)
 
 /// Share of a repaired depth that the witness point must really lie below the surface for the depth to be believed.

@@ -7,6 +7,7 @@ mod certificate;
 mod cso;
 mod descent;
 mod gauss_map;
+mod global;
 mod inner;
 #[cfg(test)]
 pub(crate) mod oracle;
@@ -22,6 +23,7 @@ mod witness;
 pub use admissible::{AdmissibleDepth, AdmissibleScratch, admissible_depth, half_admissible_depth, is_admissible};
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
 pub use certificate::{CertificateMemory, ProofScratch, depth_proven, prove};
+pub use global::{Containment, ContainmentQuery, DepthBracket, GlobalDepth, GlobalMemory, GlobalSettings, Interior};
 pub use patch::{Corner, Patch, Touch};
 pub use query::{WalkScratch, depth};
 pub use seed::Seed;

@@ -28,25 +28,25 @@ use winding::Dipole;
 
 /// One box of the tree.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::body) struct Node {
-    pub(in crate::body) bounds: Aabb,
+pub(crate) struct Node {
+    pub(crate) bounds: Aabb,
     /// First triangle below, in leaf order.
-    pub(in crate::body) first: u32,
+    pub(crate) first: u32,
     /// Number of triangles below.
-    pub(in crate::body) count: u32,
+    pub(crate) count: u32,
     /// Second child; 0 for a leaf.
-    pub(in crate::body) second: u32,
+    pub(crate) second: u32,
 }
 
 impl Node {
     #[inline]
-    pub(in crate::body) fn is_leaf(&self) -> bool {
+    pub(crate) fn is_leaf(&self) -> bool {
         self.second == 0
     }
 
     /// The triangles below, in leaf order.
     #[inline]
-    pub(in crate::body) fn slots(&self) -> std::ops::Range<usize> {
+    pub(crate) fn slots(&self) -> std::ops::Range<usize> {
         self.first as usize..(self.first + self.count) as usize
     }
 }
@@ -54,13 +54,13 @@ impl Node {
 /// The tree; see the module's description.
 #[derive(Clone, Debug)]
 pub struct TriangleTree {
-    pub(in crate::body) nodes: Vec<Node>,
+    pub(crate) nodes: Vec<Node>,
     /// What a far point sees of each node.
     dipoles: Vec<Dipole>,
     /// Corners in leaf order.
-    pub(in crate::body) corners: Vec<[DVec3; 3]>,
+    pub(crate) corners: Vec<[DVec3; 3]>,
     /// Index in the mesh, in leaf order.
-    ids: Vec<u32>,
+    pub(crate) ids: Vec<u32>,
     /// The triangles have no boundary and agree about which side is outside.
     pub(in crate::body) closed: bool,
 }

@@ -1,0 +1,61 @@
+//! Writes the answers of `palpus depth`.
+
+use std::io::{self, Write};
+
+use palpus::depth::{Containment, DepthBracket};
+
+use crate::table::Line;
+
+/// The columns of a file of depths.
+pub const DEPTH_COLUMNS: [&str; 11] =
+    ["frame", "lower", "upper", "tx", "ty", "tz", "certified", "contained", "distance", "evaluations", "depth_us"];
+
+/// Writes a file of depths, in b's frame and model units.
+pub struct DepthWriter<W: Write> {
+    out: W,
+    line: Line,
+}
+
+impl<W: Write> DepthWriter<W> {
+    /// Writes the header. `out` should be buffered.
+    pub fn new(mut out: W) -> io::Result<Self> {
+        writeln!(out, "{}", DEPTH_COLUMNS.join(","))?;
+        Ok(Self { out, line: Line::default() })
+    }
+
+    /// Writes the answer for pose `frame`, which took `depth_us` microseconds.
+    ///
+    /// The distance of bodies whose surfaces cross stays empty; that of bodies of which one lies in
+    /// the other is their surfaces', with a minus.
+    pub fn write(&mut self, frame: u64, answer: &DepthBracket, depth_us: f64) -> io::Result<()> {
+        let line = &mut self.line;
+        line.clear();
+        line.cell(frame);
+        line.numbers([answer.lower, answer.upper]);
+        line.numbers(answer.translation.to_array());
+        line.cell(answer.certified);
+        line.cell(containment_number(answer.containment));
+        match answer.distance {
+            Some(distance) => line.numbers([if answer.upper > 0.0 { -distance } else { distance }]),
+            None => line.cell(""),
+        }
+        line.cell(answer.evaluations);
+        line.numbers([depth_us]);
+        self.out.write_all(line.end())
+    }
+
+    /// Flushes and gives `out` back.
+    pub fn finish(mut self) -> io::Result<W> {
+        self.out.flush()?;
+        Ok(self.out)
+    }
+}
+
+/// How files say which body lies in the other: 0 neither, 1 a in b, 2 b in a.
+pub(super) fn containment_number(containment: Containment) -> u8 {
+    match containment {
+        Containment::Neither => 0,
+        Containment::AInB => 1,
+        Containment::BInA => 2,
+    }
+}

@@ -1,0 +1,201 @@
+//! The penetration depth of two solids of any shape: the least translation that frees them, as a
+//! bracket with proof.
+//!
+//! Solids A (at a pose) and B. A translation t is *free* if A moved by t and B have no inner point
+//! in common. The depth is the least |t| of all free t; it need not be possible to move there
+//! without passing through B. All functions answer lower ≤ depth ≤ upper:
+//!
+//! 1. *Blocked translations*. If convex sets P in A and Q in B overlap at t, t is not free; the
+//!    translations at which they do are convex, an [obstacle](obstacle). The [interior](interior)
+//!    of each solid is filled with large convex cells. Where the surfaces do not cross but one body
+//!    lies in the other, no translation shorter than their distance frees them: a ball.
+//! 2. *Free translations*. The surfaces have no common point and no part of one lies in the other
+//!    body ([surfaces](surfaces)): exact predicates, which know nothing of cells.
+//! 3. *Search* ([cones](cones)). A surface about the origin within which all is blocked grows where
+//!    it is nearest; where it cannot, it has found a free translation or is cut finer.
+//!
+//! A surface that is not closed bounds no solid. It is then a body without inside: free means that
+//! its triangles do not cross the other surface nor lie in the other solid. Where a closed surface
+//! crosses itself, inside is what it winds around at least once.
+//!
+//! `docs/global-depth.md` has the proofs and figures.
+
+mod cell;
+mod cones;
+mod containment;
+mod convex;
+mod half_spaces;
+mod interior;
+mod lens;
+mod obstacle;
+mod scene;
+mod slabs;
+mod surfaces;
+#[cfg(test)]
+mod tests;
+mod way_out;
+
+use glam::DVec3;
+
+use crate::algebra::Pose;
+use crate::algebra::tolerance::{DEPTH_BUDGET, DEPTH_GAP, DEPTH_HAIR, DEPTH_NEAR, DEPTH_ROUNDING};
+use crate::body::Body;
+use cell::Cell;
+use cones::{Goal, Leaf, Search};
+pub use containment::{Containment, ContainmentQuery};
+use convex::{ConvexMemory, convex_depth};
+pub use interior::Interior;
+use scene::Scene;
+use way_out::{project, slide};
+
+/// Bounds the penetration depth of two bodies.
+#[derive(Clone, Copy, Debug)]
+pub struct GlobalDepth<'a> {
+    a: &'a Body,
+    interior_a: &'a Interior,
+    b: &'a Body,
+    interior_b: &'a Interior,
+}
+
+/// How near the bounds shall come, and what may be spent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GlobalSettings {
+    /// The search ends if upper − lower is no more than this (model units).
+    pub gap: f64,
+    /// The search ends after about so many evaluations: obstacles looked at closely, or triangles
+    /// compared.
+    pub budget: u64,
+    /// Only translations count as free from which a can leave b in a straight line, at this
+    /// rotation. The lower bound stays that of all free translations.
+    pub outside: bool,
+}
+
+impl GlobalSettings {
+    /// A gap of 1 % of the smaller body, and a budget that suffices for most poses.
+    pub fn new(a: &Body, b: &Body) -> Self {
+        Self { gap: DEPTH_GAP * a.size().min(b.size()), budget: DEPTH_BUDGET, outside: false }
+    }
+}
+
+/// Proven bounds of the depth at one pose, in b's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DepthBracket {
+    /// No shorter translation frees the bodies. 0 if they are free.
+    pub lower: f64,
+    /// The length of `translation`.
+    pub upper: f64,
+    /// Moving a by this frees the bodies; verified on the triangles.
+    pub translation: DVec3,
+    /// The gap between the bounds is as small as was asked for.
+    pub certified: bool,
+    /// Does one body lie in the other?
+    pub containment: Containment,
+    /// The distance of the surfaces, if the bodies are free or one lies in the other.
+    pub distance: Option<f64>,
+    /// Evaluations that the search used.
+    pub evaluations: u64,
+}
+
+/// The last answer of a search and the cones and obstacles that proved it, as a start for the next
+/// pose. It changes how soon a search ends, never whether its bounds hold.
+#[derive(Clone, Debug, Default)]
+pub struct GlobalMemory {
+    translation: Option<DVec3>,
+    pose_ba: Option<Pose>,
+    leaves: Vec<Leaf>,
+    kept: Vec<(Cell, Cell)>,
+    /// Leaves after the last search from nothing.
+    fresh: usize,
+    convex: Option<Box<ConvexMemory>>,
+}
+
+impl<'a> GlobalDepth<'a> {
+    /// The depth of `a` and `b`, each with the interior that was computed of it.
+    pub fn new(a: &'a Body, interior_a: &'a Interior, b: &'a Body, interior_b: &'a Interior) -> Self {
+        Self { a, interior_a, b, interior_b }
+    }
+
+    /// Bounds the depth with a at `pose_ba` in b's frame.
+    pub fn run(&self, pose_ba: &Pose, settings: &GlobalSettings, memory: &mut GlobalMemory) -> DepthBracket {
+        let size = self.a.size().min(self.b.size());
+        let mut scene = Scene::new(self, pose_ba, DEPTH_HAIR * size, settings.outside);
+        let (mut containment, mut distance) = (Containment::Neither, None);
+        if scene.surfaces.crossings(DVec3::ZERO, 1).is_empty() {
+            distance = Some(scene.surfaces.distance(DVec3::ZERO));
+            if !scene.surfaces.nested(DVec3::ZERO) && (!settings.outside || scene.surfaces.escapes(DVec3::ZERO)) {
+                memory.translation = None;
+                return DepthBracket {
+                    lower: 0.0,
+                    upper: 0.0,
+                    translation: DVec3::ZERO,
+                    certified: true,
+                    containment,
+                    distance,
+                    evaluations: 1,
+                };
+            }
+            containment = scene.containment();
+        }
+        let (lower, translation) = match convex_depth(self, pose_ba, &mut scene, memory) {
+            Some(answer) => answer,
+            None => self.search(&mut scene, settings, pose_ba, memory),
+        };
+        memory.translation = Some(translation);
+        memory.pose_ba = Some(*pose_ba);
+        let evaluations = scene.evaluations;
+        memory.kept = scene.keep(&mut memory.leaves);
+        let upper = translation.length();
+        let rounding = DEPTH_ROUNDING * self.a.size().max(self.b.size());
+        let lower = (lower - rounding).clamp(0.0, upper);
+        let certified = upper - lower <= settings.gap;
+        DepthBracket { lower, upper, translation, certified, containment, distance, evaluations }
+    }
+
+    /// The lower bound and a verified free translation of bodies that are not free.
+    fn search(
+        &self,
+        scene: &mut Scene<'a>,
+        settings: &GlobalSettings,
+        pose_ba: &Pose,
+        memory: &mut GlobalMemory,
+    ) -> (f64, DVec3) {
+        if !self.is_near(pose_ba, memory) {
+            *memory = GlobalMemory { convex: memory.convex.take(), ..GlobalMemory::default() };
+        }
+        scene.place_cells();
+        scene.restore(&memory.kept);
+        let apart = self.boxes_apart(scene);
+        let last = memory.translation.and_then(|last| project(scene, last, apart.length()));
+        let free = last.unwrap_or_else(|| slide(scene, apart));
+        let free = if scene.verified(free) { free } else { apart };
+        let goal = Goal { gap: settings.gap, budget: settings.budget };
+        let (lower, translation, leaves) = Search::new(scene, goal, free, &memory.leaves).run();
+        if memory.leaves.is_empty() {
+            memory.fresh = leaves.len();
+        }
+        // Cones are only ever cut: now and then, begin anew.
+        memory.leaves = if leaves.len() > 2 * memory.fresh { Vec::new() } else { leaves };
+        (lower, translation)
+    }
+
+    /// True if `memory` is of a pose so near that its cones are worth beginning with.
+    fn is_near(&self, pose_ba: &Pose, memory: &GlobalMemory) -> bool {
+        let reach = DEPTH_NEAR * self.a.size().min(self.b.size());
+        let bounds = self.a.tree().bounds();
+        let middle = 0.5 * (bounds.min + bounds.max);
+        let half = 0.5 * self.a.size();
+        memory.pose_ba.is_some_and(|last| {
+            let turn = 2.0 * pose_ba.rotation.dot(last.rotation).abs().min(1.0).acos();
+            turn * half + pose_ba.point(middle).distance(last.point(middle)) <= reach
+        })
+    }
+
+    /// A translation along an axis after which the boxes of the bodies are apart.
+    fn boxes_apart(&self, scene: &Scene<'_>) -> DVec3 {
+        let (moving, fixed) = (scene.surfaces.moving_box(), self.b.tree().bounds());
+        let (up, down) = (fixed.max - moving.min, fixed.min - moving.max);
+        let shifts = [up.x, up.y, up.z, down.x, down.y, down.z].map(|shift| shift + scene.hair.copysign(shift));
+        let least = (0..6).fold(0, |best, k| if shifts[k].abs() < shifts[best].abs() { k } else { best });
+        DVec3::AXES[least % 3] * shifts[least]
+    }
+}

@@ -1,0 +1,380 @@
+//! The lower bound, and with it the search: a growing surface about the origin within which all
+//! translations are blocked.
+//!
+//! 1. Directions are cut into cones over spherical triangles, twenty at first. Each knows how far
+//!    it is blocked along its three corner directions; the tetrahedron between these three points
+//!    and the origin is proven to be blocked.
+//! 2. Take the cone whose triangle comes nearest to the origin. The least of these distances is the
+//!    lower bound.
+//! 3. Look for an obstacle that holds all three points. The points where the corner directions
+//!    leave it are its new ones: an obstacle is convex, so all between the old triangle and the new
+//!    one is blocked.
+//! 4. If none holds all three, look at the triangle's nearest point. If nothing blocks it, it is
+//!    free, the upper bound equals the lower one, and the search ends.
+//! 5. Else cut the cone in two across the triangle's longest side.
+//! 6. Now and then project such a point to a free translation beside it, and slide that down, for a
+//!    better upper bound.
+//!
+//! The search ends if the bounds are near enough, or the budget is spent; both bounds hold at any
+//! time.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::rc::Rc;
+
+use glam::DVec3;
+
+use super::scene::{Candidates, Key, Pair, Place, Scene};
+use super::slabs::Slabs;
+use super::way_out::{project, slide};
+use crate::algebra::closest_on_triangle;
+use crate::algebra::tolerance::{
+    CONE_CUTS_PER_WAY_OUT, CONE_FILTER, CONE_FIRST_TRIES, CONE_GAIN, CONE_HINTS, CONE_SMALL, CONE_SMALLEST, CONE_TRIES,
+    DEPTH_ROUNDING,
+};
+
+/// Directions within a spherical triangle, and how far they are blocked.
+#[derive(Clone, Debug)]
+struct Cone {
+    /// Unit.
+    along: [DVec3; 3],
+    /// Along each of them.
+    reach: [f64; 3],
+    /// The point of the triangle nearest to the origin, and its distance.
+    foot: DVec3,
+    bound: f64,
+    /// Pairs of cells that may block more of the cone; those of the cone that it was cut from until
+    /// they are needed. `None`: all.
+    candidates: Option<Rc<[Pair]>>,
+    filtered: bool,
+    /// Obstacles that held points of the cone, in the order in which they did.
+    chain: Vec<Key>,
+    number: u64,
+}
+
+impl Cone {
+    fn corners(&self) -> [DVec3; 3] {
+        [0, 1, 2].map(|k| self.along[k] * self.reach[k])
+    }
+
+    /// The newest few obstacles.
+    fn hints(&self) -> &[Key] {
+        &self.chain[self.chain.len().saturating_sub(CONE_HINTS)..]
+    }
+
+    fn add(&mut self, obstacle: Key) {
+        if !self.hints().contains(&obstacle) {
+            self.chain.push(obstacle);
+        }
+    }
+
+    fn measure(&mut self) {
+        let [a, b, c] = self.corners();
+        self.foot = closest_on_triangle(DVec3::ZERO, a, b, c);
+        self.bound = self.foot.length();
+    }
+}
+
+impl PartialEq for Cone {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Cone {}
+
+impl PartialOrd for Cone {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Cone {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.bound.total_cmp(&other.bound).then(self.number.cmp(&other.number))
+    }
+}
+
+/// A cone at the end of a search.
+#[derive(Clone, Debug)]
+pub(super) struct Leaf {
+    pub(super) along: [DVec3; 3],
+    /// The obstacles that blocked it, in order.
+    pub(super) chain: Vec<Key>,
+}
+
+/// When a search ends.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Goal {
+    /// The gap between the bounds that is small enough.
+    pub(super) gap: f64,
+    /// Evaluations that may be spent.
+    pub(super) budget: u64,
+}
+
+/// The search at one pose.
+pub(super) struct Search<'s, 'a> {
+    scene: &'s mut Scene<'a>,
+    goal: Goal,
+    cones: BinaryHeap<Reverse<Cone>>,
+    /// A verified free translation, the shortest known.
+    best: DVec3,
+    /// All pairs of cells that may block translations shorter than `best`; collected when first
+    /// needed.
+    all: Option<Rc<[Pair]>>,
+    numbered: u64,
+}
+
+impl<'s, 'a> Search<'s, 'a> {
+    /// A search that knows `free`, a verified free translation.
+    ///
+    /// It begins with `leaves`, the cones that an earlier search at a near pose ended with, or
+    /// without any from nothing.
+    pub(super) fn new(scene: &'s mut Scene<'a>, goal: Goal, free: DVec3, leaves: &[Leaf]) -> Self {
+        let mut search = Self { scene, goal, cones: BinaryHeap::new(), best: free, all: None, numbered: 0 };
+        search.resume(leaves);
+        for along in icosahedron().into_iter().filter(|_| leaves.is_empty()) {
+            search.push(along, [0.0; 3], None, Vec::new());
+        }
+        search
+    }
+
+    /// Returns the lower bound, the shortest free translation and the cones at the end.
+    pub(super) fn run(mut self) -> (f64, DVec3, Vec<Leaf>) {
+        let mut cuts = 0;
+        // The least bound of cones that cannot be improved.
+        let mut stuck = f64::INFINITY;
+        while let Some(Reverse(mut cone)) = self.cones.pop() {
+            let done = cone.bound.min(stuck) >= self.best.length() - self.goal.gap;
+            if done || stuck <= cone.bound || self.scene.evaluations >= self.goal.budget {
+                stuck = stuck.min(cone.bound);
+                self.cones.push(Reverse(cone));
+                break;
+            }
+            let mut gain = self.advance(&mut cone);
+            if gain >= CONE_GAIN * self.goal.gap {
+                self.cones.push(Reverse(cone));
+                continue;
+            }
+            let hair = self.scene.hair;
+            let foot = if cone.bound > 0.0 { cone.foot * (1.0 + hair / cone.bound) } else { DVec3::ZERO };
+            if self.look_at(&mut cone, foot) == Some(Place::Free) {
+                stuck = stuck.min(cone.bound);
+                self.cones.push(Reverse(cone));
+                break;
+            }
+            let hints = cone.hints().to_vec();
+            gain += self.advance_within(&mut cone, &hints);
+            let [a, b, c] = cone.corners();
+            let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+            if cone.bound > 0.0 && longest <= CONE_SMALL * self.goal.gap {
+                // An obstacle that holds the foot may still miss a corner of a small cone.
+                for corner in cone.corners() {
+                    self.look_at(&mut cone, corner * (1.0 + hair / corner.length()));
+                    let hints = cone.hints().to_vec();
+                    gain += self.advance_within(&mut cone, &hints);
+                }
+            }
+            if gain >= CONE_GAIN * self.goal.gap {
+                self.cones.push(Reverse(cone));
+                continue;
+            }
+            if cone.bound > 0.0 && longest <= CONE_SMALLEST * self.goal.gap {
+                if gain > CONE_SMALLEST * self.goal.gap {
+                    self.cones.push(Reverse(cone));
+                    continue;
+                }
+                // A narrow wedge between obstacles, perhaps: its corner is hardly met by chance.
+                self.seek_way_out(&cone);
+                stuck = stuck.min(cone.bound);
+                continue;
+            }
+            cuts += 1;
+            if cuts % CONE_CUTS_PER_WAY_OUT == 0 && cone.bound > 0.0 {
+                self.seek_way_out(&cone);
+            }
+            self.cut(&cone);
+        }
+        let open = stuck.min(self.cones.peek().map_or(f64::INFINITY, |Reverse(cone)| cone.bound));
+        let leaves = self.cones.into_iter().map(|Reverse(cone)| Leaf { along: cone.along, chain: cone.chain });
+        (open.min(self.best.length()), self.best, leaves.collect())
+    }
+
+    fn push(&mut self, along: [DVec3; 3], reach: [f64; 3], candidates: Option<Rc<[Pair]>>, chain: Vec<Key>) {
+        self.numbered += 1;
+        let number = self.numbered;
+        let (foot, bound, filtered) = (DVec3::ZERO, 0.0, false);
+        let mut cone = Cone { along, reach, foot, bound, candidates, filtered, chain, number };
+        cone.measure();
+        self.cones.push(Reverse(cone));
+    }
+
+    /// Begins with the cones of a search at a near pose, each moved through its obstacles again.
+    fn resume(&mut self, leaves: &[Leaf]) {
+        for leaf in leaves {
+            self.push(leaf.along, [0.0; 3], None, Vec::new());
+            let Some(Reverse(mut cone)) = self.cones.pop() else { continue };
+            for &key in &leaf.chain {
+                self.advance_within(&mut cone, &[key]);
+            }
+            self.cones.push(Reverse(cone));
+        }
+    }
+
+    /// Moves the cone's triangle to the exit of the obstacle that brings it farthest, and returns
+    /// by how much the bound rises.
+    fn advance(&mut self, cone: &mut Cone) -> f64 {
+        let hints = cone.hints().to_vec();
+        let mut gain = self.advance_within(cone, &hints);
+        if gain >= CONE_GAIN * self.goal.gap {
+            return gain;
+        }
+        let candidates = self.candidates(cone);
+        let tries = self.scene.promising(Candidates::Some(&candidates), &cone.corners(), CONE_TRIES);
+        let (first, rest) = tries.split_at(tries.len().min(CONE_FIRST_TRIES));
+        gain += self.advance_within(cone, first);
+        for &k in rest {
+            if gain > 0.0 {
+                break;
+            }
+            gain = self.advance_within(cone, &[k]);
+        }
+        gain
+    }
+
+    /// Moves the cone's triangle to the exit of the best of these obstacles.
+    fn advance_within(&mut self, cone: &mut Cone, obstacles: &[Key]) -> f64 {
+        let corners = cone.corners();
+        let enough = 1.5 * self.best.length();
+        let mut best: Option<(Cone, Key)> = None;
+        for &k in obstacles {
+            self.scene.evaluations += 1;
+            let obstacle = self.scene.obstacle(k);
+            if !corners.iter().all(|&corner| obstacle.holds(corner)) {
+                continue;
+            }
+            let mut moved = cone.clone();
+            for ((reach, &corner), &along) in moved.reach.iter_mut().zip(&corners).zip(&cone.along) {
+                let exit = obstacle.exit(corner, along).map_or(0.0, |exit| exit.distance);
+                *reach = reach.max((*reach + exit * (1.0 - DEPTH_ROUNDING)).min(enough));
+            }
+            moved.measure();
+            if best.as_ref().is_none_or(|(best, _)| moved.bound > best.bound) {
+                best = Some((moved, k));
+            }
+        }
+        let Some((best, k)) = best else { return 0.0 };
+        let gain = (best.bound - cone.bound).max(0.0);
+        if gain > 0.0 {
+            *cone = best;
+            cone.add(k);
+        }
+        gain
+    }
+
+    /// Classifies `t`, a point of the cone; `None` if it is longer than `best`. An obstacle that
+    /// holds it becomes a hint.
+    fn look_at(&mut self, cone: &mut Cone, t: DVec3) -> Option<Place> {
+        if t.length() >= self.best.length() {
+            return None;
+        }
+        let known = cone.hints().iter().copied().find(|&k| self.scene.obstacle(k).holds(t));
+        let place = match known {
+            Some(k) => Place::Blocked(k),
+            None => {
+                let candidates = self.candidates(cone);
+                self.scene.classify(Candidates::Some(&candidates), t)
+            }
+        };
+        match place {
+            Place::Free if self.scene.verified(t) => self.best = t,
+            // A pocket that does not count, or nearer than a hair to something.
+            Place::Free => {}
+            Place::Blocked(k) => cone.add(k),
+            Place::Unclear => {}
+        }
+        Some(place)
+    }
+
+    /// Looks for a shorter free translation near the cone's nearest point.
+    fn seek_way_out(&mut self, cone: &Cone) {
+        let limit = self.best.length();
+        if let Some(free) = project(self.scene, cone.foot, 1.5 * limit) {
+            let free = slide(self.scene, free);
+            if free.length() < limit && self.scene.verified(free) {
+                self.best = free;
+            }
+        }
+    }
+
+    /// Cuts a cone in two across its triangle's longest side.
+    fn cut(&mut self, cone: &Cone) {
+        // Before anything is blocked, the triangle is a point, and the directions' triangle is cut.
+        let shape = if cone.bound > 0.0 { cone.corners() } else { cone.along };
+        let length = |k: usize| shape[k].distance_squared(shape[(k + 1) % 3]);
+        let k = [1, 2].into_iter().fold(0, |best, k| if length(k) > length(best) { k } else { best });
+        let (i, j) = (k, (k + 1) % 3);
+        let (along, reach) = if cone.reach[i] > 0.0 && cone.reach[j] > 0.0 {
+            let middle = 0.5 * (cone.along[i] * cone.reach[i] + cone.along[j] * cone.reach[j]);
+            let reach = middle.length();
+            (middle / reach, reach)
+        } else {
+            ((cone.along[i] + cone.along[j]).normalize(), 0.0)
+        };
+        for replaced in [i, j] {
+            let (mut directions, mut reaches) = (cone.along, cone.reach);
+            (directions[replaced], reaches[replaced]) = (along, reach);
+            self.push(directions, reaches, cone.candidates.clone(), cone.chain.clone());
+        }
+    }
+
+    /// The candidates of a cone: pairs of cells whose obstacles come into it, beyond its triangle.
+    fn candidates(&mut self, cone: &mut Cone) -> Rc<[Pair]> {
+        let limit = self.best.length();
+        let before = cone.candidates.get_or_insert_with(|| {
+            let all = self.all.get_or_insert_with(|| self.scene.pairs_within(limit).into());
+            Rc::clone(all)
+        });
+        if cone.filtered || before.len() < CONE_FILTER {
+            return Rc::clone(before);
+        }
+        let (directions, reaches) = (&cone.along, &cone.reach);
+        // The cone from the old triangle to the length of what is known to be free.
+        let widest = closest_on_triangle(DVec3::ZERO, directions[0], directions[1], directions[2]).length();
+        let inner = [0, 1, 2].map(|k| directions[k] * reaches[k]);
+        let outer = directions.map(|along| along * (limit / widest));
+        let slabs = Slabs::around(inner.into_iter().chain(outer));
+        let meets = |pair: &&Pair| {
+            let (moving, fixed) = self.scene.pair_slabs(**pair);
+            Slabs::may_meet(moving, fixed, &slabs)
+        };
+        let meeting: Rc<[Pair]> = before.iter().filter(meets).copied().collect();
+        cone.candidates = Some(Rc::clone(&meeting));
+        cone.filtered = true;
+        meeting
+    }
+}
+
+/// The directions of the corners of a regular icosahedron's faces.
+fn icosahedron() -> Vec<[DVec3; 3]> {
+    let golden = 0.5 * (1.0 + 5.0_f64.sqrt());
+    let mut corners = Vec::new();
+    for (one, phi) in [(1.0, golden), (1.0, -golden), (-1.0, golden), (-1.0, -golden)] {
+        for corner in [DVec3::new(0.0, one, phi), DVec3::new(one, phi, 0.0), DVec3::new(phi, 0.0, one)] {
+            corners.push(corner.normalize());
+        }
+    }
+    let near = |p: DVec3, q: DVec3| p.dot(q) > 0.4;
+    let mut faces = Vec::new();
+    for i in 0..12 {
+        for j in i + 1..12 {
+            for k in j + 1..12 {
+                let [p, q, r] = [corners[i], corners[j], corners[k]];
+                if near(p, q) && near(q, r) && near(r, p) {
+                    faces.push([p, q, r]);
+                }
+            }
+        }
+    }
+    faces
+}

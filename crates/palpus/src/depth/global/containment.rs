@@ -1,0 +1,76 @@
+//! Does one body lie in the other, as a whole?
+
+use glam::DVec3;
+
+use super::surfaces::Surfaces;
+use crate::algebra::Pose;
+use crate::body::{Body, Mesh};
+
+/// Does one body lie in the other, with their surfaces apart?
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Containment {
+    /// Neither does.
+    Neither,
+    /// The whole of a lies in b's solid.
+    AInB,
+    /// The whole of b lies in a's solid.
+    BInA,
+}
+
+/// Tells whether one of two bodies lies in the other.
+#[derive(Clone, Debug)]
+pub struct ContainmentQuery<'a> {
+    a: &'a Body,
+    b: &'a Body,
+    components_a: Vec<DVec3>,
+    components_b: Vec<DVec3>,
+}
+
+impl<'a> ContainmentQuery<'a> {
+    /// Prepares the query of `a` and `b`. A body whose surface is not closed has no inside and
+    /// holds nothing.
+    pub fn new(a: &'a Body, b: &'a Body) -> Self {
+        Self { a, b, components_a: first_vertices(a.mesh()), components_b: first_vertices(b.mesh()) }
+    }
+
+    /// Returns the answer with a at `pose_ba` in b's frame; exact for the vertices as placed.
+    pub fn run(&self, pose_ba: &Pose) -> Containment {
+        let answer = containment(self.a, &self.components_a, self.b, &self.components_b, pose_ba, DVec3::ZERO);
+        if answer == Containment::Neither {
+            return answer;
+        }
+        let surfaces = Surfaces::new((self.a, &self.components_a), (self.b, &self.components_b), pose_ba);
+        if surfaces.crossings(DVec3::ZERO, 1).is_empty() { answer } else { Containment::Neither }
+    }
+}
+
+/// Which body lies in the other, if their surfaces do not cross, with a moved by `t`.
+pub(super) fn containment(
+    a: &Body,
+    components_a: &[DVec3],
+    b: &Body,
+    components_b: &[DVec3],
+    pose_ba: &Pose,
+    t: DVec3,
+) -> Containment {
+    let holds_all = |body: &Body, points: &[DVec3], place: &dyn Fn(DVec3) -> DVec3| {
+        body.mesh().is_closed() && points.iter().all(|&p| body.tree().inside(place(p)))
+    };
+    if holds_all(b, components_a, &|p| pose_ba.point(p) + t) {
+        return Containment::AInB;
+    }
+    let back = pose_ba.inverse();
+    if holds_all(a, components_b, &|p| back.point(p - t)) {
+        return Containment::BInA;
+    }
+    Containment::Neither
+}
+
+/// A vertex of each component.
+pub(super) fn first_vertices(mesh: &Mesh) -> Vec<DVec3> {
+    let mut first = vec![None; mesh.component_count()];
+    for t in 0..mesh.triangles().len() as u32 {
+        first[mesh.component(t) as usize].get_or_insert(mesh.triangle_points(t)[0]);
+    }
+    first.into_iter().flatten().collect()
+}

@@ -1,0 +1,159 @@
+//! The inside of a solid as convex cells that overlap, made once for a body.
+//!
+//! 1. Take sample points of the surface: of each triangle its middle and one near each corner, and
+//!    more in large ones.
+//! 2. Below each, find the largest ball in the solid that touches the surface there (shrinking
+//!    ball: J. Ma, S. Bae, S. Choi, *3D Medial Axis Point Approximation Using Nearest Neighbors and
+//!    the Normal Field*, 2012).
+//! 3. From the largest ball to the smallest, grow a cell about its centre, unless the sample
+//!    already lies in one.
+//!
+//! A surface that is not closed has no inside and no cells.
+
+use glam::DVec3;
+
+use super::cell::Cell;
+use super::containment::first_vertices;
+use super::slabs::{BoxTree, Slabs};
+use crate::algebra::tolerance::{
+    CELL_BATCH, CELL_BEYOND, CELL_DEPTH, CELL_SAMPLES, CELLS, DEPTH_ROUNDING, SHRINKING_BALL_DONE, SHRINKING_BALL_STEPS,
+};
+use crate::algebra::{Workers, map_in_order};
+use crate::body::{Body, Mesh};
+
+/// Convex cells that fill a solid as far as it matters to [`GlobalDepth`](super::GlobalDepth). In
+/// the body's frame.
+#[derive(Clone, Debug)]
+pub struct Interior {
+    pub(super) cells: Vec<Cell>,
+    /// The cells' extents and the tree of their boxes.
+    pub(super) slabs: Vec<Slabs>,
+    pub(super) tree: BoxTree,
+    /// A vertex of each component of the surface.
+    pub(super) components: Vec<DVec3>,
+    /// The solid is convex, and its one piece is the whole of it.
+    pub(super) convex: bool,
+}
+
+/// A point of the surface, and the ball below it.
+#[derive(Clone, Copy)]
+struct Sample {
+    /// Just below the surface.
+    keep: DVec3,
+    center: DVec3,
+    radius: f64,
+}
+
+impl Interior {
+    /// Computes the cells of `body`; the result does not depend on `workers`. `progress` receives
+    /// the fraction done, rising to one.
+    pub fn new(body: &Body, workers: &dyn Workers, progress: &mut dyn FnMut(f64)) -> Self {
+        let mesh = body.mesh();
+        let components = first_vertices(mesh);
+        if !mesh.is_closed() {
+            progress(1.0);
+            return Self::of_cells(body, Vec::new(), components);
+        }
+        let points = sample_points(mesh);
+        let ball = |k: usize| ball_below(body, points[k].0, points[k].1);
+        let balls = map_in_order(workers, points.len(), CELL_BATCH, ball, &mut |done| progress(0.5 * done));
+        let mut samples: Vec<Sample> = balls.into_iter().flatten().collect();
+        samples.sort_by(|p, q| q.radius.total_cmp(&p.radius));
+        let cells = cover(body, samples, workers, &mut |done| progress(0.5 + 0.5 * done));
+        progress(1.0);
+        Self::of_cells(body, cells, components)
+    }
+
+    fn of_cells(body: &Body, cells: Vec<Cell>, components: Vec<DVec3>) -> Self {
+        let slabs: Vec<Slabs> = cells.iter().map(|cell| Slabs::around(cell.corners.iter().copied())).collect();
+        let boxes: Vec<_> = slabs.iter().map(Slabs::bounds).collect();
+        let slack = DEPTH_ROUNDING * body.size();
+        let convex = body.polytopes().len() == 1
+            && !body.polytopes()[0].is_flat()
+            && matches!(&cells[..], [cell] if body.mesh().vertices().iter().all(|&p| cell.excess(p) <= slack));
+        Self { cells, slabs, tree: BoxTree::new(&boxes), components, convex }
+    }
+
+    /// Number of cells.
+    pub fn cell_count(&self) -> usize {
+        self.cells.len()
+    }
+}
+
+/// Points of the surface with their outward normals.
+fn sample_points(mesh: &Mesh) -> Vec<(DVec3, DVec3)> {
+    let count = mesh.triangles().len();
+    let stride = count.div_ceil(CELL_SAMPLES).max(1);
+    let area: f64 = (0..count as u32).map(|t| mesh.triangle_area(t)).sum();
+    let mut points = Vec::new();
+    for t in (0..count as u32).step_by(stride) {
+        let normal = mesh.triangle_normal(t);
+        let [a, b, c] = mesh.triangle_points(t);
+        let middle = (a + b + c) / 3.0;
+        points.push((middle, normal));
+        if 4 * count > CELL_SAMPLES {
+            continue;
+        }
+        // A square grid in the plane of the corners' weights, with rows by the triangle's share of
+        // the surface.
+        let share = mesh.triangle_area(t) / area * (CELL_SAMPLES - 4 * count) as f64;
+        let rows = (share * 2.0).sqrt().floor() as usize;
+        for i in 0..rows {
+            for j in 0..rows - i {
+                let (u, v) = ((i as f64 + 1.0 / 3.0) / rows as f64, (j as f64 + 1.0 / 3.0) / rows as f64);
+                points.push((a + (b - a) * u + (c - a) * v, normal));
+            }
+        }
+        points.extend([a, b, c].map(|corner| (corner + (middle - corner) * 0.1, normal)));
+    }
+    points
+}
+
+/// The largest ball in the solid that touches the surface at `point`.
+fn ball_below(body: &Body, point: DVec3, normal: DVec3) -> Option<Sample> {
+    let size = body.size();
+    let mut radius = 0.5 * size;
+    for _ in 0..SHRINKING_BALL_STEPS {
+        let center = point - normal * radius;
+        let nearest = body.tree().nearest(center)?;
+        if nearest.distance >= radius * (1.0 - SHRINKING_BALL_DONE) {
+            break;
+        }
+        let chord = point - nearest.point;
+        let drop = normal.dot(chord);
+        if drop <= 0.0 {
+            return None;
+        }
+        radius = chord.length_squared() / (2.0 * drop);
+    }
+    let center = point - normal * radius;
+    let radius = body.tree().nearest(center)?.distance;
+    if radius <= CELL_BEYOND * size || !body.tree().inside(center) {
+        return None;
+    }
+    let keep = point - normal * (CELL_DEPTH * size).min(0.5 * radius);
+    Some(Sample { keep, center, radius })
+}
+
+/// Grows cells until each sample lies in one. `samples` begin with the largest ball.
+fn cover(body: &Body, mut samples: Vec<Sample>, workers: &dyn Workers, progress: &mut dyn FnMut(f64)) -> Vec<Cell> {
+    let mut cells: Vec<Cell> = Vec::new();
+    let all = samples.len().max(1) as f64;
+    while !samples.is_empty() && cells.len() < CELLS {
+        // How many are grown at once does not depend on the workers.
+        let batch: Vec<Sample> = samples.drain(..samples.len().min(CELL_BATCH)).collect();
+        let grow = |k: usize| Cell::grow(body.tree(), batch[k].center, batch[k].keep, body.size());
+        let grown = map_in_order(workers, batch.len(), 1, grow, &mut |_| ());
+        let first_new = cells.len();
+        for (sample, cell) in batch.iter().zip(grown) {
+            let covered = cells[first_new..].iter().any(|cell| cell.holds(sample.keep));
+            if let Some(cell) = cell.filter(|_| !covered) {
+                cells.push(cell);
+            }
+        }
+        let new = &cells[first_new..];
+        samples.retain(|sample| !new.iter().any(|cell| cell.holds(sample.keep)));
+        progress(1.0 - samples.len() as f64 / all);
+    }
+    cells
+}

@@ -1,0 +1,200 @@
+//! The translations at which two convex cells overlap: a convex set, known by its supports.
+//!
+//! For a cell P of the moving body and a cell Q of the fixed one these translations are the
+//! Minkowski difference {q − p}. The ray query follows G. Snethen, *XenoCollide*, Game Programming
+//! Gems 7, 2008:
+//!
+//! 1. Start from a point known to lie inside, and find three support points whose triangle (the
+//!    *portal*) the ray passes.
+//! 2. Move the portal outwards along its normal until no support point lies beyond it.
+//!
+//! The portal consists of points of the set, so the distance to it is one that the ray surely goes
+//! inside; the plane through the last support point is a proven half-space outside of the set.
+//! Deviation: the answer is always the inner distance, so a blocked translation is blocked even if
+//! the search stops early.
+
+use glam::DVec3;
+
+use crate::algebra::tolerance::{EXIT_TURNS, PORTAL_ROUNDING, PORTAL_STEPS};
+
+/// A convex set of translations at which two bodies overlap; in b's frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Obstacle<'a> {
+    /// Corners of a cell of the moving body, at translation zero.
+    pub(super) moving: &'a [DVec3],
+    /// Corners of a cell of the fixed body.
+    pub(super) fixed: &'a [DVec3],
+    /// A translation inside.
+    pub(super) center: DVec3,
+    /// Radius of a ball about `center` inside.
+    pub(super) inner: f64,
+    /// Radius of a ball about `center` that holds the set.
+    pub(super) outer: f64,
+}
+
+/// The point at which a ray leaves an obstacle.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Exit {
+    /// Along the ray: at least this far the ray runs inside.
+    pub(super) distance: f64,
+    /// Unit, outwards.
+    pub(super) normal: DVec3,
+    /// Every translation t with `normal · t ≥ offset` lies outside.
+    pub(super) offset: f64,
+}
+
+/// Three support points about a ray, relative to its start.
+struct Portal {
+    v: [DVec3; 3],
+}
+
+impl Obstacle<'_> {
+    /// Returns the point of the set farthest along `direction`.
+    fn support(&self, direction: DVec3) -> DVec3 {
+        farthest(self.fixed, direction) - farthest(self.moving, -direction)
+    }
+
+    /// True if `t` is proven to lie in the interior.
+    pub(super) fn holds(&self, t: DVec3) -> bool {
+        let away = t - self.center;
+        let distance = away.length();
+        if distance < self.inner {
+            return true;
+        }
+        if distance >= self.outer || self.moving.is_empty() {
+            return false;
+        }
+        self.passes(self.center, away / distance, distance)
+    }
+
+    /// True if the ray from `from`, which lies inside, runs inside for more than `distance`.
+    fn passes(&self, from: DVec3, along: DVec3, distance: f64) -> bool {
+        let Some(portal) = self.portal(from, along) else { return false };
+        self.refine(portal, from, along, Some(distance)).is_some_and(|exit| exit.distance > distance)
+    }
+
+    /// Returns where the ray along `along` (unit) from `from`, which must lie inside, leaves the
+    /// set.
+    pub(super) fn exit(&self, from: DVec3, along: DVec3) -> Option<Exit> {
+        if self.moving.is_empty() {
+            return self.exit_of_ball(from, along);
+        }
+        let portal = self.portal(from, along)?;
+        self.refine(portal, from, along, None)
+    }
+
+    /// Returns the exit along the normal of a facet near `from`, which must lie inside: a local
+    /// minimum.
+    pub(super) fn nearest_exit(&self, from: DVec3) -> Option<Exit> {
+        let mut best = self.exit(from, (from - self.center).try_normalize().unwrap_or(DVec3::X))?;
+        for _ in 0..EXIT_TURNS {
+            match self.exit(from, best.normal) {
+                Some(exit) if exit.distance < best.distance => best = exit,
+                _ => break,
+            }
+        }
+        Some(best)
+    }
+
+    fn exit_of_ball(&self, from: DVec3, along: DVec3) -> Option<Exit> {
+        let away = from - self.center;
+        let half = away.dot(along);
+        let root = half * half + self.inner * self.inner - away.length_squared();
+        if root <= 0.0 {
+            return None;
+        }
+        let distance = root.sqrt() - half;
+        let normal = (away + along * distance) / self.inner;
+        Some(Exit { distance, normal, offset: normal.dot(self.center) + self.inner })
+    }
+
+    /// Three support points whose triangle the ray passes; `None` if `from` turns out not to lie
+    /// inside.
+    fn portal(&self, from: DVec3, along: DVec3) -> Option<Portal> {
+        let mut v1 = self.support(along) - from;
+        if v1.dot(along) <= 0.0 {
+            return None;
+        }
+        let mut aside = v1.cross(along);
+        if aside.length_squared() <= PORTAL_ROUNDING * PORTAL_ROUNDING * v1.length_squared() {
+            // The ray meets the support point itself; any side will do.
+            aside = along.any_orthogonal_vector();
+        }
+        let mut v2 = self.support(aside) - from;
+        if v2.dot(aside) <= 0.0 {
+            return None;
+        }
+        for _ in 0..PORTAL_STEPS {
+            let side = v2.cross(v1);
+            let v3 = self.support(side) - from;
+            if v3.dot(side) <= 0.0 {
+                return None;
+            }
+            if v1.cross(v3).dot(along) < 0.0 {
+                v2 = v3;
+            } else if v3.cross(v2).dot(along) < 0.0 {
+                v1 = v3;
+            } else {
+                return Some(Portal { v: [v1, v2, v3] });
+            }
+        }
+        None
+    }
+
+    /// Moves the portal outwards; with `wanted` only until it is clear on which side of that
+    /// distance the exit lies.
+    fn refine(&self, portal: Portal, from: DVec3, along: DVec3, wanted: Option<f64>) -> Option<Exit> {
+        let mut v = portal.v;
+        let mut best: Option<Exit> = None;
+        for _ in 0..PORTAL_STEPS {
+            let mut normal = (v[1] - v[0]).cross(v[2] - v[0]).normalize_or_zero();
+            let mut slope = normal.dot(along);
+            if slope < 0.0 {
+                (normal, slope) = (-normal, -slope);
+            }
+            if slope <= PORTAL_ROUNDING {
+                break;
+            }
+            let height = normal.dot(v[0]);
+            let next = self.support(normal) - from;
+            let beyond = normal.dot(next);
+            let exit = Exit { distance: height / slope, normal, offset: beyond + normal.dot(from) };
+            if best.is_none_or(|best| exit.distance >= best.distance) {
+                best = Some(exit);
+            }
+            let decided = wanted.is_some_and(|wanted| height > wanted * slope || beyond <= wanted * slope);
+            if decided || beyond - height <= PORTAL_ROUNDING * self.outer {
+                break;
+            }
+            v[sub_portal(&v, next, along)] = next;
+        }
+        best.filter(|exit| exit.distance > 0.0)
+    }
+}
+
+/// Returns which corner of the portal `next` replaces, so that the ray still passes the triangle.
+fn sub_portal(v: &[DVec3; 3], next: DVec3, along: DVec3) -> usize {
+    let mut best = (f64::NEG_INFINITY, 0);
+    for replaced in 0..3 {
+        let (p, q) = (v[(replaced + 1) % 3], v[(replaced + 2) % 3]);
+        let sides = [p.cross(q).dot(along), q.cross(next).dot(along), next.cross(p).dot(along)];
+        let [least, most] = [sides[0].min(sides[1]).min(sides[2]), sides[0].max(sides[1]).max(sides[2])];
+        let score = least.max(-most);
+        if score > best.0 {
+            best = (score, replaced);
+        }
+    }
+    best.1
+}
+
+/// The point farthest along `direction`.
+fn farthest(points: &[DVec3], direction: DVec3) -> DVec3 {
+    let mut best = (f64::NEG_INFINITY, DVec3::ZERO);
+    for &p in points {
+        let along = p.dot(direction);
+        if along > best.0 {
+            best = (along, p);
+        }
+    }
+    best.1
+}

@@ -1,0 +1,387 @@
+//! Both bodies at one pose: their obstacles, and the classification of single translations.
+
+use glam::DVec3;
+
+use super::cell::Cell;
+use super::cones::Leaf;
+use super::interior::Interior;
+use super::obstacle::Obstacle;
+use super::slabs::Slabs;
+use super::surfaces::{Crossing, Surfaces};
+use super::{Containment, GlobalDepth};
+use crate::algebra::tolerance::{DEPTH_LENSES, DEPTH_PROBES, DEPTH_TRIES, RECENT_HOLDERS};
+use crate::algebra::{Placement, Pose};
+use crate::body::Body;
+
+/// A cell of each interior.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Pair {
+    moving: u32,
+    fixed: u32,
+}
+
+/// Names an obstacle.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Key {
+    /// The obstacle of two prepared cells.
+    Pair(Pair),
+    /// One that was added at this pose.
+    Added(u32),
+}
+
+/// An obstacle that was made for one translation.
+struct Added {
+    /// The moving cell in its body's frame; `None` for a ball, which holds at one pose only.
+    source: Option<Cell>,
+    moving: Vec<DVec3>,
+    fixed: Vec<DVec3>,
+    fixed_cell: Option<Cell>,
+    center: DVec3,
+    inner: f64,
+    outer: f64,
+    moving_slabs: Slabs,
+    fixed_slabs: Slabs,
+}
+
+/// Classification of a translation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Place {
+    /// In the obstacle of this number.
+    Blocked(Key),
+    /// Verified free.
+    Free,
+    /// Neither was shown: the surfaces cross, by less than can be resolved.
+    Unclear,
+}
+
+/// Both bodies at one relative pose.
+pub(super) struct Scene<'a> {
+    pub(super) a: &'a Body,
+    pub(super) b: &'a Body,
+    interior_a: &'a Interior,
+    interior_b: &'a Interior,
+    pub(super) placement: Placement,
+    pub(super) surfaces: Surfaces<'a>,
+    /// Cells of a in b's frame: their corners, where those of each begin, their middles and
+    /// extents.
+    corners: Vec<DVec3>,
+    starts: Vec<u32>,
+    centers: Vec<DVec3>,
+    slabs: Vec<Slabs>,
+    added: Vec<Added>,
+    /// Length that is neither blocked nor free: a free translation keeps at least so far off.
+    pub(super) hair: f64,
+    /// Pockets do not count as free.
+    outside: bool,
+    /// Obstacles looked at closely, and surfaces compared.
+    pub(super) evaluations: u64,
+    scores: Vec<(f64, u32, Key)>,
+    /// The obstacles that held the last translations asked for, the newest first.
+    recent: Vec<Key>,
+}
+
+impl<'a> Scene<'a> {
+    pub(super) fn new(query: &GlobalDepth<'a>, pose_ba: &Pose, hair: f64, outside: bool) -> Self {
+        let (a, b) = (query.a, query.b);
+        let surfaces = Surfaces::new((a, &query.interior_a.components), (b, &query.interior_b.components), pose_ba);
+        let placement = pose_ba.placement();
+        Self {
+            a,
+            b,
+            interior_a: query.interior_a,
+            interior_b: query.interior_b,
+            placement,
+            surfaces,
+            corners: Vec::new(),
+            starts: vec![0],
+            centers: Vec::new(),
+            slabs: Vec::new(),
+            added: Vec::new(),
+            hair,
+            outside,
+            evaluations: 0,
+            scores: Vec::new(),
+            recent: Vec::new(),
+        }
+    }
+
+    /// Places the cells of a: they are needed only if the bodies overlap.
+    pub(super) fn place_cells(&mut self) {
+        for cell in &self.interior_a.cells {
+            let first = self.corners.len();
+            self.corners.extend(cell.corners.iter().map(|&p| self.placement.point(p)));
+            self.slabs.push(Slabs::around(self.corners[first..].iter().copied()));
+            self.starts.push(self.corners.len() as u32);
+            self.centers.push(self.placement.point(cell.center));
+        }
+    }
+
+    /// Calls `visit` with the pairs of cells whose boxes overlap if a is moved by some translation
+    /// between `low` and `high`.
+    fn visit_pairs(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(Pair)) {
+        for (moving, slabs) in self.slabs.iter().enumerate() {
+            let (least, most) = slabs.bounds();
+            self.interior_b.tree.visit(least + low, most + high, &mut |fixed| {
+                visit(Pair { moving: moving as u32, fixed });
+            });
+        }
+    }
+
+    /// The pairs of cells that may block translations no longer than `reach`.
+    pub(super) fn pairs_within(&self, reach: f64) -> Vec<Pair> {
+        let mut pairs = Vec::new();
+        self.visit_pairs(DVec3::splat(-reach), DVec3::splat(reach), |pair| {
+            let (center, _, outer) = self.ball(Key::Pair(pair));
+            if center.length_squared() < (outer + reach) * (outer + reach) {
+                pairs.push(pair);
+            }
+        });
+        pairs
+    }
+
+    /// The slabs of a pair of cells: the moving one's, the fixed one's.
+    pub(super) fn pair_slabs(&self, pair: Pair) -> (&Slabs, &Slabs) {
+        (&self.slabs[pair.moving as usize], &self.interior_b.slabs[pair.fixed as usize])
+    }
+
+    /// Center, inner and outer radius of an obstacle.
+    pub(super) fn ball(&self, key: Key) -> (DVec3, f64, f64) {
+        match key {
+            Key::Pair(Pair { moving, fixed }) => {
+                let (p, q) = (&self.interior_a.cells[moving as usize], &self.interior_b.cells[fixed as usize]);
+                (q.center - self.centers[moving as usize], p.inner + q.inner, p.outer + q.outer)
+            }
+            Key::Added(k) => {
+                let added = &self.added[k as usize];
+                (added.center, added.inner, added.outer)
+            }
+        }
+    }
+
+    /// The obstacle that `key` names.
+    pub(super) fn obstacle(&self, key: Key) -> Obstacle<'_> {
+        let (center, inner, outer) = self.ball(key);
+        let (moving, fixed): (&[DVec3], &[DVec3]) = match key {
+            Key::Pair(Pair { moving, fixed }) => {
+                let m = moving as usize;
+                let corners = &self.corners[self.starts[m] as usize..self.starts[m + 1] as usize];
+                (corners, &self.interior_b.cells[fixed as usize].corners)
+            }
+            Key::Added(k) => (&self.added[k as usize].moving, &self.added[k as usize].fixed),
+        };
+        Obstacle { moving, fixed, center, inner, outer }
+    }
+
+    /// Up to `most` obstacles, out of `candidates` and those added, that may hold all `points`; the
+    /// deepest first, as far as their slabs tell.
+    pub(super) fn promising(&mut self, candidates: Candidates<'_>, points: &[DVec3], most: usize) -> Vec<Key> {
+        let mut scores = std::mem::take(&mut self.scores);
+        scores.clear();
+        let slabs = Slabs::around(points.iter().copied());
+        let mut look = |pair: Pair| {
+            let (moving, fixed) = self.pair_slabs(pair);
+            let depth = Slabs::depth(moving, fixed, &slabs);
+            if depth > 0.0 {
+                scores.push((depth, scores.len() as u32, Key::Pair(pair)));
+            }
+        };
+        match candidates {
+            Candidates::All => {
+                let (low, high) = slabs.bounds();
+                self.visit_pairs(low, high, &mut look);
+            }
+            Candidates::Some(list) => list.iter().copied().for_each(&mut look),
+        }
+        for (k, added) in self.added.iter().enumerate() {
+            let depth = if added.moving.is_empty() {
+                added.inner - points.iter().map(|p| p.distance(added.center)).fold(0.0, f64::max)
+            } else {
+                Slabs::depth(&added.moving_slabs, &added.fixed_slabs, &slabs)
+            };
+            if depth > 0.0 {
+                scores.push((depth, scores.len() as u32, Key::Added(k as u32)));
+            }
+        }
+        // Ties are in the order in which they were found: that of the cells.
+        let order = |p: &(f64, u32, Key), q: &(f64, u32, Key)| q.0.total_cmp(&p.0).then(p.1.cmp(&q.1));
+        if scores.len() > most {
+            scores.select_nth_unstable_by(most, order);
+            scores.truncate(most);
+        }
+        scores.sort_unstable_by(order);
+        let answer = scores.iter().map(|&(.., key)| key).collect();
+        self.scores = scores;
+        answer
+    }
+
+    /// An obstacle that holds `t`, if there is any among `candidates` and those added.
+    pub(super) fn holder(&mut self, candidates: Candidates<'_>, t: DVec3) -> Option<Key> {
+        if let Some(k) = self.recent.iter().position(|&key| self.obstacle(key).holds(t)) {
+            self.recent[..=k].rotate_right(1);
+            return self.recent.first().copied();
+        }
+        let found = self.search_holder(candidates, t)?;
+        self.recent.truncate(RECENT_HOLDERS - 1);
+        self.recent.insert(0, found);
+        Some(found)
+    }
+
+    fn search_holder(&mut self, candidates: Candidates<'_>, t: DVec3) -> Option<Key> {
+        for most in [DEPTH_TRIES, usize::MAX] {
+            let keys = self.promising(candidates, &[t], most);
+            let looked_at = if most == usize::MAX { DEPTH_TRIES } else { 0 };
+            for &key in keys.iter().skip(looked_at) {
+                self.evaluations += 1;
+                if self.obstacle(key).holds(t) {
+                    return Some(key);
+                }
+            }
+            if keys.len() < most {
+                break;
+            }
+        }
+        None
+    }
+
+    /// Finds out what `t` is. If no known obstacle holds it, the surfaces tell, and an obstacle may
+    /// be added.
+    pub(super) fn classify(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
+        if let Some(k) = self.holder(candidates, t) {
+            return Place::Blocked(k);
+        }
+        self.probe(t)
+    }
+
+    /// Classifies `t` by the surfaces, and adds an obstacle if they cross.
+    fn probe(&mut self, t: DVec3) -> Place {
+        self.evaluations += DEPTH_PROBES as u64;
+        let crossings = self.surfaces.crossings(t, DEPTH_PROBES);
+        if crossings.is_empty() {
+            if !self.surfaces.nested(t) {
+                return Place::Free;
+            }
+            let distance = self.surfaces.distance(t);
+            if distance <= self.hair {
+                return Place::Unclear;
+            }
+            let nothing = Slabs::around([]);
+            self.added.push(Added {
+                source: None,
+                moving: Vec::new(),
+                fixed: Vec::new(),
+                fixed_cell: None,
+                center: t,
+                inner: distance,
+                outer: distance,
+                moving_slabs: nothing,
+                fixed_slabs: nothing,
+            });
+            return Place::Blocked(Key::Added(self.added.len() as u32 - 1));
+        }
+        let Some(added) = self.obstacle_at(&crossings, t) else { return Place::Unclear };
+        self.added.push(added);
+        let key = Key::Added(self.added.len() as u32 - 1);
+        if self.obstacle(key).holds(t) {
+            return Place::Blocked(key);
+        }
+        self.added.pop();
+        Place::Unclear
+    }
+
+    /// The obstacle of two cells that overlap where the bodies do, with a moved by `t`.
+    fn obstacle_at(&self, crossings: &[Crossing], t: DVec3) -> Option<Added> {
+        let closed = |body: &Body| body.mesh().is_closed();
+        let (p, q) = if closed(self.a) && closed(self.b) {
+            // A few of the crossings, from all over.
+            let stride = crossings.len().div_ceil(DEPTH_LENSES);
+            let lenses = crossings.iter().step_by(stride).filter_map(|crossing| self.lens(crossing, t));
+            let deepest = lenses.max_by(|p, q| p.depth.total_cmp(&q.depth))?;
+            let z = deepest.point_a;
+            (Cell::grow(self.a.tree(), z, z, self.a.size())?, {
+                let z = deepest.point_b;
+                Cell::grow(self.b.tree(), z, z, self.b.size())?
+            })
+        } else {
+            // At a surface that bounds no solid, two triangles.
+            let crossing = crossings.first()?;
+            (
+                Cell::flat(self.a.mesh().triangle_points(crossing.moving)),
+                Cell::flat(self.b.mesh().triangle_points(crossing.fixed)),
+            )
+        };
+        Some(self.added_of(p, q))
+    }
+
+    /// The obstacle of a cell of a, in a's frame, and one of b.
+    fn added_of(&self, p: Cell, q: Cell) -> Added {
+        let moving: Vec<DVec3> = p.corners.iter().map(|&corner| self.placement.point(corner)).collect();
+        Added {
+            moving_slabs: Slabs::around(moving.iter().copied()),
+            fixed_slabs: Slabs::around(q.corners.iter().copied()),
+            moving,
+            center: q.center - self.placement.point(p.center),
+            inner: p.inner + q.inner,
+            outer: p.outer + q.outer,
+            fixed: q.corners.clone(),
+            fixed_cell: Some(q),
+            source: Some(p),
+        }
+    }
+
+    /// Adds the obstacles of earlier searches, in this pose.
+    pub(super) fn restore(&mut self, kept: &[(Cell, Cell)]) {
+        for (p, q) in kept {
+            let added = self.added_of(p.clone(), q.clone());
+            self.added.push(added);
+        }
+    }
+
+    /// Takes out the cells of the added obstacles that `leaves` name, and names them by their new
+    /// order.
+    pub(super) fn keep(self, leaves: &mut [Leaf]) -> Vec<(Cell, Cell)> {
+        let mut used = vec![false; self.added.len()];
+        for key in leaves.iter().flat_map(|leaf| &leaf.chain) {
+            if let Key::Added(k) = key {
+                used[*k as usize] = true;
+            }
+        }
+        let mut kept = Vec::new();
+        let mut number = vec![None; self.added.len()];
+        for (k, added) in self.added.into_iter().enumerate() {
+            if let (true, Some(p), Some(q)) = (used[k], added.source, added.fixed_cell) {
+                number[k] = Some(kept.len() as u32);
+                kept.push((p, q));
+            }
+        }
+        for leaf in leaves {
+            leaf.chain.retain_mut(|key| match key {
+                Key::Pair(_) => true,
+                Key::Added(k) => match number[*k as usize] {
+                    Some(new) => {
+                        *k = new;
+                        true
+                    }
+                    None => false,
+                },
+            });
+        }
+        kept
+    }
+
+    /// True if `t` is free by the judgement of the surfaces alone, and counts as a way out.
+    pub(super) fn verified(&self, t: DVec3) -> bool {
+        self.surfaces.is_free(t) && (!self.outside || self.surfaces.escapes(t))
+    }
+
+    /// Which body lies in the other where they are.
+    pub(super) fn containment(&self) -> Containment {
+        self.surfaces.containment(DVec3::ZERO)
+    }
+}
+
+/// Which obstacles to look at, beside those that were added.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Candidates<'a> {
+    All,
+    Some(&'a [Pair]),
+}

@@ -1,0 +1,253 @@
+//! The surfaces of both bodies by themselves: do they cross, how far are they apart, does one lie
+//! inside the other.
+//!
+//! This is the judge of every free translation, and shares nothing with the cells that prove
+//! translations blocked: exact predicates on pairs of triangles ([`TrianglePair`]) and exact
+//! winding numbers.
+//!
+//! The moving body's triangles are turned once for a pose; a translation then only shifts boxes.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+
+use super::containment::{Containment, containment};
+use crate::algebra::tolerance::{COMMON_POINT, ESCAPE_STEPS};
+use crate::algebra::{Pose, closest_on_triangle, closest_segment_segment};
+use crate::body::{Aabb, Body, TrianglePair, TriangleTree};
+
+/// A pair of triangles that cross.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Crossing {
+    /// A point near both, in b's frame.
+    pub(super) point: DVec3,
+    /// Triangle of the moving body, by its index in the mesh.
+    pub(super) moving: u32,
+    /// Triangle of the fixed body.
+    pub(super) fixed: u32,
+}
+
+/// Two surfaces at a relative rotation.
+pub(super) struct Surfaces<'a> {
+    a: &'a Body,
+    b: &'a Body,
+    pose_ba: Pose,
+    components_a: &'a [DVec3],
+    components_b: &'a [DVec3],
+    /// Boxes of the moving body's tree in b's frame, in the tree's order.
+    boxes: Vec<Aabb>,
+    /// Triangles of the moving body in b's frame, in leaf order.
+    corners: Vec<[DVec3; 3]>,
+}
+
+impl<'a> Surfaces<'a> {
+    pub(super) fn new(
+        (a, components_a): (&'a Body, &'a [DVec3]),
+        (b, components_b): (&'a Body, &'a [DVec3]),
+        pose_ba: &Pose,
+    ) -> Self {
+        let placement = pose_ba.placement();
+        let tree = a.tree();
+        let corners: Vec<[DVec3; 3]> = tree.corners.iter().map(|c| c.map(|p| placement.point(p))).collect();
+        let mut boxes = vec![Aabb::EMPTY; tree.nodes.len()];
+        for (k, node) in tree.nodes.iter().enumerate().rev() {
+            boxes[k] = if node.is_leaf() {
+                Aabb::around(corners[node.slots()].iter().flatten().copied())
+            } else {
+                boxes[k + 1].union(&boxes[node.second as usize])
+            };
+        }
+        Self { a, b, pose_ba: *pose_ba, components_a, components_b, boxes, corners }
+    }
+
+    /// The box of the moving body at translation zero.
+    pub(super) fn moving_box(&self) -> Aabb {
+        self.boxes.first().copied().unwrap_or(Aabb::EMPTY)
+    }
+
+    /// True if the surfaces have no common point with a moved by `t`, and neither body lies in the
+    /// other.
+    pub(super) fn is_free(&self, t: DVec3) -> bool {
+        let mut touching = false;
+        self.visit_pairs(t, &mut |p, q, _| {
+            touching = TrianglePair::new(p, q) != TrianglePair::Apart;
+            touching
+        });
+        !touching && !self.nested(t)
+    }
+
+    /// Up to `most` pairs of triangles whose insides cross, or at least touch, with a moved by `t`.
+    pub(super) fn crossings(&self, t: DVec3, most: usize) -> Vec<Crossing> {
+        let mut found = Vec::new();
+        self.visit_pairs(t, &mut |p, q, (moving, fixed)| {
+            if TrianglePair::new(p, q) != TrianglePair::Apart {
+                found.push(Crossing { point: common_point(p, q), moving, fixed });
+            }
+            found.len() >= most
+        });
+        found
+    }
+
+    /// Which body lies in the other, as a whole, with a moved by `t`. The surfaces must not cross.
+    pub(super) fn containment(&self, t: DVec3) -> Containment {
+        containment(self.a, self.components_a, self.b, self.components_b, &self.pose_ba, t)
+    }
+
+    /// True if a component of one surface lies in the other body, with a moved by `t`.
+    pub(super) fn nested(&self, t: DVec3) -> bool {
+        let back = self.pose_ba.inverse();
+        let closed = |body: &Body| body.mesh().is_closed();
+        closed(self.b) && self.components_a.iter().any(|&p| self.b.tree().inside(self.pose_ba.point(p) + t))
+            || closed(self.a) && self.components_b.iter().any(|&p| self.a.tree().inside(back.point(p - t)))
+    }
+
+    /// True if a, moved by `t`, which must be free, can go on along a straight line until the
+    /// bodies are apart for good. Each step is no longer than the distance of the surfaces, so that
+    /// no step can pass through anything.
+    pub(super) fn escapes(&self, t: DVec3) -> bool {
+        let axes = [t.normalize_or_zero(), DVec3::X, DVec3::Y, DVec3::Z, DVec3::NEG_X, DVec3::NEG_Y, DVec3::NEG_Z];
+        axes.into_iter().filter(|along| *along != DVec3::ZERO).any(|along| self.escapes_along(t, along))
+    }
+
+    fn escapes_along(&self, mut t: DVec3, along: DVec3) -> bool {
+        for _ in 0..ESCAPE_STEPS {
+            if !overlap(&self.moving_box(), t, &self.b.tree().bounds()) {
+                return true;
+            }
+            t += along * self.distance(t);
+        }
+        false
+    }
+
+    /// The least distance of the two surfaces with a moved by `t`, if they do not cross.
+    pub(super) fn distance(&self, t: DVec3) -> f64 {
+        let (moving, fixed) = (self.a.tree(), self.b.tree());
+        let mut best = f64::INFINITY;
+        let mut heap = BinaryHeap::new();
+        let gap = |i: u32, j: u32| box_distance_squared(&self.boxes[i as usize], t, &fixed.nodes[j as usize].bounds);
+        if !moving.nodes.is_empty() && !fixed.nodes.is_empty() {
+            heap.push(Reverse((Ordered(gap(0, 0)), 0, 0)));
+        }
+        while let Some(Reverse((Ordered(squared), i, j))) = heap.pop() {
+            if squared >= best {
+                break;
+            }
+            let (first, second) = (&moving.nodes[i as usize], &fixed.nodes[j as usize]);
+            if first.is_leaf() && second.is_leaf() {
+                for p in first.slots() {
+                    for q in second.slots() {
+                        let p = self.corners[p].map(|x| x + t);
+                        best = best.min(triangle_distance_squared(&p, &fixed.corners[q]));
+                    }
+                }
+            } else if second.is_leaf() || (!first.is_leaf() && first.count >= second.count) {
+                for child in [i + 1, first.second] {
+                    heap.push(Reverse((Ordered(gap(child, j)), child, j)));
+                }
+            } else {
+                for child in [j + 1, second.second] {
+                    heap.push(Reverse((Ordered(gap(i, child)), i, child)));
+                }
+            }
+        }
+        best.sqrt()
+    }
+
+    /// Calls `visit` with the pairs of triangles whose boxes overlap, and their indices in the
+    /// meshes, until it says true.
+    fn visit_pairs(&self, t: DVec3, visit: &mut dyn FnMut([DVec3; 3], [DVec3; 3], (u32, u32)) -> bool) {
+        let (moving, fixed): (&TriangleTree, &TriangleTree) = (self.a.tree(), self.b.tree());
+        if moving.nodes.is_empty() || fixed.nodes.is_empty() {
+            return;
+        }
+        let mut stack = vec![(0_u32, 0_u32)];
+        while let Some((i, j)) = stack.pop() {
+            let (first, second) = (&moving.nodes[i as usize], &fixed.nodes[j as usize]);
+            if !overlap(&self.boxes[i as usize], t, &second.bounds) {
+                continue;
+            }
+            if first.is_leaf() && second.is_leaf() {
+                for p in first.slots() {
+                    let corners = self.corners[p].map(|x| x + t);
+                    let around = Aabb::around(corners);
+                    for q in second.slots() {
+                        let other = fixed.corners[q];
+                        if around.overlaps(&Aabb::around(other)) && visit(corners, other, (moving.ids[p], fixed.ids[q]))
+                        {
+                            return;
+                        }
+                    }
+                }
+            } else if second.is_leaf() || (!first.is_leaf() && first.count >= second.count) {
+                stack.extend([(first.second, j), (i + 1, j)]);
+            } else {
+                stack.extend([(i, second.second), (i, j + 1)]);
+            }
+        }
+    }
+}
+
+fn overlap(moving: &Aabb, t: DVec3, fixed: &Aabb) -> bool {
+    (moving.min + t).cmple(fixed.max).all() && fixed.min.cmple(moving.max + t).all()
+}
+
+fn box_distance_squared(moving: &Aabb, t: DVec3, fixed: &Aabb) -> f64 {
+    let gap = (fixed.min - (moving.max + t)).max((moving.min + t) - fixed.max).max(DVec3::ZERO);
+    gap.length_squared()
+}
+
+/// Squared distance of two triangles that do not cross.
+fn triangle_distance_squared(p: &[DVec3; 3], q: &[DVec3; 3]) -> f64 {
+    let mut best = f64::INFINITY;
+    for k in 0..3 {
+        best = best.min(closest_on_triangle(p[k], q[0], q[1], q[2]).distance_squared(p[k]));
+        best = best.min(closest_on_triangle(q[k], p[0], p[1], p[2]).distance_squared(q[k]));
+        for l in 0..3 {
+            best = best.min(closest_segment_segment(p[k], p[(k + 1) % 3], q[l], q[(l + 1) % 3]).squared());
+        }
+    }
+    best
+}
+
+/// A point near the middle of what two triangles have in common: the mean of the places where sides
+/// pierce.
+fn common_point(p: [DVec3; 3], q: [DVec3; 3]) -> DVec3 {
+    let mut sum = DVec3::ZERO;
+    let mut count = 0.0;
+    for (one, other) in [(&p, &q), (&q, &p)] {
+        let normal = (other[1] - other[0]).cross(other[2] - other[0]);
+        for k in 0..3 {
+            let (from, to) = (one[k], one[(k + 1) % 3]);
+            let (hf, ht) = (normal.dot(from - other[0]), normal.dot(to - other[0]));
+            if (hf > 0.0) == (ht > 0.0) {
+                continue;
+            }
+            let x = from + (to - from) * (hf / (hf - ht));
+            let nearest = closest_on_triangle(x, other[0], other[1], other[2]);
+            if nearest.distance_squared(x) <= COMMON_POINT * (to - from).length_squared() {
+                sum += x;
+                count += 1.0;
+            }
+        }
+    }
+    if count > 0.0 { sum / count } else { closest_on_triangle(p[0], q[0], q[1], q[2]) }
+}
+
+/// A distance as a key.
+#[derive(Clone, Copy, PartialEq)]
+struct Ordered(f64);
+
+impl Eq for Ordered {}
+
+impl PartialOrd for Ordered {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Ordered {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        self.0.total_cmp(&other.0)
+    }
+}

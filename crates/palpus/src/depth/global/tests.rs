@@ -1,0 +1,62 @@
+//! Identities and known depths. The oracle of small shapes is a grid of translations judged by the
+//! surfaces alone; its weakness: it sees only as fine as the grid. Exact answers of harder pairs
+//! are held by `.ci/hold_reference.py`.
+
+mod identities;
+mod known;
+
+use glam::{DQuat, DVec3};
+
+use super::surfaces::Surfaces;
+use super::*;
+use crate::algebra::Random;
+use crate::algebra::{Alone, Workers};
+use crate::body::{BodySettings, PolygonSoup};
+
+fn body(soup: &PolygonSoup) -> Body {
+    Body::from_soup(soup, &BodySettings::default(), &mut |_| ()).expect("a sound body")
+}
+
+fn interior(body: &Body) -> Interior {
+    Interior::new(body, &Alone, &mut |_| ())
+}
+
+/// A prism over an outline in the plane of x and y, counter-clockwise, from z = 0 to `height`.
+fn prism(outline: &[(f64, f64)], height: f64) -> PolygonSoup {
+    let n = outline.len() as u32;
+    let level = |z: f64| outline.iter().map(move |&(x, y)| DVec3::new(x, y, z));
+    let mut soup = PolygonSoup { vertices: level(0.0).chain(level(height)).collect(), ..PolygonSoup::new() };
+    soup.push_face(&(0..n).rev().collect::<Vec<_>>());
+    soup.push_face(&(n..2 * n).collect::<Vec<_>>());
+    for k in 0..n {
+        soup.push_face(&[k, (k + 1) % n, n + (k + 1) % n, n + k]);
+    }
+    soup
+}
+
+fn cuboid(size: DVec3) -> PolygonSoup {
+    prism(&[(0.0, 0.0), (size.x, 0.0), (size.x, size.y), (0.0, size.y)], size.z)
+}
+
+/// 2 × 2 × 1, with arms one wide.
+fn ell() -> PolygonSoup {
+    prism(&[(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 2.0), (0.0, 2.0)], 1.0)
+}
+
+/// 3 × 3 × 1, with a groove one wide and two deep.
+fn groove() -> PolygonSoup {
+    let outline = [(0.0, 0.0), (3.0, 0.0), (3.0, 3.0), (2.0, 3.0), (2.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0)];
+    prism(&outline, 1.0)
+}
+
+fn placed(mut soup: PolygonSoup, pose: &Pose) -> PolygonSoup {
+    for p in &mut soup.vertices {
+        *p = pose.point(*p);
+    }
+    soup
+}
+
+fn random_pose(random: &mut Random, reach: f64) -> Pose {
+    let rotation = DQuat::from_axis_angle(random.direction(), std::f64::consts::TAU * random.unit());
+    Pose::new(rotation, DVec3::ONE + random.vector() * reach)
+}

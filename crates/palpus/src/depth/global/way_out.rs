@@ -1,0 +1,63 @@
+//! Free translations that are short: the upper bound.
+//!
+//! * *Project*: from a blocked translation x to a free one beside it. Look at the translation
+//!   nearest to x that meets all half-spaces found so far. While an obstacle blocks it, add the
+//!   half-space behind the obstacle's facet that seems nearest.
+//! * *Slide*: from a free translation g down to a local minimum. Look at the translation nearest to
+//!   the origin that meets all half-spaces found so far (at first none). While an obstacle blocks
+//!   it, add the half-space behind the facet through which the way to g leaves that obstacle. g
+//!   meets all of them, so the end is free and no longer than g. After L. Zhang and others,
+//!   *PolyDepth*, 2012 (G. Je and others), with exact obstacles in the place of local contact
+//!   planes.
+
+use glam::DVec3;
+
+use super::half_spaces::{HalfSpace, nearest_common};
+use super::scene::{Candidates, Place, Scene};
+use crate::algebra::tolerance::{DEPTH_PROJECT_STEPS, DEPTH_SLIDE_STEPS};
+
+/// Returns a free translation near `x`, if one shorter than `limit` is found.
+pub(super) fn project(scene: &mut Scene<'_>, x: DVec3, limit: f64) -> Option<DVec3> {
+    let mut spaces: Vec<HalfSpace> = Vec::new();
+    let mut t = x;
+    for _ in 0..DEPTH_PROJECT_STEPS {
+        match scene.classify(Candidates::All, t) {
+            Place::Free => return Some(t),
+            Place::Unclear => return None,
+            Place::Blocked(k) => {
+                let exit = scene.obstacle(k).nearest_exit(t)?;
+                // Relative to x, so that the nearest common point is the nearest to x.
+                let offset = exit.offset + scene.hair - exit.normal.dot(x);
+                spaces.push(HalfSpace { normal: exit.normal, offset });
+            }
+        }
+        t = x + nearest_common(&spaces, 1e-3 * scene.hair)?;
+        if t.length() >= limit {
+            return None;
+        }
+    }
+    None
+}
+
+/// Returns a free translation no longer than `free`, at a local minimum if it is found in time.
+pub(super) fn slide(scene: &mut Scene<'_>, free: DVec3) -> DVec3 {
+    let mut spaces: Vec<HalfSpace> = Vec::new();
+    let mut t = DVec3::ZERO;
+    let slack = 1e-3 * scene.hair;
+    for _ in 0..DEPTH_SLIDE_STEPS {
+        let along = (free - t).normalize_or_zero();
+        match scene.classify(Candidates::All, t) {
+            Place::Free => return t,
+            Place::Unclear => return free,
+            Place::Blocked(k) => {
+                let Some(exit) = scene.obstacle(k).exit(t, along) else { return free };
+                spaces.push(HalfSpace { normal: exit.normal, offset: exit.offset + scene.hair });
+            }
+        }
+        match nearest_common(&spaces, slack) {
+            Some(next) if next.length_squared() < free.length_squared() => t = next,
+            _ => return free,
+        }
+    }
+    free
+}
