@@ -16,7 +16,8 @@ use super::cell::Cell;
 use super::containment::first_vertices;
 use super::slabs::{BoxTree, Slabs};
 use crate::algebra::tolerance::{
-    CELL_BATCH, CELL_BEYOND, CELL_DEPTH, CELL_SAMPLES, CELLS, CONVEX_SHORTFALL, SHRINKING_BALL_DONE, SHRINKING_BALL_STEPS,
+    CELL_BATCH, CELL_BEYOND, CELL_DEPTH, CELL_SAMPLES, CELLS, CONVEX_SHORTFALL, SHRINKING_BALL_DONE,
+    SHRINKING_BALL_STEPS,
 };
 use crate::algebra::{Workers, map_in_order};
 use crate::body::{Body, Mesh};
