@@ -715,6 +715,11 @@ pub const CELL_PLANES: usize = 96;
 /// The corners are drawn into all planes afterwards, so this costs no truth, only that share of the cell.
 pub const CELL_DUAL: f64 = 1e-12;
 
+/// Relative to the body's size: a solid whose vertices lie this near to corners of its one cell is convex.
+///
+/// Rounding of coordinates in a file. Larger makes the bounds of convex pairs differ by more than 1e-8 of the size.
+pub const CONVEX_SHORTFALL: f64 = 4e-9;
+
 /// Relative to the body's size: how far below the surface a sample must lie in a cell to count as covered.
 ///
 /// A tenth of the gap that is asked for by default. Smaller needs many more cells; larger leaves more to cells grown in the query.

@@ -46,11 +46,6 @@ impl Cell {
         p.distance_squared(self.center) <= self.outer * self.outer && self.planes.iter().all(|q| q.height(p) <= 0.0)
     }
 
-    /// How far `p` lies beyond the planes of the cell; not positive inside.
-    pub(super) fn excess(&self, p: DVec3) -> f64 {
-        self.planes.iter().map(|plane| plane.height(p)).fold(f64::NEG_INFINITY, f64::max)
-    }
-
     /// The cell of one triangle, which has no inside.
     pub(super) fn flat(corners: [DVec3; 3]) -> Self {
         let center = corners.iter().sum::<DVec3>() / 3.0;

@@ -1,11 +1,13 @@
 //! Two convex solids: the certified depth of the pair is the answer.
+//!
+//! A piece may reach beyond the solid by rounding of the file. The cell lies within the solid, and the
+//! lower bound is that of the cells.
 
 use glam::DVec3;
 
 use super::scene::Scene;
 use super::{GlobalDepth, GlobalMemory};
 use crate::algebra::Pose;
-use crate::algebra::tolerance::DEPTH_ROUNDING;
 use crate::depth::{Certainty, CertificateMemory, ProofScratch, WalkScratch, depth_proven};
 
 /// Working memory of the certified depth.
@@ -24,9 +26,7 @@ pub(super) fn convex_depth(
     scene: &mut Scene<'_>,
     memory: &mut GlobalMemory,
 ) -> Option<(f64, DVec3)> {
-    if !query.interior_a.convex || !query.interior_b.convex {
-        return None;
-    }
+    let shortfall = query.interior_a.convex? + query.interior_b.convex?;
     let memory = memory.convex.get_or_insert_with(|| {
         Box::new(ConvexMemory {
             certificate: CertificateMemory::default(),
@@ -42,6 +42,5 @@ pub(super) fn convex_depth(
     }
     scene.evaluations += u64::from(answer.steps) + 1;
     let free = answer.normal * (answer.depth + scene.hair);
-    let size = query.a.size().max(query.b.size());
-    scene.verified(free).then_some((answer.depth - DEPTH_ROUNDING * size, free))
+    scene.verified(free).then_some((answer.depth - shortfall, free))
 }

@@ -16,7 +16,8 @@ use super::cell::Cell;
 use super::containment::first_vertices;
 use super::slabs::{BoxTree, Slabs};
 use crate::algebra::tolerance::{
-    CELL_BATCH, CELL_BEYOND, CELL_DEPTH, CELL_SAMPLES, CELLS, DEPTH_ROUNDING, SHRINKING_BALL_DONE, SHRINKING_BALL_STEPS,
+    CELL_BATCH, CELL_BEYOND, CELL_DEPTH, CELL_SAMPLES, CELLS, CONVEX_SHORTFALL, SHRINKING_BALL_DONE,
+    SHRINKING_BALL_STEPS,
 };
 use crate::algebra::{Workers, map_in_order};
 use crate::body::{Body, Mesh};
@@ -31,8 +32,8 @@ pub struct Interior {
     pub(super) tree: BoxTree,
     /// A vertex of each component of the surface.
     pub(super) components: Vec<DVec3>,
-    /// The solid is convex, and its one piece is the whole of it.
-    pub(super) convex: bool,
+    /// For a convex solid, how far its one piece reaches beyond its one cell at most.
+    pub(super) convex: Option<f64>,
 }
 
 /// A point of the surface, and the ball below it.
@@ -67,10 +68,12 @@ impl Interior {
     fn of_cells(body: &Body, cells: Vec<Cell>, components: Vec<DVec3>) -> Self {
         let slabs: Vec<Slabs> = cells.iter().map(|cell| Slabs::around(cell.corners.iter().copied())).collect();
         let boxes: Vec<_> = slabs.iter().map(Slabs::bounds).collect();
-        let slack = DEPTH_ROUNDING * body.size();
-        let convex = body.polytopes().len() == 1
-            && !body.polytopes()[0].is_flat()
-            && matches!(&cells[..], [cell] if body.mesh().vertices().iter().all(|&p| cell.excess(p) <= slack));
+        let convex = match &cells[..] {
+            [cell] if body.polytopes().len() == 1 && !body.polytopes()[0].is_flat() => {
+                Some(shortfall(cell, body.mesh())).filter(|&gap| gap <= CONVEX_SHORTFALL * body.size())
+            }
+            _ => None,
+        };
         Self { cells, slabs, tree: BoxTree::new(&boxes), components, convex }
     }
 
@@ -78,6 +81,12 @@ impl Interior {
     pub fn cell_count(&self) -> usize {
         self.cells.len()
     }
+}
+
+/// How far a vertex of the mesh lies at most from a corner of the cell.
+fn shortfall(cell: &Cell, mesh: &Mesh) -> f64 {
+    let squared = |p: &DVec3| cell.corners.iter().map(|q| q.distance_squared(*p)).fold(f64::INFINITY, f64::min);
+    mesh.vertices().iter().map(squared).fold(0.0, f64::max).sqrt()
 }
 
 /// Points of the surface with their outward normals.
