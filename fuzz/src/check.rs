@@ -23,7 +23,7 @@ pub fn soup(soup: &PolygonSoup) {
 pub fn body(body: &Body) {
     assert!(!body.polytopes().is_empty() && body.polytopes().len() == body.pieces().len());
     for polytope in body.polytopes().iter().chain(body.hierarchy().hulls()) {
-        assert_eq!(polytope.check_topology(), Ok(()));
+        assert_eq!(polytope.validate_topology(), Ok(()));
         assert!(polytope.centroid().is_finite() && polytope.radius().is_finite());
     }
     let triangles = body.mesh().triangles().len() as u32;

@@ -2,20 +2,23 @@
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
-use palpus::render::{Limits, Pacer, ProbeState, Renderer, Settings, SettingsError, TickSummary};
+use palpus::render::{Limits, Object, Pacer, ProbeState, Settings, SettingsError, TickSummary, ToolId, World};
 use palpus_alloc::allocations_of_this_thread;
 use palpus_device::{DeviceState, Newest, Publisher, StepOutcome};
 use palpus_window::Moment;
 
 use crate::clock::WallClock;
+use crate::objects::Objects;
 use crate::shots::Shots;
 use crate::stage::Stage;
 use crate::way_out::WayOut;
 
-/// A renderer between device and scene. The device's frame is the world's; the environment may be
+/// A world between device and scene. The device's frame is the world's; the environment may be
 /// placed in it. The device's pose and twist are those of the grip, which has the probe's axes.
 pub(crate) struct Engine {
-    renderer: Renderer,
+    world: World,
+    tool: ToolId,
+    objects: Objects,
     frame: Frame,
     clock: WallClock,
     shots: Shots,
@@ -44,10 +47,16 @@ pub(crate) struct Detail {
 impl Engine {
     /// An engine for the stage.
     pub(crate) fn new(stage: &Stage, settings: Settings) -> anyhow::Result<Self> {
-        let renderer = Renderer::new(stage.probe.clone(), stage.environment.clone(), settings)?;
+        let frame = Frame::new(stage.environment_pose);
+        let mut world = World::new(settings)?;
+        world.add(Object::fixed(stage.environment.clone(), Pose::IDENTITY))?;
+        let objects = Objects::add(stage, &mut world, &frame)?;
+        let tool = world.add_tool(stage.probe.clone(), settings)?;
         Ok(Self {
-            renderer,
-            frame: Frame::new(stage.environment_pose),
+            world,
+            tool,
+            objects,
+            frame,
             clock: WallClock::new(),
             shots: Shots::default(),
             live: None,
@@ -58,13 +67,14 @@ impl Engine {
     }
 
     /// The same, able to take up shading later on, at this crease angle (rad) if it has no other.
-    pub(crate) fn with_surfaces(self, crease_angle: f64) -> Self {
-        Self { renderer: self.renderer.with_surfaces(crease_angle), ..self }
+    pub(crate) fn with_surfaces(mut self, crease_angle: f64) -> Self {
+        self.world.prepare_shading(self.tool, crease_angle);
+        self
     }
 
     /// rad: at which shading can be on.
     pub(crate) fn crease_angle(&self) -> Option<f64> {
-        self.renderer.crease_angle()
+        self.world.crease_angle(self.tool)
     }
 
     /// Before each step the newest settings are taken from `asked`.
@@ -72,9 +82,13 @@ impl Engine {
         self.asked = Some(asked);
     }
 
-    /// Goes on with other settings from the next step on; see [`Renderer::set_settings`].
+    /// Goes on with other settings from the next step on; see [`World::set_tool_settings`].
     pub(crate) fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
-        self.renderer.set_settings(settings)
+        self.world.set_tool_settings(self.tool, settings)
+    }
+
+    fn settings(&self) -> &Settings {
+        self.world.tool_settings(self.tool)
     }
 
     /// The settings that have been asked for since the last step, if they can be.
@@ -85,7 +99,7 @@ impl Engine {
 
     /// Keeps what tick number `tick` has to show, for [`Engine::shown`] and [`Engine::kept`].
     pub(crate) fn keep(&mut self, tick: u64) {
-        self.shots.keep(tick, Moment::new(self.renderer.settings().capacity));
+        self.shots.keep(tick, Moment::new(self.settings().capacity));
     }
 
     /// Leaves what every tick has to show with `publisher`.
@@ -99,10 +113,9 @@ impl Engine {
         if let Some(moment) = self.kept(period).into_iter().next() {
             return moment;
         }
-        let grip_a = self.renderer.settings().grip_a;
-        let tick = self.renderer.tick();
-        let mut moment = Moment::new(tick.contacts.len());
-        moment.fill(tick, tick.index as f64 * period, grip_a);
+        let tick = self.world.tick(self.tool);
+        let mut moment = Moment::new(tick.contacts.len().max(self.objects.poses(&self.world).count()));
+        fill(&mut moment, &self.world, self.tool, &self.objects, period);
         moment
     }
 
@@ -113,52 +126,61 @@ impl Engine {
 
     /// Each step's work is bounded from now on, so that a loop of `rate_hz` has the time for it.
     pub(crate) fn pace(&mut self, rate_hz: f64) {
-        self.pacer = Some(Pacer::of(self.renderer.settings(), rate_hz));
+        self.pacer = Some(Pacer::of(self.settings(), rate_hz));
     }
 
-    /// The next step may do so much work; see [`Renderer::allow`].
+    /// The next step may do so much work; see [`World::allow`].
     pub(crate) fn allow(&mut self, work: Option<u64>) {
-        self.renderer.allow(work);
+        self.world.allow(work);
     }
 
     /// Forgets the past after a step that panicked, of which the memory may be half done. The next step is as the first was.
     pub(crate) fn forget(&mut self) {
-        self.renderer.clear();
+        self.world.clear();
         // Whether that step took up others, nobody was told.
-        self.untold = Some(*self.renderer.settings());
+        self.untold = Some(*self.settings());
     }
 
     /// The device can give no more than `available` from now on.
     pub(crate) fn set_available(&mut self, available: &Limits) {
-        self.renderer.set_available(available);
+        self.world.set_available(self.tool, available);
     }
 
     /// One tick: what the device is to push with.
     pub(crate) fn step(&mut self, state: &DeviceState, dt: f64) -> StepOutcome<Detail> {
         let before = allocations_of_this_thread();
         let changed = self.changed().or(self.untold.take());
-        let settings = *self.renderer.settings();
-        let grip_a = settings.grip_a;
-        let probe = self.frame.probe(state, grip_a);
+        let settings = *self.settings();
+        let probe = self.frame.probe(state, settings.grip_a);
         if let Some(pacer) = &self.pacer {
-            self.renderer.allow(Some(pacer.allowance()));
+            self.world.allow(Some(pacer.allowance()));
         }
-        let tick = self.renderer.step(&probe, dt, &self.clock);
+        self.objects.drive(&mut self.world, dt);
+        self.world.step(std::slice::from_ref(&probe), dt, &self.clock);
+        let (world, tool, objects) = (&self.world, self.tool, &self.objects);
+        let tick = world.tick(tool);
         if let Some(pacer) = &mut self.pacer {
             pacer.learn(tick);
         }
-        self.shots.take(tick.index, |moment| moment.fill(tick, 0.0, grip_a));
+        self.shots.take(tick.index, |moment| fill(moment, world, tool, objects, 0.0));
         if let Some(live) = &mut self.live {
-            live.publish_with(|moment| moment.fill(tick, tick.index as f64 * dt, grip_a));
+            live.publish_with(|moment| fill(moment, world, tool, objects, dt));
         }
         let wrench = self.frame.for_device(&tick.commanded);
         let way_out = WayOut::of(tick, &settings, &self.frame, state);
         let saturated = tick.counters.saturated_force + tick.counters.saturated_torque > 0;
-        let (summary, tool) = (tick.summary(), self.frame.in_world(&tick.tool_ba));
+        let (summary, pose) = (tick.summary(), self.frame.in_world(&tick.tool_ba));
         let allocations = allocations_of_this_thread() - before;
-        let detail = Detail { tick: summary, tool, allocations, changed, way_out };
-        StepOutcome { wrench, saturated, changed: changed.is_some(), detail }
+        let detail = Detail { tick: summary, tool: pose, allocations, changed, way_out };
+        StepOutcome { wrench, saturated, changed: changed.is_some(), received: tick.work_from_objects, detail }
     }
+}
+
+/// What a tick has to show; `period` is its length, s.
+fn fill(moment: &mut Moment, world: &World, tool: ToolId, objects: &Objects, period: f64) {
+    let tick = world.tick(tool);
+    moment.fill(tick, tick.index as f64 * period, world.tool_settings(tool).grip_a);
+    moment.place_others(objects.poses(world));
 }
 
 /// Between the world, which is a device's frame, and the environment's.
@@ -188,6 +210,16 @@ impl Frame {
         let turn = |v| self.from_world.vector(v);
         let twist = Twist { angular: turn(state.twist.angular), linear: turn(state.twist.linear) };
         ProbeState::of_grip(&(self.from_world * state.pose), &twist, grip_a)
+    }
+
+    /// Returns the pose in the environment's frame of what stands at `pose` in the world.
+    pub(crate) fn placed(&self, pose: &Pose) -> Pose {
+        if self.environment == Pose::IDENTITY { *pose } else { self.from_world * *pose }
+    }
+
+    /// Returns the direction in the environment's frame of one in the world.
+    pub(crate) fn directed(&self, vector: DVec3) -> DVec3 {
+        self.from_world.vector(vector)
     }
 
     /// Returns the world direction of one in the environment's frame.

@@ -4,12 +4,13 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 use anyhow::{Context, anyhow, bail};
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, Twist};
 use palpus::body::PolygonSoup;
 use palpus_io::write_obj_groups;
-use palpus_scenes::{HandPath, Scene};
+use palpus_scenes::{HandPath, Motion, Scene};
 
 use crate::args::ExportArguments;
 use crate::hand_path::POSE_PERIOD;
@@ -24,15 +25,21 @@ pub(crate) fn export(arguments: &ExportArguments) -> anyhow::Result<ExitCode> {
     let folder = &arguments.folder;
     let problem = || format!("{} could not be made; name another folder", folder.display());
     fs::create_dir_all(folder).with_context(problem)?;
+    let named = |name: &str, content| (name.to_owned(), content);
     let mut files = vec![
-        ("tool.obj", obj("tool", &scene.probe)?),
-        ("part.obj", obj("part", &scene.environment)?),
-        ("hand.csv", hand(&scene.path)),
+        named("tool.obj", obj("tool", &scene.probe)?),
+        named("part.obj", obj("part", &scene.environment)?),
+        named("hand.csv", hand(&scene.path)),
     ];
     if let Some(second) = &scene.second {
-        files.extend([("second.obj", obj("second", &second.probe)?), ("second_hand.csv", hand(&second.path))]);
+        files.push(named("second.obj", obj("second", &second.probe)?));
+        files.push(named("second_hand.csv", hand(&second.path)));
     }
-    files.push(("scene.toml", text(&scene)));
+    let shapes = shapes(&scene);
+    for (k, shape) in shapes.iter().enumerate() {
+        files.push((shape_file(k), obj("object", shape)?));
+    }
+    files.push(named("scene.toml", text(&scene) + &objects(&scene, &shapes)));
     for (name, content) in &files {
         write_new(&folder.join(name), content)?;
     }
@@ -40,7 +47,7 @@ pub(crate) fn export(arguments: &ExportArguments) -> anyhow::Result<ExitCode> {
     output::line(format!(
         "{}: {}",
         folder.display(),
-        files.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ")
+        files.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(", ")
     ));
     output::line(format!("palpus run {}", file.display()));
     Ok(ExitCode::SUCCESS)
@@ -104,6 +111,43 @@ fn text(scene: &Scene) -> String {
         millimetres(contact.tolerance),
         contact.shading,
     )
+}
+
+/// The shapes of the scene's objects, each once.
+fn shapes(scene: &Scene) -> Vec<Arc<PolygonSoup>> {
+    let mut shapes: Vec<Arc<PolygonSoup>> = Vec::new();
+    for object in &scene.objects {
+        if !shapes.iter().any(|shape| Arc::ptr_eq(shape, &object.shape)) {
+            shapes.push(object.shape.clone());
+        }
+    }
+    shapes
+}
+
+fn shape_file(k: usize) -> String {
+    format!("object-{}.obj", k + 1)
+}
+
+/// What nobody holds.
+fn objects(scene: &Scene, shapes: &[Arc<PolygonSoup>]) -> String {
+    let mut text = String::new();
+    for object in &scene.objects {
+        let shape = shapes.iter().position(|shape| Arc::ptr_eq(shape, &object.shape)).unwrap_or_default();
+        let motion = match object.motion {
+            Motion::Fixed => "motion = \"fixed\"".to_owned(),
+            Motion::Free(density) => format!("motion = \"free\"\ndensity = {density:?}            # kg/m³"),
+            Motion::Driven(Twist { angular, linear }) => {
+                let linear = linear * UNITS_PER_METRE;
+                format!(
+                    "motion = \"driven\"\nvelocity = [{:?}, {:?}, {:?}]  # mm/s\nangular_velocity = [{:?}, {:?}, {:?}]  # rad/s",
+                    linear.x, linear.y, linear.z, angular.x, angular.y, angular.z
+                )
+            }
+        };
+        // A string takes everything.
+        let _ = write!(text, "\n[[object]]\nmesh = \"{}\"\n{}{motion}\n", shape_file(shape), place(&object.start));
+    }
+    text
 }
 
 /// Where a tool begins, in two lines.

@@ -25,6 +25,7 @@ mod inspect;
 mod interrupt;
 mod markup;
 mod numbers;
+mod objects;
 mod output;
 mod picture;
 mod plots;

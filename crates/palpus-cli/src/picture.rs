@@ -8,8 +8,8 @@ use glam::DVec3;
 use palpus::algebra::Pose;
 use palpus::body::Body;
 use palpus_window::{
-    Camera, Look, Moment, Picture, PieceOf, Scene, Section, SectionOf, ShownBody, Solid, Style, Theme, Unit, View,
-    before_own_faces, paint, paint_gauss, paint_section,
+    BodyPart, Camera, Look, Moment, Picture, PieceOf, Scene, Section, SectionOf, ShownBody, Solid, Style, Theme, Unit,
+    View, before_own_faces, paint, paint_gauss, paint_section,
 };
 
 use crate::args::{Direction, PictureArguments};
@@ -30,10 +30,10 @@ pub(crate) fn write_model(
         Some(spread) => Solid::exploded(body, spread),
         None => Solid::of_body(body),
     };
-    let [colour, ..] = ShownBody::colours(style.theme);
+    let colour = BodyPart::Probe.colour(style.theme);
     let look = Look { pieces: !asked.plain, wireframe: asked.wireframe, translucent: false };
     let scene = Scene {
-        bodies: vec![ShownBody { solid: Arc::new(solid), pose: Pose::IDENTITY, colour, look }],
+        bodies: vec![ShownBody { part: BodyPart::Probe, solid: Arc::new(solid), pose: Pose::IDENTITY, colour, look }],
         title: model_name(model),
         caption: format!("{} triangles in {} convex pieces", body.mesh().triangles().len(), body.pieces().len()),
         unit: Unit::Model,

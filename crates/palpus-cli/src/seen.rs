@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use palpus::algebra::Pose;
-use palpus_window::{Look, Moment, Scene, ShownBody, Solid, Theme, Unit};
+use palpus::body::Body;
+use palpus_io::scene::ObjectMotion;
+use palpus_window::{BodyPart, Look, Moment, Scene, ShownBody, Solid, Theme, Unit};
 
 use crate::stage::Stage;
 
@@ -15,37 +17,64 @@ pub(crate) struct Seen<'a> {
     stage: &'a Stage,
     probe: Arc<Solid>,
     environment: Arc<Solid>,
-    /// What a second hand holds, and where it is while nobody says.
-    second: Option<(Arc<Solid>, Pose)>,
+    /// A second tool, if there is one, and the objects, with where they are while nobody says.
+    others: Vec<(BodyPart, Arc<Solid>, Pose)>,
 }
 
 impl<'a> Seen<'a> {
     pub(crate) fn of(stage: &'a Stage) -> Self {
         let solid = |body| Arc::new(Solid::of_body(body));
-        let second = stage.second_probe().map(|(body, pose)| (solid(body), pose));
-        Self { stage, probe: solid(&stage.probe), environment: solid(&stage.environment), second }
+        let second = stage.second_probe().map(|(body, pose)| (BodyPart::SecondProbe, solid(body), pose));
+        let mut shapes: Vec<(*const Body, Arc<Solid>)> = Vec::new();
+        let objects = stage.objects.iter().enumerate().map(|(k, object)| {
+            // Objects that are alike are drawn from one shape.
+            let known =
+                shapes.iter().find(|(body, _)| *body == Arc::as_ptr(&object.body)).map(|(_, solid)| solid.clone());
+            let shape = known.unwrap_or_else(|| {
+                let shape = solid(&object.body);
+                shapes.push((Arc::as_ptr(&object.body), shape.clone()));
+                shape
+            });
+            let part = if object.motion == ObjectMotion::Fixed {
+                BodyPart::FixedObject(k + 1)
+            } else {
+                BodyPart::Object(k + 1)
+            };
+            (part, shape, object.pose)
+        });
+        let others = second.into_iter().chain(objects).collect();
+        Self { stage, probe: solid(&stage.probe), environment: solid(&stage.environment), others }
     }
 
     /// The bodies, with the probe at `probe` (world). If something is seen through, as `look` says, it is the environment: what happens is mostly
     /// behind it.
     pub(crate) fn scene(&self, probe: Pose, theme: Theme, look: Look) -> Scene {
         let Self { stage, .. } = *self;
-        let [of_probe, of_environment, of_second] = ShownBody::colours(theme);
-        let shown = |solid: &Arc<Solid>, pose, colour, look| ShownBody { solid: Arc::clone(solid), pose, colour, look };
+        let shown = |part: BodyPart, solid: &Arc<Solid>, pose, look| ShownBody {
+            part,
+            solid: Arc::clone(solid),
+            pose,
+            colour: part.colour(theme),
+            look,
+        };
+        let opaque = Look { translucent: false, ..look };
         let mut bodies = vec![
-            shown(&self.probe, probe, of_probe, Look { translucent: false, ..look }),
-            shown(&self.environment, stage.environment_pose, of_environment, look),
+            shown(BodyPart::Probe, &self.probe, probe, opaque),
+            shown(BodyPart::Environment, &self.environment, stage.environment_pose, look),
         ];
-        // The first may be in the second.
-        bodies.extend(self.second.iter().map(|(solid, pose)| shown(solid, *pose, of_second, look)));
+        bodies.extend(self.others.iter().map(|(part, solid, pose)| {
+            // The first tool may be in the second one.
+            let look = if matches!(part, BodyPart::Object(_)) { opaque } else { look };
+            shown(*part, solid, *pose, look)
+        }));
         Scene { bodies, moment_pose: stage.environment_pose, unit: Unit::Metre, ..Scene::default() }
     }
 
     /// The bodies where they are at `moment`, and what went on between them.
     pub(crate) fn scene_at(&self, moment: Moment, theme: Theme, look: Look) -> Scene {
         let mut scene = self.scene(self.stage.environment_pose * moment.tool, theme, look);
-        if let Some((body, pose)) = scene.bodies.get_mut(2).zip(moment.second) {
-            body.pose = self.stage.environment_pose * pose;
+        for (body, pose) in scene.bodies.iter_mut().skip(2).zip(&moment.others) {
+            body.pose = self.stage.environment_pose * *pose;
         }
         Scene { moment: Some(moment), ..scene }
     }

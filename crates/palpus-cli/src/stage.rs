@@ -11,9 +11,11 @@ use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::{Limits, ProbeState, Saturation, Settings, VirtualCoupling};
 use palpus_device::{DeviceSpec, HandImpedance, hand_preset};
 use palpus_io::record::{FORMAT, MOST_SCENE_TEXT, RecordedBody, RecordedScene, SceneSource};
-use palpus_io::scene::{CouplingMode, FilePolicy, SceneBody, SceneCoupling, SceneFile, SceneHand, read_scene};
+use palpus_io::scene::{
+    CouplingMode, FilePolicy, ObjectMotion, SceneBody, SceneCoupling, SceneFile, SceneHand, SceneObject, read_scene,
+};
 use palpus_io::{ContentHash, RecordingHeader, read_mesh};
-use palpus_scenes::{HandPath, Scene, Tremor};
+use palpus_scenes::{HandPath, Motion, Scene, Tremor};
 
 use crate::approach::approach;
 use crate::bodies::{self, Teller};
@@ -45,6 +47,19 @@ pub(crate) struct Stage {
     pub(crate) notes: Vec<String>,
     /// What a second hand holds, if there is one.
     pub(crate) second: Option<Box<SecondStage>>,
+    /// What nobody holds, beside the environment.
+    pub(crate) objects: Vec<StageObject>,
+    /// m/s², along the world's axes.
+    pub(crate) gravity: DVec3,
+}
+
+/// A body that nobody holds.
+#[derive(Clone)]
+pub(crate) struct StageObject {
+    pub(crate) body: Arc<Body>,
+    /// In the world, at the start.
+    pub(crate) pose: Pose,
+    pub(crate) motion: ObjectMotion,
 }
 
 /// A second tool and its hand.
@@ -173,6 +188,8 @@ impl Stage {
             // Told of with the first.
             notes: Vec::new(),
             second: None,
+            objects: self.objects.clone(),
+            gravity: self.gravity,
         })
     }
 
@@ -261,12 +278,36 @@ pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<
             }))
         }
     };
+    let mut shapes: Vec<(*const PolygonSoup, Arc<Body>, ContentHash)> = Vec::new();
+    let mut objects = Vec::new();
+    let mut recorded_objects = Vec::new();
+    for object in &scene.objects {
+        let shape = Arc::as_ptr(&object.shape);
+        let known = shapes.iter().position(|(other, ..)| *other == shape);
+        let at = match known {
+            Some(at) => at,
+            None => {
+                let prepared = bodies::prepare_soup_telling("an object", &object.shape, &body_settings, teller)?;
+                shapes.push((shape, Arc::new(prepared.body), prepared.hash));
+                shapes.len() - 1
+            }
+        };
+        let (_, shape, hash) = &shapes[at];
+        let motion = match object.motion {
+            Motion::Fixed => ObjectMotion::Fixed,
+            Motion::Driven(twist) => ObjectMotion::Driven(twist),
+            Motion::Free(density) => ObjectMotion::FreeOfDensity(density),
+        };
+        objects.push(StageObject { body: shape.clone(), pose: object.start, motion });
+        recorded_objects.push(body(&format!("object-{}", at + 1), *hash, object.start));
+    }
     let recorded = RecordedScene {
         source: SceneSource::BuiltIn(scene.name.to_owned()),
         text: None,
         metres_per_unit: 1.0,
         probe: body("probe", probe.hash, scene.start),
         environment: body("environment", environment.hash, Pose::IDENTITY),
+        objects: recorded_objects,
         render: settings,
         more: Default::default(),
     };
@@ -282,6 +323,8 @@ pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<
         recorded,
         notes: Vec::new(),
         second,
+        objects,
+        gravity: scene.gravity,
     })
 }
 
@@ -294,6 +337,8 @@ pub(crate) enum Part {
     Environment,
     /// What the second hand holds.
     Second,
+    /// What nobody holds: the object of this number.
+    Object(usize),
 }
 
 /// Prepares a scene `file` that lies at `path`; `read` reads its meshes.
@@ -329,12 +374,27 @@ pub(crate) fn of_file(
             }))
         }
     };
+    let mut objects: Vec<StageObject> = Vec::new();
+    let mut recorded_objects: Vec<RecordedBody> = Vec::new();
+    for (k, object) in file.objects.iter().enumerate() {
+        // Objects that are alike share their body.
+        let alike = |other: &SceneObject| {
+            other.body.mesh == object.body.mesh && other.body.metres_per_unit == object.body.metres_per_unit
+        };
+        let (shape, hash) = match file.objects[..k].iter().position(alike) {
+            Some(other) => (objects[other].body.clone(), recorded_objects[other].content),
+            None => prepare(Part::Object(k), &object.body)?,
+        };
+        objects.push(StageObject { body: shape, pose: object.body.pose, motion: object.motion });
+        recorded_objects.push(body(&object.body.mesh, hash, object.body.pose));
+    }
     let recorded = RecordedScene {
         source: SceneSource::File(absolute(path)),
         text: Some(file.text).filter(|text| text.len() <= MOST_SCENE_TEXT),
         metres_per_unit: file.metres_per_unit,
         probe: body(&file.probe.mesh, probe_hash, file.probe.pose),
         environment: body(&file.environment.mesh, environment_hash, file.environment.pose),
+        objects: recorded_objects,
         render: file.render,
         more: Default::default(),
     };
@@ -350,6 +410,8 @@ pub(crate) fn of_file(
         recorded,
         notes,
         second,
+        objects,
+        gravity: file.gravity,
     })
 }
 
@@ -385,8 +447,13 @@ fn intended(
 
 /// The content of the meshes of a recorded scene as they are now, to refuse a replay on others.
 pub(crate) fn check_content(stage: &Stage, recorded: &RecordedScene) -> anyhow::Result<()> {
-    for (now, then) in [(&stage.recorded.probe, &recorded.probe), (&stage.recorded.environment, &recorded.environment)]
-    {
+    if stage.recorded.objects.len() != recorded.objects.len() {
+        let (now, then) = (stage.recorded.objects.len(), recorded.objects.len());
+        bail!("the scene has {now} objects and the recording {then}; replay needs the same scene");
+    }
+    let objects = stage.recorded.objects.iter().zip(&recorded.objects);
+    let held = [(&stage.recorded.probe, &recorded.probe), (&stage.recorded.environment, &recorded.environment)];
+    for (now, then) in held.into_iter().chain(objects) {
         if now.content != then.content {
             bail!(
                 "{} is not the mesh of the recording (its content hash is {}, recorded was {}); replay needs the same mesh",

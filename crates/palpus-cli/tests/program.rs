@@ -174,6 +174,22 @@ fn a_changed_recording_shows_its_first_divergence() {
 }
 
 #[test]
+fn a_heavy_pair_is_said_before_the_run() {
+    let folder = Folder::new("heavy");
+    for (scene, is_heavy) in [("gears", true), ("torus-torus", false)] {
+        assert_success(&palpus(&folder.0, &["export", scene, scene]));
+        let file = folder.0.join(scene).join("scene.toml");
+        // Of a step, µs: less than any contact needs, so that one patch fits into the least work.
+        let text = fs::read_to_string(&file).expect("a scene").replace("[contact]", "[contact]\ntime_budget = 1");
+        fs::write(&file, text).expect("a scene");
+        let file = file.to_str().expect("a path of text");
+        let run = palpus(&folder.0, &["run", file, "--headless", "--no-realtime", "--duration", "0.01", "--lenient"]);
+        let said = String::from_utf8_lossy(&run.stderr).into_owned() + &String::from_utf8_lossy(&run.stdout);
+        assert_eq!(said.contains("note: this pair is heavy for this machine"), is_heavy, "{scene}: {said}");
+    }
+}
+
+#[test]
 fn a_scene_file_brings_its_own_meshes() {
     let folder = Folder::new("scene");
     folder.file("cube.obj", CUBE);

@@ -2,8 +2,8 @@
 //!
 //! Of every sequence it must hold that the commanded wrench
 //! 1. is finite and within the peak of what may be believed of the device, whatever the device says of itself;
-//! 2. changes by no more than the slew limit from message to message, but for the fall at a fault or where the device withholds its force;
-//! 3. is nothing but damping in the very tick of a fault, against the true motion of the grip;
+//! 2. changes by no more than the slew limit from message to message, faults and withheld forces included;
+//! 3. is nothing but damping against the true motion of the grip from 2 ms after a fault on;
 //! 4. comes back only through engagement: after a time without fault, from a small wrench, along the ramp;
 //! 5. ends with zero, or with the device's brake applied;
 //! 6. stays away after three faults in ten seconds, where a person has to ask for it;

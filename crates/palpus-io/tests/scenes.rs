@@ -3,8 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use palpus::algebra::Twist;
 use palpus::render::{Clustering, Settings};
-use palpus_io::scene::{CouplingMode, HandPreset, parse_scene};
+use palpus_io::scene::{CouplingMode, HandPreset, ObjectMotion, parse_scene};
 use palpus_io::{FilePolicy, SceneFile, read_scene};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -69,7 +70,49 @@ fn every_documented_key_is_read() {
     let second = scene.second.unwrap();
     assert_eq!((second.body.mesh, second.hand.preset), (PathBuf::from("set/lid.obj"), HandPreset::Firm));
     assert_eq!((second.body.pose.translation, second.grip), (DVec3::Z * 0.05, None));
-    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 41, "a key was added: check it above");
+    assert_eq!((scene.objects.len(), scene.gravity.z), (2, -9.81));
+    let motions = [ObjectMotion::FreeOfDensity(7800.0), scene.objects[1].motion];
+    assert!(scene.objects[0].motion == motions[0] && matches!(motions[1], ObjectMotion::Driven(_)));
+    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 50, "a key was added: check it above");
+}
+
+#[test]
+fn objects_are_free_driven_or_fixed() {
+    let text = EXPERIENCE.to_owned()
+        + "[[object]]\nmesh = \"nut.obj\"\nposition = [20, 0, 5]\ndensity = 7800\n\
+           [[object]]\nmesh = \"nut.obj\"\nmass = 0.02\n\
+           [[object]]\nmesh = \"arm.obj\"\nmotion = \"driven\"\nvelocity = [100, 0, 0]\nangular_velocity = [0, 0, 2]\n\
+           [[object]]\nmesh = \"wall.obj\"\nmotion = \"fixed\"\n\
+           [[object]]\nmesh = \"cork.obj\"\n";
+    let scene = parse(&text).unwrap();
+    let motions: Vec<_> = scene.objects.iter().map(|object| object.motion).collect();
+    let driven = Twist { angular: DVec3::Z * 2.0, linear: DVec3::X * 0.1 };
+    let expected = [
+        ObjectMotion::FreeOfDensity(7800.0),
+        ObjectMotion::FreeOfMass(0.02),
+        ObjectMotion::Driven(driven),
+        ObjectMotion::Fixed,
+        ObjectMotion::FreeOfDensity(1000.0),
+    ];
+    assert_eq!(motions, expected);
+    assert_eq!(scene.objects[0].body.pose.translation, DVec3::new(0.02, 0.0, 0.005));
+    assert_eq!(scene.gravity, DVec3::new(0.0, 0.0, -9.81));
+    assert_eq!(parse(EXPERIENCE).unwrap().gravity, DVec3::ZERO);
+    let floating = parse(&format!("gravity = [0, 0, 0]\n{text}")).unwrap();
+    assert_eq!(floating.gravity, DVec3::ZERO);
+    for (wrong, said) in [
+        ("[[object]]\nmotion = \"free\"\n", "[[object]] has no mesh"),
+        ("[[object]]\nmesh = \"a.obj\"\ndensity = 0\n", "density is 0.0 and must be greater than 0 kg/m³"),
+        ("[[object]]\nmesh = \"a.obj\"\ndensity = 1\nmass = 1\n", "either density or mass"),
+        ("[[object]]\nmesh = \"a.obj\"\nmotion = \"fixed\"\nmass = 1\n", "leave them out"),
+        ("[[object]]\nmesh = \"a.obj\"\nvelocity = [1, 0, 0]\n", "motion = \"driven\""),
+        ("[[object]]\nmesh = \"a.obj\"\nmotion = \"loose\"\n", "\"free\" or \"driven\" or \"fixed\""),
+        ("[[object]]\nmesh = \"a.obj\"\nweight = 1\n", "did you mean"),
+        ("[object]\nmesh = \"a.obj\"\n", "each begun by [[object]]"),
+    ] {
+        let error = parse(&(EXPERIENCE.to_owned() + wrong)).unwrap_err();
+        assert!(error.contains(said) && error.contains("line "), "{wrong}: {error}");
+    }
 }
 
 #[test]
@@ -127,7 +170,7 @@ fn errors_say_what_where_and_what_to_do() {
         (
             change("[coupling]", "[cuopling]"),
             "line 12, column 2: a scene has no key \"cuopling\"; did you mean \"coupling\"? (it may have unit, probe, \
-          second, environment, contact, coupling, device, hand)",
+          second, environment, object, gravity, contact, coupling, device, hand)",
         ),
         (
             change("dynamic = 0.3", "kinetic = 0.3"),

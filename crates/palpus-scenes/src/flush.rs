@@ -127,6 +127,8 @@ impl FlushCase {
             start: path.pose(0.0),
             path,
             second: None,
+            objects: Vec::new(),
+            gravity: DVec3::ZERO,
         }
     }
 

@@ -21,5 +21,5 @@ pub mod truth;
 
 pub use catalogue::{SceneEntry, scene, scenes, trials};
 pub use path::{HandPath, Key, Placement, RecordedPathError, Tremor, Wander};
-pub use scene::{ContactSettings, Friction, Scene, SecondTool};
+pub use scene::{ContactSettings, Friction, Motion, Object, Scene, SecondTool};
 pub use tour::tour;

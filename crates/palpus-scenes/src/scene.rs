@@ -1,6 +1,9 @@
 //! What a scene is made of.
 
-use palpus::algebra::Pose;
+use std::sync::Arc;
+
+use glam::DVec3;
+use palpus::algebra::{Pose, Twist};
 use palpus::body::PolygonSoup;
 
 use crate::HandPath;
@@ -26,6 +29,32 @@ pub struct Scene {
     pub path: HandPath,
     /// What a second hand holds, if there is one.
     pub second: Option<SecondTool>,
+    /// What nobody holds, beside the environment.
+    pub objects: Vec<Object>,
+    /// m/s².
+    pub gravity: DVec3,
+}
+
+/// A body that nobody holds.
+#[derive(Clone, Debug)]
+pub struct Object {
+    /// What it is, m; objects of one scene that are alike share it.
+    pub shape: Arc<PolygonSoup>,
+    /// Its pose when the scene starts.
+    pub start: Pose,
+    /// How it moves.
+    pub motion: Motion,
+}
+
+/// How an object moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Motion {
+    /// Not at all.
+    Fixed,
+    /// With this velocity of its frame's origin, m/s and rad/s, whatever touches it.
+    Driven(Twist),
+    /// By gravity, contact and friction; kg/m³.
+    Free(f64),
 }
 
 /// A second probe, in a hand of its own.

@@ -28,7 +28,7 @@ use crate::letters;
 use crate::paint::paint;
 use crate::picture::{Picture, Rgb};
 use crate::piece::{PieceNumbers, piece_solids};
-use crate::scene::{Look, Scene, ShownBody, Unit};
+use crate::scene::{BodyPart, Look, Scene, ShownBody, Unit};
 use crate::sheet::{Sheet, WORD_SIZE};
 use crate::solid::Solid;
 use crate::style::{Style, Theme, encoded, linear};
@@ -119,11 +119,16 @@ pub fn paint_gauss(shown: &PieceOf<'_>, from: &Camera, style: &Style, width: usi
     let gap = 10.0 * sheet.scale;
     let (left, right) = (area.part([0.0, LEFT], [0.0, 1.0], 0.0), area.part([LEFT, 1.0], [0.0, 1.0], gap));
     let [own, hull] = piece_solids(body, piece).map(Arc::new);
-    let placed =
-        |solid: &Arc<Solid>, colour, look| ShownBody { solid: Arc::clone(solid), pose: Pose::IDENTITY, colour, look };
+    let placed = |solid: &Arc<Solid>, colour, look| ShownBody {
+        part: BodyPart::Environment,
+        solid: Arc::clone(solid),
+        pose: Pose::IDENTITY,
+        colour,
+        look,
+    };
     let of_piece =
         [placed(&own, palette.own_face, Look::default()), placed(&hull, palette.other_face, Look::default())];
-    let [_, environment, _] = ShownBody::colours(style.theme);
+    let environment = BodyPart::Environment.colour(style.theme);
     let whole = placed(&Arc::new(Solid::of_body(body)), environment, Look { translucent: true, ..Look::default() });
     let in_place = [of_piece.to_vec(), vec![whole]].concat();
     let bare = Style { words: false, ..*style };

@@ -47,8 +47,8 @@ pub struct Moment {
     pub device: Pose,
     /// Where the contacts were looked for: the proxy's pose with a coupling, else the device's.
     pub tool: Pose,
-    /// Where a second tool is, if there is one.
-    pub second: Option<Pose>,
+    /// Where the bodies are that are neither the tool nor the environment: a second tool, if there is one, then the objects.
+    pub others: Vec<Pose>,
     /// The grip on the proxy.
     pub grip: DVec3,
     /// About the grip, as commanded.
@@ -70,7 +70,7 @@ impl Moment {
             time: 0.0,
             device: Pose::IDENTITY,
             tool: Pose::IDENTITY,
-            second: None,
+            others: Vec::with_capacity(capacity),
             grip: DVec3::ZERO,
             wrench: Wrench::ZERO,
             contact_count: 0,
@@ -86,7 +86,7 @@ impl Moment {
         self.time = time;
         self.device = tick.probe.pose_ba;
         self.tool = tick.tool_ba;
-        self.second = None;
+        self.others.clear();
         self.grip = tick.tool_ba.point(grip_a);
         self.wrench = tick.commanded;
         self.contact_count = tick.contacts.len();
@@ -96,9 +96,14 @@ impl Moment {
         self.show(tick, tick.contacts.len());
     }
 
+    /// Takes in where the other bodies are. Obtains no memory.
+    pub fn place_others(&mut self, poses: impl Iterator<Item = Pose>) {
+        append(&mut self.others, poses, |pose| pose);
+    }
+
     /// Takes in the same tick of a second tool: where that is, and what it touches beside the first. Obtains no memory.
     pub fn join(&mut self, tick: &Tick) {
-        self.second = Some(tick.tool_ba);
+        self.place_others(std::iter::once(tick.tool_ba));
         let own = tick.contacts.len() - tick.contacts_between as usize;
         self.contact_count += own;
         self.show(tick, own);

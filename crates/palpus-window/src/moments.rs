@@ -6,6 +6,8 @@
 
 use std::sync::Mutex;
 
+use palpus::algebra::Pose;
+
 use crate::moment::{Moment, ShownAnchor, ShownCluster, ShownContact};
 
 /// See the module's description.
@@ -105,6 +107,7 @@ fn bytes(moment: &Moment) -> usize {
         + moment.contacts.len() * size_of::<ShownContact>()
         + moment.clusters.len() * size_of::<ShownCluster>()
         + moment.anchors.len() * size_of::<ShownAnchor>()
+        + moment.others.len() * size_of::<Pose>()
 }
 
 #[cfg(test)]

@@ -24,6 +24,8 @@ pub struct Look {
 /// A body in its place.
 #[derive(Clone, Debug)]
 pub struct ShownBody {
+    /// What it is in the scene.
+    pub part: BodyPart,
     /// Its triangles.
     pub solid: Arc<Solid>,
     /// Of the body in the world.
@@ -37,7 +39,7 @@ pub struct ShownBody {
 /// Everything in one picture.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// The bodies; of a scene that is felt the probe, the environment and, if there is one, the second probe.
+    /// The bodies; of a scene that is felt the probe, the environment, the second probe, if there is one, and the objects.
     pub bodies: Vec<ShownBody>,
     /// Contacts and forces, if any.
     pub moment: Option<Moment>,
@@ -81,17 +83,46 @@ pub enum Unit {
     Model,
 }
 
-impl ShownBody {
-    /// The colours of probe and environment in a theme, and of a second probe, which has the first one's.
-    pub fn colours(theme: Theme) -> [Rgb; 3] {
+/// What a body is in a scene.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BodyPart {
+    /// What a hand holds.
+    Probe,
+    /// What is touched, and what of it is seen by itself.
+    Environment,
+    /// What another hand holds.
+    SecondProbe,
+    /// A body that nobody holds, by its number from 1 on, and that moves.
+    Object(usize),
+    /// The same, and it never moves.
+    FixedObject(usize),
+}
+
+impl BodyPart {
+    /// What it is called.
+    pub fn name(self) -> String {
+        match self {
+            Self::Probe => "probe".to_owned(),
+            Self::Environment => "environment".to_owned(),
+            Self::SecondProbe => "second probe".to_owned(),
+            Self::Object(k) | Self::FixedObject(k) => format!("object {k}"),
+        }
+    }
+
+    /// Its colour in a theme.
+    pub fn colour(self, theme: Theme) -> Rgb {
         let colours = theme.colours();
-        [colours.probe, colours.environment, colours.probe]
+        match self {
+            Self::Probe | Self::SecondProbe => colours.probe,
+            Self::Environment | Self::FixedObject(_) => colours.environment,
+            Self::Object(_) => colours.object,
+        }
     }
 }
 
-/// What the bodies of a scene that is felt are called, in their order.
+/// Of so many bodies a person is asked how they are drawn; the list of more would fill the window.
 #[cfg(feature = "gui")]
-pub(crate) const BODY_NAMES: [&str; 3] = ["probe", "environment", "second probe"];
+pub(crate) const LISTED: usize = 4;
 
 /// A proxy this part of the probe's size from the device is drawn apart from it.
 const APART: f64 = 2e-3;
@@ -100,9 +131,11 @@ impl Scene {
     /// Puts what moves where it is at `moment`; what is no pose leaves its body where it was.
     #[cfg(feature = "gui")]
     pub(crate) fn pose_probes(&mut self, moment: &Moment) {
-        for (body, pose) in [(0, Some(moment.tool)), (2, moment.second)] {
-            if let Some((body, pose)) = self.bodies.get_mut(body).zip(pose).filter(|(_, pose)| pose.is_valid()) {
-                body.pose = self.moment_pose * pose;
+        let moment_pose = self.moment_pose;
+        let others = moment.others.iter().enumerate().map(|(k, pose)| (k + 2, pose));
+        for (body, pose) in std::iter::once((0, &moment.tool)).chain(others).filter(|(_, pose)| pose.is_valid()) {
+            if let Some(body) = self.bodies.get_mut(body) {
+                body.pose = moment_pose * *pose;
             }
         }
     }

@@ -7,9 +7,9 @@ use palpus::algebra::{Alone, NoClock, Pose};
 use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::render::{ProbeState, Renderer, Settings};
 use palpus_window::{
-    Axis, Camera, Look, Moment, Picture, PieceOf, Scene, Section, SectionOf, SectionPlane, Shown, ShownBody, Solid,
-    Style, Theme, Unit, View, before_own_faces, depth_colour, paint, paint_gauss, paint_gauss_half, paint_section,
-    paint_section_panel,
+    Axis, BodyPart, Camera, Look, Moment, Picture, PieceOf, Scene, Section, SectionOf, SectionPlane, Shown, ShownBody,
+    Solid, Style, Theme, Unit, View, before_own_faces, depth_colour, paint, paint_gauss, paint_gauss_half,
+    paint_section, paint_section_panel,
 };
 
 const WIDTH: usize = 320;
@@ -32,15 +32,15 @@ fn leaning(height: f64) -> Scene {
     let tick = renderer.step(&ProbeState::at(pose), 1e-3, &NoClock);
     let mut moment = Moment::new(100);
     moment.fill(tick, 0.0, DVec3::ZERO);
-    let body = |body: &Body, pose, colour| ShownBody {
+    let body = |body: &Body, pose, part: BodyPart| ShownBody {
+        part,
         solid: Arc::new(Solid::of_body(body)),
         pose,
-        colour,
+        colour: part.colour(Theme::Light),
         look: Look::default(),
     };
-    let [of_probe, of_table, _] = ShownBody::colours(Theme::Light);
     Scene {
-        bodies: vec![body(&probe, pose, of_probe), body(&table, Pose::IDENTITY, of_table)],
+        bodies: vec![body(&probe, pose, BodyPart::Probe), body(&table, Pose::IDENTITY, BodyPart::Environment)],
         force_scale: moment.wrench.force.length().max(0.1),
         moment: Some(moment),
         title: "a box on a table".into(),

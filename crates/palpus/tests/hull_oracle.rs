@@ -59,7 +59,7 @@ fn volumes_areas_and_corners_are_those_of_qhull() {
         let hull = convex_hull(&fixture.points, fixture.coplanar).unwrap();
         assert_eq!(matches!(hull, Hull::Solid { .. }), fixture.solid, "{name}");
         let (polytope, inputs) = hull.into_polytope().unwrap();
-        assert_eq!(polytope.check_well_formed(fixture.coplanar), Ok(()), "{name}");
+        assert_eq!(polytope.validate(fixture.coplanar), Ok(()), "{name}");
         for (v, &k) in inputs.iter().enumerate() {
             assert_eq!(polytope.vertex(v as u32), fixture.points[k as usize], "{name}");
         }

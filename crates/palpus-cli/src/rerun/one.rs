@@ -93,19 +93,20 @@ pub(crate) fn run_again_on(
         }
         let state = state(row);
         let told = told(row);
-        let (computed, contacts) = match has_stepped(row) {
+        let (computed, contacts, received) = match has_stepped(row) {
             true => {
                 engine.allow(work_allowed(row));
                 let outcome = engine.step(&state, row.dt);
-                (outcome.wrench, outcome.detail.tick.contacts)
+                (outcome.wrench, outcome.detail.tick.contacts, outcome.received)
             }
-            false => (Wrench::ZERO, row.contacts),
+            false => (Wrench::ZERO, row.contacts, [0.0; 2]),
         };
         if told.has(Cut::Panic) {
             engine.forget();
         }
         let wrench = match &mut chain {
             Some(chain) => {
+                chain.receive(received);
                 let shaped = chain.shape(&state, &computed, told, elapsed(row));
                 engine.set_available(&shaped.available);
                 shaped.wrench

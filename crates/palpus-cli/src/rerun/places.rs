@@ -52,6 +52,9 @@ impl<'a> Places<'a> {
         // Hands and places are as they were recorded.
         file.gaps.places = false;
         (file.probe.pose, file.environment.pose) = (scene.probe.pose, scene.environment.pose);
+        for (object, recorded) in file.objects.iter_mut().zip(&scene.objects) {
+            object.body.pose = recorded.pose;
+        }
         file.hand.path = None;
         if let Some(second) = &mut file.second {
             second.hand.path = None;
@@ -62,6 +65,7 @@ impl<'a> Places<'a> {
                 Part::Probe => scene.probe.content,
                 Part::Environment => scene.environment.content,
                 Part::Second => second.unwrap_or(scene.probe.content),
+                Part::Object(k) => scene.objects.get(k).map_or(scene.probe.content, |object| object.content),
             };
             self.mesh(&body.mesh, folder, &content)
         };

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use palpus_device::{Cuts, Phase, ServoTick};
 
-use super::{Session, keys};
+use super::{Session, heavy, keys};
 use crate::engine::Detail;
 use crate::output;
 use crate::way_out::WayOut;
@@ -104,11 +104,12 @@ const OF_LATE: f64 = 0.02;
 /// Between two live lines.
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
 
-/// Shows the newest values until the run is over: a line drawn over on a terminal, nothing elsewhere. Stops it at `end`.
-pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instant>) {
+/// Shows the newest values until the run is over: a line drawn over on a terminal, nothing elsewhere. Stops it at `end`. `said_heavy`: that the pair is
+/// heavy was said before.
+pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instant>, said_heavy: bool) {
     let shown = output::watched();
     keys::take(session.reins());
-    let (mut told, mut told_heavy) = (false, false);
+    let (mut told, mut told_heavy) = (false, said_heavy);
     let mut last = session.live().ticks;
     while !session.is_over() {
         std::thread::sleep(LIVE_PERIOD);
@@ -117,9 +118,9 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
         }
         let live = session.live();
         tell_start(&live, &mut told);
-        if live.carried > HEAVY && !told_heavy {
+        if live.carried > heavy::HEAVY && !told_heavy {
             told_heavy = true;
-            output::note(HEAVY_IN_WORDS);
+            output::note(heavy::IN_WORDS);
         }
         if shown {
             output::live(&format!(
@@ -138,11 +139,6 @@ pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instan
         output::live_end();
     }
 }
-
-/// Share of the contacts: a pair of which more are carried is heavy.
-const HEAVY: f64 = 0.5;
-const HEAVY_IN_WORDS: &str = "note: this pair is heavy for this machine: to hold the rate, most contacts are carried from tick to tick and looked at \
-     again in turns. What helps: meshes with fewer convex pieces where they touch (`palpus inspect`), a lower --rate; `palpus doctor --scene` measures it";
 
 /// Says once that the probe began inside the part.
 fn tell_start(live: &Live, told: &mut bool) {

@@ -5,6 +5,7 @@
 //! 3. A window or a line in the terminal shows it ([`live`]); the window may have it followed by another one ([`crate::window`]).
 //! 4. What it was like is printed and plotted.
 
+mod heavy;
 mod keys;
 mod live;
 mod plan;
@@ -65,16 +66,14 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     if let Some(at) = arguments.at {
         ready.keep(tick_at(at, arguments.duration.unwrap_or(DEFAULT_SECONDS), ready.plan().rate_hz)?);
     }
-    if !arguments.json {
-        ready.announce(arguments, headless)?;
-    }
+    let said_heavy = !arguments.json && ready.announce(arguments, headless)?;
     let stop = stop_at_signal();
     let ended = match headless {
         Some(_) => {
             let mut session = Session::start(ready, &beginning(arguments), &stop)?;
             if !arguments.json {
                 session.tell_claims();
-                live::watch(&mut session, &stop, None);
+                live::watch(&mut session, &stop, None, said_heavy);
             }
             vec![session.wait()?]
         }
@@ -126,7 +125,7 @@ pub(crate) fn go_on_without_window(
 ) -> anyhow::Result<Ended> {
     output::note(format!("no window could be opened here ({why}); headless"));
     let end = arguments.duration.is_none().then(|| Instant::now() + Duration::from_secs_f64(DEFAULT_SECONDS));
-    live::watch(&mut session, stop, end);
+    live::watch(&mut session, stop, end, true);
     session.wait()
 }
 

@@ -11,7 +11,7 @@ use palpus_device::{
 };
 use palpus_io::{RecordRow, RecordingHeader, read_recording};
 
-use super::{DEFAULT_SECONDS, replayed};
+use super::{DEFAULT_SECONDS, heavy, replayed};
 use crate::args::RunArguments;
 use crate::engine::Engine;
 use crate::rerun::one::{check_poses, state};
@@ -100,8 +100,8 @@ impl Plan {
         Ok(if steerable { engine.with_surfaces(self.stage.crease_angle()) } else { engine })
     }
 
-    /// Says what is about to run; `headless` is why there is no window.
-    pub(crate) fn announce(&self, arguments: &RunArguments, headless: Option<&str>) {
+    /// Says what is about to run; `headless` is why there is no window. True if it said that the pair is heavy.
+    pub(crate) fn announce(&self, arguments: &RunArguments, headless: Option<&str>) -> anyhow::Result<bool> {
         let (stage, spec) = (&self.stage, self.spec());
         let size = |body: &palpus::body::Body| (body.mesh().triangles().len(), body.pieces().len());
         let ((ta, pa), (tb, pb)) = (size(&stage.probe), size(&stage.environment));
@@ -134,6 +134,11 @@ impl Plan {
             output::note(format!("forces come while you hold {what}"));
         }
         output::note(contacts_as_felt(&self.settings));
+        let heavy = self.keeps_time() && heavy::is_heavy(self)?;
+        if heavy {
+            output::note(heavy::IN_WORDS);
+        }
+        Ok(heavy)
     }
 }
 

@@ -75,17 +75,17 @@ impl Ready {
         self.plans().into_iter().try_for_each(|plan| safety::print(plan.spec(), &plan.limits, json))
     }
 
-    /// Says what is about to run; `headless` is why there is no window.
-    pub(crate) fn announce(&self, arguments: &RunArguments, headless: Option<&str>) -> anyhow::Result<()> {
+    /// Says what is about to run; `headless` is why there is no window. True if it said that the pair is heavy.
+    pub(crate) fn announce(&self, arguments: &RunArguments, headless: Option<&str>) -> anyhow::Result<bool> {
         let Self::Two(run) = self else {
-            self.plan().announce(arguments, headless);
-            return Ok(());
+            return self.plan().announce(arguments, headless);
         };
         let other = second_arguments(arguments)?;
+        let mut heavy = false;
         for ((plan, arguments), name) in run.0.iter().zip([arguments, &other]).zip(NAMES) {
             output::note(format!("the {name} hand:"));
-            plan.announce(arguments, headless);
+            heavy |= plan.announce(arguments, headless)?;
         }
-        Ok(())
+        Ok(heavy)
     }
 }

@@ -117,13 +117,15 @@ fn two(working: [Working; 2], mut engine: TwoEngine, script: Script, stop: &Atom
         }
         engine.set_available(&told.available.each_ref().map(Cell::get));
         let [first, second] = engine.step(&[*state, aside.take().unwrap_or(*state)], dt);
-        let StepOutcome { wrench, saturated, changed, detail } = first.outcome;
-        StepOutcome { wrench, saturated, changed, detail: (detail, first.received, second) }
+        let StepOutcome { wrench, saturated, changed, received, detail } = first.outcome;
+        StepOutcome { wrench, saturated, changed, received, detail: (detail, first.received, second) }
     });
     let step = |states: &[DeviceState; 2], dt: f64| {
         aside.set(Some(states[1]));
-        let StepOutcome { wrench, saturated, changed, detail: (detail, received, second) } = scripted(&states[0], dt);
-        [ToolOutcome { outcome: StepOutcome { wrench, saturated, changed, detail }, received }, second]
+        let outcome = scripted(&states[0], dt);
+        let StepOutcome { wrench, saturated, changed, received, detail: (detail, from_other, second) } = outcome;
+        let outcome = StepOutcome { wrench, saturated, changed, received, detail };
+        [ToolOutcome { outcome, received: from_other }, second]
     };
     let mut watcher = Watcher { sights: [sight, other_sight], told: &told };
     let statistics = servo.run_both(&mut other_servo, [&mut device, &mut other_device], step, &mut watcher, stop);

@@ -1,19 +1,23 @@
 //! Two tools as the step of a servo loop: both devices' states in, a wrench for each out.
 
-use palpus::render::{Duo, Limits, Pacer, Settings, SettingsError};
+use palpus::algebra::Pose;
+use palpus::render::{Limits, Object, Pacer, Settings, SettingsError, ToolId, World};
 use palpus_alloc::allocations_of_this_thread;
 use palpus_device::{DeviceState, Newest, Publisher, StepOutcome, ToolOutcome};
 use palpus_window::Moment;
 
 use crate::clock::WallClock;
 use crate::engine::{Detail, Frame};
+use crate::objects::Objects;
 use crate::shots::Shots;
 use crate::stage::Stage;
 use crate::way_out::WayOut;
 
-/// A renderer of two tools between two devices and a scene.
+/// A world with two tools between two devices and a scene.
 pub(crate) struct TwoEngine {
-    duo: Duo,
+    world: World,
+    tools: [ToolId; 2],
+    objects: Objects,
     frame: Frame,
     clock: WallClock,
     shots: Shots,
@@ -28,13 +32,18 @@ pub(crate) struct TwoEngine {
 impl TwoEngine {
     /// An engine for both tools; the environment is the first stage's.
     pub(crate) fn new(stages: [&Stage; 2], settings: [Settings; 2]) -> anyhow::Result<Self> {
-        let probes = stages.map(|stage| stage.probe.clone());
-        let duo = Duo::new(probes, stages[0].environment.clone(), settings)?;
         let frame = Frame::new(stages[0].environment_pose);
+        let mut world = World::new(settings[0])?;
+        world.add(Object::fixed(stages[0].environment.clone(), Pose::IDENTITY))?;
+        let objects = Objects::add(stages[0], &mut world, &frame)?;
+        let mut tool = |k: usize| world.add_tool(stages[k].probe.clone(), settings[k]);
+        let tools = [tool(0)?, tool(1)?];
         let crease_angle = settings.iter().find_map(|settings| Some(settings.shading?.crease_angle));
         let clock = WallClock::new();
         Ok(Self {
-            duo,
+            world,
+            tools,
+            objects,
             frame,
             clock,
             shots: Shots::default(),
@@ -47,9 +56,10 @@ impl TwoEngine {
     }
 
     /// The same, able to take up shading later on, at this crease angle (rad) if it has no other.
-    pub(crate) fn with_surfaces(self, crease_angle: f64) -> Self {
-        let crease_angle = self.crease_angle.unwrap_or(crease_angle);
-        Self { duo: self.duo.with_surfaces(crease_angle), crease_angle: Some(crease_angle), ..self }
+    pub(crate) fn with_surfaces(mut self, crease_angle: f64) -> Self {
+        let crease_angle = *self.crease_angle.get_or_insert(crease_angle);
+        self.tools.into_iter().for_each(|tool| self.world.prepare_shading(tool, crease_angle));
+        self
     }
 
     /// rad: at which shading can be on.
@@ -62,9 +72,9 @@ impl TwoEngine {
         self.asked = Some(asked);
     }
 
-    /// Goes on with other settings of tool `which` (0 or 1) from the next step on; see [`Duo::set_settings`].
+    /// Goes on with other settings of tool `which` (0 or 1) from the next step on; see [`World::set_tool_settings`].
     pub(crate) fn set_settings(&mut self, which: usize, settings: &Settings) -> Result<(), SettingsError> {
-        self.duo.set_settings(which, settings)
+        self.world.set_tool_settings(self.tools[which], settings)
     }
 
     /// The settings that have been asked for since the last step, if they can be.
@@ -89,7 +99,7 @@ impl TwoEngine {
     pub(crate) fn shown(mut self, period: f64) -> Moment {
         self.kept(period).into_iter().next().unwrap_or_else(|| {
             let mut moment = self.moment();
-            fill(&mut moment, &self.duo, period);
+            fill(&mut moment, &self.world, self.tools, &self.objects, period);
             moment
         })
     }
@@ -99,55 +109,63 @@ impl TwoEngine {
         self.shots.kept(period)
     }
 
+    fn settings(&self) -> [&Settings; 2] {
+        self.tools.map(|tool| self.world.tool_settings(tool))
+    }
+
     fn moment(&self) -> Moment {
-        let capacity = self.duo.settings().map(|settings| settings.capacity);
+        let capacity = self.settings().map(|settings| settings.capacity);
         Moment::new(capacity[0] + capacity[1])
     }
 
     /// Each step's work is bounded from now on, so that a loop of `rate_hz` has the time for it.
     pub(crate) fn pace(&mut self, rate_hz: f64) {
-        self.pacer = Some(Pacer::of(self.duo.settings()[0], rate_hz));
+        self.pacer = Some(Pacer::of(self.settings()[0], rate_hz));
     }
 
-    /// The next step may do so much work; see [`Duo::allow`].
+    /// The next step may do so much work; see [`World::allow`].
     pub(crate) fn allow(&mut self, work: Option<u64>) {
-        self.duo.allow(work);
+        self.world.allow(work);
     }
 
     /// See [`Engine::forget`](crate::engine::Engine::forget).
     pub(crate) fn forget(&mut self) {
-        self.duo.clear();
-        self.untold = self.duo.settings().map(|settings| Some(*settings));
+        self.world.clear();
+        self.untold = self.settings().map(|settings| Some(*settings));
     }
 
     /// The devices can give no more than `available` from now on.
     pub(crate) fn set_available(&mut self, available: &[Limits; 2]) {
-        self.duo.set_available(available);
+        for (tool, available) in self.tools.into_iter().zip(available) {
+            self.world.set_available(tool, available);
+        }
     }
 
     /// One tick of both: what each device is to push with.
     pub(crate) fn step(&mut self, states: &[DeviceState; 2], dt: f64) -> [ToolOutcome<Detail>; 2] {
         let before = allocations_of_this_thread();
         let changed = [0, 1].map(|which| self.changed(which).or(self.untold[which].take()));
-        let grips = self.duo.settings().map(|settings| settings.grip_a);
+        let grips = self.settings().map(|settings| settings.grip_a);
         let probes = [0, 1].map(|which| self.frame.probe(&states[which], grips[which]));
         if let Some(pacer) = &self.pacer {
-            self.duo.allow(Some(pacer.allowance()));
+            self.world.allow(Some(pacer.allowance()));
         }
-        let tick = &self.duo.step(&probes, dt, &self.clock)[0];
+        self.objects.drive(&mut self.world, dt);
+        self.world.step(&probes, dt, &self.clock);
+        let (world, tools, objects) = (&self.world, self.tools, &self.objects);
+        let tick = world.tick(tools[0]);
         if let Some(pacer) = &mut self.pacer {
             pacer.learn(tick);
         }
         let index = tick.index;
-        let duo = &self.duo;
-        self.shots.take(index, |moment| fill(moment, duo, dt));
+        self.shots.take(index, |moment| fill(moment, world, tools, objects, dt));
         if let Some(live) = &mut self.live {
-            live.publish_with(|moment| fill(moment, duo, dt));
+            live.publish_with(|moment| fill(moment, world, tools, objects, dt));
         }
         // Whose it is does not matter: it must be none.
         let allocations = allocations_of_this_thread() - before;
-        let ticks = self.duo.ticks();
-        let settings = self.duo.settings();
+        let ticks = self.tools.map(|tool| self.world.tick(tool));
+        let settings = self.settings();
         [0, 1].map(|which| {
             let (tick, changed) = (ticks[which], changed[which]);
             let way_out = WayOut::of(tick, settings[which], &self.frame, &states[which]);
@@ -157,6 +175,7 @@ impl TwoEngine {
                     wrench: self.frame.for_device(&tick.commanded),
                     saturated: tick.counters.saturated_force + tick.counters.saturated_torque > 0,
                     changed: changed.is_some(),
+                    received: tick.work_from_objects,
                     detail: Detail { tick: tick.summary(), tool, allocations, changed, way_out },
                 },
                 received: tick.work_from_other,
@@ -166,8 +185,9 @@ impl TwoEngine {
 }
 
 /// Both tools, and all that happens at them; the arrow at the grip is the first one's.
-fn fill(moment: &mut Moment, duo: &Duo, period: f64) {
-    let [first, second] = duo.ticks();
-    moment.fill(first, first.index as f64 * period, duo.settings()[0].grip_a);
-    moment.join(second);
+fn fill(moment: &mut Moment, world: &World, [first, second]: [ToolId; 2], objects: &Objects, period: f64) {
+    let tick = world.tick(first);
+    moment.fill(tick, tick.index as f64 * period, world.tool_settings(first).grip_a);
+    moment.join(world.tick(second));
+    moment.place_others(objects.poses(world));
 }

@@ -112,6 +112,8 @@ pub(crate) fn run_again(
         let outcomes = rows.iter().flatten().all(|row| has_stepped(row)).then(|| engine.step(&states, dt));
         let received =
             outcomes.as_ref().map_or([[0.0; 2]; 2], |outcomes| outcomes.each_ref().map(|tool| tool.received));
+        let from_objects =
+            outcomes.as_ref().map_or([[0.0; 2]; 2], |outcomes| outcomes.each_ref().map(|tool| tool.outcome.received));
         let received = contact.pass(received);
         if rows.iter().flatten().any(|row| told(row).has(Cut::Panic)) {
             engine.forget();
@@ -119,7 +121,8 @@ pub(crate) fn run_again(
         for which in 0..2 {
             let Some(row) = rows[which] else { continue };
             let told = told(row);
-            chains[which].receive(received[which]);
+            let [between, own] = [received[which], from_objects[which]];
+            chains[which].receive([between[0] + own[0], between[1] + own[1]]);
             let outcome = outcomes.as_ref().map(|outcomes| &outcomes[which].outcome);
             let computed = outcome.map_or(Wrench::ZERO, |outcome| outcome.wrench);
             let shaped = chains[which].shape(&states[which], &computed, told, elapsed(row));

@@ -12,8 +12,8 @@
 //!              Latched ─── a button or key is pressed ──► Faulted
 //! ```
 //!
-//! There is a wrench in `Ramping` (a growing share) and `Engaged` (all of it) only. A fault takes it away in the tick in which
-//! it is seen, whatever the phase. A pause leads to `Idle` like a hand that lets go: buttons have to be pressed again, and
+//! There is a wrench in `Ramping` (a growing share) and `Engaged` (all of it) only. A fault takes it away from the tick
+//! on in which it is seen, whatever the phase. A pause leads to `Idle` like a hand that lets go: buttons have to be pressed again, and
 //! without buttons it waits for a small wrench when the pause is over.
 
 use super::latch::Latch;

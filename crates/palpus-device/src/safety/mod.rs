@@ -14,16 +14,19 @@
 //! | 8 engagement | nobody asked for forces, or the ramp is not over | nothing, or a share |
 //! | 9 watchdog | the loop is late or dead | nothing; a fault |
 //!
-//! A fault takes the wrench away in the tick in which it is seen. What remains is damping of the grip, at most a tenth of the peak,
-//! along the part of the stated velocity that the poses confirm, and none while the motion is among what cannot be believed; the
-//! force comes back only through the engagement ([`Phase`]), and after three faults in ten seconds only when a person asks for it. The change of the commanded wrench keeps to the slew limit from tick to tick, with the one exception of
-//! that fall.
+//! A fault takes the wrench away from the tick on in which it is seen. What remains is damping of the
+//! grip, at most a tenth of the peak, along the part of the stated velocity that the poses confirm,
+//! and none while the motion is among what cannot be believed; the force comes back only through the
+//! engagement ([`Phase`]), and after three faults in ten seconds only when a person asks for it.
+//!
+//! The commanded wrench changes by no more than the slew limit from one message to the next, without
+//! exception: so the peak is gone within 2 ms after a fault.
 //!
 //! When the engine goes on with other settings, the wrench is blended from the old to the new in a
 //! quarter of a second.
 //!
-//! A device that withholds its force by itself ([`DeviceState::withheld`]) is commanded zero
-//! meanwhile; the wrench then returns from zero within 50 ms, or through the engagement if that
+//! For a device that withholds its force by itself ([`DeviceState::withheld`]) the commanded wrench
+//! falls to zero meanwhile; it then returns from zero within 50 ms, or through the engagement if that
 //! lasted for long.
 //!
 //! A wrench that no stage has a reason to touch comes out as it came in, to the bit.
@@ -183,7 +186,6 @@ impl SafetyChain {
         cuts.note(Cut::NonFiniteWrench, !computed.is_finite());
         let mut wrench = if cuts.has(Cut::NonFiniteWrench) { Wrench::ZERO } else { *computed };
         // 2 and 9. A fault, whoever found it.
-        let was = self.machine.phase();
         let withheld = cuts.has(Cut::Withheld);
         self.withholding.advance(withheld, self.step());
         self.machine.advance(&Event {
@@ -213,13 +215,12 @@ impl SafetyChain {
             self.rest(&wrench);
             wrench = if phase.is_faulted() { self.damping(state, cuts) } else { Wrench::ZERO };
         }
-        // A fault falls at once, and so does what the device withholds; all else, the end of a
-        // fault and of the engagement among it, keeps to the slew limit.
-        if !withheld && (!phase.is_faulted() || was == phase && !cuts.is_fault()) {
-            let (within, cut) = self.towards(&self.commanded, &wrench);
-            cuts.note(Cut::Slew, cut && phase.is_on());
-            wrench = within;
-        }
+        // From message to message, whatever the reason: a step in the hand is a blow, and the peak is
+        // gone in 2 ms.
+        let dt = if phase.is_on() && !withheld { self.step() } else { self.period };
+        let (within, cut) = self.towards(&self.commanded, &wrench, dt);
+        cuts.note(Cut::Slew, cut && phase.is_on() && !withheld);
+        wrench = within;
         self.commanded = wrench;
         self.limit_cycle.commanded(&wrench);
         if let Some(stage) = self.passivity.as_mut().filter(|_| phase.is_on()) {
@@ -230,8 +231,7 @@ impl SafetyChain {
 
     /// The run ends: the wrench for the next write, a step of the slew limit nearer to zero; `None` if that may be zero.
     pub fn release(&mut self) -> Option<Wrench> {
-        self.elapsed = self.period;
-        let (wrench, cut) = self.towards(&self.commanded, &Wrench::ZERO);
+        let (wrench, cut) = self.towards(&self.commanded, &Wrench::ZERO, self.period);
         self.commanded = wrench;
         cut.then_some(wrench)
     }
@@ -278,7 +278,7 @@ impl SafetyChain {
 
     /// Stage 5. What is on its way to a wrench beyond the peak, and has come as far as the next two stages let it, is not cut here.
     fn slewed(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
-        let (within, cut) = self.towards(&self.shaped, wrench);
+        let (within, cut) = self.towards(&self.shaped, wrench, self.step());
         if !cut {
             return *wrench;
         }
@@ -369,10 +369,10 @@ impl SafetyChain {
         self.elapsed.min(self.period)
     }
 
-    /// As far `from` one wrench to the other as the slew limit allows in this tick; and whether that is not all the way.
-    fn towards(&self, from: &Wrench, to: &Wrench) -> (Wrench, bool) {
-        let (force, force_cut) = step_towards(from.force, to.force, self.limits.force_slew * self.step());
-        let (torque, torque_cut) = step_towards(from.torque, to.torque, self.limits.torque_slew * self.step());
+    /// As far `from` one wrench to the other as the slew limit allows in `dt` s; and whether that is not all the way.
+    fn towards(&self, from: &Wrench, to: &Wrench, dt: f64) -> (Wrench, bool) {
+        let (force, force_cut) = step_towards(from.force, to.force, self.limits.force_slew * dt);
+        let (torque, torque_cut) = step_towards(from.torque, to.torque, self.limits.torque_slew * dt);
         (Wrench { torque, force }, force_cut || torque_cut)
     }
 }

@@ -228,8 +228,9 @@ impl<'a> Seat<'a> {
     fn lose(&mut self, error: DeviceError) {
         self.state.twist = Twist::default();
         self.end = Some(RunEnd::of(error));
-        if let Some(line) = self.line.take() {
-            // It is lost already.
+        if let Some(mut line) = self.line.take() {
+            // Not paced: the other hand's loop goes on. It is lost already, so an error says nothing new.
+            while let Ok(true) = line.release() {}
             let _ = line.finish(true);
         }
     }
@@ -313,9 +314,11 @@ impl BothTurns<'_> {
         found.note(Cut::Overrun, self.pace.is_lost(self.time));
         found.note(Cut::Ending, self.reins.is_ended());
         let received = outcome.as_ref().map_or([[0.0; 2]; 2], |outcomes| outcomes.each_ref().map(|tool| tool.received));
-        for (seat, received) in self.seats.iter_mut().zip(self.contact.pass(received)) {
+        let from_objects =
+            outcome.as_ref().map_or([[0.0; 2]; 2], |outcomes| outcomes.each_ref().map(|tool| tool.outcome.received));
+        for ((seat, between), own) in self.seats.iter_mut().zip(self.contact.pass(received)).zip(from_objects) {
             if let Some(line) = &mut seat.line {
-                line.receive(received);
+                line.receive([between[0] + own[0], between[1] + own[1]]);
             }
         }
         let mut ended = ControlFlow::Continue(());

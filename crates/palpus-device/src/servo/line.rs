@@ -78,7 +78,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         self.write(&Wrench::ZERO)
     }
 
-    /// Another tool gave this device's so much work in this tick: see [`SafetyChain::receive`].
+    /// Another tool, or objects, gave this device's so much work in this tick: see [`SafetyChain::receive`].
     pub(super) fn receive(&mut self, work: [f64; 2]) {
         self.chain.receive(work);
     }

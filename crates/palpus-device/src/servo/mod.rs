@@ -64,6 +64,9 @@ pub struct StepOutcome<T = ()> {
     pub saturated: bool,
     /// It is the first one of other settings, to be blended in.
     pub changed: bool,
+    /// J: what bodies that move by themselves gave the tool in this tick, by moving it and by turning it: a conveyor, a part that
+    /// falls. It is energy that the hand may get without having given any ([`crate::Passivity::received`]).
+    pub received: [f64; 2],
     /// For the observer: whatever else the step found out.
     pub detail: T,
 }
@@ -71,7 +74,7 @@ pub struct StepOutcome<T = ()> {
 impl StepOutcome {
     /// A wrench and nothing else.
     pub fn of(wrench: Wrench) -> Self {
-        Self { wrench, saturated: false, changed: false, detail: () }
+        Self { wrench, saturated: false, changed: false, received: [0.0; 2], detail: () }
     }
 }
 
@@ -229,9 +232,7 @@ impl Servo {
             turns.coast(stop, observer);
         }
         let Turns { mut line, mut pace, tally, .. } = turns;
-        if !matches!(end, RunEnd::DeviceFailed(_)) {
-            line.let_go(&mut pace);
-        }
+        line.let_go(&mut pace);
         let counts = line.counts();
         let (passivity, finished) = line.finish(matches!(end, RunEnd::DeviceFailed(_)));
         // The usual stage is made anew for each run's device.
@@ -319,6 +320,7 @@ impl<D: HapticDevice + ?Sized> Turns<'_, D> {
         found.note(Cut::Overrun, self.pace.is_lost(self.time));
         found.note(Cut::Ending, self.reins.is_ended());
         found.note(Cut::Settings, outcome.as_ref().is_ok_and(|outcome| outcome.changed));
+        self.line.receive(outcome.as_ref().map_or([0.0; 2], |outcome| outcome.received));
         let Shaped { wrench, cuts, phase, available } =
             match self.line.answer(&state, &computed, found, panicked, elapsed_s) {
                 Ok(shaped) => shaped,

@@ -87,8 +87,9 @@ impl Sequence {
         };
         let hand = SimulatedDevice::new(settings, intent).expect("settings in range");
         let moves = Rc::new(Cell::new(Twist::default()));
-        let scribe = Scribe { device: hand, moves: Rc::clone(&moves), written: Vec::new() };
-        let mut device = FaultyDevice::new(scribe, &script).claiming(self.spec.clone());
+        let grip = Grip { device: hand, moves: Rc::clone(&moves) };
+        let device = FaultyDevice::new(grip, &script).claiming(self.spec.clone());
+        let mut device = Scribe { device, written: Vec::new() };
         let brake = device.brake().expect("a simulated device has one");
         let mut ticks = Vec::new();
         let mut motion = Vec::new();
@@ -103,8 +104,7 @@ impl Sequence {
         };
         let step = script.step(wall(self.seed));
         let statistics = servo.run_in(&time, &mut device, step, &mut observer, &AtomicBool::new(false));
-        let written = device.device().written.clone();
-        Ran { ticks, motion, written, statistics, braked: brake.is_applied() }
+        Ran { ticks, motion, written: device.written, statistics, braked: brake.is_applied() }
     }
 }
 
@@ -113,7 +113,7 @@ pub(crate) struct Ran {
     pub(crate) ticks: Vec<ServoTick>,
     /// How the grip truly moved at each of them.
     pub(crate) motion: Vec<Twist>,
-    /// Every message to the device.
+    /// Every message that the device took.
     pub(crate) written: Vec<Wrench>,
     pub(crate) statistics: RunStatistics,
     /// The brake was applied at the end.
@@ -184,14 +184,13 @@ fn wall(seed: u64) -> impl FnMut(&DeviceState, f64) -> StepOutcome {
     }
 }
 
-/// Remembers what was written, and how the grip truly moves.
-struct Scribe<I> {
+/// Remembers how the grip truly moves.
+struct Grip<I> {
     device: SimulatedDevice<I>,
     moves: Rc<Cell<Twist>>,
-    written: Vec<Wrench>,
 }
 
-impl<I: Intent> HapticDevice for Scribe<I> {
+impl<I: Intent> HapticDevice for Grip<I> {
     fn spec(&self) -> &DeviceSpec {
         self.device.spec()
     }
@@ -203,8 +202,37 @@ impl<I: Intent> HapticDevice for Scribe<I> {
     }
 
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
-        self.written.push(*wrench);
         self.device.write(wrench)
+    }
+
+    fn brake(&self) -> Option<Arc<dyn Brake>> {
+        self.device.brake()
+    }
+}
+
+/// Remembers what was written, whatever the device made of it.
+struct Scribe<D> {
+    device: D,
+    written: Vec<Wrench>,
+}
+
+impl<D: HapticDevice> HapticDevice for Scribe<D> {
+    fn spec(&self) -> &DeviceSpec {
+        self.device.spec()
+    }
+
+    fn read(&mut self) -> Result<DeviceState, DeviceError> {
+        self.device.read()
+    }
+
+    fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError> {
+        self.device.write(wrench)?;
+        self.written.push(*wrench);
+        Ok(())
+    }
+
+    fn stands_unread(&self) -> bool {
+        self.device.stands_unread()
     }
 
     fn brake(&self) -> Option<Arc<dyn Brake>> {

@@ -252,7 +252,7 @@ fn read_plate(from: &mut Reader<'_>, vertices: Vec<DVec3>) -> Option<Polytope> {
     let provenance = |original: bool| if original { Provenance::Original } else { Provenance::Virtual };
     let plate = Polytope::from_polygon(vertices, normal, Provenance::Virtual).ok()?;
     let plate = plate.with_provenance(|_, f| provenance(original >> f & 1 == 1));
-    plate.check_topology().is_ok().then_some(plate)
+    plate.validate_topology().is_ok().then_some(plate)
 }
 
 /// The triangles (each as how far it is beyond the one before), and of each face how many lie in it and which (by their places

@@ -144,7 +144,7 @@ fn bytes_with_a_right_hash_and_wrong_contents_give_an_error_and_no_panic() {
         if let Ok(Some(parts)) = parts::decode(batches.len(), with_batch, &Alone)
             && let Ok(body) = Body::restore(ground.clone(), parts, &Alone)
         {
-            let sound = body.polytopes().iter().all(|polytope| polytope.check_topology().is_ok());
+            let sound = body.polytopes().iter().all(|polytope| polytope.validate_topology().is_ok());
             assert!(sound, "seed {SEED:#x}, round {round}");
         }
     }

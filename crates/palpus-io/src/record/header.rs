@@ -48,6 +48,9 @@ pub struct RecordedScene {
     pub probe: RecordedBody,
     /// Body b.
     pub environment: RecordedBody,
+    /// What nobody holds, beside the environment; empty before there was any.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub objects: Vec<RecordedBody>,
     /// The engine's settings.
     #[serde(with = "RenderText")]
     pub render: Settings,

@@ -57,6 +57,29 @@ impl<'a> Section<'a> {
         Ok(section)
     }
 
+    /// The tables of the list under a key, in their order.
+    pub(super) fn sections(&self, key: &str, keys: &[&str]) -> Result<Vec<Section<'a>>, SceneError> {
+        let Some(value) = self.find(key) else { return Ok(Vec::new()) };
+        let DeValue::Array(tables) = value.get_ref() else {
+            return Err(self.wrong(
+                key,
+                value.span(),
+                &format!("a list of tables, each begun by [[{key}]]"),
+                value.get_ref(),
+            ));
+        };
+        let section = |table: &'a Spanned<DeValue<'a>>| match table.get_ref() {
+            DeValue::Table(entries) => {
+                let title = format!("[[{key}]]");
+                let section = Section { source: self.source, title, table: Some(entries), span: table.span() };
+                section.refuse_others(keys)?;
+                Ok(section)
+            }
+            other => Err(self.wrong(key, table.span(), &format!("a list of tables, each begun by [[{key}]]"), other)),
+        };
+        tables.iter().map(section).collect()
+    }
+
     /// True when the table under `key` has one of `keys`.
     pub(super) fn says(&self, key: &str, keys: &[&str]) -> bool {
         let Some(DeValue::Table(table)) = self.find(key).map(Spanned::get_ref) else { return false };

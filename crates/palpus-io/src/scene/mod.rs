@@ -3,6 +3,7 @@
 //!
 //! ```toml
 //! unit = "mm"               # of the meshes and of every length here: um, mm, cm, dm, m, km, inch, ft — or metres as a number
+//! gravity = [0, 0, -9.81]   # m/s²; this where there are free objects and nothing is said, else none
 //!
 //! [probe]                   # body a, held in the hand
 //! mesh = "spoon.obj"        # beside this file or below
@@ -59,6 +60,18 @@
 //!
 //! [second.hand]             # as [hand]
 //! preset = "firm"
+//!
+//! [[object]]                # as many as there are; not held by anyone
+//! mesh = "nut.obj"
+//! position = [20, 0, 0]     # and orientation, unit, as of the probe
+//! motion = "free"           # it falls, slides and can be pushed; or "driven", or "fixed"
+//! density = 7800            # kg/m³, of a free one, else 1000; or mass, kg
+//!
+//! [[object]]
+//! mesh = "belt.obj"
+//! motion = "driven"         # it moves so, whatever touches it
+//! velocity = [200, 0, 0]    # lengths per second, of its frame's origin
+//! angular_velocity = [0, 0, 0]   # rad/s
 //! ```
 //!
 //! 1. The text is parsed with the place of every key and value, so that whatever is wrong is named with line and column.
@@ -70,13 +83,14 @@
 //!    [`FilePolicy::Anywhere`]: a scene from elsewhere must not make the program read other files.
 
 mod keys;
+mod objects;
 mod read;
 mod unit;
 
 use std::path::PathBuf;
 
 use glam::DVec3;
-use palpus::algebra::Pose;
+use palpus::algebra::{Pose, Twist};
 use palpus::render::Settings;
 use serde::{Deserialize, Serialize};
 
@@ -105,6 +119,32 @@ pub struct SceneFile {
     pub gaps: SceneGaps,
     /// What a second hand holds, on a device of its own.
     pub second: Option<SecondTool>,
+    /// What nobody holds, beside the environment.
+    pub objects: Vec<SceneObject>,
+    /// m/s², along the world's axes.
+    pub gravity: DVec3,
+}
+
+/// A body that nobody holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneObject {
+    /// What it is and where it starts.
+    pub body: SceneBody,
+    /// How it moves.
+    pub motion: ObjectMotion,
+}
+
+/// How an object moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ObjectMotion {
+    /// Not at all.
+    Fixed,
+    /// With this velocity of its frame's origin, m/s and rad/s, whatever touches it.
+    Driven(Twist),
+    /// By gravity, contact and friction; kg/m³.
+    FreeOfDensity(f64),
+    /// The same; kg.
+    FreeOfMass(f64),
 }
 
 /// What a scene file leaves open: what stands in its place is usual, but may not suit the meshes.

@@ -11,6 +11,7 @@ use palpus::render::{Clustering, Saturation, Settings};
 use toml::de::DeTable;
 
 use super::keys::{Section, Source};
+use super::objects::{read_gravity, read_objects};
 use super::{
     CouplingMode, FilePolicy, HandPreset, SceneBody, SceneCoupling, SceneError, SceneFile, SceneGaps, SceneHand,
     SecondTool, unit,
@@ -53,7 +54,7 @@ type Check<'a> = &'a dyn Fn(&Path) -> Result<(), String>;
 
 /// The scene being read: where its files are.
 #[derive(Clone, Copy)]
-struct Files<'a> {
+pub(super) struct Files<'a> {
     folder: &'a Path,
     policy: FilePolicy,
     check: Check<'a>,
@@ -68,7 +69,7 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     })?;
     let files = Files { folder: path.parent().unwrap_or(Path::new("")), policy, check };
 
-    let keys = ["unit", "probe", "second", "environment", "contact", "coupling", "device", "hand"];
+    let keys = ["unit", "probe", "second", "environment", "object", "gravity", "contact", "coupling", "device", "hand"];
     let top = Section::top(source, &root, &keys)?;
     let unit = read_unit(&top)?
         .ok_or_else(|| top.error("unit is missing: a mesh file has none, so say unit = \"mm\" (or cm, m, inch, …)"))?;
@@ -80,6 +81,8 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     let rate_hz = read_device(&top, &mut render)?;
     let hand = read_hand(&top, unit, files)?;
     let second = read_second(&top, unit, files)?;
+    let objects = read_objects(&top, unit, files)?;
+    let gravity = read_gravity(&top, &objects)?;
     render.validate().map_err(|error| SceneError {
         file: file.clone(),
         line: 0,
@@ -88,7 +91,21 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     })?;
     let gaps = read_gaps(&top);
     let text = text.to_owned();
-    Ok(SceneFile { text, gaps, metres_per_unit: unit, probe, environment, render, coupling, rate_hz, hand, second })
+    let metres_per_unit = unit;
+    Ok(SceneFile {
+        text,
+        gaps,
+        metres_per_unit,
+        probe,
+        environment,
+        render,
+        coupling,
+        rate_hz,
+        hand,
+        second,
+        objects,
+        gravity,
+    })
 }
 
 /// Metres for each unit of length of the file, or of one mesh.
@@ -136,7 +153,12 @@ fn read_environment(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<Sc
     read_body(&section, "environment", unit, files)
 }
 
-fn read_body(section: &Section<'_>, name: &str, unit: f64, files: Files<'_>) -> Result<SceneBody, SceneError> {
+pub(super) fn read_body(
+    section: &Section<'_>,
+    name: &str,
+    unit: f64,
+    files: Files<'_>,
+) -> Result<SceneBody, SceneError> {
     let missing = || section.error(format!("[{name}] has no mesh; add mesh = \"FILE\" under [{name}]"));
     let (mesh, span) = section.text("mesh")?.ok_or_else(missing)?;
     let mesh = resolve(section, mesh, &span, files)?;

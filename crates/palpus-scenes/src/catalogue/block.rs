@@ -39,6 +39,7 @@ pub(super) fn peg_hole() -> Parts {
         contact: ContactSettings { tolerance: 0.2e-3, cluster_radius: 2e-3, stiffness: 1500.0, ..USUAL },
         path: HandPath::through(&keys).with_tremor(Tremor::new(0.05e-3, TREMOR_SEED)),
         second: None,
+        objects: Vec::new(),
     }
 }
 
@@ -68,6 +69,7 @@ pub(super) fn box_table() -> Parts {
         contact: ContactSettings { shading: false, ..USUAL },
         path: HandPath::through(&keys),
         second: None,
+        objects: Vec::new(),
     }
 }
 
@@ -97,5 +99,6 @@ pub(super) fn v_groove() -> Parts {
         contact: USUAL,
         path: HandPath::through(&keys),
         second: None,
+        objects: Vec::new(),
     }
 }

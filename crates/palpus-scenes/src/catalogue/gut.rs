@@ -29,6 +29,7 @@ pub(super) fn parts() -> Parts {
         contact: ContactSettings { stiffness: 400.0, ..USUAL },
         path: HandPath::through(&keys).with_tremor(Tremor::new(0.05e-3, TREMOR_SEED)),
         second: None,
+        objects: Vec::new(),
     }
 }
 

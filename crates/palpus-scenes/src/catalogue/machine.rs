@@ -36,6 +36,7 @@ pub(super) fn box_slide() -> Parts {
             Key::rest(5.4, at(0.02, 0.02)),
         ]),
         second: None,
+        objects: Vec::new(),
     }
 }
 
@@ -73,6 +74,7 @@ pub(super) fn screwdriver() -> Parts {
             Key::rest(9.6, free),
         ]),
         second: None,
+        objects: Vec::new(),
     }
 }
 
@@ -111,6 +113,7 @@ fn rollers_of(around: usize, along: usize) -> Parts {
         contact: ContactSettings { tolerance: 0.1e-3, cluster_radius: 1e-3, ..USUAL },
         path: roll_path(touching + 0.003, touching - press(1.5), 0.0),
         second: None,
+        objects: Vec::new(),
     }
 }
 
@@ -142,6 +145,7 @@ pub(super) fn gears() -> Parts {
         contact: ContactSettings { tolerance: 0.2e-3, cluster_radius: 1e-3, shading: false, ..USUAL },
         path: roll_path(distance + 0.006, distance - press(0.75), GEAR_PHASE),
         second: None,
+        objects: Vec::new(),
     }
 }
 
@@ -170,5 +174,6 @@ pub(super) fn ball_joint() -> Parts {
             Key::rest(5.4, at(DVec3::ZERO, DVec3::ZERO)),
         ]),
         second: None,
+        objects: Vec::new(),
     }
 }

@@ -3,6 +3,7 @@
 mod block;
 mod gut;
 mod machine;
+mod many;
 mod pen_sphere;
 pub(crate) use pen_sphere::RADIUS as SPHERE_RADIUS;
 mod spoon_cup;
@@ -12,8 +13,10 @@ mod two_hands;
 
 use std::f64::consts::PI;
 
+use glam::DVec3;
+
 use crate::flush::Fit;
-use crate::scene::{ContactSettings, Friction, Scene, SecondTool};
+use crate::scene::{ContactSettings, Friction, Motion, Object, Scene, SecondTool};
 
 /// A scene that has not been built yet: its meshes and its path are made on demand.
 #[derive(Clone, Copy, Debug)]
@@ -28,10 +31,13 @@ pub struct SceneEntry {
 impl SceneEntry {
     /// Builds the scene; the same on every call.
     pub fn build(&self) -> Scene {
-        let Parts { probe, environment, contact, path, second } = (self.parts)();
+        let Parts { probe, environment, contact, path, second, objects } = (self.parts)();
+        let falls = objects.iter().any(|object| matches!(object.motion, Motion::Free(_)));
+        let gravity = if falls { GRAVITY } else { DVec3::ZERO };
         let second = second.map(|(probe, path)| SecondTool { probe, start: path.pose(0.0), path });
         let start = path.pose(0.0);
-        Scene { name: self.name, summary: self.summary, probe, environment, contact, start, path, second }
+        let (name, summary) = (self.name, self.summary);
+        Scene { name, summary, probe, environment, contact, start, path, second, objects, gravity }
     }
 }
 
@@ -43,9 +49,14 @@ struct Parts {
     path: crate::HandPath,
     /// What a second hand holds, and where it moves it.
     second: Option<(palpus::body::PolygonSoup, crate::HandPath)>,
+    /// What nobody holds, beside the environment.
+    objects: Vec<Object>,
 }
 
-const SCENES: [SceneEntry; 8] = [
+/// m/s²: where there is something that falls.
+const GRAVITY: DVec3 = DVec3::new(0.0, 0.0, -9.81);
+
+const SCENES: [SceneEntry; 13] = [
     SceneEntry {
         name: "spoon-cup",
         summary: "a spoon stirs in a cup and touches its wall, its floor and its rim (the paper's Figures 4 and 5)",
@@ -85,6 +96,31 @@ const SCENES: [SceneEntry; 8] = [
         name: "two-hands",
         summary: "one hand holds a block over a table, the other puts a peg into it; both feel it (two devices)",
         parts: two_hands::parts,
+    },
+    SceneEntry {
+        name: "stack",
+        summary: "three blocks that nobody holds stand on each other; a finger pushes them",
+        parts: many::stack,
+    },
+    SceneEntry {
+        name: "drawer-slides",
+        summary: "a finger pushes a loose drawer through its frame, straight and askew",
+        parts: many::drawer_slides,
+    },
+    SceneEntry {
+        name: "conveyor",
+        summary: "a driven turntable carries loose parts round; a finger holds them up",
+        parts: many::conveyor,
+    },
+    SceneEntry {
+        name: "tray",
+        summary: "a paddle sweeps twenty loose parts about in a tray with thirty pins",
+        parts: many::tray,
+    },
+    SceneEntry {
+        name: "nut-table",
+        summary: "two fingers take a loose nut from the table and set it on its bolt (two devices)",
+        parts: many::nut_table,
     },
 ];
 
@@ -145,7 +181,7 @@ const fn fit_entry(fit: Fit, parts: fn() -> Parts) -> SceneEntry {
 /// The usual case of a flush fit.
 fn flush(fit: Fit) -> Parts {
     let Scene { probe, environment, contact, path, .. } = fit.usual().scene();
-    Parts { probe, environment, contact, path, second: None }
+    Parts { probe, environment, contact, path, second: None, objects: Vec::new() }
 }
 
 /// Scenes that are made to be measured, beside the [`scenes`] that are made to be felt; none of them built yet.

@@ -30,6 +30,7 @@ pub(super) fn parts() -> Parts {
         contact: crate::ContactSettings { friction: None, ..USUAL },
         path: HandPath::through(&keys),
         second: None,
+        objects: Vec::new(),
     }
 }
 

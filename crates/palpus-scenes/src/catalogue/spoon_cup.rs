@@ -43,7 +43,7 @@ pub(super) fn parts() -> Parts {
     keys.push(Key::rest(stirred + 5.0, upright(centre(-0.004, 0.018), PI, 0.1)));
     keys.push(Key::rest(stirred + 6.2, upright(centre(0.0, CUP_HEIGHT + 0.020), PI, 0.0)));
     let path = HandPath::through(&keys).with_tremor(Tremor::new(0.05e-3, TREMOR_SEED));
-    Parts { probe: spoon(), environment: cup(), contact: USUAL, path, second: None }
+    Parts { probe: spoon(), environment: cup(), contact: USUAL, path, second: None, objects: Vec::new() }
 }
 
 /// Lean at which the handle meets the rim with the tip on the floor, rad.

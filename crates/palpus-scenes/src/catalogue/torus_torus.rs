@@ -21,6 +21,7 @@ pub(super) fn parts() -> Parts {
         contact: USUAL,
         path: HandPath::sampled_cycle(PERIOD, KEYS, linked),
         second: None,
+        objects: Vec::new(),
     }
 }
 

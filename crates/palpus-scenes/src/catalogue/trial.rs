@@ -25,6 +25,7 @@ fn box_on_table(keys: &[Key]) -> Parts {
         contact: ContactSettings { shading: false, ..USUAL },
         path: HandPath::through(keys),
         second: None,
+        objects: Vec::new(),
     }
 }
 
@@ -79,6 +80,7 @@ pub(super) fn rails() -> Parts {
             Key::rest(4.2, at(0.027, -0.005)),
         ]),
         second: None,
+        objects: Vec::new(),
     }
 }
 
@@ -119,5 +121,6 @@ pub(super) fn nut_bolt() -> Parts {
         },
         path: HandPath::through(&(0..=count).map(key).collect::<Vec<_>>()),
         second: None,
+        objects: Vec::new(),
     }
 }

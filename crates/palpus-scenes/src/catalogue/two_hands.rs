@@ -51,5 +51,6 @@ pub(super) fn parts() -> Parts {
         contact: ContactSettings { tolerance: 0.2e-3, cluster_radius: 2e-3, stiffness: 1500.0, ..USUAL },
         path: HandPath::cyclic(&brought),
         second: Some((shape::hole_block(DEFAULT_CLEARANCE), HandPath::cyclic(&held))),
+        objects: Vec::new(),
     }
 }

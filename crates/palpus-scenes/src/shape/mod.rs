@@ -30,7 +30,7 @@ pub use gear::{GEAR_BACKLASH, GEAR_PITCH_RADIUS, GEAR_TEETH, gear};
 pub use groove::{GROOVE_DEPTH, v_groove};
 pub use intestine::{CenterLine, LUMEN_RADIUS, intestine};
 pub use peg_hole::{DEFAULT_CLEARANCE, PEG_RADIUS, PEG_TIP, hole_block, peg};
-pub use primitive::{PEN_TIP, cuboid, pen, sphere, table};
+pub use primitive::{PEN_TIP, cuboid, disc, pen, sphere, table};
 pub use rails::{KNIFE_DEPTH, knife, rails, rails_half_gap};
 pub use roller::{KNURL_HEIGHT, ROLLER_RADIUS, knurled_roller};
 pub use scan::scanned_torus;

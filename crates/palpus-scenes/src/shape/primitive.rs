@@ -16,6 +16,17 @@ pub fn table() -> PolygonSoup {
     slab(DVec3::new(-0.15, -0.10, -0.02), DVec3::new(0.15, 0.10, 0.0))
 }
 
+/// A disc about the z axis with its middle at the origin: a prism of `sides` whose corners are at `radius`; m.
+pub fn disc(radius: f64, height: f64, sides: usize) -> PolygonSoup {
+    let mut skin = Skin::default();
+    let mut ring = |z: f64| skin.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, radius, sides, 0.0));
+    let (bottom, top) = (ring(-0.5 * height), ring(0.5 * height));
+    skin.cap_start(&bottom);
+    skin.band(&bottom, &top);
+    skin.cap_end(&top);
+    skin.finish()
+}
+
 fn slab(low: DVec3, high: DVec3) -> PolygonSoup {
     let outline = |z| {
         [(low.x, low.y), (high.x, low.y), (high.x, high.y), (low.x, high.y)]

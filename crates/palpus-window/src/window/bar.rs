@@ -8,7 +8,7 @@ use super::keys::SceneAction;
 use super::run::Run;
 use super::run_keys::Action;
 use crate::camera::View;
-use crate::scene::{BODY_NAMES, ShownBody};
+use crate::scene::{LISTED, ShownBody};
 use crate::style::{Style, Theme};
 
 /// Points.
@@ -92,8 +92,8 @@ impl Bar<'_> {
             actions.push(Action::Freeze);
         }
         ui.separator();
-        for (body, name) in self.bodies.iter_mut().zip(BODY_NAMES) {
-            ui.label(name);
+        for body in self.bodies.iter_mut().take(LISTED) {
+            ui.label(body.part.name());
             ui.horizontal(|ui| {
                 ui.toggle_value(&mut body.look.pieces, "pieces (P)");
                 ui.toggle_value(&mut body.look.wireframe, "wires (W)");

@@ -18,7 +18,7 @@ use super::status::Status;
 use super::view3d::View3d;
 use super::{plots, shot};
 use crate::moment::Moment;
-use crate::scene::{Scene, ShownBody};
+use crate::scene::Scene;
 use crate::style::{Style, Theme};
 
 /// Points.
@@ -140,9 +140,8 @@ impl<'a> Interface<'a> {
 
     /// Another scene, seen in the way that the last one was.
     fn replace(&mut self, mut scene: Scene, moments: Newest<Moment>) {
-        let colours = ShownBody::colours(self.style.theme);
         for (k, body) in scene.bodies.iter_mut().enumerate() {
-            body.colour = colours.get(k).copied().unwrap_or(body.colour);
+            body.colour = body.part.colour(self.style.theme);
             body.look = self.scene.bodies.get(k).map_or(body.look, |before| before.look);
         }
         self.scene = scene;
@@ -218,8 +217,8 @@ impl<'a> Interface<'a> {
     fn turn_theme(&mut self, context: &egui::Context) {
         self.style.theme = self.style.theme.other();
         dress(context, self.style.theme);
-        for (body, colour) in self.scene.bodies.iter_mut().zip(ShownBody::colours(self.style.theme)) {
-            body.colour = colour;
+        for body in &mut self.scene.bodies {
+            body.colour = body.part.colour(self.style.theme);
         }
         self.view.replace(&self.scene, &self.style);
     }

@@ -67,7 +67,7 @@ fn nearly(solid: &Solid, ray: &Ray, reach: impl Fn(DVec3) -> f64) -> Option<(f64
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Look;
+    use crate::scene::{BodyPart, Look};
     use palpus::body::Body;
     use std::sync::Arc;
 
@@ -76,6 +76,7 @@ mod tests {
         let points: Vec<DVec3> = (0..8).map(corner).collect();
         let solid = Arc::new(Solid::of_body(&Body::from_convex(&points).expect("a cube")));
         ShownBody {
+            part: BodyPart::Probe,
             solid,
             pose: Pose::from_translation(at),
             colour: [0; 3],

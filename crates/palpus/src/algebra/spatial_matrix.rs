@@ -53,6 +53,33 @@ impl SpatialMatrix {
         self.torque_turning += outer(c * axis, axis);
     }
 
+    /// The same about another point of the body, from which the point stated now lies at `offset`.
+    pub fn about(&self, offset: DVec3) -> Self {
+        let cross = cross_matrix(offset);
+        let moving = self.torque_moving + cross * self.force_moving;
+        let turned = cross * self.torque_moving.transpose();
+        Self {
+            torque_turning: self.torque_turning + turned + turned.transpose() - cross * self.force_moving * cross,
+            torque_moving: moving,
+            force_moving: self.force_moving,
+        }
+    }
+
+    /// All 6 × 6 numbers, turning before moving.
+    pub fn to_rows(&self) -> [[f64; 6]; 6] {
+        rows(&[self.torque_turning, self.torque_moving], &[self.torque_moving.transpose(), self.force_moving])
+    }
+
+    /// The 6 × 6 numbers that make the wrench about the stated point of the twist of another body, stated for that body's
+    /// point from which the stated point lies at `offset`.
+    pub fn across(&self, offset: DVec3) -> [[f64; 6]; 6] {
+        let cross = cross_matrix(offset);
+        rows(
+            &[self.torque_turning - self.torque_moving * cross, self.torque_moving],
+            &[self.torque_moving.transpose() - self.force_moving * cross, self.force_moving],
+        )
+    }
+
     /// The wrench that belongs to `twist`.
     pub fn times(&self, twist: &Twist) -> Wrench {
         let Twist { angular, linear } = *twist;
@@ -93,6 +120,18 @@ impl std::ops::Add for SpatialMatrix {
     }
 }
 
+/// Two rows of two blocks.
+fn rows(upper: &[DMat3; 2], lower: &[DMat3; 2]) -> [[f64; 6]; 6] {
+    let mut all = [[0.0; 6]; 6];
+    for (i, row) in all.iter_mut().enumerate() {
+        let blocks = if i < 3 { upper } else { lower };
+        for (j, number) in row.iter_mut().enumerate() {
+            *number = blocks[j / 3].col(j % 3)[i % 3];
+        }
+    }
+    all
+}
+
 /// a bᵀ.
 fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
@@ -130,6 +169,31 @@ mod tests {
             + Wrench::of_force_at(velocity * 40.0, R)
             + Wrench { torque: TWIST.angular * 3.0, force: DVec3::ZERO };
         assert!(near(&at.times(&TWIST), &expected));
+    }
+
+    fn numbers(wrench: &Wrench) -> [f64; 6] {
+        let [torque, force] = [wrench.torque.to_array(), wrench.force.to_array()];
+        std::array::from_fn(|i| if i < 3 { torque[i] } else { force[i - 3] })
+    }
+
+    fn product(rows: &[[f64; 6]; 6], twist: &Twist) -> [f64; 6] {
+        let [angular, linear] = [twist.angular.to_array(), twist.linear.to_array()];
+        rows.map(|row| (0..3).map(|k| row[k] * angular[k] + row[k + 3] * linear[k]).sum())
+    }
+
+    #[test]
+    fn another_point_and_another_body_see_the_same_spring() {
+        let mut spring = SpatialMatrix::ZERO;
+        spring.add_along(N, R, 40.0);
+        spring.add_at(-R, 7.0);
+        let offset = DVec3::new(-0.4, 0.1, 0.2);
+        // The stated point lies at `offset` from the other one.
+        let seen = Twist { angular: TWIST.angular, linear: TWIST.at(offset) };
+        let expected = spring.times(&seen);
+        assert!(near(&spring.about(offset).times(&TWIST), &expected.about(-offset)));
+        let close = |one: [f64; 6], other: [f64; 6]| one.iter().zip(&other).all(|(x, y)| (x - y).abs() < 1e-12);
+        assert!(close(product(&spring.to_rows(), &seen), numbers(&expected)));
+        assert!(close(product(&spring.across(offset), &TWIST), numbers(&expected)));
     }
 
     #[test]

@@ -368,6 +368,14 @@ pub const SPLIT_SHARE: usize = 8;
 /// Enough for a radius within a few percent of the least; any number is safe, since the radius is measured.
 pub const SPHERE_STEPS: u32 = 24;
 
+/// Heights of a child's vertices above the planes of its parent's hull that the walker of a hierarchy looks at in debug builds.
+///
+/// All of them in nodes of up to some sixty vertices. More finds a broken hull sooner, and makes debug tests on scans slow.
+pub const VALIDATED_HEIGHTS: usize = 4096;
+
+/// Nodes of a hierarchy whose bounds that walker follows up to the root, evenly spaced.
+pub const VALIDATED_PIECES: usize = 128;
+
 // body: work in parts (body, hierarchy, thicken, admissible)
 
 /// Pieces that one part of the work makes or looks at.
@@ -420,6 +428,11 @@ pub const MARCH_PROOF: f64 = 1e-12;
 /// Only bodies within some 1e-7 of their size of each other come near it. Larger would call bodies apart that touch elsewhere;
 /// smaller sends more of these few to the fallback.
 pub const MARCH_DOUBT: f64 = 1e-2;
+
+/// Of so many answers of the march and of the depth, one is validated in debug builds.
+///
+/// Validating costs as much as a warm answer does. Fewer makes debug tests slow; more finds what is wrong later.
+pub const VALIDATED_ANSWERS: u64 = 16;
 
 /// Sine of the angle below which two edges are nearly parallel: their closest points are then solved for twice.
 ///
@@ -488,6 +501,17 @@ pub const MERGE_CLEARANCE: f64 = 1.0;
 
 /// Of that clearance: the motion after which a merge that was refused is tried again at the soonest.
 pub const MERGE_RETRY: f64 = 0.25;
+
+/// Relative to the size of a sleeping pair of nodes: by how much it may be nearer than its wake value says before the walker of the front
+/// calls it overslept.
+///
+/// A march from another start answers up to 1e-11 of the size differently. Larger hides a sleep that is too long; smaller accuses rounding.
+pub const OVERSLEPT: f64 = 1e-10;
+
+/// Places of the front that the walker looks at in each query of a debug build.
+///
+/// More finds what is broken sooner after it broke, and makes debug tests slow.
+pub const VALIDATED_PLACES: u32 = 64;
 
 // depth: the walk over the Minkowski difference (gauss_map, overlay, walk, descent)
 
@@ -752,6 +776,15 @@ pub const CAP_STEPS: u32 = 16;
 /// directions that are meant; smaller lets noise point the force.
 pub const CANCELLED_NORMAL: f64 = 1e-6;
 
+/// Relative to the largest coordinate: by how much rounding may put a representative's midpoint outside the box about its members', and how
+/// far its normal may be from unit length.
+///
+/// A sum over a thousand contacts rounds a thousand times. Larger hides a wrong weight; smaller accuses rounding.
+pub const MIDPOINT_ROUNDING: f64 = 1e-12;
+
+/// Contacts of a run of the clustering up to which its walker looks at all pairs of them in debug builds; it is quadratic.
+pub const VALIDATED_CONTACTS: usize = 64;
+
 /// Relative to their distance from b's origin: contacts across one direction nearer than this are one place.
 ///
 /// The corner that two pieces share comes from each with its own rounding. Larger lets the second of two near contacts vanish.
@@ -927,3 +960,11 @@ pub const PACE_LEAST_WORK: u64 = 200;
 ///
 /// The rest is for the device, the recorder and a busy machine.
 pub const PACE_SHARE: f64 = 0.6;
+
+/// s: a driven body's first way to where its host says that it is, when no interval between updates is known yet: 60 Hz.
+pub const DRIVEN_PERIOD: f64 = 1.0 / 60.0;
+
+/// s: a driven body goes on for so long without an update, and slows down to rest in as long again.
+///
+/// Six periods of the slowest usual host. Longer, and a robot whose program hangs pushes on; shorter, and a late update is felt.
+pub const DRIVEN_PATIENCE: f64 = 0.1;

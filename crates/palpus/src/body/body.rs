@@ -3,17 +3,17 @@
 use glam::DVec3;
 
 use super::decompose::decompose;
-use super::facet::{Facets, Surface};
-use super::grow::Grower;
 use super::piece::{Piece, build_piece};
 use super::precision::coordinate_step;
-use super::thicken::{WaysIn, inner_corners};
 use super::{
     Aabb, Admissible, Cleaning, Feature, HalfEdges, Health, Hierarchy, HierarchyError, HullError, MassProperties, Mesh,
     MeshError, OwnNormals, PolygonSoup, Polytope, TriangleTree, convex_hull,
 };
 use crate::algebra::tolerance::{COPLANAR, PIECES_PER_PART};
 use crate::algebra::{Alone, Workers, both, map_in_order};
+use crate::body::decompose::facet::{Facets, Surface};
+use crate::body::decompose::grow::Grower;
+use crate::body::decompose::thicken::{WaysIn, inner_corners};
 
 /// How a body is made of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -17,10 +17,14 @@
 //! Merging may shave vertices off a hull by the merge distance, a little at each level. The balls and boxes are made to
 //! hold every vertex of every piece all the same, so that dropping a pair by them is never wrong.
 
+pub(super) mod bounds;
 mod build;
+mod validate;
 
-use super::bounds::{OrientedBox, Sphere};
 use super::{HullError, Polytope};
+use bounds::{OrientedBox, Sphere};
+
+pub use validate::HierarchyFault;
 
 /// What a node stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -296,7 +300,7 @@ mod tests {
                     NodeKind::Inner { left, right } => [left, right].map(|c| under[c as usize].clone()).concat(),
                 };
                 let volume = tree.polytope(k as u32, &pieces);
-                assert_eq!(volume.check_well_formed(COPLANAR), Ok(()), "node {k}");
+                assert_eq!(volume.validate(COPLANAR), Ok(()), "node {k}");
                 for &piece in &under[k] {
                     pieces[piece as usize].vertices().iter().for_each(|&p| assert_holds(&tree, k as u32, &pieces, p));
                 }

@@ -9,13 +9,24 @@
 //!
 //! Nothing of this is silent: [`Cleaning`] counts it. No vertex is ever moved, other than onto the one that it is welded to.
 
+pub(super) mod edge_uses;
+pub(super) mod half_edge;
+pub(super) mod health;
+pub(super) mod orient;
+pub(super) mod shading_normals;
+pub(super) mod soup;
+pub(super) mod triangle_pair;
+pub(super) mod triangle_tree;
+pub(super) mod triangulate;
+pub(super) mod weld;
+
 use glam::DVec3;
 
-use super::orient::{Orientation, orient};
-use super::triangulate::{Cut, triangulate};
-use super::weld::{drop_duplicates, drop_empty, unbend_caps, weld};
 use super::{Aabb, PolygonSoup, TriangleTree};
 use crate::algebra::{closest_on_triangle, tolerance};
+use orient::{Orientation, orient};
+use triangulate::{Cut, triangulate};
+use weld::{drop_duplicates, drop_empty, unbend_caps, weld};
 
 /// Why a soup is no mesh.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -254,7 +265,8 @@ impl Mesh {
 
     /// The bounding-volume tree over the triangles.
     pub fn tree(&self) -> TriangleTree {
-        TriangleTree::new(self)
+        let ids = (0..self.triangles.len() as u32).collect();
+        TriangleTree::over(&self.vertices, &self.triangles, ids, self.is_closed())
     }
 }
 

@@ -6,13 +6,15 @@
 //! 3. A face that is at least half covered is original, any other virtual. A hull may bridge a gap between facets of
 //!    one plane, so that a face can be part real, part not; half keeps the larger part right.
 
+pub(super) mod admissible;
+
 use glam::DVec3;
 
 use super::decompose::Patch;
-use super::facet::{Facets, NONE, Surface};
 use super::{Hull, HullError, Polytope, Provenance, convex_hull, convex_polygon};
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{COVERED_HALF, FLAT_PATCH, FOLDED, ON_FACE};
+use crate::body::decompose::facet::{Facets, NONE, Surface};
 
 /// What a convex piece has to do with the source mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -18,14 +18,17 @@
 
 mod build;
 mod climb;
+pub(super) mod directory;
+pub(super) mod feature;
 mod numbers;
+pub(super) mod validate;
 
 use std::ops::Range;
 
 use glam::DVec3;
 
-use super::directory::{Directory, Known};
 use crate::algebra::Plane;
+use directory::{Directory, Known};
 use numbers::{Numbers, SPOKE};
 
 pub use build::PolytopeRestorer;

@@ -33,14 +33,15 @@ mod below;
 mod due;
 mod merge;
 mod pair;
+mod validate;
 
 use glam::DVec3;
 
-use super::march::{March, initial_features, march};
+use super::march::{initial_features, march};
 use super::odometer::Odometer;
 use super::thickness::Thickness;
 use super::wakes::{BLOCK, WakeBoard};
-use super::{LeafPair, LeafPairs, PlacedPair, Side, StopReason, TraversalCounters, WarmStart};
+use super::{LeafPair, LeafPairs, March, PlacedPair, Side, StopReason, TraversalCounters, WarmStart};
 use crate::algebra::tolerance::{JUMP, PACE_FADE};
 use crate::algebra::{Placement, Quota, Work};
 use crate::body::{FeaturePair, NodeKind};
@@ -149,6 +150,7 @@ impl Front {
             counters.postponed += self.wakes.count_below(self.blocks(), self.odometer.sum());
         }
         counters.dropped = found.dropped();
+        debug_assert_eq!(self.validate_some(query), Ok(()));
         counters
     }
 

@@ -18,9 +18,8 @@ mod tests;
 
 use glam::DVec3;
 
-use super::march::March;
 use super::scale::Scale;
-use super::{Closest, Overlap, Proximity, StopReason};
+use super::{Closest, March, Overlap, Proximity, StopReason};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{GJK_GAP, GJK_PLATEAU, GJK_STEPS};
 use crate::body::{Feature, FeaturePair, Polytope};

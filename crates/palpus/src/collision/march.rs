@@ -23,6 +23,8 @@
 //! don't cycle; the scan of all faces at a local minimum is a climb over adjacent faces (a support query on the polar dual).
 //! Plates need no case of their own but one: below the front is above the back.
 
+mod validate;
+
 use glam::DVec3;
 
 use super::gjk::{centroid_line, gjk};
@@ -31,45 +33,29 @@ use super::step::{
     ClosestPoints, Step, View, across, between_edges, between_vertices, edge_edge, edge_face, vertex_edge, vertex_face,
     vertex_over_edge, vertex_over_face, vertex_vertex,
 };
-use super::{Closest, Overlap, Proximity, StopReason};
+use super::{Closest, March, Overlap, Proximity, StopReason};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{MARCH_NOISE, MARCH_STEPS};
 use crate::body::Feature::{Edge, Face, Vertex};
 use crate::body::{Feature, FeaturePair, Polytope};
-
-/// The answer of a distance query and where to start the next one.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct March {
-    /// Apart or overlapping, in b's frame.
-    pub proximity: Proximity,
-    /// Where to start from next time.
-    pub features: FeaturePair,
-    /// Feature pairs visited, the fallback's iterations included.
-    pub steps: u32,
-    /// `Converged` when the march answered; otherwise why the fallback did.
-    pub stop: StopReason,
-}
-
-impl March {
-    /// Zero for what overlaps.
-    pub(super) fn distance(&self) -> f64 {
-        match self.proximity {
-            Proximity::Disjoint(Closest { distance, .. }) => distance,
-            Proximity::Overlapping(_) => 0.0,
-        }
-    }
-
-    /// True if the two overlap or are nearer than the tolerance.
-    pub(super) fn is_within(&self, tolerance: f64) -> bool {
-        matches!(self.proximity, Proximity::Overlapping(_)) || self.distance() < tolerance
-    }
-}
 
 /// Finds the closest points of a and b; all of the answer is in b's frame. `pose_ba` is the frame of a in b.
 ///
 /// `start` may be any features of the two; the last answer's make the query cheap. Bodies nearer than
 /// [`TOUCHING`](crate::algebra::tolerance::TOUCHING) times the sum of their radii count as overlapping.
 pub fn march(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
+    let answer = proven(a, b, pose_ba, start);
+    debug_assert!(
+        !answer.is_sampled() || answer.validate(a, b, pose_ba) == Ok(()),
+        "{:?}",
+        answer.validate(a, b, pose_ba)
+    );
+    answer
+}
+
+/// Steps 1 to 5.
+#[inline]
+fn proven(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
     let pose_ab = pose_ba.inverse();
     let scale = Scale::of(a, b, pose_ba);
     let mut field = Field {

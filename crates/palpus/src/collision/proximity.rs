@@ -47,3 +47,31 @@ pub enum StopReason {
     /// It used up its step budget; the fallback answered, or the best so far was returned.
     Budget,
 }
+
+/// The answer of a distance query and where to start the next one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct March {
+    /// Apart or overlapping, in b's frame.
+    pub proximity: Proximity,
+    /// Where to start from next time.
+    pub features: FeaturePair,
+    /// Feature pairs visited, the fallback's iterations included.
+    pub steps: u32,
+    /// `Converged` when the march answered; otherwise why the fallback did.
+    pub stop: StopReason,
+}
+
+impl March {
+    /// Zero for what overlaps.
+    pub(super) fn distance(&self) -> f64 {
+        match self.proximity {
+            Proximity::Disjoint(Closest { distance, .. }) => distance,
+            Proximity::Overlapping(_) => 0.0,
+        }
+    }
+
+    /// True if the two overlap or are nearer than the tolerance.
+    pub(super) fn is_within(&self, tolerance: f64) -> bool {
+        matches!(self.proximity, Proximity::Overlapping(_)) || self.distance() < tolerance
+    }
+}

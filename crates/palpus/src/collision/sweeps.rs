@@ -2,7 +2,8 @@
 
 use glam::{DQuat, DVec3, EulerRot};
 
-use super::march::{March, initial_features, march};
+use super::March;
+use super::march::{initial_features, march};
 use super::oracle::*;
 use super::{Proximity, StopReason, gjk};
 use crate::algebra::{Placement, Pose};

@@ -41,6 +41,11 @@ impl WakeBoard {
         self.values[place as usize]
     }
 
+    /// True if the place's block cannot be passed over when the place is due.
+    pub(super) fn is_known(&self, place: u32) -> bool {
+        self.least[place as usize / BLOCK] <= self.get(place)
+    }
+
     /// Sets it; [`NEVER`] silences the place.
     #[inline]
     pub(super) fn set(&mut self, place: u32, value: u64) {

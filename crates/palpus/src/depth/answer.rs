@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::Seed;
 use crate::body::FeaturePair;
 use crate::collision::StopReason;
 
@@ -97,11 +96,4 @@ pub struct Depth {
     pub steps: u32,
     /// Why the walk ended.
     pub stop: StopReason,
-}
-
-impl Depth {
-    /// The seed for the next, near pose.
-    pub fn seed(&self) -> Seed {
-        Seed::Previous { antipodal: Some(self.antipodal), hub: self.hub, normal: self.normal }
-    }
 }

@@ -20,6 +20,7 @@
 //! everywhere, so that it goes together with its neighbours.
 
 mod grow;
+mod validate;
 
 use glam::DVec3;
 

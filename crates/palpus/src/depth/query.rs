@@ -10,6 +10,8 @@
 //! Whatever the walk does, step 3 makes the depth the exact h of the normal that is returned: moving a by it separates the
 //! pair. What a walk can miss is only a direction of still smaller h.
 
+mod validate;
+
 use glam::DVec3;
 
 use super::antipodal::Facet;
@@ -288,7 +290,7 @@ pub(super) fn answer_at(cso: &Cso<'_>, walked: &Walked, clip: &mut Clip) -> Dept
     let Walked { corner, alone, steps, stop } = walked;
     let facet = if *alone { Facet::spanned(cso, corner) } else { Facet::at(cso, corner, FLUSH_WITNESS) };
     let (point_a, point_b) = witness(cso, &facet, corner, clip);
-    Depth {
+    let answer = Depth {
         point_a,
         point_b,
         normal: corner.normal,
@@ -298,5 +300,7 @@ pub(super) fn answer_at(cso: &Cso<'_>, walked: &Walked, clip: &mut Clip) -> Dept
         certainty: Certainty::LocallyOptimal,
         steps: *steps,
         stop: *stop,
-    }
+    };
+    debug_assert!(!answer.is_sampled() || answer.validate(cso) == Ok(()), "{:?}", answer.validate(cso));
+    answer
 }

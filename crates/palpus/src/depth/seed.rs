@@ -7,7 +7,7 @@
 use glam::DVec3;
 
 use super::cso::Cso;
-use super::{Antipodal, HubPair};
+use super::{Antipodal, Depth, HubPair};
 
 /// A guess of the direction of least depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -29,6 +29,13 @@ pub enum Seed {
     },
     /// The line from the centroid of b to that of a.
     CentroidLine,
+}
+
+impl Depth {
+    /// The seed for the next, near pose.
+    pub fn seed(&self) -> Seed {
+        Seed::Previous { antipodal: Some(self.antipodal), hub: self.hub, normal: self.normal }
+    }
 }
 
 /// A hub pair that supports a direction.

@@ -160,6 +160,12 @@ impl ContactQuery {
         self.search.set_patch_angle(angle);
     }
 
+    /// The bodies were not looked at for some time, since they were far from each other, and lay at `pose_ba` just before they are
+    /// looked at again: what is remembered of contacts is forgotten, and the motion from there on is a motion like any other.
+    pub fn came_from(&mut self, pose_ba: &Pose) {
+        self.search.came_from(pose_ba);
+    }
+
     /// Forgets the past: the next query is as the first was.
     pub fn clear(&mut self) {
         self.search.clear();

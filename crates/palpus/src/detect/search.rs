@@ -221,6 +221,17 @@ impl PairSearch {
         }
     }
 
+    /// See [`super::ContactQuery::came_from`].
+    pub(super) fn came_from(&mut self, pose_ba: &Pose) {
+        self.contacts.clear();
+        self.held.clear();
+        if let Some(guard) = &mut self.guard {
+            guard.clear();
+        }
+        self.last_overlap.clear();
+        self.last_pose = Some(*pose_ba);
+    }
+
     /// Forgets the past.
     pub(super) fn clear(&mut self) {
         self.front.clear();

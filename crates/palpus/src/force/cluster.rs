@@ -22,6 +22,7 @@
 
 mod cut;
 mod link;
+mod validate;
 
 use std::cmp::Ordering;
 
@@ -158,6 +159,7 @@ impl Linkage {
         self.members.extend(self.ranks.iter().map(|&rank| self.order[rank as usize]));
         self.directions.clear();
         self.directions.extend(self.ranks.iter().map(|&rank| self.normals[rank as usize]));
+        debug_assert_eq!(self.validate(settings), Ok(()));
         counters
     }
 

@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::algebra::tolerance::CANCELLED_NORMAL;
+use crate::algebra::tolerance::{CANCELLED_NORMAL, MIDPOINT_ROUNDING};
 use crate::detect::Contact;
 
 /// The representative contact of a cluster, in b's frame.
@@ -38,6 +38,43 @@ impl Cluster {
     /// The places of its members in the list of all members.
     pub fn members(&self) -> std::ops::Range<usize> {
         self.first_member as usize..(self.first_member + self.member_count) as usize
+    }
+}
+
+/// What is wrong with a representative.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+enum ClusterFault {
+    /// The normal is not unit.
+    #[error("the normal is not unit")]
+    Normal,
+    /// A member is deeper, or the deepest one has another separation.
+    #[error("the separation is not that of the deepest member")]
+    Separation,
+    /// The midpoint is outside the box about those of the members.
+    #[error("the midpoint is not between those of the members")]
+    Midpoint,
+}
+
+impl Cluster {
+    /// Returns what is wrong with it as the representative of these members: eq. 3 gives a unit normal, eq. 4 a point between theirs, eq. 5
+    /// the deepest of their separations.
+    fn validate(&self, contacts: &[Contact], members: &[u32]) -> Result<(), ClusterFault> {
+        let of_members = || members.iter().map(|&i| &contacts[i as usize]);
+        let (low, high) = of_members().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), contact| {
+            (low.min(contact.midpoint()), high.max(contact.midpoint()))
+        });
+        let rounding = DVec3::splat(MIDPOINT_ROUNDING * low.abs().max(high.abs()).max_element());
+        let deepest = of_members().map(|contact| contact.separation).fold(f64::INFINITY, f64::min);
+        let named = contacts[self.deepest as usize].separation;
+        if (self.normal.length() - 1.0).abs() > MIDPOINT_ROUNDING {
+            Err(ClusterFault::Normal)
+        } else if deepest != self.separation || named != self.separation {
+            Err(ClusterFault::Separation)
+        } else if !(self.midpoint.cmpge(low - rounding) & self.midpoint.cmple(high + rounding)).all() {
+            Err(ClusterFault::Midpoint)
+        } else {
+            Ok(())
+        }
     }
 }
 
@@ -75,7 +112,7 @@ pub fn represent(
     let normal = if cancelled { directions[deepest] } else { weighted_normal / length }; // Eq. 3
     let midpoint = origin + weighted_midpoint / weight; // Eq. 4
     let engagement = tolerance - separation(deepest);
-    Cluster {
+    let cluster = Cluster {
         midpoint,
         normal,
         separation: separation(deepest), // Eq. 5
@@ -85,7 +122,15 @@ pub fn represent(
         first_member,
         member_count: members.len() as u32,
         cancelled,
-    }
+    };
+    // Of weights whose squares overflow there is no normal: bodies absurdly far apart, at an absurd tolerance.
+    let is_sane = (weight * weight).is_finite();
+    debug_assert!(
+        !is_sane || cluster.validate(contacts, members) == Ok(()),
+        "{:?}",
+        cluster.validate(contacts, members)
+    );
+    cluster
 }
 
 #[cfg(test)]
@@ -113,6 +158,19 @@ mod tests {
         assert_eq!(cluster.separation, -2e-4);
         assert!((cluster.engagement - 1.2e-3).abs() < 1e-18);
         assert!(!cluster.cancelled);
+    }
+
+    #[test]
+    fn wrong_representatives_are_named() {
+        let contacts =
+            [contact((0, 0), DVec3::ZERO, DVec3::Z, -1e-4), contact((1, 0), DVec3::X * 1e-3, DVec3::X, 2e-4)];
+        let cluster = of(&contacts);
+        let fault = |cluster: Cluster| cluster.validate(&contacts, &[0, 1]);
+        assert_eq!(fault(cluster), Ok(()));
+        assert_eq!(fault(Cluster { normal: cluster.normal * 1.001, ..cluster }), Err(ClusterFault::Normal));
+        assert_eq!(fault(Cluster { separation: 2e-4, ..cluster }), Err(ClusterFault::Separation));
+        assert_eq!(fault(Cluster { deepest: 1, ..cluster }), Err(ClusterFault::Separation));
+        assert_eq!(fault(Cluster { midpoint: DVec3::X * 1.1e-3, ..cluster }), Err(ClusterFault::Midpoint));
     }
 
     #[test]

@@ -1,7 +1,6 @@
 //! One tick: from the probe's state to the wrench in the hand \[K02 §4.3, §5\].
 
 mod anchor;
-mod between;
 #[cfg(test)]
 mod changed_tests;
 mod coupling;
@@ -12,18 +11,20 @@ mod force_stage;
 #[cfg(test)]
 mod force_stage_tests;
 mod pacer;
+mod reach;
 mod renderer;
 #[cfg(test)]
 mod renderer_tests;
 mod saturate;
 mod scratch;
 mod settings;
+mod surfaces;
 mod tick;
-mod together;
 mod tool;
 #[cfg(test)]
 mod tool_tests;
 mod touches;
+mod world;
 
 pub use coupling::VirtualCoupling;
 pub use duo::Duo;
@@ -34,4 +35,5 @@ pub use saturate::{Limits, Saturated, Saturation, saturate};
 pub use scratch::Scratch;
 pub use settings::{Clustering, Settings, SettingsError};
 pub use tick::{Counters, ProbeState, StageTimes, Tick, TickSummary};
-pub use tool::{Tool, ToolCounters};
+pub use tool::ToolCounters;
+pub use world::{BodyId, Object, ToolId, World, WorldCounters};

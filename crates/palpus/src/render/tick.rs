@@ -102,12 +102,16 @@ pub struct Tick {
     pub unseen_separation: f64,
     /// Clusters, their forces, and the wrenches on both bodies.
     pub forces: Forces,
-    /// Of the contacts, the last so many are with another tool ([`super::Duo`]): what stands there for the piece of b is that tool's.
+    /// Of the contacts, so many are with other tools: what stands there for the piece of b is that tool's.
     pub contacts_between: u32,
-    /// What another tool does to this one, about this one's centre of mass; part of [`Forces::net`].
+    /// What other tools do to this one, about this one's centre of mass; part of [`Forces::net`].
     pub from_other: Wrench,
-    /// J: what it gave this one in this step, by moving it at the grip and by turning it. With a coupling at the step's end, else since the last.
+    /// J: what they gave this one in this step, by moving it at the grip and by turning it. With a coupling at the step's end, else since the last.
     pub work_from_other: [f64; 2],
+    /// What driven and free objects do to the tool, about its centre of mass; part of [`Forces::net`].
+    pub from_objects: Wrench,
+    /// J: what they gave it in this step; as [`Self::work_from_other`].
+    pub work_from_objects: [f64; 2],
     /// Where the time went.
     pub times: StageTimes,
     /// What happened.
@@ -145,6 +149,8 @@ pub struct TickSummary {
     pub unseen_separation: f64,
     /// See [`Tick::work_from_other`].
     pub work_from_other: [f64; 2],
+    /// See [`Tick::work_from_objects`].
+    pub work_from_objects: [f64; 2],
     /// See [`Tick::times`].
     pub times: StageTimes,
     /// See [`Tick::counters`].
@@ -175,6 +181,8 @@ impl Tick {
             contacts_between: 0,
             from_other: Wrench::ZERO,
             work_from_other: [0.0; 2],
+            from_objects: Wrench::ZERO,
+            work_from_objects: [0.0; 2],
             forces: Forces::new(capacity),
             times: StageTimes::default(),
             counters: Counters::default(),
@@ -208,6 +216,7 @@ impl Tick {
             work_allowed: self.work_allowed,
             unseen_separation: self.unseen_separation,
             work_from_other: self.work_from_other,
+            work_from_objects: self.work_from_objects,
             times: self.times,
             counters: self.counters,
         }
@@ -230,6 +239,8 @@ impl Tick {
         self.contacts_between = 0;
         self.from_other = Wrench::ZERO;
         self.work_from_other = [0.0; 2];
+        self.from_objects = Wrench::ZERO;
+        self.work_from_objects = [0.0; 2];
         self.forces.clear();
         self.times = StageTimes::default();
         self.counters = Counters::default();

@@ -27,9 +27,8 @@
 use glam::{DMat3, DQuat, DVec3};
 
 use super::anchor::Anchor;
-use super::touches::Touches;
-use super::{Forces, Limits, ProbeState, Settings, VirtualCoupling};
-use crate::algebra::tolerance::{COUPLING_ROUNDS, REACH_CREEP, REACH_FADE, REACH_GROWTH, REACH_LEAST, TOOL_FASTEST};
+use super::reach::Reach;
+use super::{Limits, ProbeState, Settings, VirtualCoupling};
 use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
 use crate::body::Body;
 
@@ -48,9 +47,9 @@ pub struct ToolCounters {
     pub reset: u32,
 }
 
-/// The probe as a body of its own, and the memory for its step.
+/// The probe as a body of its own.
 #[derive(Clone, Debug)]
-pub struct Tool {
+pub(super) struct Tool {
     coupling: VirtualCoupling,
     limits: Limits,
     /// What the device can give as of now, where that is less.
@@ -59,24 +58,15 @@ pub struct Tool {
     grip_a: DVec3,
     /// In a's frame: the centre of mass.
     center_a: DVec3,
-    /// N/m: of a contact alone.
-    contact_stiffness: f64,
-    /// s: damping of contacts over their stiffness, so that those which share a stiffness share a damping alike.
-    contact_lag: f64,
     /// kg·m² about the centre of mass, along a's axes.
     inertia_a: DMat3,
     /// a placed in b's frame; `None` before the first step.
     pose_ba: Option<Pose>,
     /// Its linear part is that of the centre of mass.
     twist: Twist,
-    /// From the centre of mass to the farthest corner of the probe's box, m.
-    radius: f64,
-    /// m: no point of the tool moves farther in the next step. Contacts are looked for that much beyond the skin.
-    reach: f64,
-    /// m: the tool may move so far before it meets anything that this tick's query did not look at.
-    clear: f64,
+    /// How far it may move.
+    pub(super) reach: Reach,
     anchor: Anchor,
-    touches: Touches,
 }
 
 /// A step that has begun.
@@ -86,9 +76,9 @@ pub(super) struct Begun {
     pose: Pose,
     bond: Bond,
     /// Steps 1 and 2.
-    system: SpatialMatrix,
+    pub(super) system: SpatialMatrix,
     /// Their right side times h.
-    load: Wrench,
+    pub(super) load: Wrench,
 }
 
 /// Step 2, ready to be added.
@@ -109,51 +99,42 @@ struct Bond {
 }
 
 impl Tool {
-    /// A tool that will begin where the device is first seen; memory for `settings.capacity` contacts.
-    pub fn new(probe: &Body, coupling: VirtualCoupling, settings: &Settings) -> Self {
+    /// A tool that will begin where the device is first seen.
+    pub(super) fn new(probe: &Body, coupling: VirtualCoupling, settings: &Settings) -> Self {
         let mut tool = Self {
             coupling,
             limits: settings.limits,
             available: Limits::UNLIMITED,
-            contact_stiffness: 0.0,
-            contact_lag: 0.0,
             grip_a: settings.grip_a,
             center_a: probe.mass().center_of_mass,
             inertia_a: DMat3::ZERO,
             pose_ba: None,
             twist: Twist::default(),
-            radius: 0.0,
-            reach: 0.0,
-            clear: f64::INFINITY,
+            reach: Reach::new(radius(probe), coupling.skin),
             anchor: Anchor::AT_GRIP,
-            touches: Touches::new(settings.capacity),
         };
         tool.set(probe, coupling, settings);
         tool
     }
 
     /// Goes on with another coupling and other settings of the same capacity, where it is and as it moves.
-    pub fn set(&mut self, probe: &Body, coupling: VirtualCoupling, settings: &Settings) {
+    pub(super) fn set(&mut self, probe: &Body, coupling: VirtualCoupling, settings: &Settings) {
         let hard = settings.held().stiffness;
         self.coupling = coupling.softened(settings.stiffness, hard);
         self.limits = settings.limits;
-        self.contact_stiffness = hard;
-        self.contact_lag = settings.damping / hard;
         self.grip_a = settings.grip_a;
         let mass = probe.mass();
         self.inertia_a = mass.inertia * (coupling.mass / mass.volume);
-        let bounds = probe.mesh().bounds();
-        self.radius = (bounds.max - self.center_a).max(self.center_a - bounds.min).length();
-        self.reach = self.reach.max(REACH_LEAST * coupling.skin);
+        self.reach.set_skin(coupling.skin);
     }
 
     /// The device can give no more than `available` from now on.
-    pub fn set_available(&mut self, available: &Limits) {
+    pub(super) fn set_available(&mut self, available: &Limits) {
         self.available = *available;
     }
 
     /// Where it is; where the device is, before the first step and after [`Self::clear`].
-    pub fn pose_ba(&mut self, device: &ProbeState) -> Pose {
+    pub(super) fn pose_ba(&mut self, device: &ProbeState) -> Pose {
         if let Some(pose) = self.pose_ba {
             return pose;
         }
@@ -165,92 +146,19 @@ impl Tool {
     }
 
     /// Lets go of everything: the next step begins where the device is.
-    pub fn clear(&mut self) {
-        self.touches.clear();
+    pub(super) fn clear(&mut self) {
         self.pose_ba = None;
     }
 
-    /// One step of `h` seconds towards `device`, under the `forces` that contacts exert where the tool is now.
-    ///
-    /// Answers the wrench on the device about its grip, in b's frame.
-    pub fn step(&mut self, device: &ProbeState, forces: &Forces, h: f64) -> (Wrench, ToolCounters) {
-        if !(h > 0.0 && h.is_finite()) {
-            return (Wrench::ZERO, ToolCounters::default());
-        }
-        let begun = self.begin(device, forces, forces.clusters.is_empty(), h);
-        let mut counters = ToolCounters::default();
-        let Some(twist) = self.settle(&begun, h, &mut counters) else {
-            self.clear();
-            counters.reset = 1;
-            return (Wrench::ZERO, counters);
-        };
-        let share = self.share_within_reach(&twist, h);
-        counters.bounded = u32::from(share < 1.0);
-        (self.end(&begun, twist * share, h), counters)
-    }
-
-    /// N: what the hardest pressed contact bore alone at the end of the last step.
-    pub(super) fn pressed(&self) -> f64 {
-        self.touches.pressed(self.contact_stiffness)
-    }
-
-    /// m: no point of the tool moves farther in the next step.
-    pub(super) fn reach(&self) -> f64 {
-        self.reach
-    }
-
-    /// What this tick's query did not look at is at least `clear` (m) beyond the skin.
-    pub(super) fn see(&mut self, clear: f64) {
-        self.clear = clear.max(0.0);
-    }
-
-    /// The same of another tool, which comes half of the way.
-    pub(super) fn see_other(&mut self, clear: f64) {
-        self.clear = self.clear.min(0.5 * clear.max(0.0));
-    }
-
-    /// The share of a step of `h` seconds with `twist`, at most 1, that keeps the tool within its reach, and away from what nobody looked at.
-    /// What it was looked ahead for then is all that it can meet.
-    pub(super) fn share_within_reach(&self, twist: &Twist, h: f64) -> f64 {
-        let (travel, most) = (self.travel(twist, h), self.reach.min(self.clear));
-        if travel > most { most / travel } else { 1.0 }
-    }
-
-    /// m: no point of the tool moves farther in `h` seconds with `twist`.
-    fn travel(&self, twist: &Twist, h: f64) -> f64 {
-        (twist.linear.length() + twist.angular.length() * self.radius) * h
-    }
-
     /// The step's system as far as it does not depend on which contacts press and which slide. `free`: nothing is near.
-    pub(super) fn begin(&mut self, device: &ProbeState, forces: &Forces, free: bool, h: f64) -> Begun {
+    pub(super) fn begin(&mut self, device: &ProbeState, free: bool, h: f64) -> Begun {
         let pose = self.pose_ba(device);
-        if !forces.clusters.is_empty() {
-            self.clear = self.clear.max(REACH_CREEP * self.coupling.skin);
-        }
-        self.touches.gather(forces, pose.point(self.center_a), self.coupling.skin);
         if free {
             self.anchor.come_back(&device.twist, h);
         }
         let bond = self.bond(device, &pose);
         let (system, load) = self.unhindered(&bond, &pose, h);
         Begun { pose, bond, system, load }
-    }
-
-    /// The step's system with the contacts that press and hold as of now.
-    pub(super) fn hindered(&self, begun: &Begun, h: f64) -> (SpatialMatrix, Wrench) {
-        let (mut system, mut load) = (begun.system, begun.load);
-        self.touches.add_to(&mut system, &mut load, h, self.contact_lag);
-        (system, load)
-    }
-
-    /// Which contacts press and slide if the tool moves with `twist`; true if that is news.
-    pub(super) fn revise(&mut self, twist: &Twist, h: f64) -> bool {
-        self.touches.revise(twist, h, self.contact_lag)
-    }
-
-    /// Contacts that let go within the step.
-    pub(super) fn released(&self) -> u32 {
-        self.touches.released()
     }
 
     /// Moves the tool with `twist`, the step's solution; answers the wrench on the device about its grip.
@@ -294,31 +202,20 @@ impl Tool {
         (system, momentum + pull + Wrench { torque: torque * h, force: DVec3::ZERO })
     }
 
-    /// Steps 3 to 5: the velocity at the end of the step.
-    fn settle(&mut self, begun: &Begun, h: f64, counters: &mut ToolCounters) -> Option<Twist> {
-        let mut twist = Twist::default();
-        for round in 1..=COUPLING_ROUNDS {
-            let (system, load) = self.hindered(begun, h);
-            twist = system.solve(&load)?;
-            counters.rounds = round;
-            if !self.revise(&twist, h) {
-                counters.released = self.released();
-                return Some(twist);
-            }
-        }
-        counters.unsettled = 1;
-        counters.released = self.released();
-        Some(twist)
-    }
-
     /// Moves the tool from `pose` for `h` seconds.
     fn advance(&mut self, pose: &Pose, twist: Twist, h: f64) {
         let rotation = (DQuat::from_scaled_axis(twist.angular * h) * pose.rotation).normalize();
         let center = pose.point(self.center_a) + twist.linear * h;
         self.pose_ba = Some(Pose { rotation, translation: center - rotation * self.center_a });
         self.twist = twist;
-        let needed = (REACH_GROWTH * self.travel(&twist, h)).max(REACH_FADE * self.reach);
-        self.reach = needed.min(TOOL_FASTEST * h).max(REACH_LEAST * self.coupling.skin);
+        self.reach.follow(&twist, h);
+    }
+}
+
+impl Begun {
+    /// m: from the centre of mass to the grip.
+    pub(super) fn grip_offset(&self) -> DVec3 {
+        self.bond.offset
     }
 }
 
@@ -332,6 +229,12 @@ impl Bond {
             force: (self.stretch - grip * h) * self.stiffness + (self.device.linear - grip) * self.damping,
         }
     }
+}
+
+/// m: from the body's centre of mass to the farthest corner of its box.
+pub(super) fn radius(body: &Body) -> f64 {
+    let (bounds, center) = (body.mesh().bounds(), body.mass().center_of_mass);
+    (bounds.max - center).max(center - bounds.min).length()
 }
 
 /// The stiffness with which a spring of `stiffness` stretched to `stretch` pulls with no more than `most`.

@@ -39,6 +39,8 @@ struct Push {
     stiffness: f64,
     /// N, at the end of the step: 0 if it lets go.
     predicted: f64,
+    /// It was in the system that was solved last.
+    acts: bool,
     cluster: u32,
 }
 
@@ -53,6 +55,8 @@ struct Rub {
     stiffness: f64,
     /// N/m: of the line from no strain to the force at the end of the step.
     secant: f64,
+    /// N/m: the same in the system that was solved last.
+    acting: f64,
     coefficient: f64,
     /// Which carries it.
     cluster: u32,
@@ -90,6 +94,7 @@ impl Touches {
                     force,
                     stiffness,
                     predicted: force,
+                    acts: false,
                     cluster: self.clusters.len() as u32 - 1,
                 });
             }
@@ -101,6 +106,7 @@ impl Touches {
                     strain: -grip.force / grip.stiffness,
                     stiffness: grip.stiffness,
                     secant: grip.stiffness,
+                    acting: 0.0,
                     coefficient: grip.coefficient,
                     cluster: k as u32,
                 });
@@ -128,7 +134,8 @@ impl Touches {
         for push in &mut self.pushes {
             let speed = push.normal.dot(twist.at(push.offset));
             let predicted = (push.force - push.stiffness * (h + lag) * speed).max(0.0);
-            news |= (predicted > 0.0) != (push.predicted > 0.0);
+            push.acts = push.predicted > 0.0;
+            news |= (predicted > 0.0) != push.acts;
             push.predicted = predicted;
             self.clusters[push.cluster as usize].predicted += predicted;
         }
@@ -138,9 +145,23 @@ impl Touches {
             let length = strain.length();
             let secant = if rub.stiffness * length > most { most / length } else { rub.stiffness };
             news |= (secant - rub.secant).abs() * length > COUPLING_SETTLED * most;
-            rub.secant = secant;
+            (rub.acting, rub.secant) = (rub.secant, secant);
         }
         news
+    }
+
+    /// N·s and N·m·s about the tool's centre of mass: what contacts gave the tool in the step of `h` seconds whose solution was `twist`, as the
+    /// system had it that was solved.
+    pub(super) fn impulse(&self, twist: &Twist, h: f64, lag: f64) -> Wrench {
+        let pushes = self.pushes.iter().filter(|push| push.acts).map(|push| {
+            let speed = push.normal.dot(twist.at(push.offset));
+            Wrench::of_force_at(push.normal * (h * (push.force - push.stiffness * (h + lag) * speed)), push.offset)
+        });
+        let rubs = self.rubs.iter().filter(|rub| rub.acting > 0.0).map(|rub| {
+            let strain = rub.strain + twist.at(rub.offset).reject_from_normalized(rub.normal) * h;
+            Wrench::of_force_at(strain * (-rub.acting * h), rub.offset)
+        });
+        pushes.chain(rubs).fold(Wrench::ZERO, |sum, given| sum + given)
     }
 
     /// N: what the contact that is pressed hardest at the end of the step would bear alone, at `stiffness` (N/m).

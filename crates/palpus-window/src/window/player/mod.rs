@@ -25,7 +25,7 @@ use super::shell::{self, Status};
 use super::view3d::View3d;
 use super::{WindowError, overlay};
 use crate::moments::{Moments, Progress};
-use crate::scene::{Scene, ShownBody};
+use crate::scene::Scene;
 use crate::style::{Style, Theme};
 use keys::Action;
 use timeline::Timeline;
@@ -213,8 +213,8 @@ impl Player {
     fn turn_theme(&mut self, context: &egui::Context) {
         self.style.theme = self.style.theme.other();
         dress(context, self.style.theme);
-        for (body, colour) in self.scene.bodies.iter_mut().zip(ShownBody::colours(self.style.theme)) {
-            body.colour = colour;
+        for body in &mut self.scene.bodies {
+            body.colour = body.part.colour(self.style.theme);
         }
         self.view.replace(&self.scene, &self.style);
     }

@@ -6,7 +6,7 @@ use palpus_device::Cut;
 use super::keys::Action;
 use super::timeline::Mark;
 use super::{Player, SPEEDS};
-use crate::scene::BODY_NAMES;
+use crate::scene::LISTED;
 use crate::window::view3d::colour;
 use crate::window::{keys, shell};
 
@@ -58,9 +58,9 @@ impl Player {
         ] {
             ui.checkbox(shown, words);
         }
-        for (body, name) in self.scene.bodies.iter_mut().zip(BODY_NAMES) {
+        for body in self.scene.bodies.iter_mut().take(LISTED) {
             ui.horizontal(|ui| {
-                ui.label(name);
+                ui.label(body.part.name());
                 ui.toggle_value(&mut body.look.pieces, "pieces");
                 ui.toggle_value(&mut body.look.wireframe, "wires");
                 ui.toggle_value(&mut body.look.translucent, "glass");

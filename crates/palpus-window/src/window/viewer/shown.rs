@@ -11,7 +11,7 @@ use crate::gauss::piece_colours;
 use crate::marks::{Triangles, rod};
 use crate::picture::Rgb;
 use crate::piece::piece_solids;
-use crate::scene::{Look, ShownBody};
+use crate::scene::{BodyPart, Look, ShownBody};
 use crate::solid::Solid;
 use crate::style::Theme;
 
@@ -76,9 +76,15 @@ impl Viewer {
 
 /// The scene: see [`Viewer::scene`].
 pub(super) fn bodies(body: &Body, spread: f64, piece: Option<u32>, look: Look, theme: Theme) -> Vec<ShownBody> {
-    let [_, environment, _] = ShownBody::colours(theme);
+    let environment = BodyPart::Environment.colour(theme);
     let all = if spread > 0.0 { Solid::exploded(body, spread) } else { Solid::of_body(body) };
-    let shown = |solid: Solid, pose, colour, look| ShownBody { solid: Arc::new(solid), pose, colour, look };
+    let shown = |solid: Solid, pose, colour, look| ShownBody {
+        part: BodyPart::Environment,
+        solid: Arc::new(solid),
+        pose,
+        colour,
+        look,
+    };
     let Some(piece) = piece else { return vec![shown(all, Pose::IDENTITY, environment, look)] };
     let pose = Pose { translation: Solid::shift(body, piece, spread), ..Pose::IDENTITY };
     let [own, hull] = piece_solids(body, piece);

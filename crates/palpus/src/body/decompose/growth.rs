@@ -4,8 +4,8 @@ use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::touching::Neighbours;
-use crate::body::facet::{Facets, NONE};
-use crate::body::grow::{Grower, Verdict};
+use crate::body::decompose::facet::{Facets, NONE};
+use crate::body::decompose::grow::{Grower, Verdict};
 
 /// A facet that waits to be tried; the greatest is tried first.
 #[derive(Clone, Copy)]

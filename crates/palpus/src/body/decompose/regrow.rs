@@ -20,8 +20,8 @@ use crate::algebra::tolerance::{
     REGROWN_CENTRE, REGROWN_MEMBER, REGROWN_PATCHES, REGROWTH_JITTER, REGROWTH_KEPT_BACK, REGROWTH_MOST,
     REGROWTH_PER_FACET, REGROWTH_SEED,
 };
-use crate::body::facet::NONE;
-use crate::body::grow::Grower;
+use crate::body::decompose::facet::NONE;
+use crate::body::decompose::grow::Grower;
 
 /// Makes fewer patches of a partition; `progress` is told the fraction that is done.
 pub(super) fn improve(

@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use super::decompose;
 use crate::algebra::random::Random;
-use crate::body::contain::oracle::{assert_no_crossing, assert_partition, assert_samples_inside};
-use crate::body::facet::{Facets, Surface};
-use crate::body::grow::{Grower, Verdict};
+use crate::body::decompose::contain::oracle::{assert_no_crossing, assert_partition, assert_samples_inside};
+use crate::body::decompose::facet::{Facets, Surface};
+use crate::body::decompose::grow::{Grower, Verdict};
 use crate::body::precision::coordinate_step;
 use crate::body::shapes::{model, torus};
 use crate::body::{Body, BodySettings, HalfEdges, Mesh, PolygonSoup, Provenance};

@@ -1,6 +1,6 @@
 //! The facets next to a facet: across its sides, or at its vertices as well.
 
-use crate::body::facet::{Bend, Facets};
+use crate::body::decompose::facet::{Bend, Facets};
 
 /// Who is asked to join a patch.
 #[derive(Clone, Copy)]

@@ -4,10 +4,10 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use super::super::bounds::{OrientedBox, Sphere, covariance};
 use super::super::{Aabb, HullError, Polytope, Provenance, convex_hull};
 use super::{Hierarchy, HierarchyError, Node, NodeKind};
 use crate::algebra::{Alone, Workers, eigen, map_in_order, tolerance};
+use crate::body::hierarchy::bounds::{OrientedBox, Sphere, covariance};
 
 impl Hierarchy {
     /// The tree over `pieces`; `coplanar` is the distance within which hull faces merge, in model units.
@@ -35,7 +35,9 @@ impl Hierarchy {
         let hulls = crown.hulls(&maker, &order, &subtrees, workers, &mut |done| {
             progress(CUT_SHARE + SUBTREE_SHARE + (1.0 - CUT_SHARE - SUBTREE_SHARE) * done);
         })?;
-        Ok(crown.join(pieces.len(), subtrees, hulls))
+        let tree = crown.join(pieces.len(), subtrees, hulls);
+        debug_assert_eq!(tree.validate(pieces, coplanar), Ok(()));
+        Ok(tree)
     }
 }
 

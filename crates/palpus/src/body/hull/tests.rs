@@ -44,7 +44,7 @@ fn assert_hull(points: &[DVec3], hull: &Hull, coplanar: f64, what: &str) {
             }
         }
         Hull::Polygon { polytope, inputs } | Hull::Solid { polytope, inputs } => {
-            assert_eq!(polytope.check_well_formed(coplanar), Ok(()), "{what}");
+            assert_eq!(polytope.validate(coplanar), Ok(()), "{what}");
             assert_eq!(polytope.is_flat(), matches!(hull, Hull::Polygon { .. }), "{what}");
             assert_eq!(inputs.len(), polytope.vertices().len(), "{what}");
             for (v, &k) in inputs.iter().enumerate() {
@@ -268,7 +268,7 @@ fn a_lattice_that_rounding_has_bent_has_a_hull() {
             let hull = convex_hull(&points, coplanar);
             let hull = hull.unwrap_or_else(|error| panic!("seed {SEED:#x}, case {case}, {coplanar}: {error}"));
             if let Some((polytope, _)) = hull.into_polytope() {
-                let checked = polytope.check_topology();
+                let checked = polytope.validate_topology();
                 assert!(checked.is_ok(), "seed {SEED:#x}, case {case}, {coplanar}: {checked:?}");
             }
         }

@@ -7,11 +7,11 @@
 
 use glam::DVec3;
 
-use super::super::directory::Directory;
 use super::numbers::{Numbers, SPOKE};
 use super::{Edge, FACES_A_WORD, Lists, Polytope, PolytopeError, Provenance};
 use crate::algebra::Plane;
 use crate::algebra::tolerance::{CRISP, SHORT_EDGE};
+use crate::body::polytope::directory::Directory;
 
 impl Polytope {
     /// A solid polytope from its merged planar faces.

@@ -7,9 +7,9 @@
 //! The nearest pair is searched so from the pairs on the cut, best bound first. That of a sleeping pair is known from when it was last
 //! measured, so most of them are not looked at.
 
-use super::super::march::{March, initial_features, march};
+use super::super::march::{initial_features, march};
 use super::super::wakes::NEVER;
-use super::super::{LeafPair, LeafPairs, Proximity, StopReason, TraversalCounters};
+use super::super::{LeafPair, LeafPairs, March, Proximity, StopReason, TraversalCounters};
 use super::{Front, Pair, PlacedPair, State, piece_of};
 
 /// A pair of nodes yet to be looked at.

@@ -1,9 +1,8 @@
 //! Step 2 of the front: the pairs that are due, measured again; they go on sleeping, wake, or are split.
 
 use super::super::bounds::{box_gap, sphere_gap};
-use super::super::march::March;
 use super::super::wakes::{BLOCK, NEVER};
-use super::super::{LeafPairs, TraversalCounters, WarmStart};
+use super::super::{LeafPairs, March, TraversalCounters, WarmStart};
 use super::{Front, Pair, PlacedPair, State};
 use crate::algebra::Quota;
 use crate::algebra::tolerance::{BOX_NAP, SPHERE_NAP};

@@ -284,6 +284,8 @@ impl<'s, 'p> Search<'s, 'p> {
         if ground == Ground::Kept || ground == Ground::Grown {
             self.surface.compact();
             let bar = self.bar();
+            debug_assert_eq!(self.surface.validate(self.cso), Ok(()));
+            debug_assert!(self.surface.nearest().offset >= bar, "a triangle comes nearer than the depth");
             memory.keep(self.cso, self.surface, bar, ground == Ground::Grown);
         }
     }

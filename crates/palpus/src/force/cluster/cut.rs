@@ -64,7 +64,7 @@ impl Linkage {
 /// The cone's axis walks from the mean toward the farthest normal in ever shorter steps (Bădoiu and Clarkson's smallest
 /// enclosing ball, on the sphere), so that the answer follows the set of normals, not how many share one. Two normals
 /// farther apart than the whole opening end the search at once.
-fn fits_a_cone(ranks: &[u32], normals: &[DVec3], cos_half: f64) -> bool {
+pub(super) fn fits_a_cone(ranks: &[u32], normals: &[DVec3], cos_half: f64) -> bool {
     let normal = |&rank: &u32| normals[rank as usize];
     let Some(first) = ranks.first().map(normal) else { return true };
     let mut axis = ranks.iter().map(normal).sum::<DVec3>().try_normalize().unwrap_or(first);

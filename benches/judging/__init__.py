@@ -1,0 +1,1 @@
+"""The judges of `benches/judges`, one a file."""

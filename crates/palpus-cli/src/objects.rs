@@ -1,0 +1,70 @@
+//! The objects of a stage in the engine's world, and the host that moves those which are driven.
+
+use palpus::algebra::{Pose, Twist};
+use palpus::render::{BodyId, Object, SettingsError, World};
+use palpus_io::scene::ObjectMotion;
+
+use crate::engine::Frame;
+use crate::stage::Stage;
+
+/// s: between two updates of the host, as a robot's controller or a game would have it.
+const HOST_PERIOD: f64 = 1.0 / 60.0;
+
+/// See the module's description.
+pub(crate) struct Objects {
+    ids: Vec<BodyId>,
+    driven: Vec<Driven>,
+    /// s since the run began.
+    time: f64,
+    /// s: when the host says something again.
+    next: f64,
+}
+
+/// In the engine's frame.
+struct Driven {
+    body: BodyId,
+    start: Pose,
+    /// Of the frame's origin.
+    velocity: Twist,
+}
+
+impl Objects {
+    /// Adds the objects of `stage` to a world whose frame is `frame`'s.
+    pub(crate) fn add(stage: &Stage, world: &mut World, frame: &Frame) -> Result<Self, SettingsError> {
+        let mut objects = Self { ids: Vec::new(), driven: Vec::new(), time: 0.0, next: 0.0 };
+        world.set_gravity(frame.directed(stage.gravity));
+        for object in &stage.objects {
+            let (body, pose) = (object.body.clone(), frame.placed(&object.pose));
+            let id = world.add(match object.motion {
+                ObjectMotion::Fixed => Object::fixed(body, pose),
+                ObjectMotion::Driven(_) => Object::driven(body, pose),
+                ObjectMotion::FreeOfDensity(density) => Object::free(body, pose, density),
+                ObjectMotion::FreeOfMass(mass) => Object::free_of_mass(body, pose, mass),
+            })?;
+            if let ObjectMotion::Driven(Twist { angular, linear }) = object.motion {
+                let [angular, linear] = [angular, linear].map(|vector| frame.directed(vector));
+                objects.driven.push(Driven { body: id, start: pose, velocity: Twist { angular, linear } });
+            }
+            objects.ids.push(id);
+        }
+        Ok(objects)
+    }
+
+    /// The host's part of a step of `dt` s: now and then it says where driven objects are.
+    pub(crate) fn drive(&mut self, world: &mut World, dt: f64) {
+        if !self.driven.is_empty() && self.time >= self.next {
+            self.next += HOST_PERIOD;
+            for Driven { body, start, velocity } in &self.driven {
+                let turn = glam::DQuat::from_scaled_axis(velocity.angular * self.time);
+                let pose = Pose::new(turn * start.rotation, start.translation + velocity.linear * self.time);
+                world.drive(*body, pose, *velocity);
+            }
+        }
+        self.time += dt;
+    }
+
+    /// Where the objects are, in the engine's frame.
+    pub(crate) fn poses<'a>(&'a self, world: &'a World) -> impl Iterator<Item = Pose> {
+        self.ids.iter().map(|&id| world.pose(id))
+    }
+}

@@ -1,0 +1,235 @@
+//! Ways from the vertices of a closed surface to where the solid is locally thickest, along its medial axis.
+//!
+//! The distance to the surface grows fastest, seen from a vertex, along the axis of the narrowest cone around the inward
+//! normals of its facets: straight down from a plane, along the bisector from an edge, of a reflex one too.
+//!
+//! 1. From the vertex along that direction, as far as its own facets stay the nearest surface, or hardly not: until then the
+//!    point belongs to them, there the way meets the medial axis.
+//! 2. There some other surface is as near. From its direction and the facets' normals follows the direction in which the
+//!    distance to all of them grows: along the medial axis. On, as far as the distance to the surface grows as theirs does.
+//! 3. The way ends where no direction leads away from all that is near (opposite walls), or after a few steps.
+//!
+//! How far a step may go is a root: a surface point `x` that turns out to be nearer than the distance promised there cuts
+//! the step to where the promise holds against `x`, and then another may be found; the steps shrink to the right length as in
+//! the shrinking ball of J. Ma, S. Bae, S. Choi, *3D medial axis point approximation using nearest neighbors and the
+//! normal field*, 2012. Each look asks only for surface nearer than the promise, which is what makes it cheap.
+
+use glam::DVec3;
+
+use crate::algebra::tolerance::{
+    HULL_POINT_GAIN, HULL_POINT_STEPS, WAY_BEGINS, WAY_CUT, WAY_LOOKS, WAY_SLACK, WAY_SLOPE, WAY_STEPS, WAYS_PER_PART,
+};
+use crate::algebra::{Workers, map_in_order};
+use crate::body::TriangleTree;
+use crate::body::decompose::Patch;
+use crate::body::decompose::facet::{Facets, Surface};
+
+/// A point of a way in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct WayPoint {
+    pub(crate) point: DVec3,
+    /// No surface is nearer, m.
+    pub(crate) distance: f64,
+}
+
+/// The ways in from all vertices of a surface.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct WaysIn {
+    starts: Vec<u32>,
+    points: Vec<WayPoint>,
+    /// Vertices that have a way, if there is any.
+    wanted: Vec<bool>,
+}
+
+impl WaysIn {
+    /// The ways in from the corners of all patches that are part of a closed component, but not all of it.
+    pub(crate) fn new(
+        surface: &Surface<'_>,
+        facets: &Facets,
+        tree: &TriangleTree,
+        patches: &[Patch],
+        workers: &dyn Workers,
+        progress: &mut dyn FnMut(f64),
+    ) -> Self {
+        let wanted = wanted(surface, facets, patches);
+        let around = Around::new(surface, facets);
+        let of_vertex = |v: usize| {
+            let mut way = Vec::new();
+            if wanted[v] {
+                let mut normals = around.of(v).iter().map(|&f| facets.plane(f).normal).collect();
+                way_in(surface.vertex(v as u32), &mut normals, tree, surface.noise(), &mut way);
+            }
+            way
+        };
+        let found = map_in_order(workers, surface.vertex_count(), WAYS_PER_PART, of_vertex, progress);
+        let mut ways = Self { starts: vec![0], points: Vec::new(), wanted };
+        for way in found {
+            ways.points.extend(way);
+            ways.starts.push(ways.points.len() as u32);
+        }
+        ways
+    }
+
+    /// True if the patch is one of those that have ways.
+    pub(super) fn reach(&self, patch: &Patch, facets: &Facets) -> bool {
+        let corner = facets.corners(patch.facets[0])[0];
+        self.wanted.get(corner as usize).is_some_and(|&wanted| wanted)
+    }
+
+    /// The way of vertex `v`, from the vertex on.
+    pub(crate) fn of(&self, v: u32) -> &[WayPoint] {
+        if self.starts.is_empty() {
+            return &[];
+        }
+        &self.points[self.starts[v as usize] as usize..self.starts[v as usize + 1] as usize]
+    }
+}
+
+/// Which vertices are corners of a patch that wants ways.
+fn wanted(surface: &Surface<'_>, facets: &Facets, patches: &[Patch]) -> Vec<bool> {
+    let sizes = surface.component_sizes();
+    let mut wanted = vec![false; surface.vertex_count()];
+    for patch in patches {
+        let component = surface.component(facets.triangles(patch.facets[0])[0]);
+        let size: usize = patch.facets.iter().map(|&f| facets.triangles(f).len()).sum();
+        if surface.is_closed(component) && size < sizes[component as usize] {
+            patch.facets.iter().flat_map(|&f| facets.corners(f)).for_each(|&v| wanted[v as usize] = true);
+        }
+    }
+    wanted
+}
+
+/// The facets with a corner at each vertex.
+struct Around {
+    starts: Vec<u32>,
+    facets: Vec<u32>,
+}
+
+impl Around {
+    fn new(surface: &Surface<'_>, facets: &Facets) -> Self {
+        let mut starts = vec![0u32; surface.vertex_count() + 1];
+        let all = || (0..facets.len() as u32).flat_map(|f| facets.corners(f).iter().map(move |&v| (f, v)));
+        for (_, v) in all() {
+            starts[v as usize + 1] += 1;
+        }
+        for v in 1..starts.len() {
+            starts[v] += starts[v - 1];
+        }
+        let mut next = starts.clone();
+        let mut list = vec![0; starts[starts.len() - 1] as usize];
+        for (f, v) in all() {
+            list[next[v as usize] as usize] = f;
+            next[v as usize] += 1;
+        }
+        Self { starts, facets: list }
+    }
+
+    fn of(&self, v: usize) -> &[u32] {
+        &self.facets[self.starts[v] as usize..self.starts[v + 1] as usize]
+    }
+}
+
+/// Appends the way in from `vertex`, whose facets have these outward normals (which are added to).
+pub(super) fn way_in(
+    vertex: DVec3,
+    normals: &mut Vec<DVec3>,
+    tree: &TriangleTree,
+    noise: f64,
+    way: &mut Vec<WayPoint>,
+) {
+    let mut at = WayPoint { point: vertex, distance: 0.0 };
+    for k in 0..WAY_STEPS {
+        let axis = shortest_of_hull(normals);
+        let slope = axis.length();
+        if slope < if k == 0 { WAY_BEGINS } else { WAY_SLOPE } {
+            return;
+        }
+        let step =
+            Step { from: at.point, along: -axis / slope, distance: at.distance, slope: (1.0 - WAY_SLACK) * slope };
+        let Some((length, near)) = step.length(tree, noise) else { return };
+        at = WayPoint { point: step.at(length), distance: step.promise(length) };
+        way.push(at);
+        normals.push((near - at.point).normalize_or_zero());
+    }
+}
+
+/// A step from `from` along `along` (unit), whose point at length t should have no surface nearer than
+/// `distance + slope · t`.
+struct Step {
+    from: DVec3,
+    along: DVec3,
+    distance: f64,
+    slope: f64,
+}
+
+impl Step {
+    fn at(&self, length: f64) -> DVec3 {
+        self.from + self.along * length
+    }
+
+    fn promise(&self, length: f64) -> f64 {
+        self.distance + self.slope * length
+    }
+
+    /// How far the promise holds, and the surface that ends it; none if the step is hardly one.
+    fn length(&self, tree: &TriangleTree, noise: f64) -> Option<(f64, DVec3)> {
+        // What is hit at once is the surface that the way starts from.
+        let mut wall = f64::INFINITY;
+        let _ = tree.visit_ray(self.from, self.along, f64::INFINITY, |hit| {
+            if hit.t > noise && hit.t < wall {
+                wall = hit.t;
+            }
+            std::ops::ControlFlow::Continue(wall)
+        });
+        if !wall.is_finite() {
+            return None;
+        }
+        let mut near = self.at(wall);
+        let mut length = (wall - self.distance) / (1.0 + self.slope);
+        for _ in 0..WAY_LOOKS {
+            if length <= noise {
+                return None;
+            }
+            let Some(nearer) = tree.some_within(self.at(length), self.promise(length)) else {
+                return Some((length, near));
+            };
+            near = nearer;
+            length = (1.0 - WAY_CUT) * self.reach_against(near).min(length);
+        }
+        None
+    }
+
+    /// The first length at which `x` is as near as promised.
+    fn reach_against(&self, x: DVec3) -> f64 {
+        // |w + t u|² = (d + s t)²
+        let w = self.from - x;
+        let square = 1.0 - self.slope * self.slope;
+        let half = w.dot(self.along) - self.distance * self.slope;
+        let rest = w.length_squared() - self.distance * self.distance;
+        let root = (half * half - square * rest).max(0.0).sqrt();
+        // The smaller root; written so that nothing cancels, as half is negative where there is one.
+        if half < 0.0 { rest / (root - half) } else { 0.0 }
+    }
+}
+
+/// The point nearest to the origin of the convex hull of unit vectors (E. Gilbert, 1966): its length is the least cosine
+/// between its direction and any of them.
+fn shortest_of_hull(normals: &[DVec3]) -> DVec3 {
+    let Some(&first) = normals.first() else { return DVec3::ZERO };
+    let mut best = first;
+    for _ in 0..HULL_POINT_STEPS {
+        let mut lowest = first;
+        for n in normals {
+            if best.dot(*n) < best.dot(lowest) {
+                lowest = *n;
+            }
+        }
+        let toward = lowest - best;
+        let gain = -best.dot(toward);
+        if gain <= HULL_POINT_GAIN {
+            break;
+        }
+        best += toward * (gain / toward.length_squared()).min(1.0);
+    }
+    best
+}

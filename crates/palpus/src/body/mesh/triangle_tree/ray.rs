@@ -1,0 +1,107 @@
+//! Where a ray meets the surface.
+
+use std::ops::ControlFlow;
+
+use glam::DVec3;
+
+use super::TriangleTree;
+use crate::algebra::tolerance;
+use crate::body::Aabb;
+
+/// Where a ray meets a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RayHit {
+    /// Index of the triangle that is met.
+    pub triangle: u32,
+    /// In lengths of the ray's direction from its origin, ≥ 0.
+    pub t: f64,
+}
+
+impl TriangleTree {
+    /// Where the ray from `origin` along `direction` (not zero, need not be unit) first meets the surface at
+    /// `0 ≤ t ≤ limit`, from either side.
+    pub fn ray_cast(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<RayHit> {
+        let mut best: Option<RayHit> = None;
+        let _ = self.visit_ray(origin, direction, limit, |hit| {
+            if best.is_none_or(|b| hit.t < b.t) {
+                best = Some(hit);
+            }
+            ControlFlow::Continue(best.map_or(limit, |b| b.t))
+        });
+        best
+    }
+
+    /// Calls `visit` with each triangle that the ray meets at `0 ≤ t ≤ limit`, in no order, until it breaks; `visit`
+    /// returns the limit from there on. A ray through an edge meets the triangles on both sides.
+    pub fn visit_ray(
+        &self,
+        origin: DVec3,
+        direction: DVec3,
+        limit: f64,
+        mut visit: impl FnMut(RayHit) -> ControlFlow<(), f64>,
+    ) -> ControlFlow<()> {
+        let ray = Ray::new(origin, direction);
+        let limit = std::cell::Cell::new(limit);
+        self.descend(
+            |bounds| ray.meets_box(bounds, limit.get()),
+            |slot| {
+                if let Some(t) = ray.meets_triangle(&self.corners[slot]).filter(|&t| t <= limit.get()) {
+                    limit.set(visit(RayHit { triangle: self.ids[slot], t })?);
+                }
+                ControlFlow::Continue(())
+            },
+        )
+    }
+}
+
+/// A ray, sheared so that its direction is the unit vector of its largest axis.
+pub(super) struct Ray {
+    origin: DVec3,
+    inverse: DVec3,
+    axes: [usize; 3],
+    shear: DVec3,
+}
+
+impl Ray {
+    pub(super) fn new(origin: DVec3, direction: DVec3) -> Self {
+        let z = direction.abs().max_position();
+        let (x, y) = ((z + 1) % 3, (z + 2) % 3);
+        let shear = DVec3::new(direction[x] / direction[z], direction[y] / direction[z], 1.0 / direction[z]);
+        Self { origin, inverse: direction.recip(), axes: [x, y, z], shear }
+    }
+
+    fn meets_box(&self, bounds: &Aabb, limit: f64) -> bool {
+        let (mut enter, mut leave) = (0.0_f64, limit);
+        for axis in 0..3 {
+            let (low, high) = (bounds.min[axis] - self.origin[axis], bounds.max[axis] - self.origin[axis]);
+            if self.inverse[axis].is_infinite() {
+                if low > 0.0 || high < 0.0 {
+                    return false;
+                }
+                continue;
+            }
+            let (first, second) = (low * self.inverse[axis], high * self.inverse[axis]);
+            enter = enter.max(first.min(second));
+            leave = leave.min(first.max(second));
+        }
+        // A slab's bounds are rounded: allow for it, so that no triangle is lost.
+        enter <= leave + tolerance::RAY_SLACK * leave.abs()
+    }
+
+    /// The ray's parameter where it meets the closed triangle, if it is not negative.
+    pub(super) fn meets_triangle(&self, corners: &[DVec3; 3]) -> Option<f64> {
+        let [x, y, z] = self.axes;
+        let [a, b, c] = corners.map(|p| {
+            let p = p - self.origin;
+            DVec3::new(p[x] - self.shear.x * p[z], p[y] - self.shear.y * p[z], self.shear.z * p[z])
+        });
+        // Each is computed alike, up to its sign, for both triangles of an edge.
+        let (u, v, w) = (c.x * b.y - c.y * b.x, a.x * c.y - a.y * c.x, b.x * a.y - b.y * a.x);
+        if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+            return None;
+        }
+        let sum = u + v + w;
+        let t = (u * a.z + v * b.z + w * c.z) / sum;
+        (t >= 0.0 && t.is_finite()).then_some(t)
+    }
+}

@@ -1,0 +1,316 @@
+//! Cutting polygons into triangles by ears.
+//!
+//! 1. Project the polygon along the coordinate axis nearest to its area normal: the projection only drops a
+//!    coordinate, so every decision below is exact about the given numbers, also for polygons that are not planar.
+//! 2. A quad is cut along the shorter of its diagonals that lies inside.
+//! 3. Anything larger loses its ears, the one with the shortest cut first. A corner is an ear when it turns strictly
+//!    left and no other corner lies in its closed triangle. Straight corners are no ears, so corners on a side of the
+//!    polygon end in triangles of positive area and the neighbour across that side still fits.
+//! 4. When no ear is left, the polygon crosses itself: the sharpest left turn is cut regardless, and the answer says so.
+//!
+//! Source of the ear theorem: G. Meisters, *Polygons have ears*, 1975.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::{DVec2, DVec3};
+
+use crate::body::mesh::triangle_pair::turn;
+
+/// How the cutting of one polygon went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cut {
+    /// Into `n − 2` triangles of the polygon's orientation.
+    Whole,
+    /// The polygon crosses itself in projection; its triangles cover its corners but not one well-defined region.
+    SelfCrossing,
+    /// The polygon has no area in any projection, or fewer than three corners: no triangles.
+    Degenerate,
+}
+
+/// Cuts the polygon with corners `polygon` (indices into `points`) into triangles, appended to `triangles` with the
+/// polygon's orientation. Consecutive corners must differ.
+pub fn triangulate(points: &[DVec3], polygon: &[u32], triangles: &mut Vec<[u32; 3]>) -> Cut {
+    if polygon.len() < 3 {
+        return Cut::Degenerate;
+    }
+    if let [a, b, c] = *polygon {
+        triangles.push([a, b, c]);
+        return Cut::Whole;
+    }
+    let Some(flat) = project(points, polygon) else { return Cut::Degenerate };
+    if flat.len() == 4
+        && let Some(diagonal) = quad_diagonal(&flat, points, polygon)
+    {
+        let (i, j, k, l) = (diagonal, diagonal + 1, diagonal + 2, (diagonal + 3) % 4);
+        triangles.push([polygon[i], polygon[j], polygon[k]]);
+        triangles.push([polygon[i], polygon[k], polygon[l]]);
+        return Cut::Whole;
+    }
+    EarCutter::new(flat, polygon).cut(triangles)
+}
+
+/// The corners without the coordinate along which the polygon's area normal is largest, mirrored if need be so that
+/// the area is positive; `None` when the polygon has no area.
+fn project(points: &[DVec3], polygon: &[u32]) -> Option<Vec<DVec2>> {
+    let origin = points[polygon[0] as usize];
+    let corner = |i: usize| points[polygon[i % polygon.len()] as usize];
+    let area: DVec3 = (1..polygon.len()).map(|i| (corner(i) - origin).cross(corner(i + 1) - origin)).sum();
+    let size = area.abs();
+    if size.max_element() <= 0.0 {
+        return None;
+    }
+    let flatten = |p: DVec3| {
+        if size.x >= size.y && size.x >= size.z {
+            if area.x > 0.0 { DVec2::new(p.y, p.z) } else { DVec2::new(p.z, p.y) }
+        } else if size.y >= size.z {
+            if area.y > 0.0 { DVec2::new(p.z, p.x) } else { DVec2::new(p.x, p.z) }
+        } else if area.z > 0.0 {
+            DVec2::new(p.x, p.y)
+        } else {
+            DVec2::new(p.y, p.x)
+        }
+    };
+    Some((0..polygon.len()).map(|i| flatten(corner(i))).collect())
+}
+
+/// 0 to cut a quad from corner 0 to 2, 1 to cut it from corner 1 to 3; `None` when neither diagonal lies inside.
+fn quad_diagonal(flat: &[DVec2], points: &[DVec3], polygon: &[u32]) -> Option<usize> {
+    let inside = |i: usize, j: usize, k: usize, l: usize| {
+        turn(flat[i], flat[j], flat[k]) > 0.0 && turn(flat[i], flat[k], flat[l]) > 0.0
+    };
+    let length = |i: usize, k: usize| points[polygon[i] as usize].distance_squared(points[polygon[k] as usize]);
+    match (inside(0, 1, 2, 3), inside(1, 2, 3, 0)) {
+        (true, true) => Some(usize::from(length(1, 3) < length(0, 2))),
+        (true, false) => Some(0),
+        (false, true) => Some(1),
+        (false, false) => None,
+    }
+}
+
+/// The ring of corners not yet cut off.
+struct EarCutter<'a> {
+    flat: Vec<DVec2>,
+    polygon: &'a [u32],
+    next: Vec<usize>,
+    previous: Vec<usize>,
+    /// Corners that do not turn strictly left: the only ones that can lie in an ear. Some may be cut off already.
+    blunt: Vec<usize>,
+    alive: Vec<bool>,
+    /// Ears as (square of the cut's length, whose bits order like itself; corner; generation of the corner). Stale
+    /// entries are skipped.
+    ears: BinaryHeap<Reverse<(u64, usize, u32)>>,
+    generation: Vec<u32>,
+}
+
+impl<'a> EarCutter<'a> {
+    fn new(flat: Vec<DVec2>, polygon: &'a [u32]) -> Self {
+        let n = flat.len();
+        let next = (0..n).map(|i| (i + 1) % n).collect();
+        let previous = (0..n).map(|i| (i + n - 1) % n).collect();
+        let (alive, generation) = (vec![true; n], vec![0; n]);
+        let mut cutter =
+            Self { flat, polygon, next, previous, blunt: Vec::new(), alive, ears: BinaryHeap::new(), generation };
+        cutter.blunt = (0..n).filter(|&i| cutter.turn_at(i) <= 0.0).collect();
+        for i in 0..n {
+            cutter.offer(i);
+        }
+        cutter
+    }
+
+    fn cut(mut self, triangles: &mut Vec<[u32; 3]>) -> Cut {
+        let mut answer = Cut::Whole;
+        let mut current = 0;
+        for _ in 3..self.flat.len() {
+            let ear = self.best_ear().unwrap_or_else(|| {
+                answer = Cut::SelfCrossing;
+                self.sharpest(current)
+            });
+            let (before, after) = (self.previous[ear], self.next[ear]);
+            triangles.push([self.polygon[before], self.polygon[ear], self.polygon[after]]);
+            self.alive[ear] = false;
+            (self.next[before], self.previous[after]) = (after, before);
+            self.offer(before);
+            self.offer(after);
+            current = before;
+        }
+        let (before, after) = (self.previous[current], self.next[current]);
+        if self.turn_at(current) <= 0.0 {
+            answer = Cut::SelfCrossing;
+        }
+        triangles.push([self.polygon[before], self.polygon[current], self.polygon[after]]);
+        answer
+    }
+
+    fn turn_at(&self, i: usize) -> f64 {
+        turn(self.flat[self.previous[i]], self.flat[i], self.flat[self.next[i]])
+    }
+
+    /// Puts corner `i` among the ears if it is one now; forgets what was known of it.
+    fn offer(&mut self, i: usize) {
+        self.generation[i] += 1;
+        if self.is_ear(i) {
+            let length = self.flat[self.previous[i]].distance_squared(self.flat[self.next[i]]);
+            self.ears.push(Reverse((length.to_bits(), i, self.generation[i])));
+        }
+    }
+
+    fn is_ear(&self, i: usize) -> bool {
+        let corners = [self.previous[i], i, self.next[i]];
+        let [a, b, c] = corners.map(|j| self.flat[j]);
+        // Corners that share a vertex with the ear (keyhole polygons) touch it there, and only there.
+        let apart = |j: usize| corners.iter().all(|&corner| self.polygon[corner] != self.polygon[j]);
+        let covered = |p: DVec2| turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
+        turn(a, b, c) > 0.0 && !self.blunt.iter().any(|&j| self.alive[j] && apart(j) && covered(self.flat[j]))
+    }
+
+    /// The ear with the shortest cut. Cutting elsewhere can only unblock a corner, and corners next to a cut are
+    /// offered anew; corners that a far cut has unblocked are found by asking all again once none is known.
+    fn best_ear(&mut self) -> Option<usize> {
+        if let Some(ear) = self.pop_ear() {
+            return Some(ear);
+        }
+        for i in 0..self.flat.len() {
+            if self.alive[i] {
+                self.offer(i);
+            }
+        }
+        self.pop_ear()
+    }
+
+    fn pop_ear(&mut self) -> Option<usize> {
+        while let Some(Reverse((_, ear, generation))) = self.ears.pop() {
+            if self.alive[ear] && self.generation[ear] == generation {
+                return Some(ear);
+            }
+        }
+        None
+    }
+
+    /// Of the corners left, the one with the largest left turn relative to its sides.
+    fn sharpest(&self, start: usize) -> usize {
+        let sharpness = |i: usize| {
+            let (a, b, c) = (self.flat[self.previous[i]], self.flat[i], self.flat[self.next[i]]);
+            (b - a).normalize_or_zero().perp_dot((c - b).normalize_or_zero())
+        };
+        let (mut best, mut i) = (start, self.next[start]);
+        while i != start {
+            if sharpness(i) > sharpness(best) {
+                best = i;
+            }
+            i = self.next[i];
+        }
+        best
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn area(points: &[DVec3], triangles: &[[u32; 3]]) -> DVec3 {
+        let p = |i: u32| points[i as usize];
+        triangles.iter().map(|&[a, b, c]| (p(b) - p(a)).cross(p(c) - p(a)) / 2.0).sum()
+    }
+
+    fn flat_polygon(corners: &[(f64, f64)]) -> (Vec<DVec3>, Vec<u32>) {
+        (corners.iter().map(|&(x, y)| DVec3::new(x, y, 0.0)).collect(), (0..corners.len() as u32).collect())
+    }
+
+    #[test]
+    fn a_concave_polygon_is_covered_once() {
+        let (points, polygon) = flat_polygon(&[
+            (0.0, 0.0),
+            (4.0, 0.0),
+            (4.0, 4.0),
+            (3.0, 4.0),
+            (3.0, 1.0),
+            (1.0, 1.0),
+            (1.0, 4.0),
+            (0.0, 4.0),
+        ]);
+        let mut triangles = Vec::new();
+        assert_eq!(triangulate(&points, &polygon, &mut triangles), Cut::Whole);
+        assert_eq!(triangles.len(), 6);
+        assert!((area(&points, &triangles).z - 10.0).abs() < 1e-15);
+        assert!(triangles.iter().all(|t| area(&points, &[*t]).z > 0.0));
+        let reversed: Vec<u32> = polygon.iter().rev().copied().collect();
+        triangles.clear();
+        assert_eq!(triangulate(&points, &reversed, &mut triangles), Cut::Whole);
+        assert!(triangles.iter().all(|t| area(&points, &[*t]).z < 0.0));
+    }
+
+    #[test]
+    fn corners_on_a_straight_side_keep_their_edges() {
+        let (points, polygon) = flat_polygon(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (3.0, 0.0), (3.0, 2.0), (0.0, 2.0)]);
+        let mut triangles = Vec::new();
+        assert_eq!(triangulate(&points, &polygon, &mut triangles), Cut::Whole);
+        assert!(triangles.iter().all(|t| area(&points, &[*t]).z > 0.1));
+        assert!((area(&points, &triangles).z - 6.0).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_keyhole_is_cut() {
+        // A square with a square hole, joined by the bridge 0–4.
+        let (points, _) = flat_polygon(&[
+            (0.0, 0.0),
+            (4.0, 0.0),
+            (4.0, 4.0),
+            (0.0, 4.0),
+            (1.0, 1.0),
+            (1.0, 3.0),
+            (3.0, 3.0),
+            (3.0, 1.0),
+        ]);
+        let polygon = [0, 1, 2, 3, 0, 4, 5, 6, 7, 4];
+        let mut triangles = Vec::new();
+        assert_eq!(triangulate(&points, &polygon, &mut triangles), Cut::Whole);
+        assert_eq!(triangles.len(), 8);
+        assert!((area(&points, &triangles).z - 12.0).abs() < 1e-15);
+        assert!(triangles.iter().all(|t| area(&points, &[*t]).z > 0.0));
+    }
+
+    #[test]
+    fn a_bow_tie_says_so_and_a_line_has_no_triangles() {
+        let (points, polygon) = flat_polygon(&[(0.0, 0.0), (2.0, 2.0), (2.0, 0.0), (0.0, 1.0)]);
+        let mut triangles = Vec::new();
+        assert_eq!(triangulate(&points, &polygon, &mut triangles), Cut::SelfCrossing);
+        assert_eq!(triangles.len(), 2);
+        let (points, polygon) = flat_polygon(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0), (0.5, 0.0)]);
+        assert_eq!(triangulate(&points, &polygon, &mut triangles), Cut::Degenerate);
+    }
+
+    #[test]
+    fn a_bent_quad_is_cut_along_its_shorter_diagonal() {
+        let points = [DVec3::ZERO, DVec3::new(1.0, 0.0, 0.3), DVec3::new(3.0, 3.0, 0.0), DVec3::new(0.0, 1.0, 0.3)];
+        let mut triangles = Vec::new();
+        assert_eq!(triangulate(&points, &[0, 1, 2, 3], &mut triangles), Cut::Whole);
+        assert_eq!(triangles, [[1, 2, 3], [1, 3, 0]]);
+    }
+
+    #[test]
+    fn random_star_polygons_are_covered_once() {
+        const SEED: u64 = 0x1d5f_33a1;
+        let mut state = SEED;
+        let mut random = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as f64 / (1_u64 << 31) as f64
+        };
+        for n in 5..60_u32 {
+            let points: Vec<DVec3> = (0..n)
+                .map(|i| {
+                    let angle = f64::from(i) / f64::from(n) * std::f64::consts::TAU;
+                    let radius = 0.2 + random();
+                    DVec3::new(0.1 * random(), radius * angle.cos(), radius * angle.sin())
+                })
+                .collect();
+            let polygon: Vec<u32> = (0..n).collect();
+            let mut triangles = Vec::new();
+            assert_eq!(triangulate(&points, &polygon, &mut triangles), Cut::Whole, "seed {SEED}, {n} corners");
+            assert_eq!(triangles.len(), n as usize - 2);
+            let whole: f64 = (0..n as usize).map(|i| points[i].cross(points[(i + 1) % n as usize]).x / 2.0).sum();
+            assert!((area(&points, &triangles).x - whole).abs() < 1e-12);
+            assert!(triangles.iter().all(|t| area(&points, &[*t]).x > 0.0));
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! Vertices that are one, triangles that are none.
+//!
+//! 1. [`weld`]: vertices closer than the register's tolerance become one; the first in the list wins.
+//! 2. [`unbend_caps`]: a triangle of no area whose middle corner lies on its longest side is a *cap*: the triangle
+//!    across that side is cut there instead, which closes the surface without moving anything.
+//! 3. [`drop_empty`]: triangles of no area that are left, and [`drop_duplicates`]: triangles of the same three corners
+//!    in whatever order, of which the first stays.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use crate::algebra::tolerance;
+use crate::body::Aabb;
+use crate::body::mesh::edge_uses::EdgeUses;
+
+/// For each vertex the first vertex it is one with (itself, for most). `used` tells the vertices that faces name: the
+/// others must not stretch the extent that the tolerance is relative to (which is not 0), and stay themselves.
+pub(in crate::body) fn weld(vertices: &[DVec3], used: &[bool]) -> Vec<u32> {
+    let mut answer: Vec<u32> = (0..vertices.len() as u32).collect();
+    let bounds = Aabb::around(vertices.iter().zip(used).filter(|(_, used)| **used).map(|(p, _)| *p));
+    let extent = (bounds.max - bounds.min).max_element();
+    let reach = tolerance::WELD * extent;
+    // Cells far larger than the tolerance, so that the neighbourhood of nearly every vertex is a single cell.
+    let cell = tolerance::WELD_CELL * extent;
+    let cell_of = |p: DVec3| ((p - bounds.min) / cell).to_array().map(|x| x.floor() as i64);
+    let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::with_capacity(vertices.len());
+    for v in (0..vertices.len()).filter(|&v| used[v]) {
+        let p = vertices[v];
+        let (low, high) = (cell_of(p - reach), cell_of(p + reach));
+        let near = cells_between(low, high)
+            .filter_map(|key| cells.get(&key))
+            .flatten()
+            .filter(|&&other| vertices[other as usize].distance_squared(p) <= reach * reach)
+            .min();
+        match near {
+            Some(&first) => answer[v] = first,
+            None => cells.entry(cell_of(p)).or_default().push(v as u32),
+        }
+    }
+    answer
+}
+
+fn cells_between(low: [i64; 3], high: [i64; 3]) -> impl Iterator<Item = [i64; 3]> {
+    (low[0]..=high[0])
+        .flat_map(move |x| (low[1]..=high[1]).flat_map(move |y| (low[2]..=high[2]).map(move |z| [x, y, z])))
+}
+
+/// The side (k) that is longest, if the triangle is lower over it than the register allows: then it has no area.
+pub(in crate::body) fn empty_over(corners: [DVec3; 3]) -> Option<usize> {
+    let sides = [0, 1, 2].map(|k| corners[(k + 1) % 3] - corners[k]);
+    let longest = if sides[0].length_squared() >= sides[1].length_squared() { 0 } else { 1 };
+    let longest = if sides[2].length_squared() > sides[longest].length_squared() { 2 } else { longest };
+    let base = sides[longest].length_squared();
+    let twice_area = sides[(longest + 1) % 3].cross(sides[(longest + 2) % 3]).length();
+    (twice_area <= tolerance::ZERO_AREA * base).then_some(longest)
+}
+
+/// Replaces each cap and its one neighbour across its longest side by two triangles that share the cap's middle corner,
+/// and returns how many. `sources` follows `triangles`.
+pub(in crate::body) fn unbend_caps(vertices: &[DVec3], triangles: &mut [[u32; 3]], sources: &mut [u32]) -> usize {
+    let mut repaired = 0;
+    for _ in 0..tolerance::CAP_ROUNDS {
+        let caps: Vec<(usize, usize)> = (0..triangles.len())
+            .filter_map(|t| {
+                let [a, b, c] = triangles[t];
+                let side = empty_over(triangles[t].map(|v| vertices[v as usize]))?;
+                (a != b && b != c && c != a).then_some((t, side))
+            })
+            .collect();
+        if caps.is_empty() {
+            break;
+        }
+        let longest: HashMap<u32, usize> = caps.iter().map(|&(t, k)| ((3 * t + k) as u32, t)).collect();
+        let mut touched = vec![false; triangles.len()];
+        let before = repaired;
+        let uses: Vec<[u32; 2]> = EdgeUses::new(vertices.len(), triangles)
+            .edges()
+            .filter_map(|uses| <[u32; 2]>::try_from(uses).ok())
+            .filter(|uses| uses.iter().any(|side| longest.contains_key(side)))
+            .collect();
+        for [first, second] in uses {
+            let (side, across) = if longest.contains_key(&first) { (first, second) } else { (second, first) };
+            let (t, u) = ((side / 3) as usize, (across / 3) as usize);
+            let middle = triangles[t][(side as usize + 2) % 3];
+            let k = (across % 3) as usize;
+            let [from, to, apex] = [triangles[u][k], triangles[u][(k + 1) % 3], triangles[u][(k + 2) % 3]];
+            if touched[t] || touched[u] || apex == middle {
+                continue;
+            }
+            (touched[t], touched[u]) = (true, true);
+            triangles[t] = [from, middle, apex];
+            triangles[u] = [middle, to, apex];
+            sources[t] = sources[u];
+            repaired += 1;
+        }
+        if repaired == before {
+            break;
+        }
+    }
+    repaired
+}
+
+/// Drops the triangles of no area and returns how many.
+pub(in crate::body) fn drop_empty(vertices: &[DVec3], triangles: &mut Vec<[u32; 3]>, sources: &mut Vec<u32>) -> usize {
+    let keep: Vec<bool> = triangles.iter().map(|t| empty_over(t.map(|v| vertices[v as usize])).is_none()).collect();
+    retain(triangles, sources, &keep)
+}
+
+/// Drops every triangle that has the same three corners as an earlier one and returns how many.
+pub(in crate::body) fn drop_duplicates(triangles: &mut Vec<[u32; 3]>, sources: &mut Vec<u32>) -> usize {
+    let mut keys: Vec<([u32; 3], u32)> = triangles
+        .iter()
+        .zip(0..)
+        .map(|(&triangle, t)| {
+            let mut corners = triangle;
+            corners.sort_unstable();
+            (corners, t)
+        })
+        .collect();
+    keys.sort_unstable();
+    let mut keep = vec![true; triangles.len()];
+    for pair in keys.windows(2) {
+        if pair[0].0 == pair[1].0 {
+            keep[pair[1].1 as usize] = false;
+        }
+    }
+    retain(triangles, sources, &keep)
+}
+
+fn retain(triangles: &mut Vec<[u32; 3]>, sources: &mut Vec<u32>, keep: &[bool]) -> usize {
+    let before = triangles.len();
+    let mut kept = keep.iter();
+    triangles.retain(|_| kept.next().copied().unwrap_or(false));
+    let mut kept = keep.iter();
+    sources.retain(|_| kept.next().copied().unwrap_or(false));
+    before - triangles.len()
+}

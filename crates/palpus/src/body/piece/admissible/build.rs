@@ -1,0 +1,315 @@
+//! Reading the own normals of all pieces from the mesh.
+//!
+//! 1. Which face of which piece each triangle lies in: a neighbour's normal is that of its piece's face.
+//! 2. For each piece its own faces, and how much of each is covered.
+//! 3. For each edge beside an own face, the sides of the face's triangles along it, and how the mesh bends there; where it
+//!    bends outward, an arc.
+//! 4. The mesh vertex at each vertex, and the neighbours of each mesh vertex.
+//! 5. A cap that holds all of a piece's normals (`cap`).
+
+use std::f64::consts::FRAC_PI_2;
+
+use glam::{DQuat, DVec3};
+
+use super::{Admissible, Borrowed, OwnArc, OwnFace, Range, is_original};
+use crate::algebra::tolerance::{COVERED_WHOLE, FOLDED, NORMALS_PER_PART, ON_FACE, OWNERS_PER_PART};
+use crate::algebra::{Plane, Workers, map_in_order};
+use crate::body::decompose::facet::NONE;
+use crate::body::piece::face_area;
+use crate::body::{EdgeKind, HalfEdges, Mesh, Piece, Polytope};
+
+impl Admissible {
+    /// The own normals of all pieces; `noise` is how far a vertex of a plane may be off it, metres.
+    pub(crate) fn new(
+        mesh: &Mesh,
+        half_edges: &HalfEdges,
+        polytopes: &[Polytope],
+        pieces: &[Piece],
+        noise: f64,
+        workers: &dyn Workers,
+    ) -> Self {
+        let source = Source::new(mesh, half_edges, polytopes, pieces, noise, workers);
+        let batch = |k: usize| {
+            let some = k * OWNERS_PER_PART..pieces.len().min((k + 1) * OWNERS_PER_PART);
+            Self::of_some(&source, &polytopes[some.clone()], &pieces[some])
+        };
+        let parts = map_in_order(workers, pieces.len().div_ceil(OWNERS_PER_PART), 1, batch, &mut |_| ());
+        let sum = |of: fn(&Self) -> usize| parts.iter().map(of).sum();
+        let mut answer = Self {
+            noise: ON_FACE * noise,
+            pieces: Vec::with_capacity(pieces.len() + 1),
+            faces: Vec::with_capacity(sum(|part| part.faces.len())),
+            borrowed: Vec::with_capacity(sum(|part| part.borrowed.len())),
+            arcs: Vec::with_capacity(sum(|part| part.arcs.len())),
+            corners: Vec::with_capacity(sum(|part| part.corners.len())),
+            ..Self::default()
+        };
+        answer.pieces.push(Range::default());
+        parts.into_iter().for_each(|part| answer.append(part));
+        (answer.ring_starts, answer.ring) = rings(mesh);
+        answer.find_caps(mesh, half_edges, polytopes);
+        answer
+    }
+
+    /// The own normals of some of the pieces, without the rings.
+    fn of_some(source: &Source<'_>, polytopes: &[Polytope], pieces: &[Piece]) -> Self {
+        let mut answer = Self::default();
+        for (polytope, piece) in polytopes.iter().zip(pieces) {
+            let first = [answer.faces.len(), answer.borrowed.len()];
+            own_faces(source, polytope, piece, &mut answer.faces);
+            let faces = &answer.faces[first[0]..];
+            own_arcs(source, polytope, piece, faces, &mut answer.borrowed, first[1], &mut answer.arcs);
+            corners(source.mesh, polytope, piece, &mut answer.corners);
+            answer.pieces.push(answer.end());
+        }
+        answer
+    }
+
+    /// Where the entries of what is there so far end.
+    fn end(&self) -> Range {
+        Range {
+            faces: self.faces.len() as u32,
+            borrowed: self.borrowed.len() as u32,
+            arcs: self.arcs.len() as u32,
+            corners: self.corners.len() as u32,
+        }
+    }
+
+    /// Appends the entries of the pieces that follow.
+    fn append(&mut self, part: Self) {
+        let Range { faces, borrowed, arcs, corners } = self.end();
+        self.pieces.extend(part.pieces.into_iter().map(|end| Range {
+            faces: faces + end.faces,
+            borrowed: borrowed + end.borrowed,
+            arcs: arcs + end.arcs,
+            corners: corners + end.corners,
+        }));
+        self.faces.extend(part.faces);
+        self.borrowed.extend(part.borrowed);
+        self.arcs.extend(part.arcs);
+        self.corners.extend(part.corners);
+    }
+}
+
+/// The mesh, with the normal of each triangle as its piece has it.
+struct Source<'s> {
+    mesh: &'s Mesh,
+    half_edges: &'s HalfEdges,
+    /// The triangles' own normals.
+    true_normals: Vec<DVec3>,
+    normals: Vec<DVec3>,
+    noise: f64,
+}
+
+impl<'s> Source<'s> {
+    fn new(
+        mesh: &'s Mesh,
+        half_edges: &'s HalfEdges,
+        polytopes: &[Polytope],
+        pieces: &[Piece],
+        noise: f64,
+        workers: &dyn Workers,
+    ) -> Self {
+        let normal = |t: usize| mesh.triangle_normal(t as u32);
+        let true_normals = map_in_order(workers, mesh.triangles().len(), NORMALS_PER_PART, normal, &mut |_| ());
+        let mut source = Self { mesh, half_edges, true_normals, normals: Vec::new(), noise };
+        let mut normals = source.true_normals.clone();
+        // Neighbours must agree on where an arc ends: at the normal of the face in which the triangle lies.
+        let within = |part: usize| {
+            let some = part * OWNERS_PER_PART..pieces.len().min((part + 1) * OWNERS_PER_PART);
+            let mut within = Vec::new();
+            for (k, polytope) in some.clone().zip(&polytopes[some]) {
+                for face in 0..polytope.face_count() as u32 {
+                    let plane = polytope.plane(face);
+                    let lying = pieces[k].face_triangles(face).iter().filter(|&&t| source.lies_in(t, plane));
+                    within.extend(lying.map(|&t| (t, k as u32, face)));
+                }
+            }
+            within
+        };
+        for part in map_in_order(workers, pieces.len().div_ceil(OWNERS_PER_PART), 1, within, &mut |_| ()) {
+            for (t, piece, face) in part {
+                normals[t as usize] = polytopes[piece as usize].plane(face).normal;
+            }
+        }
+        source.normals = normals;
+        source
+    }
+
+    /// True for a triangle in the plane of a face, false for one that only has a side there.
+    fn lies_in(&self, t: u32, plane: Plane) -> bool {
+        let flat = self.mesh.triangle_points(t).iter().all(|p| plane.height(*p).abs() <= ON_FACE * self.noise);
+        flat && plane.normal.dot(self.true_normals[t as usize]) > FOLDED
+    }
+}
+
+fn own_faces(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces: &mut Vec<OwnFace>) {
+    for face in (0..polytope.face_count() as u32).filter(|&face| !polytope.is_rim(face)) {
+        let real = piece.face_triangles(face).iter().filter(|&&t| source.lies_in(t, polytope.plane(face)));
+        let covered: f64 = real.map(|&t| source.mesh.triangle_area(t)).sum();
+        if is_original(polytope, face) || covered > 0.0 {
+            faces.push(OwnFace { face, whole: covered >= COVERED_WHOLE * face_area(polytope, face) });
+        }
+    }
+}
+
+/// The arcs of one piece; `first` is where its borrowed normals begin.
+fn own_arcs(
+    source: &Source<'_>,
+    polytope: &Polytope,
+    piece: &Piece,
+    faces: &[OwnFace],
+    borrowed: &mut Vec<Borrowed>,
+    first: usize,
+    arcs: &mut Vec<OwnArc>,
+) {
+    let own = |face: u32| faces.binary_search_by_key(&face, |own| own.face).ok().map(|k| faces[k]);
+    let sides = Sides::of(source, polytope, piece, faces);
+    for (e, edge) in polytope.edges().enumerate() {
+        let e = e as u32;
+        let both = [own(edge.left), own(edge.right)];
+        let (turned, mine) = match both {
+            [None, None] => continue,
+            [Some(left), Some(right)] => {
+                let real = left.whole && right.whole
+                    || sides.turn(source, polytope, e, true).is_some()
+                    || sides.turn(source, polytope, e, false).is_some();
+                if real {
+                    arcs.push(OwnArc { edge: e, left: edge.left, right: edge.right });
+                }
+                continue;
+            }
+            [Some(_), None] => (true, edge.left),
+            [None, Some(_)] => (false, edge.right),
+        };
+        let Some(normal) = sides.turn(source, polytope, e, turned) else { continue };
+        let theirs = (polytope.face_count() + borrowed.len() - first) as u32;
+        let offset = normal.dot(polytope.vertex(edge.tail)).max(normal.dot(polytope.vertex(edge.head)));
+        borrowed.push(Borrowed { plane: Plane { normal, offset }, edge: e });
+        let (left, right) = if turned { (mine, theirs) } else { (theirs, mine) };
+        arcs.push(OwnArc { edge: e, left, right });
+    }
+}
+
+/// The sides of triangles around the own faces of a piece, where the faces end.
+struct Sides {
+    /// Face, tail, head, and triangle and side in the mesh; by ascending face.
+    sides: Vec<(u32, DVec3, DVec3, u32, usize)>,
+}
+
+impl Sides {
+    fn of(source: &Source<'_>, polytope: &Polytope, piece: &Piece, faces: &[OwnFace]) -> Self {
+        let mut sides = Vec::new();
+        for own in faces {
+            let virtual_beside = polytope.face_edges(own.face).iter().any(|e| {
+                let edge = polytope.edge(e);
+                let other = if edge.left == own.face { edge.right } else { edge.left };
+                faces.binary_search_by_key(&other, |own| own.face).is_err()
+            });
+            if own.whole && !virtual_beside {
+                continue;
+            }
+            for &t in piece.face_triangles(own.face) {
+                let p = source.mesh.triangle_points(t);
+                for k in 0..3 {
+                    let beyond = source.half_edges.neighbour(t, k);
+                    if beyond.is_some_and(|(n, _)| source.normals[n as usize] == source.normals[t as usize]) {
+                        continue;
+                    }
+                    sides.push((own.face, p[k], p[(k + 1) % 3], t, k));
+                }
+            }
+        }
+        Self { sides }
+    }
+
+    /// The true normal beyond edge `e` of its left (or right) face, no farther than that of the other face; none where the
+    /// mesh does not bend outward.
+    fn turn(&self, source: &Source<'_>, polytope: &Polytope, e: u32, of_left: bool) -> Option<DVec3> {
+        let edge = polytope.edge(e);
+        let (face, other) = if of_left { (edge.left, edge.right) } else { (edge.right, edge.left) };
+        let (tail, head) = if of_left { (edge.tail, edge.head) } else { (edge.head, edge.tail) };
+        let (tail, head) = (polytope.vertex(tail), polytope.vertex(head));
+        let along = (head - tail).try_normalize()?;
+        let length = tail.distance(head);
+        let tolerance = ON_FACE * source.noise;
+        let normal = polytope.plane(face).normal;
+        let angle_to = |n: DVec3| along.dot(normal.cross(n)).atan2(normal.dot(n));
+        let begin = self.sides.partition_point(|side| side.0 < face);
+        let mut widest = 0.0_f64;
+        for &(_, p, q, t, k) in self.sides[begin..].iter().take_while(|side| side.0 == face) {
+            let off = |x: DVec3| (x - tail).cross(along).length();
+            let (s, e) = (along.dot(p - tail), along.dot(q - tail));
+            if e <= s || e <= tolerance || s >= length - tolerance || off(p).max(off(q)) > tolerance {
+                continue;
+            }
+            let angle = match (source.half_edges.kind(t, k), source.half_edges.neighbour(t, k)) {
+                (EdgeKind::Open | EdgeKind::NonManifold, _) | (_, None) => FRAC_PI_2,
+                (EdgeKind::Convex, Some((n, _))) => angle_to(source.normals[n as usize]),
+                (EdgeKind::Coplanar | EdgeKind::Reflex, _) => 0.0,
+            };
+            widest = widest.max(angle);
+        }
+        if widest <= 0.0 {
+            return None;
+        }
+        let limit = angle_to(polytope.plane(other).normal);
+        Some(DQuat::from_axis_angle(along, widest.min(limit)) * normal)
+    }
+}
+
+/// The mesh vertex at each vertex of the piece, among the corners of its triangles.
+fn corners(mesh: &Mesh, polytope: &Polytope, piece: &Piece, corners: &mut Vec<u32>) {
+    // Positive zero: hulls and meshes need not agree on the sign of nothing.
+    let key = |p: DVec3| (p + DVec3::ZERO).to_array();
+    let order =
+        |p: &[f64; 3], q: &[f64; 3]| p[0].total_cmp(&q[0]).then(p[1].total_cmp(&q[1])).then(p[2].total_cmp(&q[2]));
+    let mut known: Vec<u32> = piece.triangles().iter().flat_map(|&t| mesh.triangles()[t as usize]).collect();
+    known.sort_unstable();
+    known.dedup();
+    let place = |v: u32| key(mesh.vertices()[v as usize]);
+    known.sort_by(|&v, &w| order(&place(v), &place(w)));
+    corners.extend(polytope.vertices().iter().map(|&p| {
+        let found = known.binary_search_by(|&v| order(&place(v), &key(p)));
+        found.map_or(NONE, |k| known[k])
+    }));
+}
+
+/// The neighbours of each mesh vertex, ascending, in flat arrays: starts and members.
+fn rings(mesh: &Mesh) -> (Vec<u32>, Vec<u32>) {
+    let sides = || mesh.triangles().iter().flat_map(|t| (0..3).map(move |k| (t[k], t[(k + 1) % 3])));
+    // Each neighbour once for each side to it: the sides' two ends, counted into place.
+    let mut next = vec![0_u32; mesh.vertices().len() + 1];
+    for (v, w) in sides() {
+        next[v as usize + 1] += 1;
+        next[w as usize + 1] += 1;
+    }
+    for v in 0..mesh.vertices().len() {
+        next[v + 1] += next[v];
+    }
+    let mut ring = vec![0_u32; 6 * mesh.triangles().len()];
+    let mut begins = next.clone();
+    for (v, w) in sides() {
+        for (at, other) in [(v, w), (w, v)] {
+            ring[begins[at as usize] as usize] = other;
+            begins[at as usize] += 1;
+        }
+    }
+    let mut starts = Vec::with_capacity(next.len());
+    starts.push(0);
+    let mut kept = 0;
+    for ends in next.windows(2) {
+        let (from, to) = (ends[0] as usize, ends[1] as usize);
+        ring[from..to].sort_unstable();
+        for k in from..to {
+            if k == from || ring[k] != ring[k - 1] {
+                ring[kept] = ring[k];
+                kept += 1;
+            }
+        }
+        starts.push(kept as u32);
+    }
+    ring.truncate(kept);
+    ring.shrink_to_fit();
+    (starts, ring)
+}

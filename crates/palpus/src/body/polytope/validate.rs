@@ -1,0 +1,235 @@
+//! The walkers that assert every invariant of the body's structures.
+//!
+//! Builders call them at their end in debug builds, tests call them on everything. They say what is broken and where.
+
+use crate::algebra::tolerance::WELL_FORMED_ROUNDING;
+use crate::body::{Edge, Polytope, Provenance};
+
+/// What is broken in a polytope.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum Malformed {
+    /// A position, plane or bound is NaN or infinite.
+    #[error("a number is not finite at {0}")]
+    NotFinite(&'static str),
+    /// V − E + F is not 2.
+    #[error("V − E + F is {0} and not 2")]
+    Euler(i64),
+    /// An edge is not a side of its faces, or joins a vertex to itself.
+    #[error("edge {0} does not stand in the loops of its two faces as it says")]
+    Edge(u32),
+    /// A spoke disagrees with its edge or with the next spoke.
+    #[error("spoke {spoke} of vertex {vertex} disagrees with its edge, its face or the next spoke")]
+    Ring {
+        /// The vertex.
+        vertex: u32,
+        /// Place in its ring.
+        spoke: u32,
+    },
+    /// A loop has too few corners, repeats one, or disagrees with its edges.
+    #[error("the loop of face {0} repeats a vertex, is too short or disagrees with its edges")]
+    Loop(u32),
+    /// A rim is original, or is found on a solid.
+    #[error("face {0} has no width but is not the virtual rim of a plate")]
+    Rim(u32),
+    /// A face's normal is not of unit length.
+    #[error("the normal of face {face} has length {length}")]
+    NotUnit {
+        /// The face.
+        face: u32,
+        /// Of its normal.
+        length: f64,
+    },
+    /// A corner of a face is not in its plane.
+    #[error("vertex {vertex} of face {face} lies {height:e} above its plane")]
+    NotPlanar {
+        /// The face.
+        face: u32,
+        /// A corner of it.
+        vertex: u32,
+        /// Above the face's plane.
+        height: f64,
+    },
+    /// A vertex next to a face is above its plane.
+    #[error("vertex {vertex} lies {height:e} above the plane of face {face}")]
+    NotConvex {
+        /// The face.
+        face: u32,
+        /// A neighbour of one of its corners.
+        vertex: u32,
+        /// Above the face's plane.
+        height: f64,
+    },
+    /// A face's loop runs clockwise seen from the side that its normal points to.
+    #[error("the loop of face {0} runs against its normal")]
+    Reversed(u32),
+}
+
+impl Polytope {
+    /// Walks the whole structure and says what is broken first.
+    ///
+    /// `coplanar` is how far, in model units, corners may lie from the plane of their face: the merge distance that
+    /// built the polytope. Convexity is tested across every edge, which for a closed surface is enough.
+    pub fn validate(&self, coplanar: f64) -> Result<(), Malformed> {
+        self.validate_topology()?;
+        self.check_planes(coplanar)
+    }
+
+    /// The part of [`Self::validate`] that no rounding can spoil: what builders assert on any data.
+    pub fn validate_topology(&self) -> Result<(), Malformed> {
+        self.check_numbers()?;
+        self.check_loops()?;
+        self.check_rings()?;
+        let euler = self.vertices().len() as i64 - self.edges().len() as i64 + self.face_count() as i64;
+        if euler == 2 { Ok(()) } else { Err(Malformed::Euler(euler)) }
+    }
+
+    fn check_numbers(&self) -> Result<(), Malformed> {
+        let fails = |sound: bool, place| if sound { Ok(()) } else { Err(Malformed::NotFinite(place)) };
+        fails(self.vertices().iter().all(|v| v.is_finite()), "vertices")?;
+        fails(self.planes().iter().all(|p| p.normal.is_finite() && p.offset.is_finite()), "planes")?;
+        fails(self.centroid().is_finite() && self.radius().is_finite(), "bounds")
+    }
+
+    fn check_loops(&self) -> Result<(), Malformed> {
+        let mut seen = vec![u32::MAX; self.vertices().len()];
+        let mut sides = vec![[false; 2]; self.edge_count()];
+        for f in 0..self.face_count() as u32 {
+            let (corners, edges) = (self.face_vertices(f), self.face_edges(f));
+            if corners.len() < 2 || edges.len() != corners.len() {
+                return Err(Malformed::Loop(f));
+            }
+            if self.is_rim(f) && (!self.is_flat() || self.face_provenance(f) != Provenance::Virtual) {
+                return Err(Malformed::Rim(f));
+            }
+            for (k, (v, e)) in corners.iter().zip(edges).enumerate() {
+                let next = corners.at((k + 1) % corners.len());
+                if e as usize >= sides.len() {
+                    return Err(Malformed::Loop(f));
+                }
+                let Edge { tail, head, left, right } = self.edge(e);
+                let side = match (v, next, f) {
+                    along if along == (tail, head, left) => 0,
+                    along if along == (head, tail, right) => 1,
+                    _ => return Err(Malformed::Loop(f)),
+                };
+                if seen.get(v as usize).is_none_or(|&last| last == f) {
+                    return Err(Malformed::Loop(f));
+                }
+                seen[v as usize] = f;
+                sides[e as usize][side] = true;
+            }
+        }
+        match sides.iter().zip(self.edges()).position(|(side, edge)| *side != [true; 2] || edge.tail == edge.head) {
+            Some(e) => Err(Malformed::Edge(e as u32)),
+            None => Ok(()),
+        }
+    }
+
+    fn check_rings(&self) -> Result<(), Malformed> {
+        let mut spokes = 0;
+        for vertex in 0..self.vertices().len() as u32 {
+            let ring = self.ring(vertex);
+            spokes += ring.len();
+            if ring.len() < 3 {
+                return Err(Malformed::Ring { vertex, spoke: 0 });
+            }
+            for (k, spoke) in ring.iter().enumerate() {
+                let Edge { tail, head, left, right } = self.edge(spoke.edge);
+                let before = ring.at(if k == 0 { ring.len() } else { k } - 1).left;
+                let outward = (tail, head, left, right) == (vertex, spoke.neighbour, spoke.left, before);
+                let inward = (head, tail, right, left) == (vertex, spoke.neighbour, spoke.left, before);
+                if !(outward || inward) {
+                    return Err(Malformed::Ring { vertex, spoke: k as u32 });
+                }
+            }
+        }
+        // Every edge has two ends, and every ring is one turn: together they account for every spoke.
+        if spokes == 2 * self.edges().len() { Ok(()) } else { Err(Malformed::Ring { vertex: 0, spoke: 0 }) }
+    }
+
+    fn check_planes(&self, coplanar: f64) -> Result<(), Malformed> {
+        let size = self.vertices().iter().fold(0.0, |size: f64, v| size.max(v.abs().max_element()));
+        let rounding = WELL_FORMED_ROUNDING * size;
+        // A plate's one plane runs through the middle of its corners.
+        let above = if self.is_flat() { rounding + coplanar } else { rounding };
+        for face in 0..self.face_count() as u32 {
+            let plane = self.plane(face);
+            let length = plane.normal.length();
+            if (length - 1.0).abs() > WELL_FORMED_ROUNDING {
+                return Err(Malformed::NotUnit { face, length });
+            }
+            let corners = self.face_vertices(face);
+            for vertex in corners {
+                let height = plane.height(self.vertex(vertex));
+                if height.abs() > coplanar + rounding {
+                    return Err(Malformed::NotPlanar { face, vertex, height });
+                }
+                for spoke in self.ring(vertex) {
+                    let height = plane.height(self.vertex(spoke.neighbour));
+                    if height > above {
+                        return Err(Malformed::NotConvex { face, vertex: spoke.neighbour, height });
+                    }
+                }
+            }
+            let area = corners.fan().map(|corners| {
+                let [first, second, third] = corners.map(|v| self.vertex(v));
+                (second - first).cross(third - first).dot(plane.normal)
+            });
+            // Of a face no wider than the rounding, the sign is noise.
+            if area.sum::<f64>() < -rounding * self.radius() {
+                return Err(Malformed::Reversed(face));
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::algebra::Plane;
+
+    const FACES: [[u32; 3]; 4] = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]];
+
+    fn tetrahedron() -> (Vec<DVec3>, Vec<Vec<u32>>, Vec<Plane>) {
+        let plane = |normal, offset| Plane { normal, offset };
+        let slanted = plane(DVec3::ONE.normalize(), 1.0 / 3f64.sqrt());
+        (
+            vec![DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z],
+            FACES.iter().map(|face| face.to_vec()).collect(),
+            vec![plane(-DVec3::Z, 0.0), plane(-DVec3::Y, 0.0), slanted, plane(-DVec3::X, 0.0)],
+        )
+    }
+
+    fn check(vertices: Vec<DVec3>, loops: &[Vec<u32>], planes: Vec<Plane>) -> Result<(), Malformed> {
+        let provenance = vec![Provenance::Original; planes.len()];
+        Polytope::from_faces(vertices, loops, planes, provenance).unwrap().validate(1e-12)
+    }
+
+    #[test]
+    fn each_broken_invariant_is_named() {
+        let (vertices, loops, planes) = tetrahedron();
+        assert_eq!(check(vertices.clone(), &loops, planes.clone()), Ok(()));
+
+        let mut broken = planes.clone();
+        broken[2].normal *= 2.0;
+        assert!(matches!(check(vertices.clone(), &loops, broken), Err(Malformed::NotUnit { face: 2, .. })));
+        let mut broken = planes.clone();
+        broken[1].offset = 0.1;
+        assert!(matches!(check(vertices.clone(), &loops, broken), Err(Malformed::NotPlanar { face: 1, .. })));
+        let mut broken = planes.clone();
+        broken[3].normal.x = f64::NAN;
+        assert_eq!(check(vertices.clone(), &loops, broken), Err(Malformed::NotFinite("planes")));
+        let turned: Vec<Plane> = planes.iter().map(|p| Plane { normal: -p.normal, offset: -p.offset }).collect();
+        assert!(matches!(check(vertices.clone(), &loops, turned), Err(Malformed::NotConvex { .. })));
+        let reversed: Vec<Vec<u32>> = loops.iter().map(|face| face.iter().rev().copied().collect()).collect();
+        assert_eq!(check(vertices.clone(), &reversed, planes.clone()), Err(Malformed::Reversed(0)));
+
+        let two = [vertices.clone(), vertices].concat();
+        let shifted = loops.iter().map(|face| face.iter().map(|v| v + 4).collect());
+        let loops: Vec<Vec<u32>> = loops.iter().cloned().chain(shifted).collect();
+        assert_eq!(check(two, &loops, [planes.clone(), planes].concat()), Err(Malformed::Euler(4)));
+    }
+}

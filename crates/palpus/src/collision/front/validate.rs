@@ -1,0 +1,262 @@
+//! The walker of the front's invariants.
+//!
+//! 1. The cut: below the roots, every pair that is split has its two halves at its places and nothing else, so that what is not split covers
+//!    each pair of pieces exactly once. Places are in that tree or free.
+//! 2. States: pairs awake are leaves, are on the list of those awake, and are never due; split ones are never due; all others are on the
+//!    wake board, whose blocks know of them.
+//! 3. Sleep: a pair that sleeps for another while is at least that much farther apart than the tolerance.
+//!
+//! Nothing is allocated, so that it may run within a step. In debug builds each query looks at all of a small front, and at a window of a
+//! large one, with one sleeping pair measured.
+
+use super::super::march::{initial_features, march};
+use super::super::wakes::NEVER;
+use super::{Front, NONE, Pair, PlacedPair, State};
+use crate::algebra::tolerance::{OVERSLEPT, VALIDATED_PLACES};
+use crate::body::NodeKind;
+
+/// What is broken in a front.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub(super) enum FrontFault {
+    /// The places below a split pair do not hold its two halves.
+    #[error("the places below the split pair at {0} do not hold its halves")]
+    Halves(u32),
+    /// As many places are in the tree and free as are not in use, or the free list names one that is in use.
+    #[error("the places in the tree and the free ones are not all places up to {0}")]
+    Places(u32),
+    /// A pair awake is no pair of leaves, or is not on the list, or the list names one that is not awake.
+    #[error("the pair at {0} and the list of those awake disagree")]
+    Awake(u32),
+    /// A pair that needs no waking has a wake value, or one that does has none, or its block does not know.
+    #[error("the pair at {0} has a wake value that does not fit its state, or that its block does not know")]
+    Wake(u32),
+    /// A pair is nearer than its wake value says.
+    #[error("the pair at {place} sleeps as if {promised:e} beyond the tolerance and is {clearance:e} beyond it")]
+    Overslept {
+        /// Its place.
+        place: u32,
+        /// What its wake value says that its distance exceeds the tolerance by, model units.
+        promised: f64,
+        /// What its distance exceeds the tolerance by.
+        clearance: f64,
+    },
+}
+
+impl Front {
+    /// Walks all of the front, measuring every sleeping pair, and returns what is broken first.
+    #[cfg(test)]
+    pub(super) fn validate(&self, query: &PlacedPair<'_>) -> Result<(), FrontFault> {
+        self.validate_places()?;
+        (0..self.fresh).try_for_each(|place| self.validate_place(query, place))?;
+        (0..self.fresh).try_for_each(|place| self.validate_sleep(query, place))
+    }
+
+    /// The part of the walk that a query in a debug build can afford.
+    pub(super) fn validate_some(&self, query: &PlacedPair<'_>) -> Result<(), FrontFault> {
+        if self.fresh <= VALIDATED_PLACES {
+            self.validate_places()?;
+        }
+        // Another window each time: the sum of motion is as good as a random number.
+        let begin = (self.odometer.sum() % u64::from(self.fresh)) as u32;
+        let window = (0..self.fresh.min(VALIDATED_PLACES)).map(|k| (begin + k) % self.fresh);
+        window.clone().try_for_each(|place| self.validate_place(query, place))?;
+        let asleep = window.into_iter().find(|&place| self.promised(place) > 0.0);
+        asleep.map_or(Ok(()), |place| self.validate_sleep(query, place))
+    }
+
+    /// True if the place holds a pair of the tree, and not one of the past.
+    fn is_in_tree(&self, place: u32) -> bool {
+        let parent = self.pairs[place as usize].parent;
+        match place {
+            0 => true,
+            1 => false,
+            _ => parent < self.fresh && self.pairs[parent as usize].state == State::Split(place & !1),
+        }
+    }
+
+    /// Steps 1 and 2 for the front as a whole.
+    fn validate_places(&self) -> Result<(), FrontFault> {
+        let in_tree = (0..self.fresh).filter(|&place| self.is_in_tree(place)).count();
+        let is_free = |&first: &u32| first & 1 == 0 && first + 1 < self.fresh && !self.is_in_tree(first);
+        if in_tree != self.node_pairs() || !self.free.iter().all(is_free) {
+            return Err(FrontFault::Places(self.fresh));
+        }
+        let is_awake = |place: u32| self.pairs[place as usize].state == State::Awake;
+        if let Some(&place) = self.awake.iter().find(|&&place| !(self.is_in_tree(place) && is_awake(place))) {
+            return Err(FrontFault::Awake(place));
+        }
+        let awake = (0..self.fresh).filter(|&place| self.is_in_tree(place) && is_awake(place)).count();
+        if awake == self.awake.len() { Ok(()) } else { Err(FrontFault::Awake(NONE)) }
+    }
+
+    /// Steps 1 and 2 for one place.
+    fn validate_place(&self, query: &PlacedPair<'_>, place: u32) -> Result<(), FrontFault> {
+        if !self.is_in_tree(place) {
+            // Nobody would look at what it woke.
+            return if self.wakes.get(place) == NEVER { Ok(()) } else { Err(FrontFault::Wake(place)) };
+        }
+        let Pair { a, b, state, .. } = self.pairs[place as usize];
+        let is_due_at_times = match state {
+            State::Split(first) => {
+                let whole = first & 1 == 0 && first + 1 < self.fresh;
+                let same = |half: [u32; 2], at: u32| {
+                    let Pair { a, b, parent, .. } = self.pairs[at as usize];
+                    ([a, b], parent) == (half, place)
+                };
+                let halves = query.halves([a, b]);
+                let held = halves.is_some_and(|[one, other]| whole && same(one, first) && same(other, first + 1));
+                if !held {
+                    return Err(FrontFault::Halves(place));
+                }
+                false
+            }
+            State::Awake => {
+                let [kind_a, kind_b] = [query.a.hierarchy.node(a).kind, query.b.hierarchy.node(b).kind];
+                let leaves = matches!((kind_a, kind_b), (NodeKind::Leaf { .. }, NodeKind::Leaf { .. }));
+                if !leaves || !self.awake.contains(&place) {
+                    return Err(FrontFault::Awake(place));
+                }
+                false
+            }
+            State::Asleep | State::Crowded => true,
+        };
+        let wake = self.wakes.get(place);
+        let fits = (wake != NEVER) == is_due_at_times && self.wakes.is_known(place);
+        if fits { Ok(()) } else { Err(FrontFault::Wake(place)) }
+    }
+
+    /// By how much a pair's wake value says that its distance exceeds the tolerance, model units; 0 or less if it is due, or no sleeping pair.
+    fn promised(&self, place: u32) -> f64 {
+        let sleeps = self.pairs[place as usize].state == State::Asleep && self.is_in_tree(place);
+        if sleeps { -self.odometer.since(self.wakes.get(place)) } else { 0.0 }
+    }
+
+    /// Step 3 for one place.
+    fn validate_sleep(&self, query: &PlacedPair<'_>, place: u32) -> Result<(), FrontFault> {
+        let promised = self.promised(place);
+        if promised <= 0.0 {
+            return Ok(());
+        }
+        let Pair { a, b, .. } = self.pairs[place as usize];
+        let (polytope_a, polytope_b) = (query.a.polytope(a), query.b.polytope(b));
+        let start = initial_features(polytope_a, polytope_b, query.pose_ba);
+        let clearance = march(polytope_a, polytope_b, query.pose_ba, start).distance() - query.tolerance;
+        let size = polytope_a.radius() + polytope_b.radius() + query.pose_ba.translation.length();
+        if promised <= clearance + OVERSLEPT * size {
+            return Ok(());
+        }
+        Err(FrontFault::Overslept { place, promised, clearance })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DQuat, DVec3};
+
+    use super::super::super::{LeafPairs, Side};
+    use super::*;
+    use crate::algebra::random::Random;
+    use crate::algebra::{Placement, Pose};
+    use crate::body::{Hierarchy, Polytope, convex_hull};
+
+    const SEED: u64 = 0xf207_fa17;
+    const TOLERANCE: f64 = 0.2;
+
+    struct Bodies {
+        pieces: Vec<Polytope>,
+        hierarchy: Hierarchy,
+    }
+
+    impl Bodies {
+        /// Pieces scattered over a ball, as a shell of which two meet in many places.
+        fn new(random: &mut Random, count: usize) -> Self {
+            let piece = |random: &mut Random| {
+                let at = random.direction() * 3.0;
+                let points: Vec<DVec3> = (0..7).map(|_| at + random.direction() * 0.5).collect();
+                convex_hull(&points, 1e-10).unwrap().into_polytope().unwrap().0
+            };
+            let pieces: Vec<Polytope> = (0..count).map(|_| piece(random)).collect();
+            let hierarchy = Hierarchy::build(&pieces, 1e-10).unwrap();
+            Self { pieces, hierarchy }
+        }
+
+        fn side(&self) -> Side<'_> {
+            Side { hierarchy: &self.hierarchy, pieces: &self.pieces }
+        }
+    }
+
+    /// The pose at time `t` of a motion past and through b.
+    fn path(t: f64) -> Placement {
+        let turn = DQuat::from_axis_angle(DVec3::new(1.0, 2.0, -1.0).normalize(), t);
+        Pose::new(turn, DVec3::new(6.5 * (0.7 * t).cos(), 1.0 - t, 0.3)).placement()
+    }
+
+    #[test]
+    fn each_broken_invariant_is_named() {
+        let mut random = Random(SEED);
+        for case in 0..6 {
+            let (one, other) = (Bodies::new(&mut random, 20 + 5 * case), Bodies::new(&mut random, 25));
+            let (a, b) = (one.side(), other.side());
+            // Little room in half of the cases, so that some pairs are crowded.
+            let mut front = Front::new(a, b, if case % 2 == 0 { 2000 } else { 60 });
+            let mut found = LeafPairs::new(500);
+            let mut broken = [0; 4];
+            for tick in 0..200 {
+                let pose_ba = path(0.01 * f64::from(tick));
+                let query = PlacedPair::new(a, b, &pose_ba, TOLERANCE);
+                front.within(&query, &mut found);
+                let what = format!("seed {SEED:#x}, case {case}, tick {tick}");
+                assert_eq!(front.validate(&query), Ok(()), "{what}");
+                if tick % 10 == 0 {
+                    let counts = break_each(&front, &query, &mut random, &what);
+                    broken.iter_mut().zip(counts).for_each(|(sum, count)| *sum += count);
+                }
+            }
+            assert!(broken.iter().all(|&count| count > 0), "seed {SEED:#x}, case {case}: {broken:?}");
+        }
+    }
+
+    /// Breaks the front in each way that its state allows, and returns which ones these were.
+    fn break_each(front: &Front, query: &PlacedPair<'_>, random: &mut Random, what: &str) -> [u32; 4] {
+        let mut pick = |wanted: &dyn Fn(u32) -> bool| {
+            let fits: Vec<u32> = (0..front.fresh).filter(|&place| front.is_in_tree(place) && wanted(place)).collect();
+            (!fits.is_empty()).then(|| fits[random.below(fits.len())])
+        };
+        let state = |place: u32| front.pairs[place as usize].state;
+        let fault = |change: &dyn Fn(&mut Front)| {
+            let mut broken = front.clone();
+            change(&mut broken);
+            broken.validate(query).expect_err("a broken front")
+        };
+        let mut counts = [0; 4];
+        if let Some(place) = pick(&|place| place > 0 && !matches!(state(place), State::Split(_))) {
+            let torn = fault(&|front| front.pairs[place as usize].a ^= 1);
+            assert!(matches!(torn, FrontFault::Halves(_)), "{what}: {torn}");
+            let silent = fault(&|front| {
+                let value = if state(place) == State::Awake { 1 } else { NEVER };
+                front.wakes.set(place, value);
+            });
+            assert_eq!(silent, FrontFault::Wake(place), "{what}");
+            let freed = fault(&|front| front.free.push(place & !1));
+            assert!(matches!(freed, FrontFault::Places(_)), "{what}: {freed}");
+            counts[0] += 1;
+        }
+        if let Some(place) = pick(&|place| state(place) == State::Awake) {
+            let forgotten = fault(&|front| front.awake.retain(|&awake| awake != place));
+            assert!(matches!(forgotten, FrontFault::Awake(_)), "{what}: {forgotten}");
+            counts[1] += 1;
+        }
+        if let Some(place) = pick(&|place| front.promised(place) > 0.0) {
+            let late = front.odometer.due(1e3);
+            let overslept = fault(&|front| front.wakes.set(place, late));
+            assert!(matches!(overslept, FrontFault::Overslept { .. }), "{what}: {overslept}");
+            counts[2] += 1;
+        }
+        if let Some(place) = pick(&|place| matches!(state(place), State::Split(_))) {
+            let lost = fault(&|front| front.pairs[place as usize].state = State::Asleep);
+            assert!(matches!(lost, FrontFault::Places(_)), "{what}: {lost}");
+            counts[3] += 1;
+        }
+        counts
+    }
+}

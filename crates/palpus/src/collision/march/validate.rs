@@ -1,0 +1,160 @@
+//! What holds for every answer of the march, whatever the way to it.
+//!
+//! 1. The normal is unit and leads over the distance from point b to point a.
+//! 2. Each point lies on its feature.
+//! 3. The planes through the points, square to the normal, keep the bodies apart: no vertex of either reaches farther, but for the
+//!    rounding that the march excuses. The fallback, which may stop short of the closest points, still proves the bodies apart.
+
+use glam::DVec3;
+
+use super::super::scale::Scale;
+use super::super::{Closest, Proximity, StopReason};
+use super::March;
+use crate::algebra::tolerance::{COPLANAR, VALIDATED_ANSWERS, WELL_FORMED_ROUNDING};
+use crate::algebra::{Placement, closest_on_segment};
+use crate::body::Feature::{self, Edge, Face, Vertex};
+use crate::body::Polytope;
+
+/// What is wrong with an answer of the march.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub(super) enum MarchFault {
+    /// The normal is not unit, or the points are not the distance apart along it.
+    #[error("the points are not the distance apart along the normal: off by {0:e}")]
+    Points(f64),
+    /// A point is not on its feature.
+    #[error("the point on {body} is {distance:e} off its feature")]
+    OffFeature {
+        /// a or b.
+        body: &'static str,
+        /// Model units.
+        distance: f64,
+    },
+    /// The bodies reach past the points along the normal.
+    #[error("the bodies reach {excess:e} past the closest points, which are {distance:e} apart")]
+    NotSeparating {
+        /// Of both bodies together, model units.
+        excess: f64,
+        /// Of the points.
+        distance: f64,
+    },
+}
+
+impl March {
+    /// True for one answer in [`VALIDATED_ANSWERS`], chosen by the last digits of the distance, so that it is always the same one.
+    pub(super) fn is_sampled(&self) -> bool {
+        match self.proximity {
+            Proximity::Disjoint(Closest { distance, .. }) => {
+                distance.is_finite() && distance.to_bits().is_multiple_of(VALIDATED_ANSWERS)
+            }
+            Proximity::Overlapping(_) => false,
+        }
+    }
+
+    /// Returns what is wrong with the answer; an overlap is a witness by itself.
+    pub(super) fn validate(&self, a: &Polytope, b: &Polytope, pose_ba: &Placement) -> Result<(), MarchFault> {
+        let Proximity::Disjoint(closest) = self.proximity else { return Ok(()) };
+        let Closest { point_a, point_b, normal, distance, features } = closest;
+        let scale = Scale::of(a, b, pose_ba);
+        let pose_ab = pose_ba.inverse();
+        let off = (point_a - point_b - normal * distance).length() + (normal.length() - 1.0).abs() * distance;
+        if off.is_nan() || off > 2.0 * scale.noise + WELL_FORMED_ROUNDING * distance {
+            return Err(MarchFault::Points(off));
+        }
+        // Merged faces are flat within their bulge; what is nearly parallel has its points where rounding puts them.
+        let allowed = scale.noise + COPLANAR * scale.size + a.bulge() + b.bulge();
+        let on_a = (a, features.a, pose_ab.point(point_a), "a");
+        for (polytope, feature, point, body) in [on_a, (b, features.b, point_b, "b")] {
+            let distance = from_feature(polytope, feature, point);
+            if distance > allowed {
+                return Err(MarchFault::OffFeature { body, distance });
+            }
+        }
+        let down = -pose_ab.vector(normal);
+        let reach_a = a.climb(a.support(down), down).1 - down.dot(pose_ab.point(point_a));
+        let reach_b = b.climb(b.support(normal), normal).1 - normal.dot(point_b);
+        let excess = reach_a.max(0.0) + reach_b.max(0.0);
+        let excused = match self.stop {
+            StopReason::Converged => scale.loose(distance) + scale.tight(distance) + a.bulge() + b.bulge(),
+            _ => distance,
+        };
+        if excess > excused { Err(MarchFault::NotSeparating { excess, distance }) } else { Ok(()) }
+    }
+}
+
+/// About how far a point is from a feature: from its plane and beyond its sides for a face.
+fn from_feature(polytope: &Polytope, feature: Feature, point: DVec3) -> f64 {
+    match feature {
+        Vertex(v) => polytope.vertex(v).distance(point),
+        Edge(e) => from_edge(polytope, e, point),
+        Face(f) => {
+            let height = polytope.plane(f).height(point).abs();
+            let outside = polytope.face_edges(f).iter().filter(|&e| {
+                let edge = polytope.edge(e);
+                let other = if edge.left == f { edge.right } else { edge.left };
+                polytope.plane(other).height(point) > 0.0
+            });
+            outside.map(|e| from_edge(polytope, e, point)).fold(height, f64::max)
+        }
+    }
+}
+
+fn from_edge(polytope: &Polytope, e: u32, point: DVec3) -> f64 {
+    let [tail, head] = [polytope.edge(e).tail, polytope.edge(e).head].map(|v| polytope.vertex(v));
+    let along = closest_on_segment(point, tail, head);
+    tail.lerp(head, along).distance(point)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::oracle::{Random, cuboid};
+    use super::super::{initial_features, march};
+    use super::*;
+    use crate::algebra::Pose;
+    use crate::body::{Hull, convex_hull};
+
+    const SEED: u64 = 0x3a4c_fa17;
+
+    fn ball(random: &mut Random) -> Polytope {
+        let points: Vec<DVec3> = (0..30).map(|_| random.direction()).collect();
+        convex_hull(&points, 1e-9).ok().and_then(Hull::into_polytope).unwrap().0
+    }
+
+    #[test]
+    fn wrong_answers_are_named() {
+        let mut random = Random(SEED);
+        let mut apart = 0;
+        for case in 0..500 {
+            let (a, b) = (ball(&mut random), cuboid(DVec3::new(1.0, 0.5, 0.2)));
+            let pose_ba = Pose::new(random.rotation(), random.direction() * random.between(1.0, 4.0)).placement();
+            let answer = march(&a, &b, &pose_ba, initial_features(&a, &b, &pose_ba));
+            let what = format!("seed {SEED:#x}, case {case}");
+            assert_eq!(answer.validate(&a, &b, &pose_ba), Ok(()), "{what}");
+            let Proximity::Disjoint(closest) = answer.proximity else { continue };
+            apart += 1;
+            let fault = |closest: Closest| {
+                let broken = March { proximity: Proximity::Disjoint(closest), ..answer };
+                broken.validate(&a, &b, &pose_ba).expect_err("a wrong answer")
+            };
+            let longer = fault(Closest { distance: closest.distance * 1.01, ..closest });
+            assert!(matches!(longer, MarchFault::Points(_)), "{what}: {longer}");
+            let across = closest.normal.any_orthonormal_vector() * 0.5 * closest.distance;
+            let beside = Closest { point_a: closest.point_a + across, point_b: closest.point_b + across, ..closest };
+            assert!(matches!(fault(beside), MarchFault::OffFeature { .. }), "{what}");
+            // The farthest pair of vertices is a pair of points on features, and separates nothing.
+            let far = |body: &Polytope, along: DVec3| body.vertex(body.support(along));
+            let point_a = pose_ba.point(far(&a, pose_ba.inverse().vector(closest.normal)));
+            let (v, w) = (a.support(pose_ba.inverse().vector(closest.normal)), b.support(-closest.normal));
+            let point_b = b.vertex(w);
+            let distance = point_a.distance(point_b);
+            let farthest = Closest {
+                point_a,
+                point_b,
+                distance,
+                normal: (point_a - point_b) / distance,
+                features: crate::body::FeaturePair { a: Vertex(v), b: Vertex(w) },
+            };
+            assert!(matches!(fault(farthest), MarchFault::NotSeparating { .. }), "{what}");
+        }
+        assert!(apart > 100, "seed {SEED:#x}: {apart}");
+    }
+}

@@ -1,0 +1,72 @@
+//! How far a body that an implicit step moves may go in one step.
+//!
+//! Contacts are looked ahead for by need: as far as the body may go in the next step, which is twice
+//! the way of the last one and at least two skins. No step goes farther, so no step jumps over what
+//! was not looked at.
+
+use crate::algebra::Twist;
+use crate::algebra::tolerance::{REACH_CREEP, REACH_FADE, REACH_GROWTH, REACH_LEAST, TOOL_FASTEST};
+
+/// See the module's description.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Reach {
+    /// m: from the centre of mass to the farthest corner of the body's box.
+    radius: f64,
+    /// m.
+    skin: f64,
+    /// m: no point of the body moves farther in the next step.
+    most: f64,
+    /// m: the body may move so far before it meets anything that this tick's query did not look at.
+    clear: f64,
+}
+
+impl Reach {
+    /// Of a body at rest whose points are within `radius` of its centre of mass; contacts push from `skin` on; both in m.
+    pub(super) fn new(radius: f64, skin: f64) -> Self {
+        Self { radius, skin, most: REACH_LEAST * skin, clear: f64::INFINITY }
+    }
+
+    /// The same with contacts that push from another `skin` on.
+    pub(super) fn set_skin(&mut self, skin: f64) {
+        self.skin = skin;
+        self.most = self.most.max(REACH_LEAST * skin);
+    }
+
+    /// m: no point of the body moves farther in the next step.
+    pub(super) fn most(&self) -> f64 {
+        self.most
+    }
+
+    /// A tick begins, in which everything is looked at until something is said.
+    pub(super) fn begin(&mut self) {
+        self.clear = f64::INFINITY;
+    }
+
+    /// What this tick's query did not look at is at least `clear` (m) beyond the skin.
+    pub(super) fn see(&mut self, clear: f64) {
+        self.clear = self.clear.min(clear.max(0.0));
+    }
+
+    /// Something touches: the body may creep on, whatever was not looked at.
+    pub(super) fn touch(&mut self) {
+        self.clear = self.clear.max(REACH_CREEP * self.skin);
+    }
+
+    /// The share of a step of `h` seconds with `twist`, at most 1, that keeps the body within its reach, and away from what nobody
+    /// looked at. What it was looked ahead for then is all that it can meet.
+    pub(super) fn share(&self, twist: &Twist, h: f64) -> f64 {
+        let (travel, most) = (self.travel(twist, h), self.most.min(self.clear));
+        if travel > most { most / travel } else { 1.0 }
+    }
+
+    /// The body has moved with `twist` for `h` seconds.
+    pub(super) fn follow(&mut self, twist: &Twist, h: f64) {
+        let needed = (REACH_GROWTH * self.travel(twist, h)).max(REACH_FADE * self.most);
+        self.most = needed.min(TOOL_FASTEST * h).max(REACH_LEAST * self.skin);
+    }
+
+    /// m: no point of the body moves farther in `h` seconds with `twist`.
+    pub(super) fn travel(&self, twist: &Twist, h: f64) -> f64 {
+        (twist.linear.length() + twist.angular.length() * self.radius) * h
+    }
+}

@@ -1,0 +1,182 @@
+//! A body that a host moves, at its own rate: a robot's link at 60 or 500 Hz, a conveyor.
+//!
+//! The host says pose and velocity when it has them. In between the body goes on, so that no update
+//! is felt as a step:
+//!
+//! 1. *Chase*: from where it is, with the velocity it has, to where it will be by what was said, in
+//!    [`CHASE`] times the time between the last two updates; position and velocity are continuous
+//!    (Hermite's cubic). A body that moves as it was said to stays exactly on its way.
+//! 2. *Go on* with the velocity that was said, until the next update.
+//! 3. *Stop*: where none comes for [`DRIVEN_PATIENCE`], the body slows down to rest in as long again.
+//!
+//! A tick's velocity is that which takes the body to its next pose, so that the implicit step and the
+//! way agree.
+
+use glam::{DQuat, DVec3};
+
+use crate::algebra::tolerance::{DRIVEN_PATIENCE, DRIVEN_PERIOD};
+use crate::algebra::{Pose, Twist, rotation_between};
+
+/// Of the time between two updates. As long as that, and the body hurries with ten times the
+/// acceleration that the host's has; twice, and it is a millimetre behind a hand's swing at 60 Hz.
+const CHASE: f64 = 1.5;
+
+/// See the module's description. Twists are of the frame's origin.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Driven {
+    /// Where the chase began.
+    from: (Pose, Twist),
+    /// What was said.
+    said: (Pose, Twist),
+    /// s since it was said.
+    since: f64,
+    /// s: of the chase.
+    lasts: f64,
+}
+
+impl Driven {
+    /// At rest.
+    pub(super) fn at(pose: Pose) -> Self {
+        let still = (pose, Twist::default());
+        Self { from: still, said: still, since: 0.0, lasts: DRIVEN_PERIOD }
+    }
+
+    /// The host says where the body is now and how it moves; it was thought to be in the pose `now`, moving with `twist`.
+    pub(super) fn say(&mut self, pose: Pose, velocity: Twist, now: (Pose, Twist)) {
+        let lasts =
+            if self.said.1 == Twist::default() && self.since > DRIVEN_PATIENCE { DRIVEN_PERIOD } else { self.since };
+        *self = Self {
+            from: now,
+            said: (pose, velocity),
+            since: 0.0,
+            // Two updates in one tick are one.
+            lasts: if lasts > 0.0 { CHASE * lasts.min(DRIVEN_PATIENCE) } else { self.lasts },
+        };
+    }
+
+    /// `dt` s later, not negative: the new pose, and the twist that leads from it to the pose another `dt` later.
+    pub(super) fn advance(&mut self, dt: f64) -> (Pose, Twist) {
+        self.since += dt;
+        let pose = self.pose(self.since);
+        if dt == 0.0 {
+            return (pose, Twist::default());
+        }
+        let next = self.pose(self.since + dt);
+        let angular = rotation_between(pose.rotation, next.rotation) / dt;
+        (pose, Twist { angular, linear: (next.translation - pose.translation) / dt })
+    }
+
+    /// True while the host has not said anything for longer than it is waited for.
+    pub(super) fn is_overdue(&self) -> bool {
+        self.since > DRIVEN_PATIENCE && self.said.1 != Twist::default()
+    }
+
+    /// The pose `since` s after what was said.
+    fn pose(&self, since: f64) -> Pose {
+        if since >= self.lasts {
+            return self.said_then(since);
+        }
+        let end = self.said_then(self.lasts);
+        let ((from, begins), (_, ends)) = (self.from, self.said);
+        let turn = rotation_between(from.rotation, end.rotation);
+        let share = since / self.lasts;
+        let cubic = |way: DVec3, begins: DVec3, ends: DVec3| {
+            // Hermite's cubic from 0 to `way`.
+            let (square, cube) = (share * share, share * share * share);
+            way * (3.0 * square - 2.0 * cube)
+                + (begins * (cube - 2.0 * square + share) + ends * (cube - square)) * self.lasts
+        };
+        let moved = cubic(end.translation - from.translation, begins.linear, ends.linear);
+        let turned = cubic(turn, begins.angular, ends.angular);
+        Pose {
+            rotation: (DQuat::from_scaled_axis(turned) * from.rotation).normalize(),
+            translation: from.translation + moved,
+        }
+    }
+
+    /// Where the body is `since` s after what was said, by what was said.
+    fn said_then(&self, since: f64) -> Pose {
+        let (pose, twist) = self.said;
+        let late = ((since - DRIVEN_PATIENCE) / DRIVEN_PATIENCE).clamp(0.0, 1.0);
+        // The way of a velocity that falls to zero while it is late.
+        let time = since.min(DRIVEN_PATIENCE) + DRIVEN_PATIENCE * late * (1.0 - 0.5 * late);
+        if twist == Twist::default() {
+            return pose;
+        }
+        Pose {
+            rotation: (DQuat::from_scaled_axis(twist.angular * time) * pose.rotation).normalize(),
+            translation: pose.translation + twist.linear * time,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const DT: f64 = 1e-3;
+
+    /// A host at 60 Hz whose body swings and turns.
+    #[test]
+    fn between_updates_of_a_slow_host_position_and_velocity_are_continuous() {
+        let swing = |t: f64| 0.05 * (9.0 * t).sin();
+        let rate = |t: f64| 0.45 * (9.0 * t).cos();
+        let pose = |t: f64| Pose::new(DQuat::from_rotation_z(10.0 * swing(t)), DVec3::X * swing(t));
+        let twist = |t: f64| Twist { angular: DVec3::Z * 10.0 * rate(t), linear: DVec3::X * rate(t) };
+        let mut driven = Driven::at(pose(0.0));
+        let mut now = (pose(0.0), Twist::default());
+        let (mut next, mut most, mut off) = (0.0, 0.0f64, 0.0f64);
+        for k in 0..2000 {
+            let t = f64::from(k) * DT;
+            if t >= next {
+                driven.say(pose(t), twist(t), now);
+                next += 1.0 / 60.0;
+            }
+            let before = now;
+            now = driven.advance(DT);
+            if t > 0.1 {
+                most = most.max((now.1.linear - before.1.linear).length());
+                off = off.max(now.0.translation.distance(pose(t + DT).translation));
+            }
+        }
+        // The swing's own acceleration is 4.05 m/s².
+        assert!(most < 5.0 * 4.05 * DT, "{most} m/s in a tick");
+        assert!(off < 1e-3, "{off} m from the truth");
+    }
+
+    #[test]
+    fn a_body_that_moves_as_it_was_said_to_stays_on_its_way() {
+        let velocity = Twist { angular: DVec3::ZERO, linear: DVec3::X * 2.0 };
+        let mut driven = Driven::at(Pose::IDENTITY);
+        let mut now = (Pose::IDENTITY, Twist::default());
+        driven.say(Pose::IDENTITY, velocity, now);
+        for k in 1..=1000 {
+            now = driven.advance(DT);
+            if k % 17 == 0 {
+                let place = Pose::from_translation(DVec3::X * 2.0 * f64::from(k) * DT);
+                if k > 51 {
+                    assert!(now.0.translation.distance(place.translation) < 1e-9, "{now:?}");
+                    assert!((now.1.linear.x - 2.0).abs() < 1e-9, "{now:?}");
+                }
+                driven.say(place, velocity, now);
+            }
+        }
+    }
+
+    #[test]
+    fn a_host_that_falls_silent_leaves_its_body_at_rest() {
+        let mut driven = Driven::at(Pose::IDENTITY);
+        let velocity = Twist { angular: DVec3::Y, linear: DVec3::X };
+        driven.say(Pose::IDENTITY, velocity, (Pose::IDENTITY, velocity));
+        let mut fastest = 0.0f64;
+        let mut last = (Pose::IDENTITY, velocity);
+        for _ in 0..500 {
+            let now = driven.advance(DT);
+            fastest = fastest.max((now.1.linear - last.1.linear).length());
+            last = now;
+        }
+        assert!(last.1.linear.length() < 1e-12 && driven.is_overdue(), "{last:?}");
+        assert!(fastest < 0.02, "it slows down gently: {fastest}");
+        assert!((last.0.translation.x - 1.5 * DRIVEN_PATIENCE).abs() < 1e-9, "{last:?}");
+    }
+}

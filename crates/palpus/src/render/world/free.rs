@@ -1,0 +1,66 @@
+//! A body that moves under gravity, contact and friction, and is held by nobody.
+//!
+//! Its momentum is kept, not its velocity: what contacts give one body they take from another in the
+//! same numbers, so that the momentum of all bodies together is conserved, and a body that tumbles
+//! freely needs no gyroscopic term.
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::super::reach::Reach;
+use super::super::tool::radius;
+use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
+use crate::body::Body;
+
+/// See the module's description.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Free {
+    /// kg.
+    pub(super) mass: f64,
+    /// kg·m² about the centre of mass, along the body's axes.
+    inertia: DMat3,
+    /// N·s, and N·m·s about the centre of mass.
+    pub(super) momentum: Wrench,
+    pub(super) reach: Reach,
+}
+
+impl Free {
+    /// At rest; `mass` in kg, contacts push from `skin` (m) on.
+    pub(super) fn new(body: &Body, mass: f64, skin: f64) -> Self {
+        let properties = body.mass();
+        Self {
+            mass,
+            inertia: properties.inertia * (mass / properties.volume),
+            momentum: Wrench::ZERO,
+            reach: Reach::new(radius(body), skin),
+        }
+    }
+
+    /// The step of `h` s without contacts: its matrix and right side, which are of the velocity at the end of the step.
+    pub(super) fn begin(&self, pose: &Pose, gravity: DVec3, h: f64) -> (SpatialMatrix, Wrench) {
+        let weight = Wrench { torque: DVec3::ZERO, force: gravity * (self.mass * h) };
+        (SpatialMatrix::of_body(self.mass, self.inertia_at(pose)), self.momentum + weight)
+    }
+
+    /// The velocity that belongs to the momentum.
+    pub(super) fn twist(&self, pose: &Pose) -> Twist {
+        let angular = self.inertia_at(pose).inverse() * self.momentum.torque;
+        Twist { angular, linear: self.momentum.force / self.mass }
+    }
+
+    /// The momentum that belongs to a velocity.
+    pub(super) fn set_twist(&mut self, pose: &Pose, twist: &Twist) {
+        self.momentum = Wrench { torque: self.inertia_at(pose) * twist.angular, force: twist.linear * self.mass };
+    }
+
+    /// The pose after `h` s with `twist`; `center` is the centre of mass in the body's frame.
+    pub(super) fn moved(pose: &Pose, center: DVec3, twist: &Twist, h: f64) -> Pose {
+        let rotation = (DQuat::from_scaled_axis(twist.angular * h) * pose.rotation).normalize();
+        let center_after = pose.point(center) + twist.linear * h;
+        Pose { rotation, translation: center_after - rotation * center }
+    }
+
+    fn inertia_at(&self, pose: &Pose) -> DMat3 {
+        let rotation = DMat3::from_quat(pose.rotation);
+        rotation * self.inertia * rotation.transpose()
+    }
+}

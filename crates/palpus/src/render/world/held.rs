@@ -1,0 +1,149 @@
+//! A tool of a world: the probe that a device holds, its settings and its tick.
+
+use glam::DVec3;
+
+use super::super::tool::{Begun, Tool};
+use super::super::{Limits, ProbeState, Settings, Tick, ToolCounters, VirtualCoupling, saturate};
+use crate::algebra::{Pose, Twist, Wrench, rotation_between};
+use crate::body::Body;
+
+/// See the module's description.
+#[derive(Clone, Debug)]
+pub(super) struct Held {
+    /// Its number among the bodies.
+    pub(super) thing: usize,
+    pub(super) settings: Settings,
+    /// The probe as a body of its own; it rests while there is no coupling.
+    pub(super) tool: Tool,
+    pub(super) tick: Tick,
+    /// Without a coupling: the grip's pose in the last step, and what tools and objects did there, about it.
+    driven: Option<(Pose, [Wrench; 2])>,
+    /// rad: with which shading can be on.
+    pub(super) crease_angle: Option<f64>,
+}
+
+impl Held {
+    pub(super) fn new(thing: usize, probe: &Body, settings: &Settings) -> Self {
+        Self {
+            thing,
+            tool: Tool::new(probe, settings.coupling.unwrap_or(VirtualCoupling::SLACK), settings),
+            tick: Tick::new(0),
+            driven: None,
+            crease_angle: settings.shading.map(|shading| shading.crease_angle),
+            settings: *settings,
+        }
+    }
+
+    /// Room in each tick for `capacity` contacts.
+    pub(super) fn make_room(&mut self, capacity: usize) {
+        if self.tick.contacts.capacity() < capacity {
+            self.tick = Tick::new(capacity);
+        }
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.tool.clear();
+        self.driven = None;
+    }
+
+    /// Goes on with other settings, which have been checked.
+    pub(super) fn set_settings(&mut self, probe: &Body, settings: &Settings) {
+        self.tool.set(probe, settings.coupling.unwrap_or(VirtualCoupling::SLACK), settings);
+        // What rests does not wake up where it was.
+        if settings.coupling.is_none() {
+            self.tool.clear();
+        }
+        self.settings = *settings;
+    }
+
+    /// Begins a tick: where the probe, or the tool in its place, is looked for, and the twist of its centre of mass as far as
+    /// dampers are concerned; `None` if its state means nothing.
+    pub(super) fn begin(
+        &mut self,
+        index: u64,
+        probe: Option<&ProbeState>,
+        center_a: DVec3,
+        dt: f64,
+    ) -> Option<(Pose, Twist)> {
+        let probe = probe.copied().unwrap_or(ProbeState::at(Pose::from_translation(DVec3::NAN)));
+        self.tick.begin(index, &probe, dt);
+        self.tool.reach.begin();
+        let unmoving = !(probe.twist.angular.is_finite() && probe.twist.linear.is_finite());
+        self.tick.counters.bad_state = u32::from(unmoving || !probe.pose_ba.is_valid());
+        if !probe.pose_ba.is_valid() {
+            return None;
+        }
+        if unmoving {
+            self.tick.probe.twist = Twist::default();
+        }
+        let (pose, twist) = match self.settings.coupling {
+            // What damps the tool is part of its own step.
+            Some(_) => (self.tool.pose_ba(&self.tick.probe), Twist::default()),
+            None => (self.tick.probe.pose_ba, self.tick.probe.twist),
+        };
+        self.tick.tool_ba = pose;
+        let center = pose.point(center_a);
+        let at_center = Twist { angular: twist.angular, linear: twist.at(center - self.grip(&pose)) };
+        Some((pose, at_center))
+    }
+
+    /// Where it is held when it is at `pose`.
+    pub(super) fn grip(&self, pose: &Pose) -> DVec3 {
+        pose.point(self.settings.grip_a)
+    }
+
+    /// Without a coupling: what contacts do, about the grip.
+    pub(super) fn feel(&mut self, pose: &Pose, center: DVec3) {
+        let grip = self.grip(pose);
+        self.tick.computed = self.tick.forces.net.on_a.about(grip - center);
+    }
+
+    /// Without a coupling: the work of what acted since the last step, along the way since then.
+    pub(super) fn book(&mut self, pose: &Pose, center: DVec3) {
+        let translation = self.grip(pose);
+        let pose = Pose { translation, ..*pose };
+        let acts = [self.tick.from_other, self.tick.from_objects].map(|wrench| wrench.about(translation - center));
+        if let Some((before, acted)) = self.driven.replace((pose, acts)) {
+            let turned = rotation_between(before.rotation, pose.rotation);
+            let work = |acted: Wrench| [acted.force.dot(translation - before.translation), acted.torque.dot(turned)];
+            (self.tick.work_from_other, self.tick.work_from_objects) = (work(acted[0]), work(acted[1]));
+        }
+    }
+
+    /// With a coupling: moves the tool with `twist` for `h` s. `given`: the impulses of other tools and of objects that move, about the
+    /// centre of mass.
+    pub(super) fn end(&mut self, begun: &Begun, twist: Twist, h: f64, given: [Wrench; 2], counters: ToolCounters) {
+        self.driven = None;
+        let to_grip = begun.grip_offset();
+        let work = |given: Wrench| {
+            let at_grip = given.about(to_grip);
+            [at_grip.force.dot(twist.at(to_grip)), at_grip.torque.dot(twist.angular)]
+        };
+        (self.tick.work_from_other, self.tick.work_from_objects) = (work(given[0]), work(given[1]));
+        self.tick.computed = self.tool.end(begun, twist, h);
+        self.tick.counters.tool = counters;
+    }
+
+    /// With a coupling: the step has no solution; the tool is put to where the device is.
+    pub(super) fn reset(&mut self) {
+        self.tool.clear();
+        self.tick.counters.tool.reset = 1;
+    }
+
+    /// Keeps the wrench within the device's limits.
+    pub(super) fn saturate(&mut self) {
+        let saturated = saturate(self.tick.computed, &self.settings.limits, self.settings.saturation);
+        self.tick.commanded = saturated.wrench;
+        let counters = &mut self.tick.counters;
+        counters.saturated_force = u32::from(saturated.force_cut);
+        counters.saturated_torque = u32::from(saturated.torque_cut);
+        counters.non_finite_wrench = u32::from(saturated.non_finite);
+        if saturated.non_finite {
+            self.tick.computed = Wrench::ZERO;
+        }
+    }
+
+    pub(super) fn set_available(&mut self, available: &Limits) {
+        self.tool.set_available(available);
+    }
+}

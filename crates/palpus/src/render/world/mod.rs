@@ -1,0 +1,448 @@
+//! Many bodies: tools that are held through devices, and objects that are fixed, driven by a host, or free.
+//!
+//! ```
+//! # use std::sync::Arc;
+//! # use glam::DVec3;
+//! # use palpus::algebra::{NoClock, Pose};
+//! # use palpus::body::{Body, BodySettings, Mesh, PolygonSoup};
+//! # use palpus::render::{Object, ProbeState, Settings, World};
+//! # fn cube(side: f64) -> Arc<Body> {
+//! #     let mut soup = PolygonSoup::new();
+//! #     soup.vertices.extend((0..8).map(|k| (DVec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64) - 0.5) * side));
+//! #     for face in [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]] {
+//! #         soup.push_face(&face);
+//! #     }
+//! #     Arc::new(Body::build(Mesh::from_soup(&soup).unwrap().0, &BodySettings::default(), &mut |_| ()).unwrap())
+//! # }
+//! # let (table, block, probe) = (cube(0.5), cube(0.04), cube(0.02));
+//! let above = |z| Pose::from_translation(DVec3::Z * z);
+//! let mut world = World::new(Settings::default())?;
+//! world.add(Object::fixed(table, above(-0.25)))?;
+//! let block = world.add(Object::free(block, above(0.0201), 700.0))?;
+//! let tool = world.add_tool(probe, Settings::default())?;
+//! world.set_gravity(DVec3::Z * -9.81);
+//! for _ in 0..100 {
+//!     world.step(&[ProbeState::at(above(0.049))], 1e-3, &NoClock);
+//! }
+//! assert!(world.tick(tool).commanded.force.z > 0.0, "the probe stands in the block's upper face");
+//! assert!(world.pose(block).translation.z < 0.0201, "which lies on the table");
+//! # Ok::<(), palpus::render::SettingsError>(())
+//! ```
+//!
+//! A turn is one step of all, at one instant:
+//!
+//! 1. *Begin*: tools are where the last step put them, or where their devices are; driven bodies go on
+//!    their way ([`World::drive`]).
+//! 2. *Near*: boxes along the axes say which bodies may touch (`broad.rs`).
+//! 3. *Query* and *force*, for every two that are near, by themselves (`pair.rs`).
+//! 4. *Step*: bodies that touch move together, in one implicit step for each group (`solve.rs`), which is
+//!    linear in the velocities V′ at its end. With Aᵢ, bᵢ those of body i alone (a tool's coupling, a
+//!    free body's mass and weight), K and l those of the contacts between i and j about i's centre of
+//!    mass, and T what makes of j's velocity that of its point there:
+//!
+//!    | Aᵢ + K   −K T        | Vᵢ′ = bᵢ + l
+//!    | −Tᵀ K    Aⱼ + Tᵀ K T | Vⱼ′ = bⱼ − Tᵀ l
+//!
+//!    It is definite at any stiffness, mass and speed. What one body gives the other takes, in the same
+//!    step: the sum of their momenta does not know of K. A tool that touches nothing that is moved
+//!    feels, to the bit, what it would feel alone with what is fixed.
+//! 5. *Feel*: each tool's wrench, within its device's limits.
+//!
+//! Steps that tell each other where bodies were last would be no substitute. Contacts are so stiff that a tool which is pushed along at v would be
+//! held back with 2 k h v by what it has already left (34 N at 0.1 m/s on a usual device); told the other's velocity as well, the two throw each other to and fro.
+//!
+//! Memory is obtained when bodies are added. A step obtains none, and nothing that a device or a host says makes it panic.
+
+mod broad;
+mod driven;
+mod free;
+mod held;
+mod islands;
+mod object;
+mod pair;
+mod settle;
+mod solve;
+#[cfg(test)]
+mod tests;
+mod turn;
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use self::broad::Broad;
+use self::driven::Driven;
+use self::free::Free;
+use self::held::Held;
+use self::islands::Islands;
+use self::object::{Kind, Part, Role, Thing};
+use self::pair::{Pair, common, mirrored};
+use self::solve::BlockSystem;
+use super::{Limits, Settings, SettingsError, Tick, VirtualCoupling};
+use crate::algebra::tolerance::TOOL_SKIN;
+use crate::algebra::{Pose, Twist, Wrench};
+use crate::body::Body;
+use crate::detect::Contact;
+use crate::force::ShadingSettings;
+
+pub use object::{BodyId, Object, ToolId};
+
+/// Renders the contact of tools with objects and with each other. See the module's description.
+#[derive(Clone, Debug)]
+pub struct World {
+    /// Of contacts between objects.
+    settings: Settings,
+    /// m/s².
+    gravity: DVec3,
+    things: Vec<Thing>,
+    tools: Vec<Held>,
+    pairs: Vec<Pair>,
+    /// Of bodies i > j, at i (i − 1) / 2 + j, the number of their pair.
+    table: Vec<u32>,
+    /// The pairs that are near in this step.
+    near: Vec<u32>,
+    broad: Broad,
+    islands: Islands,
+    system: BlockSystem,
+    /// m: bodies farther apart than this and their ways do not touch.
+    margin: f64,
+    steps: u64,
+    allowed: Option<u64>,
+    counters: WorldCounters,
+}
+
+/// What happened in a world's step, beside what stands in the ticks of its tools.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct WorldCounters {
+    /// Pairs of bodies that were looked at.
+    pub pairs: u32,
+    /// Of these, pairs with contacts.
+    pub touching: u32,
+    /// Groups of bodies that were moved together.
+    pub islands: u32,
+    /// Bodies in the largest of them.
+    pub largest: u32,
+    /// Groups whose last round still changed something.
+    pub unsettled: u32,
+    /// Groups whose step was cut, so that nothing moves beyond what was looked ahead for.
+    pub bounded: u32,
+    /// Groups without a solution: their free bodies stand still, their tools are where the devices are.
+    pub reset: u32,
+    /// Driven bodies whose host is silent for too long.
+    pub overdue: u32,
+}
+
+/// No pair.
+const NONE: u32 = u32::MAX;
+/// The most corners of a patch of two pieces, about; for memory.
+const CORNERS: usize = 64;
+/// The most contacts that a tick shows, in capacities of the tool's settings.
+const SHOWN: usize = 4;
+
+impl World {
+    /// An empty world without gravity. `settings` hold between objects; tools bring their own.
+    ///
+    /// Between objects contacts are as hard as behind a coupling, since an implicit step moves what they push.
+    ///
+    /// # Errors
+    /// With the setting that cannot be.
+    pub fn new(settings: Settings) -> Result<Self, SettingsError> {
+        settings.validate()?;
+        let skin = TOOL_SKIN * settings.contact_tolerance;
+        let coupling = settings.coupling.unwrap_or(VirtualCoupling { skin, ..VirtualCoupling::SLACK });
+        Ok(Self {
+            settings: Settings { coupling: Some(coupling), ..settings },
+            gravity: DVec3::ZERO,
+            things: Vec::new(),
+            tools: Vec::new(),
+            pairs: Vec::new(),
+            table: Vec::new(),
+            near: Vec::new(),
+            broad: Broad::default(),
+            islands: Islands::default(),
+            system: BlockSystem::new(0),
+            margin: settings.contact_tolerance,
+            steps: 0,
+            allowed: None,
+            counters: WorldCounters::default(),
+        })
+    }
+
+    /// Adds an object.
+    ///
+    /// # Errors
+    /// When its pose is none, or its density or mass not positive.
+    pub fn add(&mut self, object: Object) -> Result<BodyId, SettingsError> {
+        let Object { body, pose, kind } = object;
+        let refused = |field, value, rule| Err(SettingsError { field, value, rule });
+        if !pose.is_valid() {
+            return refused("pose", pose.rotation.length(), "finite, with a quaternion of length 1");
+        }
+        let role = match kind {
+            Kind::Fixed => Role::Fixed,
+            Kind::Driven => Role::Driven(Driven::at(pose)),
+            Kind::Free(mass) if mass > 0.0 && mass.is_finite() => {
+                Role::Free(Free::new(&body, mass, self.settings.skin()))
+            }
+            Kind::Free(mass) => return refused("mass", mass, "finite and greater than 0"),
+        };
+        Ok(self.add_thing(body, role, pose.unstretched()))
+    }
+
+    /// Adds a tool with a body and settings of its own; its place among the probe states of [`Self::step`] is the next.
+    ///
+    /// # Errors
+    /// With the setting that cannot be.
+    pub fn add_tool(&mut self, probe: Arc<Body>, settings: Settings) -> Result<ToolId, SettingsError> {
+        settings.validate()?;
+        let number = self.tools.len();
+        self.margin = self.margin.max(settings.contact_tolerance);
+        self.tools.push(Held::new(self.things.len(), &probe, &settings));
+        self.add_thing(probe, Role::Tool(number), Pose::IDENTITY);
+        Ok(ToolId(number))
+    }
+
+    /// m/s², along the world's axes: what pulls at free bodies. A vector that is not finite counts as none.
+    pub fn set_gravity(&mut self, gravity: DVec3) {
+        self.gravity = if gravity.is_finite() { gravity } else { DVec3::ZERO };
+    }
+
+    /// The host says where a driven body is now and how it moves (m/s and rad/s, the linear part of its frame's origin).
+    ///
+    /// To be told at the host's own rate; between two updates the body goes on, so that they are not felt as steps. A body that is not driven,
+    /// and numbers that are not finite, change nothing: false.
+    pub fn drive(&mut self, body: BodyId, pose: Pose, velocity: Twist) -> bool {
+        let Some(thing) = self.things.get_mut(body.0) else { return false };
+        let is_finite = velocity.angular.is_finite() && velocity.linear.is_finite();
+        let Role::Driven(driven) = &mut thing.role else { return false };
+        if !(pose.is_valid() && is_finite) {
+            return false;
+        }
+        let to_origin = thing.pose.vector(-thing.body.mass().center_of_mass);
+        let twist = Twist { angular: thing.twist.angular, linear: thing.twist.at(to_origin) };
+        driven.say(pose.unstretched(), velocity, (thing.pose, twist));
+        true
+    }
+
+    /// Puts an object somewhere else, at rest, as if it had always been there. False for a tool, or a pose that is none.
+    pub fn put(&mut self, body: BodyId, pose: Pose) -> bool {
+        let skin = self.settings.skin();
+        let Some(thing) = self.things.get_mut(body.0).filter(|_| pose.is_valid()) else { return false };
+        let pose = pose.unstretched();
+        match &mut thing.role {
+            Role::Tool(_) => return false,
+            Role::Free(free) => *free = Free::new(&thing.body, free.mass, skin),
+            Role::Driven(driven) => *driven = Driven::at(pose),
+            Role::Fixed => {}
+        }
+        (thing.pose, thing.last, thing.twist) = (pose, None, Twist::default());
+        for pair in self.pairs.iter_mut().filter(|pair| pair.bodies.contains(&body.0)) {
+            pair.clear();
+        }
+        true
+    }
+
+    /// Gives a free body this velocity (m/s and rad/s, of its centre of mass). False for any other body, and for numbers that are not finite.
+    pub fn throw(&mut self, body: BodyId, twist: Twist) -> bool {
+        let Some(Thing { role: Role::Free(free), pose, .. }) = self.things.get_mut(body.0) else { return false };
+        let is_finite = twist.angular.is_finite() && twist.linear.is_finite();
+        if is_finite {
+            free.set_twist(pose, &twist);
+        }
+        is_finite
+    }
+
+    /// Where a body is, in the world; of a tool with a coupling, the tool's pose and not the device's.
+    pub fn pose(&self, body: BodyId) -> Pose {
+        self.things[body.0].pose
+    }
+
+    /// The velocity of a body's centre of mass and its angular velocity, m/s and rad/s.
+    pub fn twist(&self, body: BodyId) -> Twist {
+        let thing = &self.things[body.0];
+        match &thing.role {
+            Role::Free(free) => free.twist(&thing.pose),
+            Role::Tool(_) if thing.part.is_moved => thing.part.twist,
+            _ => thing.twist,
+        }
+    }
+
+    /// N·s, and N·m·s about its centre of mass: the momentum of a free body; nothing for any other.
+    pub fn momentum(&self, body: BodyId) -> Wrench {
+        match &self.things[body.0].role {
+            Role::Free(free) => free.momentum,
+            _ => Wrench::ZERO,
+        }
+    }
+
+    /// The body of a tool, for what asks for any body.
+    pub fn body_of(&self, tool: ToolId) -> BodyId {
+        BodyId(self.tools[tool.0].thing)
+    }
+
+    /// The contacts of two bodies in the last step, in the world's frame, as the first of the two sees them.
+    pub fn contacts(&self, of: BodyId, with: BodyId) -> impl Iterator<Item = Contact> {
+        let pair = self.pair(of.0, with.0).map(|k| &self.pairs[k]);
+        let turned = pair.is_some_and(|pair| pair.bodies[0] != of.0);
+        let contacts = pair.map_or(&[][..], |pair| &pair.contacts);
+        contacts.iter().map(move |contact| if turned { mirrored(contact) } else { *contact })
+    }
+
+    /// What a tool felt in the last step.
+    pub fn tick(&self, tool: ToolId) -> &Tick {
+        &self.tools[tool.0].tick
+    }
+
+    /// What happened in the last step.
+    pub fn counters(&self) -> &WorldCounters {
+        &self.counters
+    }
+
+    /// Those of a tool, of the next step.
+    pub fn tool_settings(&self, tool: ToolId) -> &Settings {
+        &self.tools[tool.0].settings
+    }
+
+    /// What holds between two bodies; `None` between two that nothing moves.
+    pub fn settings_between(&self, one: BodyId, other: BodyId) -> Option<&Settings> {
+        self.pair(one.0, other.0).map(|k| self.pairs[k].settings())
+    }
+
+    /// A body's body.
+    pub fn body(&self, body: BodyId) -> &Arc<Body> {
+        &self.things[body.0].body
+    }
+
+    /// A tool can take up shading at this crease angle (rad) later on, by [`Self::set_tool_settings`]. Makes no difference where shading is on
+    /// from the start.
+    pub fn prepare_shading(&mut self, tool: ToolId, crease_angle: f64) {
+        let held = &mut self.tools[tool.0];
+        held.crease_angle.get_or_insert(crease_angle);
+        for pair in self.pairs.iter_mut().filter(|pair| pair.bodies.contains(&held.thing)) {
+            pair.prepare_surfaces(crease_angle);
+        }
+    }
+
+    /// rad: the crease angle at which a tool's shading can be on.
+    pub fn crease_angle(&self, tool: ToolId) -> Option<f64> {
+        self.tools[tool.0].crease_angle
+    }
+
+    /// Goes on with other settings of a tool from the next step on. Contacts, friction and the tool are remembered and ticks counted on; a
+    /// coupling that was not there begins where the device is.
+    ///
+    /// Obtains no memory. What would need some is refused, like what cannot be: another `capacity`, and shading at a crease angle other than
+    /// that at the start or of [`Self::prepare_shading`].
+    ///
+    /// # Errors
+    /// With the setting that cannot be; all are then as they were.
+    pub fn set_tool_settings(&mut self, tool: ToolId, settings: &Settings) -> Result<(), SettingsError> {
+        settings.validate()?;
+        let held = &self.tools[tool.0];
+        let refused = |field, value, rule| Err(SettingsError { field, value, rule });
+        if settings.capacity != held.settings.capacity {
+            return refused("capacity", settings.capacity as f64, "what it was at the start");
+        }
+        let other = |shading: &ShadingSettings| held.crease_angle != Some(shading.crease_angle);
+        if let Some(shading) = settings.shading.filter(other) {
+            return refused("shading.crease_angle", shading.crease_angle, "that for which surfaces were prepared");
+        }
+        let thing = held.thing;
+        self.tools[tool.0].set_settings(&self.things[thing].body, settings);
+        self.margin = self.margin.max(settings.contact_tolerance);
+        for k in 0..self.pairs.len() {
+            if self.pairs[k].bodies.contains(&thing) {
+                let law = self.law(self.pairs[k].bodies);
+                self.pairs[k].set_settings(law);
+            }
+        }
+        Ok(())
+    }
+
+    /// A tool's device can give no more than `available` from now on: what the coupling does not hold, the hand takes. Without a
+    /// coupling, nothing changes.
+    pub fn set_available(&mut self, tool: ToolId, available: &Limits) {
+        self.tools[tool.0].set_available(available);
+    }
+
+    /// The queries of the next steps may do about so much work together ([`Work`]); `None`: as much as there is. What is not reached is felt
+    /// as it was, carried along, and comes first in the step after.
+    pub fn allow(&mut self, work: Option<u64>) {
+        self.allowed = work;
+    }
+
+    /// Forgets the past, but for where objects are and how they move: the next step is as the first was.
+    pub fn clear(&mut self) {
+        self.pairs.iter_mut().for_each(Pair::clear);
+        self.tools.iter_mut().for_each(Held::clear);
+        self.things.iter_mut().for_each(|thing| thing.last = None);
+    }
+
+    fn add_thing(&mut self, body: Arc<Body>, role: Role, pose: Pose) -> BodyId {
+        let number = self.things.len();
+        self.broad.add();
+        self.islands.add();
+        self.things.push(Thing {
+            body,
+            role,
+            pose,
+            last: None,
+            twist: Twist::default(),
+            there: true,
+            part: Part::NONE,
+        });
+        for other in 0..number {
+            let ranks = [other, number].map(|i| self.things[i].rank());
+            // Two that nothing moves have nothing to do with each other.
+            let pair = if ranks.iter().all(|&rank| rank >= 2) {
+                NONE
+            } else {
+                let bodies = if ranks[0] <= ranks[1] { [other, number] } else { [number, other] };
+                let law = self.law(bodies);
+                let most = bodies.iter().map(|&i| self.things[i].body.polytopes().len()).product::<usize>();
+                let law = Settings { capacity: law.capacity.min(most.saturating_mul(CORNERS)), ..law };
+                self.pairs.push(Pair::new(bodies, bodies.map(|i| self.things[i].body.clone()), law));
+                self.pairs.len() as u32 - 1
+            };
+            self.table.push(pair);
+        }
+        self.near.reserve(self.pairs.len());
+        self.make_room();
+        BodyId(number)
+    }
+
+    /// Memory for what the tools' ticks show, and for the largest group.
+    fn make_room(&mut self) {
+        for held in &mut self.tools {
+            let own = self.pairs.iter().filter(|pair| pair.bodies.contains(&held.thing));
+            let all: usize = own.map(|pair| pair.settings().capacity).sum();
+            held.make_room(all.min(SHOWN * held.settings.capacity));
+        }
+        let moved = self.things.iter().filter(|thing| thing.rank() < 2).count();
+        self.system = BlockSystem::new(moved);
+    }
+
+    /// What holds between two bodies.
+    fn law(&self, bodies: [usize; 2]) -> Settings {
+        let own = bodies.map(|i| match self.things[i].role {
+            Role::Tool(k) => Some(&self.tools[k].settings),
+            _ => None,
+        });
+        match own {
+            [Some(one), Some(other)] => common([one, other]),
+            [Some(settings), None] | [None, Some(settings)] => settings.held(),
+            [None, None] => self.settings.held(),
+        }
+    }
+
+    /// The number of the pair of two bodies.
+    fn pair(&self, i: usize, j: usize) -> Option<usize> {
+        let (low, high) = (i.min(j), i.max(j));
+        let place = (high * high.saturating_sub(1) / 2 + low, low < high && high < self.things.len());
+        Some(place)
+            .filter(|(_, is_pair)| *is_pair)
+            .map(|(at, _)| self.table[at])
+            .filter(|&k| k != NONE)
+            .map(|k| k as usize)
+    }
+}

@@ -1,0 +1,151 @@
+//! What a world is made of: what a user adds, and what becomes of it.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::super::tool::Begun;
+use super::driven::Driven;
+use super::free::Free;
+use super::pair::Place;
+use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
+use crate::body::Body;
+
+/// Names a body of a world, tools included.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct BodyId(pub(super) usize);
+
+/// Names a tool of a world: the first that was added is 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub struct ToolId(pub(super) usize);
+
+impl ToolId {
+    /// Its place among the tools' probe states.
+    pub fn index(self) -> usize {
+        self.0
+    }
+}
+
+/// A body that nobody holds, to be added to a [`World`](super::World).
+#[derive(Clone, Debug)]
+pub struct Object {
+    pub(super) body: Arc<Body>,
+    pub(super) pose: Pose,
+    pub(super) kind: Kind,
+}
+
+/// How an object moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Kind {
+    Fixed,
+    Driven,
+    /// kg.
+    Free(f64),
+}
+
+impl Object {
+    /// A body that never moves, its frame placed in the world by `pose`, m.
+    pub fn fixed(body: Arc<Body>, pose: Pose) -> Self {
+        Self { body, pose, kind: Kind::Fixed }
+    }
+
+    /// A body that a host moves: see [`World::drive`](super::World::drive). It stands at `pose` until then.
+    pub fn driven(body: Arc<Body>, pose: Pose) -> Self {
+        Self { body, pose, kind: Kind::Driven }
+    }
+
+    /// A body of this density (kg/m³) that moves under contact, friction and gravity. At `pose`, at rest.
+    ///
+    /// An open mesh has the mass of its [ground](crate::body::MassSource).
+    pub fn free(body: Arc<Body>, pose: Pose, density: f64) -> Self {
+        let mass = density * body.mass().volume;
+        Self { body, pose, kind: Kind::Free(mass) }
+    }
+
+    /// The same with a mass in kg.
+    pub fn free_of_mass(body: Arc<Body>, pose: Pose, mass: f64) -> Self {
+        Self { body, pose, kind: Kind::Free(mass) }
+    }
+}
+
+/// A body of a world.
+#[derive(Clone, Debug)]
+pub(super) struct Thing {
+    pub(super) body: Arc<Body>,
+    pub(super) role: Role,
+    /// In the world.
+    pub(super) pose: Pose,
+    /// In the step before this one, if it was there.
+    pub(super) last: Option<Pose>,
+    /// Of the centre of mass, where it is known before the step; else at rest.
+    pub(super) twist: Twist,
+    /// It has a place in this step.
+    pub(super) there: bool,
+    pub(super) part: Part,
+}
+
+#[derive(Clone, Debug)]
+pub(super) enum Role {
+    /// Held through a device: its number among the tools.
+    Tool(usize),
+    Free(Free),
+    Driven(Driven),
+    Fixed,
+}
+
+/// A body's part in the implicit step under way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Part {
+    /// The step moves it.
+    pub(super) is_moved: bool,
+    /// Something touches it.
+    pub(super) is_touched: bool,
+    /// What it has by itself; and with the contacts of the round.
+    pub(super) alone: (SpatialMatrix, Wrench),
+    pub(super) system: (SpatialMatrix, Wrench),
+    /// Of a tool.
+    pub(super) begun: Option<Begun>,
+    /// Its place among the bodies that are solved for together.
+    pub(super) slot: usize,
+    /// At the end of the step, of the centre of mass.
+    pub(super) twist: Twist,
+    /// N·s and N·m·s: what contacts with tools gave it in the step, about its centre of mass.
+    pub(super) from_tools: Wrench,
+    /// The same of driven and free bodies.
+    pub(super) from_objects: Wrench,
+}
+
+impl Part {
+    pub(super) const NONE: Self = Self {
+        is_moved: false,
+        is_touched: false,
+        alone: (SpatialMatrix::ZERO, Wrench::ZERO),
+        system: (SpatialMatrix::ZERO, Wrench::ZERO),
+        begun: None,
+        slot: usize::MAX,
+        twist: Twist { angular: DVec3::ZERO, linear: DVec3::ZERO },
+        from_tools: Wrench::ZERO,
+        from_objects: Wrench::ZERO,
+    };
+}
+
+impl Thing {
+    pub(super) fn place(&self) -> Place<'_> {
+        Place { body: &self.body, pose: self.pose, twist: self.twist }
+    }
+
+    /// The centre of mass, in the world.
+    pub(super) fn center(&self) -> DVec3 {
+        self.pose.point(self.body.mass().center_of_mass)
+    }
+
+    /// In a pair, the one that comes first is a.
+    pub(super) fn rank(&self) -> u32 {
+        match self.role {
+            Role::Tool(_) => 0,
+            Role::Free(_) => 1,
+            Role::Driven(_) => 2,
+            Role::Fixed => 3,
+        }
+    }
+}

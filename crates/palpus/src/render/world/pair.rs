@@ -1,0 +1,334 @@
+//! Two bodies of a world: their contacts, the forces between them, and what the implicit step makes of those.
+//!
+//! Every pair has clusters, shares and friction of its own. So what the one body gives the other takes,
+//! whatever else either of them touches; and a front, a grip or a piece's index never meets one of
+//! another pair. Everything that a tick leaves here is in the world's frame.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+
+use super::super::surfaces::Surfaces;
+use super::super::touches::Touches;
+use super::super::{Forces, Motion, Scratch, Settings, VirtualCoupling, force};
+use crate::algebra::{Clock, Pose, Quota, SpatialMatrix, Twist, Wrench};
+use crate::body::{Body, FeaturePair};
+use crate::detect::{Contact, ContactQuery, QueryCounters, QuerySettings};
+use crate::force::{Centers, FrictionSettings, NetWrench, ShadingSettings};
+
+/// Where a body of a pair is, and how it moves as far as dampers are concerned.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place<'b> {
+    pub(super) body: &'b Body,
+    pub(super) pose: Pose,
+    /// Of the centre of mass, where it is known before the step; else at rest.
+    pub(super) twist: Twist,
+}
+
+/// See the module's description. The first body is a, the second b.
+#[derive(Clone, Debug)]
+pub(super) struct Pair {
+    /// Numbers of the bodies.
+    pub(super) bodies: [usize; 2],
+    settings: Settings,
+    /// What shading needs, whether or not it is on.
+    surfaces: Option<Surfaces>,
+    query: ContactQuery,
+    scratch: Scratch,
+    pub(super) contacts: Vec<Contact>,
+    /// `net` is on a and on b, each about its own centre of mass.
+    pub(super) forces: Forces,
+    touches: Touches,
+    pub(super) counters: QueryCounters,
+    /// The last step in which it was looked at.
+    pub(super) looked_at: Option<u64>,
+    /// The group of bodies that this step moves and that it belongs to.
+    pub(super) group: u32,
+}
+
+impl Pair {
+    /// Memory for two bodies between which `settings` hold.
+    pub(super) fn new(bodies: [usize; 2], [a, b]: [Arc<Body>; 2], settings: Settings) -> Self {
+        let capacity = settings.capacity;
+        let asked = QuerySettings {
+            tolerance: settings.contact_tolerance,
+            capacity,
+            patch_angle: settings.patch_angle,
+            guard: true,
+            holding: true,
+            ..QuerySettings::default()
+        };
+        Self {
+            bodies,
+            surfaces: settings.shading.map(|shading| Surfaces::new(&a, &b, shading.crease_angle)),
+            query: ContactQuery::new(a, b, asked),
+            scratch: Scratch::new(capacity),
+            contacts: Vec::with_capacity(capacity),
+            forces: Forces::new(capacity),
+            touches: Touches::new(capacity),
+            settings,
+            counters: QueryCounters::default(),
+            looked_at: None,
+            group: u32::MAX,
+        }
+    }
+
+    /// Able to take up shading later on, at this crease angle, rad.
+    pub(super) fn prepare_surfaces(&mut self, crease_angle: f64) {
+        self.surfaces.get_or_insert_with(|| Surfaces::new(self.query.a(), self.query.b(), crease_angle));
+    }
+
+    /// Goes on with other settings; they are of the memory that there is.
+    pub(super) fn set_settings(&mut self, settings: Settings) {
+        self.settings = settings;
+        self.query.set_patch_angle(self.settings.patch_angle);
+        if self.settings.friction.is_none() {
+            self.scratch.clear();
+        }
+    }
+
+    /// What holds between the two.
+    pub(super) fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Forgets the past.
+    pub(super) fn clear(&mut self) {
+        self.query.clear();
+        self.scratch.clear();
+        self.touches.clear();
+        self.looked_at = None;
+        self.rest();
+    }
+
+    /// The two are too far from each other to be looked at.
+    pub(super) fn part(&mut self) {
+        self.scratch.clear();
+        self.touches.clear();
+        self.rest();
+    }
+
+    /// Nothing touches.
+    fn rest(&mut self) {
+        self.contacts.clear();
+        self.forces.clear();
+        self.counters = QueryCounters::default();
+    }
+
+    /// True if a contact is near enough to act in this step.
+    pub(super) fn is_touching(&self) -> bool {
+        !self.forces.clusters.is_empty()
+    }
+
+    /// m: the least distance of what was not looked at.
+    pub(super) fn unseen_separation(&self) -> f64 {
+        self.query.unseen_separation()
+    }
+
+    /// m beyond the skin: the same of what may have come near since it was last looked at.
+    pub(super) fn unlooked(&self) -> f64 {
+        self.query.unlooked_separation() - self.settings.skin()
+    }
+
+    /// They were last looked at in an earlier step, and `pose_ba` is how they lay in the step before this one.
+    pub(super) fn came_from(&mut self, pose_ba: &Pose) {
+        self.query.came_from(pose_ba);
+    }
+
+    /// All contacts of the two nearer than `within` (m).
+    pub(super) fn query(&mut self, a: &Place<'_>, b: &Place<'_>, within: f64, quota: &Quota<'_>, clock: &impl Clock) {
+        let pose_ba = relative(&a.pose, &b.pose);
+        self.query.set_tolerance(within);
+        self.counters = *self.query.run_within(&pose_ba, quota, clock);
+        self.contacts.clear();
+        self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
+    }
+
+    /// The wrenches on both, of contacts nearer than `within` (m). `implicit`: a step moves one of them under these contacts.
+    pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, within: f64, implicit: bool) {
+        let pose_ba = relative(&a.pose, &b.pose);
+        let is_placed = b.pose != Pose::IDENTITY;
+        let centers = [a, b].map(|place| place.body.mass().center_of_mass);
+        let centers = Centers { a: pose_ba.point(centers[0]), b: centers[1] };
+        let mut twist = relative_twist(&a.twist, &b.twist, a.center() - b.center());
+        if is_placed {
+            let inverse = b.pose.inverse();
+            twist = Twist { angular: inverse.vector(twist.angular), linear: inverse.vector(twist.linear) };
+        }
+        let pressed = if implicit { self.touches.pressed(self.settings.stiffness) } else { 0.0 };
+        let motion = Motion { pose_ba, centers, twist, pressed };
+        let shading = self.surfaces.as_ref().zip(self.settings.shading);
+        let direction = |contact: &Contact| match shading {
+            Some((surfaces, ShadingSettings { most_turn, .. })) => {
+                surfaces.direction(contact, [a.body, b.body], &pose_ba, most_turn)
+            }
+            None => contact.normal,
+        };
+        let contact_tolerance = within.max(self.settings.contact_tolerance);
+        let settings = Settings { contact_tolerance, ..self.settings };
+        force(&self.contacts, &motion, &settings, direction, &mut self.scratch, &mut self.forces);
+        if is_placed {
+            for contact in &mut self.contacts {
+                *contact = placed(contact, &b.pose);
+            }
+            self.forces.place(&b.pose);
+        }
+        if implicit {
+            self.touches.gather(&self.forces, a.center(), self.settings.skin());
+        } else {
+            self.touches.clear();
+        }
+    }
+
+    /// s: damping of contacts over their stiffness, so that those which share a stiffness share a damping alike.
+    fn lag(&self) -> f64 {
+        self.settings.damping / self.settings.stiffness
+    }
+
+    /// Adds what presses and holds to a step of `h` s of body a alone.
+    pub(super) fn add_to(&self, system: &mut SpatialMatrix, load: &mut Wrench, h: f64) {
+        self.touches.add_to(system, load, h, self.lag());
+    }
+
+    /// N·s and N·m·s: what contacts gave a in the step of `h` s whose solution is the `twist` of a with respect to b; about a's centre of mass.
+    pub(super) fn impulse(&self, twist: &Twist, h: f64) -> Wrench {
+        self.touches.impulse(twist, h, self.lag())
+    }
+
+    /// Which contacts press and slide if a moves with `twist` with respect to b; true if that is news.
+    pub(super) fn revise(&mut self, twist: &Twist, h: f64) -> bool {
+        let lag = self.lag();
+        self.touches.revise(twist, h, lag)
+    }
+
+    /// Clusters that let go within the step.
+    pub(super) fn released(&self) -> u32 {
+        self.touches.released()
+    }
+}
+
+impl Place<'_> {
+    /// The centre of mass, in the world.
+    pub(super) fn center(&self) -> DVec3 {
+        self.pose.point(self.body.mass().center_of_mass)
+    }
+}
+
+/// a placed in b's frame.
+pub(super) fn relative(a: &Pose, b: &Pose) -> Pose {
+    // Not multiplied, so that what a lone probe feels does not depend on where the world begins.
+    if *b == Pose::IDENTITY { *a } else { b.inverse() * *a }
+}
+
+/// a's twist with respect to b about a's centre of mass, which lies at `shift` from b's.
+pub(super) fn relative_twist(a: &Twist, b: &Twist, shift: DVec3) -> Twist {
+    if *b == Twist::default() {
+        return *a;
+    }
+    Twist { angular: a.angular - b.angular, linear: a.linear - b.at(shift) }
+}
+
+/// What holds between two bodies of these settings: the first one's, as soft as the softer of the two and within the lesser tolerance, so
+/// that both are looked after by one law.
+pub(super) fn common(settings: [&Settings; 2]) -> Settings {
+    let [first, second] = settings.map(Settings::held);
+    let [first, second] = [&first, &second];
+    let lesser = |of: fn(&Settings) -> f64| of(first).min(of(second));
+    let skin = first.skin().min(second.skin());
+    Settings {
+        contact_tolerance: lesser(|settings| settings.contact_tolerance),
+        stiffness: lesser(|settings| settings.stiffness),
+        damping: lesser(|settings| settings.damping),
+        shading: first.shading.or(second.shading),
+        friction: first.friction.zip(second.friction).map(|(one, other)| FrictionSettings {
+            tangential_stiffness: one.tangential_stiffness.min(other.tangential_stiffness),
+            ..one
+        }),
+        // Read for its skin alone.
+        coupling: first.coupling.or(second.coupling).map(|coupling| VirtualCoupling { skin, ..coupling }),
+        time_budget: first.time_budget.or(second.time_budget),
+        capacity: first.capacity.max(second.capacity),
+        ..*first
+    }
+}
+
+/// `contact` in the frame in which `pose` places its own.
+fn placed(contact: &Contact, pose: &Pose) -> Contact {
+    Contact {
+        point_a: pose.point(contact.point_a),
+        point_b: pose.point(contact.point_b),
+        normal: pose.vector(contact.normal),
+        ..*contact
+    }
+}
+
+/// `contact` as the other body sees it.
+pub(super) fn mirrored(contact: &Contact) -> Contact {
+    Contact {
+        piece_a: contact.piece_b,
+        piece_b: contact.piece_a,
+        features: FeaturePair { a: contact.features.b, b: contact.features.a },
+        point_a: contact.point_b,
+        point_b: contact.point_a,
+        normal: -contact.normal,
+        ..*contact
+    }
+}
+
+impl Forces {
+    /// Writes everything in the frame in which `pose` places the present one.
+    fn place(&mut self, pose: &Pose) {
+        for cluster in &mut self.clusters {
+            cluster.midpoint = pose.point(cluster.midpoint);
+            cluster.normal = pose.vector(cluster.normal);
+        }
+        for place in &mut self.places {
+            *place = pose.point(*place);
+        }
+        for direction in &mut self.directions {
+            *direction = pose.vector(*direction);
+        }
+        for hold in &mut self.holds {
+            *hold = pose.point(*hold);
+        }
+        for grip in &mut self.grips {
+            grip.point = pose.point(grip.point);
+            grip.force = pose.vector(grip.force);
+        }
+        let NetWrench { on_a, on_b } = self.net;
+        self.net = NetWrench { on_a: on_a.rotated(pose), on_b: on_b.rotated(pose) };
+    }
+
+    /// Adds the wrench of another pair of bodies; `turned`: the body which this is about is that pair's b.
+    pub(super) fn append_net(&mut self, other: &Self, turned: bool) {
+        let (own, others) = if turned { (other.net.on_b, other.net.on_a) } else { (other.net.on_a, other.net.on_b) };
+        self.net = NetWrench { on_a: self.net.on_a + own, on_b: self.net.on_b + others };
+    }
+
+    /// The same with its clusters, whose contacts stand from `contacts` on.
+    pub(super) fn append(&mut self, other: &Self, contacts: usize, turned: bool) {
+        let sign = if turned { -1.0 } else { 1.0 };
+        let (first_member, first_contact) = (self.members.len() as u32, contacts as u32);
+        self.clusters.extend(other.clusters.iter().map(|cluster| {
+            let mut cluster = *cluster;
+            cluster.normal *= sign;
+            cluster.first_member += first_member;
+            cluster.deepest += first_contact;
+            cluster
+        }));
+        self.members.extend(other.members.iter().map(|i| i + first_contact));
+        self.places.extend_from_slice(&other.places);
+        self.separations.extend_from_slice(&other.separations);
+        self.directions.extend(other.directions.iter().map(|direction: &DVec3| *direction * sign));
+        self.weights.extend_from_slice(&other.weights);
+        self.holds.extend_from_slice(&other.holds);
+        self.normal_forces.extend_from_slice(&other.normal_forces);
+        self.stiffnesses.extend_from_slice(&other.stiffnesses);
+        self.grips.extend(other.grips.iter().map(|grip| {
+            let mut grip = *grip;
+            grip.force *= sign;
+            grip
+        }));
+        self.append_net(other, turned);
+    }
+}

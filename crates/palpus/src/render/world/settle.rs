@@ -1,0 +1,237 @@
+//! The implicit step of a world: groups of bodies that touch, moved together. Outline in `mod.rs`, step 4.
+
+use std::ops::Range;
+
+use super::free::Free;
+use super::held::Held;
+use super::object::{Role, Thing};
+use super::pair::relative_twist;
+use super::{NONE, World};
+use crate::algebra::tolerance::COUPLING_ROUNDS;
+use crate::algebra::{SpatialMatrix, Twist, Wrench};
+use crate::render::ToolCounters;
+
+impl World {
+    /// Steps 4 and 5 of the module's description: `h` s on.
+    pub(super) fn settle(&mut self, h: f64) {
+        self.begin_step(h);
+        let mut first = 0;
+        while first < self.islands.len() {
+            let end = self.islands.end(first);
+            self.counters.islands += 1;
+            self.counters.largest = self.counters.largest.max((end - first) as u32);
+            let mut counters = ToolCounters::default();
+            if self.solve(first..end, h, &mut counters) {
+                self.end_step(first..end, h, counters);
+            } else {
+                self.reset(first..end);
+            }
+            first = end;
+        }
+        for held in &mut self.tools {
+            let thing = &self.things[held.thing];
+            if thing.there && held.settings.coupling.is_none() {
+                held.feel(&thing.pose, thing.center());
+                held.book(&thing.pose, thing.center());
+            }
+        }
+    }
+
+    /// What each body has by itself, and who moves together.
+    fn begin_step(&mut self, h: f64) {
+        self.islands.begin();
+        for &k in &self.near {
+            let pair = &self.pairs[k as usize];
+            let [a, b] = pair.bodies;
+            if pair.is_touching() && self.things[a].part.is_moved && self.things[b].part.is_moved {
+                self.islands.join(a, b);
+            }
+        }
+        self.islands.sort(|i| self.things[i].part.is_moved);
+        for &k in &self.near {
+            let pair = &mut self.pairs[k as usize];
+            let moved = pair.bodies.iter().find(|&&i| self.things[i].part.is_moved).filter(|_| pair.is_touching());
+            pair.group = moved.map_or(NONE, |&i| self.islands.group(i));
+        }
+        for thing in self.things.iter_mut().filter(|thing| thing.part.is_moved) {
+            let touched = thing.part.is_touched;
+            match &mut thing.role {
+                Role::Tool(k) => {
+                    let Held { tool, tick, .. } = &mut self.tools[*k];
+                    if touched {
+                        tool.reach.touch();
+                    }
+                    let begun = tool.begin(&tick.probe, !touched, h);
+                    (thing.part.alone, thing.part.begun) = ((begun.system, begun.load), Some(begun));
+                }
+                Role::Free(free) => {
+                    if touched {
+                        free.reach.touch();
+                    }
+                    thing.part.alone = free.begin(&thing.pose, self.gravity, h);
+                }
+                Role::Driven(_) | Role::Fixed => {}
+            }
+        }
+    }
+
+    /// The velocities of the group `of` at the end of the step; false if there is no finite solution.
+    fn solve(&mut self, of: Range<usize>, h: f64, counters: &mut ToolCounters) -> bool {
+        for (slot, k) in of.clone().enumerate() {
+            self.things[self.islands.body(k)].part.slot = slot;
+        }
+        let group = self.islands.group(self.islands.body(of.start));
+        for round in 1..=COUPLING_ROUNDS {
+            if !self.solve_once(of.clone(), group, h) {
+                return false;
+            }
+            counters.rounds = round;
+            let mut news = false;
+            for &k in &self.near {
+                let pair = &mut self.pairs[k as usize];
+                if pair.group == group {
+                    news |= pair.revise(&relative_to(&self.things, pair.bodies), h);
+                }
+            }
+            if !news {
+                return true;
+            }
+        }
+        counters.unsettled = 1;
+        self.counters.unsettled += 1;
+        true
+    }
+
+    /// The system of a group with the contacts that press and hold as of now, solved.
+    fn solve_once(&mut self, of: Range<usize>, group: u32, h: f64) -> bool {
+        let Self { things, islands, pairs, near, system, .. } = self;
+        for k in of.clone() {
+            let part = &mut things[islands.body(k)].part;
+            part.system = part.alone;
+        }
+        let is_alone = of.len() == 1;
+        system.begin(if is_alone { 0 } else { of.len() });
+        for pair in near.iter().map(|&k| &pairs[k as usize]).filter(|pair| pair.group == group) {
+            let [a, b] = pair.bodies;
+            let moved = [a, b].map(|i| things[i].part.is_moved);
+            if moved == [true, false] && things[b].twist == Twist::default() {
+                let (own, load) = &mut things[a].part.system;
+                pair.add_to(own, load, h);
+                continue;
+            }
+            let (mut between, mut given) = (SpatialMatrix::ZERO, Wrench::ZERO);
+            pair.add_to(&mut between, &mut given, h);
+            let shift = things[a].center() - things[b].center();
+            // What is known of the velocities stands on the right side.
+            let still = |i: usize| if things[i].part.is_moved { Twist::default() } else { things[i].twist };
+            given = given + -between.times(&relative_twist(&still(a), &still(b), shift));
+            if moved[0] {
+                let (own, load) = &mut things[a].part.system;
+                (*own, *load) = (*own + between, *load + given);
+            }
+            if moved[1] {
+                let (own, load) = &mut things[b].part.system;
+                (*own, *load) = (*own + between.about(shift), *load + -given.about(-shift));
+            }
+            if moved == [true, true] {
+                system.take_between(things[a].part.slot, things[b].part.slot, &between.across(shift));
+            }
+        }
+        if is_alone {
+            let part = &mut things[islands.body(of.start)].part;
+            let (own, load) = &part.system;
+            let solved = own.solve(load);
+            part.twist = solved.unwrap_or_default();
+            return solved.is_some();
+        }
+        for (slot, k) in of.clone().enumerate() {
+            let (own, load) = &things[islands.body(k)].part.system;
+            system.set_own(slot, own.to_rows(), load);
+        }
+        if !system.solve() {
+            return false;
+        }
+        for (slot, k) in of.enumerate() {
+            things[islands.body(k)].part.twist = system.twist(slot);
+        }
+        true
+    }
+
+    /// Moves the bodies of a group.
+    fn end_step(&mut self, of: Range<usize>, h: f64, mut counters: ToolCounters) {
+        let group = self.islands.group(self.islands.body(of.start));
+        for &k in &self.near {
+            let pair = &self.pairs[k as usize];
+            if pair.group != group {
+                continue;
+            }
+            counters.released += pair.released();
+            let [a, b] = pair.bodies;
+            let impulse = pair.impulse(&relative_to(&self.things, [a, b]), h);
+            let shift = self.things[a].center() - self.things[b].center();
+            for (i, given, other) in [(a, impulse, b), (b, -impulse.about(-shift), a)] {
+                let is_tool = matches!(self.things[other].role, Role::Tool(_));
+                let is_fixed = matches!(self.things[other].role, Role::Fixed);
+                let part = &mut self.things[i].part;
+                if is_tool {
+                    part.from_tools = part.from_tools + given;
+                } else if !is_fixed {
+                    part.from_objects = part.from_objects + given;
+                }
+            }
+        }
+        // One share for all, so that what holds between them holds on the way.
+        let reach = |k: usize| {
+            let Thing { role, part, .. } = &self.things[self.islands.body(k)];
+            match role {
+                Role::Tool(tool) => self.tools[*tool].tool.reach.share(&part.twist, h),
+                Role::Free(free) => free.reach.share(&part.twist, h),
+                Role::Driven(_) | Role::Fixed => 1.0,
+            }
+        };
+        let share = of.clone().map(reach).fold(1.0, f64::min);
+        counters.bounded = u32::from(share < 1.0);
+        self.counters.bounded += counters.bounded;
+        for k in of {
+            let Thing { role, part, pose, body, .. } = &mut self.things[self.islands.body(k)];
+            let twist = part.twist * share;
+            match role {
+                Role::Tool(tool) => {
+                    if let Some(begun) = &part.begun {
+                        let given = [part.from_tools, part.from_objects];
+                        self.tools[*tool].end(begun, twist, h, given, counters);
+                    }
+                    part.twist = twist;
+                }
+                Role::Free(free) => {
+                    // As it was solved for, so that all momenta together are conserved.
+                    free.set_twist(pose, &part.twist);
+                    free.reach.follow(&twist, h);
+                    *pose = Free::moved(pose, body.mass().center_of_mass, &twist, h);
+                }
+                Role::Driven(_) | Role::Fixed => {}
+            }
+        }
+    }
+
+    /// The step of a group has no solution.
+    fn reset(&mut self, of: Range<usize>) {
+        self.counters.reset += 1;
+        for k in of {
+            let Thing { role, part, .. } = &mut self.things[self.islands.body(k)];
+            part.twist = Twist::default();
+            match role {
+                Role::Tool(tool) => self.tools[*tool].reset(),
+                Role::Free(free) => free.momentum = Wrench::ZERO,
+                Role::Driven(_) | Role::Fixed => {}
+            }
+        }
+    }
+}
+
+/// The velocity of the first body with respect to the second one at the end of the step, about the first one's centre of mass.
+fn relative_to(things: &[Thing], [a, b]: [usize; 2]) -> Twist {
+    let [a, b] = [&things[a], &things[b]];
+    let known = |thing: &Thing| if thing.part.is_moved { thing.part.twist } else { thing.twist };
+    relative_twist(&known(a), &known(b), a.center() - b.center())
+}

@@ -1,0 +1,230 @@
+//! One turn of a world, from the states of its tools to their wrenches. Outline in `mod.rs`.
+
+use glam::DVec3;
+
+use super::held::Held;
+use super::object::{Part, Role};
+use super::pair::{Pair, mirrored, relative};
+use super::{NONE, World, WorldCounters};
+use crate::algebra::{Clock, Twist, Work};
+use crate::render::ProbeState;
+use crate::render::tool::radius;
+
+impl World {
+    /// One turn of the loop: what the states of all tools feel like, in the order in which the tools were added. `dt` is the time since the last
+    /// step, s.
+    ///
+    /// A tool whose pose is none feels nothing and is not there for the others.
+    pub fn step(&mut self, probes: &[ProbeState], dt: f64, clock: &impl Clock) {
+        let begin = clock.now_ns();
+        self.begin(probes, dt);
+        self.find_near(dt);
+        self.query(dt, clock);
+        let queried = clock.now_ns();
+        self.force(dt);
+        self.show();
+        let forced = clock.now_ns();
+        self.settle(dt);
+        let coupled = clock.now_ns();
+        self.tools.iter_mut().filter(|held| self.things[held.thing].there).for_each(Held::saturate);
+        let saturated = clock.now_ns();
+        for held in &mut self.tools {
+            let times = &mut held.tick.times;
+            times.force = forced - queried;
+            times.couple = coupled - forced;
+            times.saturate = saturated - coupled;
+            times.total = saturated - begin;
+        }
+        self.steps += 1;
+    }
+
+    /// Step 1 of the module's description.
+    fn begin(&mut self, probes: &[ProbeState], dt: f64) {
+        self.counters = WorldCounters::default();
+        let h = if dt > 0.0 && dt.is_finite() { dt } else { 0.0 };
+        for thing in &mut self.things {
+            let last = thing.there.then_some(thing.pose);
+            thing.last = last.filter(|_| self.steps > 0);
+            thing.part = Part::NONE;
+            match &mut thing.role {
+                Role::Fixed => {}
+                Role::Driven(driven) => {
+                    let (pose, twist) = driven.advance(h);
+                    let to_center = pose.vector(thing.body.mass().center_of_mass);
+                    thing.pose = pose;
+                    thing.twist = Twist { angular: twist.angular, linear: twist.at(to_center) };
+                    self.counters.overdue += u32::from(driven.is_overdue());
+                }
+                Role::Free(free) => {
+                    free.reach.begin();
+                    thing.part.is_moved = h > 0.0;
+                }
+                Role::Tool(k) => {
+                    let held = &mut self.tools[*k];
+                    let begun = held.begin(self.steps, probes.get(*k), thing.body.mass().center_of_mass, dt);
+                    thing.there = begun.is_some();
+                    thing.part.is_moved = thing.there && held.settings.coupling.is_some() && h > 0.0;
+                    match begun {
+                        Some((pose, twist)) => (thing.pose, thing.twist) = (pose, twist),
+                        None => held.clear(),
+                    }
+                }
+            }
+        }
+        for pair in &mut self.pairs {
+            if pair.bodies.iter().any(|&i| !self.things[i].there) {
+                pair.clear();
+            }
+        }
+    }
+
+    /// m: no point of body `i` moves farther in this step; `None` if that is not known.
+    fn reach(&self, i: usize, dt: f64) -> Option<f64> {
+        let thing = &self.things[i];
+        match &thing.role {
+            Role::Fixed => Some(0.0),
+            Role::Free(free) => Some(free.reach.most()),
+            Role::Tool(k) => {
+                let held = &self.tools[*k];
+                held.settings.coupling.map(|_| held.tool.reach.most())
+            }
+            Role::Driven(_) => {
+                let Twist { angular, linear } = thing.twist;
+                let still = angular == DVec3::ZERO && linear == DVec3::ZERO;
+                let radius = if still { 0.0 } else { radius(&thing.body) };
+                Some((linear.length() + angular.length() * radius) * dt)
+            }
+        }
+    }
+
+    /// m: how near contacts of a pair are looked for: as near as the two can come to the skin, where that is known.
+    fn looked_ahead(&self, pair: &Pair, dt: f64) -> f64 {
+        let settings = pair.settings();
+        match pair.bodies.map(|i| self.reach(i, dt)) {
+            [Some(one), Some(other)] => settings.skin() + one + other,
+            _ => settings.contact_tolerance,
+        }
+    }
+
+    /// Step 2.
+    fn find_near(&mut self, dt: f64) {
+        for i in 0..self.things.len() {
+            let reach = self.reach(i, dt).unwrap_or(0.0);
+            let thing = &self.things[i];
+            if thing.there {
+                self.broad.put(i, &thing.body.mesh().bounds(), &thing.pose, reach + self.margin);
+            } else {
+                self.broad.take_away(i);
+            }
+        }
+        self.near.clear();
+        let (near, table) = (&mut self.near, &self.table);
+        self.broad.each_pair(|i, j| {
+            let (low, high) = (i.min(j), i.max(j));
+            let pair = table[high * (high - 1) / 2 + low];
+            if pair != NONE {
+                near.push(pair);
+            }
+        });
+        near.sort_unstable();
+        for (k, pair) in self.pairs.iter_mut().enumerate() {
+            // Just now they were near.
+            if pair.looked_at == self.steps.checked_sub(1) && self.near.binary_search(&(k as u32)).is_err() {
+                pair.part();
+            }
+        }
+        self.counters.pairs = self.near.len() as u32;
+    }
+
+    /// Stages 1 and 2 of the paper, for all pairs that are near.
+    fn query(&mut self, dt: f64, clock: &impl Clock) {
+        let work = Work::of(self.allowed);
+        let begin = self.steps.checked_sub(1);
+        for (turn, k) in self.near.iter().map(|&k| k as usize).enumerate() {
+            let within = self.looked_ahead(&self.pairs[k], dt);
+            let pair = &mut self.pairs[k];
+            let [a, b] = pair.bodies;
+            let (things, tools) = (&mut self.things, &mut self.tools);
+            if pair.looked_at.is_some()
+                && pair.looked_at != begin
+                && let Some((last_a, last_b)) = things[a].last.zip(things[b].last)
+            {
+                pair.came_from(&relative(&last_a, &last_b));
+            }
+            pair.looked_at = Some(self.steps);
+            let quota = work.share((self.near.len() - turn) as u64);
+            pair.query(&things[a].place(), &things[b].place(), within, &quota, clock);
+            // Where both move, each comes half of the way.
+            let both = [a, b].iter().all(|&i| things[i].rank() < 2);
+            let clear = pair.unlooked() * if both { 0.5 } else { 1.0 };
+            for i in [a, b] {
+                match &mut things[i].role {
+                    Role::Tool(k) => {
+                        let Held { tool, tick, .. } = &mut tools[*k];
+                        tool.reach.see(clear);
+                        tick.unseen_separation = tick.unseen_separation.min(pair.unseen_separation());
+                        tick.counters.query += pair.counters;
+                        tick.times.query += pair.counters.query_ns;
+                        tick.times.depth += pair.counters.depth_ns;
+                    }
+                    Role::Free(free) => free.reach.see(clear),
+                    Role::Driven(_) | Role::Fixed => {}
+                }
+            }
+        }
+        for held in &mut self.tools {
+            (held.tick.work, held.tick.work_allowed) = (work.spent(), self.allowed);
+        }
+    }
+
+    /// Stage 3 of the paper, for all pairs that are near.
+    fn force(&mut self, dt: f64) {
+        for k in self.near.iter().map(|&k| k as usize) {
+            let within = self.looked_ahead(&self.pairs[k], dt);
+            let pair = &mut self.pairs[k];
+            let [a, b] = pair.bodies;
+            let implicit = self.things[a].part.is_moved || self.things[b].part.is_moved;
+            pair.force(&self.things[a].place(), &self.things[b].place(), within, implicit);
+            if pair.is_touching() {
+                self.counters.touching += 1;
+                self.things[a].part.is_touched = true;
+                self.things[b].part.is_touched = true;
+            }
+        }
+    }
+
+    /// Shows each tool's tick what happens to it.
+    fn show(&mut self) {
+        for held in &mut self.tools {
+            for pair in self.near.iter().map(|&k| &self.pairs[k as usize]) {
+                if !pair.bodies.contains(&held.thing) {
+                    continue;
+                }
+                let turned = pair.bodies[1] == held.thing;
+                let partner = &self.things[pair.bodies[usize::from(!turned)]];
+                let tick = &mut held.tick;
+                let own = tick.contacts.len();
+                if own + pair.contacts.len() <= tick.contacts.capacity() {
+                    tick.contacts
+                        .extend(pair.contacts.iter().map(|contact| if turned { mirrored(contact) } else { *contact }));
+                    tick.forces.append(&pair.forces, own, turned);
+                } else {
+                    tick.forces.append_net(&pair.forces, turned);
+                }
+                let net = &pair.forces.net;
+                let on_tool = if turned { net.on_b } else { net.on_a };
+                match partner.role {
+                    Role::Tool(_) => {
+                        tick.from_other = tick.from_other + on_tool;
+                        tick.contacts_between += pair.contacts.len() as u32;
+                    }
+                    Role::Free(_) | Role::Driven(_) => tick.from_objects = tick.from_objects + on_tool,
+                    Role::Fixed => {}
+                }
+                tick.counters.linkage += pair.forces.linkage;
+                tick.counters.friction += pair.forces.adhesion;
+                tick.counters.cancelled_normals += pair.forces.cancelled_normals;
+            }
+        }
+    }
+}

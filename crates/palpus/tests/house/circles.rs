@@ -1,0 +1,35 @@
+//! Circles of files: files that need each other, straight or by way of others.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+/// For each file, those that it needs.
+pub(crate) type Needs = BTreeMap<String, BTreeSet<String>>;
+
+/// Sets of files each of which reaches all others of its set; sets of one are none.
+pub(crate) fn circles(needs: &Needs) -> Vec<BTreeSet<String>> {
+    let reached: BTreeMap<&String, BTreeSet<&String>> = needs.keys().map(|file| (file, reach(needs, file))).collect();
+    let mut found: Vec<BTreeSet<String>> = Vec::new();
+    for file in needs.keys().filter(|file| reached[file].contains(file)) {
+        let circle: BTreeSet<String> = reached[file]
+            .iter()
+            .filter(|other| reached.get(*other).is_some_and(|back| back.contains(file)))
+            .map(|other| (*other).clone())
+            .collect();
+        if !found.contains(&circle) {
+            found.push(circle);
+        }
+    }
+    found
+}
+
+/// All files that `file` needs, and that these need.
+fn reach<'n>(needs: &'n Needs, file: &String) -> BTreeSet<&'n String> {
+    let mut reached = BTreeSet::new();
+    let mut ahead: Vec<&String> = needs.get(file).into_iter().flatten().collect();
+    while let Some(next) = ahead.pop() {
+        if reached.insert(next) {
+            ahead.extend(needs.get(next).into_iter().flatten());
+        }
+    }
+    reached
+}
