@@ -25,7 +25,7 @@ fn run(data: &[u8]) {
     let mut bytes = Bytes::new(data);
     let (Some(a), Some(b)) = (polytope(&mut bytes), polytope(&mut bytes)) else { return };
     for polytope in [&a, &b] {
-        assert_eq!(polytope.check_topology(), Ok(()));
+        assert_eq!(polytope.validate_topology(), Ok(()));
     }
     let mut scratch = (WalkScratch::new(), ProofScratch::new(), CertificateMemory::new());
     let mut start = None;

@@ -917,6 +917,11 @@ pub const CANCELLED_NORMAL: f64 = 1e-6;
 /// A sum over a thousand contacts rounds a thousand times. Larger hides a wrong weight; smaller accuses rounding.
 pub const MIDPOINT_ROUNDING: f64 = 1e-12;
 
+/// m: sums of weights between which a representative is validated in debug builds.
+///
+/// Products of weights and lengths outside of them underflow or overflow. Wider accuses rounding, narrower leaves real contacts out.
+pub const SANE_WEIGHTS: [f64; 2] = [1e-100, 1e100];
+
 /// Contacts of a run of the clustering up to which its walker looks at all pairs of them in debug builds; it is quadratic.
 pub const VALIDATED_CONTACTS: usize = 64;
 

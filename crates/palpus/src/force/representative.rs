@@ -7,7 +7,7 @@
 
 use glam::DVec3;
 
-use crate::algebra::tolerance::{CANCELLED_NORMAL, MIDPOINT_ROUNDING};
+use crate::algebra::tolerance::{CANCELLED_NORMAL, MIDPOINT_ROUNDING, SANE_WEIGHTS};
 use crate::detect::Contact;
 
 /// The representative contact of a cluster, in b's frame.
@@ -123,8 +123,9 @@ pub fn represent(
         member_count: members.len() as u32,
         cancelled,
     };
-    // Of weights whose squares overflow there is no normal: bodies absurdly far apart, at an absurd tolerance.
-    let is_sane = (weight * weight).is_finite();
+    // Beyond these, at absurd tolerances, products with the weights overflow or lose their digits, and nothing is promised.
+    let [least, most] = SANE_WEIGHTS;
+    let is_sane = (least..most).contains(&weight);
     debug_assert!(
         !is_sane || cluster.validate(contacts, members) == Ok(()),
         "{:?}",
