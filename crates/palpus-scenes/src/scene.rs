@@ -35,6 +35,13 @@ pub struct Scene {
     pub gravity: DVec3,
 }
 
+impl Scene {
+    /// True if probe and environment are all that there is.
+    pub fn is_of_two_bodies(&self) -> bool {
+        self.second.is_none() && self.objects.is_empty()
+    }
+}
+
 /// A body that nobody holds.
 #[derive(Clone, Debug)]
 pub struct Object {

@@ -26,7 +26,7 @@ const HURRY: u64 = 40;
 #[test]
 fn no_step_of_any_scene_obtains_memory() {
     // The first of two tools need not touch the environment.
-    for entry in scenes().iter().filter(|entry| entry.build().second.is_none()) {
+    for entry in scenes().iter().filter(|entry| entry.build().is_of_two_bodies()) {
         let scene = entry.build();
         let (a, b) = (body(&scene.probe), body(&scene.environment));
         let paper = Settings {

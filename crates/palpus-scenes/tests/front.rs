@@ -161,7 +161,7 @@ fn wander_on(name: &str, places: usize, ticks: usize) -> (usize, usize) {
 #[test]
 fn the_front_finds_what_the_full_traversal_finds_on_every_scene() {
     // The first of two tools need not touch the environment.
-    for entry in scenes().iter().filter(|entry| entry.build().second.is_none()) {
+    for entry in scenes().iter().filter(|entry| entry.build().is_of_two_bodies()) {
         wander_on(entry.name, 1 << 15, 600);
     }
 }
@@ -212,7 +212,7 @@ fn the_front_finds_what_the_full_traversal_finds_along_a_recorded_hand() {
 #[ignore = "minutes: 20 000 ticks on each scene"]
 fn the_front_finds_what_the_full_traversal_finds_for_long() {
     // The first of two tools need not touch the environment.
-    for entry in scenes().iter().filter(|entry| entry.build().second.is_none()) {
+    for entry in scenes().iter().filter(|entry| entry.build().is_of_two_bodies()) {
         let (_, merged) = wander_on(entry.name, 1 << 15, 20_000);
         assert!(merged > 0 || entry.name == "pen-sphere" || entry.name == "box-table", "{}", entry.name);
     }

@@ -64,7 +64,7 @@ fn assert_same(found: &[(usize, usize, Option<f64>)], expected: &[(usize, usize,
 #[test]
 fn points_normal_and_separation_agree_and_the_forces_on_both_bodies_cancel() {
     // The first of two tools need not touch the environment.
-    for entry in scenes().iter().filter(|entry| entry.build().second.is_none()) {
+    for entry in scenes().iter().filter(|entry| entry.build().is_of_two_bodies()) {
         let scene = entry.build();
         let settings = settings(&scene);
         let (a, b) = (body(&scene.probe), body(&scene.environment));

@@ -69,7 +69,7 @@ impl Stage {
         let paths = [Some(&self.scene.path), self.scene.second.as_ref().map(|second| &second.path)];
         while f64::from(self.ticks) * DT < time {
             let now = f64::from(self.ticks) * DT;
-            if self.ticks % 17 == 0 {
+            if self.ticks.is_multiple_of(17) {
                 for (object, id) in self.scene.objects.iter().zip(&self.objects) {
                     if let Motion::Driven(twist) = object.motion {
                         let turn = glam::DQuat::from_scaled_axis(twist.angular * now);

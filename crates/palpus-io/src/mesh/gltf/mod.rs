@@ -31,6 +31,7 @@ use palpus::body::PolygonSoup;
 
 use super::builder::SoupBuilder;
 use super::fault::{Fault, MeshFileError, MeshProblem, Place};
+use crate::one_line::one_line;
 use accessor::{F32, U8, U16, U32, items};
 use document::{Primitive, Root, check_version_and_extensions, split_glb};
 use nodes::visit_nodes;
@@ -56,7 +57,11 @@ fn read<'a>(bytes: &'a [u8], fetch: &'a mut Fetch<'a>) -> Result<PolygonSoup, Fa
     let (json, chunk) = if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (bytes, None) };
     let json = json.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(json);
     let root: Root = serde_json::from_slice(json).map_err(|error| {
-        Fault::malformed(Place::Line(error.line() as u64), format!("the JSON is wrong: {error}; export the mesh again"))
+        let problem = one_line(&error.to_string());
+        Fault::malformed(
+            Place::Line(error.line() as u64),
+            format!("the JSON is wrong: {problem}; export the mesh again"),
+        )
     })?;
     check_version_and_extensions(&root)?;
     let buffers = vec![None; root.buffers.len()];
@@ -262,6 +267,13 @@ fn data_uri(uri: &str, place: Place) -> Result<Vec<u8>, Fault> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn json_that_is_one_long_text_gives_a_short_error() {
+        let error = parse(format!("{:?}", "\u{7f}".repeat(1000)).as_bytes(), "x");
+        let text = error.unwrap_err().to_string();
+        assert!(text.contains("line 1: the JSON is wrong") && text.len() < 700, "{text}");
+    }
 
     #[test]
     fn embedded_data_may_lack_its_padding() {

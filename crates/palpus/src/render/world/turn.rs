@@ -109,8 +109,11 @@ impl World {
     /// Step 2.
     fn find_near(&mut self, dt: f64) {
         for i in 0..self.things.len() {
-            let reach = self.reach(i, dt).unwrap_or(0.0);
             let thing = &self.things[i];
+            // A hand may be fast and the work allowed little: what a tool comes near to is looked at from
+            // the distance of its own size, so that it is known when the two meet.
+            let ahead = if matches!(thing.role, Role::Tool(_)) { radius(&thing.body) } else { 0.0 };
+            let reach = self.reach(i, dt).unwrap_or(0.0) + ahead;
             if thing.there {
                 self.broad.put(i, &thing.body.mesh().bounds(), &thing.pose, reach + self.margin);
             } else {
