@@ -1,4 +1,4 @@
-//! The scenes with bodies that nobody holds: what a scripted hand does to them.
+//! The scenes with bodies that nobody holds: what a scripted hand does to them, without a step that obtains memory.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -8,7 +8,11 @@ use palpus::algebra::{NoClock, Pose, Twist};
 use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::force::FrictionSettings;
 use palpus::render::{BodyId, Limits, Object, ProbeState, Settings, VirtualCoupling, World};
+use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 use palpus_scenes::{Motion, Scene};
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
 const DT: f64 = 1e-3;
 const LIMITS: Limits = Limits { force: 8.5, torque: 0.188 };
@@ -79,7 +83,9 @@ impl Stage {
                 }
             }
             let probes: Vec<_> = paths.iter().flatten().map(|path| ProbeState::at(path.pose(now))).collect();
+            let before = allocations_of_this_thread();
             self.world.step(&probes, DT, &NoClock);
+            assert_eq!(allocations_of_this_thread(), before, "tick {} obtains memory", self.ticks);
             assert_eq!(self.world.counters().reset, 0, "tick {}", self.ticks);
             self.ticks += 1;
         }
@@ -161,4 +167,55 @@ fn two_fingers_set_a_nut_on_its_bolt() {
     stage.run_until(8.0);
     let (bolt, nut) = (stage.place(0), stage.place(1));
     assert!((nut - bolt).truncate().length() < 2e-3 && nut.z > begin.z + 0.01, "bolt {bolt}, nut {nut}");
+}
+
+/// Fifty objects and four tools, three of which press on an object each, beside the same three pairs alone.
+#[test]
+#[ignore = "figures for the record: what bodies cost that nobody touches"]
+fn what_fifty_objects_cost_beside_three_pairs() {
+    let cube = body(&palpus_scenes::shape::cuboid(DVec3::splat(0.012)));
+    let ball = body(&palpus_scenes::shape::sphere(0.008, 2));
+    let settings = Settings {
+        contact_tolerance: 0.5e-3,
+        limits: LIMITS,
+        stiffness: VirtualCoupling::contact_stiffness(&LIMITS, 0.5e-3).expect("limits"),
+        coupling: Some(VirtualCoupling::tuned(&LIMITS, DT, 0.5e-3)),
+        ..Settings::default()
+    };
+    let place = |k: u32| DVec3::new(0.04 * f64::from(k % 10), 0.04 * f64::from(k / 10), 0.0);
+    let world = |objects: &[u32], tools: u32| {
+        let mut world = World::new(settings).expect("settings in range");
+        for &k in objects {
+            world.add(Object::fixed(cube.clone(), Pose::from_translation(place(k)))).expect("a pose");
+        }
+        (0..tools).for_each(|_| _ = world.add_tool(ball.clone(), settings).expect("settings in range"));
+        world
+    };
+    let pressed = [0, 25, 49];
+    let probes = |tools: usize, t: f64| -> Vec<ProbeState> {
+        let rub = DVec3::new((9.0 * t).sin(), (7.0 * t).cos(), 0.0) * 2e-3;
+        let above = |k: usize| pressed.get(k).map_or(DVec3::Z * 0.2, |&k| place(k) + rub + DVec3::Z * 0.0135);
+        (0..tools).map(|k| ProbeState::at(Pose::from_translation(above(k)))).collect()
+    };
+    let median = |world: &mut World, tools: usize| {
+        let mut times: Vec<f64> = (0..4000)
+            .map(|k| {
+                let probes = probes(tools, f64::from(k) * DT);
+                let begin = std::time::Instant::now();
+                world.step(&probes, DT, &NoClock);
+                begin.elapsed().as_secs_f64() * 1e6
+            })
+            .collect();
+        assert!(world.counters().touching == 3, "{:?}", world.counters());
+        palpus::algebra::quantile(&mut times, 0.5).expect("times")
+    };
+    let all: Vec<u32> = (0..50).collect();
+    let (mut three, mut many) = (world(&pressed, 3), world(&all, 4));
+    for round in 0..3 {
+        let (alone, among) = (median(&mut three, 3), median(&mut many, 4));
+        println!(
+            "round {round}: three pairs {alone:.1} µs, among fifty objects {among:.1} µs: {:.2} times",
+            among / alone
+        );
+    }
 }

@@ -23,6 +23,7 @@
 mod cell;
 mod cones;
 mod containment;
+mod containment_query;
 mod convex;
 mod half_spaces;
 mod interior;
@@ -41,11 +42,12 @@ use crate::algebra::Pose;
 use crate::algebra::tolerance::{DEPTH_BUDGET, DEPTH_GAP, DEPTH_HAIR, DEPTH_NEAR, DEPTH_ROUNDING};
 use crate::body::Body;
 use cell::Cell;
-use cones::{Goal, Leaf, Search};
-pub use containment::{Containment, ContainmentQuery};
+use cones::{Goal, Search};
+pub use containment::Containment;
+pub use containment_query::ContainmentQuery;
 use convex::{ConvexMemory, convex_depth};
 pub use interior::Interior;
-use scene::Scene;
+use scene::{Leaf, Scene};
 use way_out::{project, slide};
 
 /// Bounds the penetration depth of two bodies.

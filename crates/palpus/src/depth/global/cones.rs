@@ -24,7 +24,7 @@ use std::rc::Rc;
 
 use glam::DVec3;
 
-use super::scene::{Candidates, Key, Pair, Place, Scene};
+use super::scene::{Candidates, Key, Leaf, Pair, Place, Scene};
 use super::slabs::Slabs;
 use super::way_out::{project, slide};
 use crate::algebra::closest_on_triangle;
@@ -93,14 +93,6 @@ impl Ord for Cone {
     fn cmp(&self, other: &Self) -> std::cmp::Ordering {
         self.bound.total_cmp(&other.bound).then(self.number.cmp(&other.number))
     }
-}
-
-/// A cone at the end of a search.
-#[derive(Clone, Debug)]
-pub(super) struct Leaf {
-    pub(super) along: [DVec3; 3],
-    /// The obstacles that blocked it, in order.
-    pub(super) chain: Vec<Key>,
 }
 
 /// When a search ends.

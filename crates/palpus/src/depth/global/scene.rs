@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::cell::Cell;
-use super::cones::Leaf;
 use super::interior::Interior;
 use super::obstacle::Obstacle;
 use super::slabs::Slabs;
@@ -52,6 +51,14 @@ pub(super) enum Place {
     Free,
     /// Neither was shown: the surfaces cross, by less than can be resolved.
     Unclear,
+}
+
+/// A cone at the end of a search.
+#[derive(Clone, Debug)]
+pub(super) struct Leaf {
+    pub(super) along: [DVec3; 3],
+    /// The obstacles that blocked it, in order.
+    pub(super) chain: Vec<Key>,
 }
 
 /// Both bodies at one relative pose.

@@ -101,11 +101,15 @@ pub struct World {
     table: Vec<u32>,
     /// The pairs that are near in this step.
     near: Vec<u32>,
+    /// Those of the step before.
+    were_near: Vec<u32>,
     broad: Broad,
     islands: Islands,
     system: BlockSystem,
     /// m: bodies farther apart than this and their ways do not touch.
     margin: f64,
+    /// The margin with which the boxes of fixed bodies were made; no number, if one of them is new.
+    boxed_with: f64,
     steps: u64,
     allowed: Option<u64>,
     counters: WorldCounters,
@@ -158,10 +162,12 @@ impl World {
             pairs: Vec::new(),
             table: Vec::new(),
             near: Vec::new(),
+            were_near: Vec::new(),
             broad: Broad::default(),
             islands: Islands::default(),
             system: BlockSystem::new(0),
             margin: settings.contact_tolerance,
+            boxed_with: f64::NAN,
             steps: 0,
             allowed: None,
             counters: WorldCounters::default(),
@@ -236,6 +242,7 @@ impl World {
             Role::Fixed => {}
         }
         (thing.pose, thing.last, thing.twist) = (pose, None, Twist::default());
+        self.boxed_with = f64::NAN;
         for pair in self.pairs.iter_mut().filter(|pair| pair.bodies.contains(&body.0)) {
             pair.clear();
         }
@@ -380,6 +387,7 @@ impl World {
 
     fn add_thing(&mut self, body: Arc<Body>, role: Role, pose: Pose) -> BodyId {
         let number = self.things.len();
+        self.boxed_with = f64::NAN;
         self.broad.add();
         self.islands.add();
         self.things.push(Thing {
@@ -406,7 +414,10 @@ impl World {
             };
             self.table.push(pair);
         }
-        self.near.reserve(self.pairs.len());
+        for list in [&mut self.near, &mut self.were_near] {
+            list.clear();
+            list.reserve(self.pairs.len());
+        }
         self.make_room();
         BodyId(number)
     }

@@ -258,6 +258,26 @@ fn a_tool_alone_feels_what_it_feels_among_many() {
 }
 
 #[test]
+fn what_is_put_elsewhere_or_added_later_is_felt_there() {
+    let mut world = World::new(settings()).unwrap();
+    let block = cuboid(DVec3::splat(0.02));
+    let wall = world.add(Object::fixed(block.clone(), at(1.0, 0.0, 0.0))).unwrap();
+    let tool = world.add_tool(block.clone(), settings()).unwrap();
+    let felt = |world: &mut World, x: f64| {
+        world.clear();
+        (0..20).for_each(|k| world.step(&[ProbeState::at(at(x, 0.0, 0.022 - 2e-4 * f64::from(k)))], DT, &NoClock));
+        world.tick(tool).commanded.force.z
+    };
+    assert_eq!(felt(&mut world, 0.0), 0.0);
+    assert!(felt(&mut world, 1.0) > 0.5);
+    assert!(world.put(wall, at(0.0, 0.0, 0.0)));
+    assert!(felt(&mut world, 0.0) > 0.5);
+    assert_eq!(felt(&mut world, 1.0), 0.0);
+    world.add(Object::fixed(block, at(2.0, 0.0, 0.0))).unwrap();
+    assert!(felt(&mut world, 2.0) > 0.5);
+}
+
+#[test]
 fn what_cannot_be_is_refused_and_changes_nothing() {
     let mut world = table();
     let body = cuboid(DVec3::splat(0.02));

@@ -45,10 +45,10 @@ impl World {
         for thing in &mut self.things {
             let last = thing.there.then_some(thing.pose);
             thing.last = last.filter(|_| self.steps > 0);
-            thing.part = Part::NONE;
             match &mut thing.role {
-                Role::Fixed => {}
+                Role::Fixed => thing.part.is_touched = false,
                 Role::Driven(driven) => {
+                    thing.part.is_touched = false;
                     let (pose, twist) = driven.advance(h);
                     let to_center = pose.vector(thing.body.mass().center_of_mass);
                     thing.pose = pose;
@@ -56,10 +56,12 @@ impl World {
                     self.counters.overdue += u32::from(driven.is_overdue());
                 }
                 Role::Free(free) => {
+                    thing.part = Part::NONE;
                     free.reach.begin();
                     thing.part.is_moved = h > 0.0;
                 }
                 Role::Tool(k) => {
+                    thing.part = Part::NONE;
                     let held = &mut self.tools[*k];
                     let begun = held.begin(self.steps, probes.get(*k), thing.body.mass().center_of_mass, dt);
                     thing.there = begun.is_some();
@@ -71,8 +73,9 @@ impl World {
                 }
             }
         }
-        for pair in &mut self.pairs {
-            if pair.bodies.iter().any(|&i| !self.things[i].there) {
+        let is_gone = |held: &Held| !self.things[held.thing].there;
+        if self.tools.iter().any(is_gone) {
+            for pair in self.pairs.iter_mut().filter(|pair| pair.bodies.iter().any(|&i| !self.things[i].there)) {
                 pair.clear();
             }
         }
@@ -110,6 +113,9 @@ impl World {
     fn find_near(&mut self, dt: f64) {
         for i in 0..self.things.len() {
             let thing = &self.things[i];
+            if matches!(thing.role, Role::Fixed) && self.boxed_with == self.margin {
+                continue;
+            }
             // A hand may be fast and the work allowed little: what a tool comes near to is looked at from
             // the distance of its own size, so that it is known when the two meet.
             let ahead = if matches!(thing.role, Role::Tool(_)) { radius(&thing.body) } else { 0.0 };
@@ -120,6 +126,8 @@ impl World {
                 self.broad.take_away(i);
             }
         }
+        self.boxed_with = self.margin;
+        std::mem::swap(&mut self.near, &mut self.were_near);
         self.near.clear();
         let (near, table) = (&mut self.near, &self.table);
         self.broad.each_pair(|i, j| {
@@ -130,11 +138,8 @@ impl World {
             }
         });
         near.sort_unstable();
-        for (k, pair) in self.pairs.iter_mut().enumerate() {
-            // Just now they were near.
-            if pair.looked_at == self.steps.checked_sub(1) && self.near.binary_search(&(k as u32)).is_err() {
-                pair.part();
-            }
+        for &k in self.were_near.iter().filter(|k| self.near.binary_search(k).is_err()) {
+            self.pairs[k as usize].part();
         }
         self.counters.pairs = self.near.len() as u32;
     }
