@@ -172,6 +172,7 @@ fn two_fingers_set_a_nut_on_its_bolt() {
 /// Fifty objects and four tools, three of which press on an object each, beside the same three pairs alone.
 #[test]
 #[ignore = "figures for the record: what bodies cost that nobody touches"]
+#[expect(clippy::print_stdout, reason = "figures are for reading")]
 fn what_fifty_objects_cost_beside_three_pairs() {
     let cube = body(&palpus_scenes::shape::cuboid(DVec3::splat(0.012)));
     let ball = body(&palpus_scenes::shape::sphere(0.008, 2));
