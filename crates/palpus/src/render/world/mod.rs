@@ -372,7 +372,7 @@ impl World {
         self.tools[tool.0].set_available(available);
     }
 
-    /// The queries of the next steps may do about so much work together ([`Work`]); `None`: as much as there is. What is not reached is felt
+    /// The queries of the next steps may do about so much work together ([`crate::algebra::Work`]); `None`: as much as there is. What is not reached is felt
     /// as it was, carried along, and comes first in the step after.
     pub fn allow(&mut self, work: Option<u64>) {
         self.allowed = work;
