@@ -3,7 +3,6 @@
 
 mod clock;
 mod closest;
-mod definite;
 mod plane;
 mod pose;
 mod quantile;
@@ -18,7 +17,6 @@ mod workers;
 
 pub use clock::{Clock, NoClock};
 pub use closest::{SegmentSegment, closest_on_segment, closest_on_triangle, closest_segment_segment};
-pub use definite::solve_definite;
 pub use plane::Plane;
 pub use pose::{Placement, Pose};
 pub use quantile::{quantile, quantile_of_sorted};

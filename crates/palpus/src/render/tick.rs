@@ -1,7 +1,7 @@
 //! Everything that one turn of the loop produced.
 //!
 //! **Frames.** Contacts, clusters, forces and wrenches are written in b's frame, which is the scene's: the environment does
-//! not move. The probe's pose is a's in b, `pose_ba`; whoever has a device or a camera in another frame converts there.
+//! not move; in a [`World`](super::World), in the world's frame. The probe's pose is a's in b, `pose_ba`; whoever has a device or a camera in another frame converts there.
 //! A device holds the grip: [`ProbeState::of_grip`] turns the grip's pose into the probe's.
 //! Wrenches that the device is told are about the grip ([`super::Settings::grip_a`]), those in [`Forces::net`] about each
 //! body's centre of mass.

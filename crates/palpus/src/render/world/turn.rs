@@ -212,7 +212,8 @@ impl World {
                 let partner = &self.things[pair.bodies[usize::from(!turned)]];
                 let tick = &mut held.tick;
                 let own = tick.contacts.len();
-                if own + pair.contacts.len() <= tick.contacts.capacity() {
+                let fits = own + pair.contacts.len() <= tick.contacts.capacity();
+                if fits {
                     tick.contacts
                         .extend(pair.contacts.iter().map(|contact| if turned { mirrored(contact) } else { *contact }));
                     tick.forces.append(&pair.forces, own, turned);
@@ -224,7 +225,8 @@ impl World {
                 match partner.role {
                     Role::Tool(_) => {
                         tick.from_other = tick.from_other + on_tool;
-                        tick.contacts_between += pair.contacts.len() as u32;
+                        // Whoever takes these from all contacts must find them there.
+                        tick.contacts_between += if fits { pair.contacts.len() as u32 } else { 0 };
                     }
                     Role::Free(_) | Role::Driven(_) => tick.from_objects = tick.from_objects + on_tool,
                     Role::Fixed => {}
