@@ -26,6 +26,7 @@
 //! stiffness = 800           # N/m, as felt; left out, coupled: the device's largest force at half the skin; direct: 800
 //! damping = 0               # N·s/m
 //! friction = { static = 0.4, dynamic = 0.3, stiffness = 800 }   # else none; stiffness (N/m) is the contact's if left out
+//! material = "wood"         # impacts ring: rubber, wood, steel, or { frequency = 90, decay = 80, gain = 15 } (Hz, 1/s, N·s/m); else they don't
 //! shading = true            # else false
 //! crease_angle = 40         # degrees: sharper edges stay sharp
 //! shading_limit = 45        # degrees: the farthest that shading turns a force

@@ -7,7 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Clustering, Saturation, Settings};
+use palpus::render::{Clustering, Material, Saturation, Settings};
 use toml::de::DeTable;
 
 use super::keys::{Section, Source};
@@ -192,6 +192,7 @@ fn read_contact(
         "stiffness",
         "damping",
         "friction",
+        "material",
         "shading",
         "crease_angle",
         "shading_limit",
@@ -226,6 +227,7 @@ fn read_contact(
         render.time_budget = Some((micros * 1e3) as u64);
     }
     (render.friction, coupling.friction_stiffness) = read_friction(&contact, render.stiffness)?;
+    render.material = read_material(&contact)?;
     let crease = contact.number("crease_angle", "from 0 to 180 degrees", |x| (0.0..=180.0).contains(&x))?;
     let limit = contact.number("shading_limit", "from 0 to 89 degrees", |x| (0.0..=89.0).contains(&x))?;
     let shading = contact.boolean("shading")?;
@@ -264,6 +266,26 @@ fn read_friction(contact: &Section<'_>, stiffness: f64) -> Result<(Option<Fricti
     let chosen = friction.number("stiffness", "greater than 0 N/m", |x| x > 0.0)?;
     let tangential_stiffness = chosen.unwrap_or(stiffness);
     Ok((Some(FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness }), chosen))
+}
+
+/// How impacts ring: a material by name, or its three numbers.
+fn read_material(contact: &Section<'_>) -> Result<Option<Material>, SceneError> {
+    if contact.is_text("material") {
+        return contact.choice("material", &Material::NAMED);
+    }
+    let material = contact.section("material", &["frequency", "decay", "gain"])?;
+    if !material.exists() {
+        return Ok(None);
+    }
+    let said = [
+        material.number("frequency", "from 1 to 1000 Hz", |x| (1.0..=1e3).contains(&x))?,
+        material.number("decay", "from 1 to 10000 1/s", |x| (1.0..=1e4).contains(&x))?,
+        material.number("gain", "from 0 to 1000 N·s/m", |x| (0.0..=1e3).contains(&x))?,
+    ];
+    match said {
+        [Some(frequency), Some(decay), Some(gain)] => Ok(Some(Material { frequency, decay, gain })),
+        _ => Err(material.error("a material needs frequency, decay and gain; or write material = \"wood\"")),
+    }
 }
 
 fn read_coupling(top: &Section<'_>, unit: f64) -> Result<SceneCoupling, SceneError> {

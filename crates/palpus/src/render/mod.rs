@@ -24,6 +24,7 @@ mod tool;
 #[cfg(test)]
 mod tool_tests;
 mod touches;
+mod transient;
 mod world;
 
 pub use coupling::VirtualCoupling;
@@ -36,4 +37,5 @@ pub use scratch::Scratch;
 pub use settings::{Clustering, Settings, SettingsError};
 pub use tick::{Counters, ProbeState, StageTimes, Tick, TickSummary};
 pub use tool::ToolCounters;
+pub use transient::Material;
 pub use world::{BodyId, Object, ToolId, World, WorldCounters};
