@@ -989,8 +989,12 @@ pub const COUPLING_SAMPLED: f64 = 0.01;
 /// The loop lags by one and a half; less than that is no damping at all. More makes the noise of the velocity felt.
 pub const COUPLING_LEAD: f64 = 3.0;
 
-/// N·m/rad: aligns the tool where the device has no torque; stiff for a hand-held thing.
-pub const COUPLING_ALIGNMENT: f64 = 5.0;
+/// N·m/rad: turns the tool to the hand where the device pushes along three axes only.
+///
+/// The force is then that of a device which pushes along all six: there contact turns the hand (0.15 N·m/rad in a
+/// relaxed one, 0.6 in an ordinary one) and stretches the coupling (0.94), in a row 0.13 to 0.37. A hand that no torque turns does not give way, so the tool must. At 5 a spoon in a cup
+/// felt three times the force of the whole device; far below 0.3 the tool points elsewhere than the hand.
+pub const COUPLING_ALIGNMENT: f64 = 0.3;
 
 /// m: how much farther a coupling is stretched, whose spring has levelled off, before its anchor slips.
 ///

@@ -24,7 +24,7 @@
 //! tool is held as hard as by 5, and the coupling is softened so that both in a row are as stiff as that contact and the coupling
 //! would have been. A tool that sinks into a wall by millimetres would leave a thin part on its other side.
 
-use super::{Limits, Settings, SettingsError};
+use super::{Limits, Saturation, Settings, SettingsError};
 use crate::algebra::tolerance::{
     APPARENT_INERTIA, APPARENT_MASS, COUPLING_ALIGNMENT, COUPLING_LEAD, COUPLING_SAMPLED, COUPLING_STRETCH,
     COUPLING_TURN, TOOL_SINKS, TOOL_SKIN,
@@ -60,7 +60,9 @@ impl Settings {
         let default = Self::default();
         let stiffness = VirtualCoupling::contact_stiffness(&limits, contact_tolerance).unwrap_or(default.stiffness);
         let coupling = Some(VirtualCoupling::tuned(&limits, period, contact_tolerance));
-        Self { contact_tolerance, stiffness, coupling, limits, ..default }
+        // A torque that nobody can feel is shown, and not missed every tick.
+        let saturation = if limits.torque > 0.0 { default.saturation } else { Saturation::UnderActuated };
+        Self { contact_tolerance, stiffness, coupling, limits, saturation, ..default }
     }
 
     /// The same with friction of these coefficients, which holds what sticks as hard as contacts push.
