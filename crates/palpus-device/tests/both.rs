@@ -1,4 +1,5 @@
-//! One loop with two devices: each as if alone as long as nothing goes wrong, and what goes wrong with one takes that one's force only.
+//! One loop with two devices: each as if alone as long as nothing goes wrong, and what goes wrong
+//! with one takes that one's force only.
 
 use std::cell::RefCell;
 use std::sync::Arc;

@@ -1,4 +1,5 @@
-//! Devices that sense six axes and push along three: what they feel beside a device that pushes along all.
+//! Devices that sense six axes and push along three: what they feel beside a device that pushes
+//! along all.
 
 use std::sync::Arc;
 

@@ -88,7 +88,8 @@ fn taps_give_the_hand_nothing() {
     }
 }
 
-/// m/s²: of the grip, as it truly is, from the first impact on; and of that the first tick of its ring, N.
+/// m/s²: of the grip, as it truly is, from the first impact on; and of that the first tick of its
+/// ring, N.
 fn struck(hand: HandImpedance, material: Material) -> (Vec<f64>, f64) {
     let (mut device, limits) = tapping(hand, 0.1);
     let mut plate = Plate::new(limits, Some(material));
@@ -117,7 +118,8 @@ fn the_grip_rings_as_the_material_does() {
             let hand = hand_preset(preset).expect("a hand");
             let mass = hand.mass + SimulationSettings::default().apparatus.mass;
             let Material { frequency, decay, gain } = material;
-            // Against the same tap on something that does not ring: so little that it is only seen when it begins.
+            // Against the same tap on something that does not ring: so little that it is only seen
+            // when it begins.
             let (rung, first) = struck(hand, material);
             let (quiet, _) = struck(hand, Material { gain: 1e-9, ..material });
             let own = TAU * frequency;
