@@ -39,7 +39,7 @@ pub use bridge::{BridgeAddress, BridgeCounts, BridgeDevice, BridgeError, BridgeO
 pub use device::{
     Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, OwnWatchdog, known_devices,
 };
-pub use faulty::{Fault, FaultyDevice, Script};
+pub use faulty::{Fault, FaultyDevice, Script, StepFaults};
 pub use found::{Finding, FindingState, known_device, look};
 pub use haply::message as haply_messages;
 pub use haply::{HAPLY_ADDRESS, HaplyCounts, HaplyDevice, HaplyError, HaplyOptions};
@@ -55,8 +55,8 @@ pub use safety::{
 };
 pub use self_test::{SelfTest, SelfTestError, self_test};
 pub use servo::{
-    BothObserver, Energy, LATE, LoopTime, Percentiles, Reins, RunEnd, RunStatistics, Servo, ServoError, ServoOptions,
-    ServoTick, StepOutcome, TickObserver, Timing, ToolOutcome, VirtualTime, WallTime,
+    Energy, LATE, LoopTime, Percentiles, Reins, RunEnd, RunStatistics, Servo, ServoError, ServoOptions,
+    ServoTick, StepOutcome, TickObserver, Timing, VirtualTime, WallTime,
 };
 pub use simulated::{
     Apparatus, Encoder, Guide, Guided, HAND_PRESETS, HandImpedance, Intent, Jitter, SimulatedDevice, SimulationError,

@@ -6,10 +6,11 @@ use std::time::Duration;
 
 use palpus::algebra::Wrench;
 
+use super::pace::Start;
 use super::time::LoopTime;
-use super::{Pace, ServoOptions, ServoTick, Start, Timing};
+use super::{ServoOptions, ServoTick, Timing};
 use crate::device::{Brake, DeviceError, DeviceState, HapticDevice};
-use crate::safety::{Admitted, Cut, Cuts, Gate, Passivity, SafetyChain, Shaped, Watch};
+use crate::safety::{Admitted, Cut, Cuts, Gate, Passivity, SafetyChain, SafetyLimits, Shaped, Watch};
 
 /// A machine that was suspended for less than this was not: the clocks that say so are read one after the other.
 const SUSPENDED: Duration = Duration::from_millis(1);
@@ -117,12 +118,14 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         }
     }
 
-    /// One tick, number `index`, of damping without a step; `None` if there is nothing to go by or the device fails.
-    pub(super) fn damp(&mut self, start: &Start, admitted: &Admitted, index: u64) -> Option<ServoTick> {
+    /// One tick, number `index`, of damping device number `device` without a step; `None` if there is nothing to go by or it fails.
+    pub(super) fn damp(&mut self, start: &Start, index: u64, device: usize) -> Option<ServoTick> {
+        let admitted = self.read(start).ok()?;
         let (state, elapsed_s) = (admitted.state?, start.elapsed(self.period));
         let answered = self.answer(&state, &Wrench::ZERO, admitted.cuts, false, elapsed_s);
         let Shaped { wrench, cuts, phase, available } = answered.ok()?;
         Some(ServoTick {
+            device,
             index,
             time: index as f64 * self.period,
             state,
@@ -150,12 +153,9 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         self.chain.limits().ramp
     }
 
-    /// Takes the wrench so near to zero, within the slew limit, that zero may follow.
-    pub(super) fn let_go(&mut self, pace: &mut Pace) {
-        // What does not arrive is followed by the last zero.
-        while self.release().unwrap_or(false) {
-            pace.wait(self.time);
-        }
+    /// The thresholds of the safety chain.
+    pub(super) fn limits(&self) -> &SafetyLimits {
+        self.chain.limits()
     }
 
     /// Writes a wrench that is a step of the slew limit nearer to zero; false if zero may follow.

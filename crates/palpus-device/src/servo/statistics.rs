@@ -218,7 +218,9 @@ impl Tally {
     pub(super) fn finish(&mut self, end: RunEnd, timing: Timing, period: f64, wall: Duration) -> RunStatistics {
         let Counts { ticks, overruns, late, skipped, saturated, mut safety, energy, .. } = self.counts;
         let mut cuts = Cuts::NONE;
-        cuts.note(Cut::Device, matches!(end, RunEnd::DeviceFailed(_)));
+        // A device that was lost while it was written to has had a tick that says so.
+        let told = safety.ticks(Cut::Device) > 0;
+        cuts.note(Cut::Device, matches!(end, RunEnd::DeviceFailed(_)) && !told);
         safety.add(cuts);
         let wall_s = wall.as_secs_f64();
         let real = timing == Timing::RealTime;

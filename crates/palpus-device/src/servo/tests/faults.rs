@@ -1,6 +1,7 @@
 //! Panics, numbers that are none, devices that fail: the force is taken away, and the run goes on or ends.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist};
@@ -8,7 +9,7 @@ use palpus::algebra::{Pose, Twist};
 use super::super::*;
 use super::{Scribe, fast, go_on, guarded, pull, state_at};
 use crate::device::{Brake, DeviceError};
-use crate::safety::{AfterFault, AfterPanic, Cut, SafetyLimits, SafetyOptions};
+use crate::safety::{AfterFault, AfterPanic, Cut, SafetyLimits};
 use crate::{HandImpedance, ReplayDevice, SimulatedDevice, SimulationSettings};
 
 #[test]
