@@ -24,7 +24,7 @@ pub(crate) fn write_tick(
     let settings = again.first().header.scene.render;
     again.keep(wanted as u64);
     again.run(&mut |k, _| if k == wanted { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })?;
-    let moment = again.stop().shown(1.0 / recording.header.rate_hz);
+    let moment = again.shown(1.0 / recording.header.rate_hz);
     picture::write_run(&name(recording), &stage, settings.limits.torque, moment, file, &arguments.picture)
 }
 

@@ -17,14 +17,15 @@ pub(crate) struct Seen<'a> {
     stage: &'a Stage,
     probe: Arc<Solid>,
     environment: Arc<Solid>,
-    /// A second tool, if there is one, and the objects, with where they are while nobody says.
+    /// The other tools and the objects, with where they are while nobody says.
     others: Vec<(BodyPart, Arc<Solid>, Pose)>,
 }
 
 impl<'a> Seen<'a> {
     pub(crate) fn of(stage: &'a Stage) -> Self {
         let solid = |body| Arc::new(Solid::of_body(body));
-        let second = stage.second_probe().map(|(body, pose)| (BodyPart::SecondProbe, solid(body), pose));
+        let tools = stage.tools().enumerate().skip(1);
+        let tools = tools.map(|(k, (body, pose))| (BodyPart::OtherProbe(k + 1), solid(body), pose));
         let mut shapes: Vec<(*const Body, Arc<Solid>)> = Vec::new();
         let objects = stage.objects.iter().enumerate().map(|(k, object)| {
             // Objects that are alike are drawn from one shape.
@@ -42,7 +43,7 @@ impl<'a> Seen<'a> {
             };
             (part, shape, object.pose)
         });
-        let others = second.into_iter().chain(objects).collect();
+        let others = tools.chain(objects).collect();
         Self { stage, probe: solid(&stage.probe), environment: solid(&stage.environment), others }
     }
 
@@ -63,7 +64,7 @@ impl<'a> Seen<'a> {
             shown(BodyPart::Environment, &self.environment, stage.environment_pose, look),
         ];
         bodies.extend(self.others.iter().map(|(part, solid, pose)| {
-            // The first tool may be in the second one.
+            // The first tool may be in another one.
             let look = if matches!(part, BodyPart::Object(_)) { opaque } else { look };
             shown(*part, solid, *pose, look)
         }));

@@ -12,15 +12,15 @@ use palpus::render::{Limits, ProbeState, Saturation, Settings, VirtualCoupling};
 use palpus_device::{DeviceSpec, HandImpedance, hand_preset};
 use palpus_io::record::{FORMAT, MOST_SCENE_TEXT, RecordedBody, RecordedScene, SceneSource};
 use palpus_io::scene::{
-    CouplingMode, FilePolicy, ObjectMotion, SceneBody, SceneCoupling, SceneFile, SceneHand, SceneObject, read_scene,
+    CouplingMode, FilePolicy, ObjectMotion, SceneBody, SceneCoupling, SceneFile, SceneHand, SceneObject, SceneTool, read_scene,
 };
 use palpus_io::{ContentHash, RecordingHeader, read_mesh};
 use palpus_scenes::{HandPath, Motion, Scene, Tremor};
 
 use crate::approach::approach;
 use crate::bodies::{self, Teller};
-use crate::gaps;
 use crate::hand_path::{Following, follow};
+use crate::{gaps, tools};
 
 /// Everything that a run needs.
 pub(crate) struct Stage {
@@ -45,8 +45,8 @@ pub(crate) struct Stage {
     pub(crate) recorded: RecordedScene,
     /// What was chosen where the scene's file says nothing.
     pub(crate) notes: Vec<String>,
-    /// What a second hand holds, if there is one.
-    pub(crate) second: Option<Box<SecondStage>>,
+    /// What other hands hold.
+    pub(crate) others: Vec<OtherTool>,
     /// What nobody holds, beside the environment.
     pub(crate) objects: Vec<StageObject>,
     /// m/s², along the world's axes.
@@ -62,10 +62,11 @@ pub(crate) struct StageObject {
     pub(crate) motion: ObjectMotion,
 }
 
-/// A second tool and its hand.
-pub(crate) struct SecondStage {
+/// A tool beside the probe, and its hand.
+pub(crate) struct OtherTool {
     probe: Arc<Body>,
-    grip_a: DVec3,
+    settings: Settings,
+    coupling: SceneCoupling,
     path: HandPath,
     hand: Option<&'static str>,
     recorded: RecordedBody,
@@ -159,35 +160,27 @@ impl Stage {
         }
     }
 
-    /// What a second hand holds, and where it begins (world).
-    pub(crate) fn second_probe(&self) -> Option<(&Body, Pose)> {
-        self.second.as_deref().map(|second| (&*second.probe, second.path.pose(0.0)))
+    /// What all hands hold, the probe first, and where each begins (world).
+    pub(crate) fn tools(&self) -> impl Iterator<Item = (&Arc<Body>, Pose)> {
+        let others = self.others.iter().map(|tool| (&tool.probe, tool.path.pose(0.0)));
+        std::iter::once((&self.probe, self.path.pose(0.0))).chain(others)
     }
 
-    /// An error if there is a second tool, which `what` has no device for.
-    pub(crate) fn needs_one_device(&self, name: &str, what: &str) -> anyhow::Result<()> {
-        match self.second {
-            Some(_) => bail!("{name} has two tools and {what} one device; palpus run {name} has two"),
-            None => Ok(()),
-        }
-    }
-
-    /// The same scene with the second tool in the place of the first, if there is one.
-    pub(crate) fn of_second(&self) -> Option<Self> {
-        let SecondStage { probe, grip_a, path, hand, recorded } = self.second.as_deref()?;
-        Some(Self {
+    /// The same scene for each of the other hands: with its tool in the place of the probe, and no other tools.
+    pub(crate) fn of_others(&self) -> impl Iterator<Item = Self> {
+        self.others.iter().map(|OtherTool { probe, settings, coupling, path, hand, recorded }| Self {
             probe: probe.clone(),
             environment: self.environment.clone(),
             environment_pose: self.environment_pose,
-            settings: Settings { grip_a: *grip_a, ..self.settings },
-            coupling: self.coupling,
+            settings: *settings,
+            coupling: *coupling,
             path: path.clone(),
             hand: *hand,
             rate_hz: self.rate_hz,
             recorded: RecordedScene { probe: recorded.clone(), ..self.recorded.clone() },
             // Told of with the first.
             notes: Vec::new(),
-            second: None,
+            others: Vec::new(),
             objects: self.objects.clone(),
             gravity: self.gravity,
         })
@@ -265,19 +258,18 @@ pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<
     let probe = bodies::prepare_soup_telling("the probe", &scene.probe, &body_settings, teller)?;
     let environment = bodies::prepare_soup_telling("the environment", &scene.environment, &body_settings, teller)?;
     let body = |part: &str, content, pose| RecordedBody { mesh: format!("{}/{part}", scene.name), content, pose };
-    let second = match &scene.second {
-        None => None,
-        Some(tool) => {
-            let prepared = bodies::prepare_soup_telling("the second tool", &tool.probe, &body_settings, teller)?;
-            Some(Box::new(SecondStage {
-                probe: Arc::new(prepared.body),
-                grip_a: DVec3::ZERO,
-                path: tool.path.clone(),
-                hand: None,
-                recorded: body("second", prepared.hash, tool.start),
-            }))
-        }
-    };
+    let mut others = Vec::new();
+    if let Some(tool) = &scene.second {
+        let prepared = bodies::prepare_soup_telling("the second tool", &tool.probe, &body_settings, teller)?;
+        others.push(OtherTool {
+            probe: Arc::new(prepared.body),
+            settings,
+            coupling: SceneCoupling::default(),
+            path: tool.path.clone(),
+            hand: None,
+            recorded: body("second", prepared.hash, tool.start),
+        });
+    }
     let mut shapes: Vec<(*const PolygonSoup, Arc<Body>, ContentHash)> = Vec::new();
     let mut objects = Vec::new();
     let mut recorded_objects = Vec::new();
@@ -322,7 +314,7 @@ pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<
         rate_hz: None,
         recorded,
         notes: Vec::new(),
-        second,
+        others,
         objects,
         gravity: scene.gravity,
     })
@@ -335,8 +327,8 @@ pub(crate) enum Part {
     Probe,
     /// What is touched.
     Environment,
-    /// What the second hand holds.
-    Second,
+    /// What another hand holds: the tool of this number beside the probe.
+    Other(usize),
     /// What nobody holds: the object of this number.
     Object(usize),
 }
@@ -360,20 +352,26 @@ pub(crate) fn of_file(
     let hand = file.hand.preset.name();
     let path_of_hand = intended(&file, &file.hand, &file.probe, &probe, &environment)?;
     let body = |mesh: &Path, content, pose| RecordedBody { mesh: absolute(mesh), content, pose };
-    let second = match &file.second {
-        None => None,
-        Some(tool) => {
-            let (probe, hash) = prepare(Part::Second, &tool.body)?;
-            let grip_a = tool.grip.or_else(|| gaps::grip(&probe, "second", &mut notes)).unwrap_or_default();
-            Some(Box::new(SecondStage {
-                path: intended(&file, &tool.hand, &tool.body, &probe, &environment)?,
-                probe,
-                grip_a,
-                hand: Some(tool.hand.preset.name()),
-                recorded: body(&tool.body.mesh, hash, tool.body.pose),
-            }))
-        }
-    };
+    let mut others: Vec<OtherTool> = Vec::new();
+    for (k, tool) in file.others.iter().enumerate() {
+        // Tools that are alike share their body.
+        let alike = |other: &SceneTool| {
+            other.body.mesh == tool.body.mesh && other.body.metres_per_unit == tool.body.metres_per_unit
+        };
+        let (probe, hash) = match file.others[..k].iter().position(alike) {
+            Some(other) => (others[other].probe.clone(), others[other].recorded.content),
+            None => prepare(Part::Other(k), &tool.body)?,
+        };
+        let grip_a = tool.grip.or_else(|| gaps::grip(&probe, &tools::name(k + 1), &mut notes)).unwrap_or_default();
+        others.push(OtherTool {
+            settings: Settings { grip_a, limits: tool.limits, saturation: tool.saturation, ..file.render },
+            coupling: tool.coupling,
+            path: intended(&file, &tool.hand, &tool.body, &probe, &environment)?,
+            hand: Some(tool.hand.preset.name()),
+            recorded: body(&tool.body.mesh, hash, tool.body.pose),
+            probe,
+        });
+    }
     let mut objects: Vec<StageObject> = Vec::new();
     let mut recorded_objects: Vec<RecordedBody> = Vec::new();
     for (k, object) in file.objects.iter().enumerate() {
@@ -409,7 +407,7 @@ pub(crate) fn of_file(
         rate_hz: Some(file.rate_hz),
         recorded,
         notes,
-        second,
+        others,
         objects,
         gravity: file.gravity,
     })

@@ -24,8 +24,7 @@ use palpus_io::record::{RawState, ServoRecord};
 use palpus_io::{RecordRow, RecordingHeader};
 
 use crate::engine::Detail;
-use crate::two::NAMES;
-use crate::{files, output, when};
+use crate::{files, output, tools, when};
 pub(crate) use pen::first_part;
 use pen::{Pen, Told};
 
@@ -127,21 +126,20 @@ pub(crate) struct Keep {
     pub(crate) limit: Option<u64>,
 }
 
-/// Returns a free name for a recording that was to be called `file`, and says so if it is another one.
-pub(crate) fn free(file: &Path) -> PathBuf {
-    told(file, files::free(file))
+/// Returns free names for the recordings of so many tools, of which the first was to be called `file`.
+pub(crate) fn free(file: &Path, tools: usize) -> Vec<PathBuf> {
+    let all = |path: &Path| tools::recordings(path.to_owned(), tools);
+    all(&files::first_free(file, |path| all(path).iter().all(|path| !path.exists())))
 }
 
-/// The same for the recordings of two devices; the second one's is beside the first.
-pub(crate) fn free_pair(file: &Path) -> [PathBuf; 2] {
-    let [first, second] = files::free_pair(file, NAMES[1]);
-    [told(file, first), second]
-}
-
-fn told(wanted: &Path, free: PathBuf) -> PathBuf {
-    if free != wanted {
-        let (wanted, free) = (wanted.display(), free.display());
-        output::note(format!("{wanted} is there already; recording to {free}"));
+/// Returns the names of the recordings of a run: those that were asked for, or free ones, which is said.
+pub(crate) fn of_run(file: &Path, tools: usize, keep: &Keep) -> Vec<PathBuf> {
+    if keep.overwrite {
+        return tools::recordings(file.to_owned(), tools);
+    }
+    let free = free(file, tools);
+    if free[0] != file {
+        output::note(format!("{} is there already; recording to {}", file.display(), free[0].display()));
     }
     free
 }

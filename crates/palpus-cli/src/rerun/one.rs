@@ -1,44 +1,16 @@
-//! The recording of one tool, run again.
+//! What a recording has for a replay: its scene, whether all its ticks are there, and what each row says.
 
 use std::num::NonZeroU64;
-use std::ops::ControlFlow;
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use palpus::algebra::Wrench;
 use palpus_device::{Cut, Cuts, DeviceState, LATE};
 use palpus_io::record::{SceneSource, ServoRecord};
-use palpus_io::{RecordRow, Recording};
+use palpus_io::{ContentHash, RecordRow, Recording};
 
 use super::places::{Places, tell_changes};
-use crate::engine::Engine;
 use crate::recording::first_part;
-use crate::safety;
 use crate::stage::{self, Stage};
-
-/// Runs the recording of one tool again and tells `each` of every tick: which row, the wrench for the device, contacts.
-pub(crate) fn run_again(
-    recording: &Recording,
-    places: &Places<'_>,
-    each: &mut dyn FnMut(usize, &Wrench, u32),
-) -> anyhow::Result<()> {
-    let stage = replayable(recording, None, places)?;
-    let mut engine = engine_of(recording, &stage)?;
-    run_again_on(recording, &mut engine, &mut |k, wrench, contacts| {
-        each(k, wrench, contacts);
-        ControlFlow::Continue(())
-    })
-}
-
-/// The recorded scene, ready to be run again, if it can be; `second` is the recording of a second tool.
-pub(crate) fn replayable(
-    recording: &Recording,
-    second: Option<&Recording>,
-    places: &Places<'_>,
-) -> anyhow::Result<Stage> {
-    check_rows(recording)?;
-    stage_of(recording, second, places)
-}
 
 /// An error if the recorded device poses are not those of the grip, which is what this palpus takes
 /// device poses to be.
@@ -67,57 +39,6 @@ pub(crate) fn check_rows(recording: &Recording) -> anyhow::Result<()> {
 /// rad: the crease angle at which a change in the recording has shading on, if one has.
 pub(crate) fn crease_angle(recording: &Recording) -> Option<f64> {
     recording.changes.iter().find_map(|(_, settings)| Some(settings.shading?.crease_angle))
-}
-
-/// The engine as it was when the recording began, able to take up what the recording's changes bring.
-pub(crate) fn engine_of(recording: &Recording, stage: &Stage) -> anyhow::Result<Engine> {
-    let engine = Engine::new(stage, recording.header.scene.render)?;
-    Ok(match crease_angle(recording) {
-        Some(angle) => engine.with_surfaces(angle),
-        None => engine,
-    })
-}
-
-/// Runs a recording that is [`replayable`] on an [`engine_of`] it, until `each` breaks off.
-pub(crate) fn run_again_on(
-    recording: &Recording,
-    engine: &mut Engine,
-    each: &mut dyn FnMut(usize, &Wrench, u32) -> ControlFlow<()>,
-) -> anyhow::Result<()> {
-    let header = &recording.header;
-    let mut chain = safety::of_recording(&header.scene.more, 1.0 / header.rate_hz)?;
-    let mut changes = recording.changes.iter().peekable();
-    for (k, row) in recording.rows.iter().enumerate() {
-        while let Some((tick, settings)) = changes.next_if(|(tick, _)| *tick <= row.tick) {
-            engine.set_settings(settings).with_context(|| format!("the settings from tick {tick} on cannot be set"))?;
-        }
-        let state = state(row);
-        let told = told(row);
-        let (computed, contacts, received) = match has_stepped(row) {
-            true => {
-                engine.allow(work_allowed(row));
-                let outcome = engine.step(&state, row.dt);
-                (outcome.wrench, outcome.detail.tick.contacts, outcome.received)
-            }
-            false => (Wrench::ZERO, row.contacts, [0.0; 2]),
-        };
-        if told.has(Cut::Panic) {
-            engine.forget();
-        }
-        let wrench = match &mut chain {
-            Some(chain) => {
-                chain.receive(received);
-                let shaped = chain.shape(&state, &computed, told, elapsed(row));
-                engine.set_available(&shaped.available);
-                shaped.wrench
-            }
-            None => computed,
-        };
-        if each(k, &wrench, contacts).is_break() {
-            break;
-        }
-    }
-    Ok(())
 }
 
 /// The state that the engine and the chain got.
@@ -157,17 +78,17 @@ pub(crate) fn elapsed(row: &RecordRow) -> f64 {
     row.servo.map_or(row.dt, |servo| servo.elapsed_s)
 }
 
-/// The recorded scene, made ready again; refused if its meshes are others now.
-fn stage_of(recording: &Recording, second: Option<&Recording>, places: &Places<'_>) -> anyhow::Result<Stage> {
+/// The scene that the first tool's `recording` is of, made ready again; refused if its meshes are others now. `others` are the contents of
+/// the other tools' meshes.
+pub(super) fn stage_of(recording: &Recording, others: &[ContentHash], places: &Places<'_>) -> anyhow::Result<Stage> {
     let recorded = &recording.header.scene;
     let (name, file) = match &recorded.source {
         SceneSource::BuiltIn(name) => (name, None),
         SceneSource::File(name) => (name, Some(Path::new(name))),
     };
     tell_changes(&recording.header, file);
-    let second = second.map(|recording| recording.header.scene.probe.content);
     let stage = match file.zip(recorded.text.as_deref()) {
-        Some((path, text)) => places.stage(recorded, text, path, second),
+        Some((path, text)) => places.stage(recorded, text, path, others),
         None => stage::prepare(name, places.policy),
     };
     let mut stage = stage.with_context(|| format!("the recorded scene `{name}` is not here as it was recorded"))?;

@@ -1,10 +1,10 @@
 //! One device of a session: what it is steered by, what is known of it, and what it leaves behind.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use palpus::render::{Clustering, Settings, SettingsError, VirtualCoupling};
 use palpus_device::{
-    DeviceSpec, Guide, HapticDevice, Newest, Publisher, RealTimeClaims, RunEnd, SafetyLimits, Servo, latest,
+    DeviceSpec, Guide, HapticDevice, Newest, Publisher, RealTimeClaims, RunEnd, SafetyLimits, latest,
 };
 use palpus_io::scene::CouplingMode;
 
@@ -50,16 +50,16 @@ pub(super) struct Taken {
 }
 
 impl Seat {
-    /// Out of the plan of device `which` (0 or 1). It is recorded from the beginning to the first of `files`, if there are any; the second is the
-    /// other device's. `crease_angle`: at which the engine can shade. `beginning` says how recordings are kept and where faults are logged.
+    /// Out of the plan of device `which`. It is recorded from the beginning to its one of `files`, if there are any. `crease_angle`: at which the
+    /// engine can shade. `beginning` says how recordings are kept and where faults are logged.
     pub(super) fn take(
         plan: Plan,
         which: usize,
-        files: Option<(&Path, Option<&Path>)>,
+        files: Option<&[PathBuf]>,
         crease_angle: Option<f64>,
         beginning: &Beginning<'_>,
     ) -> anyhow::Result<Taken> {
-        let Plan { stage, rate_hz, options, limits, settings, device, guide, header, .. } = plan;
+        let Plan { stage, rate_hz, limits, settings, device, guide, header, .. } = plan;
         let spec = device.spec().clone();
         let coupling = preset(&stage, &spec, rate_hz, CouplingMode::Coupled).coupling;
         let (asked, newest) = latest(settings);
@@ -67,9 +67,8 @@ impl Seat {
         let logged = beginning.fault_log.and_then(|file| FaultLog::start(file, &header, which));
         let (watch, faults) = logged.map_or((None, None), |(watch, log)| (Some(watch), Some(log)));
         let (mut recordings, (orders, over)) = Recordings::new(header, which, beginning.keep);
-        let rows = files.map(|(path, other)| recordings.start(path.to_owned(), other, &settings)).transpose()?;
+        let rows = files.map(|files| recordings.start(files, &settings)).transpose()?;
         let working = Working {
-            servo: Servo::new(options)?,
             device,
             gatherer: Gatherer::new()?,
             log: Log { rows, in_force: settings, orders, over },

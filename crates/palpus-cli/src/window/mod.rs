@@ -65,9 +65,9 @@ mod here {
         beginning: &Beginning<'_>,
         stop: &Arc<AtomicBool>,
     ) -> anyhow::Result<(Session, Scene, Newest<Moment>)> {
-        let capacity = ready.capacity();
+        let capacity = ready.engine.capacity();
         let (publisher, moments) = latest_of(move || Moment::new(capacity));
-        ready.publish(publisher);
+        ready.engine.publish(publisher);
         let scene = scene(ready.plan());
         let session = Session::start(ready, beginning, stop)?;
         session.leave_core();

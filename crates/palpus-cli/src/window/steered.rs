@@ -121,7 +121,7 @@ fn prepared(wanted: &Wanted, present: &Present, arguments: &RunArguments, tell: 
     let stage = stage::prepare_telling(&name, policy, &Teller::Calls(&calls))?;
     tell("making ready", None);
     let is_hardware = |device: &String| device != "sim" && !device.starts_with("replay:");
-    let mut devices = std::iter::once(&arguments.device).chain(&arguments.second_device);
+    let mut devices = arguments.device.iter().chain(&arguments.second_device);
     if devices.any(is_hardware) {
         return Ok(Next::Stage(name, Box::new(stage)));
     }

@@ -74,6 +74,16 @@
 //! angular_velocity = [0, 0, 0]   # rad/s
 //! ```
 //!
+//! In place of `[probe]`, `[second]` and `[hand]`, a scene may have any number of tools, each in a hand and on a device of its own:
+//!
+//! ```toml
+//! [[tool]]                  # the first is what [probe] is, the second what [second] is
+//! mesh = "lid.obj"          # and position, orientation, grip, unit, as of the probe
+//! hand = { preset = "firm" }            # as [hand]
+//! coupling = { stiffness = 500 }        # as [coupling], which holds for what is not said here
+//! device = { force_limit = 3.0 }        # as [device], likewise; but for the rate, which is that of the loop
+//! ```
+//!
 //! 1. The text is parsed with the place of every key and value, so that whatever is wrong is named with line and column.
 //! 2. An unknown key is an error that names the nearest valid one: a mistyped key that did nothing would be felt, not
 //!    seen.
@@ -91,7 +101,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist};
-use palpus::render::Settings;
+use palpus::render::{Limits, Saturation, Settings};
 use serde::{Deserialize, Serialize};
 
 pub use read::{parse_scene, read_scene};
@@ -118,8 +128,8 @@ pub struct SceneFile {
     pub hand: SceneHand,
     /// What the file does not say, and what depends on the meshes.
     pub gaps: SceneGaps,
-    /// What a second hand holds, on a device of its own.
-    pub second: Option<SecondTool>,
+    /// What other hands hold, each on a device of its own.
+    pub others: Vec<SceneTool>,
     /// What nobody holds, beside the environment.
     pub objects: Vec<SceneObject>,
     /// m/s², along the world's axes.
@@ -159,15 +169,21 @@ pub struct SceneGaps {
     pub grip: bool,
 }
 
-/// A second tool and its hand.
+/// A tool beside the probe, and its hand.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SecondTool {
+pub struct SceneTool {
     /// What it is and where it starts.
     pub body: SceneBody,
     /// Where the hand holds it, m, in its mesh's frame; `None` if the file does not say.
     pub grip: Option<DVec3>,
     /// The simulated hand.
     pub hand: SceneHand,
+    /// Between its device and the tool.
+    pub coupling: SceneCoupling,
+    /// What its device is to give at the most.
+    pub limits: Limits,
+    /// How a wrench beyond them is cut.
+    pub saturation: Saturation,
 }
 
 /// A body of a scene.
