@@ -17,7 +17,6 @@ pub(crate) fn first_free(base: &Path, is_free: impl Fn(&Path) -> bool) -> PathBu
     std::iter::once(base.to_owned()).chain(numbered).find(|path| is_free(path)).unwrap_or_else(|| base.to_owned())
 }
 
-
 /// The file beside `base` of the same name but for `-addition` before the ending.
 pub(crate) fn beside(base: &Path, addition: impl Display) -> PathBuf {
     let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();

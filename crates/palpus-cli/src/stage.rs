@@ -12,7 +12,8 @@ use palpus::render::{Limits, ProbeState, Saturation, Settings, VirtualCoupling};
 use palpus_device::{DeviceSpec, HandImpedance, hand_preset};
 use palpus_io::record::{FORMAT, MOST_SCENE_TEXT, RecordedBody, RecordedScene, SceneSource};
 use palpus_io::scene::{
-    CouplingMode, FilePolicy, ObjectMotion, SceneBody, SceneCoupling, SceneFile, SceneHand, SceneObject, SceneTool, read_scene,
+    CouplingMode, FilePolicy, ObjectMotion, SceneBody, SceneCoupling, SceneFile, SceneHand, SceneObject, SceneTool,
+    read_scene,
 };
 use palpus_io::{ContentHash, RecordingHeader, read_mesh};
 use palpus_scenes::{HandPath, Motion, Scene, Tremor};

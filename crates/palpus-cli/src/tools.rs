@@ -41,7 +41,9 @@ impl<'a> ToolArguments<'a> {
         for (k, device) in devices.iter().enumerate() {
             if device.is_some_and(|device| device != "sim" && devices[..k].contains(&Some(device))) {
                 let device = device.unwrap_or_default();
-                bail!("two hands cannot hold the device `{device}`; name another one with --second-device or a further --device");
+                bail!(
+                    "two hands cannot hold the device `{device}`; name another one with --second-device or a further --device"
+                );
             }
         }
         let tool = |(k, (device, hand)): (usize, (&Option<&'a str>, Option<&'a str>))| Self {
@@ -110,4 +112,34 @@ pub(crate) fn named_by(recording: &Recording) -> Option<(usize, Vec<&str>)> {
     let mut names: Vec<&str> = table.get("recordings")?.as_array()?.iter().filter_map(Value::as_str).collect();
     *names.get_mut(which)? = "";
     Some((which, names))
+}
+
+#[cfg(test)]
+mod tests {
+    use palpus_io::scene::FilePolicy;
+
+    use super::*;
+
+    /// A recording without rows whose header tells of other tools in this way.
+    fn with(more: Table) -> Recording {
+        crate::bodies::use_cache(false);
+        let stage = crate::stage::prepare("pen-sphere", FilePolicy::Inside).expect("a built-in scene");
+        let mut header = stage.header(stage.settings, "sim", 1000.0);
+        header.scene.more = more;
+        Recording { header, rows: Vec::new(), changes: Vec::new(), notice: None }
+    }
+
+    #[test]
+    fn recordings_name_each_other_as_now_and_as_before() {
+        let mut table = Table::new();
+        let files = recordings(PathBuf::from("out/run.csv"), 3);
+        name_recordings(1, &files, &mut table);
+        assert_eq!(named_by(&with(table)), Some((1, vec!["run.csv", "", "run-third.csv"])));
+        let told = |text: &str| with(toml::from_str(text).expect("TOML"));
+        let before = told("other_tool = { this_is = \"second\", recording = \"run.csv\" }");
+        assert_eq!(named_by(&before), Some((1, vec!["run.csv", ""])));
+        for damaged in ["this = 0, recordings = []", "this = 4, recordings = [\"a\"]", "this = -1", "recordings = 3"] {
+            assert_eq!(named_by(&told(&format!("tools = {{ {damaged} }}"))), None, "{damaged}");
+        }
+    }
 }

@@ -55,8 +55,8 @@ pub use safety::{
 };
 pub use self_test::{SelfTest, SelfTestError, self_test};
 pub use servo::{
-    Energy, LATE, LoopTime, Percentiles, Reins, RunEnd, RunStatistics, Servo, ServoError, ServoOptions,
-    ServoTick, StepOutcome, TickObserver, Timing, VirtualTime, WallTime,
+    Energy, LATE, LoopTime, Percentiles, Reins, RunEnd, RunStatistics, Servo, ServoError, ServoOptions, ServoTick,
+    StepOutcome, TickObserver, Timing, VirtualTime, WallTime,
 };
 pub use simulated::{
     Apparatus, Encoder, Guide, Guided, HAND_PRESETS, HandImpedance, Intent, Jitter, SimulatedDevice, SimulationError,

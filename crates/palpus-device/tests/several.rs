@@ -13,8 +13,8 @@ use palpus::render::{Limits, Object, ProbeState, Settings, ToolId, VirtualCoupli
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 use palpus_device::{
     AfterFault, AfterPanic, Cut, DeviceState, Fault, FaultyDevice, HapticDevice, Intent, Phase, RunEnd, RunStatistics,
-    SafetyOptions, Script, Servo, ServoError, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, StepOutcome,
-    Timing, VirtualTime,
+    SafetyOptions, Script, Servo, ServoError, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings,
+    StepOutcome, Timing, VirtualTime,
 };
 use palpus_scenes::shape;
 
@@ -139,7 +139,11 @@ fn a_fault_takes_the_force_of_its_own_device() {
         let Ran { statistics, ticks, braked } = run(3, &[(at, fault)], AfterFault::Reengage, walls);
         for other in [1, 2] {
             assert!(ticks[other] == undisturbed[other], "{fault:?}: device {other} feels it");
-            assert_eq!((statistics[other].safety.faults(), &statistics[other].end), (0, &RunEnd::Duration), "{fault:?}");
+            assert_eq!(
+                (statistics[other].safety.faults(), &statistics[other].end),
+                (0, &RunEnd::Duration),
+                "{fault:?}"
+            );
         }
         if fault == Fault::Dropped {
             assert!(matches!(statistics[0].end, RunEnd::DeviceFailed(_)) && braked == [true, false, false]);

@@ -127,7 +127,8 @@ impl Moment {
             force: *size * cluster.normal,
             separation: cluster.separation,
         });
-        let grips = forces.grips.iter().zip(&forces.members).filter(|(_, member)| !known.contains(&(**member as usize)));
+        let grips =
+            forces.grips.iter().zip(&forces.members).filter(|(_, member)| !known.contains(&(**member as usize)));
         append(&mut self.anchors, grips, |(grip, _)| {
             // The force is −stiffness times the way from the anchor to the point that it holds.
             let strain = if grip.stiffness > 0.0 { grip.force / grip.stiffness } else { DVec3::ZERO };

@@ -4,7 +4,8 @@ use std::sync::atomic::AtomicBool;
 
 use palpus::render::Settings;
 use palpus_device::{
-    DeviceState, HapticDevice, RealTimeOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, claim,
+    DeviceState, HapticDevice, RealTimeOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings,
+    claim,
 };
 use palpus_io::scene::FilePolicy;
 use serde::Serialize;
@@ -69,7 +70,8 @@ pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Resul
             let mut observe = |tick: &ServoTick, detail: &Detail| {
                 bounded += u64::from(tick.device == 0 && detail.tick.counters.query.traversal.postponed > 0);
             };
-            let mut devices: Vec<&mut (dyn HapticDevice + Send)> = devices.iter_mut().map(|device| &mut **device).collect();
+            let mut devices: Vec<&mut (dyn HapticDevice + Send)> =
+                devices.iter_mut().map(|device| &mut **device).collect();
             servo.run_all(&mut devices, step, &mut observe, &AtomicBool::new(false))
         })?;
         anyhow::Ok(joined(thread.join())??.swap_remove(0))

@@ -127,7 +127,11 @@ fn read_others(recording: &Recording, path: &Path) -> anyhow::Result<(usize, Vec
         }
         let beside = path.with_file_name(name);
         let other = read_recording(&beside).with_context(|| {
-            format!("{} is the recording of one of {} tools, and those of the others are needed", path.display(), names.len())
+            format!(
+                "{} is the recording of one of {} tools, and those of the others are needed",
+                path.display(),
+                names.len()
+            )
         })?;
         if tools::named_by(&other).is_none_or(|(of, all)| of != k || all.len() != names.len()) {
             bail!("{} is not the recording of the {} tool", beside.display(), tools::name(k));

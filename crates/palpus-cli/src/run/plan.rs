@@ -184,9 +184,8 @@ fn open(
         if arguments.fast {
             bail!("only `sim` and `replay:FILE` run faster than time; leave --fast out");
         }
-        let device =
-            devices::open(named, stage.grip(stage.path.pose(0.0)), !arguments.no_realtime, &mut notes)?
-                .ok_or_else(|| anyhow!("there is no device `{}`; there are: {}", named, devices::NAMES))?;
+        let device = devices::open(named, stage.grip(stage.path.pose(0.0)), !arguments.no_realtime, &mut notes)?
+            .ok_or_else(|| anyhow!("there is no device `{}`; there are: {}", named, devices::NAMES))?;
         return Ok(Opened { device, guide: None, notes });
     }
     let hand = stage.hand(hand)?;

@@ -3,9 +3,7 @@
 use std::path::PathBuf;
 
 use palpus::render::{Clustering, Settings, SettingsError, VirtualCoupling};
-use palpus_device::{
-    DeviceSpec, Guide, HapticDevice, Newest, Publisher, RealTimeClaims, RunEnd, SafetyLimits, latest,
-};
+use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, Publisher, RealTimeClaims, RunEnd, SafetyLimits, latest};
 use palpus_io::scene::CouplingMode;
 
 use super::recordings::Recordings;

@@ -192,13 +192,7 @@ impl Run {
     }
 
     /// What a recording says of itself.
-    fn header(
-        &self,
-        stage: &Stage,
-        settings: Settings,
-        spec: &DeviceSpec,
-        safety: &SafetyOptions,
-    ) -> RecordingHeader {
+    fn header(&self, stage: &Stage, settings: Settings, spec: &DeviceSpec, safety: &SafetyOptions) -> RecordingHeader {
         let mut header = stage.header(settings, "sim", self.rate_hz);
         let (limits, engagement) = (safety.limits(spec, self.rate_hz), safety.engagement(spec));
         crate::safety::recorded(&limits, engagement, safety, &mut header.scene.more);

@@ -122,8 +122,7 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         found.note(Cut::Overrun, self.pace.is_lost(self.time));
         found.note(Cut::Ending, self.reins.is_ended());
         self.pass_on();
-        let turn =
-            Turn { start, index: self.index, period: self.period, step_s, found, panicked: panic.is_some() };
+        let turn = Turn { start, index: self.index, period: self.period, step_s, found, panicked: panic.is_some() };
         for ((seat, state), answer) in self.seats.iter_mut().zip(&mut self.states).zip(&self.answers) {
             seat.answer(&turn, state, answer.as_ref(), || self.pace.is_overrun(self.time));
         }

@@ -69,8 +69,19 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     })?;
     let files = Files { folder: path.parent().unwrap_or(Path::new("")), policy, check };
 
-    let keys =
-        ["unit", "probe", "second", "tool", "environment", "object", "gravity", "contact", "coupling", "device", "hand"];
+    let keys = [
+        "unit",
+        "probe",
+        "second",
+        "tool",
+        "environment",
+        "object",
+        "gravity",
+        "contact",
+        "coupling",
+        "device",
+        "hand",
+    ];
     let top = Section::top(source, &root, &keys)?;
     let unit = read_unit(&top)?
         .ok_or_else(|| top.error("unit is missing: a mesh file has none, so say unit = \"mm\" (or cm, m, inch, …)"))?;
@@ -177,11 +188,7 @@ fn read_tool(
     Ok(SceneTool { body, grip, hand, coupling, limits, saturation })
 }
 
-pub(super) fn read_body(
-    section: &Section<'_>,
-    unit: f64,
-    files: Files<'_>,
-) -> Result<SceneBody, SceneError> {
+pub(super) fn read_body(section: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneBody, SceneError> {
     let missing = || section.error(format!("{0} has no mesh; add mesh = \"FILE\" under {0}", section.title()));
     let (mesh, span) = section.text("mesh")?.ok_or_else(missing)?;
     let mesh = resolve(section, mesh, &span, files)?;
