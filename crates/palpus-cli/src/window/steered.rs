@@ -46,7 +46,7 @@ enum Next {
     /// A stage, by name: the device is to be opened.
     Stage(String, Box<Stage>),
     /// Everything.
-    Run(Ready),
+    Run(Box<Ready>),
 }
 
 impl<'a> Steered<'a> {
@@ -88,7 +88,7 @@ impl<'a> Steered<'a> {
         let recorded = self.session.as_ref().is_some_and(|session| session.recording().is_some());
         self.end_session()?;
         let ready = match next {
-            Next::Run(ready) => ready,
+            Next::Run(ready) => *ready,
             Next::Stage(name, stage) => Ready::new(self.arguments, &name, *stage, true)?,
         };
         let record = recorded.then_some(self.arguments.record.as_path());
@@ -125,7 +125,7 @@ fn prepared(wanted: &Wanted, present: &Present, arguments: &RunArguments, tell: 
     if devices.any(is_hardware) {
         return Ok(Next::Stage(name, Box::new(stage)));
     }
-    Ready::new(arguments, &name, stage, true).map(Next::Run)
+    Ready::new(arguments, &name, stage, true).map(|ready| Next::Run(Box::new(ready)))
 }
 
 impl Run for Steered<'_> {
