@@ -93,7 +93,8 @@ impl Seat {
 
     /// The same of what another device's tool gets: this one's is coupled as suits its own device.
     pub(super) fn fit_of_other(&self, wanted: &Settings) -> Settings {
-        self.fit(&Settings { coupling: wanted.coupling.and(self.coupling), ..*wanted })
+        let Settings { saturation, .. } = self.settings;
+        self.fit(&Settings { coupling: wanted.coupling.and(self.coupling), saturation, ..*wanted })
     }
 
     /// Has the engine go on with these.
