@@ -1,7 +1,8 @@
 //! An allocator that counts what each thread allocates.
 //!
-//! The servo path promises not to allocate; installing [`CountingAllocator`] as the global allocator of a
-//! program or a test turns that promise into a number ([`allocations_of_this_thread`]).
+//! The servo path promises not to allocate; installing [`CountingAllocator`] as the global
+//! allocator of a program or a test turns that promise into a number
+//! ([`allocations_of_this_thread`]).
 #![allow(unsafe_code)] // The only way to be an allocator.
 
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -14,19 +15,20 @@ thread_local! {
 /// The system's allocator, counting calls that obtain memory (freeing is not counted).
 pub struct CountingAllocator;
 
-/// How many times this thread has obtained memory since it began; always 0 unless [`CountingAllocator`] is the
-/// program's global allocator.
+/// How many times this thread has obtained memory since it began; always 0 unless
+/// [`CountingAllocator`] is the program's global allocator.
 pub fn allocations_of_this_thread() -> u64 {
     ALLOCATIONS.try_with(Cell::get).unwrap_or(0)
 }
 
 fn count() {
-    // A thread that is being torn down has no counter any more; its allocations are nobody's servo path.
+    // A thread that is being torn down has no counter any more; its allocations are nobody's servo
+    // path.
     let _ = ALLOCATIONS.try_with(|n| n.set(n.get() + 1));
 }
 
-// SAFETY: every call is passed on unchanged to the system allocator; the counter is a thread-local Cell with a
-// const initialiser, which itself never allocates.
+// SAFETY: every call is passed on unchanged to the system allocator; the counter is a thread-local
+// Cell with a const initialiser, which itself never allocates.
 unsafe impl GlobalAlloc for CountingAllocator {
     unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
         count();

@@ -1,19 +1,26 @@
-//! What [K02] claims against [16] and [30], as figures: every method along the same slow scripted motions, rendered directly.
+//! What [K02] claims against [16] and [30], as figures: every method along the same slow scripted
+//! motions, rendered directly.
 //!
 //! `cargo run --release -p palpus-baselines --example claims [SCENE…]` prints one table a scene:
 //!
 //! * force, torque: mean size in contact;
-//! * step: how much the force and the torque change in one millisecond, the largest and the 99.9 % quantile; the force's largest also
-//!   beside its mean;
-//! * springs: the largest force step beside what one spring of the scene's stiffness would make of that millisecond's motion;
-//! * turn: the largest turn of the force direction in a millisecond in which it is at least a tenth of its mean, degrees;
-//! * truth: root mean square error of the force against the scene's truth, where there is one, over the true force's;
-//! * fitted: the same after the felt force was scaled as fits best: what is wrong besides the stiffness;
-//! * lost: share of the steps with a true (otherwise: palpus's) contact inside in which nothing pushes;
+//! * step: how much the force and the torque change in one millisecond, the largest and the 99.9 %
+//!   quantile; the force's largest also beside its mean;
+//! * springs: the largest force step beside what one spring of the scene's stiffness would make of
+//!   that millisecond's motion;
+//! * turn: the largest turn of the force direction in a millisecond in which it is at least a tenth
+//!   of its mean, degrees;
+//! * truth: root mean square error of the force against the scene's truth, where there is one, over
+//!   the true force's;
+//! * fitted: the same after the felt force was scaled as fits best: what is wrong besides the
+//!   stiffness;
+//! * lost: share of the steps with a true (otherwise: palpus's) contact inside in which nothing
+//!   pushes;
 //! * at: when the largest force step was.
 //!
-//! Those called coupled are felt through a virtual coupling of 1000 N/m and 0.5 N·m/rad to a tool of 50 g, all others directly.
-//! The hand of the script is slowed down four times and sampled each millisecond; there is no friction and no shading.
+//! Those called coupled are felt through a virtual coupling of 1000 N/m and 0.5 N·m/rad to a tool
+//! of 50 g, all others directly. The hand of the script is slowed down four times and sampled each
+//! millisecond; there is no friction and no shading.
 #![allow(clippy::print_stdout, reason = "an example that prints a table")]
 
 use std::sync::Arc;
@@ -30,7 +37,8 @@ use palpus_scenes::truth::Truth;
 use palpus_scenes::{Scene, scene};
 
 const TICK: f64 = 1e-3;
-/// Slower than the script, so that what is left in a step is the method's doing and not the motion's.
+/// Slower than the script, so that what is left in a step is the method's doing and not the
+/// motion's.
 const SLOWER: f64 = 4.0;
 
 /// palpus behind the same words.
@@ -179,7 +187,8 @@ fn most(values: &[f64]) -> f64 {
     values.iter().copied().fold(0.0, f64::max)
 }
 
-/// The true force of a scene at a pose and whether anything is inside; otherwise what palpus says is inside.
+/// The true force of a scene at a pose and whether anything is inside; otherwise what palpus says
+/// is inside.
 fn truth(
     scene: &Scene,
     truth: Option<&Truth>,
@@ -256,7 +265,8 @@ fn measure(scene: &Scene) -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// m/s: motions slower than this are taken as this fast when steps are counted in springs; near a rest the ratio would mean nothing.
+/// m/s: motions slower than this are taken as this fast when steps are counted in springs; near a
+/// rest the ratio would mean nothing.
 const SLOWEST: f64 = 1e-3;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {

@@ -1,16 +1,21 @@
-//! A method behind a virtual coupling, as \[MPT99\] renders: "force discontinuities arising from the use of a simple penalty force model
-//! are mitigated by a dynamic simulation based on virtual coupling" (abstract).
+//! A method behind a virtual coupling, as \[MPT99\] renders: "force discontinuities arising from
+//! the use of a simple penalty force model are mitigated by a dynamic simulation based on virtual
+//! coupling" (abstract).
 //!
-//! 1. The probe is a rigid body of its own, tied to the hand's pose by a spring and a damper for translation and a pair for rotation.
-//! 2. What touches the environment is this body: the method within is asked at its pose, with its velocity.
-//! 3. Newton and Euler: velocity from the coupling and the contacts, then the pose from the velocity; explicit, as in \[MPT99\], at the
-//!    caller's rate.
+//! 1. The probe is a rigid body of its own, tied to the hand's pose by a spring and a damper for
+//!    translation and a pair for rotation.
+//! 2. What touches the environment is this body: the method within is asked at its pose, with its
+//!    velocity.
+//! 3. Newton and Euler: velocity from the coupling and the contacts, then the pose from the
+//!    velocity; explicit, as in \[MPT99\], at the caller's rate.
 //! 4. The hand feels the coupling, and nothing else.
 //!
-//! What had to be chosen: the body's mass, and an inertia that is the same about all axes (that of a ball of the probe's size), so that
-//! there is no gyroscopic term; dampers at critical damping of the free body unless told otherwise; velocities are taken before positions
-//! (semi-implicit Euler), without which the coupling alone gains energy. \[MPT99\] also bounds the spring's stretch; that is left to the
-//! device's limits. Any method may stand within; the paper's is [`Voxel`](crate::Voxel).
+//! What had to be chosen: the body's mass, and an inertia that is the same about all axes (that of
+//! a ball of the probe's size), so that there is no gyroscopic term; dampers at critical damping of
+//! the free body unless told otherwise; velocities are taken before positions (semi-implicit
+//! Euler), without which the coupling alone gains energy. \[MPT99\] also bounds the spring's
+//! stretch; that is left to the device's limits. Any method may stand within; the paper's is
+//! [`Voxel`](crate::Voxel).
 
 use std::sync::Arc;
 
@@ -151,8 +156,8 @@ mod tests {
         for _ in 0..3000 {
             felt = method.step(&pose, &Twist::default(), 1e-3);
         }
-        // 1000 N/m in series with 500 N/m, over the millimetre of depth and that of the tolerance; and a little that the ball's
-        // corner turns.
+        // 1000 N/m in series with 500 N/m, over the millimetre of depth and that of the tolerance;
+        // and a little that the ball's corner turns.
         let expected = (1000.0 * 500.0 / 1500.0) * 2e-3;
         assert!((felt.wrench.force.z - expected).abs() < 0.02 * expected, "{felt:?} against {expected}");
         assert!(felt.deepest > height, "the simulated ball is less deep than the hand");

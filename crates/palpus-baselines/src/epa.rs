@@ -1,14 +1,18 @@
-//! One contact for each pair of convex pieces, from GJK and EPA, as a user of Coal or FCL would have it.
+//! One contact for each pair of convex pieces, from GJK and EPA, as a user of Coal or FCL would
+//! have it.
 //!
 //! 1. All pairs of pieces nearer than the tolerance, from palpus's own query.
-//! 2. A pair that is apart: its closest points. A pair that overlaps: the one witness of [`penetration`](crate::penetration).
-//! 3. Each contact pushes with k (t − d) along its normal, half way between its points; all are added up.
+//! 2. A pair that is apart: its closest points. A pair that overlaps: the one witness of
+//!    [`penetration`](crate::penetration).
+//! 3. Each contact pushes with k (t − d) along its normal, half way between its points; all are
+//!    added up.
 //!
-//! Left out on purpose, since such a user has none of it: no check whether a normal is one of the mesh's (pieces have virtual faces where
-//! they were cut), no memory from step to step, no blending of a flat contact's witness, no clusters.
+//! Left out on purpose, since such a user has none of it: no check whether a normal is one of the
+//! mesh's (pieces have virtual faces where they were cut), no memory from step to step, no blending
+//! of a flat contact's witness, no clusters.
 //!
-//! Coal returns up to a stated number of contacts a pair when it is asked to; that is a patch of the same one normal, and not what "one EPA
-//! contact" measures.
+//! Coal returns up to a stated number of contacts a pair when it is asked to; that is a patch of
+//! the same one normal, and not what "one EPA contact" measures.
 
 use std::sync::Arc;
 

@@ -1,26 +1,30 @@
 //! How deep two convex pieces overlap, by the expanding polytope algorithm.
 //!
-//! After van den Bergen, *Proximity Queries and Penetration Depth Computation on 3D Game Objects*, GDC 2001, as Coal, FCL and many others
-//! have it.
+//! After van den Bergen, *Proximity Queries and Penetration Depth Computation on 3D Game Objects*,
+//! GDC 2001, as Coal, FCL and many others have it.
 //!
-//! 1. The Minkowski difference A − B holds the origin when the pieces overlap; its boundary point nearest to the origin is the depth. Start
-//!    from a tetrahedron of four of its corners.
-//! 2. Take the face of the current polytope whose plane is nearest to the origin, and ask for the support point along its normal.
-//! 3. Is it no farther out than the face? Then the face lies on the boundary: done. Otherwise cut off all faces that the point sees and
-//!    close the hole with faces to the point.
-//! 4. The witness is the point of the face nearest to the origin: its weights at the corners, taken on A and on B.
+//! 1. The Minkowski difference A − B holds the origin when the pieces overlap; its boundary point
+//!    nearest to the origin is the depth. Start from a tetrahedron of four of its corners.
+//! 2. Take the face of the current polytope whose plane is nearest to the origin, and ask for the
+//!    support point along its normal.
+//! 3. Is it no farther out than the face? Then the face lies on the boundary: done. Otherwise cut
+//!    off all faces that the point sees and close the hole with faces to the point.
+//! 4. The witness is the point of the face nearest to the origin: its weights at the corners, taken
+//!    on A and on B.
 //!
-//! Deviation: the start is not the simplex on which a GJK run ended, but four supports that span a volume (as quickhull begins), and
-//! distances of faces are signed. While the origin is still outside, the polytope grows towards it; from then on nothing differs, and no
-//! degenerate end of GJK needs a special case. That the pieces overlap is known already. Of several faces in one plane, the one that holds
-//! the witness is taken.
+//! Deviation: the start is not the simplex on which a GJK run ended, but four supports that span a
+//! volume (as quickhull begins), and distances of faces are signed. While the origin is still
+//! outside, the polytope grows towards it; from then on nothing differs, and no degenerate end of
+//! GJK needs a special case. That the pieces overlap is known already. Of several faces in one
+//! plane, the one that holds the witness is taken.
 
 use glam::DVec3;
 use palpus::algebra::{Placement, closest_on_triangle};
 use palpus::body::Polytope;
 
-/// Relative to the size of A − B: a support point that reaches no farther than this past a face ends the search. Larger, and depths are too small by as much;
-/// smaller, and the search chases rounding.
+/// Relative to the size of A − B: a support point that reaches no farther than this past a face
+/// ends the search. Larger, and depths are too small by as much; smaller, and the search chases
+/// rounding.
 const PROGRESS: f64 = 1e-12;
 /// Relative to the size of A − B: a start thinner than this is flat.
 const FLAT: f64 = 1e-9;
@@ -112,11 +116,13 @@ fn face(corners: &[Corner], triangle: [usize; 3]) -> Option<Face> {
     Some(Face { corners: triangle, normal, distance: normal.dot(p) })
 }
 
-/// Takes the last corner into the polytope; false if rounding leaves no polytope, which then stays as it was.
+/// Takes the last corner into the polytope; false if rounding leaves no polytope, which then stays
+/// as it was.
 fn grow(corners: &[Corner], faces: &mut Vec<Face>) -> bool {
     let new = corners.len() - 1;
     let sees = |f: &Face| f.normal.dot(corners[new].w) > f.distance;
-    // Directed sides of the faces cut off; those whose opposite is not among them make the rim of the hole.
+    // Directed sides of the faces cut off; those whose opposite is not among them make the rim of
+    // the hole.
     let sides: Vec<[usize; 2]> = faces
         .iter()
         .filter(|f| sees(f))

@@ -1,5 +1,5 @@
-//! Other ways to feel the same contact, built from their papers, so that palpus can be measured against them. Bench-only: nothing of the
-//! product depends on this crate.
+//! Other ways to feel the same contact, built from their papers, so that palpus can be measured
+//! against them. Bench-only: nothing of the product depends on this crate.
 //!
 //! | method | after | what a contact is |
 //! |---|---|---|
@@ -7,20 +7,23 @@
 //! | [`Predicted`] | \[GME00\], reference \[16\] of \[K02\] | the last closest features of each pair, and how far the motion has taken them past each other |
 //! | [`Voxel`] | \[MPT99\], reference \[30\] of \[K02\] | each point of the probe's shell that lies in the environment's force field of voxels |
 //!
-//! All of them render directly, as the paper does: relative pose in, wrench on the probe out. [`Coupled`] puts \[MPT99\]'s virtual coupling
-//! around any of them. A [`Baseline`] remembers what its method remembers, and nothing else; it may allocate, and has no deadline. The same
-//! calls give the same answers to the last bit.
+//! All of them render directly, as the paper does: relative pose in, wrench on the probe out.
+//! [`Coupled`] puts \[MPT99\]'s virtual coupling around any of them. A [`Baseline`] remembers what
+//! its method remembers, and nothing else; it may allocate, and has no deadline. The same calls
+//! give the same answers to the last bit.
 //!
-//! Sources. \[GME00\]: Gregory, Mascarenhas, Ehmann, Lin, Manocha, *Six Degree-of-Freedom Haptic Display of Polygonal Models*, IEEE
-//! Visualization 2000. \[MPT99\]: McNeely, Puterbaugh, Troy, *Six Degree-of-Freedom Haptic Rendering Using Voxel Sampling*, SIGGRAPH 1999.
-//! \[K02\]: Kim, Otaduy, Lin, Manocha 2002, the paper that palpus starts from.
+//! Sources. \[GME00\]: Gregory, Mascarenhas, Ehmann, Lin, Manocha, *Six Degree-of-Freedom Haptic
+//! Display of Polygonal Models*, IEEE Visualization 2000. \[MPT99\]: McNeely, Puterbaugh, Troy,
+//! *Six Degree-of-Freedom Haptic Rendering Using Voxel Sampling*, SIGGRAPH 1999. \[K02\]: Kim,
+//! Otaduy, Lin, Manocha 2002, the paper that palpus starts from.
 //!
-//! Of \[GME00\] and \[MPT99\] the abstracts were at hand, and what \[K02\] says of the two, but not their full texts. What stands in quotation
-//! marks was looked up; the other steps are as the two methods are generally described, from memory, without section numbers, which could not be
-//! looked up. What even so had to be chosen is listed on each method's page.
+//! Of \[GME00\] and \[MPT99\] the abstracts were at hand, and what \[K02\] says of the two, but not
+//! their full texts. What stands in quotation marks was looked up; the other steps are as the two
+//! methods are generally described, from memory, without section numbers, which could not be looked
+//! up. What even so had to be chosen is listed on each method's page.
 //!
-//! Numbers that decide something stand as named constants where they are used: the register in `palpus::algebra::tolerance` is the
-//! engine's.
+//! Numbers that decide something stand as named constants where they are used: the register in
+//! `palpus::algebra::tolerance` is the engine's.
 
 mod coupled;
 mod epa;
@@ -75,7 +78,8 @@ impl Settings {
 pub struct Felt {
     /// On the probe, in b's frame, about the grip.
     pub wrench: Wrench,
-    /// Separation of the deepest contact as the method sees it, m, negative when inside; infinite without contacts.
+    /// Separation of the deepest contact as the method sees it, m, negative when inside; infinite
+    /// without contacts.
     pub deepest: f64,
     /// How many contacts push.
     pub contacts: usize,
@@ -98,8 +102,9 @@ pub trait Baseline {
     /// One word for a table.
     fn name(&self) -> &'static str;
 
-    /// What a pose feels like. `pose_ba` places the probe in b's frame; `twist` is the probe's velocity against b, of the grip and in b's
-    /// frame; `dt` is the time since the last step, s. A pose that is none gives nothing.
+    /// What a pose feels like. `pose_ba` places the probe in b's frame; `twist` is the probe's
+    /// velocity against b, of the grip and in b's frame; `dt` is the time since the last step, s. A
+    /// pose that is none gives nothing.
     fn step(&mut self, pose_ba: &Pose, twist: &Twist, dt: f64) -> Felt;
 
     /// Forgets the past.

@@ -1,4 +1,5 @@
-//! The pairs of convex pieces that are near each other: palpus's own query, which all methods on pieces share.
+//! The pairs of convex pieces that are near each other: palpus's own query, which all methods on
+//! pieces share.
 
 use palpus::algebra::Placement;
 use palpus::body::Body;

@@ -1,33 +1,41 @@
-//! Penetration depth predicted from the last closest features, after \[GME00\], reference \[16\] of \[K02\].
+//! Penetration depth predicted from the last closest features, after \[GME00\], reference \[16\] of
+//! \[K02\].
 //!
-//! 1. *Contact determination*: pairs of convex pieces within a distance, closest features by Voronoi marching with coherence. Abstract of
-//!    \[GME00\]: "incremental algorithms for contact determination between convex primitives", "geometric locality, temporal coherence, and
-//!    predictive methods"; \[K02 §2.3\]: "our algorithm uses the same collision detection algorithm as described in \[16\]". So this step is
-//!    palpus's own query, and while bodies are apart contacts are palpus's.
-//! 2. *Prediction*: \[K02 §5.3\]: "In \[16\] penetration depth is roughly estimated along the direction of motion using the previous closest
-//!    feature pairs". Each pair within the watch distance keeps its last closest points, each on its body, and their direction. When the
-//!    pair overlaps, its separation is that of the two points along this direction: the last distance less what the motion since has used
-//!    up.
-//! 3. *Clusters*: contacts within a radius of the deepest become one, at their mean point, along their mean direction, with their mean
-//!    separation; and so on with those left.
+//! 1. *Contact determination*: pairs of convex pieces within a distance, closest features by
+//!    Voronoi marching with coherence. Abstract of \[GME00\]: "incremental algorithms for contact
+//!    determination between convex primitives", "geometric locality, temporal coherence, and
+//!    predictive methods"; \[K02 §2.3\]: "our algorithm uses the same collision detection algorithm
+//!    as described in \[16\]". So this step is palpus's own query, and while bodies are apart
+//!    contacts are palpus's.
+//! 2. *Prediction*: \[K02 §5.3\]: "In \[16\] penetration depth is roughly estimated along the
+//!    direction of motion using the previous closest feature pairs". Each pair within the watch
+//!    distance keeps its last closest points, each on its body, and their direction. When the pair
+//!    overlaps, its separation is that of the two points along this direction: the last distance
+//!    less what the motion since has used up.
+//! 3. *Clusters*: contacts within a radius of the deepest become one, at their mean point, along
+//!    their mean direction, with their mean separation; and so on with those left.
 //! 4. *Restoring force* k (t − d) for each cluster, and its torque; added up.
-//! 5. *Force and torque interpolation* (so Otaduy and Lin sum \[GME00\] up, as far as we recall): between steps the wrench changes by at
-//!    most a stated amount.
+//! 5. *Force and torque interpolation* (so Otaduy and Lin sum \[GME00\] up, as far as we recall):
+//!    between steps the wrench changes by at most a stated amount.
 //!
 //! What had to be chosen, since the full text was not at hand:
 //!
-//! * The direction is that between the closest points, and it turns with the body whose feature is a face. Along the velocity itself the
-//!   depth of a body that slides on a surface would be its whole path.
-//! * A pair that overlaps and was never seen apart is looked up at the last step's pose (before the first step: at the pose that its twist
-//!   came from); if it overlaps there too, nothing is known and it gives no force, but a pair that is watched is rarely that.
+//! * The direction is that between the closest points, and it turns with the body whose feature is
+//!   a face. Along the velocity itself the depth of a body that slides on a surface would be its
+//!   whole path.
+//! * A pair that overlaps and was never seen apart is looked up at the last step's pose (before the
+//!   first step: at the pose that its twist came from); if it overlaps there too, nothing is known
+//!   and it gives no force, but a pair that is watched is rarely that.
 //! * Pairs are watched from four tolerances on, so that the features are known when contact begins.
-//! * Pieces have virtual features where the surface was cut. As in palpus, closest points on those are no contact, and no prediction is
-//!   made from them, unless [`PredictedSettings::virtual_features`] says so.
-//! * While a pair overlaps its features stay those that it had when it was last apart, however far it slides meanwhile. With
-//!   [`PredictedSettings::drawn_back`] they are sought anew in each step, at the pose where the probe is drawn back along the last
-//!   direction until the pair is apart: kinder than what \[K02\] describes, so that its claims can be held against both readings.
-//! * Clusters have the radius that palpus's have. Interpolation is off unless asked for: it delays every force, and hides what the first
-//!   steps do.
+//! * Pieces have virtual features where the surface was cut. As in palpus, closest points on those
+//!   are no contact, and no prediction is made from them, unless
+//!   [`PredictedSettings::virtual_features`] says so.
+//! * While a pair overlaps its features stay those that it had when it was last apart, however far
+//!   it slides meanwhile. With [`PredictedSettings::drawn_back`] they are sought anew in each step,
+//!   at the pose where the probe is drawn back along the last direction until the pair is apart:
+//!   kinder than what \[K02\] describes, so that its claims can be held against both readings.
+//! * Clusters have the radius that palpus's have. Interpolation is off unless asked for: it delays
+//!   every force, and hides what the first steps do.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -231,7 +239,8 @@ impl LastClosest {
         }
     }
 
-    /// The contact that the points make at another pose; at the pose at which they were closest, the one that they made.
+    /// The contact that the points make at another pose; at the pose at which they were closest,
+    /// the one that they made.
     fn at(&self, place: &Placement) -> Push {
         let normal = match self.normal {
             Direction::OfA(in_a) => place.vector(in_a),
@@ -242,7 +251,8 @@ impl LastClosest {
     }
 }
 
-/// The closest points of an overlapping pair at the pose at which the prediction has them a tolerance apart, if they are apart there.
+/// The closest points of an overlapping pair at the pose at which the prediction has them a
+/// tolerance apart, if they are apart there.
 fn draw_back(
     a: &Body,
     b: &Body,
@@ -305,7 +315,8 @@ mod tests {
 
     #[test]
     fn a_ball_and_a_box_on_a_table_are_pushed_up() {
-        // Straight down the last closest features stay the deepest ones, and the prediction is exact.
+        // Straight down the last closest features stay the deepest ones, and the prediction is
+        // exact.
         testing::ball_on_table(make);
         testing::box_on_table(make);
     }
@@ -317,8 +328,8 @@ mod tests {
 
     #[test]
     fn sliding_inside_the_prediction_stays_with_the_old_features() {
-        // What [K02] says is wrong with it: pressed 0.5 mm in and then rolled by 20°, the ball's corner that touched first is far
-        // from the deepest one.
+        // What [K02] says is wrong with it: pressed 0.5 mm in and then rolled by 20°, the ball's
+        // corner that touched first is far from the deepest one.
         let mut method = make(testing::ball(), testing::table(), testing::SETTINGS);
         let mut roll = |angle: f64, height: f64| {
             let pose = Pose::new(DQuat::from_rotation_y(angle), DVec3::Z * (0.012 + height));

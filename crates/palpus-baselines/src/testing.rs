@@ -33,8 +33,8 @@ pub(crate) fn table() -> Arc<Body> {
 
 type Maker<'a> = &'a dyn Fn(Arc<Body>, Arc<Body>, Settings) -> Box<dyn Baseline>;
 
-/// Lets a body down onto the table, one corner of its mesh lowest, and calls `judge` with the height of that corner over the
-/// table, the corner, and what is felt.
+/// Lets a body down onto the table, one corner of its mesh lowest, and calls `judge` with the
+/// height of that corner over the table, the corner, and what is felt.
 fn down(soup: &PolygonSoup, turn: DQuat, make: Maker<'_>, mut judge: impl FnMut(f64, DVec3, &Felt)) {
     let mut method = make(body(soup), table(), SETTINGS);
     let lowest = soup.vertices.iter().map(|&p| turn * p).min_by(|p, q| p.z.total_cmp(&q.z)).expect("vertices");
@@ -64,7 +64,8 @@ pub(crate) fn ball_on_table(make: impl Fn(Arc<Body>, Arc<Body>, Settings) -> Box
     });
 }
 
-/// A box flat on the table: the depth and the force are known, the point of contact may be any of the face.
+/// A box flat on the table: the depth and the force are known, the point of contact may be any of
+/// the face.
 pub(crate) fn box_on_table(make: impl Fn(Arc<Body>, Arc<Body>, Settings) -> Box<dyn Baseline>) {
     down(&shape::cuboid(BOX), DQuat::IDENTITY, &make, |height, _, felt| {
         if height >= SETTINGS.tolerance {
@@ -78,7 +79,8 @@ pub(crate) fn box_on_table(make: impl Fn(Arc<Body>, Arc<Body>, Settings) -> Box<
     });
 }
 
-/// A ball dragged through the groove, felt twice: to the last bit the same, also after forgetting the first time.
+/// A ball dragged through the groove, felt twice: to the last bit the same, also after forgetting
+/// the first time.
 pub(crate) fn same_again(make: impl Fn(Arc<Body>, Arc<Body>, Settings) -> Box<dyn Baseline>) {
     let groove = body(&shape::v_groove());
     let drag = |method: &mut dyn Baseline| -> Vec<Felt> {

@@ -73,7 +73,8 @@ impl Engine {
         Ok(Self { world, tools, probes, objects, frame, clock, shots, live: None, pacer: None })
     }
 
-    /// The same, able to take up shading later on: at this crease angle (rad), or at that of a tool that shades from the start.
+    /// The same, able to take up shading later on: at this crease angle (rad), or at that of a tool
+    /// that shades from the start.
     pub(crate) fn with_surfaces(mut self, crease_angle: f64) -> Self {
         let crease_angle = self.crease_angle().unwrap_or(crease_angle);
         self.tools.iter().for_each(|tool| self.world.prepare_shading(tool.id, crease_angle));
@@ -90,7 +91,8 @@ impl Engine {
         self.tools[which].asked = Some(asked);
     }
 
-    /// Goes on with other settings of tool `which` from the next step on; see [`World::set_tool_settings`].
+    /// Goes on with other settings of tool `which` from the next step on; see
+    /// [`World::set_tool_settings`].
     pub(crate) fn set_settings(&mut self, which: usize, settings: &Settings) -> Result<(), SettingsError> {
         self.world.set_tool_settings(self.tools[which].id, settings)
     }
@@ -131,7 +133,8 @@ impl Engine {
         })
     }
 
-    /// What the kept ticks that came have to show, in the order in which they were asked for; `period` is a tick's, s.
+    /// What the kept ticks that came have to show, in the order in which they were asked for;
+    /// `period` is a tick's, s.
     pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
         self.shots.kept(period)
     }
@@ -146,7 +149,8 @@ impl Engine {
         self.world.allow(work);
     }
 
-    /// Forgets the past after a step that panicked, of which the memory may be half done. The next step is as the first was.
+    /// Forgets the past after a step that panicked, of which the memory may be half done. The next
+    /// step is as the first was.
     pub(crate) fn forget(&mut self) {
         self.world.clear();
         // Whether that step took up others, nobody was told.
@@ -214,7 +218,8 @@ impl Engine {
     }
 }
 
-/// All tools, and all that happens at them; the arrow at the grip is the first one's. `period` is a tick's, s.
+/// All tools, and all that happens at them; the arrow at the grip is the first one's. `period` is a
+/// tick's, s.
 fn fill(moment: &mut Moment, world: &World, tools: &[Tool], objects: &Objects, period: f64) {
     let Some((first, others)) = tools.split_first() else { return };
     let tick = world.tick(first.id);

@@ -1,4 +1,5 @@
-//! A stage as it is seen, in windows, in pictures and on pages: its bodies, and what goes on between them.
+//! A stage as it is seen, in windows, in pictures and on pages: its bodies, and what goes on
+//! between them.
 
 use std::sync::Arc;
 
@@ -9,7 +10,8 @@ use palpus_window::{BodyPart, Look, Moment, Scene, ShownBody, Solid, Theme, Unit
 
 use crate::stage::Stage;
 
-/// The arrows of a picture are as long as they may be for the largest force in it, but not for less than this, N.
+/// The arrows of a picture are as long as they may be for the largest force in it, but not for less
+/// than this, N.
 pub(crate) const LEAST_FORCE_SCALE: f64 = 0.1;
 
 /// The bodies of a stage, made ready once for as many scenes as are wanted.
@@ -47,8 +49,8 @@ impl<'a> Seen<'a> {
         Self { stage, probe: solid(&stage.probe), environment: solid(&stage.environment), others }
     }
 
-    /// The bodies, with the probe at `probe` (world). If something is seen through, as `look` says, it is the environment: what happens is mostly
-    /// behind it.
+    /// The bodies, with the probe at `probe` (world). If something is seen through, as `look` says,
+    /// it is the environment: what happens is mostly behind it.
     pub(crate) fn scene(&self, probe: Pose, theme: Theme, look: Look) -> Scene {
         let Self { stage, .. } = *self;
         let shown = |part: BodyPart, solid: &Arc<Solid>, pose, look| ShownBody {
@@ -81,7 +83,8 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// N: for which force an arrow of `moment` is as long as arrows may be: the largest that a cluster pushes with, or `hand` where that is larger.
+/// N: for which force an arrow of `moment` is as long as arrows may be: the largest that a cluster
+/// pushes with, or `hand` where that is larger.
 pub(crate) fn force_scale(moment: &Moment, hand: f64) -> f64 {
     let largest = moment.clusters.iter().map(|cluster| cluster.force.length()).fold(0.0, f64::max);
     largest.max(hand).max(LEAST_FORCE_SCALE)

@@ -1,4 +1,5 @@
-//! The tools of a scene: what they are called, what was typed for each, and how their recordings name each other.
+//! The tools of a scene: what they are called, what was typed for each, and how their recordings
+//! name each other.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -12,7 +13,8 @@ use crate::files;
 
 const NAMES: [&str; 8] = ["first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth"];
 
-/// What tool number `which` (from 0 on) is called, and its hand; the same in files, pages and documents.
+/// What tool number `which` (from 0 on) is called, and its hand; the same in files, pages and
+/// documents.
 pub(crate) fn name(which: usize) -> Cow<'static, str> {
     NAMES.get(which).map_or_else(|| format!("{}th", which + 1).into(), |name| (*name).into())
 }
@@ -55,7 +57,8 @@ impl<'a> ToolArguments<'a> {
     }
 }
 
-/// What was typed of each of so many tools: by the option, in their order, or by that of the second one.
+/// What was typed of each of so many tools: by the option, in their order, or by that of the second
+/// one.
 fn each<'a>(
     option: &str,
     scene: &str,
@@ -84,7 +87,8 @@ const SECTION: &str = "tools";
 /// The same of recordings of two tools by older versions.
 const SECTION_OF_TWO: &str = "other_tool";
 
-/// For the header of tool `which`: where the recordings of all tools are, without folders, since they lie beside each other.
+/// For the header of tool `which`: where the recordings of all tools are, without folders, since
+/// they lie beside each other.
 pub(crate) fn name_recordings(which: usize, all: &[PathBuf], into: &mut Table) {
     let file = |path: &PathBuf| Value::from(file_name(path));
     let table = Table::from_iter([
@@ -98,7 +102,8 @@ fn file_name(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// Which tool `recording` is of, and the names of the recordings of all tools, its own left empty; `None` if there is but one tool.
+/// Which tool `recording` is of, and the names of the recordings of all tools, its own left empty;
+/// `None` if there is but one tool.
 pub(crate) fn named_by(recording: &Recording) -> Option<(usize, Vec<&str>)> {
     let more = &recording.header.scene.more;
     if let Some(two) = more.get(SECTION_OF_TWO).and_then(Value::as_table) {

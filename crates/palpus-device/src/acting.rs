@@ -13,15 +13,16 @@ const SLIVER: f64 = 1e-9;
 pub(crate) struct Acting {
     /// The newest first.
     written: [Wrench; DELAY_MAX + 1],
-    /// From each write to the next one, s; the newest first. For the newest it is the time until the last tick.
+    /// From each write to the next one, s; the newest first. For the newest it is the time until
+    /// the last tick.
     held: [f64; DELAY_MAX + 1],
     /// s.
     delay: f64,
 }
 
 impl Acting {
-    /// For wrenches that act `delay` seconds after they were written, rounded to ticks of `period` seconds, at most
-    /// [`DELAY_MAX`].
+    /// For wrenches that act `delay` seconds after they were written, rounded to ticks of `period`
+    /// seconds, at most [`DELAY_MAX`].
     pub(crate) fn new(delay: f64, period: f64) -> Self {
         let ticks = (delay / period).round().clamp(0.0, DELAY_MAX as f64);
         let held = [period; DELAY_MAX + 1];
@@ -35,7 +36,8 @@ impl Acting {
         self.written[0] = *wrench;
     }
 
-    /// Returns the wrench that acted on the device in the `elapsed` seconds since the last write: the mean, if there were several.
+    /// Returns the wrench that acted on the device in the `elapsed` seconds since the last write:
+    /// the mean, if there were several.
     pub(crate) fn over(&mut self, elapsed: f64) -> Wrench {
         self.held[0] = elapsed;
         let sliver = elapsed * SLIVER;

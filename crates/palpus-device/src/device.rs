@@ -12,9 +12,9 @@ use crate::safety::DEVICE_BUTTONS;
 
 /// A device that is held: read where it is, tell it what to push with.
 ///
-/// Poses are of the grip in the device's frame (right-handed); a wrench is about the grip's origin, in the axes of the
-/// device's frame. Everything is in SI units. Both calls are made from the servo thread once per tick and must not
-/// allocate or wait longer than a tick.
+/// Poses are of the grip in the device's frame (right-handed); a wrench is about the grip's origin,
+/// in the axes of the device's frame. Everything is in SI units. Both calls are made from the servo
+/// thread once per tick and must not allocate or wait longer than a tick.
 pub trait HapticDevice {
     /// What the device can do.
     fn spec(&self) -> &DeviceSpec;
@@ -22,7 +22,8 @@ pub trait HapticDevice {
     /// The newest state.
     ///
     /// # Errors
-    /// [`DeviceError::Ended`] when there is nothing more to come; anything else ends the loop as a fault.
+    /// [`DeviceError::Ended`] when there is nothing more to come; anything else ends the loop as a
+    /// fault.
     fn read(&mut self) -> Result<DeviceState, DeviceError>;
 
     /// Pushes with `wrench` until the next write.
@@ -31,20 +32,21 @@ pub trait HapticDevice {
     /// When the device did not take it; the loop then ends as a fault.
     fn write(&mut self, wrench: &Wrench) -> Result<(), DeviceError>;
 
-    /// True if its time goes on by reads alone: while nobody reads it, nothing moves, and the wrench that it holds does nothing. A run with
-    /// it can stand still.
+    /// True if its time goes on by reads alone: while nobody reads it, nothing moves, and the
+    /// wrench that it holds does nothing. A run with it can stand still.
     fn stands_unread(&self) -> bool {
         false
     }
 
-    /// What the device itself has counted since it was opened, by name: motors that saturated, answers that were lost. Looked at when a
-    /// run is over; may obtain memory.
+    /// What the device itself has counted since it was opened, by name: motors that saturated,
+    /// answers that were lost. Looked at when a run is over; may obtain memory.
     fn counts(&self) -> Vec<(&'static str, u64)> {
         Vec::new()
     }
 
-    /// A handle by which another thread takes the force away when the loop does not answer any more; `None` when the device has no
-    /// such way. It stays the same as long as the device is there.
+    /// A handle by which another thread takes the force away when the loop does not answer any
+    /// more; `None` when the device has no such way. It stays the same as long as the device is
+    /// there.
     fn brake(&self) -> Option<Arc<dyn Brake>> {
         None
     }
@@ -132,10 +134,11 @@ pub struct DeviceState {
     pub pose: Pose,
     /// Velocity of the grip about its origin, in the device's frame.
     pub twist: Twist,
-    /// Bit k is set while button k is pressed. The two highest bits are keys of the program, which the loop adds.
+    /// Bit k is set while button k is pressed. The two highest bits are keys of the program, which
+    /// the loop adds.
     pub buttons: u32,
-    /// Seconds since the device was opened at which this state was sampled: a state that is handed out again keeps its
-    /// time, so that one can see that there is no newer one.
+    /// Seconds since the device was opened at which this state was sampled: a state that is handed
+    /// out again keeps its time, so that one can see that there is no newer one.
     pub time: f64,
     /// The device gives no force now, whatever it is told: it is not ready, has no power supply,
     /// was switched off by the person who holds it, or lost an answer.
@@ -208,7 +211,8 @@ pub struct DeviceSpec {
     pub actuated: Axes,
     /// Axes with sensors.
     pub sensed: Axes,
-    /// Buttons that the loop sees, 0 when none or not known: with buttons, forces are asked for by holding one.
+    /// Buttons that the loop sees, 0 when none or not known: with buttons, forces are asked for by
+    /// holding one.
     pub buttons: u8,
     /// Sides of the box that the grip can reach, m, when the maker states it.
     pub workspace: Option<DVec3>,
@@ -226,8 +230,9 @@ const CONTINUOUS_FORCES: [(&str, f64); 6] = [
     ("omega.7", 12.0),
 ];
 
-/// Conservative limits for devices that do not report their own: force and torque as seen in shipped drivers,
-/// continuous force and workspace as stated by the makers. Buttons are left to the back ends, which see them.
+/// Conservative limits for devices that do not report their own: force and torque as seen in
+/// shipped drivers, continuous force and workspace as stated by the makers. Buttons are left to the
+/// back ends, which see them.
 pub fn known_devices() -> [DeviceSpec; 10] {
     let gripper = |rotation| Axes { translation: 3, rotation, gripper: 1 };
     let spec =

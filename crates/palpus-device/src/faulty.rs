@@ -1,7 +1,8 @@
 //! Faults on purpose: a device, a step and clocks that go wrong when a script says so.
 //!
-//! A [`Script`] is a list of faults by tick, written by hand or drawn from a seed. Wrapped around a device
-//! ([`FaultyDevice`]) and a step ([`Script::step`]) it makes a run go through them: what the safety chain has to survive.
+//! A [`Script`] is a list of faults by tick, written by hand or drawn from a seed. Wrapped around a
+//! device ([`FaultyDevice`]) and a step ([`Script::step`]) it makes a run go through them: what the
+//! safety chain has to survive.
 
 use std::borrow::Cow;
 use std::sync::Arc;
@@ -54,7 +55,8 @@ pub enum Fault {
     Settings(f64),
     /// The write takes so long.
     LateWrite(Duration),
-    /// The connection is gone in the middle of a command: the wrench may or may not have arrived, nothing else does.
+    /// The connection is gone in the middle of a command: the wrench may or may not have arrived,
+    /// nothing else does.
     Dropped,
     /// The step answers a wrench that is not a number.
     NonFiniteWrench,
@@ -65,8 +67,8 @@ pub enum Fault {
 }
 
 impl Fault {
-    /// The cut by which the chain is bound to show it, when it happens alone and the grip hardly moves; `None` where it
-    /// depends on the run.
+    /// The cut by which the chain is bound to show it, when it happens alone and the grip hardly
+    /// moves; `None` where it depends on the run.
     pub fn shown_as(&self) -> Option<Cut> {
         Some(match self {
             Self::NonFinitePose | Self::NonFiniteTwist | Self::NoRotation => Cut::NonFiniteState,

@@ -1,8 +1,9 @@
 //! The newest value, for whoever is slower than the loop.
 //!
-//! Three slots and one exchange of an index: neither side ever waits, locks or allocates; the reader gets a whole value, the
-//! newest that was published, and misses those between. A value with memory of its own (a list of contacts) is written into
-//! a slot that is there already ([`Publisher::publish_with`]).
+//! Three slots and one exchange of an index: neither side ever waits, locks or allocates; the
+//! reader gets a whole value, the newest that was published, and misses those between. A value with
+//! memory of its own (a list of contacts) is written into a slot that is there already
+//! ([`Publisher::publish_with`]).
 
 use std::sync::Arc;
 
@@ -42,7 +43,8 @@ pub fn latest<T: Copy + Send + Sync + 'static>(initial: T) -> (Publisher<T>, New
     latest_of(move || initial)
 }
 
-/// Two ends of an exchange whose three slots are made by `make`, each with all the memory that it will need.
+/// Two ends of an exchange whose three slots are made by `make`, each with all the memory that it
+/// will need.
 pub fn latest_of<T: Send>(make: impl Fn() -> T + Send + Sync + 'static) -> (Publisher<T>, Newest<T>) {
     let first = Slot { value: make(), make: Arc::new(make) };
     let (input, output) = triple_buffer::triple_buffer(&first);

@@ -1,9 +1,10 @@
 //! A device set down where a scene begins.
 //!
-//! A device has its own origin, somewhere in its arm, and a grip is held as it is held. So the grip's first pose is taken to be
-//! the one where the scene wants its hand to begin: positions are shifted by a constant, the grip is turned within the hand by a
-//! constant. The device's axes stay the scene's axes; velocities and wrenches, which are about the grip in those axes, are
-//! not touched.
+//! A device has its own origin, somewhere in its arm, and a grip is held as it is held. So the
+//! grip's first pose is taken to be the one where the scene wants its hand to begin: positions are
+//! shifted by a constant, the grip is turned within the hand by a constant. The device's axes stay
+//! the scene's axes; velocities and wrenches, which are about the grip in those axes, are not
+//! touched.
 
 use std::sync::Arc;
 

@@ -1,10 +1,11 @@
 //! Recording off the servo thread.
 //!
-//! 1. The servo thread pushes rows into a bounded queue: no lock, no allocation, no waiting. A full queue drops the row
-//!    and counts it.
-//! 2. A writer thread takes them out in order and hands them to the caller's [`Sink`], which is also told when there is
-//!    nothing to take.
-//! 3. [`Recording::finish`] lets the writer drain the queue and says what was written and what was dropped.
+//! 1. The servo thread pushes rows into a bounded queue: no lock, no allocation, no waiting. A full
+//!    queue drops the row and counts it.
+//! 2. A writer thread takes them out in order and hands them to the caller's [`Sink`], which is
+//!    also told when there is nothing to take.
+//! 3. [`Recording::finish`] lets the writer drain the queue and says what was written and what was
+//!    dropped.
 
 use std::io;
 use std::sync::Arc;
@@ -12,15 +13,18 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// How long the writer sleeps when it finds the queue empty: a few ticks, so that a queue of a second never fills.
+/// How long the writer sleeps when it finds the queue empty: a few ticks, so that a queue of a
+/// second never fills.
 const IDLE: Duration = Duration::from_millis(2);
 
-/// Where the rows of a recording go. All of it is called on the writer's thread; after the first error nothing more.
+/// Where the rows of a recording go. All of it is called on the writer's thread; after the first
+/// error nothing more.
 pub trait Sink<R>: Send + 'static {
     /// Writes a row.
     fn write(&mut self, row: &R) -> io::Result<()>;
 
-    /// There is no row to write at the moment: what was kept back may have to go now. Called every few milliseconds.
+    /// There is no row to write at the moment: what was kept back may have to go now. Called every
+    /// few milliseconds.
     fn idle(&mut self) -> io::Result<()> {
         Ok(())
     }
@@ -45,15 +49,16 @@ pub struct Recorder<R> {
 }
 
 impl<R: Copy> Recorder<R> {
-    /// Puts a row into the queue, or drops and counts it when the queue is full. Never waits or allocates.
+    /// Puts a row into the queue, or drops and counts it when the queue is full. Never waits or
+    /// allocates.
     pub fn push(&mut self, row: R) {
         if !self.try_push(row) {
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }
 
-    /// Puts a row into the queue; false when it is full, and then nothing is counted: for what the caller holds and tries again. Never
-    /// waits or allocates.
+    /// Puts a row into the queue; false when it is full, and then nothing is counted: for what the
+    /// caller holds and tries again. Never waits or allocates.
     #[must_use]
     pub fn try_push(&mut self, row: R) -> bool {
         self.queue.push(row).is_ok()
@@ -84,8 +89,8 @@ pub struct RecordingSummary {
     pub error: Option<io::Error>,
 }
 
-/// Starts a thread that hands every row pushed into the answered [`Recorder`] to `sink`, in order, through a queue of
-/// `capacity` rows.
+/// Starts a thread that hands every row pushed into the answered [`Recorder`] to `sink`, in order,
+/// through a queue of `capacity` rows.
 pub fn record<R>(capacity: usize, mut sink: impl Sink<R>) -> (Recorder<R>, Recording)
 where
     R: Copy + Send + 'static,
@@ -110,7 +115,8 @@ fn drain<R>(
     written: &mut u64,
 ) -> io::Result<()> {
     loop {
-        // Read before the queue is drained: what was pushed before the end was announced is still written.
+        // Read before the queue is drained: what was pushed before the end was announced is still
+        // written.
         let last_round = ending.load(Ordering::Acquire) || queue.is_abandoned();
         while let Ok(row) = queue.pop() {
             sink.write(&row)?;

@@ -4,7 +4,8 @@ use palpus::algebra::Wrench;
 
 use crate::device::{DeviceError, DeviceSpec, DeviceState, HapticDevice};
 
-/// Plays recorded states, one per tick, and ends with the last; what is written to it moves nothing.
+/// Plays recorded states, one per tick, and ends with the last; what is written to it moves
+/// nothing.
 #[derive(Clone, Debug)]
 pub struct ReplayDevice {
     spec: DeviceSpec,

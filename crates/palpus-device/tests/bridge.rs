@@ -201,7 +201,8 @@ fn a_withheld_force_returns_slowly() {
 /// N: what is computed, before and after.
 const FULL: f64 = 4.0;
 
-/// The forces of all commands of a run in which the driver withholds for 60 ms; `None` after a fault.
+/// The forces of all commands of a run in which the driver withholds for 60 ms; `None` after a
+/// fault.
 fn forces_around_withholding() -> Option<Vec<f64>> {
     let driver = StandIn::start(Behaviour::good(WAYS[0]));
     let device = open(&driver);

@@ -1,4 +1,5 @@
-//! The conformance tester finds each defect, and passes good drivers: the stand-in and the examples.
+//! The conformance tester finds each defect, and passes good drivers: the stand-in and the
+//! examples.
 #![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
 
 mod bridge_driver;

@@ -1,10 +1,14 @@
-//! Whatever goes wrong, the hand is safe: thousands of seeded sequences of faults through the whole loop, in virtual time.
+//! Whatever goes wrong, the hand is safe: thousands of seeded sequences of faults through the whole
+//! loop, in virtual time.
 //!
 //! Of every sequence it must hold that the commanded wrench
-//! 1. is finite and within the peak of what may be believed of the device, whatever the device says of itself;
-//! 2. changes by no more than the slew limit from message to message, faults and withheld forces included;
+//! 1. is finite and within the peak of what may be believed of the device, whatever the device says
+//!    of itself;
+//! 2. changes by no more than the slew limit from message to message, faults and withheld forces
+//!    included;
 //! 3. is nothing but damping against the true motion of the grip from 2 ms after a fault on;
-//! 4. comes back only through engagement: after a time without fault, from a small wrench, along the ramp;
+//! 4. comes back only through engagement: after a time without fault, from a small wrench, along
+//!    the ramp;
 //! 5. ends with zero, or with the device's brake applied;
 //! 6. stays away after three faults in ten seconds, where a person has to ask for it;
 //!
@@ -54,7 +58,8 @@ fn try_sequence(seed: u64) -> RunStatistics {
     statistics
 }
 
-/// How often each cut was seen over many sequences; each of those that faults lead to must be among them.
+/// How often each cut was seen over many sequences; each of those that faults lead to must be among
+/// them.
 fn try_sequences(count: u64) {
     let mut random = Random::new(SEED);
     let mut seen = Cuts::NONE;
@@ -140,7 +145,8 @@ fn every_kind_of_fault_is_named_cuts_in_its_tick_and_passes() {
         let before = ticks.iter().find(|tick| tick.index == AT - 1).expect("it was seen");
         assert_eq!(before.phase, Phase::Engaged, "{fault:?}");
         let fell = ticks.iter().find(|tick| tick.index >= AT && tick.phase == Phase::Faulted).expect("it faulted");
-        // A state may be old for ten ticks before it is frozen; a late write is noticed by the next tick.
+        // A state may be old for ten ticks before it is frozen; a late write is noticed by the next
+        // tick.
         let patience = match fault {
             Fault::Frozen(_) => 10,
             Fault::LateWrite(_) | Fault::Panic => 1,

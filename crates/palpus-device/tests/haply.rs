@@ -1,4 +1,5 @@
-//! The servo loop on a Haply arm behind a service: no memory is obtained on its thread, and whatever happens, the last force is zero.
+//! The servo loop on a Haply arm behind a service: no memory is obtained on its thread, and
+//! whatever happens, the last force is zero.
 
 use std::net::{TcpListener, TcpStream};
 use std::sync::atomic::AtomicBool;

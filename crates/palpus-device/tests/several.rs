@@ -1,4 +1,5 @@
-//! One loop around several devices: each as if alone as long as nothing goes wrong, and what goes wrong with one takes that one's force only.
+//! One loop around several devices: each as if alone as long as nothing goes wrong, and what goes
+//! wrong with one takes that one's force only.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -27,7 +28,8 @@ const RATE_HZ: f64 = 1000.0;
 /// What a step answers the devices.
 type Answers<'a> = &'a mut [Option<StepOutcome>];
 
-/// A hand that goes into a wall below z = 0 and out again, each one half a turn after the one before.
+/// A hand that goes into a wall below z = 0 and out again, each one half a turn after the one
+/// before.
 fn simulated(which: usize) -> SimulatedDevice<impl Intent + Send> {
     let path = move |time: f64| Pose::from_translation(DVec3::Z * 0.02 * (4.0 * time + 3.1 * which as f64).cos());
     SimulatedDevice::new(SimulationSettings { rate_hz: RATE_HZ, ..Default::default() }, path).expect("usual settings")

@@ -1,4 +1,5 @@
-//! Two simulated hands with a tool each: pressed against each other they lie still, pushed along nobody brakes them, and neither hand is given energy.
+//! Two simulated hands with a tool each: pressed against each other they lie still, pushed along
+//! nobody brakes them, and neither hand is given energy.
 
 mod closed_loop;
 

@@ -1,7 +1,7 @@
 //! One frame for all makers: x to the right of whoever holds the device, y away from them, z up.
 //!
-//! Axes are only renamed and negated, so that no digit is lost. A grip's own axes are renamed alike, so that a grip that its
-//! maker calls unturned is unturned here too.
+//! Axes are only renamed and negated, so that no digit is lost. A grip's own axes are renamed
+//! alike, so that a grip that its maker calls unturned is unturned here too.
 
 use glam::{DMat3, DQuat, DVec3};
 use palpus::algebra::Pose;

@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-/// Why a maker's library does not give a device. Displayed, it says what is wrong and what mends it.
+/// Why a maker's library does not give a device. Displayed, it says what is wrong and what mends
+/// it.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum DriverError {
     /// There is no library.

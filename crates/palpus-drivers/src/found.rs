@@ -15,7 +15,8 @@ const OPEN_HAPTICS: (&str, &str) = ("openhaptics", "Touch, Touch X, Phantom");
 /// People do not like to wait longer, and a device that is there answers sooner as a rule.
 const MOST: Duration = Duration::from_secs(1);
 
-/// What is there of Force Dimension's and of OpenHaptics', one finding each. Devices are opened for a moment and give no force.
+/// What is there of Force Dimension's and of OpenHaptics', one finding each. Devices are opened for
+/// a moment and give no force.
 pub fn look() -> Vec<Finding> {
     let begun = Instant::now();
     let asked = [ask(FORCE_DIMENSION, force_dimension), ask(OPEN_HAPTICS, open_haptics)];

@@ -4,13 +4,16 @@
 //! * [`OpenHaptics`] — Touch, Touch X and Phantom, through the maker's HDAPI (`libHD`).
 //! * [`look`] — which of them are there, and what it takes to find the rest.
 //!
-//! The libraries are opened while the program runs: nothing is linked, nothing of theirs is in this repository, and a library
-//! that is not there is an answer ([`DriverError`]) with what was looked for, where, and the line that mends it. Of their
-//! functions only those are declared that are called, by hand, in `ffi`, the one folder with `unsafe` in it.
+//! The libraries are opened while the program runs: nothing is linked, nothing of theirs is in this
+//! repository, and a library that is not there is an answer ([`DriverError`]) with what was looked
+//! for, where, and the line that mends it. Of their functions only those are declared that are
+//! called, by hand, in `ffi`, the one folder with `unsafe` in it.
 //!
-//! Both makers' frames are turned into one (`axes`): x to the right of whoever holds the device, y away from them, z up.
+//! Both makers' frames are turned into one (`axes`): x to the right of whoever holds the device, y
+//! away from them, z up.
 //!
-//! Neither was tried on hardware: none was at hand. The tests build stand-ins for both libraries, which export the same names.
+//! Neither was tried on hardware: none was at hand. The tests build stand-ins for both libraries,
+//! which export the same names.
 
 mod axes;
 mod error;

@@ -1,9 +1,10 @@
 //! Where a maker's library may be.
 //!
 //! 1. Where the user says, and nowhere else.
-//! 2. Else by its usual names, as the system's loader finds them (`LD_LIBRARY_PATH`, `/etc/ld.so.conf`, `PATH`).
-//! 3. Else in the folders in which the makers' own guides put it; also under a name with a version behind it, since an unpacked
-//!    kit comes without the plain names.
+//! 2. Else by its usual names, as the system's loader finds them (`LD_LIBRARY_PATH`,
+//!    `/etc/ld.so.conf`, `PATH`).
+//! 3. Else in the folders in which the makers' own guides put it; also under a name with a version
+//!    behind it, since an unpacked kit comes without the plain names.
 
 use std::path::{Path, PathBuf};
 
@@ -67,7 +68,8 @@ impl Known {
         for name in self.names {
             match ffi::load(Path::new(name)) {
                 Ok(loaded) => return Ok(loaded),
-                // The loader names the file that it does not find: another one is one that this one needs.
+                // The loader names the file that it does not find: another one is one that this one
+                // needs.
                 Err(why) if cfg!(unix) && !why.contains(name) => {
                     broken = broken.or(Some(self.broken(Path::new(name), why)));
                 }

@@ -1,4 +1,5 @@
-//! OpenHaptics' back end against a stand-in for its library, which has a thread of its own as HDAPI does.
+//! OpenHaptics' back end against a stand-in for its library, which has a thread of its own as HDAPI
+//! does.
 
 mod stand_in;
 

@@ -1,8 +1,9 @@
 //! Doubles as text that gives back the same bits.
 //!
-//! Finite numbers are written with the fewest digits that read back as the same double; the sign of zero is kept,
-//! infinities are `inf` and `-inf`. NaN is `NaN` or `-NaN` (x86 makes the negative one); a NaN with any other payload is
-//! `NaN:` and its sixteen hexadecimal digits. All but the last are read as they stand by Python, Rust and C.
+//! Finite numbers are written with the fewest digits that read back as the same double; the sign of
+//! zero is kept, infinities are `inf` and `-inf`. NaN is `NaN` or `-NaN` (x86 makes the negative
+//! one); a NaN with any other payload is `NaN:` and its sixteen hexadecimal digits. All but the
+//! last are read as they stand by Python, Rust and C.
 
 use std::fmt::{self, Write};
 

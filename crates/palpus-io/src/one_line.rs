@@ -1,9 +1,11 @@
-//! Words of another library, which may quote what a file says, as they stand in an error of ours: in one line that a person reads.
+//! Words of another library, which may quote what a file says, as they stand in an error of ours:
+//! in one line that a person reads.
 
 /// Characters that are kept.
 const MOST: usize = 240;
 
-/// The words without line feeds and other control characters, and without what goes on for too long.
+/// The words without line feeds and other control characters, and without what goes on for too
+/// long.
 pub(crate) fn one_line(words: &str) -> String {
     let clean = |c: char| if c.is_control() { ' ' } else { c };
     let mut line: String = words.trim().chars().map(clean).take(MOST).collect();

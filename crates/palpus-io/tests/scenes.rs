@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use palpus::algebra::Twist;
-use palpus::render::{Clustering, Limits, Saturation, Settings};
+use palpus::render::{Clustering, Limits, Material, Saturation, Settings};
 use palpus_io::scene::{CouplingMode, HandPreset, ObjectMotion, SceneCoupling, parse_scene};
 use palpus_io::{FilePolicy, SceneFile, read_scene};
 use proptest::prelude::*;
@@ -56,13 +56,31 @@ fn the_scene_of_the_design_is_read_in_si() {
 }
 
 #[test]
+fn a_material_is_a_name_or_three_numbers() {
+    let with = |material: &str| parse(&EXPERIENCE.replace("shading = true", &format!("material = {material}")));
+    assert_eq!(with("\"steel\"").unwrap().render.material, Some(Material::STEEL));
+    let own = with("{ frequency = 120, decay = 70.5, gain = 9 }").unwrap().render.material;
+    assert_eq!(own, Some(Material { frequency: 120.0, decay: 70.5, gain: 9.0 }));
+    assert_eq!(parse(EXPERIENCE).unwrap().render.material, None);
+    for (wrong, problem) in [
+        ("\"glass\"", "material is \"glass\" and must be \"rubber\" or \"wood\" or \"steel\""),
+        ("{ frequency = 120 }", "a material needs frequency, decay and gain"),
+        ("{ frequency = 0, decay = 1, gain = 1 }", "from 1 to 1000 Hz"),
+        ("3", "a table"),
+    ] {
+        let error = with(wrong).unwrap_err();
+        assert!(error.contains(problem), "{error}");
+    }
+}
+
+#[test]
 fn every_documented_key_is_read() {
     let scene = parse(&documented()).unwrap();
     assert_eq!((scene.rate_hz, scene.hand.preset, scene.hand.seed), (1000.0, HandPreset::Normal, 1));
     assert_eq!(scene.hand.path.as_deref(), Some(Path::new("set/stir.csv")));
     assert_eq!((scene.hand.path_scale, scene.hand.path_speed), (Some(1.0), Some(1.0)));
     assert_eq!((scene.coupling.angular_damping, scene.render.time_budget), (Some(0.005), Some(300_000)));
-    assert_eq!(scene.coupling.skin, Some(0.1e-3));
+    assert_eq!((scene.coupling.skin, scene.render.material), (Some(0.1e-3), Some(Material::WOOD)));
     assert_eq!(
         (scene.render.limits, scene.render.split_angle),
         (Settings::default().limits, Settings::default().split_angle)
@@ -73,7 +91,7 @@ fn every_documented_key_is_read() {
     assert_eq!((scene.objects.len(), scene.gravity.z), (2, -9.81));
     let motions = [ObjectMotion::FreeOfDensity(7800.0), scene.objects[1].motion];
     assert!(scene.objects[0].motion == motions[0] && matches!(motions[1], ObjectMotion::Driven(_)));
-    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 50, "a key was added: check it above");
+    assert_eq!(documented().lines().filter(|line| line.contains('=')).count(), 51, "a key was added: check it above");
 }
 
 #[test]
@@ -243,7 +261,7 @@ fn errors_say_what_where_and_what_to_do() {
         (
             change("tolerance", "tolerence"),
             "line 7, column 1: [contact] has no key \"tolerence\"; did you mean \"tolerance\"? (it may have tolerance, \
-          cluster_radius, clustering, split_angle, stiffness, damping, friction, shading, crease_angle, shading_limit, \
+          cluster_radius, clustering, split_angle, stiffness, damping, friction, material, shading, crease_angle, shading_limit, \
           time_budget)",
         ),
         (

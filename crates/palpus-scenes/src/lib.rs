@@ -1,13 +1,16 @@
-//! The paper's scenes and scripted hands as code: what you watch is what is tested is what is timed.
+//! The paper's scenes and scripted hands as code: what you watch is what is tested is what is
+//! timed.
 //!
-//! * [`shape`] — meshes as code, in metres: closed, outward, manifold, free of self-intersection, the same on every call.
-//! * [`HandPath`] — scripted hands: pure functions from time to the pose that a hand intends; [`Wander`] — one that never ends; [`tour`] — a path
-//!   over a body of which nothing is known.
-//! * [`flush`] — parts with flush faces in play, with parameters; [`overlap`] — how far two solids truly
-//!   overlap.
+//! * [`shape`] — meshes as code, in metres: closed, outward, manifold, free of self-intersection,
+//!   the same on every call.
+//! * [`HandPath`] — scripted hands: pure functions from time to the pose that a hand intends;
+//!   [`Wander`] — one that never ends; [`tour`] — a path over a body of which nothing is known.
+//! * [`flush`] — parts with flush faces in play, with parameters; [`overlap`] — how far two solids
+//!   truly overlap.
 //! * [`sweep`] — how deep a body can be felt, and how truly.
 //! * [`truth`] — what contacts there truly are, where that can be said in closed form.
-//! * [`scenes`], [`trials`], [`scene`] — a probe, an environment, how they touch and how the hand moves, by name.
+//! * [`scenes`], [`trials`], [`scene`] — a probe, an environment, how they touch and how the hand
+//!   moves, by name.
 
 mod catalogue;
 pub mod flush;

@@ -23,7 +23,8 @@ pub struct Scene {
     pub environment: PolygonSoup,
     /// How the two touch.
     pub contact: ContactSettings,
-    /// The probe's pose when the scene starts: free of contact, except that a chain link starts inside its neighbour.
+    /// The probe's pose when the scene starts: free of contact, except that a chain link starts
+    /// inside its neighbour.
     pub start: Pose,
     /// The scripted hand; `path.pose(0.0)` is `start`.
     pub path: HandPath,

@@ -1,9 +1,10 @@
-//! A path for two bodies of which nothing is known but where one stands: it touches the other here and there.
+//! A path for two bodies of which nothing is known but where one stands: it touches the other here
+//! and there.
 //!
-//! 1. From the start towards the nearest point of the other body until they touch (conservative advancement: the nearest distance can always
-//!    be travelled).
-//! 2. Off along the normal there, sideways and turned by a little, drawn from a seed; and in again to the next place of touch. Ways on which the
-//!    bodies would meet are not gone.
+//! 1. From the start towards the nearest point of the other body until they touch (conservative
+//!    advancement: the nearest distance can always be travelled).
+//! 2. Off along the normal there, sideways and turned by a little, drawn from a seed; and in again
+//!    to the next place of touch. Ways on which the bodies would meet are not gone.
 //! 3. At every place the probe is pressed in by a few tolerances, rubbed sideways and lifted.
 //!
 //! So the path leads over the surface as a random walk does, inside a hollow as well as outside.
@@ -42,8 +43,8 @@ const TOUCHING: f64 = 0.1;
 /// Poses of a way that are looked at.
 const LOOKS: usize = 6;
 
-/// A path of `a` in b's frame over places where the two touch, beginning at `start`; the same for the same seed. `None` when `a` does not
-/// find `b` from there.
+/// A path of `a` in b's frame over places where the two touch, beginning at `start`; the same for
+/// the same seed. `None` when `a` does not find `b` from there.
 pub fn tour(a: &Arc<Body>, b: &Arc<Body>, start: Pose, tolerance: f64, seed: u64) -> Option<HandPath> {
     let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
     let query = ContactQuery::new(a.clone(), b.clone(), settings);

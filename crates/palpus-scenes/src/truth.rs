@@ -1,10 +1,12 @@
-//! What contacts there truly are, where that can be said in closed form: the judge of how true a felt force is.
+//! What contacts there truly are, where that can be said in closed form: the judge of how true a
+//! felt force is.
 //!
 //! * `pen-sphere`: the pen's point against the ideal sphere that the mesh stands for.
-//! * `v-groove`: the ball's own corners against the two walls, which are planes; the forces go through its centre, as the ball is
-//!   meant to be round.
-//! * `box-tilt`, `box-edge`, `box-rest`: the lowest corner of the box against the table's top. Where a box on its face is
-//!   felt is the middle of what lies on the table; a tilted one has no such point that all would agree on.
+//! * `v-groove`: the ball's own corners against the two walls, which are planes; the forces go
+//!   through its centre, as the ball is meant to be round.
+//! * `box-tilt`, `box-edge`, `box-rest`: the lowest corner of the box against the table's top.
+//!   Where a box on its face is felt is the middle of what lies on the table; a tilted one has no
+//!   such point that all would agree on.
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -87,7 +89,8 @@ impl Truth {
         self.corners.iter().map(|&corner| normal.dot(pose.point(corner) - origin)).fold(f64::INFINITY, f64::min)
     }
 
-    /// The middle of what lies on the table, of a box that is flat and not turned about the vertical.
+    /// The middle of what lies on the table, of a box that is flat and not turned about the
+    /// vertical.
     fn middle_on_table(&self, pose: &Pose) -> Option<DVec3> {
         if pose.vector(DVec3::Z).z < FLAT_COSINE {
             return None;

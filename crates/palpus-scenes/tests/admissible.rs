@@ -1,7 +1,9 @@
-//! Contact normals are normals of the meshes, not of the hulls of their pieces, and no contact is lost by that.
+//! Contact normals are normals of the meshes, not of the hulls of their pieces, and no contact is
+//! lost by that.
 //!
-//! The oracle looks at nothing but the mesh, its triangles' own normals and the patch of each piece. Weakness: where a depth rests on
-//! a face or an edge, it asks whether the patch has such a normal there, not whether the witness lies next to it.
+//! The oracle looks at nothing but the mesh, its triangles' own normals and the patch of each
+//! piece. Weakness: where a depth rests on a face or an edge, it asks whether the patch has such a
+//! normal there, not whether the witness lies next to it.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -12,7 +14,8 @@ use palpus::body::{Body, BodySettings, EdgeKind, Feature, PolygonSoup};
 use palpus::detect::{Contact, ContactQuery, QuerySettings};
 use palpus_scenes::{Scene, scenes};
 
-/// Radians by which a normal may leave the mesh's: planes bent by a file's few digits, and the engine's own slack.
+/// Radians by which a normal may leave the mesh's: planes bent by a file's few digits, and the
+/// engine's own slack.
 const ANGLE: f64 = 2e-3;
 
 /// Relative to a body's size: how near a point is on a triangle.
@@ -68,7 +71,8 @@ impl<'b> Half<'b> {
         self.patch().iter().any(|&t| self.body.mesh().triangle_normal(t).angle_between(self.outward) < ANGLE)
     }
 
-    /// A mesh edge of the patch lies along the piece's edge, and the normal is between those of its triangles.
+    /// A mesh edge of the patch lies along the piece's edge, and the normal is between those of its
+    /// triangles.
     fn has_arc(&self, edge: u32) -> bool {
         let (mesh, half_edges) = (self.body.mesh(), self.body.half_edges());
         let polytope = &self.body.polytopes()[self.piece as usize];
@@ -98,8 +102,8 @@ impl<'b> Half<'b> {
         })
     }
 
-    /// The point lies on the mesh, on a triangle that looks along the normal; or no part of the mesh near it rises along the normal
-    /// and some looks to that side.
+    /// The point lies on the mesh, on a triangle that looks along the normal; or no part of the
+    /// mesh near it rises along the normal and some looks to that side.
     fn is_locally_nearest(&self) -> bool {
         let mesh = self.body.mesh();
         let near = NEAR * self.body.size();
@@ -157,8 +161,9 @@ fn violation(a: &Body, b: &Body, place: &Placement, contact: &Contact) -> Option
 struct Tally {
     seen: usize,
     wrong: Vec<String>,
-    /// Poses at which the bodies overlap only along normals that one of them has not, or along none that is believed: the one contact
-    /// that holds them is none of the admissible ones, but a point's way out to the nearest surface.
+    /// Poses at which the bodies overlap only along normals that one of them has not, or along none
+    /// that is believed: the one contact that holds them is none of the admissible ones, but a
+    /// point's way out to the nearest surface.
     rescued: usize,
     /// Poses apart, within tolerance.
     apart: usize,

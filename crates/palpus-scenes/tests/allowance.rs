@@ -1,4 +1,5 @@
-//! Steps whose work is bounded: what is felt stays finite, bounded, continuous and near the full answer, and is caught up.
+//! Steps whose work is bounded: what is felt stays finite, bounded, continuous and near the full
+//! answer, and is caught up.
 
 mod bodies;
 
@@ -139,7 +140,8 @@ fn a_tool_waits_for_what_the_work_did_not_suffice_to_look_at() {
             deepest = judge.contacts(&tick.tool_ba).iter().fold(deepest, |most, contact| most.max(-contact.separation));
         }
         assert!(late > 3 && waited > 3, "{name}: {late} late, {waited} waited");
-        // Measured: 0.07 mm in the hole, where it goes on slowly along the wall; none on the others.
+        // Measured: 0.07 mm in the hole, where it goes on slowly along the wall; none on the
+        // others.
         assert!(deepest < 1e-4, "{name}: {deepest} m deep");
     }
 }
@@ -151,7 +153,8 @@ fn a_third_of_the_work_on_the_armadillo() {
     let (Ok(a), Ok(b)) = (read("armadillo_31240.obj"), read("intestine_colon_male_24846.obj")) else { return };
     let (a, b) = (body(&a), body(&b));
     let settings = Settings { contact_tolerance: 0.01 * b.size(), ..Settings::default() };
-    // The armadillo's belly on the colon's bulge, pressed and rubbed at some 0.1 m/s of a probe of 10 cm.
+    // The armadillo's belly on the colon's bulge, pressed and rubbed at some 0.1 m/s of a probe of
+    // 10 cm.
     let middle = |body: &Body| body.mesh().bounds().min.midpoint(body.mesh().bounds().max);
     let way = DVec3::new(1.0, 0.3, 0.2).normalize();
     let within = QuerySettings { tolerance: settings.contact_tolerance, ..QuerySettings::default() };
@@ -175,9 +178,10 @@ fn a_third_of_the_work_on_the_armadillo() {
     assert_near(&outcome, "the armadillo");
 }
 
-/// What one may rely on. Measured, of the largest force: worst 0.16, mean 0.013 on the scenes, where the work is enough for a few pairs;
-/// 0.04 and 0.006 on the armadillo, where it is enough for a third of 140 pairs. Missing are contacts that have passed to a
-/// neighbouring piece since their pair was visited; too far are those whose points have slid along a face that they lean on.
+/// What one may rely on. Measured, of the largest force: worst 0.16, mean 0.013 on the scenes,
+/// where the work is enough for a few pairs; 0.04 and 0.006 on the armadillo, where it is enough
+/// for a third of 140 pairs. Missing are contacts that have passed to a neighbouring piece since
+/// their pair was visited; too far are those whose points have slid along a face that they lean on.
 fn assert_near(outcome: &Outcome, what: &str) {
     assert!(outcome.worst <= 0.2 * outcome.most, "{what}: {outcome:?}");
     assert!(outcome.mean <= 0.02 * outcome.most, "{what}: {outcome:?}");

@@ -1,9 +1,11 @@
-//! Stiffness per contact area and not per contact: a finer mesh of the same surface pushes as the coarse one does.
+//! Stiffness per contact area and not per contact: a finer mesh of the same surface pushes as the
+//! coarse one does.
 //!
-//! Two kinds of refinement, by four and by sixteen. *Cut* meshes are the same surface with every triangle cut in four: whatever
-//! the engine makes of coplanar triangles must come out the same. *Finer* meshes sample the same smooth surface more
-//! densely: there the surface itself moves by the height of the coarse mesh's arcs, so forces are compared for the same deepest
-//! engagement, as direction and size; most of what is left is the facets' normals.
+//! Two kinds of refinement, by four and by sixteen. *Cut* meshes are the same surface with every
+//! triangle cut in four: whatever the engine makes of coplanar triangles must come out the same.
+//! *Finer* meshes sample the same smooth surface more densely: there the surface itself moves by
+//! the height of the coarse mesh's arcs, so forces are compared for the same deepest engagement, as
+//! direction and size; most of what is left is the facets' normals.
 
 mod bodies;
 
@@ -211,7 +213,8 @@ fn felt(a: &Arc<Body>, b: &Arc<Body>, settings: Settings, path: fn(f64) -> Pose)
         .collect()
 }
 
-/// How forces change from one level of refinement to the next, for the same deepest engagement if `fairly`; of the force.
+/// How forces change from one level of refinement to the next, for the same deepest engagement if
+/// `fairly`; of the force.
 #[derive(Debug)]
 struct Change {
     mean: f64,

@@ -1,4 +1,5 @@
-//! Friction over the facets of a shaded surface: a ball that slides over a faceted one is held evenly.
+//! Friction over the facets of a shaded surface: a ball that slides over a faceted one is held
+//! evenly.
 
 mod bodies;
 

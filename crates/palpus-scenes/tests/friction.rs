@@ -1,4 +1,5 @@
-//! Friction held to physics: a free block on a ramp and on a table, pushed by nothing but gravity and the engine's wrench.
+//! Friction held to physics: a free block on a ramp and on a table, pushed by nothing but gravity
+//! and the engine's wrench.
 
 mod bodies;
 mod falling;
@@ -27,7 +28,8 @@ const DEGREE: f64 = std::f64::consts::PI / 180.0;
 fn settings(clustering: Clustering) -> Settings {
     Settings {
         clustering,
-        // It stands within the tolerance over the ground: sunk in, it would be caught by the sides of rails.
+        // It stands within the tolerance over the ground: sunk in, it would be caught by the sides
+        // of rails.
         stiffness: 1600.0,
         // A free body swings on its contact's spring; a hand or a coupling would damp it.
         damping: 3.0,
@@ -45,7 +47,8 @@ fn resting(trial: &Trial, turned: f64) -> Falling {
     let above = 0.5 * SIZE.z + Settings::default().contact_tolerance;
     let pose = Pose::new(DQuat::from_rotation_z(turned), DVec3::new(-0.09, 0.0, above));
     let mut falling = Falling::new(&trial.block, &trial.ground, MASS, settings(trial.clustering), pose);
-    // As a device has it. Nothing else calms a block on springs; what a test measures is left alone.
+    // As a device has it. Nothing else calms a block on springs; what a test measures is left
+    // alone.
     (falling.drag, falling.spin_drag) = (DRAG, DRAG);
     falling.run(0.5);
     falling
@@ -82,7 +85,8 @@ fn sled() -> PolygonSoup {
     extruded(&outline.map(|(x, z)| DVec2::new(f64::from(x), f64::from(z)) * 1e-3), SIZE.y)
 }
 
-/// A table with ribs along the slope, 2 mm wide and 6 mm apart: a crowd of contacts, and none at the block's long sides.
+/// A table with ribs along the slope, 2 mm wide and 6 mm apart: a crowd of contacts, and none at
+/// the block's long sides.
 fn rails() -> PolygonSoup {
     let mut soup = ribs();
     for v in &mut soup.vertices {
@@ -91,7 +95,8 @@ fn rails() -> PolygonSoup {
     soup
 }
 
-/// The same across the slope: a block that slides bumps into the next rib, within the tolerance around it.
+/// The same across the slope: a block that slides bumps into the next rib, within the tolerance
+/// around it.
 fn ribs() -> PolygonSoup {
     let mut outline = vec![DVec2::new(0.15, -0.02), DVec2::new(0.15, 0.0)];
     for k in (-24..=25).rev() {
@@ -228,7 +233,8 @@ fn a_spinning_block_stops_when_coulomb_says() {
     for trial in level_trials().filter(|trial| !trial.name.contains(" on ")) {
         let name = &trial.name;
         let half = SIZE / 2.0;
-        // Evenly loaded, a patch resists with μ F times the mean distance of its points from the axis.
+        // Evenly loaded, a patch resists with μ F times the mean distance of its points from the
+        // axis.
         let lever = if name.starts_with("sled") {
             mean_lever(|u, v| DVec2::new(half.x - 0.005 + 0.005 * u, half.y * v))
         } else {

@@ -1,4 +1,5 @@
-//! The sleeping front answers what the full traversal answers, on every scene and along every kind of motion.
+//! The sleeping front answers what the full traversal answers, on every scene and along every kind
+//! of motion.
 
 mod bodies;
 mod judge;
@@ -15,8 +16,8 @@ use palpus_scenes::{Scene, scene, scenes};
 /// Of everything random here.
 const SEED: u64 = 0xf207_7e57;
 
-/// Relative to the bodies' size: hulls shave their merge distance off, so that a distance within this of the tolerance may
-/// count as within it or not.
+/// Relative to the bodies' size: hulls shave their merge distance off, so that a distance within
+/// this of the tolerance may count as within it or not.
 const SLACK: f64 = 1e-8;
 
 /// Relative to the bodies' size: how far a march may answer another distance from another start.
@@ -91,7 +92,8 @@ impl<'a> Duel<'a> {
         self.work[1] += marches;
     }
 
-    /// Holds the nearest pair against the pairs within tolerance, or if there are none, against the pairs a little farther away.
+    /// Holds the nearest pair against the pairs within tolerance, or if there are none, against the
+    /// pairs a little farther away.
     fn hold_nearest(&mut self, place: &Placement, tolerance: f64, within: &[(u32, u32, f64)]) {
         if !self.ticks.is_multiple_of(NEAREST_EVERY) {
             return;
@@ -174,7 +176,8 @@ fn a_front_without_room_is_slower_and_as_right() {
     }
 }
 
-/// The poses of a camera in a hand, recorded at 300 Hz (TUM RGB-D, freiburg2_desk), relative to the first; none when not at hand.
+/// The poses of a camera in a hand, recorded at 300 Hz (TUM RGB-D, freiburg2_desk), relative to the
+/// first; none when not at hand.
 fn recorded() -> Option<Vec<Pose>> {
     let name = "../../../shared/models/trajectories/tum_fr2_desk_300hz.txt";
     let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(name)).ok()?;
@@ -187,7 +190,8 @@ fn recorded() -> Option<Vec<Pose>> {
     Some(poses.iter().map(|pose| first * *pose).collect())
 }
 
-/// Follows the recording, a metre of which is a body's size, about the pose in which the scene's path is at `phase`.
+/// Follows the recording, a metre of which is a body's size, about the pose in which the scene's
+/// path is at `phase`.
 fn follow(duel: &mut Duel<'_>, scene: &Scene, phase: f64, ticks: usize) {
     let Some(recorded) = recorded() else { return };
     let start = scene.path.pose(phase * scene.path.duration());

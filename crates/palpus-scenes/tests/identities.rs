@@ -166,7 +166,8 @@ fn moving_the_whole_scene_moves_the_wrench_with_it() {
             let wrench = here.step(&ProbeState::at(pose), 1e-3, &NoClock).commanded;
             let same: Wrench = there.step(&ProbeState::at(moved * pose), 1e-3, &NoClock).commanded;
             let expected = wrench.rotated(&moved);
-            // A flat contact has many witness points; rounding picks among them, so that only its force is unique.
+            // A flat contact has many witness points; rounding picks among them, so that only its
+            // force is unique.
             let flat = name == "box-table";
             assert!((same.force - expected.force).length() < 1e-6, "{name}, {k}: {same:?}, expected {expected:?}");
             assert!(

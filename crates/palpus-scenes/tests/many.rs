@@ -1,4 +1,5 @@
-//! The scenes with bodies that nobody holds: what a scripted hand does to them, without a step that obtains memory.
+//! The scenes with bodies that nobody holds: what a scripted hand does to them, without a step that
+//! obtains memory.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -169,7 +170,8 @@ fn two_fingers_set_a_nut_on_its_bolt() {
     assert!((nut - bolt).truncate().length() < 2e-3 && nut.z > begin.z + 0.01, "bolt {bolt}, nut {nut}");
 }
 
-/// Fifty objects and four tools, three of which press on an object each, beside the same three pairs alone.
+/// Fifty objects and four tools, three of which press on an object each, beside the same three
+/// pairs alone.
 #[test]
 #[ignore = "figures for the record: what bodies cost that nobody touches"]
 #[expect(clippy::print_stdout, reason = "figures are for reading")]

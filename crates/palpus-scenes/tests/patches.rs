@@ -1,7 +1,9 @@
-//! Flush contact, felt while it moves: the torque changes no faster than springs at the corners of the overlap would.
+//! Flush contact, felt while it moves: the torque changes no faster than springs at the corners of
+//! the overlap would.
 //!
-//! Direct rendering, no friction: the wrench is a function of the pose. A step of the torque is set against what one
-//! spring of the contact stiffness at the probe's own reach makes of the same motion: |Δτ| / (motion × k × size).
+//! Direct rendering, no friction: the wrench is a function of the pose. A step of the torque is set
+//! against what one spring of the contact stiffness at the probe's own reach makes of the same
+//! motion: |Δτ| / (motion × k × size).
 
 mod bodies;
 
@@ -137,7 +139,8 @@ fn deepest_normal(renderer: &Renderer) -> DVec3 {
     deepest.map_or(DVec3::Z, |contact| contact.normal)
 }
 
-/// Random prisms nearly flush on each other, and a small random motion: the largest step of the torque.
+/// Random prisms nearly flush on each other, and a small random motion: the largest step of the
+/// torque.
 #[allow(clippy::print_stderr, reason = "figures for the record")]
 fn search(rounds: u32, most: f64) {
     let mut random = Random::new(SEED);
@@ -197,7 +200,8 @@ fn the_worst_of_a_hundred_thousand() {
 
 #[test]
 fn deepest_contact_survives_full_capacity() {
-    // A plate upon three posts of which one is higher than the others; each pair has a patch of four corners.
+    // A plate upon three posts of which one is higher than the others; each pair has a patch of
+    // four corners.
     let plate = body(&shape::cuboid(DVec3::new(0.06, 0.02, 0.004)));
     for high in 0..3 {
         let mut posts = PolygonSoup::new();

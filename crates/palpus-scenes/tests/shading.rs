@@ -1,4 +1,5 @@
-//! Shading turns forces and does nothing else: the same contacts, as deep, as strong; creases stay sharp.
+//! Shading turns forces and does nothing else: the same contacts, as deep, as strong; creases stay
+//! sharp.
 
 mod bodies;
 
@@ -62,14 +63,15 @@ fn depth_and_magnitude_are_left_alone_and_no_force_turns_too_far() {
                 100.0 * worst
             );
             assert!(touched > 200, "{name} hardly touches");
-            // In smooth clustering's crowds each contact's own size stays; how much they share follows the directions felt, so that
-            // it is as continuous as those.
+            // In smooth clustering's crowds each contact's own size stays; how much they share
+            // follows the directions felt, so that it is as continuous as those.
             assert!(worst < 0.05, "{name}, {clustering:?}: {worst}");
         }
     }
 }
 
-/// How far, as a sine, `direction` is from lying between the normals of the faces that meet at an edge or corner.
+/// How far, as a sine, `direction` is from lying between the normals of the faces that meet at an
+/// edge or corner.
 fn outside(polytope: &Polytope, feature: Feature, direction: DVec3) -> f64 {
     match feature {
         Feature::Edge(edge) => {
@@ -89,7 +91,8 @@ fn outside(polytope: &Polytope, feature: Feature, direction: DVec3) -> f64 {
 #[test]
 #[allow(clippy::print_stderr, reason = "figures for the record")]
 fn the_edges_of_a_box_stay_sharp() {
-    // A coarse ball rolls over the edges and corners of a box: forces stay within the normals of the faces that meet there.
+    // A coarse ball rolls over the edges and corners of a box: forces stay within the normals of
+    // the faces that meet there.
     let size = DVec3::new(0.06, 0.04, 0.03);
     let (ball, block) = (body(&shape::sphere(0.008, 1)), body(&shape::cuboid(size)));
     for clustering in BOTH {

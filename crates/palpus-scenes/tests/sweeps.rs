@@ -1,6 +1,8 @@
-//! How deep bodies can be felt and how truly: the sweeps of [`palpus_scenes::sweep`] over the scenes and over real models.
+//! How deep bodies can be felt and how truly: the sweeps of [`palpus_scenes::sweep`] over the
+//! scenes and over real models.
 //!
-//! Weakness: the bounds are what is reached, with a margin, not what would be right, which is all of it.
+//! Weakness: the bounds are what is reached, with a margin, not what would be right, which is all
+//! of it.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -17,8 +19,9 @@ fn build(soup: &PolygonSoup) -> Arc<Body> {
     Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).unwrap())
 }
 
-/// Sweeps a body and holds what is promised: contact persists but for one push in fifty, the median depth is true to 2 %, and none is more
-/// than 1.25 times the true one but for rounding and edges met by edges.
+/// Sweeps a body and holds what is promised: contact persists but for one push in fifty, the median
+/// depth is true to 2 %, and none is more than 1.25 times the true one but for rounding and edges
+/// met by edges.
 fn sweep_and_hold(name: &str, body: &Arc<Body>, samples: usize) {
     let (push, honest) = sweep(name, body, samples);
     assert!(push.held >= 0.98 && push.grew >= 0.8, "{name}, seed {SEED:#x}: {push:?}");

@@ -61,15 +61,18 @@ pub struct Projected {
     pub depth: f64,
 }
 
-/// Half the opening between the lower and the upper edge of a picture: its tangent. 15°: little perspective, as in a drawing.
+/// Half the opening between the lower and the upper edge of a picture: its tangent. 15°: little
+/// perspective, as in a drawing.
 const HALF_OPENING: f64 = 0.268;
 /// What is nearer to the eye than this part of the distance is cut away.
 const NEAREST: f64 = 0.01;
-/// The eye keeps at least this far from the poles when it is turned, rad: beyond, the picture would stand on its head.
+/// The eye keeps at least this far from the poles when it is turned, rad: beyond, the picture would
+/// stand on its head.
 const MOST_PITCH: f64 = std::f64::consts::FRAC_PI_2;
 
 impl Camera {
-    /// The eye in `view` from which all `points` are seen in a picture `aspect` times as wide as it is high, with a margin.
+    /// The eye in `view` from which all `points` are seen in a picture `aspect` times as wide as it
+    /// is high, with a margin.
     pub fn framing(points: impl Iterator<Item = DVec3> + Clone, view: View, aspect: f64) -> Self {
         let (yaw, pitch) = view.angles();
         let mut camera = Self { target: DVec3::ZERO, distance: 1.0, yaw: yaw.to_radians(), pitch: pitch.to_radians() };
@@ -77,7 +80,8 @@ impl Camera {
         camera
     }
 
-    /// Moves target and distance, not the direction, so that all `points` are seen; does nothing where there are none.
+    /// Moves target and distance, not the direction, so that all `points` are seen; does nothing
+    /// where there are none.
     pub fn frame(&mut self, points: impl Iterator<Item = DVec3> + Clone, aspect: f64) {
         let [right, up, back] = self.axes();
         let in_view = points.map(|p| DVec3::new(right.dot(p), up.dot(p), back.dot(p)));
@@ -102,7 +106,8 @@ impl Camera {
         self.pitch = (self.pitch + upwards).clamp(-MOST_PITCH, MOST_PITCH);
     }
 
-    /// Moves the eye and its target so that what is at the target moves by this many pixels in a picture `height` pixels high.
+    /// Moves the eye and its target so that what is at the target moves by this many pixels in a
+    /// picture `height` pixels high.
     pub fn pan(&mut self, rightwards: f64, downwards: f64, height: f64) {
         let [right, up, _] = self.axes();
         let metres = self.metres_per_pixel(self.distance, height);
@@ -149,7 +154,8 @@ impl Camera {
         2.0 * depth * HALF_OPENING / height
     }
 
-    /// Where a point of the world is in a picture of this size, pixels; none if it is behind the eye.
+    /// Where a point of the world is in a picture of this size, pixels; none if it is behind the
+    /// eye.
     pub fn project(&self, point: DVec3, width: f64, height: f64) -> Option<Projected> {
         let [right, up, back] = self.axes();
         let p = point - self.eye();

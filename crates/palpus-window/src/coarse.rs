@@ -1,12 +1,12 @@
 //! A solid with fewer triangles, for machines whose processor draws.
 //!
-//! 1. Corners that fall into the same cell of a grid and whose normals look to the same side become one, in their middle: a thin wall's
-//!    two sides stay two.
+//! 1. Corners that fall into the same cell of a grid and whose normals look to the same side become
+//!    one, in their middle: a thin wall's two sides stay two.
 //! 2. Triangles with fewer than three corners left are gone, and so are copies.
 //! 3. The cell's size is searched for, so that about as many triangles are left as are asked for.
 //!
-//! J. Rossignac, P. Borrel, *Multi-resolution 3D approximations for rendering complex scenes*, 1993, with the sides of 1. added. It is
-//! for the eye alone: the engine keeps the whole mesh.
+//! J. Rossignac, P. Borrel, *Multi-resolution 3D approximations for rendering complex scenes*,
+//! 1993, with the sides of 1. added. It is for the eye alone: the engine keeps the whole mesh.
 
 use std::collections::{HashMap, HashSet};
 

@@ -6,16 +6,19 @@
 //! * an edge is the *arc* of a great circle between the normals of its two faces;
 //! * a vertex is the *region* between the arcs of its edges.
 //!
-//! The piece is the hull of a patch of the mesh, and what the hull added is nobody's surface. Directions that the piece *owns*,
-//! those that the mesh has there ([`palpus::body::OwnNormals`]), are coloured: of a vertex, those along which no neighbour on the
-//! mesh is higher; of an edge, the arc up to the neighbour's true normal, which may end before the hull's does; of faces, those of
-//! the mesh. All else is grey: a contact of this piece pushes that way only where nothing else holds two bodies apart.
+//! The piece is the hull of a patch of the mesh, and what the hull added is nobody's surface.
+//! Directions that the piece *owns*, those that the mesh has there ([`palpus::body::OwnNormals`]),
+//! are coloured: of a vertex, those along which no neighbour on the mesh is higher; of an edge, the
+//! arc up to the neighbour's true normal, which may end before the hull's does; of faces, those of
+//! the mesh. All else is grey: a contact of this piece pushes that way only where nothing else
+//! holds two bodies apart.
 //!
 //! 1. Each sample of a disc is a direction, coloured by the vertex that is farthest along it.
 //! 2. All arcs, thin; over them the owned ones, thick.
 //! 3. Points of faces, and of the neighbours' normals that are owned as the ends of arcs.
 //!
-//! The sphere is seen from far away, its near half from the camera's side, its far half from behind.
+//! The sphere is seen from far away, its near half from the camera's side, its far half from
+//! behind.
 
 use std::sync::Arc;
 
@@ -107,8 +110,8 @@ pub struct PieceOf<'a> {
     pub unit: Unit,
 }
 
-/// The piece, its place in the body, and both halves of its Gauss map, seen along the line of sight of `from`. `piece` must be one of the
-/// body's.
+/// The piece, its place in the body, and both halves of its Gauss map, seen along the line of sight
+/// of `from`. `piece` must be one of the body's.
 pub fn paint_gauss(shown: &PieceOf<'_>, from: &Camera, style: &Style, width: usize, height: usize) -> Picture {
     let &PieceOf { body, piece, name, unit } = shown;
     let numbers = PieceNumbers::of(body, piece);
@@ -171,7 +174,8 @@ pub fn paint_gauss(shown: &PieceOf<'_>, from: &Camera, style: &Style, width: usi
     sheet.picture
 }
 
-/// The near half of the Gauss map of a piece as `camera` looks at it, and nothing else, `size` by `size` pixels.
+/// The near half of the Gauss map of a piece as `camera` looks at it, and nothing else, `size` by
+/// `size` pixels.
 pub fn paint_gauss_half(body: &Body, piece: u32, camera: &Camera, theme: Theme, size: usize) -> Picture {
     let mut picture = Picture::new(size, size, theme.colours().below);
     let middle = 0.5 * size as f64;
@@ -198,7 +202,8 @@ fn caption(numbers: &PieceNumbers, unit: Unit) -> [String; 2] {
     ]
 }
 
-/// The eye before what the piece has of the mesh, or in the oblique view, where that looks nowhere in particular.
+/// The eye before what the piece has of the mesh, or in the oblique view, where that looks nowhere
+/// in particular.
 pub fn before_own_faces(body: &Body, piece: u32) -> Camera {
     let mut camera = Camera::framing([DVec3::ZERO].into_iter(), View::Oblique, 1.0);
     let mesh = body.mesh();

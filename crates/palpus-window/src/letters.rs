@@ -1,8 +1,8 @@
 //! A font of strokes, so that pictures can have words without a font file, at any size.
 //!
-//! A letter is a list of lines through places on a grid: the first digit goes to the right (0 to 4), the second upwards (2 is
-//! the baseline, 6 the height of small letters, 8 that of large ones, 0 the lowest descender). Lines have round ends; a line
-//! of one place is a dot.
+//! A letter is a list of lines through places on a grid: the first digit goes to the right (0 to
+//! 4), the second upwards (2 is the baseline, 6 the height of small letters, 8 that of large ones,
+//! 0 the lowest descender). Lines have round ends; a line of one place is a dot.
 
 use glam::DVec3;
 

@@ -1,11 +1,13 @@
 //! What palpus shows.
 //!
-//! A [`Scene`] says what is to be seen: bodies, and a [`Moment`] of contacts and forces. A [`Camera`] says from where, a
-//! [`Style`] how. [`paint`] makes a [`Picture`] of them without a display, a graphics library or a system package, the same to
-//! the bit on every run; [`Picture::write_png`] keeps it.
+//! A [`Scene`] says what is to be seen: bodies, and a [`Moment`] of contacts and forces. A
+//! [`Camera`] says from where, a [`Style`] how. [`paint`] makes a [`Picture`] of them without a
+//! display, a graphics library or a system package, the same to the bit on every run;
+//! [`Picture::write_png`] keeps it.
 //!
 //! * `camera` — where the eye is: orbit, pan, zoom, standard views.
-//! * `solid` — a body as triangles with a normal per corner and a piece per triangle; whole, or its pieces apart.
+//! * `solid` — a body as triangles with a normal per corner and a piece per triangle; whole, or its
+//!   pieces apart.
 //! * `coarse` — the same in fewer triangles, for machines whose processor draws.
 //! * `moment` — what one tick has to show; filled in the servo thread without obtaining memory.
 //! * `moments` — those of a whole run, as far as there is room.
@@ -14,13 +16,17 @@
 //! * `marks` — dots, arrows, a turning arrow, in the size that the picture needs.
 //! * `letters` — a font of strokes.
 //! * `paint` — the layers put together: bodies, then translucent bodies, then marks, then words.
-//! * `piece`, `gauss` — one convex piece: its numbers, and its Gauss map on the sphere of directions.
-//! * `section`, `section_panel`, `section_picture` — how deep a body is felt on a plane through it, that as a picture, and as a page.
+//! * `piece`, `gauss` — one convex piece: its numbers, and its Gauss map on the sphere of
+//!   directions.
+//! * `section`, `section_panel`, `section_picture` — how deep a body is felt on a plane through it,
+//!   that as a picture, and as a page.
 //! * `sheet` — a page for what is drawn flat.
 //! * `picture`, `png`, `palette` — pixels, and how they are kept.
-//! * `window` — with the feature `gui`: the same scene, live, through the machine's graphics library, beside the servo loop.
+//! * `window` — with the feature `gui`: the same scene, live, through the machine's graphics
+//!   library, beside the servo loop.
 //!
-//! Lengths are metres, frames are named where they stand; "view" is the eye's frame: x right, y up, z towards the viewer.
+//! Lengths are metres, frames are named where they stand; "view" is the eye's frame: x right, y up,
+//! z towards the viewer.
 
 mod camera;
 mod coarse;

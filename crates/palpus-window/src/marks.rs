@@ -1,6 +1,8 @@
-//! What is drawn of a moment: dots, and arrows as small solids, always of the same thickness in the picture.
+//! What is drawn of a moment: dots, and arrows as small solids, always of the same thickness in the
+//! picture.
 //!
-//! A size in pixels is that in a picture of [`NOMINAL_HEIGHT`]; whoever draws says how long it is in metres at a point.
+//! A size in pixels is that in a picture of [`NOMINAL_HEIGHT`]; whoever draws says how long it is
+//! in metres at a point.
 
 use glam::DVec3;
 
@@ -23,7 +25,8 @@ const LONGEST_ARROW: f64 = 150.0;
 const TURNING_CIRCLE: f64 = 42.0;
 /// The smallest turning arrow, of the largest.
 const LEAST_TURN: f64 = 0.35;
-/// Less than this part of the largest torque is noise to the eye, which an arrow of a size of its own would make much of.
+/// Less than this part of the largest torque is noise to the eye, which an arrow of a size of its
+/// own would make much of.
 const NO_TURN: f64 = 0.004;
 
 /// Sides of a round thing.
@@ -57,7 +60,8 @@ pub(crate) struct Marks {
 }
 
 impl Marks {
-    /// Of the scene's moment, if it has one. `metres` says how long so many pixels are at a point of the world.
+    /// Of the scene's moment, if it has one. `metres` says how long so many pixels are at a point
+    /// of the world.
     pub(crate) fn of(scene: &Scene, style: &Style, metres: &impl Fn(DVec3, f64) -> f64) -> Self {
         let mut marks = Self::default();
         let Some(moment) = &scene.moment else { return marks };
@@ -108,7 +112,8 @@ impl Marks {
     }
 }
 
-/// An arrow from `tail` along `way`, its shaft `radius` metres thick. Short ones are all head, and smaller.
+/// An arrow from `tail` along `way`, its shaft `radius` metres thick. Short ones are all head, and
+/// smaller.
 pub(crate) fn arrow(tail: DVec3, way: DVec3, radius: f64) -> Triangles {
     let Some(along) = way.try_normalize() else { return Vec::new() };
     let length = way.length();

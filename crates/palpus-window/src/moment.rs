@@ -1,7 +1,7 @@
 //! What one tick has to show, in the environment's frame.
 //!
-//! All lists are as long as they will ever get when the moment is made, so that [`Moment::fill`] may stand in the servo
-//! thread; of more, the first are kept.
+//! All lists are as long as they will ever get when the moment is made, so that [`Moment::fill`]
+//! may stand in the servo thread; of more, the first are kept.
 
 use std::ops::Range;
 
@@ -49,7 +49,8 @@ pub struct Moment {
     pub device: Pose,
     /// Where the contacts were looked for: the proxy's pose with a coupling, else the device's.
     pub tool: Pose,
-    /// Where the bodies are that are neither the tool nor the environment: other tools, then the objects.
+    /// Where the bodies are that are neither the tool nor the environment: other tools, then the
+    /// objects.
     pub others: Vec<Pose>,
     /// The grip on the proxy.
     pub grip: DVec3,
@@ -82,8 +83,8 @@ impl Moment {
         }
     }
 
-    /// Becomes the tick `time` seconds after the beginning. `grip_a` is where the hand holds the probe, in the probe's frame.
-    /// Obtains no memory.
+    /// Becomes the tick `time` seconds after the beginning. `grip_a` is where the hand holds the
+    /// probe, in the probe's frame. Obtains no memory.
     pub fn fill(&mut self, tick: &Tick, time: f64, grip_a: DVec3) {
         self.time = time;
         self.device = tick.probe.pose_ba;
@@ -103,8 +104,9 @@ impl Moment {
         append(&mut self.others, poses, |pose| pose);
     }
 
-    /// Takes in the same tick of another tool: where that is, and what it touches. Of its contacts with tools, the first `known` are those
-    /// with tools that were taken in before. Obtains no memory.
+    /// Takes in the same tick of another tool: where that is, and what it touches. Of its contacts
+    /// with tools, the first `known` are those with tools that were taken in before. Obtains no
+    /// memory.
     pub fn join(&mut self, tick: &Tick, known: usize) {
         self.place_others(std::iter::once(tick.tool_ba));
         let own = tick.contacts.len() - tick.contacts_between as usize;

@@ -1,8 +1,8 @@
-//! What the ticks of a run have to show, as far as there is room: a recording that is run again on one thread fills it, a window that
-//! goes to and fro in it reads.
+//! What the ticks of a run have to show, as far as there is room: a recording that is run again on
+//! one thread fills it, a window that goes to and fro in it reads.
 //!
-//! All ticks are kept while they fit; then every second one is dropped, and again, so that what is kept stays evenly spaced however long
-//! the run is.
+//! All ticks are kept while they fit; then every second one is dropped, and again, so that what is
+//! kept stays evenly spaced however long the run is.
 
 use std::sync::Mutex;
 
@@ -73,7 +73,8 @@ impl Moments {
         }
     }
 
-    /// The kept moment that is nearest before `tick`, and of which tick it is; none before the first.
+    /// The kept moment that is nearest before `tick`, and of which tick it is; none before the
+    /// first.
     pub fn at(&self, tick: usize) -> Option<(usize, Moment)> {
         let store = self.store.lock().ok()?;
         if tick >= store.progress.ticks {

@@ -2,12 +2,14 @@
 //!
 //! 1. Every pixel is four samples.
 //! 2. *Bodies* into a layer, with outlines where they end.
-//! 3. *Translucent bodies*, and where the device holds the probe if the proxy is elsewhere: their nearest inner sides, then their
-//!    nearest outer sides, each over what is there. What looks along the surface sees more of it, as with glass.
+//! 3. *Translucent bodies*, and where the device holds the probe if the proxy is elsewhere: their
+//!    nearest inner sides, then their nearest outer sides, each over what is there. What looks
+//!    along the surface sees more of it, as with glass.
 //! 4. *Marks* into a layer of their own. What a body hides of them stays visible, paler.
 //! 5. Samples become pixels, and words stand above.
 //!
-//! Light is two lamps that go with the eye and a sky: a surface that faces the viewer is never dark.
+//! Light is two lamps that go with the eye and a sky: a surface that faces the viewer is never
+//! dark.
 
 use glam::DVec3;
 use palpus::algebra::Pose;
@@ -30,7 +32,8 @@ const TITLE_SIZE: f64 = 19.0;
 const WORD_SIZE: f64 = 13.0;
 /// How much of a mark is seen through a body.
 pub(crate) const HIDDEN: f32 = 0.38;
-/// A mark this part of its depth behind a surface counts as before it: contacts lie between the two surfaces.
+/// A mark this part of its depth behind a surface counts as before it: contacts lie between the two
+/// surfaces.
 const BEFORE: f32 = 0.997;
 const OUTLINE_STRENGTH: f64 = 0.6;
 const WIRE_STRENGTH: f64 = 0.55;
@@ -216,7 +219,8 @@ fn pixels(light: &[[f32; 3]], width: usize, height: usize) -> Picture {
             for row in y * FINENESS..(y + 1) * FINENESS {
                 for column in x * FINENESS..(x + 1) * FINENESS {
                     let [r, g, b] = light[row * width * FINENESS + column];
-                    // What is brighter than white is white before it is mixed, so that edges of gloss stay smooth.
+                    // What is brighter than white is white before it is mixed, so that edges of
+                    // gloss stay smooth.
                     sum += DVec3::new(f64::from(r), f64::from(g), f64::from(b)).min(DVec3::ONE);
                 }
             }

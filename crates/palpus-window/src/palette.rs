@@ -1,8 +1,9 @@
 //! Pictures of at most 256 colours: a third of the size, for pages that are mailed.
 //!
 //! 1. Colours are counted.
-//! 2. The box of colours that is the widest, and of pixels not quite the emptiest, is halved in the middle of its longest side, until there are
-//!    enough boxes. *Median cut* (Heckbert 1982) halves the pixels instead; a colour that few pixels have then stays with half of the others.
+//! 2. The box of colours that is the widest, and of pixels not quite the emptiest, is halved in the
+//!    middle of its longest side, until there are enough boxes. *Median cut* (Heckbert 1982) halves
+//!    the pixels instead; a colour that few pixels have then stays with half of the others.
 //! 3. A box's mean stands for its colours. No dithering: it would cost what the palette saves.
 
 use std::io;

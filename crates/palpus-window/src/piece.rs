@@ -1,4 +1,5 @@
-//! One convex piece, as numbers and as triangles: what of it is the mesh's surface, and what the hull has added.
+//! One convex piece, as numbers and as triangles: what of it is the mesh's surface, and what the
+//! hull has added.
 
 use glam::DVec3;
 use palpus::body::{Body, Polytope, Provenance};

@@ -13,7 +13,8 @@ pub(crate) fn write_png(out: impl Write, width: u32, height: u32, pixels: &[u8])
     finish(encoder, pixels)
 }
 
-/// Writes a picture of few colours: `palette` has red, green and blue of each, `indices` names one for every pixel.
+/// Writes a picture of few colours: `palette` has red, green and blue of each, `indices` names one
+/// for every pixel.
 pub(crate) fn write_indexed_png(
     out: impl Write,
     width: u32,

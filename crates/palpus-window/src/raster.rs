@@ -1,10 +1,12 @@
 //! Triangles into a layer of light and depth.
 //!
-//! 1. Corners are taken into the view's frame; what is nearer than the eye's nearest distance is cut away.
-//! 2. Row by row, the samples within the triangle are found by the signs of three edge functions; a sample on an edge belongs to
-//!    both sides, and the depths decide.
-//! 3. A sample keeps the nearest fragment. Nearness, the inverse of depth, is linear over the picture, so that it needs no
-//!    correction, and a plane's second difference vanishes, which is how outlines are found.
+//! 1. Corners are taken into the view's frame; what is nearer than the eye's nearest distance is
+//!    cut away.
+//! 2. Row by row, the samples within the triangle are found by the signs of three edge functions; a
+//!    sample on an edge belongs to both sides, and the depths decide.
+//! 3. A sample keeps the nearest fragment. Nearness, the inverse of depth, is linear over the
+//!    picture, so that it needs no correction, and a plane's second difference vanishes, which is
+//!    how outlines are found.
 //!
 //! There is one thread and every sum has one order: the same layer comes out of every run.
 
@@ -163,8 +165,8 @@ impl Layer {
         }
     }
 
-    /// Draws a round dot of `radius` samples about a point of the world, `nearer` metres before it; `light` is told how far from
-    /// its middle it is, in radii.
+    /// Draws a round dot of `radius` samples about a point of the world, `nearer` metres before it;
+    /// `light` is told how far from its middle it is, in radii.
     pub(crate) fn dot(
         &mut self,
         lens: &Lens,
@@ -223,7 +225,8 @@ impl Layer {
     }
 }
 
-/// Where nearness falls by this part within a sample, something ends: half a percent of the distance to the eye.
+/// Where nearness falls by this part within a sample, something ends: half a percent of the
+/// distance to the eye.
 const OUTLINE_FALL: f32 = 0.005;
 
 /// A triangle in samples.

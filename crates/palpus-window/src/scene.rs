@@ -39,7 +39,8 @@ pub struct ShownBody {
 /// Everything in one picture.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// The bodies; of a scene that is felt the probe, the environment, the other probes and the objects.
+    /// The bodies; of a scene that is felt the probe, the environment, the other probes and the
+    /// objects.
     pub bodies: Vec<ShownBody>,
     /// Contacts and forces, if any.
     pub moment: Option<Moment>,
@@ -148,7 +149,8 @@ impl Scene {
         }
     }
 
-    /// True if the device holds the probe elsewhere than where the proxy is, so that it is to be seen.
+    /// True if the device holds the probe elsewhere than where the proxy is, so that it is to be
+    /// seen.
     pub(crate) fn is_device_apart(&self, moment: &Moment, probe: &ShownBody) -> bool {
         let (low, high) = probe.solid.bounds();
         let apart = |p: DVec3| (moment.device.point(p) - moment.tool.point(p)).length();

@@ -2,14 +2,16 @@
 //!
 //! A *section* is a grid of points on a plane across one of the model's axes. At each point:
 //!
-//! * *felt depth*: a probe as small as a point ([`POINT`]) is put there and asked about as the servo loop asks ([`ContactQuery`], without
-//!   memory of other points): the depth of the deepest contact, which is what eq. 5 takes, less the probe's own extent. Zero
-//!   where there is no contact;
+//! * *felt depth*: a probe as small as a point ([`POINT`]) is put there and asked about as the
+//!   servo loop asks ([`ContactQuery`], without memory of other points): the depth of the deepest
+//!   contact, which is what eq. 5 takes, less the probe's own extent. Zero where there is no
+//!   contact;
 //! * *distance*: to the nearest point of the mesh, whichever side it is on;
 //! * *inside*: whether the point is within the mesh, where that is closed.
 //!
-//! A body that is felt truly has felt depth = distance inside and none outside. Where pieces see less, depth stays behind; inside
-//! points without contact are *unseen*. The directions of pushing out are not compared here (`palpus inspect --sweeps` does).
+//! A body that is felt truly has felt depth = distance inside and none outside. Where pieces see
+//! less, depth stays behind; inside points without contact are *unseen*. The directions of pushing
+//! out are not compared here (`palpus inspect --sweeps` does).
 
 use std::sync::Arc;
 
@@ -95,7 +97,8 @@ impl SectionPlane {
         [[bounds.min[right] - margin, bounds.min[up] - margin], [bounds.max[right] + margin, bounds.max[up] + margin]]
     }
 
-    /// The lines in which `polygons` meet the plane: right and up of both ends. A polygon is convex and counted through its corners.
+    /// The lines in which `polygons` meet the plane: right and up of both ends. A polygon is convex
+    /// and counted through its corners.
     pub(crate) fn cut<'a>(&self, polygons: impl Iterator<Item = Vec<DVec3>> + 'a) -> Vec<[[f64; 2]; 2]> {
         let [across, right, up] = self.axis.coordinates();
         let height = |p: &DVec3| p[across] - self.offset;
@@ -170,7 +173,8 @@ impl Feeler {
 const TURNED: [[f64; 3]; 3] =
     [[6.0 / 7.0, 3.0 / 7.0, 2.0 / 7.0], [-3.0 / 7.0, 2.0 / 7.0, 6.0 / 7.0], [2.0 / 7.0, -6.0 / 7.0, 3.0 / 7.0]];
 
-/// What is felt on a plane. Samples stand in rows from the lower left corner, [`Section::cell`] apart.
+/// What is felt on a plane. Samples stand in rows from the lower left corner, [`Section::cell`]
+/// apart.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Section {
     /// Where.
@@ -190,8 +194,8 @@ pub struct Section {
 }
 
 impl Section {
-    /// Feels the body on a grid with at most `finest` samples along its longer side, with the hands of `workers`. The answer is the same
-    /// whoever they are.
+    /// Feels the body on a grid with at most `finest` samples along its longer side, with the hands
+    /// of `workers`. The answer is the same whoever they are.
     ///
     /// # Errors
     /// See [`Feeler::new`].
@@ -268,7 +272,8 @@ pub struct SectionNumbers {
     pub deepest_felt: f64,
     /// The largest distance of an inside sample, m.
     pub deepest: f64,
-    /// First decile and median of felt depth as a part of the distance, over inside samples farther than a cell from the surface.
+    /// First decile and median of felt depth as a part of the distance, over inside samples farther
+    /// than a cell from the surface.
     pub ratio: [Option<f64>; 2],
 }
 

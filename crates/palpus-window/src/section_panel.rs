@@ -1,7 +1,10 @@
-//! A section as a picture without words: felt depth, the true one, or what is missing between the two.
+//! A section as a picture without words: felt depth, the true one, or what is missing between the
+//! two.
 //!
-//! 1. Colours between samples of one kind (felt, unseen, outside) are mixed; between kinds they change at once.
-//! 2. Contour lines at round depths, over cells whose corners are all of one side; the cut through pieces, faint, and through the mesh.
+//! 1. Colours between samples of one kind (felt, unseen, outside) are mixed; between kinds they
+//!    change at once.
+//! 2. Contour lines at round depths, over cells whose corners are all of one side; the cut through
+//!    pieces, faint, and through the mesh.
 
 use glam::DVec3;
 use palpus::body::Body;
@@ -38,8 +41,8 @@ const PIECE_STRENGTH: f64 = 0.4;
 /// Nearer to each other, lines would hide what they divide, pixels.
 const CONTOUR_GAP: f64 = 5.0;
 
-/// From shallow to deep: dark blue to yellow, in even steps for the eye and for the colour-blind (after *viridis*, S. van der Walt and
-/// N. Smith, 2015).
+/// From shallow to deep: dark blue to yellow, in even steps for the eye and for the colour-blind
+/// (after *viridis*, S. van der Walt and N. Smith, 2015).
 const DEPTHS: [Rgb; 10] = [
     [68, 1, 84],
     [72, 40, 120],
@@ -80,7 +83,8 @@ pub(crate) struct Range {
     pub(crate) step: f64,
 }
 
-/// One panel without words, `width` by `height` pixels. `deepest` is what has the last colour of the scale.
+/// One panel without words, `width` by `height` pixels. `deepest` is what has the last colour of
+/// the scale.
 pub fn paint_section_panel(
     shown: &SectionOf<'_>,
     which: Shown,
@@ -204,7 +208,8 @@ pub(crate) fn paint_panel(
 /// The side of a panel for which widths of lines are stated, pixels.
 const NOMINAL_SIDE: f64 = 420.0;
 
-/// The kind of the nearest sample to a place on the grid, and the mean value of those of its kind around.
+/// The kind of the nearest sample to a place on the grid, and the mean value of those of its kind
+/// around.
 fn mixed(section: &Section, at: [f64; 2], which: Shown) -> Option<(Kind, f64)> {
     let sample = |column: f64, row: f64| {
         let column = column.clamp(0.0, (section.columns - 1) as f64) as usize;
@@ -249,7 +254,8 @@ fn missing_colour(theme: Theme, part: f64) -> Rgb {
 /// Of the deepest.
 const FULLY_MISSING: f64 = 0.2;
 
-/// Where values between samples pass a multiple of the step: marching squares over cells whose corners are all of one kind.
+/// Where values between samples pass a multiple of the step: marching squares over cells whose
+/// corners are all of one kind.
 fn contours(section: &Section, which: Shown, wanted: Kind, step: f64) -> Vec<[[f64; 2]; 2]> {
     let mut lines = Vec::new();
     let corner = |column: usize, row: usize| {

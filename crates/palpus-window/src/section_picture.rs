@@ -1,6 +1,7 @@
 //! A section as a page: felt depth, the true one beside it, and what is missing between the two.
 //!
-//! 1. Panels side by side or one above the other, whichever lets them be larger. An open mesh has no inside, so only felt depth.
+//! 1. Panels side by side or one above the other, whichever lets them be larger. An open mesh has
+//!    no inside, so only felt depth.
 //! 2. A scale with its unit, and what the colours mean.
 
 use crate::letters;
@@ -103,7 +104,8 @@ pub(crate) fn length_name(length: f64, unit: Unit) -> String {
     }
 }
 
-/// Where `count` panels stand, `head` pixels left free above each: in as many columns as let them be largest.
+/// Where `count` panels stand, `head` pixels left free above each: in as many columns as let them
+/// be largest.
 fn arranged(area: &Area, count: usize, section: &Section, head: f64, gap: f64) -> Vec<Area> {
     let (wide, tall) = (section.columns as f64, section.rows as f64);
     let size = |across: usize| {

@@ -1,4 +1,5 @@
-//! A page with a title, a caption, things drawn flat between margins, and the meaning of their colours below.
+//! A page with a title, a caption, things drawn flat between margins, and the meaning of their
+//! colours below.
 
 use crate::letters::{self, Setting};
 use crate::marks::NOMINAL_HEIGHT;
@@ -24,7 +25,8 @@ pub(crate) struct Area {
 }
 
 impl Area {
-    /// The part from `low` to `high` of its width, and of its height, with `gap` pixels left free on all sides.
+    /// The part from `low` to `high` of its width, and of its height, with `gap` pixels left free
+    /// on all sides.
     pub(crate) fn part(&self, across: [f64; 2], down: [f64; 2], gap: f64) -> Self {
         Self {
             x: self.x + across[0] * self.width + gap,

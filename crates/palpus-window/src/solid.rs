@@ -1,7 +1,9 @@
-//! A body as it is drawn: triangles, the normal at each of their corners, and the convex piece that each belongs to.
+//! A body as it is drawn: triangles, the normal at each of their corners, and the convex piece that
+//! each belongs to.
 //!
-//! 1. *Whole*: the mesh's own triangles. Corners are shaded by the mean normal of the triangles about the vertex that turn
-//!    by less than [`CREASE`]; the others make an edge that is seen as one.
+//! 1. *Whole*: the mesh's own triangles. Corners are shaded by the mean normal of the triangles
+//!    about the vertex that turn by less than [`CREASE`]; the others make an edge that is seen as
+//!    one.
 //! 2. *Apart*: the faces of every convex piece, moved away from the body's middle.
 
 use glam::DVec3;
@@ -42,7 +44,8 @@ impl Solid {
         Self { vertices: mesh.vertices().to_vec(), triangles, normals, pieces }
     }
 
-    /// The convex pieces of a body, each moved away from the middle of the body's box by `spread` times its own distance.
+    /// The convex pieces of a body, each moved away from the middle of the body's box by `spread`
+    /// times its own distance.
     pub fn exploded(body: &Body, spread: f64) -> Self {
         let mut solid = Self::default();
         for (k, piece) in body.polytopes().iter().enumerate() {
@@ -69,7 +72,8 @@ impl Solid {
         self
     }
 
-    /// Where a ray first meets a triangle, from either side: how far along `direction`, and that triangle's piece.
+    /// Where a ray first meets a triangle, from either side: how far along `direction`, and that
+    /// triangle's piece.
     #[cfg(feature = "gui")]
     pub(crate) fn first_met(&self, origin: DVec3, direction: DVec3) -> Option<(f64, u32)> {
         let met = self.triangles.iter().zip(&self.pieces).filter_map(|(triangle, piece)| {

@@ -13,7 +13,8 @@ pub struct Style {
     pub contacts: bool,
     /// The force of each cluster as an arrow.
     pub clusters: bool,
-    /// These arrows have the colours of contacts, as in the paper's Figure 4, instead of one of their own.
+    /// These arrows have the colours of contacts, as in the paper's Figure 4, instead of one of
+    /// their own.
     pub clusters_as_contacts: bool,
     /// The wrench at the grip as an arrow and a turning arrow.
     pub wrench: bool,
@@ -121,7 +122,8 @@ impl Theme {
     }
 }
 
-/// Light as it adds up. The curve is a plain square, near enough to sRGB's and exact on every machine.
+/// Light as it adds up. The curve is a plain square, near enough to sRGB's and exact on every
+/// machine.
 pub(crate) fn linear(colour: Rgb) -> DVec3 {
     let part = |c: u8| (f64::from(c) / 255.0).powi(2);
     DVec3::new(part(colour[0]), part(colour[1]), part(colour[2]))
@@ -133,7 +135,8 @@ pub(crate) fn encoded(light: DVec3) -> Rgb {
     [part(light.x), part(light.y), part(light.z)]
 }
 
-/// The turn from one piece's hue to the next, of a whole turn: the golden ratio's, which keeps all near ones apart.
+/// The turn from one piece's hue to the next, of a whole turn: the golden ratio's, which keeps all
+/// near ones apart.
 const HUE_STEP: f64 = 0.618_033_988_749_894_9;
 /// Neighbouring hues also differ in lightness, in turn by this much.
 const LIGHTNESS_STEPS: [f64; 3] = [0.0, 0.07, -0.08];

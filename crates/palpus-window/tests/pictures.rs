@@ -114,7 +114,8 @@ fn the_force_is_an_arrow_from_the_grip_along_the_force() {
     };
     let farthest = changed.iter().map(|&(x, y)| along(x as f64, y as f64)).fold(f64::NEG_INFINITY, f64::max);
     let behind = changed.iter().map(|&(x, y)| along(x as f64, y as f64)).fold(f64::INFINITY, f64::min);
-    // The longest arrow is 150 of 800 pixels; the turning arrow about the grip is smaller than a third of that.
+    // The longest arrow is 150 of 800 pixels; the turning arrow about the grip is smaller than a
+    // third of that.
     assert!((farthest - 37.5).abs() < 4.0 && behind > -14.0, "{farthest} {behind}");
 }
 
@@ -257,7 +258,8 @@ fn a_section_is_coloured_by_depth_inside_and_pale_outside() {
             let wanted = depth_colour(part);
             colour.iter().zip(wanted).map(|(a, b)| (i32::from(*a) - i32::from(b)).abs()).max().unwrap_or(0) < 16
         };
-        // Half way in along the long arm the nearest face is 0.3 away; contour lines stand elsewhere.
+        // Half way in along the long arm the nearest face is 0.3 away; contour lines stand
+        // elsewhere.
         assert!(near(at(1.57, 0.27), 0.54), "{which:?}: {:?}", at(1.57, 0.27));
         assert!(near(at(1.57, 0.07), 0.14), "{which:?}: {:?}", at(1.57, 0.07));
         let [r, g, b] = at(1.8, 1.8);

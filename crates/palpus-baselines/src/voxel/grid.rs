@@ -17,9 +17,11 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// A grid of voxels of `size` around `bounds`, with `margin` layers more on each side; fails if `bytes` for each voxel come to more than `memory`.
+    /// A grid of voxels of `size` around `bounds`, with `margin` layers more on each side; fails if
+    /// `bytes` for each voxel come to more than `memory`.
     ///
-    /// The least corner of `bounds` lies in the middle of a voxel: flat sides there belong to one layer of voxels and not to two.
+    /// The least corner of `bounds` lies in the middle of a voxel: flat sides there belong to one
+    /// layer of voxels and not to two.
     pub(super) fn around(
         bounds: &Aabb,
         size: f64,
@@ -102,7 +104,8 @@ fn whole(v: DVec3) -> [i32; 3] {
     v.floor().to_array().map(|k| k as i32)
 }
 
-/// Does a triangle meet a cube? The separating axis test over 13 axes: Akenine-Möller, *Fast 3D Triangle–Box Overlap Testing*, 2001.
+/// Does a triangle meet a cube? The separating axis test over 13 axes: Akenine-Möller, *Fast 3D
+/// Triangle–Box Overlap Testing*, 2001.
 fn meets(corners: &[DVec3; 3], center: DVec3, half: f64) -> bool {
     let [p, q, r] = corners.map(|corner| corner - center);
     let sides = [q - p, r - q, p - r];
@@ -142,7 +145,8 @@ mod tests {
                 let inside = p + (q - p) * u + (r - p) * v;
                 assert!(met[grid.holding(inside).expect("a point of the grid")], "seed {SEED:#x}, round {round}");
             }
-            // And a voxel whose centre is farther away than its corners is not met, one within its inner sphere is.
+            // And a voxel whose centre is farther away than its corners is not met, one within its
+            // inner sphere is.
             for (voxel, &met) in met.iter().enumerate() {
                 let center = grid.center(voxel);
                 let distance = closest_on_triangle(center, p, q, r).distance(center);

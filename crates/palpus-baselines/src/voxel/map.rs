@@ -26,7 +26,8 @@ pub(super) enum Kind {
 pub(super) struct Voxmap {
     grid: Grid,
     kinds: Vec<Kind>,
-    /// Of voxels behind the force field the nearest one of the field, of those of the field themselves; otherwise none.
+    /// Of voxels behind the force field the nearest one of the field, of those of the field
+    /// themselves; otherwise none.
     field: Vec<u32>,
 }
 
@@ -37,7 +38,8 @@ const BYTES: usize = 1 + 4;
 impl Voxmap {
     /// Voxels of `size` whose force field lies `offset` layers outside the surface.
     pub(super) fn new(body: &Body, size: f64, offset: u32, memory: usize) -> Result<Self, BaselineError> {
-        // One more layer for braking, and a free one, through which all that is outside hangs together.
+        // One more layer for braking, and a free one, through which all that is outside hangs
+        // together.
         let margin = offset.min(MOST_LAYERS) as i32 + 2;
         let grid = Grid::around(&body.mesh().bounds(), size, margin, BYTES, memory)?;
         let surface = surface_voxels(body, &grid);
@@ -74,7 +76,8 @@ fn surface_voxels(body: &Body, grid: &Grid) -> Vec<usize> {
     (0..met.len()).filter(|&voxel| met[voxel]).collect()
 }
 
-/// Surface voxels as the force field, what they enclose behind it. Each part of the rest that hangs together is asked once whether it lies in the solid.
+/// Surface voxels as the force field, what they enclose behind it. Each part of the rest that hangs
+/// together is asked once whether it lies in the solid.
 fn solid(body: &Body, grid: &Grid, surface: &[usize]) -> Vec<Kind> {
     let mut kinds: Vec<Option<Kind>> = vec![None; grid.len()];
     surface.iter().for_each(|&voxel| kinds[voxel] = Some(Kind::Force));
@@ -112,7 +115,8 @@ fn next_layer(grid: &Grid, kinds: &mut [Kind], layer: &[usize], kind: Kind) -> V
     next
 }
 
-/// For every voxel of the field and behind it the nearest one of the field, handed on from neighbour to neighbour.
+/// For every voxel of the field and behind it the nearest one of the field, handed on from
+/// neighbour to neighbour.
 fn nearest_of_field(grid: &Grid, kinds: &[Kind], field: &[usize]) -> Vec<u32> {
     let mut nearest = vec![NONE; grid.len()];
     let mut waiting: VecDeque<usize> = field.iter().copied().collect();
@@ -130,7 +134,8 @@ fn nearest_of_field(grid: &Grid, kinds: &[Kind], field: &[usize]) -> Vec<u32> {
     nearest
 }
 
-/// The centres of the voxels that a body's surface meets, with the mean of its triangles' normals there: the body's *point shell*, in its frame.
+/// The centres of the voxels that a body's surface meets, with the mean of its triangles' normals
+/// there: the body's *point shell*, in its frame.
 pub(super) fn point_shell(body: &Body, size: f64, memory: usize) -> Result<Vec<ShellPoint>, BaselineError> {
     let grid = Grid::around(&body.mesh().bounds(), size, 1, 1, memory)?;
     let mut outward: BTreeMap<usize, DVec3> = BTreeMap::new();
@@ -150,7 +155,8 @@ pub(super) fn point_shell(body: &Body, size: f64, memory: usize) -> Result<Vec<S
     Ok(outward.into_iter().filter_map(point).collect())
 }
 
-/// A sum of unit normals as short as this says nothing: opposite sides of a sheet in one voxel. The nearest triangle's then.
+/// A sum of unit normals as short as this says nothing: opposite sides of a sheet in one voxel. The
+/// nearest triangle's then.
 const CANCELLED: f64 = 1e-6;
 
 /// A sample of the probe's surface.

@@ -1,36 +1,44 @@
-//! Voxel sampling after \[MPT99\], reference \[30\] of \[K02\]: a shell of points in a map of voxels.
+//! Voxel sampling after \[MPT99\], reference \[30\] of \[K02\]: a shell of points in a map of
+//! voxels.
 //!
-//! 1. *Voxmap*: the environment by scan conversion, each voxel one of free space, interior, surface, proximity (two bits in \[MPT99\]).
-//!    Surface voxels are those that a triangle meets.
-//! 2. *Point shell*: the centres of the surface voxels of the probe, at the same voxel size, each with the mean inward normal of the
-//!    surface there.
-//! 3. *Tangent-plane force*: a point in a voxel of the force field; through the voxel's centre the plane across the *point's* normal; d is
-//!    how far the point lies below it; the force is K d along the normal. Below means towards the environment, so that force sets in and
-//!    vanishes without knowing its surface.
-//! 4. *Virtual stiffness*: all forces and torques are added up; of more than ten points in contact the sum is divided by a tenth of their
-//!    number, so that the whole is not stiffer the finer it is sampled.
-//! 5. *Collision offset*: "a short-range force field surrounding the static objects, which repels the manipulated object and strives to
-//!    maintain a voxel-scale minimum separation" (abstract): the field is a layer of proximity voxels outside the surface.
-//! 6. *Pre-contact braking* (\[K02 §2.3\]: "braking forces \[30\], which have a viscous nature"): in the layer outside the field, against the
-//!    point's velocity of approach.
-//! 7. *Virtual coupling* ("force discontinuities arising from the use of a simple penalty force model are mitigated by a dynamic simulation
-//!    based on virtual coupling", abstract) is no part of the force model: [`Coupled`](crate::Coupled) has it. Without, this method is
-//!    direct as the others are.
+//! 1. *Voxmap*: the environment by scan conversion, each voxel one of free space, interior,
+//!    surface, proximity (two bits in \[MPT99\]). Surface voxels are those that a triangle meets.
+//! 2. *Point shell*: the centres of the surface voxels of the probe, at the same voxel size, each
+//!    with the mean inward normal of the surface there.
+//! 3. *Tangent-plane force*: a point in a voxel of the force field; through the voxel's centre the
+//!    plane across the *point's* normal; d is how far the point lies below it; the force is K d
+//!    along the normal. Below means towards the environment, so that force sets in and vanishes
+//!    without knowing its surface.
+//! 4. *Virtual stiffness*: all forces and torques are added up; of more than ten points in contact
+//!    the sum is divided by a tenth of their number, so that the whole is not stiffer the finer it
+//!    is sampled.
+//! 5. *Collision offset*: "a short-range force field surrounding the static objects, which repels
+//!    the manipulated object and strives to maintain a voxel-scale minimum separation" (abstract):
+//!    the field is a layer of proximity voxels outside the surface.
+//! 6. *Pre-contact braking* (\[K02 §2.3\]: "braking forces \[30\], which have a viscous nature"):
+//!    in the layer outside the field, against the point's velocity of approach.
+//! 7. *Virtual coupling* ("force discontinuities arising from the use of a simple penalty force
+//!    model are mitigated by a dynamic simulation based on virtual coupling", abstract) is no part
+//!    of the force model: [`Coupled`](crate::Coupled) has it. Without, this method is direct as the
+//!    others are.
 //!
 //! What had to be chosen, since the full text was not at hand:
 //!
-//! * K is a tenth of the settings' k: a contact of ten points or more then is as stiff as one contact of the other methods, and a tip of
-//!   one point is softer. With [`VoxelSettings::full`] 1 instead of ten the points' forces are averaged, and a tip is as stiff as a face.
-//! * The offset makes the contact tolerance t, within half a voxel: objects then push each other from the same separation on as with the
-//!   other methods. This model has no other tolerance.
-//! * Points that have got behind the field feel the plane of the nearest voxel of the field, to unlimited depth ([`Beyond::Nearest`]):
-//!   kinder than a field of one layer, through which a hand with nothing but direct forces falls ([`Beyond::Nothing`], which is as near to
-//!   the abstract's "short-range" as we can tell).
-//! * Braking is off by default: it takes the energy of a simulated mass, of which direct rendering has none.
-//! * Voxels are a dense block, not a tree with 512 children a node: the answers are the same, the memory is capped
-//!   ([`VoxelSettings::memory`]).
-//! * Interior is what the mesh's winding number says of each part of the rest that hangs together; it only decides what is behind the
-//!   field.
+//! * K is a tenth of the settings' k: a contact of ten points or more then is as stiff as one
+//!   contact of the other methods, and a tip of one point is softer. With [`VoxelSettings::full`] 1
+//!   instead of ten the points' forces are averaged, and a tip is as stiff as a face.
+//! * The offset makes the contact tolerance t, within half a voxel: objects then push each other
+//!   from the same separation on as with the other methods. This model has no other tolerance.
+//! * Points that have got behind the field feel the plane of the nearest voxel of the field, to
+//!   unlimited depth ([`Beyond::Nearest`]): kinder than a field of one layer, through which a hand
+//!   with nothing but direct forces falls ([`Beyond::Nothing`], which is as near to the abstract's
+//!   "short-range" as we can tell).
+//! * Braking is off by default: it takes the energy of a simulated mass, of which direct rendering
+//!   has none.
+//! * Voxels are a dense block, not a tree with 512 children a node: the answers are the same, the
+//!   memory is capped ([`VoxelSettings::memory`]).
+//! * Interior is what the mesh's winding number says of each part of the rest that hangs together;
+//!   it only decides what is behind the field.
 
 mod grid;
 mod map;
@@ -55,9 +63,11 @@ pub struct VoxelSettings {
     pub contact: Settings,
     /// Side of a voxel, m; `None`: a hundredth of the environment's longest side, at most 1 mm.
     pub voxel: Option<f64>,
-    /// Layers of voxels from the surface out to the force field, 0 to 64; `None`: as many as make the contact tolerance, rounded.
+    /// Layers of voxels from the surface out to the force field, 0 to 64; `None`: as many as make
+    /// the contact tolerance, rounded.
     pub offset: Option<u32>,
-    /// Points in contact beyond which the sum of their forces grows no more: 10 \[MPT99\]. Each has this share of the stiffness.
+    /// Points in contact beyond which the sum of their forces grows no more: 10 \[MPT99\]. Each has
+    /// this share of the stiffness.
     pub full: u32,
     /// What points behind the force field feel.
     pub beyond: Beyond,
@@ -210,8 +220,8 @@ mod tests {
         Box::new(with(a, b, |settings| settings.contact = contact))
     }
 
-    /// Lets a body down onto the table, whose top the voxels know within a half, and holds what is felt against a
-    /// spring of the same stiffness between two surfaces known within a voxel.
+    /// Lets a body down onto the table, whose top the voxels know within a half, and holds what is
+    /// felt against a spring of the same stiffness between two surfaces known within a voxel.
     fn down(a: Arc<Body>, lowest: f64, slack: f64) {
         let mut method = with(a, slab(), |_| ());
         for tick in 0..50 {
@@ -238,11 +248,13 @@ mod tests {
         let mut force = |height: f64| {
             let felt = method.step(&over(0.015 + height), &Twist::default(), 1e-3);
             assert!(felt.contacts > 2000, "all of the face: {felt:?}");
-            // The box's side points are in contact too, and push sideways by how they lie in their voxels.
+            // The box's side points are in contact too, and push sideways by how they lie in their
+            // voxels.
             assert!(felt.wrench.force.truncate().length() < 0.02 * felt.wrench.force.z, "{felt:?}");
             felt.wrench.force.z
         };
-        // The bottom layer stands for ten points' worth of a tenth of the stiffness, thinned by some points of the sides.
+        // The bottom layer stands for ten points' worth of a tenth of the stiffness, thinned by
+        // some points of the sides.
         let (less, more) = (force(-1.2e-3), force(-1.3e-3));
         let stiffness = (more - less) / 1e-4;
         assert!((stiffness / testing::SETTINGS.stiffness - 1.0).abs() < 0.08, "{stiffness}");

@@ -15,7 +15,8 @@ use crate::engine::{Answer, Detail, Engine};
 use crate::run::joined;
 use crate::stage::{self, Stage};
 
-/// Of a period: what step and lateness may take together. The rest is the device's reads and writes.
+/// Of a period: what step and lateness may take together. The rest is the device's reads and
+/// writes.
 pub(super) const PERIOD_SHARE: f64 = 0.8;
 
 /// What the steps of a scene took, µs.
@@ -27,11 +28,13 @@ pub(super) struct SceneTimes {
     pub(super) p99_us: f64,
     pub(super) p999_us: f64,
     pub(super) max_us: f64,
-    /// Of all ticks, those whose work was bounded, so that some contacts were carried from the tick before.
+    /// Of all ticks, those whose work was bounded, so that some contacts were carried from the tick
+    /// before.
     pub(super) bounded_share: f64,
     /// Of all ticks, those that wrote their wrench more than a period after they were due.
     pub(super) overrun_share: f64,
-    /// The fastest usual rate that is held ([`super::rates`]); `None`: not even 500 Hz, or not looked at yet.
+    /// The fastest usual rate that is held ([`super::rates`]); `None`: not even 500 Hz, or not
+    /// looked at yet.
     pub(super) achievable_hz: Option<f64>,
 }
 

@@ -1,4 +1,5 @@
-//! A recording that is run again, together with those of the scene's other tools, since each tool is what the others felt.
+//! A recording that is run again, together with those of the scene's other tools, since each tool
+//! is what the others felt.
 
 pub(crate) mod one;
 pub(crate) mod places;
@@ -36,7 +37,8 @@ pub(crate) struct Rerun<'a> {
 }
 
 impl<'a> Rerun<'a> {
-    /// The recorded scene, made ready again, and the engine as it was when the recordings began, able to take up what their changes bring.
+    /// The recorded scene, made ready again, and the engine as it was when the recordings began,
+    /// able to take up what their changes bring.
     pub(crate) fn new(named: &'a Recording, places: &Places<'_>) -> anyhow::Result<(Stage, Self)> {
         let (which, others) = read_others(named, places.recording)?;
         let recordings = in_order(which, named, &others);
@@ -64,7 +66,8 @@ impl<'a> Rerun<'a> {
         in_order(self.which, self.named, &self.others)[0]
     }
 
-    /// Tells `each` of every row of the named recording, until it breaks off: which one, and the wrench for the device.
+    /// Tells `each` of every row of the named recording, until it breaks off: which one, and the
+    /// wrench for the device.
     pub(crate) fn run(&mut self, each: &mut dyn FnMut(usize, &Wrench) -> ControlFlow<()>) -> anyhow::Result<()> {
         let which = self.which;
         self.run_all(&mut |tool, k, wrench, _| {
@@ -93,7 +96,8 @@ impl<'a> Rerun<'a> {
         self.engine.keep(tick);
     }
 
-    /// What the kept ticks that came have to show, in the order in which they were asked for; `period` is a tick's, s.
+    /// What the kept ticks that came have to show, in the order in which they were asked for;
+    /// `period` is a tick's, s.
     pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
         self.engine.kept(period)
     }
@@ -116,12 +120,14 @@ impl<'a> Rerun<'a> {
     }
 }
 
-/// Of which tool `recording` is, which was read from `path`, and the recordings of the others, which lie beside it.
+/// Of which tool `recording` is, which was read from `path`, and the recordings of the others,
+/// which lie beside it.
 fn read_others(recording: &Recording, path: &Path) -> anyhow::Result<(usize, Vec<Recording>)> {
     let Some((which, names)) = tools::named_by(recording) else { return Ok((0, Vec::new())) };
     let mut others = Vec::new();
     for (k, name) in names.iter().enumerate().filter(|(k, _)| *k != which) {
-        // A name and no path: a recording from elsewhere must not make the program read other files.
+        // A name and no path: a recording from elsewhere must not make the program read other
+        // files.
         if Path::new(name).file_name().is_none_or(|file| file != *name) || name.contains('\\') {
             bail!("{name:?} is no name of a file beside {}", path.display());
         }
@@ -148,7 +154,8 @@ fn in_order<'a>(which: usize, named: &'a Recording, others: &'a [Recording]) -> 
     all
 }
 
-/// Runs recordings on an engine that is ready for them and tells `each` of every row, until that breaks off.
+/// Runs recordings on an engine that is ready for them and tells `each` of every row, until that
+/// breaks off.
 fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> anyhow::Result<()> {
     let mut chains = chains(recordings)?;
     let mut contact = ContactAccount::new(chains.iter().flatten().map(SafetyChain::limits));
@@ -158,7 +165,8 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
     let mut works = vec![[0.0; 2]; recordings.len()];
     let ticks = recordings.iter().map(|recording| recording.rows.len()).max().unwrap_or_default();
     for k in 0..ticks {
-        // Of those that are not over: a device that was lost has no more rows, and stays where it was.
+        // Of those that are not over: a device that was lost has no more rows, and stays where it
+        // was.
         let rows = || recordings.iter().filter_map(|recording| recording.rows.get(k));
         for (held, recording) in states.iter_mut().zip(recordings) {
             *held = recording.rows.get(k).map_or(DeviceState { twist: Twist::default(), ..*held }, state);

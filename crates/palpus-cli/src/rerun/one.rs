@@ -1,4 +1,5 @@
-//! What a recording has for a replay: its scene, whether all its ticks are there, and what each row says.
+//! What a recording has for a replay: its scene, whether all its ticks are there, and what each row
+//! says.
 
 use std::num::NonZeroU64;
 use std::path::Path;
@@ -52,22 +53,26 @@ pub(crate) fn state(row: &RecordRow) -> DeviceState {
     }
 }
 
-/// What the chain was told, as recorded: faults, which the device, the clock and the step's own trouble decide. All else it finds again.
+/// What the chain was told, as recorded: faults, which the device, the clock and the step's own
+/// trouble decide. All else it finds again.
 pub(crate) fn told(row: &RecordRow) -> Cuts {
     Cuts::from_bits(row.faults).and(Cuts::TOLD)
 }
 
-/// False if the step panicked, or the loop only damped the grip. Recordings of older formats have no such ticks.
+/// False if the step panicked, or the loop only damped the grip. Recordings of older formats have
+/// no such ticks.
 pub(crate) fn has_stepped(row: &RecordRow) -> bool {
     row.servo.is_none_or(|servo| servo.stepped)
 }
 
-/// How much work the engine's query was allowed. Older formats do not say: they were made without a limit, or with one in time.
+/// How much work the engine's query was allowed. Older formats do not say: they were made without a
+/// limit, or with one in time.
 pub(crate) fn work_allowed(row: &RecordRow) -> Option<u64> {
     row.servo.and_then(|servo| servo.work_allowed).map(NonZeroU64::get)
 }
 
-/// True if the tick began so late that the servo loop counts it. Recordings of older formats do not say.
+/// True if the tick began so late that the servo loop counts it. Recordings of older formats do not
+/// say.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "only the window shows it"))]
 pub(crate) fn is_late(servo: Option<&ServoRecord>) -> bool {
     servo.is_some_and(|servo| servo.lateness_s > LATE.as_secs_f64())
@@ -78,8 +83,8 @@ pub(crate) fn elapsed(row: &RecordRow) -> f64 {
     row.servo.map_or(row.dt, |servo| servo.elapsed_s)
 }
 
-/// The scene that the first tool's `recording` is of, made ready again; refused if its meshes are others now. `others` are the contents of
-/// the other tools' meshes.
+/// The scene that the first tool's `recording` is of, made ready again; refused if its meshes are
+/// others now. `others` are the contents of the other tools' meshes.
 pub(super) fn stage_of(recording: &Recording, others: &[ContentHash], places: &Places<'_>) -> anyhow::Result<Stage> {
     let recorded = &recording.header.scene;
     let (name, file) = match &recorded.source {

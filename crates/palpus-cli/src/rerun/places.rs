@@ -1,10 +1,13 @@
-//! Where a recorded scene is found again: its file inside the recording, its meshes by what is in them.
+//! Where a recorded scene is found again: its file inside the recording, its meshes by what is in
+//! them.
 //!
-//! A mesh is the recorded one if its content has the recorded hash, whatever it is called and wherever it lies. Looked at are, in this order:
+//! A mesh is the recorded one if its content has the recorded hash, whatever it is called and
+//! wherever it lies. Looked at are, in this order:
 //!
 //! 1. beside the recording: under the name that the scene's file gives it, and directly;
 //! 2. where it was when it was recorded;
-//! 3. in the folders that the user names: the same two, then all meshes in them and in their folders.
+//! 3. in the folders that the user names: the same two, then all meshes in them and in their
+//!    folders.
 //!
 //! What has changed since is said before anything is run again.
 
@@ -40,7 +43,8 @@ impl<'a> Places<'a> {
         Self { recording, meshes: &[], policy }
     }
 
-    /// Makes a recorded scene ready from the text of its file, which lay at `path`; `others` are the contents of the other tools' meshes.
+    /// Makes a recorded scene ready from the text of its file, which lay at `path`; `others` are
+    /// the contents of the other tools' meshes.
     pub(super) fn stage(
         &self,
         scene: &RecordedScene,

@@ -1,9 +1,9 @@
 //! Whether a pair of bodies is heavy for this machine, found out before the run begins.
 //!
 //! A short rehearsal: the engine follows the scripted hand's way in a small part of its time, with
-//! its work bounded as in the run, and now and then the hand rests. A pair is heavy if most contacts
-//! are carried even then, and more than once: where two bodies meet first, everything has to be
-//! looked at for the first time.
+//! its work bounded as in the run, and now and then the hand rests. A pair is heavy if most
+//! contacts are carried even then, and more than once: where two bodies meet first, everything has
+//! to be looked at for the first time.
 
 use palpus::algebra::Twist;
 use palpus_device::DeviceState;

@@ -1,8 +1,10 @@
 //! `palpus run`: the closed loop.
 //!
-//! 1. What was typed and a stage become a [`Plan`] for each tool: device, thresholds, settings. With an engine they are [`Ready`].
+//! 1. What was typed and a stage become a [`Plan`] for each tool: device, thresholds, settings.
+//!    With an engine they are [`Ready`].
 //! 2. That becomes a [`Session`], which owns the servo thread and is steered by newest values.
-//! 3. A window or a line in the terminal shows it ([`live`]); the window may have it followed by another one ([`crate::window`]).
+//! 3. A window or a line in the terminal shows it ([`live`]); the window may have it followed by
+//!    another one ([`crate::window`]).
 //! 4. What it was like is printed and plotted.
 
 mod heavy;
@@ -148,7 +150,8 @@ fn finish(arguments: &RunArguments, ended: Vec<Ended>) -> anyhow::Result<ExitCod
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// The summaries of all devices, and the recordings; the first one's stands where that of a single one does, the others under their names.
+/// The summaries of all devices, and the recordings; the first one's stands where that of a single
+/// one does, the others under their names.
 #[derive(Serialize)]
 struct Summaries<'a> {
     #[serde(flatten)]
@@ -182,7 +185,8 @@ fn report(arguments: &RunArguments, run: &Ended) -> anyhow::Result<()> {
 /// Bytes of the largest recording that is plotted: it is read whole for that.
 const MOST_PLOTTED: u64 = 500_000_000;
 
-/// Plots a recording of the scene `name`, and says where both are; and how it is replayed. What does not go is said: the run and its summary stand.
+/// Plots a recording of the scene `name`, and says where both are; and how it is replayed. What
+/// does not go is said: the run and its summary stand.
 fn told(name: &str, file: &Path, with_replay: bool) {
     if std::fs::metadata(file).is_ok_and(|file| file.len() > MOST_PLOTTED) {
         output::line(format!("{:>14}  {} (too large for a plot)", "recorded", file.display()));

@@ -39,8 +39,8 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// A run on `stage`, which is called `name`, of the tool for which this was `typed`. `in_window`: until it is stopped, where nobody said
-    /// how long, and with keys.
+    /// A run on `stage`, which is called `name`, of the tool for which this was `typed`.
+    /// `in_window`: until it is stopped, where nobody said how long, and with keys.
     pub(super) fn new(
         arguments: &RunArguments,
         typed: &ToolArguments<'_>,
@@ -99,7 +99,8 @@ impl Plan {
         self.options.timing == Timing::RealTime
     }
 
-    /// An engine for the tools of its stage for which there are `settings`. `steerable`: with all that changes of settings may need later on.
+    /// An engine for the tools of its stage for which there are `settings`. `steerable`: with all
+    /// that changes of settings may need later on.
     pub(super) fn engine(&self, settings: &[Settings], steerable: bool) -> anyhow::Result<Engine> {
         let mut engine = Engine::new(&self.stage, settings)?;
         if self.keeps_time() {
@@ -108,7 +109,8 @@ impl Plan {
         Ok(if steerable { engine.with_surfaces(self.stage.crease_angle()) } else { engine })
     }
 
-    /// Says what is about to run; `headless` is why there is no window. True if it said that the pair is heavy.
+    /// Says what is about to run; `headless` is why there is no window. True if it said that the
+    /// pair is heavy.
     pub(crate) fn announce(&self, arguments: &RunArguments, headless: Option<&str>) -> anyhow::Result<bool> {
         let (stage, spec) = (&self.stage, self.spec());
         let size = |body: &palpus::body::Body| (body.mesh().triangles().len(), body.pieces().len());
@@ -205,7 +207,8 @@ fn replay(file: &Path) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     Ok(Box::new(ReplayDevice::new(spec, recording.rows.iter().map(felt).collect())))
 }
 
-/// A recorded state, as a device gives it: samples are as far apart as the recorded ticks were to be.
+/// A recorded state, as a device gives it: samples are as far apart as the recorded ticks were to
+/// be.
 fn felt(row: &RecordRow) -> DeviceState {
     DeviceState { time: row.time_ns as f64 * 1e-9, ..state(row) }
 }

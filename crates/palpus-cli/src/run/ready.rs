@@ -7,15 +7,16 @@ use crate::stage::Stage;
 use crate::tools::{self, ToolArguments};
 use crate::{output, safety};
 
-/// See the module's description. What holds for the loop and not for one device is the first plan's.
+/// See the module's description. What holds for the loop and not for one device is the first
+/// plan's.
 pub(crate) struct Ready {
     pub(crate) plans: Vec<Plan>,
     pub(crate) engine: Engine,
 }
 
 impl Ready {
-    /// A run on `stage`, which is called `name`. `in_window`: until it is stopped, where nobody said how long, and with all that changes of
-    /// settings may need later on.
+    /// A run on `stage`, which is called `name`. `in_window`: until it is stopped, where nobody
+    /// said how long, and with all that changes of settings may need later on.
     pub(crate) fn new(arguments: &RunArguments, name: &str, stage: Stage, in_window: bool) -> anyhow::Result<Self> {
         let typed = ToolArguments::of(arguments, stage.tools().count())?;
         let others: Vec<Stage> = stage.of_others().collect();
@@ -37,7 +38,8 @@ impl Ready {
         self.plans.iter().try_for_each(|plan| safety::print(plan.spec(), &plan.limits, json))
     }
 
-    /// Says what is about to run; `headless` is why there is no window. True if it said that the pair is heavy.
+    /// Says what is about to run; `headless` is why there is no window. True if it said that the
+    /// pair is heavy.
     pub(crate) fn announce(&self, arguments: &RunArguments, headless: Option<&str>) -> anyhow::Result<bool> {
         let mut heavy = false;
         for (k, plan) in self.plans.iter().enumerate() {

@@ -27,7 +27,8 @@ pub(super) struct Recordings {
 /// The servo thread's ends of the queues.
 pub(super) type Ends = (rtrb::Consumer<Order>, rtrb::Producer<Rows>);
 
-/// For so long the servo thread may be waited for to put a recording down: many ticks; a paused loop does not answer.
+/// For so long the servo thread may be waited for to put a recording down: many ticks; a paused
+/// loop does not answer.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 impl Recordings {
@@ -53,7 +54,8 @@ impl Recordings {
         self.writing.as_ref().and_then(Writing::trouble)
     }
 
-    /// Creates this device's one of the `files` of all devices, and what writes to it; `settings` are those that are in force.
+    /// Creates this device's one of the `files` of all devices, and what writes to it; `settings`
+    /// are those that are in force.
     pub(super) fn start(&mut self, files: &[PathBuf], settings: &Settings) -> anyhow::Result<Rows> {
         self.header.scene.render = *settings;
         if files.len() > 1 {

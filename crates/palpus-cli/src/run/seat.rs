@@ -48,8 +48,9 @@ pub(super) struct Taken {
 }
 
 impl Seat {
-    /// Out of the plan of device `which`. It is recorded from the beginning to its one of `files`, if there are any. `crease_angle`: at which the
-    /// engine can shade. `beginning` says how recordings are kept and where faults are logged.
+    /// Out of the plan of device `which`. It is recorded from the beginning to its one of `files`,
+    /// if there are any. `crease_angle`: at which the engine can shade. `beginning` says how
+    /// recordings are kept and where faults are logged.
     pub(super) fn take(
         plan: Plan,
         which: usize,
@@ -77,8 +78,8 @@ impl Seat {
         Ok(Taken { seat, working, newest, stage })
     }
 
-    /// `wanted` as it can be here: what the engine's memory, the device and the grip decide stays what it is, and the tool's skin is never wider than the
-    /// tolerance.
+    /// `wanted` as it can be here: what the engine's memory, the device and the grip decide stays
+    /// what it is, and the tool's skin is never wider than the tolerance.
     pub(super) fn fit(&self, wanted: &Settings) -> Settings {
         let Settings { capacity, time_budget, limits, grip_a, .. } = self.settings;
         let mut settings = Settings { capacity, time_budget, limits, grip_a, ..*wanted };
@@ -117,7 +118,8 @@ impl Seat {
     }
 }
 
-/// The settings of a scene on a device in one of both ways, as they are without being told otherwise.
+/// The settings of a scene on a device in one of both ways, as they are without being told
+/// otherwise.
 pub(super) fn preset(stage: &Stage, spec: &DeviceSpec, rate_hz: f64, mode: CouplingMode) -> Settings {
     let clustering = match mode {
         CouplingMode::Coupled => Clustering::Smooth,

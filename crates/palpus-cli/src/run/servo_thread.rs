@@ -1,5 +1,6 @@
-//! The servo thread's side of a session. Nothing here waits, locks or, once the loop runs, obtains memory: newest values come and go through
-//! exchanges of three slots, files to record to through a queue.
+//! The servo thread's side of a session. Nothing here waits, locks or, once the loop runs, obtains
+//! memory: newest values come and go through exchanges of three slots, files to record to through a
+//! queue.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -64,7 +65,8 @@ pub(crate) fn joined<T>(result: thread::Result<T>) -> anyhow::Result<T> {
 }
 
 impl ServoThread {
-    /// The loop, from its first tick to its last; before the first, `granted` is told what the system grants.
+    /// The loop, from its first tick to its last; before the first, `granted` is told what the
+    /// system grants.
     pub(super) fn turn(self, granted: &mpsc::Sender<Option<RealTimeClaims>>) -> Turned {
         let Self { mut servo, working, mut engine, script, claims, stop } = self;
         // The other end is there until it was told.

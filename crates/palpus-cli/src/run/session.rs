@@ -1,13 +1,16 @@
 //! A run under way: the servo thread, and what it is steered by.
 //!
-//! Whoever has the session sets the newest settings, guides the simulated hand, pauses and steps, begins and ends recordings, reads the
-//! newest numbers, and ends the run. None of it makes the servo thread wait.
+//! Whoever has the session sets the newest settings, guides the simulated hand, pauses and steps,
+//! begins and ends recordings, reads the newest numbers, and ends the run. None of it makes the
+//! servo thread wait.
 //!
-//! **Recordings.** A recording that begins with the run can be replayed bit for bit, changes of settings included. One that begins later cannot: what
-//! engine, tool, friction and safety chain remember at that tick is not in it. They could be made to forget it all; but then friction would let go, the tool
-//! be put where the device is, even behind a wall, and the force fall away and ramp up again, and all that because somebody wanted to
-//! record what he felt. So such a recording keeps the numbers of its ticks, from which `palpus replay` sees
-//! what it is and says so. Who wants to replay lets the run be recorded from its beginning, as it is if nobody says otherwise.
+//! **Recordings.** A recording that begins with the run can be replayed bit for bit, changes of
+//! settings included. One that begins later cannot: what engine, tool, friction and safety chain
+//! remember at that tick is not in it. They could be made to forget it all; but then friction would
+//! let go, the tool be put where the device is, even behind a wall, and the force fall away and
+//! ramp up again, and all that because somebody wanted to record what he felt. So such a recording
+//! keeps the numbers of its ticks, from which `palpus replay` sees what it is and says so. Who
+//! wants to replay lets the run be recorded from its beginning, as it is if nobody says otherwise.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -45,7 +48,8 @@ pub(crate) struct Session {
 /// How a run begins.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Beginning<'a> {
-    /// Recorded to this file, or to one with a number if there is such a file and it is not to be written over; other devices to files beside it.
+    /// Recorded to this file, or to one with a number if there is such a file and it is not to be
+    /// written over; other devices to files beside it.
     pub(crate) record: Option<&'a Path>,
     /// What the servo thread asks of the system.
     pub(crate) claims: Option<RealTimeOptions>,
@@ -73,7 +77,8 @@ pub(crate) struct Ended {
 }
 
 impl Session {
-    /// Starts the loop on a thread of its own. It ends when its duration is over, when it is told to, or with `stop`.
+    /// Starts the loop on a thread of its own. It ends when its duration is over, when it is told
+    /// to, or with `stop`.
     pub(crate) fn start(ready: Ready, beginning: &Beginning<'_>, stop: &Arc<AtomicBool>) -> anyhow::Result<Self> {
         let Beginning { record, claims, paused, keep, .. } = *beginning;
         let Ready { plans, mut engine } = ready;
@@ -142,7 +147,8 @@ impl Session {
 /// What only who has more than a terminal asks for.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a terminal steers nothing"))]
 impl Session {
-    /// Keeps the calling thread, and all that it starts from now on, off the servo thread's core, if that has one.
+    /// Keeps the calling thread, and all that it starts from now on, off the servo thread's core,
+    /// if that has one.
     pub(crate) fn leave_core(&self) {
         if let Some(claims) = &self.claims {
             leave_core(claims);
@@ -170,9 +176,10 @@ impl Session {
         &self.seats[0].settings
     }
 
-    /// Sets them. What the engine's memory, the device and the grip decide stays what it is: capacity, time budget, limits, grip and the crease angle
-    /// of shading; the tool's skin is never wider than the tolerance. Other devices' tools get the same but for their coupling, which is there
-    /// or not as the first one's is, and as their own devices need it.
+    /// Sets them. What the engine's memory, the device and the grip decide stays what it is:
+    /// capacity, time budget, limits, grip and the crease angle of shading; the tool's skin is
+    /// never wider than the tolerance. Other devices' tools get the same but for their coupling,
+    /// which is there or not as the first one's is, and as their own devices need it.
     pub(crate) fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
         let fit = |(k, seat): (usize, &Seat)| if k == 0 { seat.fit(settings) } else { seat.fit_of_other(settings) };
         let fit: Vec<Settings> = self.seats.iter().enumerate().map(fit).collect();
@@ -191,8 +198,8 @@ impl Session {
         self.seats[0].guide.is_some()
     }
 
-    /// Has the simulated hand hold the probe at a pose (of its mesh's frame, world), let go of it, or follow
-    /// its script again. Does nothing unless [`Self::can_guide`].
+    /// Has the simulated hand hold the probe at a pose (of its mesh's frame, world), let go of it,
+    /// or follow its script again. Does nothing unless [`Self::can_guide`].
     pub(crate) fn guide(&mut self, probe: Guide) {
         let grip_a = self.seats[0].settings.grip_a;
         if let Some(guide) = &mut self.seats[0].guide {
@@ -203,7 +210,8 @@ impl Session {
         }
     }
 
-    /// A person at the window holds the key for force, or does not. To be told again and again while it is held.
+    /// A person at the window holds the key for force, or does not. To be told again and again
+    /// while it is held.
     pub(crate) fn hold(&self, held: bool) {
         let ticks = if held { (HOLD_TIME * self.rate_hz) as u64 } else { 0 };
         self.reins.hold(ticks);
@@ -220,8 +228,9 @@ impl Session {
         self.seats.iter().find_map(|seat| seat.recordings.trouble())
     }
 
-    /// Begins a recording with the next tick, in a file beside the one called `base` or in that, and not in one that exists; one for each device.
-    /// Ends the one that is under way. Answers the first device's file.
+    /// Begins a recording with the next tick, in a file beside the one called `base` or in that,
+    /// and not in one that exists; one for each device. Ends the one that is under way. Answers the
+    /// first device's file.
     pub(crate) fn record(&mut self, base: &Path) -> anyhow::Result<PathBuf> {
         self.stop_recording()?;
         let files = recording::free(base, self.seats.len());

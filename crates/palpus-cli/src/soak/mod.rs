@@ -1,14 +1,19 @@
-//! `palpus soak`: the loop in real time for as long as one likes, in a hand that wanders, and an account of it.
+//! `palpus soak`: the loop in real time for as long as one likes, in a hand that wanders, and an
+//! account of it.
 //!
 //! 1. The bare timer is measured, as `palpus doctor` does: what this machine does to any loop.
-//! 2. The scene's loop runs in real time with everything that `palpus run` has: simulated device, safety chain, watchdog, priority. The hand
-//!    ([`scene`]) wanders about the scene, in and out of contact, for ever, the same for the same seed.
-//! 3. The servo thread keeps an account ([`tally`]) in memory that is there from the start, and hands it over once in an interval, a minute
-//!    in a long run. This thread looks at the machine meanwhile ([`machine`]): memory, frequency, other load.
-//! 4. After every interval the report ([`report`], [`figures`]) is written anew, so that a crash leaves one.
+//! 2. The scene's loop runs in real time with everything that `palpus run` has: simulated device,
+//!    safety chain, watchdog, priority. The hand ([`scene`]) wanders about the scene, in and out of
+//!    contact, for ever, the same for the same seed.
+//! 3. The servo thread keeps an account ([`tally`]) in memory that is there from the start, and
+//!    hands it over once in an interval, a minute in a long run. This thread looks at the machine
+//!    meanwhile ([`machine`]): memory, frequency, other load.
+//! 4. After every interval the report ([`report`], [`figures`]) is written anew, so that a crash
+//!    leaves one.
 //! 5. When the time is over, or at Ctrl-C, the bare timer is measured again.
 //!
-//! Exit status 1 when the loop did not hold: a fault, an allocation in the loop, too many late ticks.
+//! Exit status 1 when the loop did not hold: a fault, an allocation in the loop, too many late
+//! ticks.
 
 mod buckets;
 mod figures;
@@ -122,8 +127,8 @@ impl Run {
         report: &mut Report,
         stop: &AtomicBool,
     ) -> anyhow::Result<(Vec<RunStatistics>, Option<RealTimeClaims>)> {
-        // The wall's time ends it, not the number of ticks: a loop that is late makes fewer of them.
-        // Nobody is there to press a key after three faults.
+        // The wall's time ends it, not the number of ticks: a loop that is late makes fewer of
+        // them. Nobody is there to press a key after three faults.
         let safety = SafetyOptions { rearm: Rearm::Automatic, ..SafetyOptions::default() };
         let mut servo = Servo::new(ServoOptions { rate_hz: self.rate_hz, safety, ..ServoOptions::default() })?;
         let count = ground.hands.len();

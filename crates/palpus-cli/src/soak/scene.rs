@@ -1,7 +1,8 @@
 //! Where the hand wanders.
 //!
-//! Scenes with a path of their own, the built-in ones and files with `[hand] path`, are wandered about along it. In a scene file without one
-//! the hand finds its places itself ([`palpus_scenes::tour`]).
+//! Scenes with a path of their own, the built-in ones and files with `[hand] path`, are wandered
+//! about along it. In a scene file without one the hand finds its places itself
+//! ([`palpus_scenes::tour`]).
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +16,8 @@ use crate::args::{SoakArguments, file_policy};
 use crate::bench::find_model;
 use crate::stage::{self, Stage};
 
-/// How far the hand strays from its path along each axis, in contact tolerances; usually a quarter of it.
+/// How far the hand strays from its path along each axis, in contact tolerances; usually a quarter
+/// of it.
 const STRAY_TOLERANCES: f64 = 12.0;
 /// And how far it turns, rad.
 const STRAY_TURN: f64 = 0.25;
@@ -76,7 +78,8 @@ fn found(stage: &Stage, seed: u64) -> anyhow::Result<HandPath> {
     Ok(path.placed(&stage.environment_pose))
 }
 
-/// Writes the scene file of the paper's pair, whose meshes are in `models` or a folder in it; answers its name.
+/// Writes the scene file of the paper's pair, whose meshes are in `models` or a folder in it;
+/// answers its name.
 fn write_pair(models: &Path, out: &Path) -> anyhow::Result<String> {
     let mut meshes = Vec::new();
     for (file, _) in PAIR {

@@ -1,4 +1,5 @@
-//! The account of the servo thread: intervals of fixed size, handed over through an exchange that nobody waits for.
+//! The account of the servo thread: intervals of fixed size, handed over through an exchange that
+//! nobody waits for.
 
 use std::time::{Duration, Instant};
 
@@ -35,7 +36,8 @@ pub(super) struct Interval {
     pub(super) cuts: SafetyCounters,
     /// Times that a fault took the wrench away.
     pub(super) faults: u64,
-    /// Distance marches and depth walks that did not end as they should, contacts without room, tools put back.
+    /// Distance marches and depth walks that did not end as they should, contacts without room,
+    /// tools put back.
     pub(super) trouble: u64,
 }
 

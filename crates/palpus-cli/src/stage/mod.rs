@@ -1,4 +1,5 @@
-//! A scene, built-in or from a file, made ready to run: bodies prepared, settings in SI, a hand that knows where to go.
+//! A scene, built-in or from a file, made ready to run: bodies prepared, settings in SI, a hand
+//! that knows where to go.
 
 mod prepare;
 
@@ -73,8 +74,9 @@ pub(crate) struct OtherTool {
 }
 
 impl Stage {
-    /// The engine's settings on this device, at this many ticks per second: within the tighter of both limits, and with the
-    /// coupling that the scene asks for; what it leaves open comes from the device.
+    /// The engine's settings on this device, at this many ticks per second: within the tighter of
+    /// both limits, and with the coupling that the scene asks for; what it leaves open comes from
+    /// the device.
     pub(crate) fn settings_for(&self, spec: &DeviceSpec, rate_hz: f64) -> Settings {
         self.settings_in(self.coupling.mode, spec, rate_hz)
     }
@@ -147,7 +149,8 @@ impl Stage {
         scripted(&self.path, self.settings.grip_a, time)
     }
 
-    /// What a recording says of a run of it on the device that is called so; safety chain and device add to it.
+    /// What a recording says of a run of it on the device that is called so; safety chain and
+    /// device add to it.
     pub(crate) fn header(&self, settings: Settings, device: &str, rate_hz: f64) -> RecordingHeader {
         RecordingHeader {
             format: FORMAT,
@@ -166,7 +169,8 @@ impl Stage {
         std::iter::once((&self.probe, self.path.pose(0.0))).chain(others)
     }
 
-    /// The same scene for each of the other hands: with its tool in the place of the probe, and no other tools.
+    /// The same scene for each of the other hands: with its tool in the place of the probe, and no
+    /// other tools.
     pub(crate) fn of_others(&self) -> impl Iterator<Item = Self> {
         self.others.iter().map(|OtherTool { probe, settings, coupling, path, hand, recorded }| Self {
             probe: probe.clone(),
@@ -194,13 +198,15 @@ impl Stage {
         Ok(())
     }
 
-    /// rad: edges sharper than this stay sharp when shading is on, the scene's own or what is usual.
+    /// rad: edges sharper than this stay sharp when shading is on, the scene's own or what is
+    /// usual.
     pub(crate) fn crease_angle(&self) -> f64 {
         self.settings.shading.map_or(USUAL_CREASE_DEGREES.to_radians(), |shading| shading.crease_angle)
     }
 }
 
-/// Returns the state at `time` (s) on `path` (world) of a probe that is held at `grip_a` (in its frame).
+/// Returns the state at `time` (s) on `path` (world) of a probe that is held at `grip_a` (in its
+/// frame).
 pub(crate) fn scripted(path: &HandPath, grip_a: DVec3, time: f64) -> ProbeState {
     let (pose_ba, Twist { angular, linear }) = (path.pose(time), path.twist(time));
     let to_grip = pose_ba.vector(grip_a);

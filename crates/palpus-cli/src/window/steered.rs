@@ -1,8 +1,9 @@
 //! What the window asks for, done: the session behind it, and the one that follows.
 //!
-//! A scene or mesh that is wanted is prepared while the present run goes on ([`Loader`]). Then this ends in order, and the next one
-//! begins: with a recording if there was one. A simulated device is made beforehand, so that whatever fails leaves the present run as it
-//! is; hardware can be opened once only, so that it is let go of first.
+//! A scene or mesh that is wanted is prepared while the present run goes on ([`Loader`]). Then this
+//! ends in order, and the next one begins: with a recording if there was one. A simulated device is
+//! made beforehand, so that whatever fails leaves the present run as it is; hardware can be opened
+//! once only, so that it is let go of first.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -51,8 +51,8 @@ const HOSTILE_FRAMES: usize = 20_000;
 /// Of these between two states.
 const HOSTILE_AT_ONCE: usize = 20;
 
-/// Tests the driver at `address`, in about five seconds. The device is pushed with at most 0.5 N for
-/// some tenths of a second.
+/// Tests the driver at `address`, in about five seconds. The device is pushed with at most 0.5 N
+/// for some tenths of a second.
 ///
 /// # Errors
 /// Fails if nobody listens there. What a driver does wrong is no error but a [`Check`].

@@ -1,8 +1,9 @@
-//! The frames of the bridge: fixed sizes, little-endian, no padding; `docs/bridge.md` specifies them.
+//! The frames of the bridge: fixed sizes, little-endian, no padding; `docs/bridge.md` specifies
+//! them.
 //!
-//! [`decode`] takes any bytes, allocates only for the texts of [`Body::Welcome`] and [`Body::Close`],
-//! and accepts a frame only if all of it is as specified. A frame that it accepts has finite numbers,
-//! a unit quaternion and counts within their ranges.
+//! [`decode`] takes any bytes, allocates only for the texts of [`Body::Welcome`] and
+//! [`Body::Close`], and accepts a frame only if all of it is as specified. A frame that it accepts
+//! has finite numbers, a unit quaternion and counts within their ranges.
 
 use std::borrow::Cow;
 

@@ -2,8 +2,8 @@
 //!
 //! The *driver* listens on a Unix socket or on a UDP port of this machine; palpus connects.
 //!
-//! 1. [`BridgeDevice::open`] says hello with a fresh nonce. The driver's welcome has that nonce, the
-//!    session's nonce and the device's spec. A command without a wrench begins the session.
+//! 1. [`BridgeDevice::open`] says hello with a fresh nonce. The driver's welcome has that nonce,
+//!    the session's nonce and the device's spec. A command without a wrench begins the session.
 //! 2. The driver sends states at its own rate. A thread receives them (`listener`) and leaves the
 //!    newest for the loop's next read. Frames with another nonce, an old sequence number, a wrong
 //!    CRC or a number out of range are counted and change nothing.
@@ -11,11 +11,11 @@
 //!    Each command says which state it knows, and for how long after that state, by the device's
 //!    own clock, its wrench is valid. Then the driver goes to zero by itself, whatever happened to
 //!    palpus, and stays there until a command knows of it.
-//! 4. A state is `withheld` while the driver says so, while there is no newer one for 5 ms, and after
-//!    the thread has ended a wrench of a loop that was silent.
-//! 5. No state for a quarter of a second, a closed connection, a driver that says goodbye, or one that
-//!    pushes although it was told zero: the device is lost. It does not connect again by itself: a
-//!    force would come back unasked.
+//! 4. A state is `withheld` while the driver says so, while there is no newer one for 5 ms, and
+//!    after the thread has ended a wrench of a loop that was silent.
+//! 5. No state for a quarter of a second, a closed connection, a driver that says goodbye, or one
+//!    that pushes although it was told zero: the device is lost. It does not connect again by
+//!    itself: a force would come back unasked.
 //!
 //! **Why a thread, when the loop could read the socket?** A session must stay alive before the loop
 //! begins and while it stalls, and states must not pile up meanwhile: then the first state that the
@@ -206,8 +206,8 @@ impl BridgeDevice {
     }
 
     /// Waits for a fresh state. While a loop starts, the system locks the program's memory, which
-    /// holds the thread up; if the loop began with an old state, the next one would look like a leap
-    /// of the device's clock.
+    /// holds the thread up; if the loop began with an old state, the next one would look like a
+    /// leap of the device's clock.
     fn wait_for_fresh(&mut self) {
         let begun = Instant::now();
         while self.states.get().arrived.elapsed() > self.stale && begun.elapsed() < PAUSE {
@@ -261,7 +261,8 @@ impl HapticDevice for BridgeDevice {
         self.alive()?;
         // The brake's order: the number first, then the flag.
         let sequence = self.shared.session.next();
-        // What was computed before the loop knows that its last wrench was ended would return at once.
+        // What was computed before the loop knows that its last wrench was ended would return at
+        // once.
         let is_interrupted = self.shared.interruptions.load(Ordering::Acquire) != self.interruptions;
         let wrench = if is_interrupted || self.brake.is_applied() { Wrench::ZERO } else { *wrench };
         self.idle = self.shared.counts.idle.load(Ordering::Relaxed);
@@ -284,8 +285,8 @@ impl HapticDevice for BridgeDevice {
         Some(self.brake.clone())
     }
 
-    /// The thread sends zero when the loop does not write. What the driver does when nothing comes is for
-    /// [`conformance`] to test: it takes a force to see it.
+    /// The thread sends zero when the loop does not write. What the driver does when nothing comes
+    /// is for [`conformance`] to test: it takes a force to see it.
     fn own_watchdog(&mut self) -> Option<OwnWatchdog> {
         let has_bitten = self.shared.counts.idle.load(Ordering::Relaxed) > self.idle;
         Some(OwnWatchdog { after: self.shared.valid_for, has_bitten })

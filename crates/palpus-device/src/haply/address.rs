@@ -23,7 +23,8 @@ pub(super) struct Address {
 }
 
 impl Address {
-    /// Of `options`: a `ws://` URL without user or query, on this machine unless it is allowed to be elsewhere.
+    /// Of `options`: a `ws://` URL without user or query, on this machine unless it is allowed to
+    /// be elsewhere.
     pub(super) fn of(options: &HaplyOptions) -> Result<Self, HaplyError> {
         let written = options.address.clone();
         let none = || HaplyError::Address(options.address.clone());

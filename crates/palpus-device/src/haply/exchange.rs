@@ -1,10 +1,11 @@
 //! The thread that talks to the service.
 //!
-//! A turn: wait for a command of the loop, or for 5 ms; throw away what came unasked; send the force, or zero; wait for the
-//! state, at most 5 ms, and leave it for the loop.
+//! A turn: wait for a command of the loop, or for 5 ms; throw away what came unasked; send the
+//! force, or zero; wait for the state, at most 5 ms, and leave it for the loop.
 //!
-//! States are counted, and a command says which was the newest that its force knows. A force is sent if it is new, if no
-//! answer was lost after the state that it knows, and if that state is one of the last three. Everything else is sent as zero.
+//! States are counted, and a command says which was the newest that its force knows. A force is
+//! sent if it is new, if no answer was lost after the state that it knows, and if that state is one
+//! of the last three. Everything else is sent as zero.
 //!
 //! **Gaps.** If zero is sent in place of a force, the loop goes on from a force that the hand does
 //! not feel. Each such gap therefore has a number, and the loop's next state is withheld. A force
@@ -247,7 +248,8 @@ impl Exchange {
         Ok(())
     }
 
-    /// Takes in what came unasked: answers that were late, or a service's mistakes. Were they left, all later states would be old.
+    /// Takes in what came unasked: answers that were late, or a service's mistakes. Were they left,
+    /// all later states would be old.
     fn drain(&mut self) -> Result<(), String> {
         for _ in 0..MOST_EXTRA {
             if self.wire.hear(None).map_err(closed)? == Heard::Nothing {

@@ -1,14 +1,16 @@
 //! The orientation of a grip whose sensor is slower than the loop.
 //!
-//! A grip without a wire brings a new orientation 50 to 60 times a second, and the service repeats the last one in between.
-//! Differenced at the loop's rate that is rest, interrupted by one tick of fifty rad/s. So:
+//! A grip without a wire brings a new orientation 50 to 60 times a second, and the service repeats
+//! the last one in between. Differenced at the loop's rate that is rest, interrupted by one tick of
+//! fifty rad/s. So:
 //!
 //! 1. Only orientations that differ from the last are samples; each is dated when it arrives.
-//! 2. The rate of turn is that between samples at least 15 ms apart, so that neither the repeats nor the noise of a fast sensor
-//!    is differentiated.
-//! 3. Between samples the orientation is predicted by that rate, for no longer than 25 ms: then the grip is taken to be at rest.
-//! 4. What comes out follows the prediction with a lag of 8 ms, rate likewise, so that a sample that the prediction missed
-//!    is no jump.
+//! 2. The rate of turn is that between samples at least 15 ms apart, so that neither the repeats
+//!    nor the noise of a fast sensor is differentiated.
+//! 3. Between samples the orientation is predicted by that rate, for no longer than 25 ms: then the
+//!    grip is taken to be at rest.
+//! 4. What comes out follows the prediction with a lag of 8 ms, rate likewise, so that a sample
+//!    that the prediction missed is no jump.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::rotation_between;
@@ -21,7 +23,8 @@ const HORIZON: f64 = 25e-3;
 const LAG: f64 = 8e-3;
 /// rad/s: no wrist turns faster (2000 °/s); what is beyond is a sensor that was reset.
 const FASTEST: f64 = 35.0;
-/// rad: a sample this far from the prediction is taken as it is, for the gate to judge: smoothing would hide a jump.
+/// rad: a sample this far from the prediction is taken as it is, for the gate to judge: smoothing
+/// would hide a jump.
 const JUMP: f64 = 1.0;
 
 /// Makes an even orientation out of an uneven one.
@@ -96,7 +99,8 @@ mod tests {
 
     const PERIOD: f64 = 1e-3;
 
-    /// Worst errors of angle and rate over the last half of a second at `turn` rad/s, the sensor at `sensor` Hz.
+    /// Worst errors of angle and rate over the last half of a second at `turn` rad/s, the sensor at
+    /// `sensor` Hz.
     fn worst(turn: f64, sensor: f64) -> (f64, f64, f64) {
         let axis = DVec3::new(0.6, 0.0, 0.8);
         let truth = |time: f64| DQuat::from_scaled_axis(axis * (turn * time));

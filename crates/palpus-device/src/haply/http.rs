@@ -19,7 +19,8 @@ pub(super) fn get(address: &Address, path: &str) -> Option<Value> {
     );
     line.write_all(request.as_bytes()).ok()?;
     let mut answer = Vec::new();
-    // A server that keeps the line open ends it by the deadline: what has come until then may be all there is.
+    // A server that keeps the line open ends it by the deadline: what has come until then may be
+    // all there is.
     let _ = line.take(MOST).read_to_end(&mut answer);
     of_answer(&String::from_utf8_lossy(&answer))
 }

@@ -1,8 +1,9 @@
 //! What the service says, and what it is told.
 //!
-//! A message is looked at for what is needed and no further: entries of other devices, fields of other versions and empty
-//! transforms (`{}`) are passed over. What is needed must be a finite number of the kind that it is; a number written as text is
-//! none. The exception is `device_type`, which services write either way.
+//! A message is looked at for what is needed and no further: entries of other devices, fields of
+//! other versions and empty transforms (`{}`) are passed over. What is needed must be a finite
+//! number of the kind that it is; a number written as text is none. The exception is `device_type`,
+//! which services write either way.
 //!
 //! **Transforms.** Positions and forces are in the service's application space. With a scale
 //! (`mount`, `transform`) positions are not in metres. With permuted axes (`basis`) or a turned
@@ -25,7 +26,8 @@ const BUTTONS: [&str; 10] = ["a", "b", "c", "d", "e", "f", "down", "up", "right"
 /// message.
 const BUTTONS_OF_GRIPS: [(&str, u8); 3] = [("custom_verse_grip", 3), ("wireless_verse_grip", 3), ("verse_grip", 1)];
 
-/// How far the length of a quaternion may be from 1: the service writes single precision, of sensors with 14 bits.
+/// How far the length of a quaternion may be from 1: the service writes single precision, of
+/// sensors with 14 bits.
 const UNIT_SLACK: f64 = 1e-2;
 /// How far a part of a transform may be from that of none, in single precision.
 const TRANSFORM_SLACK: f64 = 1e-4;
@@ -240,7 +242,8 @@ fn kind_of(value: &Value) -> ArmKind {
     }
 }
 
-/// Why an arm cannot push. A status that is not told is no obstacle: the service then simply does not push.
+/// Why an arm cannot push. A status that is not told is no obstacle: the service then simply does
+/// not push.
 fn trouble(entry: &Value) -> Option<&'static str> {
     let transform = &entry["state"]["transform"];
     says_no(

@@ -1,16 +1,18 @@
 //! Haply Inverse3, Inverse3x and Minverse with a VerseGrip: a client of the Inverse Service.
 //!
-//! The service is its maker's program on the user's machine; it speaks JSON over a WebSocket. On connecting it tells what
-//! there is; from then on it answers every message with exactly one state, so whoever sends sets the pace. What it never
-//! gets from palpus is a force that was not computed for it just now:
+//! The service is its maker's program on the user's machine; it speaks JSON over a WebSocket. On
+//! connecting it tells what there is; from then on it answers every message with exactly one state,
+//! so whoever sends sets the pace. What it never gets from palpus is a force that was not computed
+//! for it just now:
 //!
-//! 1. [`HaplyDevice::open`] connects (loopback only, unless told otherwise), asks for the service's version, picks arm and
-//!    grip, and goes once around with no force.
-//! 2. From then on a thread of its own talks to the service (`exchange`). The loop's write wakes it; it sends that force, waits
-//!    for the state and leaves it for the loop's next read. Neither side waits for the other, and the loop does not allocate.
+//! 1. [`HaplyDevice::open`] connects (loopback only, unless told otherwise), asks for the service's
+//!    version, picks arm and grip, and goes once around with no force.
+//! 2. From then on a thread of its own talks to the service (`exchange`). The loop's write wakes
+//!    it; it sends that force, waits for the state and leaves it for the loop's next read. Neither
+//!    side waits for the other, and the loop does not allocate.
 //! 3. A force goes out once. Where there is no new one for 5 ms, nothing goes out but zero.
-//! 4. After a state that was late, lost or not to be understood, forces that were computed from what came before it are
-//!    withheld: zero goes out until one arrives that knows a newer state.
+//! 4. After a state that was late, lost or not to be understood, forces that were computed from
+//!    what came before it are withheld: zero goes out until one arrives that knows a newer state.
 //! 5. While the arm is not ready or has no power, while its grip is asleep or silent, and wherever
 //!    zero goes out in place of a force, the state is [withheld](DeviceState::withheld): the loop
 //!    knows, and returns from zero (`exchange`).
@@ -19,15 +21,18 @@
 //!    is lost, and says why. It does not connect again by itself: a force would come back that
 //!    nobody asked for.
 //!
-//! **Latency.** A state is sampled when the service answers the last tick's force, so it is one period old when the loop reads it;
-//! a client without a thread would read the same one. The thread adds the time in which the system wakes it (tens of
-//! microseconds) to the way of a force. What lies between service and motors is not stated; [`DeviceSpec::delay`] is set to one
-//! millisecond for it.
+//! **Latency.** A state is sampled when the service answers the last tick's force, so it is one
+//! period old when the loop reads it; a client without a thread would read the same one. The thread
+//! adds the time in which the system wakes it (tens of microseconds) to the way of a force. What
+//! lies between service and motors is not stated; [`DeviceSpec::delay`] is set to one millisecond
+//! for it.
 //!
-//! **Frame.** +X to the right, +Y forward, +Z up, metres, about the service's origin. The arm drives three axes; rotation is sensed
-//! by the grip, whose sensor may be as slow as 50 Hz (`grip` says what is made of that). Without a grip, rotation is not sensed.
+//! **Frame.** +X to the right, +Y forward, +Z up, metres, about the service's origin. The arm
+//! drives three axes; rotation is sensed by the grip, whose sensor may be as slow as 50 Hz (`grip`
+//! says what is made of that). Without a grip, rotation is not sensed.
 //!
-//! Built against the protocol as documented and tested against scripted services; no device was at hand.
+//! Built against the protocol as documented and tested against scripted services; no device was at
+//! hand.
 
 mod address;
 mod echo;
@@ -68,8 +73,8 @@ pub struct HaplyOptions {
     pub beyond_loopback: bool,
     /// The arm's id, such as `049D`; `None`: the only one, or the first.
     pub arm: Option<String>,
-    /// `SCHED_FIFO` priority of the thread that talks to the service, where it is allowed; best one above the loop's. `None` does
-    /// not ask.
+    /// `SCHED_FIFO` priority of the thread that talks to the service, where it is allowed; best one
+    /// above the loop's. `None` does not ask.
     pub priority: Option<u8>,
 }
 
@@ -176,7 +181,8 @@ pub struct HaplyCounts {
     pub extra: u64,
     /// States that say another force than was told.
     pub otherwise: u64,
-    /// Forces that were not sent because they were computed from too old a state, or because the device was not ready.
+    /// Forces that were not sent because they were computed from too old a state, or because the
+    /// device was not ready.
     pub withheld: u64,
     /// Messages of no force that were sent because the loop had not written.
     pub idle: u64,
@@ -187,7 +193,8 @@ impl HaplyDevice {
     /// most about five seconds.
     ///
     /// # Errors
-    /// When there is no service, no device, or none that can be used; each says what mends it as far as it is known.
+    /// When there is no service, no device, or none that can be used; each says what mends it as
+    /// far as it is known.
     pub fn open(options: &HaplyOptions) -> Result<Self, HaplyError> {
         let opened = opening::open(options)?;
         let (states_in, states) = latest(Sensed::first(opened.first));
@@ -263,7 +270,8 @@ impl HapticDevice for HaplyDevice {
         ]
     }
 
-    /// The newest state; the same one again, with its time, while there is no newer one. Does not wait.
+    /// The newest state; the same one again, with its time, while there is no newer one. Does not
+    /// wait.
     fn read(&mut self) -> Result<DeviceState, DeviceError> {
         self.alive()?;
         let Sensed { mut state, index, gap } = *self.states.get();

@@ -14,7 +14,8 @@ use super::address::Address;
 const CONNECT_TIME: Duration = Duration::from_millis(400);
 /// For a message to leave: it does at once unless the service has stopped reading long ago.
 const SEND_TIME: Duration = Duration::from_millis(100);
-/// Bytes of the largest message that is listened to. An inventory of ten devices has about twenty thousand.
+/// Bytes of the largest message that is listened to. An inventory of ten devices has about twenty
+/// thousand.
 const LARGEST_MESSAGE: usize = 1 << 20;
 /// Pings and the like between two messages.
 const MOST_CONTROL: usize = 64;
@@ -48,7 +49,8 @@ impl Line {
 impl Read for Line {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let Some(until) = self.until else {
-            // Not for long enough to be a wait, and the clock's ticks make more of it anyway: so not at all.
+            // Not for long enough to be a wait, and the clock's ticks make more of it anyway: so
+            // not at all.
             self.tcp.set_nonblocking(true)?;
             let read = self.tcp.read(buffer);
             self.tcp.set_nonblocking(false)?;
@@ -113,7 +115,8 @@ impl Wire {
         self.socket.send(Message::text(text)).map_err(|error| said(&error))
     }
 
-    /// The next message, if there is one before `until`; if that is `None`, if there is one already.
+    /// The next message, if there is one before `until`; if that is `None`, if there is one
+    /// already.
     pub(super) fn hear(&mut self, until: Option<Instant>) -> Result<Heard, String> {
         self.socket.get_mut().until = until;
         for _ in 0..MOST_CONTROL {

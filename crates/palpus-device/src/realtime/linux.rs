@@ -48,7 +48,8 @@ fn set_priority(priority: u8) -> Result<(), String> {
 }
 
 pub(super) fn lock_memory() -> Claimed {
-    // Where there is a limit, locking what is yet to come would make later allocations fail instead of wait.
+    // Where there is a limit, locking what is yet to come would make later allocations fail instead
+    // of wait.
     let limit = getrlimit(Resource::Memlock).current.filter(|_| !is_privileged());
     let flags = match limit {
         Some(_) => MlockAllFlags::CURRENT,
@@ -113,7 +114,8 @@ pub(super) fn pin() -> (Claimed, Option<usize>) {
     if allowed.count() < 2 {
         return refused("there is one core only".to_owned());
     }
-    // One of the fastest, and of those the last: interrupts and whatever is started first gather on the first.
+    // One of the fastest, and of those the last: interrupts and whatever is started first gather on
+    // the first.
     let fastest =
         (0..CpuSet::MAX_CPU).filter(|&core| is_allowed(core)).max_by_key(|core| (top_frequency(*core), *core));
     let Some(core) = fastest else { return (Claimed::NotAsked, None) };

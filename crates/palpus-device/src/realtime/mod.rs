@@ -2,14 +2,15 @@
 //!
 //! 1. **Priority**: the loop's thread runs before every ordinary one (`SCHED_FIFO`).
 //! 2. **Memory** that is locked: no page of the program is ever waited for.
-//! 3. **A core**: the thread stays on one, an isolated one if there is any. Only with priority: on a core that it had to share, a
-//!    pinned thread would wait where a free one moves on. Who draws beside the loop leaves that core ([`leave_core`]).
+//! 3. **A core**: the thread stays on one, an isolated one if there is any. Only with priority: on
+//!    a core that it had to share, a pinned thread would wait where a free one moves on. Who draws
+//!    beside the loop leaves that core ([`leave_core`]).
 //!
 //! 4. **The watchdog**: its thread can be started, and runs before the loop's: a loop that never
 //!    sleeps would otherwise keep it from its core.
 //!
-//! Each is asked for by itself; what is not granted is said with its reason and the one line that mends it, and the loop runs
-//! without. Known on Linux; elsewhere nothing is claimed.
+//! Each is asked for by itself; what is not granted is said with its reason and the one line that
+//! mends it, and the loop runs without. Known on Linux; elsewhere nothing is claimed.
 
 #[cfg(target_os = "linux")]
 mod linux;
@@ -19,7 +20,8 @@ use std::fmt;
 /// What to claim. The default is everything.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RealTimeOptions {
-    /// `SCHED_FIFO` priority, 1 to 98 (the watchdog has one more); `None` leaves the thread as it is.
+    /// `SCHED_FIFO` priority, 1 to 98 (the watchdog has one more); `None` leaves the thread as it
+    /// is.
     pub priority: Option<u8>,
     /// Lock the process's memory.
     pub lock_memory: bool,
@@ -87,7 +89,8 @@ impl RealTimeClaims {
     }
 }
 
-/// Claims what `options` say for the calling thread, and the memory for the whole process. Allocates: call it before the loop.
+/// Claims what `options` say for the calling thread, and the memory for the whole process.
+/// Allocates: call it before the loop.
 pub fn claim(options: &RealTimeOptions) -> RealTimeClaims {
     let priority = options.priority.map_or(Claimed::NotAsked, system::claim_priority);
     let memory = if options.lock_memory { system::lock_memory() } else { Claimed::NotAsked };
@@ -122,9 +125,10 @@ fn rehearsed(answer: std::io::Result<std::thread::Result<Claimed>>) -> Claimed {
     }
 }
 
-/// Keeps the calling thread, and all that it starts from now on, off the core on which `claims` keep a loop. A thread that claims a
-/// core has all of the process's to choose from again. To be called once the loop's thread has its claims, before a window is opened:
-/// where the processor draws, threads of the graphics library come and go on every core that they may have.
+/// Keeps the calling thread, and all that it starts from now on, off the core on which `claims`
+/// keep a loop. A thread that claims a core has all of the process's to choose from again. To be
+/// called once the loop's thread has its claims, before a window is opened: where the processor
+/// draws, threads of the graphics library come and go on every core that they may have.
 pub fn leave_core(claims: &RealTimeClaims) {
     if let Some(core) = claims.pinned_to {
         system::leave(core);

@@ -1,15 +1,17 @@
 //! Blending: other settings of the engine do not make a step of the wrench.
 //!
-//! In the tick in which the settings are new, the wrench is as it was in the tick before; in [`TIME`] the difference fades out.
-//! It fades with the contact as well: when the new wrench falls, because the hand leaves the surface, the difference falls by the
-//! same share, so that nothing pulls the hand back. Force and torque are blended each by itself.
+//! In the tick in which the settings are new, the wrench is as it was in the tick before; in
+//! [`TIME`] the difference fades out. It fades with the contact as well: when the new wrench falls,
+//! because the hand leaves the surface, the difference falls by the same share, so that nothing
+//! pulls the hand back. Force and torque are blended each by itself.
 
 use glam::DVec3;
 use palpus::algebra::Wrench;
 
 /// s: a quarter of a second, as from engagement to the full wrench.
 const TIME: f64 = 0.25;
-/// The difference follows the contact unless it is so many times the new wrench, which then says little of the contact.
+/// The difference follows the contact unless it is so many times the new wrench, which then says
+/// little of the contact.
 const LARGEST_RATIO: f64 = 3.0;
 
 /// What is left of the wrench under the last settings.

@@ -1,6 +1,7 @@
 //! What the safety chain took away, by name.
 
-/// A reason for which the device got another wrench than was computed, in the order of the chain; what is no part of it comes last.
+/// A reason for which the device got another wrench than was computed, in the order of the chain;
+/// what is no part of it comes last.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Cut {
@@ -12,7 +13,8 @@ pub enum Cut {
     PoseJump,
     /// The grip moves faster than a hand moves.
     Speed,
-    /// The device gives the same state again and again, or says that it moves and stays where it is.
+    /// The device gives the same state again and again, or says that it moves and stays where it
+    /// is.
     FrozenState,
     /// The device's own time ran backwards or leapt.
     DeviceClock,
@@ -22,7 +24,8 @@ pub enum Cut {
     Slew,
     /// The wrench was larger than the device's peak.
     Saturation,
-    /// The motors have been driven beyond their continuous rating for so long that their peak is no longer to be had.
+    /// The motors have been driven beyond their continuous rating for so long that their peak is no
+    /// longer to be had.
     Heat,
     /// Not engaged, or not yet fully.
     Engagement,
@@ -107,8 +110,8 @@ impl Cut {
         }
     }
 
-    /// True for a fault: all force goes within the tick, and comes back only through engagement. The others shape
-    /// the wrench and go on.
+    /// True for a fault: all force goes within the tick, and comes back only through engagement.
+    /// The others shape the wrench and go on.
     pub fn is_fault(self) -> bool {
         Cuts::FAULTS.has(self)
     }
@@ -213,7 +216,8 @@ pub struct SafetyCounters {
 }
 
 impl SafetyCounters {
-    /// Counts a tick's cuts. Ticks of faults without one between them that was free of faults are one fault.
+    /// Counts a tick's cuts. Ticks of faults without one between them that was free of faults are
+    /// one fault.
     pub fn add(&mut self, cuts: Cuts) {
         for cut in cuts.iter() {
             self.ticks[cut as usize] += 1;

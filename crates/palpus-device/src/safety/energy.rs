@@ -1,24 +1,29 @@
-//! Passivity by account: a grip that was given more energy than it gave is damped until it has been paid back \[Hannaford and Ryu 2002,
-//! "HR02"\].
+//! Passivity by account: a grip that was given more energy than it gave is damped until it has been
+//! paid back \[Hannaford and Ryu 2002, "HR02"\].
 //!
-//! Translation and rotation have one account: a tool that is pushed into a corner turns in the hand, and what the hand gave by pushing
-//! comes back by turning. In every tick:
+//! Translation and rotation have one account: a tool that is pushed into a corner turns in the
+//! hand, and what the hand gave by pushing comes back by turning. In every tick:
 //!
-//! 1. *Observe*: the wrench that acted since the last state, times the motion from that state to this. Positive when the hand was
-//!    given energy. What acts now was written a while ago: the device says how long ([`SafetyLimits::delay`]).
-//! 2. *Keep the account*. A credit is bounded by what an elastic thing at peak could give back: a long slide, which pays all
-//!    the time, must not hide a later hum.
-//! 3. *Control*: beyond the allowance, take back as much as the motion allows in the coming tick, by a force and a torque against the
-//!    velocities, each by its share of what both could take. That is at most the part of the wrench that pushes along, plus a damper
-//!    that the device bears; and near rest, where the direction of a velocity is noise, it fades out.
+//! 1. *Observe*: the wrench that acted since the last state, times the motion from that state to
+//!    this. Positive when the hand was given energy. What acts now was written a while ago: the
+//!    device says how long ([`SafetyLimits::delay`]).
+//! 2. *Keep the account*. A credit is bounded by what an elastic thing at peak could give back: a
+//!    long slide, which pays all the time, must not hide a later hum.
+//! 3. *Control*: beyond the allowance, take back as much as the motion allows in the coming tick,
+//!    by a force and a torque against the velocities, each by its share of what both could take.
+//!    That is at most the part of the wrench that pushes along, plus a damper that the device
+//!    bears; and near rest, where the direction of a velocity is noise, it fades out.
 //!
-//! What is taken back acts later and is observed then like everything else, so nothing is booked twice.
+//! What is taken back acts later and is observed then like everything else, so nothing is booked
+//! twice.
 //!
-//! Where a hand holds one of several tools, another one may push it, and the energy is that of another hand. So what contact between
-//! tools gave a tool is what its port may give on, as long as such contact gives no more than it takes ([`ContactAccount`]).
+//! Where a hand holds one of several tools, another one may push it, and the energy is that of
+//! another hand. So what contact between tools gave a tool is what its port may give on, as long as
+//! such contact gives no more than it takes ([`ContactAccount`]).
 //!
-//! Deviations from HR02: the applied wrench and its delay in place of the commanded one; both bounds in step 3; the
-//! allowance, since sensed positions come in steps, each of which is worth its length times the force.
+//! Deviations from HR02: the applied wrench and its delay in place of the commanded one; both
+//! bounds in step 3; the allowance, since sensed positions come in steps, each of which is worth
+//! its length times the force.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench, rotation_between};
@@ -27,11 +32,13 @@ use super::{Passivity, SafetyLimits};
 use crate::acting::Acting;
 use crate::device::DeviceState;
 
-/// m/s: below this, directions of velocities fade into noise: a tenth of an encoder's step of 0.03 mm a millisecond.
+/// m/s: below this, directions of velocities fade into noise: a tenth of an encoder's step of 0.03
+/// mm a millisecond.
 const SLOW: f64 = 3e-3;
 /// rad/s, likewise of 2.5e-4 rad.
 const SLOW_TURN: f64 = 0.025;
-/// Times the damping at rest: the most that is added to what the wrench itself pushes. Less than half of what hums.
+/// Times the damping at rest: the most that is added to what the wrench itself pushes. Less than
+/// half of what hums.
 const MOST_DAMPING: f64 = 3.0;
 /// m: peak force over this travel, halved, is what a spring at peak can give back.
 const CREDIT_TRAVEL: f64 = 16e-3;
@@ -54,7 +61,8 @@ pub struct EnergyAccount {
     rotation: Port,
 }
 
-/// The account of the contacts between the tools of a loop: they may hand over what they took, and no more.
+/// The account of the contacts between the tools of a loop: they may hand over what they took, and
+/// no more.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactAccount {
     /// J given to all tools together and not yet taken back; negative: taken.
@@ -75,8 +83,8 @@ impl ContactAccount {
         Self { given: 0.0, allowance, credit: 0.5 * force * CREDIT_TRAVEL }
     }
 
-    /// Turns what contact gave each tool in this tick, J, by moving and by turning it, into as much of it as the tool may pass on to its
-    /// hand.
+    /// Turns what contact gave each tool in this tick, J, by moving and by turning it, into as much
+    /// of it as the tool may pass on to its hand.
     pub fn pass(&mut self, works: &mut [[f64; 2]]) {
         let sum: f64 = works.as_flattened().iter().sum();
         if !sum.is_finite() {
@@ -99,7 +107,8 @@ struct Port {
 }
 
 impl EnergyAccount {
-    /// Nothing given, nothing taken; in a loop whose ticks are `period` seconds apart when it keeps its time.
+    /// Nothing given, nothing taken; in a loop whose ticks are `period` seconds apart when it keeps
+    /// its time.
     pub fn new(limits: &SafetyLimits, period: f64) -> Self {
         Self {
             period,
@@ -188,8 +197,9 @@ mod tests {
 
     const PERIOD: f64 = 1e-3;
 
-    /// A wall of `stiffness` below x = 0 felt for two seconds by a device that a relaxed hand holds against it; answers the energy that
-    /// the hand was truly given at most, J, and whether any wrench was changed.
+    /// A wall of `stiffness` below x = 0 felt for two seconds by a device that a relaxed hand holds
+    /// against it; answers the energy that the hand was truly given at most, J, and whether any
+    /// wrench was changed.
     fn wall(stiffness: f64, mut stage: Option<EnergyAccount>) -> (f64, bool) {
         let settings = SimulationSettings { hand: HandImpedance::RELAXED, ..SimulationSettings::default() };
         let mut device = SimulatedDevice::new(settings, |time: f64| {
@@ -232,7 +242,8 @@ mod tests {
         assert!(!changed && given < 1e-3, "{given}");
     }
 
-    /// Half a second in which the grip is moved by 10 mm and turned by 0.2 rad, against a force and along a torque; how often the wrench was changed.
+    /// Half a second in which the grip is moved by 10 mm and turned by 0.2 rad, against a force and
+    /// along a torque; how often the wrench was changed.
     fn turned_by_a_corner(force: f64) -> usize {
         let mut stage = account();
         let twist = Twist { angular: DVec3::Z * 0.4, linear: DVec3::X * 0.02 };
@@ -253,7 +264,8 @@ mod tests {
 
     #[test]
     fn what_is_given_by_pushing_may_come_back_by_turning() {
-        // 40 mJ are pushed in, and 30 mJ come back as a turn; without the push they come from nowhere.
+        // 40 mJ are pushed in, and 30 mJ come back as a turn; without the push they come from
+        // nowhere.
         assert_eq!(turned_by_a_corner(4.0), 0);
         assert!(turned_by_a_corner(0.0) > 400);
     }

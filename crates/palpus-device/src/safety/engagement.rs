@@ -12,9 +12,10 @@
 //!              Latched ─── a button or key is pressed ──► Faulted
 //! ```
 //!
-//! There is a wrench in `Ramping` (a growing share) and `Engaged` (all of it) only. A fault takes it away from the tick
-//! on in which it is seen, whatever the phase. A pause leads to `Idle` like a hand that lets go: buttons have to be pressed again, and
-//! without buttons it waits for a small wrench when the pause is over.
+//! There is a wrench in `Ramping` (a growing share) and `Engaged` (all of it) only. A fault takes
+//! it away from the tick on in which it is seen, whatever the phase. A pause leads to `Idle` like a
+//! hand that lets go: buttons have to be pressed again, and without buttons it waits for a small
+//! wrench when the pause is over.
 
 use super::latch::Latch;
 
@@ -29,7 +30,8 @@ pub enum Engagement {
     DeadMan(u32),
 }
 
-/// The bit of [`DeviceState::buttons`](crate::DeviceState) of the program's own key that is held for force: see [`crate::Reins::hold`].
+/// The bit of [`DeviceState::buttons`](crate::DeviceState) of the program's own key that is held
+/// for force: see [`crate::Reins::hold`].
 pub const HOLD_KEY: u32 = 1 << 31;
 /// That of the key that gives a latched device its force back: see [`crate::Reins::rearm`].
 pub const REARM_KEY: u32 = 1 << 30;
@@ -153,7 +155,8 @@ impl Machine {
         self.latch.advance(event.dt);
         let rearmed = self.ask(event.buttons);
         if let Some(after) = event.fault {
-            // Whoever asked before the fault has to ask again, and a button that is held is no new wish.
+            // Whoever asked before the fault has to ask again, and a button that is held is no new
+            // wish.
             self.asked = self.engagement == Engagement::Automatic;
             let latched = self.phase == Phase::Latched || !self.phase.is_faulted() && self.latch.count();
             let stopped = self.phase == Phase::Stopped || after == AfterFault::Stop;
@@ -188,7 +191,8 @@ impl Machine {
         }
     }
 
-    /// Takes notice of the buttons; true if one was pressed by which a latched device is armed again.
+    /// Takes notice of the buttons; true if one was pressed by which a latched device is armed
+    /// again.
     fn ask(&mut self, buttons: u32) -> bool {
         // A button that is down when the run begins has not been pressed for it.
         let before = self.buttons.replace(buttons).unwrap_or(buttons);

@@ -1,13 +1,17 @@
 //! The gate: which states of a device are believed.
 //!
-//! 1. A number that is not finite, or a rotation that is none: the last good state stands in, at rest.
-//! 2. A pose that a hand could not have brought there since the last read: a jump. The next read is compared with it, so
-//!    that a device that was moved away, or re-zeroed, is believed again where it now is.
+//! 1. A number that is not finite, or a rotation that is none: the last good state stands in, at
+//!    rest.
+//! 2. A pose that a hand could not have brought there since the last read: a jump. The next read is
+//!    compared with it, so that a device that was moved away, or re-zeroed, is believed again where
+//!    it now is.
 //! 3. A velocity that no hand has.
-//! 4. A state that was sampled too long ago; or one that says that it moves while its pose does not change by a bit.
+//! 4. A state that was sampled too long ago; or one that says that it moves while its pose does not
+//!    change by a bit.
 //! 5. A sample time that runs backwards, or ahead of the loop.
 //!
-//! The gate only finds; what follows is the chain's. It is the one part of the chain that needs the device and the clock.
+//! The gate only finds; what follows is the chain's. It is the one part of the chain that needs the
+//! device and the clock.
 
 use palpus::algebra::Pose;
 
@@ -30,7 +34,8 @@ pub struct Gate {
 /// A state to go on with, and what was wrong with the one that was read.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Admitted {
-    /// As read if it is a state at all, else the last one that was, at rest; `None` while there has been none.
+    /// As read if it is a state at all, else the last one that was, at rest; `None` while there has
+    /// been none.
     pub state: Option<DeviceState>,
     /// As it was read, believed or not.
     pub read: DeviceState,

@@ -1,13 +1,14 @@
 //! The budget between peak and continuous: I²t.
 //!
-//! Motors bear their peak for seconds and their continuous rating for ever; what heats them is the square of the current,
-//! which goes with the force. The temperature of a winding follows that square like a first-order low-pass with the
-//! thermal time constant τ:
+//! Motors bear their peak for seconds and their continuous rating for ever; what heats them is the
+//! square of the current, which goes with the force. The temperature of a winding follows that
+//! square like a first-order low-pass with the thermal time constant τ:
 //!
 //! h' = (F² − h) / τ,  and h must stay at most F_continuous².
 //!
-//! Up to ¾ of that the peak is free. From there to the whole the cap sinks to F_continuous, so that it is reached gently and h
-//! cannot get beyond. Force and torque have a budget each: which motors bear them is the device's affair.
+//! Up to ¾ of that the peak is free. From there to the whole the cap sinks to F_continuous, so that
+//! it is reached gently and h cannot get beyond. Force and torque have a budget each: which motors
+//! bear them is the device's affair.
 
 /// Share of the allowed heat up to which the peak is free.
 const FREE_SHARE: f64 = 0.75;

@@ -1,6 +1,7 @@
 //! The latch: a device that faults again and again gives no force until a person asks for it.
 //!
-//! A fault is one from when the force goes until it might come back, however many ticks and reasons it has.
+//! A fault is one from when the force goes until it might come back, however many ticks and reasons
+//! it has.
 
 use super::Rearm;
 

@@ -120,8 +120,8 @@ impl LimitCycle {
     }
 
     /// Returns `computed`, a wrench within the peaks for a grip at `pose`, `elapsed` seconds after
-    /// the last tick, attenuated where it cycles, and whether it was: `computed` itself, to the bit,
-    /// where it was not.
+    /// the last tick, attenuated where it cycles, and whether it was: `computed` itself, to the
+    /// bit, where it was not.
     pub(super) fn attenuate(&mut self, computed: &Wrench, pose: &Pose, elapsed: f64) -> (Wrench, bool) {
         self.move_to(pose, elapsed);
         let parts = [computed.force, computed.torque];

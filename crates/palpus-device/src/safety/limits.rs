@@ -1,25 +1,27 @@
 //! The thresholds of the safety chain, derived from what a device is.
 //!
-//! Every threshold is a formula over the [`DeviceSpec`] and the loop's period. [`SafetyLimits::explained`] lists values,
-//! formulas and reasons, for people.
+//! Every threshold is a formula over the [`DeviceSpec`] and the loop's period.
+//! [`SafetyLimits::explained`] lists values, formulas and reasons, for people.
 
 use crate::acting::DELAY_MAX;
 use crate::device::{DeviceSpec, known_devices};
 
-/// N: more than any of the desktop devices gives; the largest arms sold for a hand are near it. A device that states more
-/// is not believed.
+/// N: more than any of the desktop devices gives; the largest arms sold for a hand are near it. A
+/// device that states more is not believed.
 const FORCE_BELIEVED: f64 = 40.0;
 /// N·m, likewise.
 const TORQUE_BELIEVED: f64 = 5.0;
-/// N, N·m, s: what a device states of itself below this is none. Far below what is felt; and squares of much smaller numbers vanish.
+/// N, N·m, s: what a device states of itself below this is none. Far below what is felt; and
+/// squares of much smaller numbers vanish.
 const LEAST_BELIEVED: f64 = 1e-9;
-/// Continuous force over peak force when the maker does not state it. Stated pairs: Phantom Premium 1.5 1.4/8.5, Premium 3.0
-/// 3/22, Touch 0.88/3.3, Touch X 1.75/7.9: 0.14 to 0.27.
+/// Continuous force over peak force when the maker does not state it. Stated pairs: Phantom Premium
+/// 1.5 1.4/8.5, Premium 3.0 3/22, Touch 0.88/3.3, Touch X 1.75/7.9: 0.14 to 0.27.
 const CONTINUOUS_SHARE: f64 = 0.2;
-/// s: thermal time constant of the windings of motors of this size (tens of seconds in their data sheets).
+/// s: thermal time constant of the windings of motors of this size (tens of seconds in their data
+/// sheets).
 const HEATING_TIME: f64 = 30.0;
-/// s in which a wrench may go from nothing to the peak. A rise of 2 ms has content to 0.35 / 2 ms = 175 Hz: contact
-/// transients pass, a jump from one end to the other takes four ticks at 1 kHz.
+/// s in which a wrench may go from nothing to the peak. A rise of 2 ms has content to 0.35 / 2 ms =
+/// 175 Hz: contact transients pass, a jump from one end to the other takes four ticks at 1 kHz.
 const RISE_TIME: f64 = 2e-3;
 /// m/s: the fastest reaching movements of an arm.
 const HAND_SPEED: f64 = 3.0;
@@ -31,8 +33,8 @@ const HAND_TURN: f64 = 35.0;
 const POSITION_SLACK: f64 = 0.5e-3;
 /// rad, likewise.
 const ANGLE_SLACK: f64 = 5e-3;
-/// s for which an orientation is held by grips whose sensors are slower than the loop (50 to 60 Hz have been seen on
-/// devices that do not drive the rotation).
+/// s for which an orientation is held by grips whose sensors are slower than the loop (50 to 60 Hz
+/// have been seen on devices that do not drive the rotation).
 const ORIENTATION_HOLD: f64 = 20e-3;
 /// s: a state that is older cannot be answered with a force; a hand goes 5 mm in it at 0.5 m/s.
 const STALE_TIME: f64 = 10e-3;
@@ -57,15 +59,16 @@ const ENGAGE_SHARE: f64 = 0.1;
 const RAMP_TIME: f64 = 0.25;
 /// s without a fault before it may be engaged again.
 const HOLD_TIME: f64 = 0.25;
-/// s/m: damping at rest over peak force, so that it reaches [`REST_SHARE`] at 0.4 m/s. At 8.5 N it is 2.1 N·s/m, a tenth of
-/// what a light arm of 0.1 kg, its velocity filtered at 100 Hz and its wrench two ticks late, would begin to hum with.
+/// s/m: damping at rest over peak force, so that it reaches [`REST_SHARE`] at 0.4 m/s. At 8.5 N it
+/// is 2.1 N·s/m, a tenth of what a light arm of 0.1 kg, its velocity filtered at 100 Hz and its
+/// wrench two ticks late, would begin to hum with.
 const REST_DAMPING: f64 = 0.25;
 /// s/rad, likewise, over peak torque: 9.4e-4 N·m·s/rad at 0.188 N·m.
 const REST_ANGULAR_DAMPING: f64 = 5e-3;
 /// Of the peak: the most that damping at rest may push with.
 const REST_SHARE: f64 = 0.1;
-/// m: peak force over it is the energy that a port may give. What a slow oscillation of a millimetre at an eighth of the peak
-/// turns over; steps of encoders (0.03 mm) stay far below it.
+/// m: peak force over it is the energy that a port may give. What a slow oscillation of a
+/// millimetre at an eighth of the peak turns over; steps of encoders (0.03 mm) stay far below it.
 const ALLOWED_TRAVEL: f64 = 0.5e-3;
 
 /// The thresholds of the chain. Every one is public, to be read and to be set tighter.
@@ -103,7 +106,8 @@ pub struct SafetyLimits {
     pub stall: f64,
     /// Largest computed force at which it is engaged, N.
     pub engage_force: f64,
-    /// Largest computed torque at which it is engaged, N·m; not looked at when the device has no torque.
+    /// Largest computed torque at which it is engaged, N·m; not looked at when the device has no
+    /// torque.
     pub engage_torque: f64,
     /// From engagement to the full wrench, s.
     pub ramp: f64,
@@ -139,8 +143,9 @@ pub struct LimitLine {
 impl SafetyLimits {
     /// For a device of this `spec` in a loop of `rate_hz`.
     ///
-    /// What a device states of itself is not taken on trust: peaks that are not numbers or negative count as none, those of a
-    /// device that [`known_devices`] knows by name as no larger than known, and none as larger than any desktop device has.
+    /// What a device states of itself is not taken on trust: peaks that are not numbers or negative
+    /// count as none, those of a device that [`known_devices`] knows by name as no larger than
+    /// known, and none as larger than any desktop device has.
     pub fn of(spec: &DeviceSpec, rate_hz: f64) -> Self {
         let period = 1.0 / rate_hz;
         let known = known_devices().into_iter().find(|known| known.name == spec.name);
@@ -222,7 +227,8 @@ impl SafetyLimits {
         ]
     }
 
-    /// Again from values by name, such as [`SafetyLimits::explained`] gives; `None` if one is missing.
+    /// Again from values by name, such as [`SafetyLimits::explained`] gives; `None` if one is
+    /// missing.
     pub fn from_values(value: impl Fn(&str) -> Option<f64>) -> Option<Self> {
         Some(Self {
             force_peak: value("force_peak")?,
@@ -253,8 +259,9 @@ impl SafetyLimits {
         })
     }
 
-    /// These where they are tighter than `others`, and `others` where not. Tighter is shorter and smaller, but for the ramp and the time
-    /// without faults; more damping is not tighter, it may hum. The delay is no threshold and stays.
+    /// These where they are tighter than `others`, and `others` where not. Tighter is shorter and
+    /// smaller, but for the ramp and the time without faults; more damping is not tighter, it may
+    /// hum. The delay is no threshold and stays.
     #[must_use]
     pub fn within(&self, others: &Self) -> Self {
         Self {
@@ -286,13 +293,15 @@ impl SafetyLimits {
         }
     }
 
-    /// True when every threshold is a number from 0 up. Infinite ones switch a stage off, which is for tests.
+    /// True when every threshold is a number from 0 up. Infinite ones switch a stage off, which is
+    /// for tests.
     pub fn is_valid(&self) -> bool {
         self.explained().iter().all(|line| line.value >= 0.0)
     }
 }
 
-/// `stated`, if it is a number up to `most`; `most` if it is larger, and nothing if it is no such number or next to nothing.
+/// `stated`, if it is a number up to `most`; `most` if it is larger, and nothing if it is no such
+/// number or next to nothing.
 fn believed(stated: f64, most: f64) -> f64 {
     if stated >= LEAST_BELIEVED { stated.min(most) } else { 0.0 }
 }

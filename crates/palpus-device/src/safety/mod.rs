@@ -1,4 +1,5 @@
-//! The safety chain: what stands between a computed wrench and a hand, whatever the device and whatever computed it.
+//! The safety chain: what stands between a computed wrench and a hand, whatever the device and
+//! whatever computed it.
 //!
 //! In this order, in every tick, and not to be switched off:
 //!
@@ -14,29 +15,31 @@
 //! | 8 engagement | nobody asked for forces, or the ramp is not over | nothing, or a share |
 //! | 9 watchdog | the loop is late or dead | nothing; a fault |
 //!
-//! A fault takes the wrench away from the tick on in which it is seen. What remains is damping of the
-//! grip, at most a tenth of the peak, along the part of the stated velocity that the poses confirm,
-//! and none while the motion is among what cannot be believed; the force comes back only through the
-//! engagement ([`Phase`]), and after three faults in ten seconds only when a person asks for it.
+//! A fault takes the wrench away from the tick on in which it is seen. What remains is damping of
+//! the grip, at most a tenth of the peak, along the part of the stated velocity that the poses
+//! confirm, and none while the motion is among what cannot be believed; the force comes back only
+//! through the engagement ([`Phase`]), and after three faults in ten seconds only when a person
+//! asks for it.
 //!
-//! The commanded wrench changes by no more than the slew limit from one message to the next, without
-//! exception: so the peak is gone within 2 ms after a fault.
+//! The commanded wrench changes by no more than the slew limit from one message to the next,
+//! without exception: so the peak is gone within 2 ms after a fault.
 //!
 //! When the engine goes on with other settings, the wrench is blended from the old to the new in a
 //! quarter of a second.
 //!
 //! For a device that withholds its force by itself ([`DeviceState::withheld`]) the commanded wrench
-//! falls to zero meanwhile; it then returns from zero within 50 ms, or through the engagement if that
-//! lasted for long.
+//! falls to zero meanwhile; it then returns from zero within 50 ms, or through the engagement if
+//! that lasted for long.
 //!
 //! A wrench that no stage has a reason to touch comes out as it came in, to the bit.
 //!
-//! **Whose answer depends on what.** Stage 2 and 9 need the device and the clock ([`Gate`], [`Watch`]) and *tell* the chain what
-//! they found ([`Cuts::TOLD`]). Everything else ([`SafetyChain::shape`]) is a pure function of what it was given since it was made:
-//! a recording of states, cuts and wrenches can be computed again bit for bit.
+//! **Whose answer depends on what.** Stage 2 and 9 need the device and the clock ([`Gate`],
+//! [`Watch`]) and *tell* the chain what they found ([`Cuts::TOLD`]). Everything else
+//! ([`SafetyChain::shape`]) is a pure function of what it was given since it was made: a recording
+//! of states, cuts and wrenches can be computed again bit for bit.
 //!
-//! The thresholds are in [`SafetyLimits`], each a formula over what the device says of itself. Nothing here allocates after
-//! construction, waits, or panics.
+//! The thresholds are in [`SafetyLimits`], each a formula over what the device says of itself.
+//! Nothing here allocates after construction, waits, or panics.
 
 mod blend;
 mod cuts;
@@ -87,7 +90,8 @@ pub struct Shaped {
     pub cuts: Cuts,
     /// Where the engagement stands.
     pub phase: Phase,
-    /// What the motors can give in the next tick, as far as their heat limits it; for the coupling that the next wrench comes from.
+    /// What the motors can give in the next tick, as far as their heat limits it; for the coupling
+    /// that the next wrench comes from.
     pub available: Limits,
 }
 
@@ -168,15 +172,17 @@ impl SafetyChain {
         self.heat_force.used().max(self.heat_torque.used())
     }
 
-    /// Another tool gave this one's so much work in this tick, J: see [`Passivity::received`]. To be told before [`Self::shape`].
+    /// Another tool gave this one's so much work in this tick, J: see [`Passivity::received`]. To
+    /// be told before [`Self::shape`].
     pub fn receive(&mut self, work: [f64; 2]) {
         if let Some(stage) = self.passivity.as_mut().filter(|_| self.machine.phase().is_on()) {
             stage.received(work);
         }
     }
 
-    /// What the device is to get in place of `computed`, when the grip is in `state` and the gate, the clock and the step
-    /// have `told` of faults. `elapsed`: s since the last call, for which the last wrench was held; energy, heat and slew go by it.
+    /// What the device is to get in place of `computed`, when the grip is in `state` and the gate,
+    /// the clock and the step have `told` of faults. `elapsed`: s since the last call, for which
+    /// the last wrench was held; energy, heat and slew go by it.
     pub fn shape(&mut self, state: &DeviceState, computed: &Wrench, told: Cuts, elapsed: f64) -> Shaped {
         self.elapsed = if elapsed >= 0.0 && elapsed.is_finite() { elapsed } else { self.period };
         self.heat_force.spend(self.commanded.force.length(), self.elapsed);
@@ -215,8 +221,8 @@ impl SafetyChain {
             self.rest(&wrench);
             wrench = if phase.is_faulted() { self.damping(state, cuts) } else { Wrench::ZERO };
         }
-        // From message to message, whatever the reason: a step in the hand is a blow, and the peak is
-        // gone in 2 ms.
+        // From message to message, whatever the reason: a step in the hand is a blow, and the peak
+        // is gone in 2 ms.
         let dt = if phase.is_on() && !withheld { self.step() } else { self.period };
         let (within, cut) = self.towards(&self.commanded, &wrench, dt);
         cuts.note(Cut::Slew, cut && phase.is_on() && !withheld);
@@ -229,7 +235,8 @@ impl SafetyChain {
         Shaped { wrench, cuts, phase, available: self.heat_caps() }
     }
 
-    /// The run ends: the wrench for the next write, a step of the slew limit nearer to zero; `None` if that may be zero.
+    /// The run ends: the wrench for the next write, a step of the slew limit nearer to zero; `None`
+    /// if that may be zero.
     pub fn release(&mut self) -> Option<Wrench> {
         let (wrench, cut) = self.towards(&self.commanded, &Wrench::ZERO, self.period);
         self.commanded = wrench;
@@ -276,7 +283,8 @@ impl SafetyChain {
         if limited.is_finite() { limited } else { Wrench::ZERO }
     }
 
-    /// Stage 5. What is on its way to a wrench beyond the peak, and has come as far as the next two stages let it, is not cut here.
+    /// Stage 5. What is on its way to a wrench beyond the peak, and has come as far as the next two
+    /// stages let it, is not cut here.
     fn slewed(&self, wrench: &Wrench, cuts: &mut Cuts) -> Wrench {
         let (within, cut) = self.towards(&self.shaped, wrench, self.step());
         if !cut {
@@ -363,13 +371,15 @@ impl SafetyChain {
         saturate(self.within_peak(wrench), &self.heat_caps(), Saturation::Separate).wrench
     }
 
-    /// The time by which ramps and slew go on, s: what passed, but never more than a period, so that two writes after each other differ by
-    /// no more than the slew limit allows in a period, however late the second one is.
+    /// The time by which ramps and slew go on, s: what passed, but never more than a period, so
+    /// that two writes after each other differ by no more than the slew limit allows in a period,
+    /// however late the second one is.
     fn step(&self) -> f64 {
         self.elapsed.min(self.period)
     }
 
-    /// As far `from` one wrench to the other as the slew limit allows in `dt` s; and whether that is not all the way.
+    /// As far `from` one wrench to the other as the slew limit allows in `dt` s; and whether that
+    /// is not all the way.
     fn towards(&self, from: &Wrench, to: &Wrench, dt: f64) -> (Wrench, bool) {
         let (force, force_cut) = step_towards(from.force, to.force, self.limits.force_slew * dt);
         let (torque, torque_cut) = step_towards(from.torque, to.torque, self.limits.torque_slew * dt);

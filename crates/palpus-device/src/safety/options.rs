@@ -6,11 +6,14 @@ use crate::device::DeviceSpec;
 /// How the chain is to behave where there is a choice.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SafetyOptions {
-    /// How forces are asked for; `None`: by holding any button if the device has buttons, else automatically.
+    /// How forces are asked for; `None`: by holding any button if the device has buttons, else
+    /// automatically.
     pub engagement: Option<Engagement>,
-    /// The thresholds; `None`: those of the device, [`SafetyLimits::of`]. Where others are looser, the device's count.
+    /// The thresholds; `None`: those of the device, [`SafetyLimits::of`]. Where others are looser,
+    /// the device's count.
     pub limits: Option<SafetyLimits>,
-    /// Takes looser thresholds as they are, down to none at all. For tests of what lies beyond them, not for a device that is held.
+    /// Takes looser thresholds as they are, down to none at all. For tests of what lies beyond
+    /// them, not for a device that is held.
     pub loosened: bool,
     /// After a fault that the loop survives.
     pub after_fault: AfterFault,

@@ -1,5 +1,6 @@
-//! The place of the passivity observer and controller in the chain: the fourth stage, after the gate and before the slew
-//! limit, where the wrench is still what the engine computed and the motion is believed.
+//! The place of the passivity observer and controller in the chain: the fourth stage, after the
+//! gate and before the slew limit, where the wrench is still what the engine computed and the
+//! motion is believed.
 
 use palpus::algebra::Wrench;
 
@@ -7,17 +8,19 @@ use crate::device::DeviceState;
 
 /// A stage that takes away energy that a passive environment could not have given.
 pub trait Passivity: Send {
-    /// `computed`, or what may be commanded in its place, for a grip in `state`. `elapsed`: s since the last call, for
-    /// which the last commanded wrench was held; the next one is taken to be held as long. Must answer finite
-    /// numbers, and `computed` itself, to the bit, when there is nothing to take away: anything else is counted as
-    /// [`super::Cut::Passivity`].
+    /// `computed`, or what may be commanded in its place, for a grip in `state`. `elapsed`: s since
+    /// the last call, for which the last commanded wrench was held; the next one is taken to be
+    /// held as long. Must answer finite numbers, and `computed` itself, to the bit, when there is
+    /// nothing to take away: anything else is counted as [`super::Cut::Passivity`].
     fn limit(&mut self, computed: &Wrench, state: &DeviceState, elapsed: f64) -> Wrench;
 
-    /// The grip's tool was given this work in this tick by another one that somebody moves, J, by moving and by turning it; negative: gave
-    /// it. What came from there may go on into the hand. Told before [`Self::limit`].
+    /// The grip's tool was given this work in this tick by another one that somebody moves, J, by
+    /// moving and by turning it; negative: gave it. What came from there may go on into the hand.
+    /// Told before [`Self::limit`].
     fn received(&mut self, _: [f64; 2]) {}
 
-    /// What was really commanded in this tick after all later stages, for the account of the energy.
+    /// What was really commanded in this tick after all later stages, for the account of the
+    /// energy.
     fn commanded(&mut self, wrench: &Wrench);
 
     /// Nothing is engaged: the account begins anew.

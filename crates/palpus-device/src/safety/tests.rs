@@ -335,7 +335,8 @@ fn the_gate_tells_a_frozen_state_from_a_hand_that_rests() {
 
 #[test]
 fn slow_ticks_heat_and_slew_by_the_time_that_passed() {
-    // Ticks of 10 ms in a loop of 1 kHz: what is held for ten times as long heats ten times as much.
+    // Ticks of 10 ms in a loop of 1 kHz: what is held for ten times as long heats ten times as
+    // much.
     let limits = limits();
     let mut chain = engaged(&limits);
     let (mut heat, mut last) = (0.0, DVec3::ZERO);

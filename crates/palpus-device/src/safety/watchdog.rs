@@ -1,9 +1,10 @@
 //! The watchdog: takes the force from the device when the loop does not answer any more.
 //!
-//! The loop *beats* whenever it has written a wrench, and *rests* when that was none: nothing can be held too long then.
-//! [`Watch::check`] is called by a thread that has nothing else to do; when the
-//! last beat is longer ago than a wrench may be held, it applies the device's [`Brake`]. The loop, should it live, finds the brake
-//! applied, counts a fault and releases it only when it is engaged again.
+//! The loop *beats* whenever it has written a wrench, and *rests* when that was none: nothing can
+//! be held too long then. [`Watch::check`] is called by a thread that has nothing else to do; when
+//! the last beat is longer ago than a wrench may be held, it applies the device's [`Brake`]. The
+//! loop, should it live, finds the brake applied, counts a fault and releases it only when it is
+//! engaged again.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

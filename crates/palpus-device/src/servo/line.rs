@@ -12,7 +12,8 @@ use super::{ServoOptions, ServoTick, Timing};
 use crate::device::{Brake, DeviceError, DeviceState, HapticDevice};
 use crate::safety::{Admitted, Cut, Cuts, Gate, Passivity, SafetyChain, SafetyLimits, Shaped, Watch};
 
-/// A machine that was suspended for less than this was not: the clocks that say so are read one after the other.
+/// A machine that was suspended for less than this was not: the clocks that say so are read one
+/// after the other.
 const SUSPENDED: Duration = Duration::from_millis(1);
 
 /// Everything that stands between the step and the device.
@@ -79,12 +80,14 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         self.write(&Wrench::ZERO)
     }
 
-    /// Another tool, or objects, gave this device's so much work in this tick: see [`SafetyChain::receive`].
+    /// Another tool, or objects, gave this device's so much work in this tick: see
+    /// [`SafetyChain::receive`].
     pub(super) fn receive(&mut self, work: [f64; 2]) {
         self.chain.receive(work);
     }
 
-    /// What the chain makes of a `computed` wrench in a tick that began `elapsed` seconds after the last one, written to the device.
+    /// What the chain makes of a `computed` wrench in a tick that began `elapsed` seconds after the
+    /// last one, written to the device.
     pub(super) fn answer(
         &mut self,
         state: &DeviceState,
@@ -118,7 +121,8 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         }
     }
 
-    /// One tick, number `index`, of damping device number `device` without a step; `None` if there is nothing to go by or it fails.
+    /// One tick, number `index`, of damping device number `device` without a step; `None` if there
+    /// is nothing to go by or it fails.
     pub(super) fn damp(&mut self, start: &Start, index: u64, device: usize) -> Option<ServoTick> {
         let admitted = self.read(start).ok()?;
         let (state, elapsed_s) = (admitted.state?, start.elapsed(self.period));
@@ -232,7 +236,8 @@ impl Drop for Guard {
     }
 }
 
-/// Writes zero to the device at the end of the run, and also when something unwinds through the loop.
+/// Writes zero to the device at the end of the run, and also when something unwinds through the
+/// loop.
 struct ZeroAtEnd<'a, D: HapticDevice + ?Sized> {
     device: &'a mut D,
     brake: Option<Arc<dyn Brake>>,

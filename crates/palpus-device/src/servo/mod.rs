@@ -3,34 +3,43 @@
 //! Once a tick, at 1 kHz unless told otherwise:
 //!
 //! 1. wait for the tick's deadline (real time) or don't (simulated time);
-//! 2. read each device's state and let its gate look at it; an invalid one is replaced by the last valid one, at rest;
+//! 2. read each device's state and let its gate look at it; an invalid one is replaced by the last
+//!    valid one, at rest;
 //! 3. run the step once, which answers a wrench for each device; a panic in it is caught;
-//! 4. each device's safety chain ([`crate::SafetyChain`]) makes of its wrench what the device may get;
+//! 4. each device's safety chain ([`crate::SafetyChain`]) makes of its wrench what the device may
+//!    get;
 //! 5. write that to the device, and tell its watchdog;
 //! 6. account: times, energy, largest values, cuts; let the observer see the ticks.
 //!
-//! **Several devices.** Each has a line of its own: gate, chain, brake and watchdog know nothing of the others, so that a fault takes
-//! the force from its own device only. A state that the gate doubts reaches the step as the last one that it did not, at rest: the
-//! other hands would feel a tool where it never was. A device that is lost gets its zero and its brake and is read no more; the step
-//! goes on with its last state, at rest. The run ends when its time is over, when all devices are lost, when the states of one have
-//! been played to their end, or at a fault after which it is to stop. What the devices share is the loop's time: one that keeps the
-//! loop waiting is late for all.
+//! **Several devices.** Each has a line of its own: gate, chain, brake and watchdog know nothing of
+//! the others, so that a fault takes the force from its own device only. A state that the gate
+//! doubts reaches the step as the last one that it did not, at rest: the other hands would feel a
+//! tool where it never was. A device that is lost gets its zero and its brake and is read no more;
+//! the step goes on with its last state, at rest. The run ends when its time is over, when all
+//! devices are lost, when the states of one have been played to their end, or at a fault after
+//! which it is to stop. What the devices share is the loop's time: one that keeps the loop waiting
+//! is late for all.
 //!
-//! Deadlines are absolute, so lateness does not add up; a loop that is late by whole periods skips them, keeps its
-//! phase and counts them, rather than firing a burst of ticks. Whatever ends the loop — its duration, the stop flag, the
-//! device, a panic in the step, the observer or the device — the last wrench written is zero. After a panic in the step, or a
-//! fault after which it is to stop, it first damps the grip for a moment; else the wrench goes to zero within the slew limit.
-//! The loop does not allocate once the first tick has begun. What a panic in the step says is told after the wrench is zero.
+//! Deadlines are absolute, so lateness does not add up; a loop that is late by whole periods skips
+//! them, keeps its phase and counts them, rather than firing a burst of ticks. Whatever ends the
+//! loop — its duration, the stop flag, the device, a panic in the step, the observer or the device
+//! — the last wrench written is zero. After a panic in the step, or a fault after which it is to
+//! stop, it first damps the grip for a moment; else the wrench goes to zero within the slew limit.
+//! The loop does not allocate once the first tick has begun. What a panic in the step says is told
+//! after the wrench is zero.
 //!
-//! A loop that is late in more than a tenth of its ticks, and a machine that was suspended, are faults.
+//! A loop that is late in more than a tenth of its ticks, and a machine that was suspended, are
+//! faults.
 //!
-//! Whoever has the run's [`Reins`] may stop it for a while. With a device that stands still while nobody reads it, the loop does so as well, goes on
-//! by single ticks if asked to, and then as if nothing had been. Any other device is held by somebody: the loop goes round, and the
-//! chain keeps the force away until engaged anew. The reins also bring the program's keys, which count as buttons of the device.
+//! Whoever has the run's [`Reins`] may stop it for a while. With a device that stands still while
+//! nobody reads it, the loop does so as well, goes on by single ticks if asked to, and then as if
+//! nothing had been. Any other device is held by somebody: the loop goes round, and the chain keeps
+//! the force away until engaged anew. The reins also bring the program's keys, which count as
+//! buttons of the device.
 //!
-//! The step is always given the nominal period: what a run computes then depends on what it was fed, not on the
-//! scheduler, and can be replayed bit for bit. What the chain makes of it can be, too, from the recorded states, the step's
-//! wrenches and the cuts of each tick.
+//! The step is always given the nominal period: what a run computes then depends on what it was
+//! fed, not on the scheduler, and can be replayed bit for bit. What the chain makes of it can be,
+//! too, from the recorded states, the step's wrenches and the cuts of each tick.
 
 mod line;
 mod options;
@@ -70,11 +79,12 @@ pub struct StepOutcome<T = ()> {
     pub saturated: bool,
     /// It is the first one of other settings, to be blended in.
     pub changed: bool,
-    /// J: what bodies that move by themselves gave the tool in this tick, by moving it and by turning it: a conveyor, a part that
-    /// falls. It is energy that the hand may get without having given any ([`crate::Passivity::received`]).
+    /// J: what bodies that move by themselves gave the tool in this tick, by moving it and by
+    /// turning it: a conveyor, a part that falls. It is energy that the hand may get without having
+    /// given any ([`crate::Passivity::received`]).
     pub received: [f64; 2],
-    /// J: what contact with the tools of other devices gave the tool in this tick, likewise. They may hand over what they took, and no
-    /// more ([`crate::ContactAccount`]).
+    /// J: what contact with the tools of other devices gave the tool in this tick, likewise. They
+    /// may hand over what they took, and no more ([`crate::ContactAccount`]).
     pub from_others: [f64; 2],
     /// For the observer: whatever else the step found out.
     pub detail: T,
@@ -112,7 +122,8 @@ pub struct ServoTick {
     pub available: Limits,
     /// The step said that it cut the wrench.
     pub saturated: bool,
-    /// Since the last tick began, s: the time that energy, heat and slew limit go by. The nominal period in simulated time and after a pause.
+    /// Since the last tick began, s: the time that energy, heat and slew limit go by. The nominal
+    /// period in simulated time and after a pause.
     pub elapsed_s: f64,
     /// Wall time of the step, s.
     pub step_s: f64,
@@ -122,13 +133,15 @@ pub struct ServoTick {
     pub overrun: bool,
 }
 
-/// Sees every tick of every device, on the servo thread, after all wrenches were written: must be quick and must not allocate.
+/// Sees every tick of every device, on the servo thread, after all wrenches were written: must be
+/// quick and must not allocate.
 pub trait TickObserver<T = ()> {
     /// `detail` is what the step answered beside its wrench.
     fn observe(&mut self, tick: &ServoTick, detail: &T);
 
-    /// A tick in which the step answered nothing: it panicked ([`Cut::Panic`] is among the cuts), or the loop damps the grip for a moment
-    /// after that or after a last fault, and did not ask it.
+    /// A tick in which the step answered nothing: it panicked ([`Cut::Panic`] is among the cuts),
+    /// or the loop damps the grip for a moment after that or after a last fault, and did not ask
+    /// it.
     fn unanswered(&mut self, _: &ServoTick) {}
 }
 
@@ -166,7 +179,8 @@ impl Servo {
         Self { options, reins: Arc::default(), kept: Vec::new() }.with_device(options.safety)
     }
 
-    /// The same loop around one more device, which has a safety chain of its own. Rate, time and reins are those of the loop.
+    /// The same loop around one more device, which has a safety chain of its own. Rate, time and
+    /// reins are those of the loop.
     ///
     /// # Errors
     /// When a threshold is negative or not a number.
@@ -192,8 +206,9 @@ impl Servo {
         Arc::clone(&self.reins)
     }
 
-    /// Runs the first device on the calling thread until the duration is over, `stop` is set or the reins say so, the device ends or
-    /// something fails; the last wrench written to `device` is zero.
+    /// Runs the first device on the calling thread until the duration is over, `stop` is set or the
+    /// reins say so, the device ends or something fails; the last wrench written to `device` is
+    /// zero.
     pub fn run<D, T, S, O>(&mut self, device: &mut D, step: S, observer: &mut O, stop: &AtomicBool) -> RunStatistics
     where
         D: HapticDevice + ?Sized,
@@ -242,10 +257,12 @@ impl Servo {
         self.run_all_in(&WallTime::new(), devices, step, observer, stop)
     }
 
-    /// Runs all devices of the loop, each on a line of its own, and answers what it was like for each.
+    /// Runs all devices of the loop, each on a line of its own, and answers what it was like for
+    /// each.
     ///
-    /// `step` gets the state of each device and the period, and answers each in its place; a device that it leaves without an answer
-    /// gets no force. The pose of a device that has not had a state yet is not a number.
+    /// `step` gets the state of each device and the period, and answers each in its place; a device
+    /// that it leaves without an answer gets no force. The pose of a device that has not had a
+    /// state yet is not a number.
     ///
     /// # Errors
     /// When there are not as many devices as the loop was made for.

@@ -94,7 +94,8 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         self.line.as_mut().filter(|_| !self.lost)
     }
 
-    /// True while the device may be given a wrench that is no damping and has not had `ending` seconds to fade out.
+    /// True while the device may be given a wrench that is no damping and has not had `ending`
+    /// seconds to fade out.
     pub(super) fn lasts(&mut self, ending: f64) -> bool {
         self.line().is_some_and(|line| line.is_on() && ending < line.fading())
     }
@@ -230,7 +231,8 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         (self.lost, self.due) = (true, false);
     }
 
-    /// Takes the wrench of a lost device a step of the slew limit nearer to zero, and lets it go when zero may follow.
+    /// Takes the wrench of a lost device a step of the slew limit nearer to zero, and lets it go
+    /// when zero may follow.
     pub(super) fn leave(&mut self) {
         if self.lost && !self.release() {
             self.close();

@@ -84,7 +84,8 @@ impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
         self.pace.resume(since, self.time);
     }
 
-    /// True when the reins have ended the run and all wrenches have faded out. A loop that stands still has nothing to wait for.
+    /// True when the reins have ended the run and all wrenches have faded out. A loop that stands
+    /// still has nothing to wait for.
     pub(super) fn is_over(&mut self) -> bool {
         if !self.reins.is_ended() {
             return false;

@@ -1,11 +1,12 @@
 //! Device and hand as one rigid body on a spring–damper, integrated in small steps.
 //!
-//! The scheme is leapfrog (drift, kick, drift: half a step of position, a step of velocity from the forces at the middle,
-//! half a step of position) with the dampers by the trapezoidal rule. It is of second order and exact under a steady
-//! force, which matters here: a scheme of first order shifts the phase of a held wrench by half a step, and with it
-//! the stiffness at which a sampled wall begins to hum. It is stable for every damper and for every spring
-//! whose period is longer than π steps; [`Dynamics::new`] picks steps far shorter than that. Dry friction takes speed
-//! away after each kick, at most all of it, so that it holds still instead of chattering.
+//! The scheme is leapfrog (drift, kick, drift: half a step of position, a step of velocity from the
+//! forces at the middle, half a step of position) with the dampers by the trapezoidal rule. It is
+//! of second order and exact under a steady force, which matters here: a scheme of first order
+//! shifts the phase of a held wrench by half a step, and with it the stiffness at which a sampled
+//! wall begins to hum. It is stable for every damper and for every spring whose period is longer
+//! than π steps; [`Dynamics::new`] picks steps far shorter than that. Dry friction takes speed away
+//! after each kick, at most all of it, so that it holds still instead of chattering.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
@@ -16,8 +17,8 @@ use palpus::algebra::rotation_between;
 
 /// Longest step, s: between ticks device and hand are integrated at 10 kHz at least.
 const LONGEST_STEP: f64 = 1e-4;
-/// A spring's angular frequency, and a damper's rate of decay, times the step is at most this: 60 steps a period, 20
-/// times inside the stable range.
+/// A spring's angular frequency, and a damper's rate of decay, times the step is at most this: 60
+/// steps a period, 20 times inside the stable range.
 const RESOLUTION: f64 = 0.1;
 /// More steps than this in a tick take longer than the tick.
 const MOST_STEPS: f64 = 1e4;
@@ -65,8 +66,8 @@ struct Channel {
 }
 
 impl Channel {
-    /// The velocity a step of `h` seconds later, under a steady `load`, with the hand's goal `stretch` away and moving
-    /// at `goal_rate`.
+    /// The velocity a step of `h` seconds later, under a steady `load`, with the hand's goal
+    /// `stretch` away and moving at `goal_rate`.
     fn kick(&self, rate: DVec3, load: DVec3, stretch: DVec3, goal_rate: DVec3, h: f64) -> DVec3 {
         let drive = load + stretch * self.stiffness + goal_rate * self.hand_damping;
         let half_damping = 0.5 * h * (self.hand_damping + self.damping);

@@ -12,7 +12,8 @@ pub struct Encoder {
     pub position_quantum: f64,
     /// Smallest step of each component of the rotation vector, rad; 0 is exact.
     pub angle_quantum: f64,
-    /// Cut-off of the first-order low-pass on the differenced positions, Hz; `None` differences only.
+    /// Cut-off of the first-order low-pass on the differenced positions, Hz; `None` differences
+    /// only.
     pub velocity_cutoff_hz: Option<f64>,
 }
 
@@ -33,7 +34,8 @@ impl Encoder {
         Pose { rotation, translation: round_to(pose.translation, self.position_quantum) }
     }
 
-    /// The next velocity estimate from two sensed poses `period` seconds apart and the `previous` estimate.
+    /// The next velocity estimate from two sensed poses `period` seconds apart and the `previous`
+    /// estimate.
     pub(super) fn estimate(&self, previous: &Twist, from: &Pose, to: &Pose, period: f64) -> Twist {
         let share = match self.velocity_cutoff_hz {
             Some(hertz) => 1.0 - (-std::f64::consts::TAU * hertz * period).exp(),

@@ -1,16 +1,18 @@
 //! A hand that follows its script until a person takes it by the window.
 //!
-//! 1. While it is *held*, it goes where the person holds it: critically damped, and no faster than hands go. The script's time
-//!    stands still.
-//! 2. *Released*, it holds nothing: it intends what the grip does, so that no force stays and contacts push the grip out freely.
-//! 3. *Given back*, it goes back in the same way to where it left the script, which then starts again, faster and faster until its time
-//!    runs as time does.
+//! 1. While it is *held*, it goes where the person holds it: critically damped, and no faster than
+//!    hands go. The script's time stands still.
+//! 2. *Released*, it holds nothing: it intends what the grip does, so that no force stays and
+//!    contacts push the grip out freely.
+//! 3. *Given back*, it goes back in the same way to where it left the script, which then starts
+//!    again, faster and faster until its time runs as time does.
 //! 4. Never held, it is the script, to the bit.
 //!
-//! So the intended pose has no step, whatever a mouse does, but for that by which a hand lets go. Once a tick the newest [`Guide`] is looked at; between ticks the motion is a
-//! closed form: the offset from a goal, e(t) = (e₀ + (v₀ + ω e₀) t) exp(−ω t), for translation, and for rotation as a rotation vector. A
-//! goal that is farther than 2 v/ω is taken to be that near, on the way to it: no faster than v is then how it is
-//! approached.
+//! So the intended pose has no step, whatever a mouse does, but for that by which a hand lets go.
+//! Once a tick the newest [`Guide`] is looked at; between ticks the motion is a closed form: the
+//! offset from a goal, e(t) = (e₀ + (v₀ + ω e₀) t) exp(−ω t), for translation, and for rotation as
+//! a rotation vector. A goal that is farther than 2 v/ω is taken to be that near, on the way to it:
+//! no faster than v is then how it is approached.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, rotation_between};

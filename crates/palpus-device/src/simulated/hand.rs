@@ -4,7 +4,8 @@ use palpus::algebra::Pose;
 
 /// Where a hand intends the grip to be.
 pub trait Intent {
-    /// The intended pose at `time` (s) in the device's frame: a pure function of time, until the next tick begins.
+    /// The intended pose at `time` (s) in the device's frame: a pure function of time, until the
+    /// next tick begins.
     fn pose(&self, time: f64) -> Pose;
 
     /// A tick begins at `time`, with the grip at this pose: what the hand intends may change now.
@@ -17,7 +18,8 @@ impl<F: Fn(f64) -> Pose> Intent for F {
     }
 }
 
-/// What a hand adds to the device that it holds: mass, and a spring–damper to where it intends to be.
+/// What a hand adds to the device that it holds: mass, and a spring–damper to where it intends to
+/// be.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct HandImpedance {
     /// kg, moving with the device.
@@ -71,8 +73,8 @@ impl HandImpedance {
         angular_damping: 0.08,
         angular_stiffness: 5.0,
     };
-    /// Nobody holds the device, which is the worst case for stability: only its own inertia and friction remain, and
-    /// the intended pose is where it is let go.
+    /// Nobody holds the device, which is the worst case for stability: only its own inertia and
+    /// friction remain, and the intended pose is where it is let go.
     pub const NONE: Self =
         Self { mass: 0.0, damping: 0.0, stiffness: 0.0, inertia: 0.0, angular_damping: 0.0, angular_stiffness: 0.0 };
 }

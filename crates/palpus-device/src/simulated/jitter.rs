@@ -1,6 +1,7 @@
 //! How unevenly a servo loop comes round.
 //!
-//! 1. The rate wanders: each second has a mean rate and a scatter of its own, and the mean goes evenly from one second's to the next's.
+//! 1. The rate wanders: each second has a mean rate and a scatter of its own, and the mean goes
+//!    evenly from one second's to the next's.
 //! 2. Around it each period is off by a little, as a triangle is distributed.
 //! 3. Now and then a tick is late, and the next one comes the earlier for it.
 //!
@@ -13,7 +14,8 @@ use palpus::algebra::Random;
 pub struct Jitter {
     /// The mean rate of a second is at most this far off, in parts of the nominal rate.
     pub wander: f64,
-    /// Standard deviation of the periods of a second: from the first to the second, drawn anew each second.
+    /// Standard deviation of the periods of a second: from the first to the second, drawn anew each
+    /// second.
     pub scatter: [f64; 2],
     /// The share of seconds that hold a late tick.
     pub late_share: f64,
@@ -24,7 +26,8 @@ pub struct Jitter {
 }
 
 impl Jitter {
-    /// As logged on a Touch at 1 kHz: 978 to 1012 Hz in the means of seconds, deviations of 21 to 41 Hz, single ticks of up to 2.4 ms.
+    /// As logged on a Touch at 1 kHz: 978 to 1012 Hz in the means of seconds, deviations of 21 to
+    /// 41 Hz, single ticks of up to 2.4 ms.
     pub fn logged(seed: u64) -> Self {
         Self { wander: 0.01, scatter: [0.021, 0.031], late_share: 0.5, late: [1.4, 2.4], seed }
     }

@@ -1,17 +1,20 @@
 //! A device in a simulated hand: the default, and every test's hand.
 //!
-//! intended pose → hand's spring–damper → inertia and friction of device and hand → encoders, once a tick → the loop → the
-//! written wrench, clipped to what the device can do, held for a tick and applied one tick late → device and hand.
+//! intended pose → hand's spring–damper → inertia and friction of device and hand → encoders, once
+//! a tick → the loop → the written wrench, clipped to what the device can do, held for a tick and
+//! applied one tick late → device and hand.
 //!
-//! Simulated time is counted in reads: every [`HapticDevice::read`] after the first moves it on by one period, the nominal
-//! one or as uneven as a servo's ([`Jitter`]), whatever the clock on the wall says. So a run is the same, bit for bit, at full
-//! speed and in real time.
+//! Simulated time is counted in reads: every [`HapticDevice::read`] after the first moves it on by
+//! one period, the nominal one or as uneven as a servo's ([`Jitter`]), whatever the clock on the
+//! wall says. So a run is the same, bit for bit, at full speed and in real time.
 //!
-//! 1. The wrench written at tick k acts from tick k + `delay_ticks` on, for one period (zero-order hold).
-//! 2. Device and hand are one body of summed mass; rotation has one inertia about all axes, so no gyroscopic term.
+//! 1. The wrench written at tick k acts from tick k + `delay_ticks` on, for one period (zero-order
+//!    hold).
+//! 2. Device and hand are one body of summed mass; rotation has one inertia about all axes, so no
+//!    gyroscopic term.
 //! 3. While its brake is applied it damps its motion and nothing else, whatever is written.
-//! 4. The grip's pose is rounded to the encoders' steps; velocity is differenced from that and low-pass filtered, as in
-//!    a device's driver.
+//! 4. The grip's pose is rounded to the encoders' steps; velocity is differenced from that and
+//!    low-pass filtered, as in a device's driver.
 
 mod dynamics;
 mod encoder;
@@ -56,7 +59,8 @@ pub struct SimulationSettings {
 }
 
 impl Default for SimulationSettings {
-    /// A light arm with the limits of the paper's device (8.5 N, for ever 1.4 N; 0.188 N·m), in an ordinary hand, at 1 kHz, one tick late.
+    /// A light arm with the limits of the paper's device (8.5 N, for ever 1.4 N; 0.188 N·m), in an
+    /// ordinary hand, at 1 kHz, one tick late.
     fn default() -> Self {
         Self {
             spec: DeviceSpec {
@@ -196,7 +200,8 @@ impl<I: Intent> SimulatedDevice<I> {
         self.twist
     }
 
-    /// The wrench that the device will push with until the next read: what was written as many ticks ago as it is late.
+    /// The wrench that the device will push with until the next read: what was written as many
+    /// ticks ago as it is late.
     pub fn applied(&self) -> Wrench {
         self.written[self.settings.delay_ticks]
     }

@@ -175,7 +175,8 @@ fn a_wrench_is_clipped_to_what_the_device_can_do_keeping_its_direction() {
     assert!(device.write(&Wrench { force: DVec3::NAN, torque: DVec3::ZERO }).is_err());
 }
 
-/// Amplitude of a device that nobody holds, on a two-sided spring, after a second, relative to the start.
+/// Amplitude of a device that nobody holds, on a two-sided spring, after a second, relative to the
+/// start.
 fn amplitude_on_spring(stiffness: f64, delay_ticks: usize) -> f64 {
     let settings = SimulationSettings { delay_ticks, ..ideal(HandImpedance::NONE) };
     let start = 0.001;
@@ -193,8 +194,8 @@ fn amplitude_on_spring(stiffness: f64, delay_ticks: usize) -> f64 {
 
 #[test]
 fn a_sampled_spring_is_stable_up_to_twice_the_damping_over_the_period() {
-    // Holding a sample for T makes the spring T/2 late on average, and a delay of n ticks n T later: the device's own
-    // damper b must make up for K (n + ½) T.
+    // Holding a sample for T makes the spring T/2 late on average, and a delay of n ticks n T
+    // later: the device's own damper b must make up for K (n + ½) T.
     for delay_ticks in [0, 1, 2] {
         let limit = FRICTIONLESS.damping / (1e-3 * (delay_ticks as f64 + 0.5));
         let (below, above) =

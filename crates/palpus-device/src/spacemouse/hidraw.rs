@@ -1,7 +1,8 @@
 //! SpaceMouse devices in Linux's list of HID devices.
 //!
-//! `/sys/class/hidraw/hidrawN/device/uevent` tells vendor, product and name, and `report_descriptor` beside it what the device
-//! is, to anybody; only `/dev/hidrawN` itself takes a permission.
+//! `/sys/class/hidraw/hidrawN/device/uevent` tells vendor, product and name, and
+//! `report_descriptor` beside it what the device is, to anybody; only `/dev/hidrawN` itself takes a
+//! permission.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -10,7 +11,8 @@ use std::path::{Path, PathBuf};
 
 use super::SpaceMouseError;
 
-/// The vendor's own number, and Logitech's, under which it sold before, with the products that are SpaceMouse devices.
+/// The vendor's own number, and Logitech's, under which it sold before, with the products that are
+/// SpaceMouse devices.
 const VENDOR: u16 = 0x256f;
 const EARLIER_VENDOR: u16 = 0x046d;
 const EARLIER_PRODUCTS: [u16; 11] =
@@ -39,7 +41,8 @@ pub(super) fn plugged(list: &Path, files: &Path) -> Vec<Plugged> {
             let device = entry.path().join("device");
             let (vendor, product, name) = identity(&fs::read_to_string(device.join("uevent")).ok()?)?;
             let is_one = vendor == VENDOR || (vendor == EARLIER_VENDOR && EARLIER_PRODUCTS.contains(&product));
-            // A receiver has other interfaces beside; where the kernel does not say, reports decide.
+            // A receiver has other interfaces beside; where the kernel does not say, reports
+            // decide.
             let descriptor = fs::read(device.join("report_descriptor")).unwrap_or_default();
             let is_cap = descriptor.is_empty() || descriptor.starts_with(&SEVERAL_AXES);
             (is_one && is_cap).then(|| Plugged { path: files.join(entry.file_name()), name, vendor })

@@ -1,17 +1,20 @@
 //! A SpaceMouse as a hand: six axes of input, no force.
 //!
-//! The cap hardly moves; what it is pushed with is a speed. So the pose that it stands for goes on by that speed in every
-//! read, for as long as it is pushed.
+//! The cap hardly moves; what it is pushed with is a speed. So the pose that it stands for goes on
+//! by that speed in every read, for as long as it is pushed.
 //!
-//! 1. Devices are found in the kernel's list of HID devices by vendor, product and kind (`hidraw`), and read through
-//!    `/dev/hidraw*`. No driver and no library is needed, but the permission to read that file.
+//! 1. Devices are found in the kernel's list of HID devices by vendor, product and kind (`hidraw`),
+//!    and read through `/dev/hidraw*`. No driver and no library is needed, but the permission to
+//!    read that file.
 //! 2. Each read of the loop takes in the reports that have come (`report`), without waiting.
-//! 3. Small deflections count as none; from there on the speed rises to its largest at full deflection.
-//! 4. A cap that is pushed says so many times a second. One that has not for a quarter of a second counts as let go.
+//! 3. Small deflections count as none; from there on the speed rises to its largest at full
+//!    deflection.
+//! 4. A cap that is pushed says so many times a second. One that has not for a quarter of a second
+//!    counts as let go.
 //!
-//! Axes are palpus's for hands: +X right, +Y away from the user, +Z up. The reports are tested against bytes as documented; no
-//! device was at hand. In a window it moves the simulated hand, as the keyboard does; that is the
-//! window's.
+//! Axes are palpus's for hands: +X right, +Y away from the user, +Z up. The reports are tested
+//! against bytes as documented; no device was at hand. In a window it moves the simulated hand, as
+//! the keyboard does; that is the window's.
 
 #[cfg(target_os = "linux")]
 mod hidraw;
@@ -34,7 +37,8 @@ pub(crate) use look::look;
 const FASTEST: f64 = 0.12;
 /// rad/s at full deflection: a quarter turn in a second.
 const FASTEST_TURN: f64 = 1.6;
-/// Share of the full deflection that counts as none: caps rest within a twentieth, and a push along one axis leaks into others.
+/// Share of the full deflection that counts as none: caps rest within a twentieth, and a push along
+/// one axis leaks into others.
 const DEAD_ZONE: f64 = 0.08;
 /// Without a report for this long, the cap counts as let go.
 const SILENCE: Duration = Duration::from_millis(250);
@@ -104,10 +108,11 @@ impl SpaceMouse {
         Err(SpaceMouseError::NotHere)
     }
 
-    /// A device whose reports come out of `source`, one a read: for systems and ways other than Linux's hidraw.
+    /// A device whose reports come out of `source`, one a read: for systems and ways other than
+    /// Linux's hidraw.
     ///
-    /// A read must not wait: without a report it fails as [`ErrorKind::WouldBlock`]. Any other failure, and an end, is a device that
-    /// is lost.
+    /// A read must not wait: without a report it fails as [`ErrorKind::WouldBlock`]. Any other
+    /// failure, and an end, is a device that is lost.
     pub fn of_reports(source: impl Read + Send + 'static, name: impl Into<String>) -> Self {
         Self::of(Box::new(source), name.into(), Instant::now())
     }

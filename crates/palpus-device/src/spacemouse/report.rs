@@ -1,12 +1,14 @@
 //! What a SpaceMouse sends.
 //!
-//! Report 1: three signed 16-bit numbers, little-endian, of how far the cap is pushed; newer devices and receivers put three more
-//! behind them, of how far it is turned. Report 2: those three by themselves. Report 3: buttons, a bit each. Full
-//! deflection is 350. The device's axes are x right, y towards the user, z down: half a turn about x from palpus's.
+//! Report 1: three signed 16-bit numbers, little-endian, of how far the cap is pushed; newer
+//! devices and receivers put three more behind them, of how far it is turned. Report 2: those three
+//! by themselves. Report 3: buttons, a bit each. Full deflection is 350. The device's axes are x
+//! right, y towards the user, z down: half a turn about x from palpus's.
 
 use glam::DVec3;
 
-/// Bytes of the longest report that is read; longer ones are cut by the kernel, and none of the three is as long.
+/// Bytes of the longest report that is read; longer ones are cut by the kernel, and none of the
+/// three is as long.
 pub(super) const LONGEST: usize = 64;
 
 /// A device's number at full deflection. Some go a little beyond.

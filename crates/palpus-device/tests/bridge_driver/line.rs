@@ -60,7 +60,8 @@ impl Line {
                 if connection.is_none() {
                     *connection = accept_with(&*listener, SocketFlags::CLOEXEC).ok();
                     if let Some(connection) = connection {
-                        // Room for states while the other process is held up, as docs/bridge.md advises.
+                        // Room for states while the other process is held up, as docs/bridge.md
+                        // advises.
                         let _ = rustix::net::sockopt::set_socket_send_buffer_size(&*connection, 1 << 20);
                     }
                 }

@@ -1,4 +1,5 @@
-//! What is measured of a simulated hand in a closed loop: whether contact lies still in it, and the energy it is given.
+//! What is measured of a simulated hand in a closed loop: whether contact lies still in it, and the
+//! energy it is given.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench, rotation_between};
@@ -40,14 +41,16 @@ impl HandWork {
     }
 }
 
-/// The time since the state before, s, whose time `last` is; the nominal one where time has not gone on, as at the first state.
+/// The time since the state before, s, whose time `last` is; the nominal one where time has not
+/// gone on, as at the first state.
 pub(crate) fn elapsed(state: &DeviceState, last: &mut f64) -> f64 {
     let dt = if state.time > *last { state.time - *last } else { TICK };
     *last = state.time;
     dt
 }
 
-/// Root of the mean square of what is above 10 Hz, as a part of the mean, and the mean, N: a mean over a tenth of a second is taken off.
+/// Root of the mean square of what is above 10 Hz, as a part of the mean, and the mean, N: a mean
+/// over a tenth of a second is taken off.
 pub(crate) fn cycle(forces: &[DVec3]) -> (f64, f64) {
     const WINDOW: usize = 101;
     let mean = forces.iter().sum::<DVec3>().length() / forces.len() as f64;

@@ -14,7 +14,8 @@ pub(crate) fn within(wrench: &Wrench, force: f64, torque: f64) -> bool {
         && wrench.torque.length() <= torque * (1.0 + ROUNDING)
 }
 
-/// m/s and rad/s: a device's velocity is filtered and comes late, so that damping may push for an instant when the grip turns round.
+/// m/s and rad/s: a device's velocity is filtered and comes late, so that damping may push for an
+/// instant when the grip turns round.
 const TURNS: (f64, f64) = (0.02, 0.4);
 
 /// All properties but the names.
@@ -142,7 +143,8 @@ fn judge_ticks(sequence: &Sequence, ticks: &[ServoTick]) {
     }
 }
 
-/// Every fault that happened is named. When two meet, one may hide the other, so only those that are alone are looked for.
+/// Every fault that happened is named. When two meet, one may hide the other, so only those that
+/// are alone are looked for.
 pub(crate) fn judge_names(sequence: &Sequence, ticks: &[ServoTick], statistics: &RunStatistics) {
     let reads = statistics.ticks;
     // Nothing is held too long when nothing is held.

@@ -173,7 +173,8 @@ fn claim(random: &mut Random, honest: &DeviceSpec) -> DeviceSpec {
     spec
 }
 
-/// A wall with a rough surface, a small pull everywhere, and now and then something larger than any device.
+/// A wall with a rough surface, a small pull everywhere, and now and then something larger than any
+/// device.
 fn wall(seed: u64) -> impl FnMut(&DeviceState, f64) -> StepOutcome {
     let mut random = Random::new(seed ^ 0xf00d);
     move |state, _| {

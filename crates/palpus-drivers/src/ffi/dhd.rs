@@ -1,7 +1,8 @@
 //! The functions of Force Dimension's DHD that are called.
 //!
-//! C has no default arguments: the device's number, which the maker's header fills in as −1 (the one that
-//! was opened last) for C++, is given in every call; here it is the one that opening answered.
+//! C has no default arguments: the device's number, which the maker's header fills in as −1 (the
+//! one that was opened last) for C++, is given in every call; here it is the one that opening
+//! answered.
 
 use std::ffi::{c_char, c_int, c_uchar, c_uint};
 
@@ -15,7 +16,8 @@ type Frame = unsafe extern "C" fn(*mut f64, *mut f64, *mut f64, *mut [f64; 9], c
 type SetAll = unsafe extern "C" fn(f64, f64, f64, f64, f64, f64, f64, c_char) -> c_int;
 type Configure = unsafe extern "C" fn(c_int, c_int, c_char) -> c_int;
 
-/// Whatever number of integers an SDK writes as the status (16 in older ones, 17 today), it is less.
+/// Whatever number of integers an SDK writes as the status (16 in older ones, 17 today), it is
+/// less.
 pub(crate) const STATUS_ROOM: usize = 32;
 
 /// An open DHD library. The functions stay valid as long as it is.
@@ -52,8 +54,8 @@ impl Dhd {
     /// # Errors
     /// When one is missing without which there is no force, by its name.
     pub(crate) fn of(library: Loaded, mend: &str) -> Result<Self, DriverError> {
-        // SAFETY: each type is that of the function in the maker's manual, and the library is kept beside the functions. A C++
-        // `bool` is read and written as a byte.
+        // SAFETY: each type is that of the function in the maker's manual, and the library is kept
+        // beside the functions. A C++ `bool` is read and written as a byte.
         unsafe {
             let expert = library.optional("dhdEnableExpertMode").zip(library.optional("dhdDisableExpertMode"));
             Ok(Self {
@@ -174,7 +176,8 @@ impl Dhd {
         self.buttons.map_or(0, |function| unsafe { function(id as c_char) })
     }
 
-    /// The device takes its forces away by itself when it has not been told any for so many times 125 µs. True when it will.
+    /// The device takes its forces away by itself when it has not been told any for so many times
+    /// 125 µs. True when it will.
     pub(crate) fn set_watchdog(&self, steps: u8, id: i8) -> bool {
         let Some(set) = self.watchdog else { return false };
         // SAFETY: by value.

@@ -1,7 +1,8 @@
 //! The functions of 3D Systems' HDAPI that are called, and the thread of its that calls back.
 //!
-//! The library runs its own thread a thousand times a second. What it calls there is [`Servant::serve`], behind a function that
-//! catches every panic: to unwind into C would end the process with the force on.
+//! The library runs its own thread a thousand times a second. What it calls there is
+//! [`Servant::serve`], behind a function that catches every panic: to unwind into C would end the
+//! process with the force on.
 
 use std::ffi::{CString, c_char, c_int, c_uint, c_ulong, c_ushort, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -68,7 +69,8 @@ impl Hd {
     /// # Errors
     /// When one is missing, by its name.
     pub(crate) fn of(library: Loaded, mend: &str) -> Result<Self, DriverError> {
-        // SAFETY: each type is that of the function in the maker's manual, and the library is kept beside the functions.
+        // SAFETY: each type is that of the function in the maker's manual, and the library is kept
+        // beside the functions.
         unsafe {
             Ok(Self {
                 init_device: library.function("hdInitDevice", mend)?,
@@ -99,7 +101,8 @@ impl Hd {
         self.start as usize
     }
 
-    /// The device of this name, or the one that the library takes without a name; `None` when there is none.
+    /// The device of this name, or the one that the library takes without a name; `None` when there
+    /// is none.
     pub(crate) fn init_device(&self, name: Option<&str>) -> Option<u32> {
         let name = name.map(CString::new).transpose().ok()?;
         let pointer = name.as_ref().map_or(std::ptr::null(), |name| name.as_ptr());
@@ -221,13 +224,15 @@ impl<S: Servant> Scheduled<S> {
     /// From the scheduler's next turn on `servant` is called.
     pub(crate) fn new(api: Arc<Hd>, servant: S) -> Self {
         let servant = Box::into_raw(Box::new(servant));
-        // SAFETY: the function is of the type that the library calls, and the servant lives until `dismiss`, or for ever.
+        // SAFETY: the function is of the type that the library calls, and the servant lives until
+        // `dismiss`, or for ever.
         let handle = unsafe { (api.schedule)(turn::<S>, servant.cast(), HIGHEST_PRIORITY) };
         Self { api, handle, servant }
     }
 
-    /// The servant is called no more. `is_done` says that it has answered its last turn, or never had one because the scheduler
-    /// stands still. Without that its memory is left to it: better lost than taken from under a thread of others.
+    /// The servant is called no more. `is_done` says that it has answered its last turn, or never
+    /// had one because the scheduler stands still. Without that its memory is left to it: better
+    /// lost than taken from under a thread of others.
     pub(crate) fn dismiss(self, is_done: bool) {
         // SAFETY: the handle is what `schedule` returned.
         unsafe { (self.api.unschedule)(self.handle) };
@@ -239,7 +244,8 @@ impl<S: Servant> Scheduled<S> {
 }
 
 unsafe extern "system" fn turn<S: Servant>(data: *mut c_void) -> c_uint {
-    // SAFETY: the pointer of `Scheduled::new`, alive until after the turn that answers `DONE`; one thread calls at a time.
+    // SAFETY: the pointer of `Scheduled::new`, alive until after the turn that answers `DONE`; one
+    // thread calls at a time.
     let servant = unsafe { &mut *data.cast::<S>() };
     match catch_unwind(AssertUnwindSafe(|| servant.serve())) {
         Ok(true) => return CONTINUE,

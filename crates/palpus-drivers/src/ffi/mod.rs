@@ -1,8 +1,9 @@
 //! The way into the makers' libraries, and the only folder with `unsafe` in it.
 //!
-//! A library is opened, every function that is needed is looked up once, and each of them gets a safe method that says in its
-//! `SAFETY` line why the call is sound. Declarations are written by hand after the makers' published manuals; none of their files
-//! is used. What comes back is judged outside of here.
+//! A library is opened, every function that is needed is looked up once, and each of them gets a
+//! safe method that says in its `SAFETY` line why the call is sound. Declarations are written by
+//! hand after the makers' published manuals; none of their files is used. What comes back is judged
+//! outside of here.
 
 pub(crate) mod dhd;
 pub(crate) mod hd;
@@ -18,10 +19,12 @@ pub(crate) struct Loaded {
     path: PathBuf,
 }
 
-/// Opens the library at `path`, or of that name. The reason why it cannot be is in the system's words.
+/// Opens the library at `path`, or of that name. The reason why it cannot be is in the system's
+/// words.
 pub(crate) fn load(path: &Path) -> Result<Loaded, String> {
-    // SAFETY: opening a library runs its initialisers, which are code of others. It is one that the user has installed or named
-    // for this purpose; the user's trust in it is what using the device means.
+    // SAFETY: opening a library runs its initialisers, which are code of others. It is one that the
+    // user has installed or named for this purpose; the user's trust in it is what using the device
+    // means.
     match unsafe { libloading::Library::new(path) } {
         Ok(library) => Ok(Loaded { library, path: path.to_owned() }),
         Err(error) => Err(std::error::Error::source(&error).map_or(error.to_string(), ToString::to_string)),
@@ -32,7 +35,8 @@ impl Loaded {
     /// The function `name`.
     ///
     /// # Safety
-    /// `F` must be the type of a pointer to that function as the library has it, and what is returned must not outlive `self`.
+    /// `F` must be the type of a pointer to that function as the library has it, and what is
+    /// returned must not outlive `self`.
     unsafe fn function<F: Copy>(&self, name: &'static str, mend: &str) -> Result<F, DriverError> {
         // SAFETY: the caller answers for the type.
         unsafe { self.optional(name) }.ok_or_else(|| DriverError::SymbolMissing {

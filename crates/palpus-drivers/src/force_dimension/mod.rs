@@ -1,12 +1,15 @@
 //! Force Dimension's devices, and the Falcon, through `libdhd`.
 //!
-//! 1. Opened, a device gives no force: that is switched on (a sigma.7 gives none otherwise) with the first write, and so is the
-//!    device's own watchdog, which takes the force away [`WATCHDOG`] after the last write, whatever becomes of this program.
-//! 2. A read is the pose and the velocities, estimated by the library over [`VELOCITY_WINDOW_MS`] instead of its usual 20 ms; where
-//!    it knows none, they are estimated here. A sample that it hands out again (the time guard, code 1) keeps its time.
-//! 3. A write is a wrench in one call. Saturated motors (code 2) are counted; they are the normal case and no failure.
-//! 4. The brake switches the motors off, which short-circuits them: they damp. It never waits for a call that hangs; there the
-//!    device's watchdog takes its part.
+//! 1. Opened, a device gives no force: that is switched on (a sigma.7 gives none otherwise) with
+//!    the first write, and so is the device's own watchdog, which takes the force away [`WATCHDOG`]
+//!    after the last write, whatever becomes of this program.
+//! 2. A read is the pose and the velocities, estimated by the library over [`VELOCITY_WINDOW_MS`]
+//!    instead of its usual 20 ms; where it knows none, they are estimated here. A sample that it
+//!    hands out again (the time guard, code 1) keeps its time.
+//! 3. A write is a wrench in one call. Saturated motors (code 2) are counted; they are the normal
+//!    case and no failure.
+//! 4. The brake switches the motors off, which short-circuits them: they damp. It never waits for a
+//!    call that hangs; there the device's watchdog takes its part.
 //! 5. The force is switched on from here only after this program, or the device's watchdog, has
 //!    switched it off. Whatever else did, the button on the device above all, stays as it is:
 //!    before each switching on, the status says what the cause was. The switch is watched, and
@@ -34,7 +37,8 @@ use crate::ffi::dhd::Dhd;
 use crate::library::{Known, Place};
 use switch::{Shared, State, Switched, cause, status};
 
-/// Of the device itself: longer than the loop's own watchdog waits at 12 N, so that it is the second to bite.
+/// Of the device itself: longer than the loop's own watchdog waits at 12 N, so that it is the
+/// second to bite.
 const WATCHDOG: Duration = Duration::from_millis(20);
 /// In the device's steps of 125 µs.
 const WATCHDOG_STEPS: u8 = 160;

@@ -1,23 +1,25 @@
 //! 3D Systems' Touch, Touch X and Phantom, through OpenHaptics' HDAPI.
 //!
-//! HDAPI owns the device's thread and its 1000 Hz. That thread ([`servant`]) puts the newest state into one slot and takes the newest
-//! wrench from another; neither side ever waits. So a wrench acts up to a millisecond after it was written, and states are as
-//! regular as HDAPI's thread.
+//! HDAPI owns the device's thread and its 1000 Hz. That thread ([`servant`]) puts the newest state
+//! into one slot and takes the newest wrench from another; neither side ever waits. So a wrench
+//! acts up to a millisecond after it was written, and states are as regular as HDAPI's thread.
 //!
-//! 1. Opened by name: without one, which some drivers refuse, then by the two names that installers give.
-//! 2. Limits are the smaller of what the device says and what is known of its model. It states forces in N, torques in mN·m,
-//!    lengths in mm.
+//! 1. Opened by name: without one, which some drivers refuse, then by the two names that installers
+//!    give.
+//! 2. Limits are the smaller of what the device says and what is known of its model. It states
+//!    forces in N, torques in mN·m, lengths in mm.
 //! 3. A wrench that is older than a few milliseconds is not held: the thread gives zero, the state
 //!    is withheld, and the loop returns from zero.
 //! 4. The brake is a flag that the thread looks at in every turn; it then damps by itself.
-//! 5. Errors of force (too much, too fast, warm motors) are counted, and end the run only when they do not stop; all others end it.
-//!    Whatever ends it, the thread's last wrench is zero.
+//! 5. Errors of force (too much, too fast, warm motors) are counted, and end the run only when they
+//!    do not stop; all others end it. Whatever ends it, the thread's last wrench is zero.
 //! 6. The driver's own protections are switched on: the clamp of the largest force, and its limits
 //!    of force, of the change of force and of velocity. A calibration that is not up to date is
 //!    updated, or the device is refused.
 //!
-//! HDAPI has one scheduler for a process, and devices want to be opened before it starts. Where one is open already, the scheduler stands
-//! still while another one is opened or closed, and so nobody gives a force; each device has its own place in it.
+//! HDAPI has one scheduler for a process, and devices want to be opened before it starts. Where one
+//! is open already, the scheduler stands still while another one is opened or closed, and so nobody
+//! gives a force; each device has its own place in it.
 
 mod errors;
 mod model;
@@ -132,7 +134,8 @@ pub struct OpenHapticsOptions {
 pub struct ForceErrors {
     /// Turns in which the motors were too warm for what was asked.
     pub warm_motors: u64,
-    /// Turns in which a force, its change or the velocity was over the driver's own limits, which gives none then.
+    /// Turns in which a force, its change or the velocity was over the driver's own limits, which
+    /// gives none then.
     pub exceeded: u64,
 }
 
@@ -155,7 +158,8 @@ impl OpenHaptics {
     /// Opens a device and has HDAPI's thread call it. It gives no force before the first write.
     ///
     /// # Errors
-    /// When there is no library, no device that answers, or the device is open already; with what mends it.
+    /// When there is no library, no device that answers, or the device is open already; with what
+    /// mends it.
     pub fn open(options: &OpenHapticsOptions) -> Result<Self, DriverError> {
         let api = Arc::new(Hd::of(LIBRARY.open(&options.library)?, TOO_OLD)?);
         let mut standing = Standing::begin(&api)?;
@@ -186,7 +190,8 @@ impl OpenHaptics {
         let scheduled = Some(Scheduled::new(Arc::clone(&api), touch));
         api.enable(number::FORCE_OUTPUT);
         standing.called.open.push(handle);
-        // From here on `Drop` puts an end to everything; it waits for the scheduler, which goes on here.
+        // From here on `Drop` puts an end to everything; it waits for the scheduler, which goes on
+        // here.
         let mut device = Self { spec, api, handle, shared, commands, samples, scheduled, gap: 0, stale: 0 };
         drop(standing);
         device.wait_for_first_turn()?;
@@ -303,7 +308,8 @@ impl Drop for OpenHaptics {
     }
 }
 
-/// HDAPI's scheduler standing still, and nobody else at it; goes on when this ends, if there is a device to call.
+/// HDAPI's scheduler standing still, and nobody else at it; goes on when this ends, if there is a
+/// device to call.
 struct Standing {
     api: Arc<Hd>,
     called: MutexGuard<'static, Called>,

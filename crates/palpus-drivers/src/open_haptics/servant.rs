@@ -1,10 +1,11 @@
 //! What HDAPI's thread does in each of its turns.
 //!
 //! 1. Begin a frame; read transform, velocity and buttons; turn them into our units and axes.
-//! 2. Take the newest wrench. One that is too old counts as zero; with the brake applied, damping stands in.
-//!    So does one that was computed before the loop knew of the last gap: see below.
+//! 2. Take the newest wrench. One that is too old counts as zero; with the brake applied, damping
+//!    stands in. So does one that was computed before the loop knew of the last gap: see below.
 //! 3. Write it; end the frame.
-//! 4. Take the errors: those of force are counted, any other is a failure, after which the wrench is zero.
+//! 4. Take the errors: those of force are counted, any other is a failure, after which the wrench
+//!    is zero.
 //! 5. Publish the state.
 //!
 //! **Gaps.** Wherever zero is given in place of a wrench, or the driver gives none because of its
@@ -26,10 +27,11 @@ use super::{ERRORS_AT_A_TIME, ForceErrors, MILLI, errors, number};
 use crate::axes::Axes;
 use crate::ffi::hd::{Hd, Servant};
 
-/// s for which a wrench is held without a newer one: four late ticks of a loop at 1 kHz, in which the strongest force of a Touch
-/// moves a light hand by 0.2 mm.
+/// s for which a wrench is held without a newer one: four late ticks of a loop at 1 kHz, in which
+/// the strongest force of a Touch moves a light hand by 0.2 mm.
 pub(super) const STALE: f64 = 5e-3;
-/// Hz: of the angular velocity, which is estimated here: HDAPI's is not documented well enough to be used.
+/// Hz: of the angular velocity, which is estimated here: HDAPI's is not documented well enough to
+/// be used.
 const TURN_CUTOFF_HZ: f64 = 50.0;
 /// s: a turn that comes sooner after the last one tells no velocity.
 const SHORTEST_TURN: f64 = 0.1e-3;

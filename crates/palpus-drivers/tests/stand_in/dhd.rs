@@ -1,4 +1,5 @@
-// A stand-in for Force Dimension's libdhd: exports the same names, moves a number instead of a motor.
+// A stand-in for Force Dimension's libdhd: exports the same names, moves a number instead of a
+// motor.
 
 #![allow(non_snake_case)]
 

@@ -1,4 +1,5 @@
-// A stand-in for OpenHaptics' libHD: exports the same names, and has a thread that calls back a thousand times a second.
+// A stand-in for OpenHaptics' libHD: exports the same names, and has a thread that calls back a
+// thousand times a second.
 
 #![allow(non_snake_case)]
 

@@ -31,7 +31,8 @@ impl StandIn {
         Self::copy(BUILT.get_or_init(|| build("hd")))
     }
 
-    /// The loader gives everyone who opens a file the same library, so every test has a file of its own.
+    /// The loader gives everyone who opens a file the same library, so every test has a file of its
+    /// own.
     fn copy(built: &Path) -> Self {
         static COPIES: AtomicU32 = AtomicU32::new(0);
         let number = COPIES.fetch_add(1, Ordering::Relaxed);

@@ -1,15 +1,17 @@
 //! Prepared bodies on disk, so that a model is decomposed once.
 //!
-//! * A body's name is the hash of the mesh's content, the settings, the engine's sources and this format: what was
-//!   prepared from anything else has another name and is never asked for.
-//! * A file holds its own name and hashes of all that follows, so that a file that was cut, changed or renamed is
-//!   known as such: batches, and behind them an index with each batch's length and hash. Batches are read, checked and made
-//!   polytopes of by all hands at once, and the whole is never in memory. A file is written beside its place and then
-//!   moved there: nobody meets a half-written one.
-//! * What a file says is believed only as far as it is checked: counts against the bytes that are left, indices against
-//!   counts, polytopes as they are put together (`PolytopeRestorer`), all together by [`Body::restore`]. Any bytes
-//!   give a body or a [`CacheMiss`].
-//! * The folder holds at most [`LARGEST_FOLDER`] bytes of bodies; those not used for longest go first.
+//! * A body's name is the hash of the mesh's content, the settings, the engine's sources and this
+//!   format: what was prepared from anything else has another name and is never asked for.
+//! * A file holds its own name and hashes of all that follows, so that a file that was cut, changed
+//!   or renamed is known as such: batches, and behind them an index with each batch's length and
+//!   hash. Batches are read, checked and made polytopes of by all hands at once, and the whole is
+//!   never in memory. A file is written beside its place and then moved there: nobody meets a
+//!   half-written one.
+//! * What a file says is believed only as far as it is checked: counts against the bytes that are
+//!   left, indices against counts, polytopes as they are put together (`PolytopeRestorer`), all
+//!   together by [`Body::restore`]. Any bytes give a body or a [`CacheMiss`].
+//! * The folder holds at most [`LARGEST_FOLDER`] bytes of bodies; those not used for longest go
+//!   first.
 
 mod bytes;
 mod parts;
@@ -97,8 +99,8 @@ impl BodyCache {
         Self { folder: folder.into() }
     }
 
-    /// In the user's folder for what can be computed again (`XDG_CACHE_HOME` or what the system has for it); `None` when
-    /// there is no such user.
+    /// In the user's folder for what can be computed again (`XDG_CACHE_HOME` or what the system has
+    /// for it); `None` when there is no such user.
     pub fn of_user() -> Option<Self> {
         let base = etcetera::choose_base_strategy().ok()?;
         Some(Self::in_folder(base.cache_dir().join("palpus").join("bodies")))
@@ -181,7 +183,8 @@ impl BodyCache {
     }
 }
 
-/// Writes the file: room for the header, the batches, the index of the batches; the header last, when the index is known.
+/// Writes the file: room for the header, the batches, the index of the batches; the header last,
+/// when the index is known.
 fn write(path: &Path, key: &BodyKey, body: &Body) -> io::Result<()> {
     let mut file = BufWriter::new(File::create(path)?);
     file.write_all(&[0; HEADER_BYTES])?;

@@ -1,10 +1,14 @@
-//! The parts of a body as bytes: what follows from the rest (rings, edges' ends, rims) is left out and made again.
+//! The parts of a body as bytes: what follows from the rest (rings, edges' ends, rims) is left out
+//! and made again.
 //!
-//! 1. The head: the table of all vertices, whose entries polytopes name, and how many pieces and inner hulls there are.
-//! 2. Batches of pieces, of inner hulls, of nodes of the tree; all hands can read at once, each a batch.
+//! 1. The head: the table of all vertices, whose entries polytopes name, and how many pieces and
+//!    inner hulls there are.
+//! 2. Batches of pieces, of inner hulls, of nodes of the tree; all hands can read at once, each a
+//!    batch.
 //!
-//! Of a solid polytope stand its vertices, then face by face the corners: the vertex, and whether the edge from there was met in
-//! a face before, and then which it is (edges are numbered as they are met); then the planes and the bulge.
+//! Of a solid polytope stand its vertices, then face by face the corners: the vertex, and whether
+//! the edge from there was met in a face before, and then which it is (edges are numbered as they
+//! are met); then the planes and the bulge.
 
 use std::collections::HashMap;
 use std::io;
@@ -67,7 +71,8 @@ enum Batch {
 
 /// The parts that [`encode`] wrote; `None` for any other bytes.
 ///
-/// `with_batch` gives the bytes of a batch to be read, and answers what was made of them, or why there are none.
+/// `with_batch` gives the bytes of a batch to be read, and answers what was made of them, or why
+/// there are none.
 pub(super) fn decode<E: Send + Sync>(
     batches: usize,
     with_batch: impl Fn(usize, &mut dyn FnMut(&[u8])) -> Result<(), E> + Sync,
@@ -181,7 +186,8 @@ impl Table {
     }
 }
 
-/// The vertices, then of a plate the front's normal and which of front and back are original, of a solid its faces.
+/// The vertices, then of a plate the front's normal and which of front and back are original, of a
+/// solid its faces.
 fn write_polytope(out: &mut Writer, polytope: &Polytope, table: &Table) {
     out.count(polytope.vertices().len());
     for &vertex in polytope.vertices() {
@@ -255,8 +261,8 @@ fn read_plate(from: &mut Reader<'_>, vertices: Vec<DVec3>) -> Option<Polytope> {
     plate.validate_topology().is_ok().then_some(plate)
 }
 
-/// The triangles (each as how far it is beyond the one before), and of each face how many lie in it and which (by their places
-/// among the triangles).
+/// The triangles (each as how far it is beyond the one before), and of each face how many lie in it
+/// and which (by their places among the triangles).
 fn write_piece(out: &mut Writer, piece: &Piece, face_count: usize) {
     let triangles = piece.triangles();
     out.count(triangles.len());
@@ -306,7 +312,8 @@ impl PieceLists {
     }
 }
 
-/// A leaf is twice its piece; an inner node is one more than twice its left child, then its right child.
+/// A leaf is twice its piece; an inner node is one more than twice its left child, then its right
+/// child.
 fn write_node(out: &mut Writer, node: &Node) {
     match node.kind {
         NodeKind::Leaf { piece } => out.whole(u64::from(piece) << 1),

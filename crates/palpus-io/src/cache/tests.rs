@@ -24,7 +24,8 @@ impl Drop for Folder {
     }
 }
 
-/// A ring with a square section, and an open sheet beside it: solids and plates, convex and reflex edges.
+/// A ring with a square section, and an open sheet beside it: solids and plates, convex and reflex
+/// edges.
 fn soup() -> PolygonSoup {
     let mut soup = PolygonSoup::new();
     let sides = 12;

@@ -40,7 +40,8 @@ pub fn read_hand(path: &Path) -> Result<HandFile, TableError> {
     read_hand_from(&bytes, &name)
 }
 
-/// Reads what a hand follows out of bytes; `name` is how errors call the file. Which kind it is, the module's table says.
+/// Reads what a hand follows out of bytes; `name` is how errors call the file. Which kind it is,
+/// the module's table says.
 ///
 /// # Errors
 /// As [`read_hand`].

@@ -1,5 +1,5 @@
-//! Collects vertices and faces into a [`PolygonSoup`] and keeps its two promises: every coordinate is finite and every
-//! index is in range.
+//! Collects vertices and faces into a [`PolygonSoup`] and keeps its two promises: every coordinate
+//! is finite and every index is in range.
 
 use glam::DVec3;
 use palpus::body::PolygonSoup;
@@ -9,16 +9,17 @@ use super::lines::{number, shown};
 
 /// The largest coordinate that is read, in model units.
 ///
-/// Moments of inertia are sums of fifth powers of coordinates; beyond about 1e60 they overflow. Nothing real is larger
-/// than 1e30 of its unit, and a damaged exponent usually is.
+/// Moments of inertia are sums of fifth powers of coordinates; beyond about 1e60 they overflow.
+/// Nothing real is larger than 1e30 of its unit, and a damaged exponent usually is.
 pub const MAX_COORDINATE: f64 = 1e30;
 
 pub(super) struct SoupBuilder {
     soup: PolygonSoup,
     /// Number of the first vertex in the file's own counting, for errors.
     first: u64,
-    /// Indices that pointed past the vertices known when they were read, each larger than all before it, with their
-    /// places: the first of them that is still out of range at the end is the first wrong index of the file.
+    /// Indices that pointed past the vertices known when they were read, each larger than all
+    /// before it, with their places: the first of them that is still out of range at the end is the
+    /// first wrong index of the file.
     forward: Vec<(u64, Place)>,
 }
 

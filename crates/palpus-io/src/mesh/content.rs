@@ -1,4 +1,5 @@
-//! What a body is made of, as 32 bytes: the same vertices and faces give the same hash on every machine.
+//! What a body is made of, as 32 bytes: the same vertices and faces give the same hash on every
+//! machine.
 
 use std::fmt;
 use std::str::FromStr;

@@ -1,9 +1,10 @@
 //! Text that may be in any encoding: lines with their numbers, words, numbers.
 //!
-//! Mesh files carry comments and names in Latin-1, Shift-JIS and worse, so nothing here asks for UTF-8: only the words
-//! that are read as numbers or keywords must be ASCII.
+//! Mesh files carry comments and names in Latin-1, Shift-JIS and worse, so nothing here asks for
+//! UTF-8: only the words that are read as numbers or keywords must be ASCII.
 
-/// The lines of a text, with their numbers counted from 1; a line ends at `\n`, `\r\n` or a lone `\r`.
+/// The lines of a text, with their numbers counted from 1; a line ends at `\n`, `\r\n` or a lone
+/// `\r`.
 pub(super) struct Lines<'a> {
     rest: &'a [u8],
     number: u64,
@@ -50,7 +51,8 @@ pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line[..end].split(|b| b.is_ascii_whitespace()).filter(|word| !word.is_empty())
 }
 
-/// The number that a word spells; infinities and NaN are numbers here, the caller refuses them with their text.
+/// The number that a word spells; infinities and NaN are numbers here, the caller refuses them with
+/// their text.
 pub(super) fn number(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }

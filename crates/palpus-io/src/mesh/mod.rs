@@ -1,12 +1,14 @@
-//! Mesh files: OBJ, STL, PLY, OFF, glTF and GLB, also packed by gzip, to a [`PolygonSoup`], and groups of polygons to OBJ.
+//! Mesh files: OBJ, STL, PLY, OFF, glTF and GLB, also packed by gzip, to a [`PolygonSoup`], and
+//! groups of polygons to OBJ.
 //!
-//! * A file either gives a soup whose coordinates are finite and whose indices are in range, or one [`MeshFileError`]
-//!   that says what is wrong, where, and what to do. Nothing panics on any bytes.
-//! * A face with fewer than three corners is an error in every format. Faces that repeat a vertex or have no area are
-//!   passed on: judging shape is the engine's business.
-//! * Counts in a file are held against its size before anything is reserved. Reading takes a small multiple of the file:
-//!   measured, twice its size for usual files and eight times for the worst that can be made; a glTF may also place one
-//!   mesh many times (up to a limit) or be a list of millions of empty nodes (thirty times).
+//! * A file either gives a soup whose coordinates are finite and whose indices are in range, or one
+//!   [`MeshFileError`] that says what is wrong, where, and what to do. Nothing panics on any bytes.
+//! * A face with fewer than three corners is an error in every format. Faces that repeat a vertex
+//!   or have no area are passed on: judging shape is the engine's business.
+//! * Counts in a file are held against its size before anything is reserved. Reading takes a small
+//!   multiple of the file: measured, twice its size for usual files and eight times for the worst
+//!   that can be made; a glTF may also place one mesh many times (up to a limit) or be a list of
+//!   millions of empty nodes (thirty times).
 //! * Lengths stay in the file's unit.
 
 mod builder;
@@ -178,7 +180,8 @@ fn unknown_format(path: &Path, bytes: &[u8]) -> String {
     }
 }
 
-/// The first `length` bytes of a file that a mesh file names; it must lie in the same folder or below.
+/// The first `length` bytes of a file that a mesh file names; it must lie in the same folder or
+/// below.
 fn fetch_beside(mesh: &Path, uri: &str, length: u64) -> io::Result<Vec<u8>> {
     let decoded = percent_decoded(uri).ok_or_else(|| io::Error::other("its name is not a valid URI"))?;
     let relative = PathBuf::from(decoded);

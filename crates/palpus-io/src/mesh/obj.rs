@@ -1,19 +1,20 @@
 //! Wavefront OBJ: the polygons of all objects and groups, as one soup.
 //!
-//! 1. Lines, joined where one ends in a backslash, are split into words; `#` starts a comment. Comments and names may
-//!    be in any encoding.
+//! 1. Lines, joined where one ends in a backslash, are split into words; `#` starts a comment.
+//!    Comments and names may be in any encoding.
 //! 2. `v x y z …` is a vertex; weights and colours behind it are ignored.
-//! 3. `f` is a polygon over `v`, `v/vt`, `v//vn` or `v/vt/vn`; only the `v` is read. Negative numbers count back from
-//!    the last vertex above the face; positive ones may also point to vertices that follow.
-//! 4. Everything else (textures, normals, materials, groups, lines, points) is passed over, and no `.mtl` is opened. An
-//!    unknown word that starts with `v` or `f` is an error: it may be a damaged vertex or face, and ignoring it would
-//!    renumber the rest.
+//! 3. `f` is a polygon over `v`, `v/vt`, `v//vn` or `v/vt/vn`; only the `v` is read. Negative
+//!    numbers count back from the last vertex above the face; positive ones may also point to
+//!    vertices that follow.
+//! 4. Everything else (textures, normals, materials, groups, lines, points) is passed over, and no
+//!    `.mtl` is opened. An unknown word that starts with `v` or `f` is an error: it may be a
+//!    damaged vertex or face, and ignoring it would renumber the rest.
 //!
-//! A face with fewer than three corners is an error, not a notice: the file is wrong there, and a silently smaller
-//! surface is what a hand would fall through.
+//! A face with fewer than three corners is an error, not a notice: the file is wrong there, and a
+//! silently smaller surface is what a hand would fall through.
 //!
-//! Our own reader and not the crate `tobj`: that one gives no line numbers, rejects Latin-1, and would need a second
-//! scan as long as this file to name the line of a NaN.
+//! Our own reader and not the crate `tobj`: that one gives no line numbers, rejects Latin-1, and
+//! would need a second scan as long as this file to name the line of a NaN.
 
 use palpus::body::PolygonSoup;
 
@@ -50,7 +51,8 @@ fn read(bytes: &[u8]) -> Result<PolygonSoup, Fault> {
     soup.finish()
 }
 
-/// The statement that starts with `text` and goes on over the next lines, as long as they end in a backslash.
+/// The statement that starts with `text` and goes on over the next lines, as long as they end in a
+/// backslash.
 fn join<'a>(text: &[u8], lines: &mut Lines<'_>, joined: &'a mut Vec<u8>) -> &'a [u8] {
     joined.clear();
     joined.extend_from_slice(text);

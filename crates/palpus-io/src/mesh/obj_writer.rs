@@ -4,10 +4,11 @@ use std::io::{self, Write};
 
 use palpus::body::PolygonSoup;
 
-/// Writes each soup as a group of one OBJ file; numbers are the shortest that read back as the same double.
+/// Writes each soup as a group of one OBJ file; numbers are the shortest that read back as the same
+/// double.
 ///
-/// Groups come one at a time, so that ten thousand pieces need no memory; `out` should be buffered. White space and
-/// control characters in names become `_`. Errors are those of `out`.
+/// Groups come one at a time, so that ten thousand pieces need no memory; `out` should be buffered.
+/// White space and control characters in names become `_`. Errors are those of `out`.
 pub fn write_obj_groups<W: Write, N: AsRef<str>>(
     mut out: W,
     groups: impl IntoIterator<Item = (N, PolygonSoup)>,

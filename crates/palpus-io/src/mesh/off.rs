@@ -1,12 +1,14 @@
-//! OFF: the ASCII kinds whose vertices are plain points (`OFF`, `COFF`, `NOFF`, `CNOFF`, `STOFF`, …).
+//! OFF: the ASCII kinds whose vertices are plain points (`OFF`, `COFF`, `NOFF`, `CNOFF`, `STOFF`,
+//! …).
 //!
-//! 1. The header word may be missing; the counts of vertices, faces and (ignored) edges follow, on its line or the next.
-//! 2. Blank lines and what follows a `#` are passed over. A vertex is a line whose first three words are its
-//!    coordinates; normals, colours and texture coordinates behind them are ignored.
+//! 1. The header word may be missing; the counts of vertices, faces and (ignored) edges follow, on
+//!    its line or the next.
+//! 2. Blank lines and what follows a `#` are passed over. A vertex is a line whose first three
+//!    words are its coordinates; normals, colours and texture coordinates behind them are ignored.
 //! 3. A face is a line: how many corners, the corners, an ignored colour.
 //!
-//! A face with fewer than three corners is an error, as in OBJ. `BINARY`, four-dimensional (`4OFF`) and
-//! n-dimensional (`nOFF`) files are refused.
+//! A face with fewer than three corners is an error, as in OBJ. `BINARY`, four-dimensional (`4OFF`)
+//! and n-dimensional (`nOFF`) files are refused.
 
 use palpus::body::PolygonSoup;
 
@@ -77,7 +79,8 @@ fn read_counts(lines: &mut Lines<'_>) -> Result<[u64; 2], Fault> {
     }
 }
 
-/// Holds the counts against the bytes that are left: a vertex takes at least 6 bytes, a face (even one too short) 2.
+/// Holds the counts against the bytes that are left: a vertex takes at least 6 bytes, a face (even
+/// one too short) 2.
 fn check_counts(vertices: u64, faces: u64, bytes: u64) -> Result<(), Fault> {
     for (element, count, least) in [("vertex", vertices, 6), ("face", faces, 2)] {
         if count.saturating_mul(least) > bytes + 1 {

@@ -1,10 +1,11 @@
 //! STL, binary and ASCII: triangles without shared vertices (welding is the engine's business).
 //!
-//! 1. A file of exactly 84 + 50 n bytes, n being the count at byte 80, is binary, whatever its first word; many binary
-//!    files begin with `solid`.
-//! 2. Else a file that begins with `solid` and continues as text is ASCII: any number of solids one after the other,
-//!    keywords in any case; a facet may have more than three vertices. Every facet's own normal is ignored: corners
-//!    run counter-clockwise, and the normal is often zero or NaN.
+//! 1. A file of exactly 84 + 50 n bytes, n being the count at byte 80, is binary, whatever its
+//!    first word; many binary files begin with `solid`.
+//! 2. Else a file that begins with `solid` and continues as text is ASCII: any number of solids one
+//!    after the other, keywords in any case; a facet may have more than three vertices. Every
+//!    facet's own normal is ignored: corners run counter-clockwise, and the normal is often zero or
+//!    NaN.
 //! 3. Else it is a damaged binary file, and the error says by how much its length is off.
 //!
 //! Our own reader: the crate `stl_io` reads only the first solid of an ASCII file.

@@ -10,7 +10,8 @@ use crate::table::{Cell, TableError};
 /// The columns that a file of poses must have: translation, then the unit quaternion.
 pub const POSE_COLUMNS: [&str; 7] = ["tx", "ty", "tz", "qx", "qy", "qz", "qw"];
 
-/// How far the length of a quaternion may be from 1: three written decimals are enough, a forgotten column is not.
+/// How far the length of a quaternion may be from 1: three written decimals are enough, a forgotten
+/// column is not.
 const QUATERNION_SLACK: f64 = 1e-3;
 
 /// Reads a file of poses; see [`read_poses_from`].
@@ -23,8 +24,9 @@ pub fn read_poses(path: &Path) -> Result<Vec<Pose>, TableError> {
 
 /// Reads poses; `name` is how errors call the file.
 ///
-/// The first line names the columns, in any order; columns of other names are ignored, as are blank lines and lines that
-/// start with `#`. Quaternions must be of unit length within 1e-3 and are normalised.
+/// The first line names the columns, in any order; columns of other names are ignored, as are blank
+/// lines and lines that start with `#`. Quaternions must be of unit length within 1e-3 and are
+/// normalised.
 pub fn read_poses_from(bytes: &[u8], name: &str) -> Result<Vec<Pose>, TableError> {
     let text = std::str::from_utf8(bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes)).map_err(|error| {
         let line = 1 + bytes[..error.valid_up_to()].iter().filter(|&&b| b == b'\n').count() as u64;

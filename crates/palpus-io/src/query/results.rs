@@ -50,7 +50,8 @@ pub const CONTACT_COLUMNS: [&str; 16] = [
     "feature_b",
 ];
 
-/// The answer for one pose, in b's frame and model units; `point_a − point_b = separation · normal`.
+/// The answer for one pose, in b's frame and model units;
+/// `point_a − point_b = separation · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct QueryRow {
     /// Index of the pose, from 0.
@@ -69,7 +70,8 @@ pub struct QueryRow {
     pub certified: bool,
     /// The engine call alone, µs.
     pub query_us: f64,
-    /// Does one body lie in the other? The separation is then that of the nearest surfaces or pieces, not what frees the bodies.
+    /// Does one body lie in the other? The separation is then that of the nearest surfaces or
+    /// pieces, not what frees the bodies.
     pub contained: Containment,
 }
 

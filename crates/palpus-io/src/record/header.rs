@@ -5,7 +5,7 @@ use std::io;
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Clustering, Limits, Saturation, Settings, VirtualCoupling};
+use palpus::render::{Clustering, Limits, Material, Saturation, Settings, VirtualCoupling};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::FORMAT;
@@ -190,6 +190,9 @@ pub(super) struct RenderText {
     time_budget: Option<u64>,
     shading: Option<ShadingText>,
     friction: Option<FrictionText>,
+    /// Absent where impacts do not ring.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    material: Option<MaterialText>,
     limits: LimitsText,
     /// Absent with direct rendering.
     #[serde(default)]
@@ -240,6 +243,14 @@ struct FrictionText {
 
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
+struct MaterialText {
+    frequency: f64,
+    decay: f64,
+    gain: f64,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 struct LimitsText {
     force: f64,
     torque: f64,
@@ -257,6 +268,7 @@ impl RenderText {
             patch_angle,
             shading,
             friction,
+            material,
             limits: Limits { force, torque },
             saturation,
             grip_a,
@@ -294,6 +306,7 @@ impl RenderText {
                         tangential_stiffness,
                     },
                 ),
+                material: material.map(|Material { frequency, decay, gain }| MaterialText { frequency, decay, gain }),
                 limits: LimitsText { force, torque },
                 coupling: coupling.map(
                     |VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass }| {
@@ -310,44 +323,49 @@ impl RenderText {
             clippy::needless_update,
             reason = "a setting that is new in the engine must not stop this crate from building"
         )]
-        let settings =
-            Settings {
-                contact_tolerance: text.contact_tolerance,
-                cluster_radius: text.cluster_radius,
-                clustering: match text.clustering {
-                    ClusteringText::Linkage => Clustering::Linkage,
-                    ClusteringText::Smooth => Clustering::Smooth,
+        let settings = Settings {
+            contact_tolerance: text.contact_tolerance,
+            cluster_radius: text.cluster_radius,
+            clustering: match text.clustering {
+                ClusteringText::Linkage => Clustering::Linkage,
+                ClusteringText::Smooth => Clustering::Smooth,
+            },
+            split_angle: text.split_angle,
+            stiffness: text.stiffness,
+            damping: text.damping,
+            patch_angle: text.patch_angle,
+            shading: text
+                .shading
+                .map(|ShadingText { crease_angle, most_turn }| ShadingSettings { crease_angle, most_turn }),
+            friction: text.friction.map(
+                |FrictionText { static_coefficient, dynamic_coefficient, tangential_stiffness }| FrictionSettings {
+                    static_coefficient,
+                    dynamic_coefficient,
+                    tangential_stiffness,
                 },
-                split_angle: text.split_angle,
-                stiffness: text.stiffness,
-                damping: text.damping,
-                patch_angle: text.patch_angle,
-                shading: text
-                    .shading
-                    .map(|ShadingText { crease_angle, most_turn }| ShadingSettings { crease_angle, most_turn }),
-                friction: text.friction.map(
-                    |FrictionText { static_coefficient, dynamic_coefficient, tangential_stiffness }| FrictionSettings {
-                        static_coefficient,
-                        dynamic_coefficient,
-                        tangential_stiffness,
-                    },
-                ),
-                limits: Limits { force: text.limits.force, torque: text.limits.torque },
-                saturation: match text.saturation {
-                    SaturationText::Separate => Saturation::Separate,
-                    SaturationText::Joint => Saturation::Joint,
-                    SaturationText::UnderActuated => Saturation::UnderActuated,
+            ),
+            material: text.material.map(|MaterialText { frequency, decay, gain }| Material { frequency, decay, gain }),
+            limits: Limits { force: text.limits.force, torque: text.limits.torque },
+            saturation: match text.saturation {
+                SaturationText::Separate => Saturation::Separate,
+                SaturationText::Joint => Saturation::Joint,
+                SaturationText::UnderActuated => Saturation::UnderActuated,
+            },
+            grip_a: DVec3::from_array(text.grip_a),
+            capacity: usize::try_from(text.capacity).map_err(serde::de::Error::custom)?,
+            time_budget: text.time_budget,
+            coupling: text.coupling.map(
+                |CouplingText { stiffness, damping, angular_stiffness, angular_damping, skin, mass }| VirtualCoupling {
+                    stiffness,
+                    damping,
+                    angular_stiffness,
+                    angular_damping,
+                    skin,
+                    mass,
                 },
-                grip_a: DVec3::from_array(text.grip_a),
-                capacity: usize::try_from(text.capacity).map_err(serde::de::Error::custom)?,
-                time_budget: text.time_budget,
-                coupling: text.coupling.map(
-                    |CouplingText { stiffness, damping, angular_stiffness, angular_damping, skin, mass }| {
-                        VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass }
-                    },
-                ),
-                ..Settings::default()
-            };
+            ),
+            ..Settings::default()
+        };
         settings.validate().map_err(serde::de::Error::custom)?;
         Ok(settings)
     }

@@ -1,5 +1,5 @@
-//! Keys and values of a TOML text with their places: each getter either gives the value, says that it is absent, or
-//! gives an error that names line, column and what should stand there.
+//! Keys and values of a TOML text with their places: each getter either gives the value, says that
+//! it is absent, or gives an error that names line, column and what should stand there.
 
 use std::ops::Range;
 

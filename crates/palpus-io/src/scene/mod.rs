@@ -1,5 +1,5 @@
-//! Scene files: what touches what, in which unit, how it feels. TOML; every key but `unit` and the two meshes may be
-//! left out.
+//! Scene files: what touches what, in which unit, how it feels. TOML; every key but `unit` and the
+//! two meshes may be left out.
 //!
 //! ```toml
 //! unit = "mm"               # of the meshes and of every length here: um, mm, cm, dm, m, km, inch, ft — or metres as a number
@@ -26,6 +26,7 @@
 //! stiffness = 800           # N/m, as felt; left out, coupled: the device's largest force at half the skin; direct: 800
 //! damping = 0               # N·s/m
 //! friction = { static = 0.4, dynamic = 0.3, stiffness = 800 }   # else none; stiffness (N/m) is the contact's if left out
+//! material = "wood"         # impacts ring: rubber, wood, steel, or { frequency = 90, decay = 80, gain = 15 } (Hz, 1/s, N·s/m); else they don't
 //! shading = true            # else false
 //! crease_angle = 40         # degrees: sharper edges stay sharp
 //! shading_limit = 45        # degrees: the farthest that shading turns a force
@@ -74,7 +75,8 @@
 //! angular_velocity = [0, 0, 0]   # rad/s
 //! ```
 //!
-//! In place of `[probe]`, `[second]` and `[hand]`, a scene may have any number of tools, each in a hand and on a device of its own:
+//! In place of `[probe]`, `[second]` and `[hand]`, a scene may have any number of tools, each in a
+//! hand and on a device of its own:
 //!
 //! ```toml
 //! [[tool]]                  # the first is what [probe] is, the second what [second] is
@@ -84,13 +86,16 @@
 //! device = { force_limit = 3.0 }        # as [device], likewise; but for the rate, which is that of the loop
 //! ```
 //!
-//! 1. The text is parsed with the place of every key and value, so that whatever is wrong is named with line and column.
-//! 2. An unknown key is an error that names the nearest valid one: a mistyped key that did nothing would be felt, not
-//!    seen.
-//! 3. Lengths are multiplied by the unit, degrees become radians. This is the only place where units are converted;
-//!    what comes out is SI, and meshes are to be multiplied by their [`SceneBody::metres_per_unit`].
-//! 4. Files that a scene names must lie in its folder or below, also behind symbolic links, unless the caller says
-//!    [`FilePolicy::Anywhere`]: a scene from elsewhere must not make the program read other files.
+//! 1. The text is parsed with the place of every key and value, so that whatever is wrong is named
+//!    with line and column.
+//! 2. An unknown key is an error that names the nearest valid one: a mistyped key that did nothing
+//!    would be felt, not seen.
+//! 3. Lengths are multiplied by the unit, degrees become radians. This is the only place where
+//!    units are converted; what comes out is SI, and meshes are to be multiplied by their
+//!    [`SceneBody::metres_per_unit`].
+//! 4. Files that a scene names must lie in its folder or below, also behind symbolic links, unless
+//!    the caller says [`FilePolicy::Anywhere`]: a scene from elsewhere must not make the program
+//!    read other files.
 
 mod keys;
 mod objects;
@@ -236,8 +241,9 @@ pub enum CouplingMode {
 pub struct SceneHand {
     /// How it holds.
     pub preset: HandPreset,
-    /// A file that it follows ([`crate::read_hand`]), with the scene file's folder in front; `None` for the scene's own motion. Poses
-    /// without times are in the scene's unit: multiply their translations by [`SceneFile::metres_per_unit`].
+    /// A file that it follows ([`crate::read_hand`]), with the scene file's folder in front; `None`
+    /// for the scene's own motion. Poses without times are in the scene's unit: multiply their
+    /// translations by [`SceneFile::metres_per_unit`].
     pub path: Option<PathBuf>,
     /// What a recorded hand's way is multiplied by.
     pub path_scale: Option<f64>,
@@ -290,7 +296,8 @@ pub enum FilePolicy {
 
 /// Why a scene file was not read.
 ///
-/// Shows as `cup.toml, line 9, column 1: [contact] has no key "tolerence"; did you mean "tolerance"? (…)`.
+/// Shows as `cup.toml, line 9, column 1: [contact] has no key "tolerence"; did you mean
+/// "tolerance"? (…)`.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}{}: {problem}", place(*.line, *.column))]
 pub struct SceneError {

@@ -7,7 +7,7 @@ use std::path::{Component, Path, PathBuf};
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Clustering, Limits, Saturation, Settings};
+use palpus::render::{Clustering, Limits, Material, Saturation, Settings};
 use toml::de::DeTable;
 
 use super::keys::{Section, Source};
@@ -20,7 +20,8 @@ use crate::one_line::one_line;
 
 /// The longest scene file that is read.
 const MAX_BYTES: u64 = 1 << 20;
-/// Edges that bend by more stay sharp unless the file says otherwise: above what a coarse round mesh has, below a box.
+/// Edges that bend by more stay sharp unless the file says otherwise: above what a coarse round
+/// mesh has, below a box.
 const CREASE_ANGLE_DEGREES: f64 = 40.0;
 /// The farthest that shading turns a force unless the file says otherwise.
 const SHADING_LIMIT_DEGREES: f64 = 45.0;
@@ -44,7 +45,8 @@ pub fn read_scene(path: &Path, policy: FilePolicy) -> Result<SceneFile, SceneErr
     parse(&text, path, policy, &|named| check_file(path, named, policy))
 }
 
-/// Reads a scene file's text without touching the disk; `path` is where it lies, for errors and for the files it names.
+/// Reads a scene file's text without touching the disk; `path` is where it lies, for errors and for
+/// the files it names.
 pub fn parse_scene(text: &str, path: &Path, policy: FilePolicy) -> Result<SceneFile, SceneError> {
     parse(text, path, policy, &|_| Ok(()))
 }
@@ -145,8 +147,8 @@ const TOOL_KEYS: [&str; 8] = ["mesh", "unit", "position", "orientation", "grip",
 /// The most tools of a scene: each has to do with each, and every one needs a device.
 const MOST_TOOLS: usize = 16;
 
-/// The tables of all tools: `[[tool]]` as often as it is there, else `[probe]` and perhaps `[second]`. Beside each, the table in which
-/// its hand is described.
+/// The tables of all tools: `[[tool]]` as often as it is there, else `[probe]` and perhaps
+/// `[second]`. Beside each, the table in which its hand is described.
 fn tool_sections<'a>(top: &Section<'a>) -> Result<Vec<(Section<'a>, Section<'a>)>, SceneError> {
     let tools = top.sections("tool", &TOOL_KEYS)?;
     let own = |tool: Section<'a>| (tool.clone(), tool);
@@ -222,6 +224,7 @@ fn read_contact(
         "stiffness",
         "damping",
         "friction",
+        "material",
         "shading",
         "crease_angle",
         "shading_limit",
@@ -256,6 +259,7 @@ fn read_contact(
         render.time_budget = Some((micros * 1e3) as u64);
     }
     (render.friction, coupling.friction_stiffness) = read_friction(&contact, render.stiffness)?;
+    render.material = read_material(&contact)?;
     let crease = contact.number("crease_angle", "from 0 to 180 degrees", |x| (0.0..=180.0).contains(&x))?;
     let limit = contact.number("shading_limit", "from 0 to 89 degrees", |x| (0.0..=89.0).contains(&x))?;
     let shading = contact.boolean("shading")?;
@@ -294,6 +298,26 @@ fn read_friction(contact: &Section<'_>, stiffness: f64) -> Result<(Option<Fricti
     let chosen = friction.number("stiffness", "greater than 0 N/m", |x| x > 0.0)?;
     let tangential_stiffness = chosen.unwrap_or(stiffness);
     Ok((Some(FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness }), chosen))
+}
+
+/// How impacts ring: a material by name, or its three numbers.
+fn read_material(contact: &Section<'_>) -> Result<Option<Material>, SceneError> {
+    if contact.is_text("material") {
+        return contact.choice("material", &Material::NAMED);
+    }
+    let material = contact.section("material", &["frequency", "decay", "gain"])?;
+    if !material.exists() {
+        return Ok(None);
+    }
+    let said = [
+        material.number("frequency", "from 1 to 1000 Hz", |x| (1.0..=1e3).contains(&x))?,
+        material.number("decay", "from 1 to 10000 1/s", |x| (1.0..=1e4).contains(&x))?,
+        material.number("gain", "from 0 to 1000 N·s/m", |x| (0.0..=1e3).contains(&x))?,
+    ];
+    match said {
+        [Some(frequency), Some(decay), Some(gain)] => Ok(Some(Material { frequency, decay, gain })),
+        _ => Err(material.error("a material needs frequency, decay and gain; or write material = \"wood\"")),
+    }
 }
 
 /// What holds for tools whose own tables do not say it.
@@ -366,7 +390,8 @@ fn resolve(section: &Section<'_>, named: &str, span: &Range<usize>, files: Files
         return Err(section.error_at(span, "a file name is expected here, without control characters"));
     }
     let relative = Path::new(named);
-    // A backslash separates on Windows only: refused everywhere, so that a scene means the same everywhere.
+    // A backslash separates on Windows only: refused everywhere, so that a scene means the same
+    // everywhere.
     let stays = relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     let stays = stays && !named.contains('\\') && !has_drive(named);
     if files.policy == FilePolicy::Inside && !stays {

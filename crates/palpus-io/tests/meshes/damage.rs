@@ -166,7 +166,8 @@ fn every_cut_of_a_binary_file_is_noticed() {
         let is_text = bytes.is_ascii() && !bytes.starts_with(b"glTF") && bytes.iter().all(|&b| b != 0);
         for length in 0..bytes.len() {
             match parser(extension)(&bytes[..length], "x") {
-                // Text formats may lose their end without losing a face: a colour, a name, a line break.
+                // Text formats may lose their end without losing a face: a colour, a name, a line
+                // break.
                 Ok(soup) => assert!(is_text, "{extension} cut at {length}: {} faces", soup.face_count()),
                 Err(error) => check_error(&error),
             }

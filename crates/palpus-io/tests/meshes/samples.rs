@@ -4,7 +4,8 @@ use data_encoding::BASE64;
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-/// A triangular prism: two triangles and three quadrilaterals, with coordinates that are exact in f32.
+/// A triangular prism: two triangles and three quadrilaterals, with coordinates that are exact in
+/// f32.
 pub(crate) fn prism() -> PolygonSoup {
     let mut soup = PolygonSoup::new();
     for z in [0.0, 2.5] {
@@ -129,7 +130,8 @@ pub(crate) fn gltf_buffer(soup: &PolygonSoup) -> Vec<u8> {
     bytes
 }
 
-/// A glTF whose buffer 0 is described by `buffer` (JSON members such as `"uri": …`), its node by `node`.
+/// A glTF whose buffer 0 is described by `buffer` (JSON members such as `"uri": …`), its node by
+/// `node`.
 pub(crate) fn gltf_json(soup: &PolygonSoup, buffer: &str, node: &str) -> String {
     let positions = 12 * soup.vertices.len();
     let indices = 3 * triangles(soup).len();

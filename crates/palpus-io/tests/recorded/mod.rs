@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
 use palpus::body::PolygonSoup;
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Clustering, Limits, Saturation, Settings, VirtualCoupling};
+use palpus::render::{Clustering, Limits, Material, Saturation, Settings, VirtualCoupling};
 use palpus_io::record::{FORMAT, RawState, RecordedBody, RecordedScene, SceneSource, ServoRecord};
 use palpus_io::{ContentHash, RecordRow, RecordingHeader};
 use proptest::prelude::*;
@@ -37,6 +37,7 @@ pub fn settings() -> Settings {
             dynamic_coefficient: 0.3,
             tangential_stiffness: 123.0,
         }),
+        material: Some(Material { frequency: 250.0 / 3.0, decay: 1e4, gain: 0.1 }),
         limits: Limits { force: f64::INFINITY, torque: 0.1 },
         saturation: Saturation::UnderActuated,
         grip_a: DVec3::new(-0.0, 0.5, 3e-9),

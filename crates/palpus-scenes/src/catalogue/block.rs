@@ -34,8 +34,8 @@ pub(super) fn peg_hole() -> Parts {
     Parts {
         probe: shape::peg(),
         environment: shape::hole_block(DEFAULT_CLEARANCE),
-        // The tolerance must be small beside the part, not beside the clearance: in the hole opposite walls are both
-        // within tolerance and their forces balance.
+        // The tolerance must be small beside the part, not beside the clearance: in the hole
+        // opposite walls are both within tolerance and their forces balance.
         contact: ContactSettings { tolerance: 0.2e-3, cluster_radius: 2e-3, stiffness: 1500.0, ..USUAL },
         path: HandPath::through(&keys).with_tremor(Tremor::new(0.05e-3, TREMOR_SEED)),
         second: None,
@@ -77,7 +77,8 @@ pub(super) fn box_table() -> Parts {
 pub(super) fn v_groove() -> Parts {
     const RADIUS: f64 = 0.012;
     const PRESS: f64 = 0.0012;
-    // A ball touches both walls of a right-angled groove when its centre stands √2 radii over the bottom.
+    // A ball touches both walls of a right-angled groove when its centre stands √2 radii over the
+    // bottom.
     let rest = RADIUS * SQRT_2 - GROOVE_DEPTH;
     let at = |x: f64, y: f64, above: f64| {
         Pose::new(DQuat::from_rotation_y(20.0 * x) * DQuat::from_rotation_x(-10.0 * y), DVec3::new(x, y, rest + above))

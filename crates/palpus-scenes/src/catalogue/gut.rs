@@ -33,7 +33,8 @@ pub(super) fn parts() -> Parts {
     }
 }
 
-/// Along most of the line and around the wall as it goes, pressing and letting go: `part` runs from 0 to 1.
+/// Along most of the line and around the wall as it goes, pressing and letting go: `part` runs from
+/// 0 to 1.
 fn inside(part: f64) -> Pose {
     let line = CenterLine;
     let u = 0.04 + 0.92 * part;

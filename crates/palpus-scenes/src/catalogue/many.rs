@@ -106,7 +106,8 @@ pub(super) fn tray() -> Parts {
     }
 }
 
-/// A turntable that a host drives carries four parts round; a finger holds them up one after the other.
+/// A turntable that a host drives carries four parts round; a finger holds them up one after the
+/// other.
 pub(super) fn conveyor() -> Parts {
     const RADIUS: f64 = 0.090;
     const HEIGHT: f64 = 10.0;
@@ -142,7 +143,8 @@ pub(super) fn conveyor() -> Parts {
     }
 }
 
-/// A finger pushes a drawer, which nobody holds, into its frame from one end and out of it from the other.
+/// A finger pushes a drawer, which nobody holds, into its frame from one end and out of it from the
+/// other.
 pub(super) fn drawer_slides() -> Parts {
     let fit = Fit::Drawer.usual().scene();
     let drawer = Arc::new(fit.probe);
@@ -173,7 +175,8 @@ pub(super) fn drawer_slides() -> Parts {
     }
 }
 
-/// A nut lies beside its bolt; two hands take it between two fingers, lift it, and set it on the bolt's end.
+/// A nut lies beside its bolt; two hands take it between two fingers, lift it, and set it on the
+/// bolt's end.
 pub(super) fn nut_table() -> Parts {
     const BOLT_AT: f64 = 35.0;
     let nut = shape::nut();

@@ -184,7 +184,8 @@ fn flush(fit: Fit) -> Parts {
     Parts { probe, environment, contact, path, second: None, objects: Vec::new() }
 }
 
-/// Scenes that are made to be measured, beside the [`scenes`] that are made to be felt; none of them built yet.
+/// Scenes that are made to be measured, beside the [`scenes`] that are made to be felt; none of
+/// them built yet.
 pub fn trials() -> &'static [SceneEntry] {
     &TRIALS
 }
@@ -199,7 +200,8 @@ pub fn scene(name: &str) -> Option<Scene> {
     scenes().iter().chain(trials()).find(|entry| entry.name == name).map(SceneEntry::build)
 }
 
-/// What most scenes start from: hard and smooth to the hand at 1 kHz, on bodies of a few centimetres.
+/// What most scenes start from: hard and smooth to the hand at 1 kHz, on bodies of a few
+/// centimetres.
 const USUAL: ContactSettings = ContactSettings {
     tolerance: 1e-3,
     cluster_radius: 4e-3,

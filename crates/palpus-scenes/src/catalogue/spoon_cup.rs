@@ -1,7 +1,7 @@
 //! A spoon in a cup \[K02 Figures 4 and 5\].
 //!
-//! Down into the cavity; two turns of stirring during which the back of the bowl is alternately pressed into the wall
-//! and lifted off it; onto the floor; the handle laid on the rim; out again.
+//! Down into the cavity; two turns of stirring during which the back of the bowl is alternately
+//! pressed into the wall and lifted off it; onto the floor; the handle laid on the rim; out again.
 
 use std::f64::consts::{PI, TAU};
 
@@ -35,8 +35,8 @@ pub(super) fn parts() -> Parts {
     keys.push(Key::rest(stirred + 0.8, upright(centre(-0.008, 0.016), PI, 0.0)));
     keys.push(Key::rest(stirred + 1.4, upright(centre(-0.006, CUP_FLOOR - 0.001), PI, 0.05)));
     keys.push(Key::rest(stirred + 2.0, upright(centre(0.004, CUP_FLOOR - 0.0006), PI, 0.05)));
-    // The tip stays near the floor while the handle leans out until it lies on the rim, on the side away from the
-    // bowl's back.
+    // The tip stays near the floor while the handle leans out until it lies on the rim, on the side
+    // away from the bowl's back.
     keys.push(Key::rest(stirred + 2.8, upright(centre(-0.006, CUP_FLOOR + 0.002), PI, 0.40)));
     keys.push(Key::rest(stirred + 3.6, upright(centre(-0.008, CUP_FLOOR + 0.001), PI, LEAN_ON_RIM)));
     keys.push(Key::rest(stirred + 4.2, upright(centre(-0.008, CUP_FLOOR + 0.001), PI, LEAN_ON_RIM + 0.02)));
@@ -63,8 +63,8 @@ fn stir(keys: &mut Vec<Key>) {
     }
 }
 
-/// The spoon with its tip at `tip`, the back of its bowl facing outward at `angle` around the cup, its handle leaning
-/// from the vertical against that direction by `lean` (rad).
+/// The spoon with its tip at `tip`, the back of its bowl facing outward at `angle` around the cup,
+/// its handle leaning from the vertical against that direction by `lean` (rad).
 fn upright(tip: DVec3, angle: f64, lean: f64) -> Pose {
     let outward = DVec3::new(angle.cos(), angle.sin(), 0.0);
     let x = outward * lean.sin() - DVec3::Z * lean.cos();

@@ -1,6 +1,6 @@
-//! Do the scripted hands really touch what they say? Judged by samples of both surfaces: each vertex and triangle
-//! centre of one body against the other solid. That can miss an edge–edge contact, so it errs towards "apart", by less
-//! than the size of a triangle.
+//! Do the scripted hands really touch what they say? Judged by samples of both surfaces: each
+//! vertex and triangle centre of one body against the other solid. That can miss an edge–edge
+//! contact, so it errs towards "apart", by less than the size of a triangle.
 
 use palpus::algebra::Pose;
 

@@ -25,9 +25,11 @@ pub(super) fn parts() -> Parts {
     }
 }
 
-/// The probe's ring stands across the environment's and is pulled out and pushed in along x, and swung.
+/// The probe's ring stands across the environment's and is pulled out and pushed in along x, and
+/// swung.
 fn linked(phase: f64) -> Pose {
-    // Half the way between the two ends of its play, its tube passes through the middle of the other ring's hole.
+    // Half the way between the two ends of its play, its tube passes through the middle of the
+    // other ring's hole.
     let play = TORUS_MAJOR_RADIUS - 2.0 * TORUS_MINOR_RADIUS;
     let angle = TAU * phase;
     let x = TORUS_MAJOR_RADIUS + (play + PRESS) * angle.sin();

@@ -12,7 +12,8 @@ use crate::{ContactSettings, HandPath, Key};
 /// Sides of the box on the table, m.
 pub(crate) const BOX: DVec3 = DVec3::new(0.060, 0.040, 0.030);
 
-/// On the table: where the middle of the box is, how deep under the table's top its lower face is pressed there, and its tilts.
+/// On the table: where the middle of the box is, how deep under the table's top its lower face is
+/// pressed there, and its tilts.
 fn on_table(x: f64, press: f64, about_y: f64, about_x: f64) -> Pose {
     let rotation = DQuat::from_rotation_y(about_y) * DQuat::from_rotation_x(about_x);
     Pose::new(rotation, DVec3::new(x, 0.0, -press) + rotation * (DVec3::Z * (BOX.z / 2.0)))
@@ -29,7 +30,8 @@ fn box_on_table(keys: &[Key]) -> Parts {
     }
 }
 
-/// Pressed half a millimetre deep, it rocks through flat over its long side, its short side, and over a corner.
+/// Pressed half a millimetre deep, it rocks through flat over its long side, its short side, and
+/// over a corner.
 pub(super) fn box_tilt() -> Parts {
     const LEAN: f64 = 0.05;
     const PRESS: f64 = 0.0005;
@@ -43,7 +45,8 @@ pub(super) fn box_tilt() -> Parts {
     box_on_table(&keys)
 }
 
-/// Flat and pressed half a millimetre deep, it slides over the table's end until more than half of it hangs out, and back.
+/// Flat and pressed half a millimetre deep, it slides over the table's end until more than half of
+/// it hangs out, and back.
 pub(super) fn box_edge() -> Parts {
     const PRESS: f64 = 0.0005;
     box_on_table(&[
@@ -65,7 +68,8 @@ pub(super) fn box_rest() -> Parts {
     ])
 }
 
-/// A knife lies across two ridges that draw together, always as deep: its two contacts meet, and nothing else happens.
+/// A knife lies across two ridges that draw together, always as deep: its two contacts meet, and
+/// nothing else happens.
 pub(super) fn rails() -> Parts {
     let at = |y: f64, press: f64| Pose::from_translation(DVec3::new(0.0, y, KNIFE_DEPTH - press));
     const PRESS: f64 = 0.0003;

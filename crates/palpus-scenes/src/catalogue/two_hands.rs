@@ -1,4 +1,5 @@
-//! Two hands: one holds a block over a table, the other brings a peg and puts it into the block's hole.
+//! Two hands: one holds a block over a table, the other brings a peg and puts it into the block's
+//! hole.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
@@ -10,7 +11,8 @@ use crate::{ContactSettings, HandPath, Key};
 /// The block's lower side is so far below its frame's origin, m.
 const BLOCK_HEIGHT: f64 = 0.025;
 
-/// When, s; where the block is held: along x and above the table, mm, and its lean, rad; where the peg's tip is in the block, mm, and its lean there.
+/// When, s; where the block is held: along x and above the table, mm, and its lean, rad; where the
+/// peg's tip is in the block, mm, and its lean there.
 const KEYS: [(f64, [f64; 3], [f64; 3], f64); 11] = [
     (0.0, [0.0, 30.0, 0.0], [6.0, 1.0, 25.0], 0.06),
     (1.0, [2.0, 30.0, 0.0], [6.0, 1.0, 5.0], 0.06),

@@ -1,11 +1,14 @@
 //! Scripted hands: where a hand intends the probe to be, as a pure function of time.
 //!
-//! 1. A script states key poses and when they are reached; between two keys every coordinate is the quintic of least
-//!    jerk for the position, velocity and acceleration at its ends \[Flash & Hogan 1985\].
-//! 2. At a key that is passed through, velocity and acceleration are those of the parabola through it and its
-//!    neighbours; at a resting key both are zero. The path is therefore twice continuously differentiable.
-//! 3. Rotation runs through the four coordinates of the quaternion, normalised afterwards: as smooth as the
-//!    coordinates are, as long as neighbouring keys are turned by well under a half turn.
+//! 1. A script states key poses and when they are reached; between two keys every coordinate is the
+//!    quintic of least jerk for the position, velocity and acceleration at its ends \[Flash & Hogan
+//!    1985\].
+//! 2. At a key that is passed through, velocity and acceleration are those of the parabola through
+//!    it and its neighbours; at a resting key both are zero. The path is therefore twice
+//!    continuously differentiable.
+//! 3. Rotation runs through the four coordinates of the quaternion, normalised afterwards: as
+//!    smooth as the coordinates are, as long as neighbouring keys are turned by well under a half
+//!    turn.
 //! 4. A tremor may be added: sines between 8 and 12 Hz, drawn from a seed.
 
 mod quintic;
@@ -62,10 +65,12 @@ struct Segment {
 }
 
 impl HandPath {
-    /// The path through `keys`, which starts at rest at the first one and ends at rest at the last one, where it stays.
+    /// The path through `keys`, which starts at rest at the first one and ends at rest at the last
+    /// one, where it stays.
     ///
     /// # Panics
-    /// With fewer than two keys, when the first time is not 0 or when times do not increase: a script is code.
+    /// With fewer than two keys, when the first time is not 0 or when times do not increase: a
+    /// script is code.
     pub fn through(keys: &[Key]) -> Self {
         Self::build(keys, false)
     }
@@ -78,8 +83,8 @@ impl HandPath {
         Self::build(keys, true)
     }
 
-    /// The cyclic path through `count` even samples of a motion of period `duration` (s), given by its phase in
-    /// \[0, 1).
+    /// The cyclic path through `count` even samples of a motion of period `duration` (s), given by
+    /// its phase in \[0, 1).
     pub fn sampled_cycle(duration: f64, count: usize, motion: impl Fn(f64) -> Pose) -> Self {
         let key =
             |k: usize| Key::through(duration * k as f64 / count as f64, motion((k % count) as f64 / count as f64));
@@ -118,7 +123,8 @@ impl HandPath {
         self.cyclic
     }
 
-    /// The intended pose at `time` (s); before the start and after the end of a path that is not cyclic, its end poses.
+    /// The intended pose at `time` (s); before the start and after the end of a path that is not
+    /// cyclic, its end poses.
     pub fn pose(&self, time: f64) -> Pose {
         let (segment, s) = self.locate(time);
         let mut translation = segment.translation.at(s);
@@ -128,7 +134,8 @@ impl HandPath {
         Pose { rotation: DQuat::from_vec4(segment.rotation.at(s).normalize()), translation }
     }
 
-    /// The velocity of the intended pose at `time` (s): analytic, in the environment's frame, about the probe's origin.
+    /// The velocity of the intended pose at `time` (s): analytic, in the environment's frame, about
+    /// the probe's origin.
     pub fn twist(&self, time: f64) -> Twist {
         let held = !self.cyclic && !(0.0..=self.duration).contains(&time);
         let (segment, s) = self.locate(time);
@@ -139,7 +146,8 @@ impl HandPath {
         let angular = if held {
             DVec3::ZERO
         } else {
-            // ω = 2 q̇ q⁻¹; the part of q̇ along q changes only the length and falls out of the vector part.
+            // ω = 2 q̇ q⁻¹; the part of q̇ along q changes only the length and falls out of the
+            // vector part.
             let (q, rate) = (segment.rotation.at(s), segment.rotation.rate(s));
             let spin = DQuat::from_vec4(rate) * DQuat::from_vec4(q).conjugate();
             spin.xyz() * (2.0 / q.length_squared())
@@ -182,7 +190,8 @@ impl HandPath {
     }
 }
 
-/// The keys' quaternions, each on its predecessor's hemisphere, and the sign that a whole lap puts on them.
+/// The keys' quaternions, each on its predecessor's hemisphere, and the sign that a whole lap puts
+/// on them.
 fn same_hemisphere(keys: &[Key]) -> (Vec<DVec4>, f64) {
     let mut rotations: Vec<DVec4> = Vec::with_capacity(keys.len());
     for key in keys {
@@ -194,8 +203,9 @@ fn same_hemisphere(keys: &[Key]) -> (Vec<DVec4>, f64) {
     (rotations, closing)
 }
 
-/// Position, velocity and acceleration of one coordinate set at key `k`: those of the parabola through the key and its
-/// two neighbours, or at rest. `value(j, laps)` is the coordinate at key `j`, seen from a lap before (−1) or after (1).
+/// Position, velocity and acceleration of one coordinate set at key `k`: those of the parabola
+/// through the key and its two neighbours, or at rest. `value(j, laps)` is the coordinate at key
+/// `j`, seen from a lap before (−1) or after (1).
 fn reach<V>(keys: &[Key], cyclic: bool, k: usize, value: impl Fn(usize, i32) -> V) -> Reach<V>
 where
     V: Copy + std::ops::Sub<Output = V> + std::ops::Add<Output = V> + std::ops::Mul<f64, Output = V>,

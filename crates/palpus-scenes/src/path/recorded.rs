@@ -1,13 +1,17 @@
 //! The path of a recorded hand.
 //!
-//! 1. Recordings stutter (samples at odd times, positions to a tenth of a millisecond's way) and have gaps. Where samples are dense they are
-//!    averaged over 15 ms to each side, by a triangle, and a key is set every 10 ms: a movement of 12 Hz, the fastest of a hand, keeps nine tenths of
-//!    its size, and what the recorder added goes. Where samples are sparse they are the keys.
-//! 2. In a gap nobody knows what the hand did. It comes to rest, moves over and sets out again with the speed that it had after the gap.
+//! 1. Recordings stutter (samples at odd times, positions to a tenth of a millisecond's way) and
+//!    have gaps. Where samples are dense they are averaged over 15 ms to each side, by a triangle,
+//!    and a key is set every 10 ms: a movement of 12 Hz, the fastest of a hand, keeps nine tenths
+//!    of its size, and what the recorder added goes. Where samples are sparse they are the keys.
+//! 2. In a gap nobody knows what the hand did. It comes to rest, moves over and sets out again with
+//!    the speed that it had after the gap.
 //! 3. At the ends it sets out from rest and comes to rest, within 0.3 s.
-//! 4. Between keys the path is that of [`HandPath`]: position, velocity and acceleration have no steps.
+//! 4. Between keys the path is that of [`HandPath`]: position, velocity and acceleration have no
+//!    steps.
 //!
-//! The hand is set down where the scene wants it to begin: positions are shifted and scaled, the grip is turned within the hand; the world's axes stay.
+//! The hand is set down where the scene wants it to begin: positions are shifted and scaled, the
+//! grip is turned within the hand; the world's axes stay.
 
 use glam::{DQuat, DVec3, DVec4};
 use palpus::algebra::{Pose, quantile};
@@ -44,7 +48,8 @@ pub enum RecordedPathError {
     /// Of the placement.
     #[error("scale and speed of a recorded hand must be from 0.001 to 1000")]
     Placement,
-    /// A path of so many keys would take gigabytes, or times are so late that they have no digits for hundredths of a second.
+    /// A path of so many keys would take gigabytes, or times are so late that they have no digits
+    /// for hundredths of a second.
     #[error("the recording is too long; cut a part out of it")]
     TooLong,
 }
@@ -60,7 +65,8 @@ const DENSE: f64 = 0.02;
 /// s, and medians: what is longer is a gap. Over shorter ones the hand goes straight.
 const GAP: f64 = 1.0;
 const GAP_MEDIANS: f64 = 8.0;
-/// s in which the hand comes to rest before a gap, and sets out after it; at most a third of the gap.
+/// s in which the hand comes to rest before a gap, and sets out after it; at most a third of the
+/// gap.
 const STOP: f64 = 0.3;
 /// s: a sample that comes sooner after another is the same one.
 const SAME: f64 = 1e-4;
@@ -145,7 +151,8 @@ fn placed(samples: &[(f64, Pose)], placement: &Placement) -> Result<Vec<Sample>,
     if placed.len() < 2 { Err(RecordedPathError::TooFew) } else { Ok(placed) }
 }
 
-/// Keys every [`KEY`] over a stretch of dense samples, from its first to its last: means of the lines between samples.
+/// Keys every [`KEY`] over a stretch of dense samples, from its first to its last: means of the
+/// lines between samples.
 fn averaged(stretch: &[Sample], keys: &mut Vec<Key>) -> Result<(), RecordedPathError> {
     let [first, .., last] = stretch else {
         keys.extend(stretch.iter().map(|sample| Key::through(sample.time, sample.pose())));
@@ -187,7 +194,8 @@ fn between(a: &Sample, b: &Sample, time: f64) -> (DVec3, DVec4) {
     (a.translation.lerp(b.translation, part), a.rotation.lerp(b.rotation, part))
 }
 
-/// From rest before the gap to rest after it, where a stretch that begins at key `begin` follows another one.
+/// From rest before the gap to rest after it, where a stretch that begins at key `begin` follows
+/// another one.
 fn joined(keys: &mut Vec<Key>, begin: usize) {
     if begin == 0 || begin >= keys.len() {
         return;
@@ -200,7 +208,8 @@ fn joined(keys: &mut Vec<Key>, begin: usize) {
     keys.splice(begin..begin, [ended, begun]);
 }
 
-/// The key at rest, `after` seconds from `key`, that is reached from its velocity, which is that between it and the `other` one.
+/// The key at rest, `after` seconds from `key`, that is reached from its velocity, which is that
+/// between it and the `other` one.
 fn moved(key: &Key, other: Option<&Key>, after: f64) -> Key {
     let mut pose = key.pose;
     if let Some(other) = other {
@@ -210,7 +219,8 @@ fn moved(key: &Key, other: Option<&Key>, after: f64) -> Key {
     Key::rest(key.time + after, pose)
 }
 
-/// From rest at the first key, and to rest at the last: of the keys near them the hand makes one move. Times begin at 0.
+/// From rest at the first key, and to rest at the last: of the keys near them the hand makes one
+/// move. Times begin at 0.
 fn at_rest(keys: &mut Vec<Key>) {
     let (Some(first), Some(last)) = (keys.first().copied(), keys.last().copied()) else { return };
     let near = STOP.min((last.time - first.time) / 4.0);
@@ -343,7 +353,8 @@ mod tests {
         assert_eq!(HandPath::recorded(&samples, &slow).err(), Some(RecordedPathError::TooLong));
     }
 
-    /// Thought of while fuzzing: each stretch may be as long as a path, and only their sum was looked at, when it had been obtained.
+    /// Thought of while fuzzing: each stretch may be as long as a path, and only their sum was
+    /// looked at, when it had been obtained.
     #[test]
     fn many_long_stretches_are_refused_before_they_take_gigabytes() {
         let mut samples = Vec::new();

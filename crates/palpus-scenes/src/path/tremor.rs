@@ -9,7 +9,8 @@ const SINES: usize = 4;
 const LOWEST_HZ: f64 = 8.0;
 const HIGHEST_HZ: f64 = 12.0;
 
-/// A tremor of the intended position: the same for the same seed, and never larger than its amplitude along an axis.
+/// A tremor of the intended position: the same for the same seed, and never larger than its
+/// amplitude along an axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tremor {
     /// Amplitude of each sine, m.

@@ -1,10 +1,12 @@
 //! A hand that never comes to an end: to and fro along a scripted path, and off it.
 //!
-//! 1. How far along the path the hand is grows with time, faster and slower, and now and then falls back; beyond the end of a path that is no
-//!    cycle it comes back the same way. A path's ends are at rest, so that its turning there is smooth.
-//! 2. Position and rotation stray from it, so that the hand seeks contacts and leaves them where the script does not.
-//! 3. All of that is sums of sines up to 2 Hz, of which frequencies and phases are drawn from a seed: the same hand for
-//!    the same seed, and no repetition in a year.
+//! 1. How far along the path the hand is grows with time, faster and slower, and now and then falls
+//!    back; beyond the end of a path that is no cycle it comes back the same way. A path's ends are
+//!    at rest, so that its turning there is smooth.
+//! 2. Position and rotation stray from it, so that the hand seeks contacts and leaves them where
+//!    the script does not.
+//! 3. All of that is sums of sines up to 2 Hz, of which frequencies and phases are drawn from a
+//!    seed: the same hand for the same seed, and no repetition in a year.
 //! 4. The script's own tremor stays, by the hand's time.
 
 use std::f64::consts::TAU;
@@ -20,9 +22,11 @@ const SINES: usize = 8;
 const LOWEST_HZ: f64 = 0.05;
 /// Hz: voluntary movements of a hand have little above.
 const HIGHEST_HZ: f64 = 2.0;
-/// Hz: from here on the amplitudes fall with the frequency, so that slow sines move the hand far and fast ones little.
+/// Hz: from here on the amplitudes fall with the frequency, so that slow sines move the hand far
+/// and fast ones little.
 const KNEE_HZ: f64 = 0.4;
-/// The most by which the pace along the path is off, of the path's own: beyond 1, so that the hand goes back at times.
+/// The most by which the pace along the path is off, of the path's own: beyond 1, so that the hand
+/// goes back at times.
 const PACE: f64 = 1.4;
 /// s in which the straying begins: the hand starts where the path does.
 const BEGINNING: f64 = 2.0;
@@ -80,7 +84,8 @@ impl Waves {
 }
 
 impl Wander {
-    /// About `path`, at most `shift` (m) off along each axis and turned by at most `turn` (rad) about each; both usually a quarter of that.
+    /// About `path`, at most `shift` (m) off along each axis and turned by at most `turn` (rad)
+    /// about each; both usually a quarter of that.
     pub fn about(path: &HandPath, shift: f64, turn: f64, seed: u64) -> Self {
         let mut random = Random::new(seed);
         let mut waves = |most| Waves::new(most, &mut random);

@@ -1,9 +1,12 @@
-//! A cup: a real cavity, a wall of 3 mm and a handle, 500 triangles as in the paper's Table 1, genus 1.
+//! A cup: a real cavity, a wall of 3 mm and a handle, 500 triangles as in the paper's Table 1,
+//! genus 1.
 //!
-//! 1. A profile is turned about z through 16 steps: up the outer wall, over the rim, down the inner wall to the floor.
-//! 2. Two patches of the outer wall, one step wide and two rows high, are left open: each is bounded by six vertices.
-//! 3. A hexagonal tube bridges the two openings: its first and last rings *are* the openings' boundaries, so the handle
-//!    is joined as topology, not by overlap.
+//! 1. A profile is turned about z through 16 steps: up the outer wall, over the rim, down the inner
+//!    wall to the floor.
+//! 2. Two patches of the outer wall, one step wide and two rows high, are left open: each is
+//!    bounded by six vertices.
+//! 3. A hexagonal tube bridges the two openings: its first and last rings *are* the openings'
+//!    boundaries, so the handle is joined as topology, not by overlap.
 
 use std::f64::consts::PI;
 
@@ -43,7 +46,8 @@ const UPPER_OPENING: usize = 4;
 /// The quad of each row that faces +x.
 const HANDLE_SIDE: usize = SIDES - 1;
 
-/// A cup standing on z = 0, its axis along z, its handle towards +x; 70 mm wide and high: 500 triangles, genus 1.
+/// A cup standing on z = 0, its axis along z, its handle towards +x; 70 mm wide and high: 500
+/// triangles, genus 1.
 pub fn cup() -> PolygonSoup {
     let mut skin = Skin::default();
     let rings: Vec<_> = PROFILE
@@ -55,15 +59,15 @@ pub fn cup() -> PolygonSoup {
         let open = [LOWER_OPENING, UPPER_OPENING].iter().any(|&first| (first..first + 2).contains(&row));
         skin.band_where(&rings[row], &rings[row + 1], |k| !(open && k == HANDLE_SIDE));
     }
-    // The floor of the cavity faces up, which is the far end of the sweep that has turned downward: a ring that is
-    // counter-clockwise about +z.
+    // The floor of the cavity faces up, which is the far end of the sweep that has turned downward:
+    // a ring that is counter-clockwise about +z.
     skin.cap_end(&rings[12]);
     add_handle(&mut skin, &rings);
     skin.finish()
 }
 
-/// Radius of the cavity at height `z` (m), along its flats: how far from the axis a point may go before it meets the
-/// wall.
+/// Radius of the cavity at height `z` (m), along its flats: how far from the axis a point may go
+/// before it meets the wall.
 pub fn cup_inner_radius(z: f64) -> f64 {
     let z = z * 1e3;
     let inner = &PROFILE[8..];
@@ -75,8 +79,8 @@ pub fn cup_inner_radius(z: f64) -> f64 {
     along(k) * (PI / SIDES as f64).cos() * 1e-3
 }
 
-/// The six vertices around an opening, counter-clockwise about the handle's direction of sweep; `inward` is the row
-/// that lies on the inner side of the handle's bow.
+/// The six vertices around an opening, counter-clockwise about the handle's direction of sweep;
+/// `inward` is the row that lies on the inner side of the handle's bow.
 fn opening(rings: &[Vec<u32>], outward_row: usize, inward_row: usize) -> [u32; 6] {
     let middle_row = (outward_row + inward_row) / 2;
     // Side −y is the last vertex of a ring, side +y the first.

@@ -5,11 +5,12 @@ use palpus::body::PolygonSoup;
 
 use super::skin::Skin;
 
-/// From the block's top to the bottom of the notch, m; the notch is as wide to either side: a right angle.
+/// From the block's top to the bottom of the notch, m; the notch is as wide to either side: a right
+/// angle.
 pub const GROOVE_DEPTH: f64 = 0.020;
 
-/// A solid block, 80 mm × 120 mm × 40 mm, with a right-angled V notch along y. The block's top lies in the plane z = 0,
-/// the bottom of the notch at x = 0, z = −[`GROOVE_DEPTH`]: 24 triangles.
+/// A solid block, 80 mm × 120 mm × 40 mm, with a right-angled V notch along y. The block's top lies
+/// in the plane z = 0, the bottom of the notch at x = 0, z = −[`GROOVE_DEPTH`]: 24 triangles.
 pub fn v_groove() -> PolygonSoup {
     const HALF_WIDTH: f64 = 0.040;
     const HALF_LENGTH: f64 = 0.060;

@@ -1,9 +1,10 @@
-//! An intestine-like tube: folded in a serpentine, with a wavy radius (haustra) and a real lumen, 24 846 triangles as in
-//! the paper's Table 1.
+//! An intestine-like tube: folded in a serpentine, with a wavy radius (haustra) and a real lumen,
+//! 24 846 triangles as in the paper's Table 1.
 //!
-//! One closed sequence of rings: along the outer wall, over one cut end, back along the lumen, over the other cut end.
-//! The tube's outer radius stays below both the bend radius of the folds and half the distance between neighbouring
-//! rows, so the surface cannot meet itself; the wall is 3 mm thick everywhere.
+//! One closed sequence of rings: along the outer wall, over one cut end, back along the lumen, over
+//! the other cut end. The tube's outer radius stays below both the bend radius of the folds and
+//! half the distance between neighbouring rows, so the surface cannot meet itself; the wall is 3 mm
+//! thick everywhere.
 
 use std::f64::consts::{PI, TAU};
 
@@ -33,7 +34,8 @@ const SIDES: usize = 41;
 const OUTER_BANDS: usize = 151;
 const LUMEN_BANDS: usize = 150;
 
-/// The centre line of [`intestine`], by a parameter in \[0, 1\] that is even in length along the unheaved line.
+/// The centre line of [`intestine`], by a parameter in \[0, 1\] that is even in length along the
+/// unheaved line.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct CenterLine;
 
@@ -60,7 +62,8 @@ impl CenterLine {
         DVec3::new(direction * x, y, HEAVE * (TAU * s / HEAVE_LENGTH).sin())
     }
 
-    /// Two unit axes across the line at parameter `u`, the first one level; their cross product points along the line.
+    /// Two unit axes across the line at parameter `u`, the first one level; their cross product
+    /// points along the line.
     pub fn across(&self, u: f64) -> (DVec3, DVec3) {
         let (before, after) = ((u - 1e-5).clamp(0.0, 1.0), (u + 1e-5).clamp(0.0, 1.0));
         let tangent = (self.point(after) - self.point(before)).normalize();
@@ -74,8 +77,8 @@ impl CenterLine {
     }
 }
 
-/// A folded tube, wall and lumen, open at both cut ends, in about 160 mm × 180 mm × 45 mm around the origin: 24 846 triangles,
-/// genus 1.
+/// A folded tube, wall and lumen, open at both cut ends, in about 160 mm × 180 mm × 45 mm around
+/// the origin: 24 846 triangles, genus 1.
 pub fn intestine() -> PolygonSoup {
     let line = CenterLine;
     let mut skin = Skin::default();

@@ -1,7 +1,8 @@
 //! A round peg and the block with its hole.
 //!
-//! Both are 32-gons at the same angles. The clearance is honest: the hole's *inscribed* circle is wider than the peg's
-//! *circumscribed* one by the clearance, so the peg fits at any rotation about its axis.
+//! Both are 32-gons at the same angles. The clearance is honest: the hole's *inscribed* circle is
+//! wider than the peg's *circumscribed* one by the clearance, so the peg fits at any rotation about
+//! its axis.
 
 use std::f64::consts::PI;
 
@@ -19,8 +20,8 @@ pub const PEG_TIP: DVec3 = DVec3::new(0.0, 0.0, -0.040);
 
 const SIDES: usize = 32;
 
-/// An 8 mm peg along z, 50 mm long, with a 0.5 mm chamfer at its lower end, gripped 40 mm above [`PEG_TIP`]:
-/// 188 triangles.
+/// An 8 mm peg along z, 50 mm long, with a 0.5 mm chamfer at its lower end, gripped 40 mm above
+/// [`PEG_TIP`]: 188 triangles.
 pub fn peg() -> PolygonSoup {
     const LENGTH: f64 = 0.050;
     const CHAMFER: f64 = 0.0005;
@@ -38,8 +39,8 @@ pub fn peg() -> PolygonSoup {
     skin.finish()
 }
 
-/// A block, 40 mm × 40 mm × 25 mm, its top in the plane z = 0, with a hole along the z axis right through it that
-/// leaves [`peg`] a diametral `clearance` (m): 144 triangles, genus 1.
+/// A block, 40 mm × 40 mm × 25 mm, its top in the plane z = 0, with a hole along the z axis right
+/// through it that leaves [`peg`] a diametral `clearance` (m): 144 triangles, genus 1.
 pub fn hole_block(clearance: f64) -> PolygonSoup {
     const HALF_SIDE: f64 = 0.020;
     const HEIGHT: f64 = 0.025;
@@ -64,8 +65,8 @@ pub fn hole_block(clearance: f64) -> PolygonSoup {
     skin.finish()
 }
 
-/// The flat face between the square and the round mouth: each corner fans over its quarter of the mouth, and one
-/// triangle per side joins two corners. Facing +z, or −z when `downward`.
+/// The flat face between the square and the round mouth: each corner fans over its quarter of the
+/// mouth, and one triangle per side joins two corners. Facing +z, or −z when `downward`.
 fn frame(skin: &mut Skin, outline: &[u32], mouth: &[u32], downward: bool) {
     let quarter = SIDES / 4;
     let mut put = |a, b, c| if downward { skin.triangle(a, c, b) } else { skin.triangle(a, b, c) };

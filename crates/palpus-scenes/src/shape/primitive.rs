@@ -16,7 +16,8 @@ pub fn table() -> PolygonSoup {
     slab(DVec3::new(-0.15, -0.10, -0.02), DVec3::new(0.15, 0.10, 0.0))
 }
 
-/// A disc about the z axis with its middle at the origin: a prism of `sides` whose corners are at `radius`; m.
+/// A disc about the z axis with its middle at the origin: a prism of `sides` whose corners are at
+/// `radius`; m.
 pub fn disc(radius: f64, height: f64, sides: usize) -> PolygonSoup {
     let mut skin = Skin::default();
     let mut ring = |z: f64| skin.ring(circle(DVec3::Z * z, DVec3::X, DVec3::Y, radius, sides, 0.0));
@@ -41,8 +42,8 @@ fn slab(low: DVec3, high: DVec3) -> PolygonSoup {
     skin.finish()
 }
 
-/// A sphere about the origin with its vertices at `radius`, m: an icosahedron whose faces are cut in four
-/// `subdivisions` times, 20·4ⁿ triangles.
+/// A sphere about the origin with its vertices at `radius`, m: an icosahedron whose faces are cut
+/// in four `subdivisions` times, 20·4ⁿ triangles.
 pub fn sphere(radius: f64, subdivisions: u32) -> PolygonSoup {
     let golden = (1.0 + 5f64.sqrt()) / 2.0;
     let mut vertices: Vec<DVec3> = (0..12)
@@ -101,7 +102,8 @@ fn icosahedron_faces(vertices: &[DVec3]) -> Vec<[u32; 3]> {
 /// The pen's point in the pen's frame, m.
 pub const PEN_TIP: DVec3 = DVec3::new(0.0, 0.0, -0.040);
 
-/// A pen: a convex octagonal prism of 140 mm along z with a conical point, gripped 40 mm above [`PEN_TIP`]: 30 triangles.
+/// A pen: a convex octagonal prism of 140 mm along z with a conical point, gripped 40 mm above
+/// [`PEN_TIP`]: 30 triangles.
 pub fn pen() -> PolygonSoup {
     const SIDES: usize = 8;
     const RADIUS: f64 = 0.004;

@@ -19,7 +19,8 @@ pub fn rails_half_gap(y: f64) -> f64 {
     WIDE + (NARROW - WIDE) * (y / HALF_LENGTH + 1.0) / 2.0
 }
 
-/// A block with two sharp ridges along y that draw together towards +y, their edges in the plane z = 0: 36 triangles.
+/// A block with two sharp ridges along y that draw together towards +y, their edges in the plane z
+/// = 0: 36 triangles.
 pub fn rails() -> PolygonSoup {
     const HALF_WIDTH: f64 = 0.020;
     const BOTTOM: f64 = -0.010;

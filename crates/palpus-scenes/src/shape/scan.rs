@@ -9,14 +9,15 @@ use palpus::body::PolygonSoup;
 use super::skin::{Skin, circle};
 use super::torus::{TORUS_MAJOR_RADIUS, TORUS_MINOR_RADIUS};
 
-/// Scanners see each point a little too high or too low: by up to this share of an edge here, so that roughly every second
-/// edge is reflex and no smooth part becomes one large convex piece.
+/// Scanners see each point a little too high or too low: by up to this share of an edge here, so
+/// that roughly every second edge is reflex and no smooth part becomes one large convex piece.
 const ROUGHNESS: f64 = 0.1;
-/// Triangles are about equilateral when the long way round has this many times the points of the short one.
+/// Triangles are about equilateral when the long way round has this many times the points of the
+/// short one.
 const ASPECT: f64 = TORUS_MAJOR_RADIUS / TORUS_MINOR_RADIUS;
 
-/// The [`torus`](super::torus) again, as a scan of about `triangles` triangles (at least 100), each point off by noise that
-/// is the same on every call.
+/// The [`torus`](super::torus) again, as a scan of about `triangles` triangles (at least 100), each
+/// point off by noise that is the same on every call.
 pub fn scanned_torus(triangles: usize) -> PolygonSoup {
     let sides = ((triangles.max(100) as f64 / (2.0 * ASPECT)).sqrt().round() as usize).max(3);
     let sections = (triangles.max(100) as f64 / (2.0 * sides as f64)).round() as usize;

@@ -1,14 +1,15 @@
 //! A surface under construction: rings of vertices, bands between them, caps over them.
 //!
-//! Every ring runs counter-clockwise about the direction in which the surface is swept, so that each band's triangles
-//! face away from the sweep's axis.
+//! Every ring runs counter-clockwise about the direction in which the surface is swept, so that
+//! each band's triangles face away from the sweep's axis.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 
-/// Diagonals closer than this (relative) count as equal, so that rounding does not decide how a quad is cut.
+/// Diagonals closer than this (relative) count as equal, so that rounding does not decide how a
+/// quad is cut.
 const EQUAL_DIAGONALS: f64 = 1e-9;
 
 #[derive(Default)]
@@ -46,7 +47,8 @@ impl Skin {
         }
     }
 
-    /// The band from one ring to the next along the sweep, except quads that `keep` refuses (by their number).
+    /// The band from one ring to the next along the sweep, except quads that `keep` refuses (by
+    /// their number).
     pub(super) fn band_where(&mut self, from: &[u32], to: &[u32], keep: impl Fn(usize) -> bool) {
         debug_assert_eq!(from.len(), to.len());
         for k in (0..from.len()).filter(|&k| keep(k)) {
@@ -60,14 +62,16 @@ impl Skin {
         self.band_where(from, to, |_| true);
     }
 
-    /// Closes the far end of the sweep over a convex planar ring, without a new vertex: n − 2 triangles.
+    /// Closes the far end of the sweep over a convex planar ring, without a new vertex: n − 2
+    /// triangles.
     pub(super) fn cap_end(&mut self, ring: &[u32]) {
         for k in 1..ring.len() - 1 {
             self.triangle(ring[0], ring[k], ring[k + 1]);
         }
     }
 
-    /// Closes the near end of the sweep over a convex planar ring: n − 2 triangles facing against the sweep.
+    /// Closes the near end of the sweep over a convex planar ring: n − 2 triangles facing against
+    /// the sweep.
     pub(super) fn cap_start(&mut self, ring: &[u32]) {
         for k in 1..ring.len() - 1 {
             self.triangle(ring[0], ring[k + 1], ring[k]);
@@ -95,7 +99,8 @@ impl Skin {
     }
 }
 
-/// `count` points of a circle that runs from axis `n` towards axis `b`: counter-clockwise about `n × b`.
+/// `count` points of a circle that runs from axis `n` towards axis `b`: counter-clockwise about
+/// `n × b`.
 ///
 /// The first point stands `phase` steps after `n`.
 pub(super) fn circle(

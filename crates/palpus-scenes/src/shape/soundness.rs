@@ -126,7 +126,8 @@ fn no_triangle_is_degenerate_and_every_call_builds_the_same() {
     }
 }
 
-/// The engine has nothing to mend, and by exact predicates no two triangles have more in common than they share.
+/// The engine has nothing to mend, and by exact predicates no two triangles have more in common
+/// than they share.
 #[test]
 fn no_shape_meets_itself_or_needs_mending() {
     for Case { name, build, .. } in CASES {

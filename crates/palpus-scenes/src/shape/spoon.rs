@@ -1,7 +1,7 @@
 //! A spoon: a bowl with a real cavity and a handle, 336 triangles as in the paper's Table 1.
 //!
-//! Cross-sections at fixed x, twelve vertices each, swept from the handle's end to the bowl's tip. The sections lie in
-//! parallel planes and each is simple, so the surface cannot meet itself.
+//! Cross-sections at fixed x, twelve vertices each, swept from the handle's end to the bowl's tip.
+//! The sections lie in parallel planes and each is simple, so the surface cannot meet itself.
 
 use glam::DVec3;
 use palpus::body::PolygonSoup;
@@ -11,9 +11,9 @@ use super::skin::Skin;
 /// The bowl's tip in the spoon's frame, m.
 pub const SPOON_TIP: DVec3 = DVec3::new(0.070, 0.0, -0.0066);
 
-/// One cross-section, in mm: where it stands along x, half its width, the height of its edges, how far the middle of
-/// the upper side rises over its edges (negative: a cavity), how far the middle of the lower side hangs under its
-/// edges, and the thickness at the edges.
+/// One cross-section, in mm: where it stands along x, half its width, the height of its edges, how
+/// far the middle of the upper side rises over its edges (negative: a cavity), how far the middle
+/// of the lower side hangs under its edges, and the thickness at the edges.
 struct Section(f64, f64, f64, f64, f64, f64);
 
 const SECTIONS: [Section; 14] = [
@@ -36,8 +36,8 @@ const SECTIONS: [Section; 14] = [
 /// Where a section's vertices stand across, from edge to edge, as parts of the half width.
 const ACROSS: [f64; 6] = [-1.0, -0.62, -0.22, 0.22, 0.62, 1.0];
 
-/// A spoon of 120 mm along x, its tip at [`SPOON_TIP`], the bowl's cavity opening towards +z, gripped on the handle at the
-/// origin: 336 triangles.
+/// A spoon of 120 mm along x, its tip at [`SPOON_TIP`], the bowl's cavity opening towards +z,
+/// gripped on the handle at the origin: 336 triangles.
 pub fn spoon() -> PolygonSoup {
     let mut skin = Skin::default();
     let rings: Vec<_> = SECTIONS.iter().map(|section| skin.ring(outline(section))).collect();

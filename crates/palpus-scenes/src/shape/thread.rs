@@ -1,8 +1,9 @@
 //! A bolt and its nut, with real threads.
 //!
-//! The thread is one strip that winds up around the axis: four rows of vertices a turn (root, flank, crest, flank), of which the
-//! first of a turn is the fifth of the turn before. Its two ends are cut along the plane through the axis, and a plain collar
-//! leads to a flat ring above and below. The nut's is the same strip, wider by the clearance, and looked at from within.
+//! The thread is one strip that winds up around the axis: four rows of vertices a turn (root,
+//! flank, crest, flank), of which the first of a turn is the fifth of the turn before. Its two ends
+//! are cut along the plane through the axis, and a plain collar leads to a flat ring above and
+//! below. The nut's is the same strip, wider by the clearance, and looked at from within.
 
 use std::f64::consts::TAU;
 
@@ -31,8 +32,9 @@ const NUT_TURNS: usize = 3;
 const COLLAR: f64 = 0.001;
 const NUT_RADIUS: f64 = 0.012;
 
-/// A row of a turn: where it stands, in parts of the pitch, and whether on the crest. Flanks stand at 60° to each other. The first two rows stand at
-/// the radius of the collars, which must not be in the way: the bolt's on the root, the nut's on the crest.
+/// A row of a turn: where it stands, in parts of the pitch, and whether on the crest. Flanks stand
+/// at 60° to each other. The first two rows stand at the radius of the collars, which must not be
+/// in the way: the bolt's on the root, the nut's on the crest.
 type Row = (f64, bool);
 const BOLT_ROWS: [Row; 4] = [(0.0, false), (0.21, false), (0.5, true), (0.71, true)];
 const NUT_ROWS: [Row; 4] = [(0.5, true), (0.71, true), (1.0, false), (1.21, false)];
@@ -47,9 +49,11 @@ pub fn bolt() -> PolygonSoup {
     skin.finish()
 }
 
-/// A round nut that winds onto [`bolt`]: 10 mm high, its grip in the middle of its axis: 824 triangles, genus 1.
+/// A round nut that winds onto [`bolt`]: 10 mm high, its grip in the middle of its axis: 824
+/// triangles, genus 1.
 ///
-/// Turned by any angle φ about z and raised by [`NUT_GRIP`] + φ/2π · [`THREAD_PITCH`], it stands free in the bolt's thread.
+/// Turned by any angle φ about z and raised by [`NUT_GRIP`] + φ/2π · [`THREAD_PITCH`], it stands
+/// free in the bolt's thread.
 pub fn nut() -> PolygonSoup {
     let mut skin = Skin::default();
     let thread = Thread { offset: THREAD_CLEARANCE, base: -NUT_GRIP, turns: NUT_TURNS, rows: NUT_ROWS, inward: true };
@@ -102,7 +106,8 @@ impl Thread {
             let next = high[(k + 1) % SIDES];
             faces.push(vec![vertex(count + k, 0), vertex(count + k + 1, 0), next, high[k]]);
         }
-        // The collar's last side below and its first one above meet the thread's end, which has corners on their edge.
+        // The collar's last side below and its first one above meet the thread's end, which has
+        // corners on their edge.
         let start = [0, 1, 2, 3, 4].map(|row| vertex(0, row));
         let end = [0, 1, 2, 3, 4].map(|row| vertex(count, row));
         faces.push(vec![vertex(SIDES - 1, 0), low[SIDES - 1], low[0], start[0], start[1], start[4]]);

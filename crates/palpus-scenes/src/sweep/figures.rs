@@ -4,10 +4,12 @@ use palpus::algebra::quantile;
 
 use super::{Judged, PUSHED_SHARE, Push};
 
-/// Bins over the share of the thickness at which contact was lost; the last is for pushes that were held to the end.
+/// Bins over the share of the thickness at which contact was lost; the last is for pushes that were
+/// held to the end.
 pub const HELD_BINS: usize = 10;
 
-/// Upper ends of the bins over depth as a multiple of the true distance, behind the bin of points without contact.
+/// Upper ends of the bins over depth as a multiple of the true distance, behind the bin of points
+/// without contact.
 pub const RATIO_ENDS: [f64; 8] = [0.5, 0.8, 0.9, 0.98, 1.02, 1.1, 1.25, f64::INFINITY];
 
 /// How much more than the true distance a depth may be at most.
@@ -22,7 +24,8 @@ pub struct PopThrough {
     pub held: f64,
     /// Share of the pushes whose depth grew as long as the surface behind was the nearest.
     pub grew: f64,
-    /// How many pushes lost contact between k and k + 1 ninths of the way; last, those that did not.
+    /// How many pushes lost contact between k and k + 1 ninths of the way; last, those that did
+    /// not.
     pub lost_in: [usize; HELD_BINS],
 }
 
@@ -52,13 +55,15 @@ pub struct Honesty {
     pub unseen: f64,
     /// Median and ninth decile of the depth's relative error, 1 where there is no contact.
     pub error: [f64; 2],
-    /// Median and ninth decile of the angle between the contact's normal and the shortest way out, rad.
+    /// Median and ninth decile of the angle between the contact's normal and the shortest way out,
+    /// rad.
     pub turn: [f64; 2],
     /// Share of the points with a depth of more than [`HONEST`] times the true distance.
     pub beyond: f64,
     /// The largest depth as a multiple of the true distance.
     pub worst: f64,
-    /// How many points have no contact, and then a depth up to each of [`RATIO_ENDS`] times the true distance.
+    /// How many points have no contact, and then a depth up to each of [`RATIO_ENDS`] times the
+    /// true distance.
     pub ratio_in: [usize; RATIO_ENDS.len() + 1],
 }
 

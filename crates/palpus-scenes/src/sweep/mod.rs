@@ -1,12 +1,14 @@
 //! Two sweeps over a closed body that hold how deep it can be felt, and how truly.
 //!
-//! * *Pop-through*: a small probe is pushed in against the surface at seeded samples of it, along the inward normal, to 45 % of
-//!   the way to the opposite wall. Contact must persist, and its depth must not fall while the true one grows.
-//! * *Honesty*: a small probe is put down at seeded points of the inside. Depth and direction of the deepest contact are held
-//!   against the nearest point of the surface.
+//! * *Pop-through*: a small probe is pushed in against the surface at seeded samples of it, along
+//!   the inward normal, to 45 % of the way to the opposite wall. Contact must persist, and its
+//!   depth must not fall while the true one grows.
+//! * *Honesty*: a small probe is put down at seeded points of the inside. Depth and direction of
+//!   the deepest contact are held against the nearest point of the surface.
 //!
-//! Both ask the pair query of the servo path, with its contacts as they come: the deepest is what eq. 5 takes. The probe is an
-//! octahedron, turned at random, and small beside what it is pushed into; its own extent along the normal is taken off.
+//! Both ask the pair query of the servo path, with its contacts as they come: the deepest is what
+//! eq. 5 takes. The probe is an octahedron, turned at random, and small beside what it is pushed
+//! into; its own extent along the normal is taken off.
 
 mod figures;
 mod probes;
@@ -29,9 +31,11 @@ const STEPS: u32 = 30;
 const PROBE_SHARE: f64 = 0.01;
 /// Relative to the thickness: by how much depth may fall from step to step.
 const FALL: f64 = 0.01;
-/// Relative to the depth along the push: the point of the surface under which it began is the nearest one.
+/// Relative to the depth along the push: the point of the surface under which it began is the
+/// nearest one.
 const OWN: f64 = 0.98;
-/// Relative to the body's size: what is thinner is not pushed into, and what is nearer to the surface not measured.
+/// Relative to the body's size: what is thinner is not pushed into, and what is nearer to the
+/// surface not measured.
 const THINNEST: f64 = 1e-4;
 
 /// One push.
@@ -41,11 +45,14 @@ pub struct Push {
     pub point: DVec3,
     /// From there along the inward normal to the next wall, m.
     pub thickness: f64,
-    /// Share of the thickness at which contact was last felt without a break; [`PUSHED_SHARE`] if it persisted.
+    /// Share of the thickness at which contact was last felt without a break; [`PUSHED_SHARE`] if
+    /// it persisted.
     pub held: f64,
-    /// Share of the thickness as far as which the surface behind was the nearest, at most [`PUSHED_SHARE`].
+    /// Share of the thickness as far as which the surface behind was the nearest, at most
+    /// [`PUSHED_SHARE`].
     pub own: f64,
-    /// As far as [`Self::own`]: the share at which depth first fell, or stayed behind the true one by a quarter.
+    /// As far as [`Self::own`]: the share at which depth first fell, or stayed behind the true one
+    /// by a quarter.
     pub grew: f64,
 }
 
@@ -58,7 +65,8 @@ pub struct Judged {
     pub distance: f64,
     /// That of the deepest contact; zero without contact.
     pub depth: f64,
-    /// Angle between the contact's normal and the direction to the nearest surface, rad; π without contact.
+    /// Angle between the contact's normal and the direction to the nearest surface, rad; π without
+    /// contact.
     pub turn: f64,
 }
 
@@ -71,8 +79,8 @@ impl Judged {
 
 /// Pushes a small probe into a closed body at `samples` points of its surface.
 ///
-/// Samples whose normal meets no opposite wall, or one too near to measure, are replaced by others; there may be fewer than
-/// asked for where nearly all are such.
+/// Samples whose normal meets no opposite wall, or one too near to measure, are replaced by others;
+/// there may be fewer than asked for where nearly all are such.
 pub fn pop_through(body: &Arc<Body>, samples: usize, seed: u64) -> Vec<Push> {
     let mut random = Random::new(seed);
     let mut probes = Probes::new(body, &mut random);

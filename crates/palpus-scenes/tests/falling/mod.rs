@@ -1,4 +1,5 @@
-//! A body that falls, slides and spins against another by itself: what the engine's forces do to a free solid.
+//! A body that falls, slides and spins against another by itself: what the engine's forces do to a
+//! free solid.
 
 use std::sync::Arc;
 

@@ -1,4 +1,5 @@
-//! The judge of searches for near pairs: a walk down both hierarchies from their roots, without memory, boxes or any order.
+//! The judge of searches for near pairs: a walk down both hierarchies from their roots, without
+//! memory, boxes or any order.
 
 use palpus::algebra::Placement;
 use palpus::body::NodeKind;

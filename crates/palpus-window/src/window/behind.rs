@@ -1,7 +1,9 @@
-//! Work behind a window, on a thread of its own: the newest question is answered, older ones are dropped.
+//! Work behind a window, on a thread of its own: the newest question is answered, older ones are
+//! dropped.
 //!
-//! The window asks, in any frame, and looks whether there is an answer; it never waits. A question that is asked while another is
-//! worked on makes that one *superseded*, and long work looks now and then whether it is.
+//! The window asks, in any frame, and looks whether there is an answer; it never waits. A question
+//! that is asked while another is worked on makes that one *superseded*, and long work looks now
+//! and then whether it is.
 
 use std::sync::{Arc, Condvar, Mutex};
 use std::thread::JoinHandle;
@@ -28,7 +30,8 @@ struct Slots<Q, A> {
 }
 
 impl<Q: Send + 'static, A: Send + 'static> Behind<Q, A> {
-    /// `work` is called with each question, and may leave several answers, better and better. `wake` is called after each.
+    /// `work` is called with each question, and may leave several answers, better and better.
+    /// `wake` is called after each.
     pub(super) fn new(
         wake: impl Fn() + Send + Sync + 'static,
         mut work: impl FnMut(Q, &Desk<Q, A>) + Send + 'static,

@@ -1,7 +1,7 @@
 //! How the window is dressed: sizes of letters, colours of what can be pressed.
 //!
-//! Sizes are points at one pixel each; Ctrl with + and − scales everything. What matters while one feels (the state, force, torque) is
-//! as large as a headline, so that it is read from two metres.
+//! Sizes are points at one pixel each; Ctrl with + and − scales everything. What matters while one
+//! feels (the state, force, torque) is as large as a headline, so that it is read from two metres.
 
 use eframe::egui::{
     self, Color32, Context, CornerRadius, FontFamily, FontId, Margin, RichText, Stroke, TextStyle, Visuals,

@@ -1,6 +1,7 @@
 //! What is felt, and how it is changed: presets, switches and sliders.
 //!
-//! The panel shows the run's settings as they are and asks for others only when something was moved.
+//! The panel shows the run's settings as they are and asks for others only when something was
+//! moved.
 
 use std::ops::RangeInclusive;
 

@@ -1,12 +1,15 @@
-//! The bodies and marks of a scene through OpenGL 3.3 or OpenGL ES 3.0, into whatever egui draws to.
+//! The bodies and marks of a scene through OpenGL 3.3 or OpenGL ES 3.0, into whatever egui draws
+//! to.
 //!
-//! 1. A body's triangles are uploaded once, each corner with its normal and the colour of its piece; corners that agree in both are
-//!    one, which a processor that draws works out once. Where the sides of triangles are to be seen, they are uploaded again, each
-//!    corner for itself, with the side of the triangle that it is opposite to.
-//! 2. In each frame: opaque bodies; the inner, then the outer sides of translucent ones; marks, first those parts that something
-//!    hides, pale, then the others.
+//! 1. A body's triangles are uploaded once, each corner with its normal and the colour of its
+//!    piece; corners that agree in both are one, which a processor that draws works out once. Where
+//!    the sides of triangles are to be seen, they are uploaded again, each corner for itself, with
+//!    the side of the triangle that it is opposite to.
+//! 2. In each frame: opaque bodies; the inner, then the outer sides of translucent ones; marks,
+//!    first those parts that something hides, pale, then the others.
 //!
-//! Light is that of `paint`. Places are taken into the view's frame in f64, so that f32 need not hold the world.
+//! Light is that of `paint`. Places are taken into the view's frame in f64, so that f32 need not
+//! hold the world.
 #![allow(unsafe_code)] // This file and `shader` talk to the graphics library; every call is glow's, on the thread that owns the context.
 
 use std::collections::HashMap;
@@ -203,7 +206,8 @@ impl Artist {
 
     /// Draws into the viewport and the scissor that are set.
     pub(crate) fn draw(&mut self, gl: &glow::Context, drawing: &Drawing) {
-        // SAFETY: as in `new`; the objects belong to this context, and buffers are as long as their counts say.
+        // SAFETY: as in `new`; the objects belong to this context, and buffers are as long as their
+        // counts say.
         unsafe {
             gl.use_program(Some(self.program));
             gl.disable(glow::BLEND);
@@ -249,7 +253,8 @@ impl Artist {
         }
     }
 
-    /// Uploads what the sides of a body's triangles need, where they are to be seen. A library without room for it draws none.
+    /// Uploads what the sides of a body's triangles need, where they are to be seen. A library
+    /// without room for it draws none.
     ///
     /// # Safety
     /// The context is current.

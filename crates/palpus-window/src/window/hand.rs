@@ -1,12 +1,16 @@
-//! The hand at the window: mouse, keys and a SpaceMouse move the pose that the simulated hand is to hold the probe in.
+//! The hand at the window: mouse, keys and a SpaceMouse move the pose that the simulated hand is to
+//! hold the probe in.
 //!
-//! 1. *Mouse*: a drag that begins on the probe moves it in the view's plane, with the wheel nearer and farther; with the right button, Shift or Alt
-//!    it turns it about the point that was taken; with Ctrl it rolls.
+//! 1. *Mouse*: a drag that begins on the probe moves it in the view's plane, with the wheel nearer
+//!    and farther; with the right button, Shift or Alt it turns it about the point that was taken;
+//!    with Ctrl it rolls.
 //! 2. *Keys*: arrows, PageUp and PageDown along the view's axes, with Ctrl about them.
 //! 3. *SpaceMouse*: along and about the view's axes, as fast as it is pushed.
 //!
-//! The first of these takes the probe over from the script where the device holds it then. When the mouse lets go, the hand lets go: no
-//! force stays. What keys or a SpaceMouse moved stays where it was left. Both last until the probe is given back. The probe follows by its springs, so it feels what is in its way: the drawn spring goes from where it is to where it is to be.
+//! The first of these takes the probe over from the script where the device holds it then. When the
+//! mouse lets go, the hand lets go: no force stays. What keys or a SpaceMouse moved stays where it
+//! was left. Both last until the probe is given back. The probe follows by its springs, so it feels
+//! what is in its way: the drawn spring goes from where it is to where it is to be.
 
 use eframe::egui::{self, Key, PointerButton, Pos2, Stroke};
 use glam::{DQuat, DVec3};
@@ -95,8 +99,8 @@ impl Hand {
         *self = Self::default();
     }
 
-    /// Moves what is held by everything that moves it. True if the mouse is the hand's, not the eye's, in this frame. `keys`: arrows are
-    /// for the hand, not for a control.
+    /// Moves what is held by everything that moves it. True if the mouse is the hand's, not the
+    /// eye's, in this frame. `keys`: arrows are for the hand, not for a control.
     pub(super) fn act(
         &mut self,
         ui: &egui::Ui,

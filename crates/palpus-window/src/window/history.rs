@@ -47,7 +47,8 @@ pub(crate) struct Interval {
 pub(crate) struct History(VecDeque<Sample>);
 
 impl History {
-    /// Adds a sample that is newer than all others, and forgets what is too old; an older one begins anew.
+    /// Adds a sample that is newer than all others, and forgets what is too old; an older one
+    /// begins anew.
     pub(crate) fn push(&mut self, sample: Sample) {
         match self.0.back() {
             Some(last) if last.time == sample.time => return,

@@ -1,4 +1,5 @@
-//! What the window shows in a frame, and what mouse and keys do. The module's description has the outline.
+//! What the window shows in a frame, and what mouse and keys do. The module's description has the
+//! outline.
 
 use eframe::egui::{self, CornerRadius, Frame, Margin, Panel, ScrollArea, Ui};
 use glam::DVec3;

@@ -1,7 +1,8 @@
 //! Keys: which were pressed, which mean the same in every window, and how `?` lists them.
 //!
-//! Each window has a table of its own keys ([`super::run_keys`], [`super::player`], [`super::viewer`]) beside the one here. Tables say both what a
-//! key does and what is listed, so that the two agree.
+//! Each window has a table of its own keys ([`super::run_keys`], [`super::player`],
+//! [`super::viewer`]) beside the one here. Tables say both what a key does and what is listed, so
+//! that the two agree.
 
 use eframe::egui::{self, Event, Key, RichText};
 
@@ -49,7 +50,8 @@ pub(super) struct Pressed {
     pub(super) again: bool,
 }
 
-/// The keys of this frame; none while text is written, and none with Ctrl or Alt, which are the window's and the eye's.
+/// The keys of this frame; none while text is written, and none with Ctrl or Alt, which are the
+/// window's and the eye's.
 pub(super) fn pressed(context: &egui::Context) -> Vec<Pressed> {
     if context.text_edit_focused() {
         return Vec::new();

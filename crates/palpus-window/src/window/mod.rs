@@ -1,14 +1,16 @@
 //! The window beside the servo loop.
 //!
-//! It reads the newest values that the servo thread has left ([`palpus_device::Newest`]), and asks for what it wants through a
+//! It reads the newest values that the servo thread has left ([`palpus_device::Newest`]), and asks
+//! for what it wants through a
 //! [`Run`]: the loop never waits for it. One function builds the interface, once a frame:
 //!
 //! 1. take the newest moment and numbers, and remember the numbers for the plots;
 //! 2. keys, which ask for what buttons ask for too;
-//! 3. above, what can be asked of the run; at the right, how it goes and what is felt; below, the last seconds; in the middle the scene,
-//!    in which the mouse moves the probe or the eye.
+//! 3. above, what can be asked of the run; at the right, how it goes and what is felt; below, the
+//!    last seconds; in the middle the scene, in which the mouse moves the probe or the eye.
 //!
-//! A machine without a display, or whose graphics library is missing or too old, is an error that says so.
+//! A machine without a display, or whose graphics library is missing or too old, is an error that
+//! says so.
 
 mod bar;
 mod behind;
@@ -62,8 +64,8 @@ pub fn has_display() -> bool {
         .any(|name| std::env::var_os(name).is_some_and(|v| !v.is_empty()))
 }
 
-/// Shows `scene`, whose first body is the probe and whose second the environment, until the user closes the window; must be called
-/// on the main thread. `run` is what goes on behind it.
+/// Shows `scene`, whose first body is the probe and whose second the environment, until the user
+/// closes the window; must be called on the main thread. `run` is what goes on behind it.
 ///
 /// # Errors
 /// When no window can be opened here.

@@ -1,7 +1,9 @@
 //! What is to be felt next: a file that was dropped or whose path was typed, or a built-in scene.
 //!
-//! 1. A path that names a file is read at once, on a thread of its own, to say whether it is a scene or a mesh, and how large.
-//! 2. A mesh needs two answers: which of the two bodies it becomes, and what a length of 1 in it means. The second is guessed from its size.
+//! 1. A path that names a file is read at once, on a thread of its own, to say whether it is a
+//!    scene or a mesh, and how large.
+//! 2. A mesh needs two answers: which of the two bodies it becomes, and what a length of 1 in it
+//!    means. The second is guessed from its size.
 //! 3. Enter, or the button, has the run prepare it.
 
 use std::path::{Path, PathBuf};

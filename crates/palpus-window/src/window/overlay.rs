@@ -1,4 +1,5 @@
-//! What stands over the scene: what its colours mean, whose the probe is, what is being prepared, and what there is to tell.
+//! What stands over the scene: what its colours mean, whose the probe is, what is being prepared,
+//! and what there is to tell.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};

@@ -7,8 +7,9 @@ use super::view3d::Ray;
 use crate::scene::{Scene, ShownBody};
 use crate::solid::Solid;
 
-/// The point of the probe under `ray`, in the probe's frame: the nearest on its triangles, or a corner that is nearly there, for what is thin.
-/// None where the environment is opaque and nearer. `metres` says how far beside the ray counts as nearly, at a point of the world.
+/// The point of the probe under `ray`, in the probe's frame: the nearest on its triangles, or a
+/// corner that is nearly there, for what is thin. None where the environment is opaque and nearer.
+/// `metres` says how far beside the ray counts as nearly, at a point of the world.
 pub(super) fn probe_at(scene: &Scene, ray: &Ray, metres: impl Fn(DVec3) -> f64) -> Option<DVec3> {
     let probe = scene.bodies.first()?;
     let local = ray.within(&probe.pose);
@@ -56,7 +57,8 @@ fn hit([a, b, c]: [DVec3; 3], ray: &Ray) -> Option<f64> {
     (along_u >= 0.0 && along_v >= 0.0 && along_u + along_v <= 1.0 && distance > 0.0).then_some(distance)
 }
 
-/// Of the corners that the ray passes within reach, the one nearest to the eye: the one that is seen.
+/// Of the corners that the ray passes within reach, the one nearest to the eye: the one that is
+/// seen.
 fn nearly(solid: &Solid, ray: &Ray, reach: impl Fn(DVec3) -> f64) -> Option<(f64, DVec3)> {
     let along = |point: &DVec3| ((*point - ray.origin).dot(ray.direction), *point);
     let is_near =

@@ -1,7 +1,8 @@
 //! The last seconds as curves: force, torque, times, contacts, newest at the right.
 //!
-//! Behind the curves stands how the bodies were, as in the paper's Figure 5: green while there were contacts and no overlap (D), red while they
-//! overlapped (P). Above each stands its newest value, large.
+//! Behind the curves stands how the bodies were, as in the paper's Figure 5: green while there were
+//! contacts and no overlap (D), red while they overlapped (P). Above each stands its newest value,
+//! large.
 
 use eframe::egui::{self, Align2, FontId, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
 

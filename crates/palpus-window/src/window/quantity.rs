@@ -1,8 +1,10 @@
-//! What of the engine's settings stands on a slider: its unit, its range, and what goes along with it.
+//! What of the engine's settings stands on a slider: its unit, its range, and what goes along with
+//! it.
 //!
-//! Ranges come from the settings that fit the device. A coupling is quiet up to about twice what palpus chooses for it (see
-//! [`palpus::render::VirtualCoupling`]), and so is a device without one for contacts of that stiffness; so that is where sliders end. Behind a
-//! coupling the contacts' stiffness is not felt and may be far larger.
+//! Ranges come from the settings that fit the device. A coupling is quiet up to about twice what
+//! palpus chooses for it (see [`palpus::render::VirtualCoupling`]), and so is a device without one
+//! for contacts of that stiffness; so that is where sliders end. Behind a coupling the contacts'
+//! stiffness is not felt and may be far larger.
 
 use palpus::render::Settings;
 
@@ -40,7 +42,8 @@ pub(super) struct Fitting {
 
 /// Quiet up to so many times what fits.
 const QUIET: f64 = 2.0;
-/// How much less than what fits is offered: of a coupling, of contacts behind one, of the tolerance.
+/// How much less than what fits is offered: of a coupling, of contacts behind one, of the
+/// tolerance.
 const LOOSEST: f64 = 0.05;
 const SOFTEST: f64 = 0.02;
 const FINEST: f64 = 0.1;
@@ -67,7 +70,8 @@ impl Fitting {
         }
     }
 
-    /// The other of the two modes, with the stiffness of contacts that belongs to it; nothing where there is no coupling to be had.
+    /// The other of the two modes, with the stiffness of contacts that belongs to it; nothing where
+    /// there is no coupling to be had.
     pub(super) fn switched(&self, now: &Settings) -> Option<Settings> {
         let other = if now.coupling.is_some() { self.direct } else { self.coupled? };
         let mut switched = Settings { coupling: other.coupling, ..*now };
@@ -235,7 +239,8 @@ fn set_stiffness(settings: &mut Settings, stiffness: f64) {
     settings.stiffness = stiffness;
 }
 
-/// With a coupling, contacts push from a part of the tolerance on, and so hard that the device's largest force comes within it: both go along.
+/// With a coupling, contacts push from a part of the tolerance on, and so hard that the device's
+/// largest force comes within it: both go along.
 fn set_tolerance(settings: &mut Settings, tolerance: f64) {
     let times = tolerance / settings.contact_tolerance;
     if let Some(coupling) = &mut settings.coupling {

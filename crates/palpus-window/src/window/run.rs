@@ -1,8 +1,9 @@
 //! What the window may see of the run behind it, and ask of it.
 //!
-//! The window draws and asks; a [`Run`] answers. Every call comes from the window's thread and returns at once: what takes time (preparing a
-//! mesh) goes on elsewhere and is asked after in each frame, and what the servo loop is to do reaches it as a newest value, never by waiting.
-//! Frames: poses are the probe's in the world.
+//! The window draws and asks; a [`Run`] answers. Every call comes from the window's thread and
+//! returns at once: what takes time (preparing a mesh) goes on elsewhere and is asked after in each
+//! frame, and what the servo loop is to do reaches it as a newest value, never by waiting. Frames:
+//! poses are the probe's in the world.
 
 use std::path::{Path, PathBuf};
 
@@ -14,9 +15,11 @@ use palpus_device::{Cuts, DeviceSpec, Guide, Newest, Phase};
 use crate::moment::Moment;
 use crate::scene::Scene;
 
-/// A run of the servo loop that is watched and steered. See the module's description for threads and frames.
+/// A run of the servo loop that is watched and steered. See the module's description for threads
+/// and frames.
 pub trait Run {
-    /// The newest numbers. Ticks are counted from the beginning of the run; they may begin anew when the scene is replaced.
+    /// The newest numbers. Ticks are counted from the beginning of the run; they may begin anew
+    /// when the scene is replaced.
     fn numbers(&mut self) -> Numbers;
 
     /// What is held, for its name, its limits and its workspace.
@@ -31,14 +34,17 @@ pub trait Run {
     /// In words, when they cannot be; the run then goes on as it was.
     fn set_settings(&mut self, settings: &Settings) -> Result<(), String>;
 
-    /// Places to begin from: first palpus's own settings for this scene on this device, second the paper's; more are shown as they come.
+    /// Places to begin from: first palpus's own settings for this scene on this device, second the
+    /// paper's; more are shown as they come.
     fn presets(&self) -> Vec<Preset>;
 
-    /// True if a person at the window may move the probe: a simulated hand, not a device in a real one.
+    /// True if a person at the window may move the probe: a simulated hand, not a device in a real
+    /// one.
     fn can_guide(&self) -> bool;
 
-    /// The simulated hand intends this pose of the probe (its mesh's frame, world) from now on, and goes there as fast as hands do; or lets
-    /// go of it, or goes back to its script. Does nothing where the probe cannot be guided.
+    /// The simulated hand intends this pose of the probe (its mesh's frame, world) from now on, and
+    /// goes there as fast as hands do; or lets go of it, or goes back to its script. Does nothing
+    /// where the probe cannot be guided.
     fn guide(&mut self, guide: Guide);
 
     /// Told in every frame: the key for force is held, or not.
@@ -80,7 +86,8 @@ pub trait Run {
     /// The built-in scenes: name, and what there is to feel.
     fn scenes(&self) -> Vec<(String, String)>;
 
-    /// Reads a file that may be loaded, only to say what it is. The window calls the function on a thread of its own.
+    /// Reads a file that may be loaded, only to say what it is. The window calls the function on a
+    /// thread of its own.
     fn reader(&self) -> fn(&Path) -> Result<FileKind, String>;
 
     /// Begins to prepare what is to be felt next, while the loop goes on with what there is.
@@ -92,7 +99,8 @@ pub trait Run {
     /// How far that has come. A failure is told until the next [`Run::load`].
     fn loading(&mut self) -> Loading;
 
-    /// Once after what was wanted has taken the place of what there was: what is to be seen from now on.
+    /// Once after what was wanted has taken the place of what there was: what is to be seen from
+    /// now on.
     fn replaced(&mut self) -> Option<(Scene, Newest<Moment>)>;
 
     /// The loop has ended by itself.
@@ -137,7 +145,8 @@ pub struct Numbers {
     pub force_time: f64,
     /// Step over the period, of late.
     pub load: f64,
-    /// Share of the contacts that were carried from the tick before, since a step's work is bounded, of late.
+    /// Share of the contacts that were carried from the tick before, since a step's work is
+    /// bounded, of late.
     pub carried: f64,
     /// Ticks whose wrench came more than a period late.
     pub overruns: u64,
@@ -153,7 +162,8 @@ pub struct Numbers {
     pub cuts: Cuts,
     /// Where the engagement stands.
     pub phase: Phase,
-    /// From where the probe is to where force can come, world, m: while that is waited for and known.
+    /// From where the probe is to where force can come, world, m: while that is waited for and
+    /// known.
     pub way_out: Option<DVec3>,
 }
 
@@ -199,7 +209,8 @@ pub enum Cap {
     None,
     /// There is one that may not be read; why, and what mends it.
     Unusable(String),
-    /// How it is pushed: as a speed of the hand, m/s and rad/s, x to the right, y away from the user, z up.
+    /// How it is pushed: as a speed of the hand, m/s and rad/s, x to the right, y away from the
+    /// user, z up.
     Pushed(Twist),
 }
 

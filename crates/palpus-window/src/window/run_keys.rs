@@ -1,5 +1,5 @@
-//! What can be asked of the window beside a run, and by which key, beside what every window can be asked for. Keys that move the probe are in
-//! `hand`.
+//! What can be asked of the window beside a run, and by which key, beside what every window can be
+//! asked for. Keys that move the probe are in `hand`.
 
 use eframe::egui::{self, Key};
 
@@ -111,7 +111,8 @@ const MOUSE: [(&str, &str); 14] = [
 const MARGIN: f32 = 60.0;
 const WHOLE: [f32; 2] = [900.0, 520.0];
 
-/// What is asked for in this frame. Keys that controls know too are theirs while `elsewhere`, that is, while one of them is chosen.
+/// What is asked for in this frame. Keys that controls know too are theirs while `elsewhere`, that
+/// is, while one of them is chosen.
 pub(super) fn asked(context: &egui::Context, elsewhere: bool) -> Vec<Action> {
     let pressed = pressed(context).into_iter().filter(|pressed| !(elsewhere && is_of_controls(pressed.key)));
     pressed.filter_map(|pressed| meant(&pressed)).collect()

@@ -51,7 +51,8 @@ pub(super) unsafe fn program(gl: &glow::Context, by_processor: bool) -> Result<g
 
 const PRECISION: &str = "#ifdef GL_ES\nprecision highp float;\n#endif\n";
 
-/// Where a processor draws: light is worked out for corners, not for every pixel of every small triangle.
+/// Where a processor draws: light is worked out for corners, not for every pixel of every small
+/// triangle.
 const PER_CORNER: &str = "#define PER_CORNER\n";
 
 /// Light and cover of a place, for both shaders.

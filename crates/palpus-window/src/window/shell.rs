@@ -8,7 +8,8 @@ use eframe::egui::{self, RichText, TextureHandle, TextureOptions};
 use super::{WindowError, shot};
 use crate::picture::Picture;
 
-/// Opens a window called `title` with what `app` makes, until the user closes it; must be called on the main thread.
+/// Opens a window called `title` with what `app` makes, until the user closes it; must be called on
+/// the main thread.
 ///
 /// # Errors
 /// When no window can be opened here.
@@ -36,7 +37,8 @@ pub(super) fn show<'a>(
     }
 }
 
-/// Errors of the window library begin with where in its sources they arose; what happened comes last.
+/// Errors of the window library begin with where in its sources they arose; what happened comes
+/// last.
 fn last_part(error: &str) -> String {
     error
         .rsplit(".rs:")

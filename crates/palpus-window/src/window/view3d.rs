@@ -1,13 +1,15 @@
-//! A scene in three dimensions, turned, moved and neared by the mouse: the middle of every window that shows bodies.
+//! A scene in three dimensions, turned, moved and neared by the mouse: the middle of every window
+//! that shows bodies.
 //!
 //! In each frame a window
 //!
-//! 1. gives the view its place ([`View3d::place`]), which the first time moves the eye to where everything is seen;
+//! 1. gives the view its place ([`View3d::place`]), which the first time moves the eye to where
+//!    everything is seen;
 //! 2. uses the mouse for what is its own, or leaves it to the eye ([`View3d::navigate`]);
 //! 3. has the scene drawn ([`View3d::draw`]), with marks of its own beside those of the scene.
 //!
-//! Whatever needs the graphics library happens while egui paints, when its context is current; so a replaced scene is uploaded in
-//! the next frame. Places in the window are egui's points.
+//! Whatever needs the graphics library happens while egui paints, when its context is current; so a
+//! replaced scene is uploaded in the next frame. Places in the window are egui's points.
 
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -34,7 +36,8 @@ const FRAME_OF_PROCESSOR: Duration = Duration::from_millis(30);
 const TURN: f32 = 0.008;
 /// How much nearer a step of the wheel comes: the exponent for a point.
 const ZOOM: f32 = 0.0025;
-/// rad in a second that a key turns it, and the exponent that it comes nearer; s: the most that it acts on in a frame.
+/// rad in a second that a key turns it, and the exponent that it comes nearer; s: the most that it
+/// acts on in a frame.
 const KEY_TURN: f32 = 1.2;
 const KEY_ZOOM: f32 = 1.0;
 const LONGEST_FRAME: f32 = 0.1;
@@ -180,8 +183,8 @@ impl View3d {
         area
     }
 
-    /// The mouse moves the eye: a drag turns it, with Shift or another button it moves it, the wheel brings it nearer. So do Alt and arrows,
-    /// PageUp and PageDown.
+    /// The mouse moves the eye: a drag turns it, with Shift or another button it moves it, the
+    /// wheel brings it nearer. So do Alt and arrows, PageUp and PageDown.
     pub(super) fn navigate(&mut self, ui: &egui::Ui, area: &Area) {
         let response = &area.response;
         let moved = response.drag_delta();

@@ -22,14 +22,16 @@ impl SegmentSegment {
     }
 }
 
-/// The parameter in \[0, 1\] of the point of segment `p`–`q` that is closest to `x` (0 for a segment of no length).
+/// The parameter in \[0, 1\] of the point of segment `p`–`q` that is closest to `x` (0 for a
+/// segment of no length).
 pub fn closest_on_segment(x: DVec3, p: DVec3, q: DVec3) -> f64 {
     let d = q - p;
     let length_squared = d.length_squared();
     if length_squared > 0.0 { ((x - p).dot(d) / length_squared).clamp(0.0, 1.0) } else { 0.0 }
 }
 
-/// The closest points of segments `p1`–`q1` and `p2`–`q2`; for parallel segments one of the many closest pairs.
+/// The closest points of segments `p1`–`q1` and `p2`–`q2`; for parallel segments one of the many
+/// closest pairs.
 ///
 /// After Ericson, *Real-Time Collision Detection*, §5.1.9.
 pub fn closest_segment_segment(p1: DVec3, q1: DVec3, p2: DVec3, q2: DVec3) -> SegmentSegment {

@@ -4,7 +4,8 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::tolerance::WELL_FORMED_ROUNDING;
 
-/// A rigid placement of one frame in another: `pose_ab * p_b` is the point `p_b` of frame b written in frame a.
+/// A rigid placement of one frame in another: `pose_ab * p_b` is the point `p_b` of frame b written
+/// in frame a.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
     /// Unit quaternion.
@@ -17,7 +18,8 @@ impl Pose {
     /// The placement that moves nothing.
     pub const IDENTITY: Self = Self { rotation: DQuat::IDENTITY, translation: DVec3::ZERO };
 
-    /// A placement from its parts; `rotation` is normalised here, so a recorded quaternion may be a little off.
+    /// A placement from its parts; `rotation` is normalised here, so a recorded quaternion may be a
+    /// little off.
     pub fn new(rotation: DQuat, translation: DVec3) -> Self {
         Self { rotation: rotation.normalize(), translation }
     }
@@ -49,8 +51,9 @@ impl Pose {
     }
 
     /// Returns the frame with the axes of this one whose origin is at `point`, a point in this
-    /// frame's coordinates. Of a probe with the pose `p`, the grip's pose is `p.with_origin(grip_a)`;
-    /// of a grip with the pose `g`, the probe's pose is `g.with_origin(-grip_a)`.
+    /// frame's coordinates. Of a probe with the pose `p`, the grip's pose is
+    /// `p.with_origin(grip_a)`; of a grip with the pose `g`, the probe's pose is
+    /// `g.with_origin(-grip_a)`.
     #[must_use]
     pub fn with_origin(self, point: DVec3) -> Self {
         if point == DVec3::ZERO {
@@ -65,8 +68,9 @@ impl Pose {
         self.rotation.is_finite() && self.translation.is_finite() && (self.rotation.length() - 1.0).abs() < 1e-6
     }
 
-    /// The same placement turning without stretching: a quaternion that [`Self::is_valid`] lets pass is made of unit length. One
-    /// that is so but for rounding stays as it is, to its last bit.
+    /// The same placement turning without stretching: a quaternion that [`Self::is_valid`] lets
+    /// pass is made of unit length. One that is so but for rounding stays as it is, to its last
+    /// bit.
     #[must_use]
     pub fn unstretched(self) -> Self {
         let off = (self.rotation.length() - 1.0).abs();

@@ -1,7 +1,8 @@
 //! Random numbers that are the same on every machine and in every run.
 //!
-//! The generator is the SplitMix64 of the crate `rand_xoshiro`, a fixed algorithm (Steele, Lea, Flood 2014). The distributions stand
-//! here, since those of the crate `rand` may change with its version, and models are cut into pieces by these numbers.
+//! The generator is the SplitMix64 of the crate `rand_xoshiro`, a fixed algorithm (Steele, Lea,
+//! Flood 2014). The distributions stand here, since those of the crate `rand` may change with its
+//! version, and models are cut into pieces by these numbers.
 
 use glam::DVec3;
 use rand_xoshiro::SplitMix64;
@@ -69,7 +70,8 @@ impl Random {
 mod tests {
     use super::*;
 
-    /// The first numbers that the authors' C program prints for this seed: pieces of models and scenes rest on them.
+    /// The first numbers that the authors' C program prints for this seed: pieces of models and
+    /// scenes rest on them.
     #[test]
     fn numbers_of_a_seed_stay_the_same() {
         let mut random = Random::new(1_234_567);

@@ -2,15 +2,16 @@
 
 use glam::{DQuat, DVec3};
 
-/// The rotation vector (axis times angle, rad) of the unit quaternion `q`: the shorter way round, exact near no
-/// rotation, where the arc cosine of w would lose half the digits.
+/// The rotation vector (axis times angle, rad) of the unit quaternion `q`: the shorter way round,
+/// exact near no rotation, where the arc cosine of w would lose half the digits.
 pub fn rotation_vector(q: DQuat) -> DVec3 {
     let q = if q.w < 0.0 { -q } else { q };
     let sine = q.xyz().length();
     if sine > 0.0 { q.xyz() * (2.0 * sine.atan2(q.w) / sine) } else { DVec3::ZERO }
 }
 
-/// The vector of the rotation that leads from `from` to `to`, in the frame in which both are written.
+/// The vector of the rotation that leads from `from` to `to`, in the frame in which both are
+/// written.
 pub fn rotation_between(from: DQuat, to: DQuat) -> DVec3 {
     rotation_vector(to * from.conjugate())
 }

@@ -4,7 +4,8 @@ use glam::DVec3;
 
 use super::Pose;
 
-/// The velocity of a rigid body: angular in rad/s, linear in m/s of the point that the holder states.
+/// The velocity of a rigid body: angular in rad/s, linear in m/s of the point that the holder
+/// states.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Twist {
     /// rad/s.
@@ -43,7 +44,8 @@ impl Wrench {
         Self { torque: self.torque - offset.cross(self.force), force: self.force }
     }
 
-    /// The same wrench written in the frame in which `pose` places this one's frame; the stated point does not change.
+    /// The same wrench written in the frame in which `pose` places this one's frame; the stated
+    /// point does not change.
     pub fn rotated(&self, pose: &Pose) -> Self {
         Self { torque: pose.vector(self.torque), force: pose.vector(self.force) }
     }

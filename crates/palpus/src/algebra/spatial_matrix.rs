@@ -1,4 +1,5 @@
-//! Symmetric 6 × 6 matrices that turn velocities of a rigid body into wrenches: inertias, stiffnesses, dampings.
+//! Symmetric 6 × 6 matrices that turn velocities of a rigid body into wrenches: inertias,
+//! stiffnesses, dampings.
 
 use glam::{DMat3, DVec3};
 
@@ -6,7 +7,8 @@ use super::{Twist, Wrench};
 
 /// A symmetric matrix from twists to wrenches, both about one and the same point, in one frame.
 ///
-/// Kept as three blocks: torque from turning, torque from moving (its transpose is force from turning), force from moving.
+/// Kept as three blocks: torque from turning, torque from moving (its transpose is force from
+/// turning), force from moving.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SpatialMatrix {
     torque_turning: DMat3,
@@ -18,7 +20,8 @@ impl SpatialMatrix {
     /// Nothing.
     pub const ZERO: Self = Self { torque_turning: DMat3::ZERO, torque_moving: DMat3::ZERO, force_moving: DMat3::ZERO };
 
-    /// The inertia of a rigid body about its centre of mass: kg, and kg·m² in the axes of the frame.
+    /// The inertia of a rigid body about its centre of mass: kg, and kg·m² in the axes of the
+    /// frame.
     pub fn of_body(mass: f64, inertia: DMat3) -> Self {
         Self {
             torque_turning: inertia,
@@ -27,7 +30,8 @@ impl SpatialMatrix {
         }
     }
 
-    /// Adds a spring or damper of strength `c` that acts along the unit vector `direction` at `offset` from the point.
+    /// Adds a spring or damper of strength `c` that acts along the unit vector `direction` at
+    /// `offset` from the point.
     pub fn add_along(&mut self, direction: DVec3, offset: DVec3, c: f64) {
         let turning = offset.cross(direction);
         self.torque_turning += outer(c * turning, turning);
@@ -35,7 +39,8 @@ impl SpatialMatrix {
         self.force_moving += outer(c * direction, direction);
     }
 
-    /// Adds a spring or damper of strength `c` that acts alike in all directions at `offset` from the point.
+    /// Adds a spring or damper of strength `c` that acts alike in all directions at `offset` from
+    /// the point.
     pub fn add_at(&mut self, offset: DVec3, c: f64) {
         let cross = cross_matrix(offset);
         self.torque_turning += cross * cross.transpose() * c;
@@ -70,8 +75,8 @@ impl SpatialMatrix {
         rows(&[self.torque_turning, self.torque_moving], &[self.torque_moving.transpose(), self.force_moving])
     }
 
-    /// The 6 × 6 numbers that make the wrench about the stated point of the twist of another body, stated for that body's
-    /// point from which the stated point lies at `offset`.
+    /// The 6 × 6 numbers that make the wrench about the stated point of the twist of another body,
+    /// stated for that body's point from which the stated point lies at `offset`.
     pub fn across(&self, offset: DVec3) -> [[f64; 6]; 6] {
         let cross = cross_matrix(offset);
         rows(
@@ -89,7 +94,8 @@ impl SpatialMatrix {
         }
     }
 
-    /// The twist to which `wrench` belongs; `None` if the matrix is not positive definite, by rounding or by nature.
+    /// The twist to which `wrench` belongs; `None` if the matrix is not positive definite, by
+    /// rounding or by nature.
     ///
     /// Moving is eliminated first, turning by its Schur complement.
     pub fn solve(&self, wrench: &Wrench) -> Option<Twist> {

@@ -4,8 +4,8 @@ use glam::{DMat3, DVec3};
 
 use super::tolerance::JACOBI_SWEEPS;
 
-/// The eigenvalues of a symmetric matrix in rising order, and its eigenvectors as the columns of a right-handed rotation
-/// in the same order; by Jacobi rotations.
+/// The eigenvalues of a symmetric matrix in rising order, and its eigenvectors as the columns of a
+/// right-handed rotation in the same order; by Jacobi rotations.
 pub fn eigen(matrix: DMat3) -> (DVec3, DMat3) {
     let mut a = matrix.to_cols_array_2d();
     let mut v = DMat3::IDENTITY.to_cols_array_2d();

@@ -989,8 +989,12 @@ pub const COUPLING_SAMPLED: f64 = 0.01;
 /// The loop lags by one and a half; less than that is no damping at all. More makes the noise of the velocity felt.
 pub const COUPLING_LEAD: f64 = 3.0;
 
-/// N·m/rad: aligns the tool where the device has no torque; stiff for a hand-held thing.
-pub const COUPLING_ALIGNMENT: f64 = 5.0;
+/// N·m/rad: turns the tool to the hand where the device pushes along three axes only.
+///
+/// The force is then that of a device which pushes along all six: there contact turns the hand (0.15 N·m/rad in a
+/// relaxed one, 0.6 in an ordinary one) and stretches the coupling (0.94), in a row 0.13 to 0.37. A hand that no torque turns does not give way, so the tool must. At 5 a spoon in a cup
+/// felt three times the force of the whole device; far below 0.3 the tool points elsewhere than the hand.
+pub const COUPLING_ALIGNMENT: f64 = 0.3;
 
 /// m: how much farther a coupling is stretched, whose spring has levelled off, before its anchor slips.
 ///
@@ -1054,6 +1058,29 @@ pub const COUPLING_ROUNDS: u32 = 12;
 ///
 /// A hundredth of the friction of one contact, gone in the next tick.
 pub const COUPLING_SETTLED: f64 = 0.01;
+
+// render: the ring of an impact (transient)
+
+/// s: a direction in which nothing has pressed for so long may be hit again.
+///
+/// A hand taps at most ten times a second; a tool that bounces by encoder steps is off the surface for a few ticks. Longer swallows
+/// taps; shorter makes a tool that rests on a rough surface buzz.
+pub const IMPACT_REST: f64 = 0.02;
+
+/// Cosine: normals that are nearer to each other than this are one direction of contact.
+///
+/// 30°. Wider, and a wall is not felt from a slope; narrower, and a tool rings when it rolls over facets.
+pub const IMPACT_CONE: f64 = 0.866;
+
+/// Relative to the device's largest force: the most that a ring may take.
+///
+/// The rest is for the contact itself, and at 200 Hz the slew limit (the largest force in 2 ms) does not cut the swing.
+pub const TRANSIENT_MOST: f64 = 1.0 / 3.0;
+
+/// Ticks in a period of a vibration, at least.
+///
+/// Five: the steps of the held force are then 2 dB below the swing that they are to make. Fewer is noise.
+pub const TRANSIENT_SAMPLES: f64 = 5.0;
 
 // render: the limits (saturate)
 

@@ -6,8 +6,8 @@ use std::cell::Cell;
 /// An allowance of work, and what has been spent of it.
 ///
 /// One unit is about what it takes to look at one pair of nodes: the register of tolerances says
-/// what other things cost. The engine never asks a clock how far it may go; whoever has one sets the
-/// allowance ([`crate::render::Pacer`]).
+/// what other things cost. The engine never asks a clock how far it may go; whoever has one sets
+/// the allowance ([`crate::render::Pacer`]).
 #[derive(Debug, Default)]
 pub struct Work {
     most: Option<u64>,

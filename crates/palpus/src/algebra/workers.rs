@@ -1,15 +1,19 @@
-//! Hands that the caller lends for work that falls into independent parts: the engine has no threads of its own.
+//! Hands that the caller lends for work that falls into independent parts: the engine has no
+//! threads of its own.
 //!
-//! The engine cuts the work into parts by the size of the work alone, never by how many hands there are, and puts the
-//! answers together in the parts' order. So what comes out is the same whoever did it, and how many they were.
+//! The engine cuts the work into parts by the size of the work alone, never by how many hands there
+//! are, and puts the answers together in the parts' order. So what comes out is the same whoever
+//! did it, and how many they were.
 
 use std::sync::OnceLock;
 
 /// Who does the parts of a job, one after the other or at once.
 pub trait Workers: Sync {
-    /// Calls `work(k)` once for each `k` below `count`, in any order and on any threads, and returns when all are done.
+    /// Calls `work(k)` once for each `k` below `count`, in any order and on any threads, and
+    /// returns when all are done.
     ///
-    /// `finished` is called on the calling thread, now and then, with how many are done; it must not decrease.
+    /// `finished` is called on the calling thread, now and then, with how many are done; it must
+    /// not decrease.
     fn each(&self, count: usize, work: &(dyn Fn(usize) + Sync), finished: &mut dyn FnMut(usize));
 }
 
@@ -32,7 +36,8 @@ impl<W: Workers + ?Sized> Workers for &W {
     }
 }
 
-/// The answers of `work(k)` for each `k` below `count`, in that order; `batch` of them (at least one) are one part.
+/// The answers of `work(k)` for each `k` below `count`, in that order; `batch` of them (at least
+/// one) are one part.
 ///
 /// `progress` is told the fraction done, rising to one.
 pub fn map_in_order<T: Send + Sync>(
@@ -61,7 +66,8 @@ pub fn map_in_order<T: Send + Sync>(
     all
 }
 
-/// The answers of two jobs, done at once if there are hands for both; each may lend the same hands again.
+/// The answers of two jobs, done at once if there are hands for both; each may lend the same hands
+/// again.
 pub fn both<A: Send + Sync, B: Send + Sync>(
     workers: &dyn Workers,
     first: impl Fn() -> A + Sync,

@@ -20,19 +20,21 @@ use crate::body::decompose::thicken::{WaysIn, inner_corners};
 pub struct BodySettings {
     /// Metres per unit of the model; finite and positive.
     pub scale: f64,
-    /// Relative to the model's bounding diagonal: how far a piece may deviate from the surface where the file's few digits
-    /// have bent its planes; from 0 to 1e-3. See [`Self::EXACT`] and [`Self::HAPTIC`].
+    /// Relative to the model's bounding diagonal: how far a piece may deviate from the surface
+    /// where the file's few digits have bent its planes; from 0 to 1e-3. See [`Self::EXACT`] and
+    /// [`Self::HAPTIC`].
     pub flatness: f64,
-    /// Pieces of closed surfaces reach into the solid as far as their part of the surface is the nearest, so that deep
-    /// penetration is seen. Without, a piece is only as thick as its patch.
+    /// Pieces of closed surfaces reach into the solid as far as their part of the surface is the
+    /// nearest, so that deep penetration is seen. Without, a piece is only as thick as its patch.
     pub thick: bool,
 }
 
 impl BodySettings {
     /// For measuring: distances are exact to this share of the model's size.
     pub const EXACT: f64 = 3e-8;
-    /// For touching: 3 micrometres on a 10 cm object, far below what is felt, and enough to make one face of a plane that was
-    /// written with six digits (a round peg is 1 piece instead of 4870).
+    /// For touching: 3 micrometres on a 10 cm object, far below what is felt, and enough to make
+    /// one face of a plane that was written with six digits (a round peg is 1 piece instead of
+    /// 4870).
     pub const HAPTIC: f64 = 3e-5;
 }
 
@@ -77,7 +79,8 @@ pub enum BodyError {
     Hierarchy(#[from] HierarchyError),
 }
 
-/// An object, ready for queries. Immutable, to be shared between threads. Metres, in the frame of the model.
+/// An object, ready for queries. Immutable, to be shared between threads. Metres, in the frame of
+/// the model.
 #[derive(Clone, Debug)]
 pub struct Body {
     mesh: Mesh,
@@ -92,11 +95,12 @@ pub struct Body {
 }
 
 impl Body {
-    /// Names the sources of this engine that decide which pieces a mesh gives: parts that were made under another name are
-    /// not to be restored.
+    /// Names the sources of this engine that decide which pieces a mesh gives: parts that were made
+    /// under another name are not to be restored.
     pub const FINGERPRINT: &str = env!("PALPUS_BODY_FINGERPRINT");
 
-    /// Makes a body of polygons as read from a file; `progress` is told the fraction done, rising to one.
+    /// Makes a body of polygons as read from a file; `progress` is told the fraction done, rising
+    /// to one.
     pub fn from_soup(
         soup: &PolygonSoup,
         settings: &BodySettings,
@@ -115,8 +119,9 @@ impl Body {
         Self::assemble(Ground::new(soup, settings)?, settings, workers, progress)
     }
 
-    /// Makes again the body that `parts` were of. `ground` must be that of the soup and the settings that they were made from:
-    /// what else they could be is the caller's to know; parts that cannot belong together are an error.
+    /// Makes again the body that `parts` were of. `ground` must be that of the soup and the
+    /// settings that they were made from: what else they could be is the caller's to know; parts
+    /// that cannot belong together are an error.
     pub fn restore(ground: Ground, parts: BodyParts, workers: &dyn Workers) -> Result<Self, BodyError> {
         parts.check(ground.mesh.triangles().len(), workers).map_err(BodyError::Parts)?;
         Ok(Self::finish(ground, parts, workers))
@@ -205,8 +210,8 @@ impl Body {
         self.admissible.of(k, &self.polytopes[k as usize], &self.mesh)
     }
 
-    /// True if `point` on `feature` of piece `k` lies on the surface of the mesh and `outward` (unit) is a direction that the
-    /// surface has there; both in the body's frame.
+    /// True if `point` on `feature` of piece `k` lies on the surface of the mesh and `outward`
+    /// (unit) is a direction that the surface has there; both in the body's frame.
     pub fn owns(&self, k: u32, feature: Feature, point: DVec3, outward: DVec3) -> bool {
         self.own_normals(k).holds(&self.pieces[k as usize], feature, point, outward)
     }
@@ -333,8 +338,8 @@ fn convex_pieces(
 /// The largest [`BodySettings::flatness`]: a thousandth of the model is a feature, not noise.
 const LARGEST_FLATNESS: f64 = 1e-3;
 
-/// How much of the work is done, for the progress report: when mesh, edges and tree stand; when the decomposition does, the
-/// ways in, the pieces, the hierarchy.
+/// How much of the work is done, for the progress report: when mesh, edges and tree stand; when the
+/// decomposition does, the ways in, the pieces, the hierarchy.
 const GROUND_SHARE: f64 = 0.05;
 const BELOW_WAYS: f64 = 0.3;
 const BELOW_PIECES: f64 = 0.5;

@@ -1,23 +1,26 @@
 //! Convex surface decomposition: which facets go together to one convex piece \[K02 §3.2, EL01\].
 //!
-//! A patch is a connected set of facets that all lie on the hull of their union, and that hull stays in the solid.
+//! A patch is a connected set of facets that all lie on the hull of their union, and that hull
+//! stays in the solid.
 //!
-//! 1. *Crest distance.* A breadth-first search over the dual graph from all facets with a reflex side at once gives
-//!    each facet its distance to the nearest valley.
+//! 1. *Crest distance.* A breadth-first search over the dual graph from all facets with a reflex
+//!    side at once gives each facet its distance to the nearest valley.
 //! 2. *Seeds.* The next patch starts at the free facet farthest from any valley; ties by index.
-//! 3. *Growth.* From the seed over convex and coplanar sides, as long as the patch accepts (see `grow`). Each
-//!    candidate is tried once: a refusal stays right as the patch grows.
+//! 3. *Growth.* From the seed over convex and coplanar sides, as long as the patch accepts (see
+//!    `grow`). Each candidate is tried once: a refusal stays right as the patch grows.
 //! 4. *Handing out.* A small patch whose facets can all be taken by its neighbours is dissolved.
-//! 5. *Ruin and recreate.* Small patches and their neighbours are grown again in other orders (see `regrow`).
+//! 5. *Ruin and recreate.* Small patches and their neighbours are grown again in other orders (see
+//!    `regrow`).
 //!
-//! Parts of the surface that are convex as a whole are found first (see `whole`), since growth costs the square of a
-//! patch's size.
+//! Parts of the surface that are convex as a whole are found first (see `whole`), since growth
+//! costs the square of a patch's size.
 //!
-//! Deviations from \[EL01\]'s cresting search. Growth takes the candidate across the *sharpest* side first instead of
-//! first come first served: what is bent most is hardest to place later (armadillo 7304 → 7265 patches, teacup 198
-//! → 193, torus 50). Step 4 is added (armadillo → 7248, teacup → 192, teaspoon 123 → 115). Containment is decided by
-//! one test, see `contain`. Tried and left out: choosing always the seed that now yields the largest patch took
-//! ten to thirty times as long, for a count within 0.6 % either way on models of 2000 triangles and more (teacup 189).
+//! Deviations from \[EL01\]'s cresting search. Growth takes the candidate across the *sharpest*
+//! side first instead of first come first served: what is bent most is hardest to place later
+//! (armadillo 7304 → 7265 patches, teacup 198 → 193, torus 50). Step 4 is added (armadillo → 7248,
+//! teacup → 192, teaspoon 123 → 115). Containment is decided by one test, see `contain`. Tried and
+//! left out: choosing always the seed that now yields the largest patch took ten to thirty times as
+//! long, for a count within 0.6 % either way on models of 2000 triangles and more (teacup 189).
 
 pub(super) mod contain;
 pub(super) mod facet;
@@ -164,8 +167,8 @@ fn hand_out(grower: &mut Grower<'_>, partition: &mut Partition, neighbours: Neig
     }
 }
 
-/// A patch other than `giver` next to facet `f` that accepts it. Very large patches are not asked: they grew first and
-/// have refused it before.
+/// A patch other than `giver` next to facet `f` that accepts it. Very large patches are not asked:
+/// they grew first and have refused it before.
 fn find_heir(
     grower: &mut Grower<'_>,
     partition: &Partition,

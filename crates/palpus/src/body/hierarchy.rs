@@ -1,21 +1,25 @@
 //! The binary tree of hulls over the pieces \[K02 §3.2, EL01\].
 //!
-//! 1. From the root down, split the pieces in the order of their centroids along the direction in which these spread
-//!    most, where surface times number of both parts is least; a leaf is one piece.
+//! 1. From the root down, split the pieces in the order of their centroids along the direction in
+//!    which these spread most, where surface times number of both parts is least; a leaf is one
+//!    piece.
 //! 2. From the leaves up, each node's volume is the convex hull of its children's hull vertices.
-//! 3. A face of an inner hull is *free* (virtual: it spans empty space) unless it coincides with an original face of
-//!    a piece.
+//! 3. A face of an inner hull is *free* (virtual: it spans empty space) unless it coincides with an
+//!    original face of a piece.
 //! 4. In front of each hull stand a box and a ball that hold it.
 //!
-//! With several hands, the tree's top is cut level by level, the subtrees below it are built whole, and the hulls of the
-//! top level by level again (`build_with`). The nodes' order is that of one hand: left subtree, right subtree, node.
+//! With several hands, the tree's top is cut level by level, the subtrees below it are built whole,
+//! and the hulls of the top level by level again (`build_with`). The nodes' order is that of one
+//! hand: left subtree, right subtree, node.
 //!
-//! Neither part of a split is ever smaller than a fixed share, which keeps the tree's depth logarithmic whatever the
-//! model, so that a traversal's stack has a bound. Cuts measured on contacts of the real meshes, node pairs that a
-//! traversal looks at: median 1, midpoint 0.92, least surface times number 0.83.
+//! Neither part of a split is ever smaller than a fixed share, which keeps the tree's depth
+//! logarithmic whatever the model, so that a traversal's stack has a bound. Cuts measured on
+//! contacts of the real meshes, node pairs that a traversal looks at: median 1, midpoint 0.92,
+//! least surface times number 0.83.
 //!
-//! Merging may shave vertices off a hull by the merge distance, a little at each level. The balls and boxes are made to
-//! hold every vertex of every piece all the same, so that dropping a pair by them is never wrong.
+//! Merging may shave vertices off a hull by the merge distance, a little at each level. The balls
+//! and boxes are made to hold every vertex of every piece all the same, so that dropping a pair by
+//! them is never wrong.
 
 pub(super) mod bounds;
 mod build;
@@ -82,8 +86,9 @@ pub enum HierarchyError {
 }
 
 impl Hierarchy {
-    /// A tree from its nodes, children before parents, and the hulls of its inner nodes in the nodes' order; `None` unless
-    /// it is one tree with each of so many `pieces` in one leaf. That its volumes hold what is below is the caller's promise.
+    /// A tree from its nodes, children before parents, and the hulls of its inner nodes in the
+    /// nodes' order; `None` unless it is one tree with each of so many `pieces` in one leaf. That
+    /// its volumes hold what is below is the caller's promise.
     pub fn from_parts(
         nodes: impl IntoIterator<Item = (NodeKind, Sphere, OrientedBox)>,
         hulls: Vec<Polytope>,
@@ -146,8 +151,8 @@ impl Hierarchy {
         self.depth
     }
 
-    /// The node's volume: the piece itself at a leaf, else the hull over the node's pieces; `pieces` are those of
-    /// [`Self::build`].
+    /// The node's volume: the piece itself at a leaf, else the hull over the node's pieces;
+    /// `pieces` are those of [`Self::build`].
     #[inline]
     pub fn polytope<'a>(&'a self, node: u32, pieces: &'a [Polytope]) -> &'a Polytope {
         let node = self.node(node);
@@ -249,7 +254,8 @@ mod tests {
                 .collect();
             convex_hull(&corners, 1e-12).unwrap().into_polytope().unwrap().0
         };
-        // The second is a pyramid on the first one's top: each of its slopes runs down to vertices of both.
+        // The second is a pyramid on the first one's top: each of its slopes runs down to vertices
+        // of both.
         let base = cuboid(0.0, 1.0);
         let apex = DVec3::new(0.5, 0.5, 1.2);
         let top: Vec<DVec3> = base.vertices().iter().copied().filter(|v| v.z > 0.5).chain([apex]).collect();

@@ -1,19 +1,22 @@
 //! Convex hulls of small, large, flat and needle-like point sets \[K02 §3.2\].
 //!
-//! A piece is the convex hull of a patch, and a patch may be three points, a coplanar polygon, a needle or a sliver
-//! that is flat but for rounding. So the hull says what it found instead of failing, and every sign that decides
-//! topology is exact.
+//! A piece is the convex hull of a patch, and a patch may be three points, a coplanar polygon, a
+//! needle or a sliver that is flat but for rounding. So the hull says what it found instead of
+//! failing, and every sign that decides topology is exact.
 //!
-//! 1. Sort the points by coordinates and drop exact duplicates. From here on the answer is a function of the set, not
-//!    of the order in which it was given.
-//! 2. Take four points that span it; too little extent along one, two or three directions ends in a point, a segment
-//!    or a polygon.
-//! 3. Quickhull from the tetrahedron (Barber, Dobkin, Huhdanpaa 1996) with exact orientation (Shewchuk's adaptive
-//!    predicate): a triangulated hull that is right whatever the degeneracy (`quickhull`).
+//! 1. Sort the points by coordinates and drop exact duplicates. From here on the answer is a
+//!    function of the set, not of the order in which it was given.
+//! 2. Take four points that span it; too little extent along one, two or three directions ends in a
+//!    point, a segment or a polygon.
+//! 3. Quickhull from the tetrahedron (Barber, Dobkin, Huhdanpaa 1996) with exact orientation
+//!    (Shewchuk's adaptive predicate): a triangulated hull that is right whatever the degeneracy
+//!    (`quickhull`).
 //! 4. A hull thinner than the merge distance becomes a polygon (`polygon`).
-//! 5. Coplanar triangles become one planar face (`merge`). A merge that would break the topology is not done.
+//! 5. Coplanar triangles become one planar face (`merge`). A merge that would break the topology is
+//!    not done.
 //!
-//! Deviation from quickhull as published: no "thick facets"; exact signs replace them, and merging comes after.
+//! Deviation from quickhull as published: no "thick facets"; exact signs replace them, and merging
+//! comes after.
 
 mod merge;
 mod normal;
@@ -28,7 +31,8 @@ use self::{merge::Unmergeable, normal::cross_of, quickhull::Shell};
 use super::{Polytope, Provenance};
 use crate::algebra::tolerance::{HULL_LARGEST, HULL_SMALLEST};
 
-/// The convex hull of a point set, by its dimension. `inputs` name points of the set that was given.
+/// The convex hull of a point set, by its dimension. `inputs` name points of the set that was
+/// given.
 #[derive(Clone, Debug)]
 pub enum Hull {
     /// All points lie within the merge distance of one.
@@ -50,7 +54,8 @@ pub enum Hull {
     },
     /// The points span a volume.
     Solid {
-        /// The hull with merged planar faces, all tagged original: see [`Polytope::with_provenance`].
+        /// The hull with merged planar faces, all tagged original: see
+        /// [`Polytope::with_provenance`].
         polytope: Polytope,
         /// Vertex `v` of the polytope is the given point `inputs[v]`.
         inputs: Vec<u32>,
@@ -58,7 +63,8 @@ pub enum Hull {
 }
 
 impl Hull {
-    /// The plate or solid, and for each of its vertices the given point; `None` for a point or a segment.
+    /// The plate or solid, and for each of its vertices the given point; `None` for a point or a
+    /// segment.
     pub fn into_polytope(self) -> Option<(Polytope, Vec<u32>)> {
         match self {
             Self::Point { .. } | Self::Segment { .. } => None,
@@ -82,26 +88,30 @@ pub enum HullError {
     /// More points than indices.
     #[error("a convex hull of more than 2^31 points")]
     TooMany,
-    /// A polygon was asked for, and the points lie farther from every plane than the merge distance.
+    /// A polygon was asked for, and the points lie farther from every plane than the merge
+    /// distance.
     #[error("the points do not lie in one plane")]
     NotFlat,
-    /// Exact signs contradicted each other: coordinates so small beside the others that their products vanish.
+    /// Exact signs contradicted each other: coordinates so small beside the others that their
+    /// products vanish.
     #[error("the points defeat exact arithmetic: some coordinates are vanishingly small beside others")]
     Inconsistent,
 }
 
 /// The convex hull of `points`.
 ///
-/// `coplanar` is the merge distance in model units: hull triangles whose vertices all lie this near to a common
-/// supporting plane become one face. Zero merges only what is exactly coplanar. No vertex is moved. No given point lies
-/// above a face of a solid by more than the merge distance, nor above one of a plate by more than twice that. For a
-/// polygon, which side is the front is arbitrary; see [`convex_polygon`].
+/// `coplanar` is the merge distance in model units: hull triangles whose vertices all lie this near
+/// to a common supporting plane become one face. Zero merges only what is exactly coplanar. No
+/// vertex is moved. No given point lies above a face of a solid by more than the merge distance,
+/// nor above one of a plate by more than twice that. For a polygon, which side is the front is
+/// arbitrary; see [`convex_polygon`].
 pub fn convex_hull(points: &[DVec3], coplanar: f64) -> Result<Hull, HullError> {
     hull_of(&Cloud::new(points)?, coplanar.max(0.0), DVec3::ZERO)
 }
 
-/// The convex hull of points that lie in one plane within the merge distance, with its front on the side that
-/// `normal` points to (need not be unit; only its side counts, the plane is fitted to the points).
+/// The convex hull of points that lie in one plane within the merge distance, with its front on the
+/// side that `normal` points to (need not be unit; only its side counts, the plane is fitted to the
+/// points).
 ///
 /// Never answers [`Hull::Solid`]: points that do not lie in a plane are [`HullError::NotFlat`].
 pub fn convex_polygon(points: &[DVec3], normal: DVec3, coplanar: f64) -> Result<Hull, HullError> {
@@ -132,7 +142,8 @@ impl Cloud {
         if let Some(k) = given.iter().position(|p| p.abs().max_element() > HULL_LARGEST) {
             return Err(HullError::TooLarge(k as u32));
         }
-        // A positive zero for the vanishing and the negative one: products stay in range, and equal is equal bit for bit.
+        // A positive zero for the vanishing and the negative one: products stay in range, and equal
+        // is equal bit for bit.
         let clean = |x: f64| if x.abs() < HULL_SMALLEST { 0.0 } else { x };
         let key = |k: u32| given[k as usize].to_array().map(clean);
         let mut inputs: Vec<u32> = (0..given.len() as u32).collect();
@@ -178,7 +189,8 @@ fn hull_of(cloud: &Cloud, coplanar: f64, front: DVec3) -> Result<Hull, HullError
                     Ok(Hull::Solid { polytope, inputs: vertices.iter().map(|&v| cloud.inputs[v as usize]).collect() })
                 }
                 Err(Unmergeable { collinear }) if collinear.is_empty() => Err(HullError::Inconsistent),
-                // Without these points the hull is smaller by rounding; there are fewer points each time, so it ends.
+                // Without these points the hull is smaller by rounding; there are fewer points each
+                // time, so it ends.
                 Err(Unmergeable { collinear }) => hull_of(&cloud.without(&collinear), coplanar, front),
             }
         }
@@ -215,7 +227,8 @@ fn span(points: &[DVec3], coplanar: f64) -> Span {
     }
 }
 
-/// The two points farthest apart among the extremes along the axes: no nearer than the set's size over √3.
+/// The two points farthest apart among the extremes along the axes: no nearer than the set's size
+/// over √3.
 fn distant_pair(points: &[DVec3]) -> (u32, u32) {
     let mut extremes = [0u32; 6];
     for (k, p) in points.iter().enumerate() {
@@ -269,8 +282,8 @@ fn range(points: &[DVec3], measure: impl Fn(DVec3) -> f64) -> (f64, f64) {
 
 /// A direction along which the hull is no thicker than the merge distance, if one is found.
 ///
-/// Tried are the normal of the largest triangle and the mean normal of the side that this triangle lies on: for a
-/// thin slab the second is the direction in which its shadow is largest.
+/// Tried are the normal of the largest triangle and the mean normal of the side that this triangle
+/// lies on: for a thin slab the second is the direction in which its shadow is largest.
 fn thin_direction(points: &[DVec3], shell: &Shell, coplanar: f64) -> Option<DVec3> {
     let areas: Vec<DVec3> = shell
         .triangles
@@ -302,7 +315,8 @@ fn plate(cloud: &Cloud, normal: DVec3, front: DVec3, coplanar: f64) -> Result<Hu
     let fitted = polygon::fitted_normal(&vertices, normal);
     let polytope =
         Polytope::from_polygon(vertices, fitted, Provenance::Original).map_err(|_| HullError::Inconsistent)?;
-    // Points in a plane to within the merge distance only: nothing is promised of heights above the rims.
+    // Points in a plane to within the merge distance only: nothing is promised of heights above the
+    // rims.
     debug_assert_eq!(polytope.validate_topology(), Ok(()));
     Ok(Hull::Polygon { polytope, inputs: corners.iter().map(|&v| cloud.inputs[v as usize]).collect() })
 }

@@ -1,9 +1,10 @@
 //! Volume, centre of mass and inertia.
 //!
-//! 1. Of a closed mesh: the signed tetrahedra between a point and all triangles (B. Mirtich, *Fast and accurate
-//!    computation of polyhedral mass properties*, 1996, in the form of J. Blow and A. Binstock, *How to find the inertia tensor*,
-//!    2004). The first pass, about the middle of the bounding box, gives the centre of mass; the second is about that
-//!    centre, so a model far from its origin loses nothing.
+//! 1. Of a closed mesh: the signed tetrahedra between a point and all triangles (B. Mirtich, *Fast
+//!    and accurate computation of polyhedral mass properties*, 1996, in the form of J. Blow and A.
+//!    Binstock, *How to find the inertia tensor*, 2004). The first pass, about the middle of the
+//!    bounding box, gives the centre of mass; the second is about that centre, so a model far from
+//!    its origin loses nothing.
 //! 2. Of an open one, or one that encloses nothing: the same of its convex hull.
 //! 3. Where the hull is flat: of a sheet over the mesh's triangles, thin relative to the model.
 //!

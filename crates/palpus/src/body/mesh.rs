@@ -1,13 +1,16 @@
 //! From polygon soup to a validated triangle mesh.
 //!
-//! 1. Refuse what makes no sense: numbers that are not finite or absurd, indices out of range, no faces.
+//! 1. Refuse what makes no sense: numbers that are not finite or absurd, indices out of range, no
+//!    faces.
 //! 2. Weld vertices within the register's tolerance; corners of a face that become one are one.
 //! 3. Cut polygons into triangles by ears.
-//! 4. Drop duplicated triangles, exchange caps (triangles of no area over their longest side) with their neighbours,
-//!    and drop what is left without area.
-//! 5. Split into components, turn their triangles to agree, and turn closed components that are inside out.
+//! 4. Drop duplicated triangles, exchange caps (triangles of no area over their longest side) with
+//!    their neighbours, and drop what is left without area.
+//! 5. Split into components, turn their triangles to agree, and turn closed components that are
+//!    inside out.
 //!
-//! Nothing of this is silent: [`Cleaning`] counts it. No vertex is ever moved, other than onto the one that it is welded to.
+//! Nothing of this is silent: [`Cleaning`] counts it. No vertex is ever moved, other than onto the
+//! one that it is welded to.
 
 pub(super) mod edge_uses;
 pub(super) mod half_edge;
@@ -93,13 +96,15 @@ pub struct Cleaning {
     pub welded_vertices: usize,
     /// Vertices that no remaining triangle uses.
     pub unused_vertices: usize,
-    /// Polygons (also triangles) with fewer than three different corners or no area at all, dropped.
+    /// Polygons (also triangles) with fewer than three different corners or no area at all,
+    /// dropped.
     pub degenerate_faces: usize,
     /// Polygons that cross themselves; cut somehow.
     pub self_crossing_faces: usize,
     /// Triangles with the same three corners as an earlier one, dropped.
     pub duplicate_triangles: usize,
-    /// Triangles of no area that were exchanged with a neighbour by cutting it in two; nothing opened.
+    /// Triangles of no area that were exchanged with a neighbour by cutting it in two; nothing
+    /// opened.
     pub exchanged_triangles: usize,
     /// Triangles of no area that were dropped.
     pub empty_triangles: usize,
@@ -111,9 +116,9 @@ pub struct Cleaning {
     pub one_sided_components: usize,
 }
 
-/// A triangle mesh: every triangle has an area, no two have the same corners, and each closed component is oriented
-/// outward (cavities inward to the cavity, that is out of the solid). It may be open, non-manifold or self-intersecting;
-/// `Health` tells.
+/// A triangle mesh: every triangle has an area, no two have the same corners, and each closed
+/// component is oriented outward (cavities inward to the cavity, that is out of the solid). It may
+/// be open, non-manifold or self-intersecting; `Health` tells.
 #[derive(Clone, Debug)]
 pub struct Mesh {
     vertices: Vec<DVec3>,
@@ -126,8 +131,8 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// Makes a mesh of a soup; see the module's description. Vertices and triangles keep their order in the file as
-    /// far as they are kept.
+    /// Makes a mesh of a soup; see the module's description. Vertices and triangles keep their
+    /// order in the file as far as they are kept.
     pub fn from_soup(soup: &PolygonSoup) -> Result<(Self, Cleaning), MeshError> {
         let used = validate(soup)?;
         let mut cleaning = Cleaning::default();
@@ -195,7 +200,8 @@ impl Mesh {
         self.component_closed[c as usize]
     }
 
-    /// Each edge is used as often in either direction: the surface has no boundary, and winding numbers are whole.
+    /// Each edge is used as often in either direction: the surface has no boundary, and winding
+    /// numbers are whole.
     pub fn is_closed(&self) -> bool {
         self.closed
     }
@@ -235,7 +241,8 @@ impl Mesh {
         a + ((b - a) + (c - a)) / 3.0
     }
 
-    /// The weights of the corners of triangle `t` (not negative, of sum 1) that make its point nearest to `p`.
+    /// The weights of the corners of triangle `t` (not negative, of sum 1) that make its point
+    /// nearest to `p`.
     pub fn corner_weights(&self, t: u32, p: DVec3) -> DVec3 {
         let corners = self.triangle_points(t);
         let p = closest_on_triangle(p, corners[0], corners[1], corners[2]);
@@ -252,8 +259,8 @@ impl Mesh {
         if squared(2) > squared(best) { 2 } else { best }
     }
 
-    /// The cross product of the two shorter sides (the best conditioned of the three), in units of the longest
-    /// coordinate difference, and that unit.
+    /// The cross product of the two shorter sides (the best conditioned of the three), in units of
+    /// the longest coordinate difference, and that unit.
     fn scaled_area(&self, t: u32) -> (DVec3, f64) {
         let p = self.triangle_points(t);
         let k = self.longest_side(t);

@@ -1,4 +1,5 @@
-//! All that is computed once per object: mesh, convex pieces, hierarchy of hulls, mass properties \[K02 §3.2\].
+//! All that is computed once per object: mesh, convex pieces, hierarchy of hulls, mass properties
+//! \[K02 §3.2\].
 
 mod aabb;
 #[expect(clippy::module_inception, reason = "the room is named after what is built in it, and this is it")]

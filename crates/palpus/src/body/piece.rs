@@ -1,10 +1,12 @@
 //! From a patch to the convex piece that collision works on \[K02 §3.2, §3.4\].
 //!
-//! 1. The piece is the hull of the patch's vertices; that of a flat patch is a plate whose front looks outward.
-//! 2. Each facet of the patch is laid over the faces of the hull: what of it lies in a face's plane and within the
-//!    face's sides covers that face.
-//! 3. A face that is at least half covered is original, any other virtual. A hull may bridge a gap between facets of
-//!    one plane, so that a face can be part real, part not; half keeps the larger part right.
+//! 1. The piece is the hull of the patch's vertices; that of a flat patch is a plate whose front
+//!    looks outward.
+//! 2. Each facet of the patch is laid over the faces of the hull: what of it lies in a face's plane
+//!    and within the face's sides covers that face.
+//! 3. A face that is at least half covered is original, any other virtual. A hull may bridge a gap
+//!    between facets of one plane, so that a face can be part real, part not; half keeps the larger
+//!    part right.
 
 pub(super) mod admissible;
 
@@ -19,16 +21,17 @@ use crate::body::decompose::facet::{Facets, NONE, Surface};
 /// What a convex piece has to do with the source mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Piece {
-    /// The triangles, where the faces' triangles begin and end (one more than faces), and the faces' triangles, in one list: there
-    /// are hundreds of thousands of pieces.
+    /// The triangles, where the faces' triangles begin and end (one more than faces), and the
+    /// faces' triangles, in one list: there are hundreds of thousands of pieces.
     all: Box<[u32]>,
     face_starts: u32,
     face_triangles: u32,
 }
 
 impl Piece {
-    /// A piece over `triangles`, of which `face_triangles[face_starts[f] .. face_starts[f + 1]]` lie in face `f`; held against
-    /// the rest of its body by [`Body::restore`](super::Body::restore).
+    /// A piece over `triangles`, of which `face_triangles[face_starts[f] .. face_starts[f + 1]]`
+    /// lie in face `f`; held against the rest of its body by
+    /// [`Body::restore`](super::Body::restore).
     pub fn from_parts(triangles: &[u32], face_starts: &[u32], face_triangles: &[u32]) -> Self {
         let starts = triangles.len() as u32;
         let all = [triangles, face_starts, face_triangles].concat().into_boxed_slice();
@@ -45,13 +48,14 @@ impl Piece {
             && held.iter().all(|t| self.triangles().binary_search(t).is_ok())
     }
 
-    /// The mesh triangles of the piece's patch; each triangle of a mesh belongs to exactly one piece.
+    /// The mesh triangles of the piece's patch; each triangle of a mesh belongs to exactly one
+    /// piece.
     pub fn triangles(&self) -> &[u32] {
         &self.all[..self.face_starts as usize]
     }
 
-    /// The mesh triangles of the patch that lie in face `f` of the piece's polytope; none for a face that is nowhere
-    /// real.
+    /// The mesh triangles of the patch that lie in face `f` of the piece's polytope; none for a
+    /// face that is nowhere real.
     pub fn face_triangles(&self, f: u32) -> &[u32] {
         let starts = self.face_starts();
         &self.all_face_triangles()[starts[f as usize] as usize..starts[f as usize + 1] as usize]
@@ -74,7 +78,8 @@ impl Piece {
     }
 }
 
-/// The polytope of a patch and of further corners inside the solid (see `thicken`), and its ties to the mesh.
+/// The polytope of a patch and of further corners inside the solid (see `thicken`), and its ties to
+/// the mesh.
 ///
 /// Where the hull with the inner corners fails or loses a facet, they are left out.
 pub(crate) fn build_piece(
@@ -123,7 +128,8 @@ fn hull_and_ties(
     Ok((polytope, piece))
 }
 
-/// The hull of a patch's vertices: a plate whose front looks to the side of `outward` when they are nearly flat.
+/// The hull of a patch's vertices: a plate whose front looks to the side of `outward` when they are
+/// nearly flat.
 fn hull_of_patch(points: &[DVec3], outward: DVec3, noise: f64) -> Result<(Polytope, Vec<u32>), HullError> {
     let up = outward.normalize_or_zero();
     let (low, high) = points
@@ -131,7 +137,8 @@ fn hull_of_patch(points: &[DVec3], outward: DVec3, noise: f64) -> Result<(Polyto
         .map(|p| up.dot(*p))
         .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), h| (low.min(h), high.max(h)));
     let thin = high - low <= FLAT_PATCH * noise;
-    // From generous to exact: a needle of a triangle may be narrower than the tolerance, but has an area.
+    // From generous to exact: a needle of a triangle may be narrower than the tolerance, but has an
+    // area.
     for coplanar in [if thin { FLAT_PATCH * noise } else { noise }, 0.0] {
         let hull = match convex_hull(points, coplanar)? {
             Hull::Polygon { .. } => convex_polygon(points, outward, coplanar)?,
@@ -164,7 +171,8 @@ fn lay_facets(
     let mut faces: Vec<u32> = Vec::new();
     let mut polygon: Vec<DVec3> = Vec::new();
     for &facet in &patch.facets {
-        // A face that the facet covers touches one of the facet's corners, unless none of these is a hull vertex.
+        // A face that the facet covers touches one of the facet's corners, unless none of these is
+        // a hull vertex.
         faces.clear();
         let corners = facets.corners(facet).iter();
         faces.extend(corners.filter_map(|&v| vertex_of(v)).flat_map(|v| polytope.ring(v)).map(|spoke| spoke.left));

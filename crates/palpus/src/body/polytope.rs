@@ -1,20 +1,22 @@
 //! A convex piece: a closed convex polytope with the adjacency that walks need \[K02 §3.2, §3.3\].
 //!
-//! Faces are merged planar polygons, so that every arc of the Gauss map has a length. Adjacency is stored flat, in
-//! rings and loops that lie contiguously:
+//! Faces are merged planar polygons, so that every arc of the Gauss map has a length. Adjacency is
+//! stored flat, in rings and loops that lie contiguously:
 //!
 //! * vertex → ring of [`Spoke`]s, counter-clockwise seen from outside;
 //! * edge → its end vertices and the faces on its two sides;
 //! * face → loop of vertices and loop of edges, counter-clockwise seen from outside.
 //!
-//! A body has hundreds of thousands of small polytopes, so that what each costs beside its numbers counts: lists are of
-//! exactly their length, and all that are of indices lie in one, of sixteen bits each where they fit (`numbers`).
-//! How a polytope is made, and made again of what was kept of it, is in `build`.
+//! A body has hundreds of thousands of small polytopes, so that what each costs beside its numbers
+//! counts: lists are of exactly their length, and all that are of indices lie in one, of sixteen
+//! bits each where they fit (`numbers`). How a polytope is made, and made again of what was kept of
+//! it, is in `build`.
 //!
-//! A flat piece is a *plate*: its front and back polygon, and along each side a *rim*: a face of no width whose
-//! normal points outward in the plate's plane and whose loop has two vertices. With rims, a plate's surface is a
-//! sphere like any other polytope's (V − E + F = n − 2n + (n + 2) = 2), its Gauss arcs are a quarter circle long
-//! instead of an ambiguous half, and no walk needs a special case: a rim's plane is a true supporting plane.
+//! A flat piece is a *plate*: its front and back polygon, and along each side a *rim*: a face of no
+//! width whose normal points outward in the plate's plane and whose loop has two vertices. With
+//! rims, a plate's surface is a sphere like any other polytope's (V − E + F = n − 2n + (n + 2) =
+//! 2), its Gauss arcs are a quarter circle long instead of an ambiguous half, and no walk needs a
+//! special case: a rim's plane is a true supporting plane.
 
 mod build;
 mod climb;
@@ -50,8 +52,8 @@ pub struct Spoke {
     pub neighbour: u32,
     /// The edge to it.
     pub edge: u32,
-    /// The face to the left of the direction vertex → neighbour, seen from outside; that to the right is the left one of the
-    /// ring's spoke before.
+    /// The face to the left of the direction vertex → neighbour, seen from outside; that to the
+    /// right is the left one of the ring's spoke before.
     pub left: u32,
 }
 
@@ -97,8 +99,9 @@ pub struct Polytope {
     flat: bool,
 }
 
-/// All indices in one list: where the loops' vertices begin in it (one more than faces), where the rings' spokes do (one more
-/// than vertices), loop vertices, loop edges, spokes, edges, and a bit for each face that is original.
+/// All indices in one list: where the loops' vertices begin in it (one more than faces), where the
+/// rings' spokes do (one more than vertices), loop vertices, loop edges, spokes, edges, and a bit
+/// for each face that is original.
 #[derive(Clone, Debug)]
 struct Lists {
     all: Numbers,
@@ -162,8 +165,8 @@ impl Lists {
 const FACES_A_WORD: u32 = 16;
 
 impl Polytope {
-    /// The same polytope with each face tagged by `of`, which is given the polytope and the face. Rims, which have no
-    /// width, stay virtual and are not asked about.
+    /// The same polytope with each face tagged by `of`, which is given the polytope and the face.
+    /// Rims, which have no width, stay virtual and are not asked about.
     pub fn with_provenance(mut self, of: impl Fn(&Self, u32) -> Provenance) -> Self {
         for f in 0..self.planes.len() as u32 {
             let provenance = if self.is_rim(f) { Provenance::Virtual } else { of(&self, f) };
@@ -226,15 +229,17 @@ impl Polytope {
         Ring(self.lists.all.part(self.lists.ring(v)))
     }
 
-    /// How far any vertex stands off the plane of a face around it, or an end of its edges outside of that plane: the most by
-    /// which a face's plane may differ from a supporting one, in metres. It is rounding unless faces were merged that are not quite flat.
+    /// How far any vertex stands off the plane of a face around it, or an end of its edges outside
+    /// of that plane: the most by which a face's plane may differ from a supporting one, in metres.
+    /// It is rounding unless faces were merged that are not quite flat.
     #[inline]
     pub fn bulge(&self) -> f64 {
         self.bulge
     }
 
-    /// True where a local maximum of the vertices joined by edges need not be the global one: faces were merged that are not quite flat, or an
-    /// edge is so short that rounding decides which way it leads.
+    /// True where a local maximum of the vertices joined by edges need not be the global one: faces
+    /// were merged that are not quite flat, or an edge is so short that rounding decides which way
+    /// it leads.
     #[inline]
     pub fn is_rough(&self) -> bool {
         self.rough
@@ -301,7 +306,8 @@ impl Polytope {
         }
     }
 
-    /// The same, for one who has a vertex near to it: climbs from `hint`, unless looking at all is quicker.
+    /// The same, for one who has a vertex near to it: climbs from `hint`, unless looking at all is
+    /// quicker.
     #[inline]
     pub fn support_from(&self, hint: u32, direction: DVec3) -> u32 {
         self.directory.scan(direction).unwrap_or_else(|| self.climb(hint, direction).0)

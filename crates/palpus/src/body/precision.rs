@@ -1,21 +1,24 @@
 //! How finely a file's coordinates were written, read off the coordinates themselves.
 //!
-//! A plane written with six digits is a plane no longer: its vertices are off by half a unit of the last digit, its
-//! triangles bend by that over their width, and half of the bends are reflex. Taken literally, a round peg of 24 000
-//! triangles is 4900 pieces; known to be rounded, it is one.
+//! A plane written with six digits is a plane no longer: its vertices are off by half a unit of the
+//! last digit, its triangles bend by that over their width, and half of the bends are reflex. Taken
+//! literally, a round peg of 24 000 triangles is 4900 pieces; known to be rounded, it is one.
 //!
-//! 1. If every coordinate is a 32-bit float, the step is that of such floats at the largest coordinate.
-//! 2. Else the coordinates are decimals. A file has a fixed number of places or a fixed number of digits; the coarser
-//!    of the two, as seen on its coordinates, is the step at the largest coordinate. Fifteen digits and more are
-//!    coordinates that were computed, not read: no step.
+//! 1. If every coordinate is a 32-bit float, the step is that of such floats at the largest
+//!    coordinate.
+//! 2. Else the coordinates are decimals. A file has a fixed number of places or a fixed number of
+//!    digits; the coarser of the two, as seen on its coordinates, is the step at the largest
+//!    coordinate. Fifteen digits and more are coordinates that were computed, not read: no step.
 //!
-//! A model written by hand with few digits seems coarser than it is, so what is made of the step must be capped.
+//! A model written by hand with few digits seems coarser than it is, so what is made of the step
+//! must be capped.
 
 use glam::DVec3;
 
 use crate::algebra::tolerance::COMPUTED_DIGITS;
 
-/// The step between neighbouring values of the largest coordinates, in the unit of `vertices`; zero if none shows.
+/// The step between neighbouring values of the largest coordinates, in the unit of `vertices`; zero
+/// if none shows.
 pub(crate) fn coordinate_step(vertices: &[DVec3]) -> f64 {
     let coordinates = || vertices.iter().flat_map(|v| v.to_array()).filter(|x| *x != 0.0);
     let largest = coordinates().fold(0.0, |largest: f64, x| largest.max(x.abs()));
@@ -34,7 +37,8 @@ pub(crate) fn coordinate_step(vertices: &[DVec3]) -> f64 {
     10.0_f64.powi((-places).max(Written::of(largest).exponent - digits + 1))
 }
 
-/// The shortest decimal that reads back as a number: so many digits, the first of which counts 10^exponent.
+/// The shortest decimal that reads back as a number: so many digits, the first of which counts
+/// 10^exponent.
 struct Written {
     digits: i32,
     exponent: i32,

@@ -33,7 +33,8 @@ pub(super) fn torus(major: f64, minor: f64, n: u32, m: u32) -> Mesh {
     Mesh::from_soup(&soup).unwrap().0
 }
 
-/// A real model, read as plainly as these files allow; `None`, with a note, where the models are not at hand.
+/// A real model, read as plainly as these files allow; `None`, with a note, where the models are
+/// not at hand.
 #[allow(clippy::print_stderr, reason = "a skipped test must say so")]
 pub(super) fn model(name: &str) -> Option<PolygonSoup> {
     let path = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/models")).join(name);

@@ -24,11 +24,12 @@
 //! tool is held as hard as by 5, and the coupling is softened so that both in a row are as stiff as that contact and the coupling
 //! would have been. A tool that sinks into a wall by millimetres would leave a thin part on its other side.
 
-use super::{Limits, Settings, SettingsError};
+use super::{Limits, Saturation, Settings, SettingsError};
 use crate::algebra::tolerance::{
     APPARENT_INERTIA, APPARENT_MASS, COUPLING_ALIGNMENT, COUPLING_LEAD, COUPLING_SAMPLED, COUPLING_STRETCH,
     COUPLING_TURN, TOOL_SINKS, TOOL_SKIN,
 };
+use crate::force::FrictionSettings;
 
 /// A spring and damper for translation between the grip of the device and that of the tool, another for rotation, and the
 /// mass of the tool.
@@ -50,6 +51,28 @@ pub struct VirtualCoupling {
 }
 
 impl Settings {
+    /// For a tool on a device of these limits, whose loop turns every `period` seconds, with contacts of this tolerance (m):
+    /// coupled, and as hard as the device can show. What a scene that names two meshes and nothing else gets.
+    ///
+    /// A good tolerance is a hundredth of the smaller body.
+    #[must_use]
+    pub fn coupled(limits: Limits, period: f64, contact_tolerance: f64) -> Self {
+        let default = Self::default();
+        let stiffness = VirtualCoupling::contact_stiffness(&limits, contact_tolerance).unwrap_or(default.stiffness);
+        let coupling = Some(VirtualCoupling::tuned(&limits, period, contact_tolerance));
+        // A torque that nobody can feel is shown, and not missed every tick.
+        let saturation = if limits.torque > 0.0 { default.saturation } else { Saturation::UnderActuated };
+        Self { contact_tolerance, stiffness, coupling, limits, saturation, ..default }
+    }
+
+    /// The same with friction of these coefficients, which holds what sticks as hard as contacts push.
+    #[must_use]
+    pub fn with_friction(self, static_coefficient: f64, dynamic_coefficient: f64) -> Self {
+        let tangential_stiffness = self.stiffness;
+        let friction = FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness };
+        Self { friction: Some(friction), ..self }
+    }
+
     /// The settings of contacts as they hold. With a coupling, at least so hard that the largest force comes half way into
     /// the skin, sideways too; what is softer of it is in the coupling ([`VirtualCoupling::softened`]).
     pub(super) fn held(&self) -> Self {

@@ -21,6 +21,7 @@ mod tool;
 #[cfg(test)]
 mod tool_tests;
 mod touches;
+mod transient;
 #[cfg(test)]
 mod two_tools_tests;
 mod world;
@@ -34,4 +35,5 @@ pub use scratch::Scratch;
 pub use settings::{Clustering, Settings, SettingsError};
 pub use tick::{Counters, ProbeState, StageTimes, Tick, TickSummary};
 pub use tool::ToolCounters;
+pub use transient::Material;
 pub use world::{BodyId, Object, ToolId, World, WorldCounters};

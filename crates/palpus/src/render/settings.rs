@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Limits, Saturation, VirtualCoupling};
+use super::{Limits, Material, Saturation, VirtualCoupling};
 use crate::algebra::tolerance::CROWD_MOST;
 use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSettings};
 
@@ -29,6 +29,8 @@ pub struct Settings {
     pub shading: Option<ShadingSettings>,
     /// Stick–slip friction, if any.
     pub friction: Option<FrictionSettings>,
+    /// How impacts ring in the hand; `None`: not at all.
+    pub material: Option<Material>,
     /// What ties the tool to the device; `None`: nothing, the probe is where the device is (direct rendering, the paper's).
     pub coupling: Option<VirtualCoupling>,
     /// The most that the device may be asked for.
@@ -59,6 +61,7 @@ impl Default for Settings {
             patch_angle: Some(5f64.to_radians()),
             shading: None,
             friction: None,
+            material: None,
             coupling: None,
             limits: Limits { force: 8.5, torque: 0.188 },
             saturation: Saturation::Separate,
@@ -125,6 +128,12 @@ impl Settings {
             let gap = friction.static_coefficient - friction.dynamic_coefficient;
             check(gap >= 0.0, "friction.static_coefficient", friction.static_coefficient, rule)?;
             positive("friction.tangential_stiffness", friction.tangential_stiffness)?;
+        }
+        if let Some(material) = &self.material {
+            let Material { frequency, decay, gain } = *material;
+            check((1.0..=1e3).contains(&frequency), "material.frequency", frequency, "from 1 to 1000 Hz")?;
+            check((1.0..=1e4).contains(&decay), "material.decay", decay, "from 1 to 10000 1/s")?;
+            check((0.0..=1e3).contains(&gain), "material.gain", gain, "from 0 to 1000 N·s/m")?;
         }
         if let Some(coupling) = &self.coupling {
             coupling.validate(self.contact_tolerance)?;

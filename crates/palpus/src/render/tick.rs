@@ -91,6 +91,8 @@ pub struct Tick {
     pub commanded: Wrench,
     /// The same before the limits.
     pub computed: Wrench,
+    /// N: the part of it by which impacts ring ([`super::Material`]).
+    pub transient: DVec3,
     /// All contacts nearer than the tolerance.
     pub contacts: Vec<Contact>,
     /// Units of work ([`crate::algebra::Work`]) that the query did.
@@ -174,6 +176,7 @@ impl Tick {
             tool_ba: Pose::IDENTITY,
             commanded: Wrench::ZERO,
             computed: Wrench::ZERO,
+            transient: DVec3::ZERO,
             contacts: Vec::with_capacity(capacity),
             work: 0,
             work_allowed: None,
@@ -232,6 +235,7 @@ impl Tick {
         self.tool_ba = pose_ba;
         self.commanded = Wrench::ZERO;
         self.computed = Wrench::ZERO;
+        self.transient = DVec3::ZERO;
         self.contacts.clear();
         self.work = 0;
         self.work_allowed = None;

@@ -127,6 +127,11 @@ impl Touches {
         }
     }
 
+    /// Of each contact that presses at the end of the step: its normal, and where it is from the centre of mass.
+    pub(super) fn pressing(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
+        self.pushes.iter().filter(|push| push.predicted > 0.0).map(|push| (push.normal, push.offset))
+    }
+
     /// What pushes and rubs are at the end of the step if the tool moves with `twist`; true if that is news.
     pub(super) fn revise(&mut self, twist: &Twist, h: f64, lag: f64) -> bool {
         let mut news = false;

@@ -1,4 +1,5 @@
-//! Two tools: alone each as ever, together equal and opposite, at rest still, and pushed along without a brake.
+//! Two tools: alone each as ever, together equal and opposite, at rest still, and pushed along
+//! without a brake.
 
 use std::sync::Arc;
 
@@ -204,7 +205,8 @@ fn forces_between(tick: &Tick) -> usize {
 fn a_tool_that_is_a_part_of_the_environment_feels_like_it() {
     const WALL: (DVec3, DVec3) = (DVec3::new(0.03, -0.1, 0.001), DVec3::new(0.06, 0.1, 0.08));
     let block = block();
-    // Standing in the corner, which pushes in two directions; and at the wall alone, which holds it by friction too.
+    // Standing in the corner, which pushes in two directions; and at the wall alone, which holds it
+    // by friction too.
     for (z, friction) in [(HALF.z - 5e-4, None), (0.04, Some(FRICTION))] {
         let settings = Settings { friction, damping: 3.0, ..direct() };
         let whole = boxes(&[FLOOR, WALL], &Pose::IDENTITY);
@@ -291,7 +293,8 @@ fn at_rest_a_pair_stays_at_rest() {
     }
 }
 
-/// The force on the first tool when both are pressed `overlap` into each other and move along at `velocity`.
+/// The force on the first tool when both are pressed `overlap` into each other and move along at
+/// `velocity`.
 fn pressed(two: &mut Two, overlap: f64, velocity: DVec3, ticks: u32) -> [Wrench; 2] {
     let x = HALF.x - overlap / 2.0;
     for k in 0..ticks {

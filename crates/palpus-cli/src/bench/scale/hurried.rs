@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use palpus::algebra::{NoClock, Wrench, quantile_of_sorted};
 use palpus::body::Body;
-use palpus::render::{Limits, ProbeState, Renderer, Settings, VirtualCoupling};
+use palpus::render::{ProbeState, Renderer, Settings};
 use serde::Serialize;
 
 use super::pairs::{self, Pair};
@@ -88,15 +88,7 @@ pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow
 
 /// As for a scene that names two meshes and nothing else.
 fn settings(a: &Body, b: &Body) -> Settings {
-    let limits: Limits = Settings::default().limits;
-    let contact_tolerance = TOLERANCE * a.size().min(b.size());
-    let stiffness = VirtualCoupling::contact_stiffness(&limits, contact_tolerance);
-    Settings {
-        contact_tolerance,
-        coupling: Some(VirtualCoupling::tuned(&limits, TICK, contact_tolerance)),
-        stiffness: stiffness.unwrap_or(Settings::default().stiffness),
-        ..Settings::default()
-    }
+    Settings::coupled(Settings::default().limits, TICK, TOLERANCE * a.size().min(b.size()))
 }
 
 #[derive(Default)]

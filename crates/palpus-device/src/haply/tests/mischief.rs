@@ -86,9 +86,10 @@ fn whatever_the_service_does_no_force_is_stale() {
             knows < k && k - knows <= 3 + given_up,
             "seed {MISCHIEF_SEED:#x}: message {k} knows only state {knows}"
         );
-        // Where the answer before came twice, its second frame is all that a client can see in place of the lost one.
-        // Where one came after the client had given it up, which a busy machine does too, it is
-        // taken for the next one's, and so on until there is time to throw one away.
+        // Where the answer before came twice, its second frame is all that a client can see in
+        // place of the lost one. Where one came after the client had given it up, which a busy
+        // machine does too, it is taken for the next one's, and so on until there is time to throw
+        // one away.
         let in_time =
             |lost: &usize| (lost.saturating_sub(4).max(1)..=*lost).all(|at| all[at].at - all[at - 1].at < ANSWER_TIME);
         let is_seen = |lost: &usize| !matches!(acts[lost - 1], 4..8) && in_time(lost);
@@ -102,7 +103,8 @@ fn whatever_the_service_does_no_force_is_stale() {
     assert!(pushed > MISCHIEFS / 4 && counts.late + counts.bad > 5, "{pushed} forces, {counts:?}");
 }
 
-/// Found by fuzzing: an id went into lines of text with the control characters that the service had put into it.
+/// Found by fuzzing: an id went into lines of text with the control characters that the service had
+/// put into it.
 #[test]
 fn an_id_of_control_characters_is_none() {
     let inventory = json!({ "inverse3": [{ "device_id": "048\u{8}\n" }, { "device_id": "049D" }] });

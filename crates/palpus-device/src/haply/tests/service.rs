@@ -50,7 +50,8 @@ pub(super) struct Service {
 }
 
 impl Service {
-    /// A service that says `inventory`, has this version, and acts by `script` with the number of the message.
+    /// A service that says `inventory`, has this version, and acts by `script` with the number of
+    /// the message.
     pub(super) fn start(
         version: Option<&'static str>,
         inventory: String,

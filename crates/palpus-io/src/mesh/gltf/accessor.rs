@@ -26,7 +26,8 @@ impl Items<'_> {
     }
 }
 
-/// The items of an accessor, which must have the given shape and one of the given component types (with item sizes).
+/// The items of an accessor, which must have the given shape and one of the given component types
+/// (with item sizes).
 pub(super) fn items<'b>(
     root: &Root,
     buffers: &'b [Option<Cow<'_, [u8]>>],

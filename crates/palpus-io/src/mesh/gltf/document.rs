@@ -36,7 +36,8 @@ pub(super) struct Scene {
     pub(super) nodes: Vec<usize>,
 }
 
-/// The placements are boxed so that a list of empty nodes does not take a hundred times the text's memory.
+/// The placements are boxed so that a list of empty nodes does not take a hundred times the text's
+/// memory.
 #[derive(Deserialize)]
 pub(super) struct Node {
     pub(super) mesh: Option<usize>,

@@ -1,21 +1,24 @@
 //! glTF 2.0 and GLB: the triangles of the default scene, placed by their nodes.
 //!
 //! 1. A GLB file is split into its JSON and its binary chunk.
-//! 2. Required extensions that could change the surface (Draco, meshopt, quantisation, …) are refused by name; those
-//!    that only change its looks pass.
-//! 3. The nodes of the default scene (else of the first, else all) are walked from their roots; a node that is reached
-//!    twice is an error, so the walk ends.
-//! 4. Each primitive of a node's mesh gives its triangles (lists, strips, fans; indexed by u8, u16, u32 or not at all);
-//!    points and lines are passed over. A node that mirrors turns its triangles around.
-//! 5. Buffers are the binary chunk, base64 in the JSON, or a file beside the glTF; every accessor is held against its
-//!    view, its buffer and its component type before a byte of it is read.
+//! 2. Required extensions that could change the surface (Draco, meshopt, quantisation, …) are
+//!    refused by name; those that only change its looks pass.
+//! 3. The nodes of the default scene (else of the first, else all) are walked from their roots; a
+//!    node that is reached twice is an error, so the walk ends.
+//! 4. Each primitive of a node's mesh gives its triangles (lists, strips, fans; indexed by u8, u16,
+//!    u32 or not at all); points and lines are passed over. A node that mirrors turns its triangles
+//!    around.
+//! 5. Buffers are the binary chunk, base64 in the JSON, or a file beside the glTF; every accessor
+//!    is held against its view, its buffer and its component type before a byte of it is read.
 //!
-//! Skins and morph targets are ignored: what is read is the rest pose. Sparse accessors are refused. Lengths come in
-//! the file's unit, which glTF says is the metre; the scene file decides here as for every other format.
+//! Skins and morph targets are ignored: what is read is the rest pose. Sparse accessors are
+//! refused. Lengths come in the file's unit, which glTF says is the metre; the scene file decides
+//! here as for every other format.
 //!
-//! Our own reader over `serde_json` and not the crate `gltf`: that one subtracts 12 unchecked from the length that a
-//! GLB states (a panic in debug builds), unwraps throughout on the promise of a validation that does not look at the bytes behind an accessor, and
-//! places nodes in f32. What is needed of the format is small.
+//! Our own reader over `serde_json` and not the crate `gltf`: that one subtracts 12 unchecked from
+//! the length that a GLB states (a panic in debug builds), unwraps throughout on the promise of a
+//! validation that does not look at the bytes behind an accessor, and places nodes in f32. What is
+//! needed of the format is small.
 
 mod accessor;
 mod document;
@@ -36,14 +39,16 @@ use accessor::{F32, U8, U16, U32, items};
 use document::{Primitive, Root, check_version_and_extensions, split_glb};
 use nodes::visit_nodes;
 
-/// Corners (and vertices) that a file may grow to by placing its meshes many times, if it is not itself larger: about
-/// 100 MB, a thousand copies of a part of a thousand triangles.
+/// Corners (and vertices) that a file may grow to by placing its meshes many times, if it is not
+/// itself larger: about 100 MB, a thousand copies of a part of a thousand triangles.
 const MAX_INSTANCED: u64 = 1 << 22;
 
-/// Gives the first bytes of a file beside the glTF: its URI, and how many (fewer if there are not so many).
+/// Gives the first bytes of a file beside the glTF: its URI, and how many (fewer if there are not
+/// so many).
 pub type Fetch<'f> = dyn FnMut(&str, u64) -> io::Result<Vec<u8>> + 'f;
 
-/// Reads the bytes of a glTF or GLB file that needs no other file; `name` is how errors call the file.
+/// Reads the bytes of a glTF or GLB file that needs no other file; `name` is how errors call the
+/// file.
 pub fn parse(bytes: &[u8], name: &str) -> Result<PolygonSoup, MeshFileError> {
     parse_with(bytes, name, &mut |_, _| Err(io::Error::other("no file beside this one may be read")))
 }
@@ -210,7 +215,8 @@ impl Reading<'_> {
         }
     }
 
-    /// Makes sure that the buffer behind an accessor is loaded. (Accessors that name nothing are found out later.)
+    /// Makes sure that the buffer behind an accessor is loaded. (Accessors that name nothing are
+    /// found out later.)
     fn load(&mut self, accessor: usize) -> Result<(), Fault> {
         let root = self.root;
         let view = root.accessors.get(accessor).and_then(|accessor| root.buffer_views.get(accessor.buffer_view?));

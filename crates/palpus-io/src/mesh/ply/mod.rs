@@ -1,15 +1,18 @@
 //! PLY: ASCII and binary of either byte order.
 //!
 //! 1. The header lists elements, each with a count and its properties.
-//! 2. Before an element is read, its count is held against the bytes that are left: a count that cannot be true
-//!    reserves nothing.
-//! 3. `vertex` gives `x`, `y`, `z`; `face` gives the list `vertex_indices` (or `vertex_index`); `tristrips` gives
-//!    triangle strips with −1 between them. Other properties and elements are stepped over.
-//! 4. In ASCII every element stands on a line of its own, as the format asks: so a missing value is noticed in its line.
+//! 2. Before an element is read, its count is held against the bytes that are left: a count that
+//!    cannot be true reserves nothing.
+//! 3. `vertex` gives `x`, `y`, `z`; `face` gives the list `vertex_indices` (or `vertex_index`);
+//!    `tristrips` gives triangle strips with −1 between them. Other properties and elements are
+//!    stepped over.
+//! 4. In ASCII every element stands on a line of its own, as the format asks: so a missing value is
+//!    noticed in its line.
 //!
 //! Every scalar of PLY fits a double exactly, so values pass as `f64`.
 //!
-//! Our own reader and not the crate `ply-rs-bw`: that one's errors do not say which element of a binary file is wrong.
+//! Our own reader and not the crate `ply-rs-bw`: that one's errors do not say which element of a
+//! binary file is wrong.
 
 mod header;
 

@@ -1,4 +1,5 @@
-//! What can be asked of the window on a recording, and by which key, beside what every window can be asked for.
+//! What can be asked of the window on a recording, and by which key, beside what every window can
+//! be asked for.
 
 use eframe::egui::{self, Key};
 
@@ -28,7 +29,8 @@ pub(super) enum Action {
     Scene(SceneAction),
 }
 
-/// Key, with Shift or without, what it does, how it is listed; those without a name are second keys.
+/// Key, with Shift or without, what it does, how it is listed; those without a name are second
+/// keys.
 const KEYS: [(Key, bool, Action, &str, &str); 21] = [
     (Key::Space, false, Action::Play, "Space", "play, stand still"),
     (Key::ArrowRight, false, Action::Step(1), "→", "one tick on"),

@@ -1,8 +1,9 @@
-//! The window on a recording: the bodies where they were, contacts and forces as the engine finds them again, and curves of the whole run
-//! to go to and fro in.
+//! The window on a recording: the bodies where they were, contacts and forces as the engine finds
+//! them again, and curves of the whole run to go to and fro in.
 //!
-//! A thread of the program runs the recording again from the beginning and leaves what its ticks have to show in [`Moments`]; the window
-//! shows what is there. A tick that is not there yet is shown by the recorded pose alone. In each frame:
+//! A thread of the program runs the recording again from the beginning and leaves what its ticks
+//! have to show in [`Moments`]; the window shows what is there. A tick that is not there yet is
+//! shown by the recorded pose alone. In each frame:
 //!
 //! 1. keys (`keys`), and time goes on while it plays;
 //! 2. the tick that is then shown is taken from what there is;

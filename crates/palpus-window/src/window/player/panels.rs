@@ -1,4 +1,5 @@
-//! Beside the scene of a recording: the numbers of the tick that is shown, how far it has been run again, and what goes to and fro in time.
+//! Beside the scene of a recording: the numbers of the tick that is shown, how far it has been run
+//! again, and what goes to and fro in time.
 
 use eframe::egui::{self, RichText};
 use palpus_device::Cut;

@@ -1,7 +1,8 @@
 //! Curves over a whole run, one below the other, with a cursor: a drag on any of them goes there.
 //!
-//! Each column of pixels shows the least and the largest value of its ticks, so that no peak is lost however long the run is. The columns
-//! are found anew only when the width changes. Late ticks and faults are lines through all curves; times of overlap are shaded.
+//! Each column of pixels shows the least and the largest value of its ticks, so that no peak is
+//! lost however long the run is. The columns are found anew only when the width changes. Late ticks
+//! and faults are lines through all curves; times of overlap are shaded.
 
 use eframe::egui::{self, Color32, FontId, Pos2, Rect, Sense, Stroke, vec2};
 
@@ -88,7 +89,8 @@ impl Timeline {
         self.times.partition_point(|t| *t <= time).saturating_sub(1)
     }
 
-    /// Fills the room of `ui` with the curves; where the user goes, if anywhere. What is after tick `known` is paler.
+    /// Fills the room of `ui` with the curves; where the user goes, if anywhere. What is after tick
+    /// `known` is paler.
     pub(super) fn show(&mut self, ui: &mut egui::Ui, theme: Theme, tick: usize, known: usize) -> Option<f64> {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         let plot = Rect::from_min_max(rect.min + vec2(LABEL, 0.0), rect.max);

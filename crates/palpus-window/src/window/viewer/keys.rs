@@ -1,4 +1,5 @@
-//! What can be asked of the window on a model, and by which key, beside what every window can be asked for.
+//! What can be asked of the window on a model, and by which key, beside what every window can be
+//! asked for.
 
 use eframe::egui::{self, Key};
 

@@ -1,11 +1,12 @@
-//! The window on a model: its pieces together or apart, one of them picked with its Gauss map and numbers, depth on a plane through it.
+//! The window on a model: its pieces together or apart, one of them picked with its Gauss map and
+//! numbers, depth on a plane through it.
 //!
 //! In each frame:
 //!
 //! 1. what threads have finished is taken (`work`): the window never waits for them;
 //! 2. keys (`keys`);
-//! 3. on the right the model and the picked piece, on the left what is felt on the plane (`panels`); in the middle the scene (`shown`), where a
-//!    click picks a piece;
+//! 3. on the right the model and the picked piece, on the left what is felt on the plane
+//!    (`panels`); in the middle the scene (`shown`), where a click picks a piece;
 //! 4. what is now wanted and not yet asked for is asked for.
 //!
 //! Nothing is drawn while nothing changes.
@@ -87,7 +88,8 @@ struct Viewer {
     cut: bool,
     plane: SectionPlane,
     shown: Shown,
-    /// First the body without the picked piece; then the faces of that, those of the mesh and those of the hull.
+    /// First the body without the picked piece; then the faces of that, those of the mesh and those
+    /// of the hull.
     scene: Scene,
     look: Look,
     style: Style,

@@ -1,4 +1,5 @@
-//! Beside the scene of a model: on the right the model and the picked piece, on the left what is felt on the plane.
+//! Beside the scene of a model: on the right the model and the picked piece, on the left what is
+//! felt on the plane.
 
 use eframe::egui::{self, RichText};
 

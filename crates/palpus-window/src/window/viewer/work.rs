@@ -1,4 +1,5 @@
-//! What the window on a model leaves to threads: the Gauss map of the picked piece, and depth on the plane.
+//! What the window on a model leaves to threads: the Gauss map of the picked piece, and depth on
+//! the plane.
 
 use std::sync::Arc;
 

@@ -1,18 +1,21 @@
 //! Containment: does a convex hull stay inside the solid that its patch bounds \[K02 §3.2, EL01\]?
 //!
-//! The hull H of a patch lies in the solid exactly when **no point of the surface lies in the interior of H**. One
-//! test does the work of three (a virtual face crosses the surface; a virtual face lies outside without crossing
-//! anything, as over the notch of an L; a hull swallows a whole hollow): the interior of H is connected, so if the
-//! surface never enters it, it lies wholly inside or wholly outside, and just under an original face it is inside. A
-//! notch covered by a virtual face has walls that start in that face and go down into H.
+//! The hull H of a patch lies in the solid exactly when **no point of the surface lies in the
+//! interior of H**. One test does the work of three (a virtual face crosses the surface; a virtual
+//! face lies outside without crossing anything, as over the notch of an L; a hull swallows a whole
+//! hollow): the interior of H is connected, so if the surface never enters it, it lies wholly
+//! inside or wholly outside, and just under an original face it is inside. A notch covered by a
+//! virtual face has walls that start in that face and go down into H.
 //!
-//! The rule needs no inside test, so it means something for every surface: for an open or self-intersecting one it
-//! says that no sheet passes through a piece. Two things it can then not promise: past the border of an open surface
-//! a piece may bulge over the opening, and where sheets overlap "inside" is judged by each patch's own normals.
+//! The rule needs no inside test, so it means something for every surface: for an open or
+//! self-intersecting one it says that no sheet passes through a piece. Two things it can then not
+//! promise: past the border of an open surface a piece may bulge over the opening, and where sheets
+//! overlap "inside" is judged by each patch's own normals.
 //!
 //! 1. Triangles of the surface near what the hull gained come from the triangle tree.
-//! 2. A triangle enters H when something of it is left after clipping by every face's plane, moved inward by
-//!    [`ENTERED`](crate::algebra::tolerance::ENTERED): touching along shared corners and sides is not entering.
+//! 2. A triangle enters H when something of it is left after clipping by every face's plane, moved
+//!    inward by [`ENTERED`](crate::algebra::tolerance::ENTERED): touching along shared corners and
+//!    sides is not entering.
 
 #[cfg(test)]
 pub(in crate::body) mod oracle;

@@ -1,14 +1,19 @@
-//! Facets: coplanar triangles merged into convex planar polygons, the units that patches are grown from \[K02 §3.2\].
+//! Facets: coplanar triangles merged into convex planar polygons, the units that patches are grown
+//! from \[K02 §3.2\].
 //!
-//! A flat grid or the cap of a CAD part is one face cut into triangles by whoever wrote the file. \[EL01\]'s tool treats
-//! the edges between such triangles as reflex; here they vanish before the decomposition starts.
+//! A flat grid or the cap of a CAD part is one face cut into triangles by whoever wrote the file.
+//! \[EL01\]'s tool treats the edges between such triangles as reflex; here they vanish before the
+//! decomposition starts.
 //!
-//! 1. *Regions.* From the largest triangle not yet taken, flood over neighbours all of whose vertices lie within
-//!    the surface's noise of the **first** triangle's plane, so that a long chain of nearly coplanar triangles cannot drift.
-//! 2. *Convex partition.* Hertel–Mehlhorn: remove the sides between the polygons of a region, longest first, while the
-//!    corners at both ends stay convex, until none can be removed. Two polygons may meet along a chain of collinear
-//!    sides (a T-junction of an earlier removal); a chain goes as a whole.
-//! 3. *Links.* Which facets meet along a side, and whether the surface bends outward there, inward or not at all.
+//! 1. *Regions.* From the largest triangle not yet taken, flood over neighbours all of whose
+//!    vertices lie within the surface's noise of the **first** triangle's plane, so that a long
+//!    chain of nearly coplanar triangles cannot drift.
+//! 2. *Convex partition.* Hertel–Mehlhorn: remove the sides between the polygons of a region,
+//!    longest first, while the corners at both ends stay convex, until none can be removed. Two
+//!    polygons may meet along a chain of collinear sides (a T-junction of an earlier removal); a
+//!    chain goes as a whole.
+//! 3. *Links.* Which facets meet along a side, and whether the surface bends outward there, inward
+//!    or not at all.
 //!
 //! Deterministic: ties go to the smaller index.
 
@@ -48,9 +53,9 @@ pub(crate) struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// `step` is the distance between neighbouring values of the coordinates, metres; zero when not known. The noise that
-    /// it makes is believed up to `flatness`, relative to the mesh's size: a model written by hand with few digits is exact,
-    /// not noisy.
+    /// `step` is the distance between neighbouring values of the coordinates, metres; zero when not
+    /// known. The noise that it makes is believed up to `flatness`, relative to the mesh's size: a
+    /// model written by hand with few digits is exact, not noisy.
     pub(crate) fn new(mesh: &'a Mesh, edges: &'a HalfEdges, step: f64, flatness: f64) -> Self {
         let size = mesh.bounding_diagonal();
         let noise = (NOISE_PER_STEP * step).clamp(COPLANAR * size, flatness.max(COPLANAR) * size);
@@ -148,7 +153,8 @@ impl Facets {
         self.areas[f as usize]
     }
 
-    /// The mesh vertices around facet `f`, counter-clockwise seen from outside; some may be collinear.
+    /// The mesh vertices around facet `f`, counter-clockwise seen from outside; some may be
+    /// collinear.
     pub(crate) fn corners(&self, f: u32) -> &[u32] {
         &self.loop_vertices[self.loop_starts[f as usize] as usize..self.loop_starts[f as usize + 1] as usize]
     }
@@ -168,7 +174,8 @@ impl Facets {
         &self.links[self.link_starts[f as usize] as usize..self.link_starts[f as usize + 1] as usize]
     }
 
-    /// The facets at each mesh vertex: where those of a vertex begin (and the last end), and all of them.
+    /// The facets at each mesh vertex: where those of a vertex begin (and the last end), and all of
+    /// them.
     pub(crate) fn at_vertices(&self) -> (Vec<u32>, Vec<u32>) {
         let vertices = self.loop_vertices.iter().max().map_or(0, |&v| v as usize + 1);
         let mut starts = vec![0; vertices + 1];
@@ -265,7 +272,8 @@ struct Polygon {
     triangles: Vec<u32>,
 }
 
-/// Merges triangles of one region to convex polygons; merged-away entries are left without triangles.
+/// Merges triangles of one region to convex polygons; merged-away entries are left without
+/// triangles.
 fn convex_partition(surface: &Surface<'_>, planes: &[Plane], regions: &[u32]) -> Vec<Polygon> {
     let mut polygons: Vec<Polygon> = (0..surface.triangle_count())
         .map(|t| Polygon { corners: surface.triangle(t).to_vec(), triangles: vec![t] })
@@ -303,7 +311,8 @@ fn convex_partition(surface: &Surface<'_>, planes: &[Plane], regions: &[u32]) ->
     }
 }
 
-/// The sides within regions, longest first: tail, head, the triangle to the left, the triangle across.
+/// The sides within regions, longest first: tail, head, the triangle to the left, the triangle
+/// across.
 fn inner_sides(surface: &Surface<'_>, regions: &[u32]) -> Vec<(u32, u32, u32, u32)> {
     let mut sides = Vec::new();
     for t in 0..surface.triangle_count() {
@@ -319,7 +328,8 @@ fn inner_sides(surface: &Surface<'_>, regions: &[u32]) -> Vec<(u32, u32, u32, u3
     sides
 }
 
-/// The union of two convex polygons that share the side `tail → head` of `large`, when it is convex.
+/// The union of two convex polygons that share the side `tail → head` of `large`, when it is
+/// convex.
 fn join(
     surface: &Surface<'_>,
     normal: DVec3,

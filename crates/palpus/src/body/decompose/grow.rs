@@ -1,20 +1,23 @@
-//! One convex patch under trial: facets join it, singly or many at once, only while its hull stays good \[EL01\].
+//! One convex patch under trial: facets join it, singly or many at once, only while its hull stays
+//! good \[EL01\].
 //!
 //! A set of facets joins when
 //!
 //! 1. every vertex of the patch lies below the planes of the new facets,
-//! 2. every new vertex lies below the planes of the patch's facets (both within the surface's noise), so
-//!    that all of them lie on the common hull, and
+//! 2. every new vertex lies below the planes of the patch's facets (both within the surface's
+//!    noise), so that all of them lie on the common hull, and
 //! 3. the common hull stays inside the solid (see `contain`).
 //!
-//! 1 and 2 need no hull and turn most candidates away. A refusal stays right as the patch grows, since every test
-//! only gets harder; with one exception. While the patch is *flat* there is no hull with an inside, and facets of
-//! one plane join only when their union is the whole convex polygon around it: an L-shaped cap must not cover its
-//! notch. Such a facet is postponed: once the patch has become solid, 3 judges it.
+//! 1 and 2 need no hull and turn most candidates away. A refusal stays right as the patch grows,
+//! since every test only gets harder; with one exception. While the patch is *flat* there is no
+//! hull with an inside, and facets of one plane join only when their union is the whole convex
+//! polygon around it: an L-shaped cap must not cover its notch. Such a facet is postponed: once the
+//! patch has become solid, 3 judges it.
 //!
-//! A patch of very many facets goes over to a hull with neighbours (`wide_hull`), where each of these questions looks at
-//! the surroundings of the new facet only: 1 climbs to the highest vertex, 2 asks the facets at the faces that the new vertex
-//! sees, since what it does not see it is not above. Else a smooth body with one dent took the square of its size.
+//! A patch of very many facets goes over to a hull with neighbours (`wide_hull`), where each of
+//! these questions looks at the surroundings of the new facet only: 1 climbs to the highest vertex,
+//! 2 asks the facets at the faces that the new vertex sees, since what it does not see it is not
+//! above. Else a smooth body with one dent took the square of its size.
 
 use glam::DVec3;
 
@@ -181,7 +184,8 @@ impl<'a> Grower<'a> {
         verdict
     }
 
-    /// As [`Self::try_add`], for a patch so large that only the hull's surroundings may be looked at.
+    /// As [`Self::try_add`], for a patch so large that only the hull's surroundings may be looked
+    /// at.
     fn try_add_wide(&mut self, set: &[u32]) -> Verdict {
         let tolerance = self.surface.noise();
         let corners: Vec<u32> = set.iter().flat_map(|&c| self.facets.corners(c)).copied().collect();

@@ -51,8 +51,8 @@ impl Growth {
         Self { queue: BinaryHeap::new(), postponed: Vec::new(), seen: vec![0; facets.len()], round: 0, arrivals: 0 }
     }
 
-    /// Grows a patch in `grower` over facets that have no owner. Candidates across the sharpest side go first;
-    /// `jitter` of a facet is added to the cosine that they are ranked by.
+    /// Grows a patch in `grower` over facets that have no owner. Candidates across the sharpest
+    /// side go first; `jitter` of a facet is added to the cosine that they are ranked by.
     pub(super) fn grow(
         &mut self,
         grower: &mut Grower<'_>,

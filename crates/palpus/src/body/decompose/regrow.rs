@@ -1,17 +1,22 @@
-//! Ruin and recreate: a few neighbouring patches are dissolved and their facets grown again in another order
-//! \[G. Schrimpf et al., Record breaking optimization results using the ruin and recreate principle, 2000\].
+//! Ruin and recreate: a few neighbouring patches are dissolved and their facets grown again in
+//! another order \[G. Schrimpf et al., Record breaking optimization results using the ruin and
+//! recreate principle, 2000\].
 //!
-//! Greedy growth never looks back: a facet taken early may be what two later patches lack to become one.
+//! Greedy growth never looks back: a facet taken early may be what two later patches lack to become
+//! one.
 //!
-//! 1. *Ruin.* Round after round, each small patch, the smallest first, is dissolved with a few random neighbours.
-//! 2. *Recreate.* In every other trial the patches around are first asked to take some of the free facets. The rest is
-//!    grown from seeds in random order, in every other trial with a jittered ranking too. Here facets that share
-//!    only a vertex may join: such a patch is connected, and its hull is judged as any other.
-//! 3. *Judge.* Fewer patches stay. As many stay when the sum of squares of their sizes has not shrunk: large beside
-//!    small is what a later trial can make one fewer of. Anything else is undone.
+//! 1. *Ruin.* Round after round, each small patch, the smallest first, is dissolved with a few
+//!    random neighbours.
+//! 2. *Recreate.* In every other trial the patches around are first asked to take some of the free
+//!    facets. The rest is grown from seeds in random order, in every other trial with a jittered
+//!    ranking too. Here facets that share only a vertex may join: such a patch is connected, and
+//!    its hull is judged as any other.
+//! 3. *Judge.* Fewer patches stay. As many stay when the sum of squares of their sizes has not
+//!    shrunk: large beside small is what a later trial can make one fewer of. Anything else is
+//!    undone.
 //!
-//! The work is bounded by the number of facets tried, never by a clock, and the random numbers start from a constant:
-//! the same model gives the same pieces.
+//! The work is bounded by the number of facets tried, never by a clock, and the random numbers
+//! start from a constant: the same model gives the same pieces.
 
 use super::growth::Growth;
 use super::touching::{Neighbours, Touching};
@@ -97,7 +102,8 @@ fn ruin_region(neighbours: Neighbours<'_>, partition: &Partition, centre: u32, r
 struct Trial {
     /// The dissolved patches.
     region: Vec<u32>,
-    /// The facets that patches had before: those of the region, and those that were given some of its facets.
+    /// The facets that patches had before: those of the region, and those that were given some of
+    /// its facets.
     before: Vec<(u32, Vec<u32>)>,
     free: Vec<u32>,
 }
@@ -154,7 +160,8 @@ impl Trial {
         }
     }
 
-    /// Grows what is free again and tells how many patches it took; `None` when the region's do not suffice.
+    /// Grows what is free again and tells how many patches it took; `None` when the region's do not
+    /// suffice.
     fn recreate(
         &self,
         grower: &mut Grower<'_>,

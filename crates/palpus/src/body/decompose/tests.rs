@@ -1,4 +1,5 @@
-//! Patches of shapes and of real models, held against the judges of `contain::oracle` and the paper's Table 1.
+//! Patches of shapes and of real models, held against the judges of `contain::oracle` and the
+//! paper's Table 1.
 
 use glam::DVec3;
 
@@ -12,7 +13,8 @@ use crate::body::shapes::{model, torus};
 use crate::body::{Body, BodySettings, HalfEdges, Mesh, PolygonSoup, Provenance};
 
 const SEED: u64 = 0x2002_0606;
-/// Relative to the size: what counts as on the hull or on the surface. Above the noise that models are granted.
+/// Relative to the size: what counts as on the hull or on the surface. Above the noise that models
+/// are granted.
 const SLACK: f64 = 1e-4;
 /// Relative to the slack: how deep the surface may come into a piece.
 const CROSSING: f64 = 0.1;
@@ -160,7 +162,8 @@ fn the_torus_of_table_1_takes_no_more_pieces() {
 fn small_models_stay_solid_and_take_few_pieces() {
     for (name, most) in [
         ("paper/teacup_500.obj", 178),
-        // More than the paper's 78 for its spoon: see `no_partition_of_this_spoon_comes_down_to_the_papers`.
+        // More than the paper's 78 for its spoon: see
+        // `no_partition_of_this_spoon_comes_down_to_the_papers`.
         ("paper/teaspoon_336.obj", 110),
         ("parts/chess_knight_1000.obj", 145),
         ("parts/low_poly_bunny.obj", 400),
@@ -239,8 +242,9 @@ fn a_dented_egg_is_few_large_pieces_that_leave_the_dent_free() {
     assert!(largest > 2000, "{largest} triangles");
 }
 
-/// How many facets it is known of that no two of them can be in one patch, connected or not: no partition has fewer
-/// patches. A set without friends, grown by local search: the best facet to add, or to swap in, that is not tabu.
+/// How many facets it is known of that no two of them can be in one patch, connected or not: no
+/// partition has fewer patches. A set without friends, grown by local search: the best facet to
+/// add, or to swap in, that is not tabu.
 fn fewest_patches(soup: &PolygonSoup, steps: usize) -> usize {
     let (mesh, _) = Mesh::from_soup(soup).unwrap();
     let (edges, tree) = (HalfEdges::new(&mesh), mesh.tree());
@@ -288,7 +292,8 @@ fn large_models_stay_solid_and_take_no_more_pieces_than_in_table_1() {
     for (name, most) in [
         ("paper/armadillo_31240.obj", 6950),
         ("paper/intestine_colon_male_24846.obj", 4980),
-        // Another intestine than the paper's (which took 9913): a bound on what we reach, not the paper's.
+        // Another intestine than the paper's (which took 9913): a bound on what we reach, not the
+        // paper's.
         ("paper/intestine_small_female_24846.obj", 10_650),
         ("parts/fandisk.obj", 4000),
         ("pairs/peg_round_8mm.obj", 1),

@@ -1,25 +1,31 @@
-//! Thick pieces: a patch's hull grows inward, to where another part of the surface is as near (beyond \[K02\]).
+//! Thick pieces: a patch's hull grows inward, to where another part of the surface is as near
+//! (beyond \[K02\]).
 //!
-//! A piece that is the hull of two or three triangles of a bulky solid is a sliver: what goes deeper than the sliver has left
-//! it again, and its force vanishes. So a piece of a closed surface gets further corners inside the solid:
+//! A piece that is the hull of two or three triangles of a bulky solid is a sliver: what goes
+//! deeper than the sliver has left it again, and its force vanishes. So a piece of a closed surface
+//! gets further corners inside the solid:
 //!
-//! 1. From each vertex of the surface a *way in* leads to the medial axis and along it toward where the solid is thicker
-//!    (`way_in`). It belongs to the vertex, so that neighbours share it and their pieces leave no gap. Facets that are wide
-//!    for the thickness below them have another from their middle.
-//! 2. A piece takes the points of its ways that lie below all planes of its patch, so that every facet stays on the hull, and
-//!    at which the patch is no farther than the nearest surface, or hardly: a piece that reached past the medial axis would
-//!    report its own long way out where another surface offers a short one.
+//! 1. From each vertex of the surface a *way in* leads to the medial axis and along it toward where
+//!    the solid is thicker (`way_in`). It belongs to the vertex, so that neighbours share it and
+//!    their pieces leave no gap. Facets that are wide for the thickness below them have another
+//!    from their middle.
+//! 2. A piece takes the points of its ways that lie below all planes of its patch, so that every
+//!    facet stays on the hull, and at which the patch is no farther than the nearest surface, or
+//!    hardly: a piece that reached past the medial axis would report its own long way out where
+//!    another surface offers a short one.
 //! 3. Points that lie close together are one, and of many those farthest apart are kept.
-//! 4. No triangle of another patch may enter the hull with them (see `contain`). If one does, all are pulled back toward the
-//!    surface alike until none does, and then let in again one by one; and if that fails, they are tried one by one from
-//!    the start.
+//! 4. No triangle of another patch may enter the hull with them (see `contain`). If one does, all
+//!    are pulled back toward the surface alike until none does, and then let in again one by one;
+//!    and if that fails, they are tried one by one from the start.
 //!
-//! The patch's own facets stay original; a face with a corner inside is virtual. Pieces overlap a little along the walls
-//! between them. A patch that is a whole convex component needs nothing. An open surface has no inside: its pieces stay thin.
+//! The patch's own facets stay original; a face with a corner inside is virtual. Pieces overlap a
+//! little along the walls between them. A patch that is a whole convex component needs nothing. An
+//! open surface has no inside: its pieces stay thin.
 //!
-//! Where it falls short: one convex piece cannot be thick all along a thin wall that bends, so a large patch of a coarse
-//! mesh leaves parts of such a wall to nobody. A patch of thousands of facets stays as it is: its hull is deep in itself, and each
-//! corner would cost the square of its size.
+//! Where it falls short: one convex piece cannot be thick all along a thin wall that bends, so a
+//! large patch of a coarse mesh leaves parts of such a wall to nobody. A patch of thousands of
+//! facets stays as it is: its hull is deep in itself, and each corner would cost the square of its
+//! size.
 
 #[cfg(test)]
 mod tests;
@@ -41,7 +47,8 @@ use crate::body::{Aabb, TriangleTree};
 
 pub(crate) use way_in::WaysIn;
 
-/// The further corners of a patch's piece: inside the solid, below every facet of the patch; none when there is no way in.
+/// The further corners of a patch's piece: inside the solid, below every facet of the patch; none
+/// when there is no way in.
 ///
 /// A function of its arguments alone: pieces can be thickened in any order, and at the same time.
 pub(crate) fn inner_corners(
@@ -173,7 +180,8 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Makes the hull of the patch and of these corners; false, and no hull, if it is flat or entered.
+    /// Makes the hull of the patch and of these corners; false, and no hull, if it is flat or
+    /// entered.
     fn takes_these(&mut self, corners: impl Iterator<Item = DVec3>) -> bool {
         let own = self.points.len();
         self.points.extend(corners);
@@ -212,7 +220,8 @@ impl<'a> Trial<'a> {
         }
     }
 
-    /// Corners that all are taken at a share of their ways, one after the other as much deeper as the hull can have them.
+    /// Corners that all are taken at a share of their ways, one after the other as much deeper as
+    /// the hull can have them.
     fn deepen(&mut self, wishes: &[Wish], share: f64) -> Vec<DVec3> {
         let mut deeper = |wish: &Wish| {
             let shares = [1.0, 0.5 + 0.5 * share, 0.25 + 0.75 * share];

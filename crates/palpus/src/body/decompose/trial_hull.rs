@@ -1,12 +1,13 @@
 //! A convex hull that grows point by point and can take the last points back.
 //!
-//! The decomposition asks for thousands of hulls that differ by one vertex and throws most of them away, so it needs
-//! neither adjacency nor merged faces, only the half-spaces. Faces are triangles; which faces a new point sees is
-//! decided by the exact sign of a determinant, so coplanar and collinear points do no harm: a point in the plane of a
-//! face does not see it.
+//! The decomposition asks for thousands of hulls that differ by one vertex and throws most of them
+//! away, so it needs neither adjacency nor merged faces, only the half-spaces. Faces are triangles;
+//! which faces a new point sees is decided by the exact sign of a determinant, so coplanar and
+//! collinear points do no harm: a point in the plane of a face does not see it.
 //!
 //! 1. A start from four points that span a solid, as far apart as a greedy choice finds them.
-//! 2. Each further point removes the faces that it sees and is joined to the sides of the hole (the horizon).
+//! 2. Each further point removes the faces that it sees and is joined to the sides of the hole (the
+//!    horizon).
 //! 3. [`TrialHull::mark`] remembers a state, [`TrialHull::undo`] returns to it.
 
 use glam::DVec3;
@@ -22,7 +23,8 @@ pub(in crate::body) struct TrialFace {
     pub(in crate::body) corners: [u32; 3],
     /// Outward.
     pub(in crate::body) plane: Plane,
-    /// How far off `plane` may be at a point of the hull's size away, metres; infinite for needles, whose normal is noise.
+    /// How far off `plane` may be at a point of the hull's size away, metres; infinite for needles,
+    /// whose normal is noise.
     pub(in crate::body) slack: f64,
     pub(in crate::body) alive: bool,
 }
@@ -88,7 +90,8 @@ impl TrialHull {
         self.faces.is_empty()
     }
 
-    /// Hull of the given points; false, and empty, when they all lie within `thickness` of one plane.
+    /// Hull of the given points; false, and empty, when they all lie within `thickness` of one
+    /// plane.
     pub(crate) fn start(&mut self, points: &[DVec3], thickness: f64) -> bool {
         self.clear();
         self.reach = points.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
@@ -163,7 +166,8 @@ impl TrialHull {
         self.points[k as usize]
     }
 
-    /// Bounds of what the hull gained since a mark: the removed faces and the new points; `None` when nothing.
+    /// Bounds of what the hull gained since a mark: the removed faces and the new points; `None`
+    /// when nothing.
     pub(crate) fn gained_since(&self, mark: Mark) -> Option<Aabb> {
         if self.points.len() == mark.points {
             return None;
@@ -200,8 +204,8 @@ fn coordinates([x, y, z]: [f64; 3]) -> robust::Coord3D<f64> {
     robust::Coord3D { x, y, z }
 }
 
-/// Four points that span a solid thicker than `thickness`, ordered so that the first three are counter-clockwise seen
-/// from the side away from the fourth.
+/// Four points that span a solid thicker than `thickness`, ordered so that the first three are
+/// counter-clockwise seen from the side away from the fourth.
 pub(in crate::body) fn spanning_simplex(points: &[DVec3], thickness: f64) -> Option<[usize; 4]> {
     let farthest = |score: &dyn Fn(DVec3) -> f64| {
         let mut best = (0, f64::NEG_INFINITY);

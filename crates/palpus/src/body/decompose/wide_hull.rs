@@ -1,14 +1,18 @@
-//! The hull of a large patch: as `trial_hull`, with neighbours, so that nothing ever looks at all of it.
+//! The hull of a large patch: as `trial_hull`, with neighbours, so that nothing ever looks at all
+//! of it.
 //!
-//! A patch of fifty thousand facets is asked fifty thousand times whether it takes one more. Each question is local:
+//! A patch of fifty thousand facets is asked fifty thousand times whether it takes one more. Each
+//! question is local:
 //!
-//! 1. *Insertion* starts at a face that the new point sees, found at a vertex beside it, floods over the faces that
-//!    it sees and closes the hole with a fan. Signs are exact, as in `trial_hull`. A journal takes insertions back.
+//! 1. *Insertion* starts at a face that the new point sees, found at a vertex beside it, floods
+//!    over the faces that it sees and closes the hole with a fan. Signs are exact, as in
+//!    `trial_hull`. A journal takes insertions back.
 //! 2. *Support*: the highest vertex along a direction, by climbing from vertex to vertex.
-//! 3. *Entering*: does a triangle come deeper than so much into the hull? It is clipped by one plane at a time: by that of the
-//!    face that its middle is most beyond, as seen from a point of the interior; when there is none, the middle is inside. The
-//!    face is found by climbing from face to face: the faces are the vertices of the polar body, where "most beyond" is a
-//!    linear function. Where faces lie in one plane but for rounding, the climb looks at all of them.
+//! 3. *Entering*: does a triangle come deeper than so much into the hull? It is clipped by one
+//!    plane at a time: by that of the face that its middle is most beyond, as seen from a point of
+//!    the interior; when there is none, the middle is inside. The face is found by climbing from
+//!    face to face: the faces are the vertices of the polar body, where "most beyond" is a linear
+//!    function. Where faces lie in one plane but for rounding, the climb looks at all of them.
 
 use glam::DVec3;
 
@@ -63,7 +67,8 @@ pub(crate) struct WideHull {
 }
 
 impl WideHull {
-    /// Hull of points with their mesh vertices; false when they all lie within `thickness` of one plane.
+    /// Hull of points with their mesh vertices; false when they all lie within `thickness` of one
+    /// plane.
     pub(crate) fn start(&mut self, points: &[DVec3], vertices: &[u32], thickness: f64) -> bool {
         let Some(simplex) = spanning_simplex(points, thickness) else { return false };
         self.points.clear();
@@ -134,7 +139,8 @@ impl WideHull {
         }
     }
 
-    /// Bounds of what the hull gained since it was final: the removed faces and the new points; `None` when nothing.
+    /// Bounds of what the hull gained since it was final: the removed faces and the new points;
+    /// `None` when nothing.
     pub(crate) fn gained(&self) -> Option<Aabb> {
         let corners = self.journal.iter().filter_map(|change| match change {
             Change::Buried(face) | Change::Born(face) => Some(self.faces[*face as usize].face.corners),
@@ -157,7 +163,8 @@ impl WideHull {
         into.dedup();
     }
 
-    /// The planes of the largest new faces, needles left out: a few planes that most of what is outside is above of.
+    /// The planes of the largest new faces, needles left out: a few planes that most of what is
+    /// outside is above of.
     pub(crate) fn fence(&mut self, into: &mut Vec<Plane>) {
         let born = self.journal.iter().filter_map(|change| match change {
             Change::Born(face) => Some(*face),
@@ -178,7 +185,8 @@ impl WideHull {
         into.extend(queue.iter().map(|&f| faces[f as usize].face).filter(|f| f.slack.is_finite()).map(|f| f.plane));
     }
 
-    /// True when a point of the hull is higher above `plane` than `tolerance`. `near` is a corner where to begin.
+    /// True when a point of the hull is higher above `plane` than `tolerance`. `near` is a corner
+    /// where to begin.
     pub(crate) fn is_above(&self, plane: Plane, tolerance: f64, near: u32) -> bool {
         let mut here = near;
         let mut height = plane.height(self.points[here as usize]);

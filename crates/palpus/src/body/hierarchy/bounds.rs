@@ -1,5 +1,6 @@
-//! Bounding volumes of a node: cheap to test, and holding every point exactly as their own arithmetic measures it
-//! (`distance(center)` for the sphere, coordinates along the axes for the box).
+//! Bounding volumes of a node: cheap to test, and holding every point exactly as their own
+//! arithmetic measures it (`distance(center)` for the sphere, coordinates along the axes for the
+//! box).
 //!
 //! The tests between pairs of them belong to the collision room.
 
@@ -29,8 +30,9 @@ pub struct OrientedBox {
 }
 
 impl OrientedBox {
-    /// A small box around a polytope: along the frame's axes, along the principal axes of its vertices, or flush with
-    /// its largest face and that face's longest side, whichever has the least surface.
+    /// A small box around a polytope: along the frame's axes, along the principal axes of its
+    /// vertices, or flush with its largest face and that face's longest side, whichever has the
+    /// least surface.
     pub fn around(polytope: &Polytope) -> Self {
         let points = polytope.vertices();
         let mut best = Self::along(DMat3::IDENTITY, points);
@@ -73,8 +75,8 @@ impl OrientedBox {
 impl Sphere {
     /// A nearly smallest ball around points.
     ///
-    /// From `center`, the centre steps toward the farthest point, by less each time (Bădoiu and Clarkson 2003); the best
-    /// one met on the way wins.
+    /// From `center`, the centre steps toward the farthest point, by less each time (Bădoiu and
+    /// Clarkson 2003); the best one met on the way wins.
     pub fn around(points: &[DVec3], mut center: DVec3) -> Self {
         let mut best = Self { center, radius: f64::INFINITY };
         for step in 0..SPHERE_STEPS {

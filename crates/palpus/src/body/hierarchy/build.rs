@@ -10,13 +10,14 @@ use crate::algebra::{Alone, Workers, eigen, map_in_order, tolerance};
 use crate::body::hierarchy::bounds::{OrientedBox, Sphere, covariance};
 
 impl Hierarchy {
-    /// The tree over `pieces`; `coplanar` is the distance within which hull faces merge, in model units.
+    /// The tree over `pieces`; `coplanar` is the distance within which hull faces merge, in model
+    /// units.
     pub fn build(pieces: &[Polytope], coplanar: f64) -> Result<Self, HierarchyError> {
         Self::build_with(pieces, coplanar, &Alone, &mut |_| ())
     }
 
-    /// As [`Self::build`], with the hands of `workers`; `progress` is told the fraction done. The tree is the same
-    /// whoever they are.
+    /// As [`Self::build`], with the hands of `workers`; `progress` is told the fraction done. The
+    /// tree is the same whoever they are.
     pub fn build_with(
         pieces: &[Polytope],
         coplanar: f64,
@@ -41,7 +42,8 @@ impl Hierarchy {
     }
 }
 
-/// The parts of the work that the top's cuts and the subtrees are, for the progress report; the top's hulls are the rest.
+/// The parts of the work that the top's cuts and the subtrees are, for the progress report; the
+/// top's hulls are the rest.
 const CUT_SHARE: f64 = 0.1;
 const SUBTREE_SHARE: f64 = 0.65;
 
@@ -241,7 +243,8 @@ struct Maker<'a> {
 }
 
 impl Maker<'_> {
-    /// Sorts the pieces along the direction of largest spread and answers where the second part begins.
+    /// Sorts the pieces along the direction of largest spread and answers where the second part
+    /// begins.
     fn split(&self, order: &mut [u32]) -> usize {
         let centroids: Vec<DVec3> = order.iter().map(|&piece| self.pieces[piece as usize].centroid()).collect();
         let axes = eigen(covariance(&centroids)).1;
@@ -281,8 +284,8 @@ impl Maker<'_> {
     }
 }
 
-/// Where to cut a row of boxes in two so that surface times number, summed over both parts, is least: what a traversal
-/// is likely to spend below them.
+/// Where to cut a row of boxes in two so that surface times number, summed over both parts, is
+/// least: what a traversal is likely to spend below them.
 fn cheapest_cut(extents: &[Aabb]) -> usize {
     let count = extents.len();
     let mut costs = vec![0.0; count];
@@ -311,8 +314,8 @@ fn bounds_of(polytope: &Polytope) -> (Sphere, OrientedBox) {
     (Sphere::around(polytope.vertices(), oriented_box.center), oriented_box)
 }
 
-/// Tags a face original when an original face of one child covers it: all its vertices are vertices of that child and
-/// lie in that face's plane, the child being convex.
+/// Tags a face original when an original face of one child covers it: all its vertices are vertices
+/// of that child and lie in that face's plane, the child being convex.
 fn tag(polytope: Polytope, inputs: &[u32], left: &Polytope, right: &Polytope, coplanar: f64) -> Polytope {
     let from_left = left.vertices().len() as u32;
     // Neighbouring pieces share vertices; the hull names the left one's.

@@ -1,6 +1,7 @@
 //! The walker of the tree's invariants.
 //!
-//! 1. One tree: children stand before their parent, every node but the root has one parent, every piece one leaf.
+//! 1. One tree: children stand before their parent, every node but the root has one parent, every
+//!    piece one leaf.
 //! 2. Each inner hull encloses the hulls of its children, but for the merge distance.
 //! 3. The ball and the box of a node hold every vertex of the pieces below it.
 //!
@@ -56,7 +57,8 @@ pub enum HierarchyFault {
 }
 
 impl Hierarchy {
-    /// Walks the tree and returns what is broken first. `pieces` and `coplanar` are those of [`Self::build`].
+    /// Walks the tree and returns what is broken first. `pieces` and `coplanar` are those of
+    /// [`Self::build`].
     ///
     /// # Errors
     /// The first broken invariant, with the node or piece where it is.

@@ -1,15 +1,19 @@
 //! Merges the coplanar triangles of a hull into planar faces.
 //!
-//! 1. The largest triangle that has no face yet founds one. Its plane supports the whole hull exactly, and so it stays
-//!    the face's plane: no drift along a chain of merges.
-//! 2. The face grows across sides to triangles whose corners lie within the merge distance below that plane, and only
-//!    so that it stays a disc with a simple border and does not fold over a sharp edge.
-//! 3. A vertex inside one face is gone; one between only two faces lies on a straight side and is dropped from both.
-//! 4. A face that has no three corners left, that is turned over or has a reflex corner, or whose dropped vertices do
-//!    not lie on the side that replaces them (two faces at a tiny angle), has merged too much: its triangles start
-//!    again with a smaller merge distance, then with exact coplanarity, and if that fails too, every triangle is a face.
+//! 1. The largest triangle that has no face yet founds one. Its plane supports the whole hull
+//!    exactly, and so it stays the face's plane: no drift along a chain of merges.
+//! 2. The face grows across sides to triangles whose corners lie within the merge distance below
+//!    that plane, and only so that it stays a disc with a simple border and does not fold over a
+//!    sharp edge.
+//! 3. A vertex inside one face is gone; one between only two faces lies on a straight side and is
+//!    dropped from both.
+//! 4. A face that has no three corners left, that is turned over or has a reflex corner, or whose
+//!    dropped vertices do not lie on the side that replaces them (two faces at a tiny angle), has
+//!    merged too much: its triangles start again with a smaller merge distance, then with exact
+//!    coplanarity, and if that fails too, every triangle is a face.
 //!
-//! Vertices nearer to each other than the merge distance are not welded; a mesh is welded before it comes here.
+//! Vertices nearer to each other than the merge distance are not welded; a mesh is welded before it
+//! comes here.
 
 use glam::DVec3;
 
@@ -58,8 +62,9 @@ pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(
             }
         }
     }
-    // Exact coplanarity is not transitive: of points on a lattice that rounding has bent, some triples are exactly coplanar
-    // and some are not, and a vertex between two faces need not lie on a straight side. Every triangle alone is a face.
+    // Exact coplanarity is not transitive: of points on a lattice that rounding has bent, some
+    // triples are exactly coplanar and some are not, and a vertex between two faces need not lie on
+    // a straight side. Every triangle alone is a face.
     match assemble(points, shell, &unmerged(points, shell), 0.0) {
         Ok(Some(answer)) => Ok(answer),
         Ok(None) => Err(Unmergeable { collinear: Vec::new() }),
@@ -69,7 +74,8 @@ pub(super) fn merged(points: &[DVec3], shell: &Shell, coplanar: f64) -> Result<(
 
 /// Triangles so narrow that rounding leaves them no normal.
 pub(super) struct Unmergeable {
-    /// Their corners opposite their longest sides: points that lie on a segment of others but for rounding.
+    /// Their corners opposite their longest sides: points that lie on a segment of others but for
+    /// rounding.
     pub(super) collinear: Vec<u32>,
 }
 
@@ -96,7 +102,8 @@ fn unmerged(points: &[DVec3], shell: &Shell) -> Faces {
     Faces { of: (0..shell.triangles.len() as u32).collect(), founders }
 }
 
-/// A spoilt face that cannot retreat owes it to its neighbours: a triangle whose corner lies on another face's side.
+/// A spoilt face that cannot retreat owes it to its neighbours: a triangle whose corner lies on
+/// another face's side.
 fn spoil_neighbours(shell: &Shell, faces: &Faces, distances: &[f64], spoilt: &mut [bool]) {
     let at_end: Vec<u32> = (0..faces.of.len() as u32)
         .filter(|&t| spoilt[faces.of[t as usize] as usize] && distances[t as usize] <= 0.0)
@@ -155,8 +162,8 @@ fn grow_faces(points: &[DVec3], shell: &Shell, distances: &[f64]) -> Faces {
     faces
 }
 
-/// Whether a face that is a disc stays one when triangle `t` joins it: through one side with the far corner new to the
-/// face, or through two.
+/// Whether a face that is a disc stays one when triangle `t` joins it: through one side with the
+/// far corner new to the face, or through two.
 fn keeps_a_disc(shell: &Shell, face_of: &[u32], touched: &[u32], t: u32, face: u32) -> bool {
     let shared = shell.neighbours[t as usize].map(|n| face_of[n as usize] == face);
     match shared.iter().filter(|&&s| s).count() {
@@ -166,7 +173,8 @@ fn keeps_a_disc(shell: &Shell, face_of: &[u32], touched: &[u32], t: u32, face: u
     }
 }
 
-/// Steps 3 and 4. `Err` tells the faces that have merged too much, `Ok(None)` that some have and it is not known which.
+/// Steps 3 and 4. `Err` tells the faces that have merged too much, `Ok(None)` that some have and it
+/// is not known which.
 #[allow(clippy::type_complexity, reason = "the three outcomes of one private step")]
 fn assemble(
     points: &[DVec3],
@@ -203,7 +211,8 @@ fn assemble(
             spoilt[face] = true;
             continue;
         };
-        // The founding plane supports the hull; when its own corners are gone, lower it onto what is left.
+        // The founding plane supports the hull; when its own corners are gone, lower it onto what
+        // is left.
         let founded = shell.triangles[seed as usize].into_iter().any(stays);
         let supported = if founded { &corners } else { &kept };
         let offset = supported.iter().map(|&v| normal.dot(points[v as usize])).fold(f64::NEG_INFINITY, f64::max);
@@ -218,8 +227,8 @@ fn assemble(
     Ok(Polytope::from_faces(vertices, &loops, planes, provenance).ok().map(|polytope| (polytope, kept)))
 }
 
-/// The border of the face that lies left of `first`, a side of it given as triangle and corner; `None` when the face
-/// has no border.
+/// The border of the face that lies left of `first`, a side of it given as triangle and corner;
+/// `None` when the face has no border.
 fn border_from(shell: &Shell, face_of: &[u32], first: (u32, usize)) -> Option<Vec<u32>> {
     let face = *face_of.get(first.0 as usize)?;
     let mut border = Vec::new();
@@ -246,8 +255,8 @@ fn border_from(shell: &Shell, face_of: &[u32], first: (u32, usize)) -> Option<Ve
     }
 }
 
-/// The corners of a border that stay, when they make a convex polygon about `normal` and every vertex that goes lies on
-/// the side that replaces it, all within the merge distance.
+/// The corners of a border that stay, when they make a convex polygon about `normal` and every
+/// vertex that goes lies on the side that replaces it, all within the merge distance.
 fn straightened(
     points: &[DVec3],
     mut border: Vec<u32>,
@@ -269,7 +278,8 @@ fn straightened(
             continue;
         }
         let tail = border[k - dropped - 1];
-        // With exact coplanarity what goes lies on the side exactly, but for the rounding of the test.
+        // With exact coplanarity what goes lies on the side exactly, but for the rounding of the
+        // test.
         if coplanar > 0.0 && border[k - dropped..k].iter().any(|&v| inside(v, tail, head).abs() > coplanar) {
             return None;
         }

@@ -1,8 +1,9 @@
 //! Normals of triangles to full precision, however thin the triangle.
 //!
-//! A plain cross product of a needle's sides loses as many digits as the needle is thin, and a plane with such a
-//! normal is no supporting plane of the hull. Here differences and products carry their rounding errors along
-//! (Dekker's double-double), so that the result is right to about 1e-31 of the product of the sides.
+//! A plain cross product of a needle's sides loses as many digits as the needle is thin, and a
+//! plane with such a normal is no supporting plane of the hull. Here differences and products carry
+//! their rounding errors along (Dekker's double-double), so that the result is right to about 1e-31
+//! of the product of the sides.
 
 use glam::DVec3;
 
@@ -57,7 +58,8 @@ mod tests {
 
     #[test]
     fn the_normal_of_a_needle_keeps_its_digits() {
-        // 1 + 2^-52 − 1 along y over a side of length 3: the plain product of unshifted coordinates has no digits left.
+        // 1 + 2^-52 − 1 along y over a side of length 3: the plain product of unshifted coordinates
+        // has no digits left.
         let height = f64::EPSILON;
         let (a, b, c) = (DVec3::ONE, DVec3::new(4.0, 1.0, 1.0), DVec3::new(2.0, 1.0 + height, 1.0));
         assert_eq!(cross_of(a, b, c), DVec3::new(0.0, 0.0, 3.0 * height));

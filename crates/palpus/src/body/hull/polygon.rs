@@ -8,8 +8,9 @@ use glam::DVec3;
 
 use super::normal::{cross_of, unit};
 
-/// The corners of the convex polygon, counter-clockwise seen from the side that `normal` points to; fewer than three
-/// when the points are collinear. `points` must be distinct and in lexicographic order.
+/// The corners of the convex polygon, counter-clockwise seen from the side that `normal` points to;
+/// fewer than three when the points are collinear. `points` must be distinct and in lexicographic
+/// order.
 pub(super) fn convex_polygon_corners(points: &[DVec3], normal: DVec3, coplanar: f64) -> Vec<u32> {
     let steep = normal.abs();
     let axis = if steep.x >= steep.y && steep.x >= steep.z {
@@ -82,8 +83,8 @@ fn monotone_chain(flat: &[[f64; 2]]) -> Vec<u32> {
     chain
 }
 
-/// Keeps a corner only when the chord that would replace it and its dropped neighbours misses one of them by more
-/// than the merge distance.
+/// Keeps a corner only when the chord that would replace it and its dropped neighbours misses one
+/// of them by more than the merge distance.
 fn without_straight_corners(points: &[DVec3], corners: Vec<u32>, coplanar: f64) -> Vec<u32> {
     let n = corners.len();
     if n <= 3 {

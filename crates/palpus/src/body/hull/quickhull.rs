@@ -1,17 +1,20 @@
 //! Quickhull with exact signs: the triangulated hull of a point set of non-zero volume.
 //!
-//! Every point outside the hull so far waits at one facet that it lies strictly above. A round takes a facet with
-//! waiting points:
+//! Every point outside the hull so far waits at one facet that it lies strictly above. A round
+//! takes a facet with waiting points:
 //!
-//! 1. The apex is the point that waits highest above the facet (in floating point: any choice is correct).
+//! 1. The apex is the point that waits highest above the facet (in floating point: any choice is
+//!    correct).
 //! 2. The facets strictly below the apex are found by flooding across edges.
 //! 3. Their border, the horizon, is one simple ring; a cone of new facets from the apex closes it.
-//! 4. The points that waited at the removed facets wait at a new facet that they lie above, or are inside.
+//! 4. The points that waited at the removed facets wait at a new facet that they lie above, or are
+//!    inside.
 //!
-//! Why exact signs are enough, with coplanar counted as *not above*: seen from the apex, the facets strictly below it
-//! project one to one onto a convex polygon, so they form a disc and no side of the horizon is in line with the apex:
-//! no facet is ever degenerate. And a point above both facets at a side of the horizon is above the new facet there,
-//! whose normal is a non-negative combination of theirs: no point outside is lost in step 4.
+//! Why exact signs are enough, with coplanar counted as *not above*: seen from the apex, the facets
+//! strictly below it project one to one onto a convex polygon, so they form a disc and no side of
+//! the horizon is in line with the apex: no facet is ever degenerate. And a point above both facets
+//! at a side of the horizon is above the new facet there, whose normal is a non-negative
+//! combination of theirs: no point outside is lost in step 4.
 
 use glam::DVec3;
 
@@ -49,7 +52,8 @@ struct Builder<'a> {
     free: Vec<u32>,
     /// For each waiting point, the next one at its facet.
     next: Vec<u32>,
-    /// For each vertex of the current horizon, the new facet whose side on the horizon starts there.
+    /// For each vertex of the current horizon, the new facet whose side on the horizon starts
+    /// there.
     starts: Vec<u32>,
     visible: Vec<u32>,
     horizon: Vec<(u32, u32, u32)>,
@@ -57,8 +61,8 @@ struct Builder<'a> {
     round: u32,
 }
 
-/// The hull of distinct `points`, grown from a tetrahedron whose last corner lies strictly below the plane of the
-/// first three.
+/// The hull of distinct `points`, grown from a tetrahedron whose last corner lies strictly below
+/// the plane of the first three.
 pub(super) fn quickhull(points: &[DVec3], tetrahedron: [u32; 4]) -> Result<Shell, HullError> {
     let mut builder = Builder {
         points,
@@ -128,7 +132,8 @@ impl Builder<'_> {
         best
     }
 
-    /// Floods from `facet` over all that `apex` lies above; collects them and the sides of their border.
+    /// Floods from `facet` over all that `apex` lies above; collects them and the sides of their
+    /// border.
     fn find_visible(&mut self, facet: u32, apex: u32) {
         self.visible.clear();
         self.horizon.clear();

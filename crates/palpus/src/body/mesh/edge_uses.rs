@@ -1,15 +1,15 @@
 //! Which sides of triangles lie on each edge.
 
-/// The sides of all triangles grouped by undirected edge: a side is `3 t + k`, groups are ordered by the edge's
-/// vertices, sides within a group by number.
+/// The sides of all triangles grouped by undirected edge: a side is `3 t + k`, groups are ordered
+/// by the edge's vertices, sides within a group by number.
 pub(crate) struct EdgeUses {
     starts: Vec<u32>,
     sides: Vec<u32>,
 }
 
 impl EdgeUses {
-    /// Groups the sides of `triangles` over `vertex_count` vertices: a counting sort by the edge's lower vertex, then
-    /// a small sort within each vertex's bucket.
+    /// Groups the sides of `triangles` over `vertex_count` vertices: a counting sort by the edge's
+    /// lower vertex, then a small sort within each vertex's bucket.
     pub(crate) fn new(vertex_count: usize, triangles: &[[u32; 3]]) -> Self {
         let ends = |side: usize| {
             let triangle = triangles[side / 3];

@@ -1,12 +1,14 @@
 //! Which triangle lies across each edge, and how the surface bends there.
 //!
-//! Side `k` of a triangle runs from its corner `k` to its corner `k + 1`. Two triangles are neighbours across an edge
-//! when they are the only two that use it and run along it in opposite directions; everything else (a boundary, an
-//! edge of three or more triangles, two triangles of opposite orientation) has no neighbour, and nothing panics.
+//! Side `k` of a triangle runs from its corner `k` to its corner `k + 1`. Two triangles are
+//! neighbours across an edge when they are the only two that use it and run along it in opposite
+//! directions; everything else (a boundary, an edge of three or more triangles, two triangles of
+//! opposite orientation) has no neighbour, and nothing panics.
 //!
 //! 1. Sort the sides of all triangles by their undirected edge, in linear time ([`EdgeUses`]).
 //! 2. Pair the two sides of each manifold edge.
-//! 3. Classify the edge: coplanar within the register's tolerance, else convex or reflex by an exact predicate.
+//! 3. Classify the edge: coplanar within the register's tolerance, else convex or reflex by an
+//!    exact predicate.
 
 use glam::DVec3;
 
@@ -24,7 +26,8 @@ pub enum EdgeKind {
     NonManifold,
     /// The neighbour bends away from the outside: a ridge.
     Convex,
-    /// The neighbour lies in the same plane, within [`tolerance::COPLANAR`] of the mesh's bounding diagonal.
+    /// The neighbour lies in the same plane, within [`tolerance::COPLANAR`] of the mesh's bounding
+    /// diagonal.
     Coplanar,
     /// The neighbour bends towards the outside: a valley.
     Reflex,
@@ -60,8 +63,8 @@ impl HalfEdges {
         answer
     }
 
-    /// The triangle across side `k` of triangle `t`, and its side that is the same edge; `None` where there is no
-    /// unique one of the same orientation.
+    /// The triangle across side `k` of triangle `t`, and its side that is the same edge; `None`
+    /// where there is no unique one of the same orientation.
     #[inline]
     pub fn neighbour(&self, t: u32, k: usize) -> Option<(u32, usize)> {
         let twin = self.twins[3 * t as usize + k];
@@ -74,8 +77,8 @@ impl HalfEdges {
         self.kinds[3 * t as usize + k]
     }
 
-    /// The angle in radians by which the normal turns across side `k` of triangle `t`: positive at a convex edge,
-    /// negative at a reflex one, in (−π, π]; `None` where there is no neighbour.
+    /// The angle in radians by which the normal turns across side `k` of triangle `t`: positive at
+    /// a convex edge, negative at a reflex one, in (−π, π]; `None` where there is no neighbour.
     pub fn bend(&self, mesh: &Mesh, t: u32, k: usize) -> Option<f64> {
         let (other, _) = self.neighbour(t, k)?;
         let corners = mesh.triangle_points(t);
@@ -90,16 +93,17 @@ fn tail(triangles: &[[u32; 3]], side: u32) -> u32 {
     triangles[(side / 3) as usize][(side % 3) as usize]
 }
 
-/// The corner points of the triangle of `side`, turned so that the side runs from the first to the second.
+/// The corner points of the triangle of `side`, turned so that the side runs from the first to the
+/// second.
 fn turned(mesh: &Mesh, side: u32) -> [DVec3; 3] {
     let p = mesh.triangle_points(side / 3);
     let k = (side % 3) as usize;
     [p[k], p[(k + 1) % 3], p[(k + 2) % 3]]
 }
 
-/// Coplanar when each triangle's far corner is within `height_tolerance` of the other's plane and neither folds back
-/// onto the other; else what the exact side of the far corner says. A fold of exactly no opening counts as reflex,
-/// the kind that nothing is grown across.
+/// Coplanar when each triangle's far corner is within `height_tolerance` of the other's plane and
+/// neither folds back onto the other; else what the exact side of the far corner says. A fold of
+/// exactly no opening counts as reflex, the kind that nothing is grown across.
 fn classify(mesh: &Mesh, first: u32, second: u32, height_tolerance: f64) -> EdgeKind {
     let ([a, b, c], [_, _, d]) = (turned(mesh, first), turned(mesh, second));
     let (n_first, n_second) = (mesh.triangle_normal(first / 3), mesh.triangle_normal(second / 3));

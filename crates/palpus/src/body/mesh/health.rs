@@ -1,10 +1,14 @@
-//! What a mesh is like: closed or open, manifold, self-intersecting, inverted; and what was done to make it a mesh.
+//! What a mesh is like: closed or open, manifold, self-intersecting, inverted; and what was done to
+//! make it a mesh.
 //!
-//! 1. Edges: used by one triangle (boundary), by three or more (non-manifold), or by two that disagree.
-//! 2. Vertices whose triangles form more than one fan are *pinched*: parts of the surface touch there.
-//! 3. Components: closed or open, and the genus of closed ones by Euler's formula, pinched vertices taken apart.
-//! 4. Self-intersections: pairs of triangles that cross, overlap in a plane or touch, by exact tests of all pairs whose
-//!    boxes overlap. The number of tests is bounded.
+//! 1. Edges: used by one triangle (boundary), by three or more (non-manifold), or by two that
+//!    disagree.
+//! 2. Vertices whose triangles form more than one fan are *pinched*: parts of the surface touch
+//!    there.
+//! 3. Components: closed or open, and the genus of closed ones by Euler's formula, pinched vertices
+//!    taken apart.
+//! 4. Self-intersections: pairs of triangles that cross, overlap in a plane or touch, by exact
+//!    tests of all pairs whose boxes overlap. The number of tests is bounded.
 //! 5. All of it once more in plain words ([`Notice`]).
 
 mod components;

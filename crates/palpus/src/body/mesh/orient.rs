@@ -1,14 +1,17 @@
 //! Components of a mesh, turned so that their triangles agree and their normals point outward.
 //!
-//! 1. Triangles are connected across edges that exactly two of them use. Walking across those edges, each triangle is
-//!    turned to agree with the one before; if most of a component would turn, the others turn instead.
-//! 2. A component is closed when each of its edges is used as often in either direction. The sign of its volume then
-//!    tells its orientation; that of open ones is left as the file has it.
-//! 3. Closed components nest. An outermost one of negative volume is inside out, and with it everything in it: all
-//!    of it is turned. A component inside another and of opposite sign is a cavity, which is right as it is. Only where the
-//!    file contradicted itself within a component is the sign taken from the depth: even is solid, odd is a cavity.
+//! 1. Triangles are connected across edges that exactly two of them use. Walking across those
+//!    edges, each triangle is turned to agree with the one before; if most of a component would
+//!    turn, the others turn instead.
+//! 2. A component is closed when each of its edges is used as often in either direction. The sign
+//!    of its volume then tells its orientation; that of open ones is left as the file has it.
+//! 3. Closed components nest. An outermost one of negative volume is inside out, and with it
+//!    everything in it: all of it is turned. A component inside another and of opposite sign is a
+//!    cavity, which is right as it is. Only where the file contradicted itself within a component
+//!    is the sign taken from the depth: even is solid, odd is a cavity.
 //!
-//! A component lies inside another when its box does and so do sample vertices; where components cross, neither is inside.
+//! A component lies inside another when its box does and so do sample vertices; where components
+//! cross, neither is inside.
 
 use glam::DVec3;
 

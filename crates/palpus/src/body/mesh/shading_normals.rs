@@ -1,10 +1,12 @@
 //! Per-corner normals for force shading, split at creases \[MS96\].
 //!
-//! The normal at a corner of a triangle is the mean of the normals of the faces around that vertex, weighted by their
-//! angles there, so that how a flat face is cut into triangles does not count (G. Thürmer, C. Wüthrich, *Computing
-//! vertex normals from polygonal facets*, 1998). Only the faces that can be reached around the vertex without crossing a
-//! crease take part: sharp edges stay sharp, and a triangle with creases on both sides of a corner keeps its own normal
-//! there. A crease is an edge where the normal turns by more than the crease angle, or that has no unique neighbour.
+//! The normal at a corner of a triangle is the mean of the normals of the faces around that vertex,
+//! weighted by their angles there, so that how a flat face is cut into triangles does not count (G.
+//! Thürmer, C. Wüthrich, *Computing vertex normals from polygonal facets*, 1998). Only the faces
+//! that can be reached around the vertex without crossing a crease take part: sharp edges stay
+//! sharp, and a triangle with creases on both sides of a corner keeps its own normal there. A
+//! crease is an edge where the normal turns by more than the crease angle, or that has no unique
+//! neighbour.
 
 use glam::DVec3;
 
@@ -17,8 +19,8 @@ pub struct ShadingNormals {
 }
 
 impl ShadingNormals {
-    /// The normals of `mesh` with creases where the normal turns by more than `crease_angle` (radians; 0 makes all
-    /// faces flat but those in one plane, π none).
+    /// The normals of `mesh` with creases where the normal turns by more than `crease_angle`
+    /// (radians; 0 makes all faces flat but those in one plane, π none).
     pub fn new(mesh: &Mesh, edges: &HalfEdges, crease_angle: f64) -> Self {
         let count = mesh.triangles().len() as u32;
         let fans = Fans {
@@ -51,7 +53,8 @@ impl ShadingNormals {
         self.corners[t as usize][k]
     }
 
-    /// The unit normal at a point of triangle `t`, given by the weights of its corners (not negative, of sum 1).
+    /// The unit normal at a point of triangle `t`, given by the weights of its corners (not
+    /// negative, of sum 1).
     pub fn at(&self, t: u32, weights: DVec3) -> DVec3 {
         let corners = &self.corners[t as usize];
         let sum = corners[0] * weights.x + corners[1] * weights.y + corners[2] * weights.z;
@@ -80,7 +83,8 @@ struct Fans<'a> {
 }
 
 impl Fans<'_> {
-    /// The corners around the vertex of corner `start` that can be reached from it without crossing a crease.
+    /// The corners around the vertex of corner `start` that can be reached from it without crossing
+    /// a crease.
     fn collect(&self, start: (u32, usize), fan: &mut Vec<(u32, usize)>) {
         fan.clear();
         let mut first = start;

@@ -2,15 +2,17 @@
 
 use glam::DVec3;
 
-/// Polygons over a list of vertices, as read from a file: nothing about it is trusted but that indices are in range
-/// and coordinates are finite, which the readers check (they know the line).
+/// Polygons over a list of vertices, as read from a file: nothing about it is trusted but that
+/// indices are in range and coordinates are finite, which the readers check (they know the line).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PolygonSoup {
     /// In model units.
     pub vertices: Vec<DVec3>,
-    /// Face `f` uses `face_vertices[face_starts[f]..face_starts[f + 1]]`; one longer than the number of faces.
+    /// Face `f` uses `face_vertices[face_starts[f]..face_starts[f + 1]]`; one longer than the
+    /// number of faces.
     pub face_starts: Vec<u32>,
-    /// Vertex indices of all faces one after the other, each loop counter-clockwise seen from outside.
+    /// Vertex indices of all faces one after the other, each loop counter-clockwise seen from
+    /// outside.
     pub face_vertices: Vec<u32>,
 }
 

@@ -1,15 +1,18 @@
 //! Do two triangles cross? Decided by exact predicates only.
 //!
-//! Corners at the very same coordinates are shared. What two triangles have in common *because* they share a vertex or
-//! an edge is not counted, so neighbours in a sound mesh are [`TrianglePair::Apart`].
+//! Corners at the very same coordinates are shared. What two triangles have in common *because*
+//! they share a vertex or an edge is not counted, so neighbours in a sound mesh are
+//! [`TrianglePair::Apart`].
 //!
-//! 1. Which side of each plane are the other triangle's corners on? All strictly on one side: apart. All in it: coplanar,
-//!    decided in a projection that drops one coordinate, which is exact.
-//! 2. Both triangles reach strictly to both sides of the other's plane: each meets the line common to the planes in an
-//!    interval; they cross when the open intervals overlap, decided by two more predicates (Guigue and Devillers, *Fast
-//!    and Robust Triangle–Triangle Overlap Test*, 2003).
-//! 3. Not crossing, they may still touch: some edge of one meets the other. With one shared vertex only the edges
-//!    opposite it can: what two triangles have in common is convex, and leaves both through such an edge.
+//! 1. Which side of each plane are the other triangle's corners on? All strictly on one side:
+//!    apart. All in it: coplanar, decided in a projection that drops one coordinate, which is
+//!    exact.
+//! 2. Both triangles reach strictly to both sides of the other's plane: each meets the line common
+//!    to the planes in an interval; they cross when the open intervals overlap, decided by two more
+//!    predicates (Guigue and Devillers, *Fast and Robust Triangle–Triangle Overlap Test*, 2003).
+//! 3. Not crossing, they may still touch: some edge of one meets the other. With one shared vertex
+//!    only the edges opposite it can: what two triangles have in common is convex, and leaves both
+//!    through such an edge.
 //!
 //! Triangles without area must not be given; their answer means nothing (nothing panics).
 
@@ -24,7 +27,8 @@ pub enum TrianglePair {
     Touching,
     /// Not coplanar, and their interiors have a segment in common.
     Crossing,
-    /// Coplanar, and their interiors have an area in common; also two triangles of the same three corners.
+    /// Coplanar, and their interiors have an area in common; also two triangles of the same three
+    /// corners.
     CoplanarOverlap,
 }
 
@@ -53,8 +57,9 @@ impl TrianglePair {
     }
 }
 
-/// On which side of the plane of `abc` the point `p` lies: positive where the normal (b − a) × (c − a) points to,
-/// zero in the plane. The sign is exact; the value is about six times the volume of the tetrahedron.
+/// On which side of the plane of `abc` the point `p` lies: positive where the normal (b − a) × (c −
+/// a) points to, zero in the plane. The sign is exact; the value is about six times the volume of
+/// the tetrahedron.
 #[inline]
 pub(crate) fn side_of_plane(a: DVec3, b: DVec3, c: DVec3, p: DVec3) -> f64 {
     let coord = |p: DVec3| robust::Coord3D { x: p.x, y: p.y, z: p.z };
@@ -112,8 +117,9 @@ impl Shared {
     }
 }
 
-/// On which side of the triangle's plane each of the points lies. The predicate is slowest where the answer is zero, so
-/// the two commonest reasons for that are looked at first: corners of the triangle itself, and a plane along two axes.
+/// On which side of the triangle's plane each of the points lies. The predicate is slowest where
+/// the answer is zero, so the two commonest reasons for that are looked at first: corners of the
+/// triangle itself, and a plane along two axes.
 fn sides(triangle: &[DVec3; 3], points: &[DVec3; 3]) -> [f64; 3] {
     let [a, b, c] = *triangle;
     let level = a.cmpeq(b) & b.cmpeq(c);
@@ -132,12 +138,13 @@ fn straddles(sides: [f64; 3]) -> bool {
     sides.iter().any(|&s| s > 0.0) && sides.iter().any(|&s| s < 0.0)
 }
 
-/// Both triangles straddle the other's plane: do the open intervals in which their interiors meet the common line of
-/// the planes overlap?
+/// Both triangles straddle the other's plane: do the open intervals in which their interiors meet
+/// the common line of the planes overlap?
 fn intervals_overlap(a: [DVec3; 3], sides_of_a: [f64; 3], b: [DVec3; 3], sides_of_b: [f64; 3]) -> bool {
     let ([p1, mut q1, mut r1], a_above) = loner_first(a, sides_of_a);
     let ([p2, mut q2, mut r2], b_above) = loner_first(b, sides_of_b);
-    // Orient each so that the other's loner is above it; the loners then see the two intervals in the same direction.
+    // Orient each so that the other's loner is above it; the loners then see the two intervals in
+    // the same direction.
     if !a_above {
         std::mem::swap(&mut q2, &mut r2);
     }
@@ -147,7 +154,8 @@ fn intervals_overlap(a: [DVec3; 3], sides_of_a: [f64; 3], b: [DVec3; 3], sides_o
     side_of_plane(p2, p1, q1, q2) < 0.0 && side_of_plane(p2, p1, r1, r2) > 0.0
 }
 
-/// The corners turned so that the first is alone strictly on its side of the other's plane, and whether it is above.
+/// The corners turned so that the first is alone strictly on its side of the other's plane, and
+/// whether it is above.
 fn loner_first(corners: [DVec3; 3], sides: [f64; 3]) -> ([DVec3; 3], bool) {
     let above = sides.iter().filter(|&&s| s > 0.0).count() == 1;
     let first = sides.iter().position(|&s| if above { s > 0.0 } else { s < 0.0 }).unwrap_or(0);
@@ -181,14 +189,15 @@ fn coplanar(a: &[DVec3; 3], b: &[DVec3; 3], shared: &Shared) -> TrianglePair {
     if touch { TrianglePair::Touching } else { TrianglePair::Apart }
 }
 
-/// A map that drops one coordinate and keeps the triangle's area; `None` when it has none in any projection.
+/// A map that drops one coordinate and keeps the triangle's area; `None` when it has none in any
+/// projection.
 fn projection(triangle: &[DVec3; 3]) -> Option<fn(DVec3) -> DVec2> {
     let maps: [fn(DVec3) -> DVec2; 3] = [|p| DVec2::new(p.y, p.z), |p| DVec2::new(p.z, p.x), |p| DVec2::new(p.x, p.y)];
     maps.into_iter().find(|map| turn(map(triangle[0]), map(triangle[1]), map(triangle[2])) != 0.0)
 }
 
-/// Does the line of one side of the triangle or of the other figure (a triangle or a segment) separate the two?
-/// Strictly: leaving no common point; else leaving no common interior point.
+/// Does the line of one side of the triangle or of the other figure (a triangle or a segment)
+/// separate the two? Strictly: leaving no common point; else leaving no common interior point.
 fn separated(triangle: &[DVec2; 3], other: &[DVec2], strictly: bool) -> bool {
     let beyond = |p: DVec2, q: DVec2, inner: f64, points: &[DVec2]| {
         points.iter().all(|&x| {
@@ -212,9 +221,9 @@ fn separated(triangle: &[DVec2; 3], other: &[DVec2], strictly: bool) -> bool {
 
 #[cfg(test)]
 mod tests {
-    //! The oracle works on small whole numbers, where every determinant is exact, and by another route: two convex sets
-    //! meet when the origin is in the hull of all differences of their corners. Its weakness: it knows only coordinates
-    //! of a small grid.
+    //! The oracle works on small whole numbers, where every determinant is exact, and by another
+    //! route: two convex sets meet when the origin is in the hull of all differences of their
+    //! corners. Its weakness: it knows only coordinates of a small grid.
 
     use super::*;
     use crate::algebra::Random;
@@ -261,7 +270,8 @@ mod tests {
         })
     }
 
-    /// Is the origin in the interior of the convex hull? All supporting planes of three points must say so.
+    /// Is the origin in the interior of the convex hull? All supporting planes of three points must
+    /// say so.
     fn hull_holds_origin_inside(points: &[Whole]) -> bool {
         let mut planes = 0;
         for &p in points {
@@ -335,7 +345,8 @@ mod tests {
             let shared = a.iter().filter(|p| b.contains(p)).count();
             seen[shared * 4 + answer as usize] += 1;
         }
-        // Everything that can be was there: with two shared corners triangles neither touch nor cross, with three they overlap.
+        // Everything that can be was there: with two shared corners triangles neither touch nor
+        // cross, with three they overlap.
         for (kind, &count) in seen.iter().enumerate() {
             let possible = kind < 8 || [8, 11, 15].contains(&kind);
             assert_eq!(count > 0, possible, "seed {SEED}, {} shared, kind {}: {count}", kind / 4, kind % 4);

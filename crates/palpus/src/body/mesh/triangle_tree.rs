@@ -1,13 +1,15 @@
 //! A bounding-volume tree over the triangles of a mesh.
 //!
-//! A binary tree of axis-aligned boxes in flat arrays, split at the median centroid of the longest axis, so its depth is
-//! at most the logarithm of the number of triangles; a node's first child follows it directly. The triangles' corners
-//! are copied in leaf order, so a query touches nothing else and allocates nothing.
+//! A binary tree of axis-aligned boxes in flat arrays, split at the median centroid of the longest
+//! axis, so its depth is at most the logarithm of the number of triangles; a node's first child
+//! follows it directly. The triangles' corners are copied in leaf order, so a query touches nothing
+//! else and allocates nothing.
 //!
-//! * Overlap: the triangles whose boxes overlap a box; the pairs of the mesh's own triangles whose boxes overlap.
+//! * Overlap: the triangles whose boxes overlap a box; the pairs of the mesh's own triangles whose
+//!   boxes overlap.
 //! * Nearest point: branch and bound, nearer child first.
-//! * Rays: watertight, in that a ray cannot slip through between two triangles with a common edge (S. Woop, C. Benthin,
-//!   I. Wald, *Watertight Ray/Triangle Intersection*, 2013).
+//! * Rays: watertight, in that a ray cannot slip through between two triangles with a common edge
+//!   (S. Woop, C. Benthin, I. Wald, *Watertight Ray/Triangle Intersection*, 2013).
 //! * Inside and winding number: in `winding`.
 
 mod nearest;
@@ -66,7 +68,8 @@ pub struct TriangleTree {
 }
 
 impl TriangleTree {
-    /// The tree over the triangles `ids` out of `triangles`; `closed` when each edge is used as often in either direction.
+    /// The tree over the triangles `ids` out of `triangles`; `closed` when each edge is used as
+    /// often in either direction.
     pub(crate) fn over(vertices: &[DVec3], triangles: &[[u32; 3]], mut ids: Vec<u32>, closed: bool) -> Self {
         let corners_of = |id: u32| triangles[id as usize].map(|v| vertices[v as usize]);
         let mut items: Vec<(DVec3, u32)> =
@@ -83,7 +86,8 @@ impl TriangleTree {
         tree
     }
 
-    /// Appends the subtree over `items` (centroid and index, which it sorts into leaf order) and returns its box.
+    /// Appends the subtree over `items` (centroid and index, which it sorts into leaf order) and
+    /// returns its box.
     fn grow(&mut self, corners_of: &impl Fn(u32) -> [DVec3; 3], items: &mut [(DVec3, u32)]) -> Aabb {
         let index = self.nodes.len();
         let (first, count) = (self.corners.len() as u32, items.len() as u32);
@@ -110,8 +114,8 @@ impl TriangleTree {
         self.nodes.first().map_or(Aabb::EMPTY, |root| root.bounds)
     }
 
-    /// Walks down all nodes that `enter` accepts, and gives `visit` the place (in leaf order) of each triangle of the
-    /// leaves reached, until it breaks.
+    /// Walks down all nodes that `enter` accepts, and gives `visit` the place (in leaf order) of
+    /// each triangle of the leaves reached, until it breaks.
     pub(in crate::body) fn descend(
         &self,
         mut enter: impl FnMut(&Aabb) -> bool,
@@ -133,7 +137,8 @@ impl TriangleTree {
         ControlFlow::Continue(())
     }
 
-    /// Calls `visit` with the index and the corners of each triangle whose own box overlaps `query`, until it breaks.
+    /// Calls `visit` with the index and the corners of each triangle whose own box overlaps
+    /// `query`, until it breaks.
     pub fn visit_overlapping(
         &self,
         query: &Aabb,
@@ -152,8 +157,8 @@ impl TriangleTree {
         )
     }
 
-    /// True if `is_one` says so of a triangle near `query`: of those in the leaves whose boxes overlap it and do not lie wholly above
-    /// one of `planes` lowered by `depth`.
+    /// True if `is_one` says so of a triangle near `query`: of those in the leaves whose boxes
+    /// overlap it and do not lie wholly above one of `planes` lowered by `depth`.
     pub(in crate::body) fn any_below(
         &self,
         query: &Aabb,
@@ -172,7 +177,8 @@ impl TriangleTree {
         self.descend(|bounds| bounds.overlaps(query) && reaches_below(bounds), visit).is_break()
     }
 
-    /// Calls `visit` once with each pair of different triangles whose boxes overlap, until it breaks.
+    /// Calls `visit` once with each pair of different triangles whose boxes overlap, until it
+    /// breaks.
     pub fn visit_own_pairs(
         &self,
         mut visit: impl FnMut((u32, &[DVec3; 3]), (u32, &[DVec3; 3])) -> ControlFlow<()>,
@@ -180,7 +186,8 @@ impl TriangleTree {
         if self.nodes.is_empty() { ControlFlow::Continue(()) } else { self.pairs_below(0, 0, &mut visit) }
     }
 
-    /// The pairs of one triangle below node `i` and a different one below node `j`, where `i == j` or `i` comes first.
+    /// The pairs of one triangle below node `i` and a different one below node `j`, where `i == j`
+    /// or `i` comes first.
     fn pairs_below<'a>(
         &'a self,
         i: usize,

@@ -1,12 +1,15 @@
 //! Cutting polygons into triangles by ears.
 //!
-//! 1. Project the polygon along the coordinate axis nearest to its area normal: the projection only drops a
-//!    coordinate, so every decision below is exact about the given numbers, also for polygons that are not planar.
+//! 1. Project the polygon along the coordinate axis nearest to its area normal: the projection only
+//!    drops a coordinate, so every decision below is exact about the given numbers, also for
+//!    polygons that are not planar.
 //! 2. A quad is cut along the shorter of its diagonals that lies inside.
-//! 3. Anything larger loses its ears, the one with the shortest cut first. A corner is an ear when it turns strictly
-//!    left and no other corner lies in its closed triangle. Straight corners are no ears, so corners on a side of the
-//!    polygon end in triangles of positive area and the neighbour across that side still fits.
-//! 4. When no ear is left, the polygon crosses itself: the sharpest left turn is cut regardless, and the answer says so.
+//! 3. Anything larger loses its ears, the one with the shortest cut first. A corner is an ear when
+//!    it turns strictly left and no other corner lies in its closed triangle. Straight corners are
+//!    no ears, so corners on a side of the polygon end in triangles of positive area and the
+//!    neighbour across that side still fits.
+//! 4. When no ear is left, the polygon crosses itself: the sharpest left turn is cut regardless,
+//!    and the answer says so.
 //!
 //! Source of the ear theorem: G. Meisters, *Polygons have ears*, 1975.
 
@@ -22,14 +25,15 @@ use crate::body::mesh::triangle_pair::turn;
 pub enum Cut {
     /// Into `n − 2` triangles of the polygon's orientation.
     Whole,
-    /// The polygon crosses itself in projection; its triangles cover its corners but not one well-defined region.
+    /// The polygon crosses itself in projection; its triangles cover its corners but not one
+    /// well-defined region.
     SelfCrossing,
     /// The polygon has no area in any projection, or fewer than three corners: no triangles.
     Degenerate,
 }
 
-/// Cuts the polygon with corners `polygon` (indices into `points`) into triangles, appended to `triangles` with the
-/// polygon's orientation. Consecutive corners must differ.
+/// Cuts the polygon with corners `polygon` (indices into `points`) into triangles, appended to
+/// `triangles` with the polygon's orientation. Consecutive corners must differ.
 pub fn triangulate(points: &[DVec3], polygon: &[u32], triangles: &mut Vec<[u32; 3]>) -> Cut {
     if polygon.len() < 3 {
         return Cut::Degenerate;
@@ -50,8 +54,8 @@ pub fn triangulate(points: &[DVec3], polygon: &[u32], triangles: &mut Vec<[u32; 
     EarCutter::new(flat, polygon).cut(triangles)
 }
 
-/// The corners without the coordinate along which the polygon's area normal is largest, mirrored if need be so that
-/// the area is positive; `None` when the polygon has no area.
+/// The corners without the coordinate along which the polygon's area normal is largest, mirrored if
+/// need be so that the area is positive; `None` when the polygon has no area.
 fn project(points: &[DVec3], polygon: &[u32]) -> Option<Vec<DVec2>> {
     let origin = points[polygon[0] as usize];
     let corner = |i: usize| points[polygon[i % polygon.len()] as usize];
@@ -74,7 +78,8 @@ fn project(points: &[DVec3], polygon: &[u32]) -> Option<Vec<DVec2>> {
     Some((0..polygon.len()).map(|i| flatten(corner(i))).collect())
 }
 
-/// 0 to cut a quad from corner 0 to 2, 1 to cut it from corner 1 to 3; `None` when neither diagonal lies inside.
+/// 0 to cut a quad from corner 0 to 2, 1 to cut it from corner 1 to 3; `None` when neither diagonal
+/// lies inside.
 fn quad_diagonal(flat: &[DVec2], points: &[DVec3], polygon: &[u32]) -> Option<usize> {
     let inside = |i: usize, j: usize, k: usize, l: usize| {
         turn(flat[i], flat[j], flat[k]) > 0.0 && turn(flat[i], flat[k], flat[l]) > 0.0
@@ -94,11 +99,12 @@ struct EarCutter<'a> {
     polygon: &'a [u32],
     next: Vec<usize>,
     previous: Vec<usize>,
-    /// Corners that do not turn strictly left: the only ones that can lie in an ear. Some may be cut off already.
+    /// Corners that do not turn strictly left: the only ones that can lie in an ear. Some may be
+    /// cut off already.
     blunt: Vec<usize>,
     alive: Vec<bool>,
-    /// Ears as (square of the cut's length, whose bits order like itself; corner; generation of the corner). Stale
-    /// entries are skipped.
+    /// Ears as (square of the cut's length, whose bits order like itself; corner; generation of the
+    /// corner). Stale entries are skipped.
     ears: BinaryHeap<Reverse<(u64, usize, u32)>>,
     generation: Vec<u32>,
 }
@@ -158,14 +164,16 @@ impl<'a> EarCutter<'a> {
     fn is_ear(&self, i: usize) -> bool {
         let corners = [self.previous[i], i, self.next[i]];
         let [a, b, c] = corners.map(|j| self.flat[j]);
-        // Corners that share a vertex with the ear (keyhole polygons) touch it there, and only there.
+        // Corners that share a vertex with the ear (keyhole polygons) touch it there, and only
+        // there.
         let apart = |j: usize| corners.iter().all(|&corner| self.polygon[corner] != self.polygon[j]);
         let covered = |p: DVec2| turn(a, b, p) >= 0.0 && turn(b, c, p) >= 0.0 && turn(c, a, p) >= 0.0;
         turn(a, b, c) > 0.0 && !self.blunt.iter().any(|&j| self.alive[j] && apart(j) && covered(self.flat[j]))
     }
 
-    /// The ear with the shortest cut. Cutting elsewhere can only unblock a corner, and corners next to a cut are
-    /// offered anew; corners that a far cut has unblocked are found by asking all again once none is known.
+    /// The ear with the shortest cut. Cutting elsewhere can only unblock a corner, and corners next
+    /// to a cut are offered anew; corners that a far cut has unblocked are found by asking all
+    /// again once none is known.
     fn best_ear(&mut self) -> Option<usize> {
         if let Some(ear) = self.pop_ear() {
             return Some(ear);

@@ -1,10 +1,12 @@
 //! Vertices that are one, triangles that are none.
 //!
-//! 1. [`weld`]: vertices closer than the register's tolerance become one; the first in the list wins.
-//! 2. [`unbend_caps`]: a triangle of no area whose middle corner lies on its longest side is a *cap*: the triangle
-//!    across that side is cut there instead, which closes the surface without moving anything.
-//! 3. [`drop_empty`]: triangles of no area that are left, and [`drop_duplicates`]: triangles of the same three corners
-//!    in whatever order, of which the first stays.
+//! 1. [`weld`]: vertices closer than the register's tolerance become one; the first in the list
+//!    wins.
+//! 2. [`unbend_caps`]: a triangle of no area whose middle corner lies on its longest side is a
+//!    *cap*: the triangle across that side is cut there instead, which closes the surface without
+//!    moving anything.
+//! 3. [`drop_empty`]: triangles of no area that are left, and [`drop_duplicates`]: triangles of the
+//!    same three corners in whatever order, of which the first stays.
 
 use std::collections::HashMap;
 
@@ -14,14 +16,16 @@ use crate::algebra::tolerance;
 use crate::body::Aabb;
 use crate::body::mesh::edge_uses::EdgeUses;
 
-/// For each vertex the first vertex it is one with (itself, for most). `used` tells the vertices that faces name: the
-/// others must not stretch the extent that the tolerance is relative to (which is not 0), and stay themselves.
+/// For each vertex the first vertex it is one with (itself, for most). `used` tells the vertices
+/// that faces name: the others must not stretch the extent that the tolerance is relative to (which
+/// is not 0), and stay themselves.
 pub(in crate::body) fn weld(vertices: &[DVec3], used: &[bool]) -> Vec<u32> {
     let mut answer: Vec<u32> = (0..vertices.len() as u32).collect();
     let bounds = Aabb::around(vertices.iter().zip(used).filter(|(_, used)| **used).map(|(p, _)| *p));
     let extent = (bounds.max - bounds.min).max_element();
     let reach = tolerance::WELD * extent;
-    // Cells far larger than the tolerance, so that the neighbourhood of nearly every vertex is a single cell.
+    // Cells far larger than the tolerance, so that the neighbourhood of nearly every vertex is a
+    // single cell.
     let cell = tolerance::WELD_CELL * extent;
     let cell_of = |p: DVec3| ((p - bounds.min) / cell).to_array().map(|x| x.floor() as i64);
     let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::with_capacity(vertices.len());
@@ -46,7 +50,8 @@ fn cells_between(low: [i64; 3], high: [i64; 3]) -> impl Iterator<Item = [i64; 3]
         .flat_map(move |x| (low[1]..=high[1]).flat_map(move |y| (low[2]..=high[2]).map(move |z| [x, y, z])))
 }
 
-/// The side (k) that is longest, if the triangle is lower over it than the register allows: then it has no area.
+/// The side (k) that is longest, if the triangle is lower over it than the register allows: then it
+/// has no area.
 pub(in crate::body) fn empty_over(corners: [DVec3; 3]) -> Option<usize> {
     let sides = [0, 1, 2].map(|k| corners[(k + 1) % 3] - corners[k]);
     let longest = if sides[0].length_squared() >= sides[1].length_squared() { 0 } else { 1 };
@@ -56,8 +61,8 @@ pub(in crate::body) fn empty_over(corners: [DVec3; 3]) -> Option<usize> {
     (twice_area <= tolerance::ZERO_AREA * base).then_some(longest)
 }
 
-/// Replaces each cap and its one neighbour across its longest side by two triangles that share the cap's middle corner,
-/// and returns how many. `sources` follows `triangles`.
+/// Replaces each cap and its one neighbour across its longest side by two triangles that share the
+/// cap's middle corner, and returns how many. `sources` follows `triangles`.
 pub(in crate::body) fn unbend_caps(vertices: &[DVec3], triangles: &mut [[u32; 3]], sources: &mut [u32]) -> usize {
     let mut repaired = 0;
     for _ in 0..tolerance::CAP_ROUNDS {

@@ -1,22 +1,26 @@
 //! The normals that a piece owns: those of the source mesh, not of the hull \[K02 §3.4\].
 //!
-//! A piece is the hull of a patch. What of its surface the hull added is *virtual*: nobody sees it, and no contact may push
-//! through it. The normals that a contact of the piece may have are those that its patch has on the source mesh:
+//! A piece is the hull of a patch. What of its surface the hull added is *virtual*: nobody sees it,
+//! and no contact may push through it. The normals that a contact of the piece may have are those
+//! that its patch has on the source mesh:
 //!
 //! * the normal of each face of the piece in which triangles of the patch lie;
-//! * along an edge of such a face at which the mesh bends outward, the arc from that face's normal to the true normal on the
-//!   other side, whichever piece that belongs to; the arc's end, the neighbour's normal, is owned too (*borrowed*);
+//! * along an edge of such a face at which the mesh bends outward, the arc from that face's normal
+//!   to the true normal on the other side, whichever piece that belongs to; the arc's end, the
+//!   neighbour's normal, is owned too (*borrowed*);
 //! * along an edge at which the mesh bends inward, nothing but the face's normal;
 //! * at a vertex, every direction along which no neighbour of the vertex on the mesh lies higher.
 //!
-//! All of it supports the piece: the piece lies within the solid, so its own arc at a convex edge contains the true one.
-//! An edge at which the mesh ends has no true normal on the other side; there the arc goes on to a right angle, as far as the
-//! hull's does.
+//! All of it supports the piece: the piece lies within the solid, so its own arc at a convex edge
+//! contains the true one. An edge at which the mesh ends has no true normal on the other side;
+//! there the arc goes on to a right angle, as far as the hull's does.
 //!
-//! Borrowed normals make what is minimised over a piece's normals continuous: where an edge pair ceases at the end of an arc,
-//! that end takes over, and at the same pose the neighbour's own face has the same depth.
+//! Borrowed normals make what is minimised over a piece's normals continuous: where an edge pair
+//! ceases at the end of an arc, that end takes over, and at the same pose the neighbour's own face
+//! has the same depth.
 //!
-//! Deviation from \[K02\], which knows original and virtual features and nothing of where an edge's arc ends.
+//! Deviation from \[K02\], which knows original and virtual features and nothing of where an edge's
+//! arc ends.
 
 mod build;
 mod cap;
@@ -79,7 +83,8 @@ pub struct Borrowed {
 pub struct OwnArc {
     /// Index in the polytope.
     pub edge: u32,
-    /// The plane to the left of the edge: a face of the polytope, or, counted on from there, a borrowed one.
+    /// The plane to the left of the edge: a face of the polytope, or, counted on from there, a
+    /// borrowed one.
     pub left: u32,
     /// The plane to the right.
     pub right: u32,
@@ -210,8 +215,8 @@ impl<'a> OwnNormals<'a> {
         Some((self.polytope.face_count() + found) as u32)
     }
 
-    /// True if the piece owns `direction` (unit, in its frame) along an edge that is perpendicular to it, within
-    /// [`ADMISSIBLE_ANGLE`].
+    /// True if the piece owns `direction` (unit, in its frame) along an edge that is perpendicular
+    /// to it, within [`ADMISSIBLE_ANGLE`].
     pub fn edge_faces(&self, edge: u32, direction: DVec3) -> bool {
         match self.arc_at(edge) {
             Some(arc) => self.arc_holds(arc, direction),
@@ -236,14 +241,16 @@ impl<'a> OwnNormals<'a> {
         let edge = self.polytope.edge(arc.edge);
         let along = self.polytope.vertex(edge.head) - self.polytope.vertex(edge.tail);
         let slack = ADMISSIBLE_ANGLE * along.length();
-        // Between the ends: not before the left one, not after the right one, on the way of less than half a turn.
+        // Between the ends: not before the left one, not after the right one, on the way of less
+        // than half a turn.
         along.dot(left.cross(direction)) >= -slack
             && along.dot(direction.cross(right)) >= -slack
             && direction.dot(left + right) > 0.0
     }
 
-    /// True if `point` on `feature` lies on the surface of the mesh and `outward` (unit; both in the piece's frame) is a direction that
-    /// the surface has there, within [`ADMISSIBLE_ANGLE`] and the surface's noise. The direction is one that supports the piece there.
+    /// True if `point` on `feature` lies on the surface of the mesh and `outward` (unit; both in
+    /// the piece's frame) is a direction that the surface has there, within [`ADMISSIBLE_ANGLE`]
+    /// and the surface's noise. The direction is one that supports the piece there.
     pub fn holds(&self, piece: &Piece, feature: Feature, point: DVec3, outward: DVec3) -> bool {
         match feature {
             Feature::Face(face) => {
@@ -256,8 +263,9 @@ impl<'a> OwnNormals<'a> {
         }
     }
 
-    /// True if the piece owns `direction` (unit, in its frame, one that supports it at the vertex): some face of the mesh there looks
-    /// to its side, and no neighbour of the vertex on the mesh lies higher.
+    /// True if the piece owns `direction` (unit, in its frame, one that supports it at the vertex):
+    /// some face of the mesh there looks to its side, and no neighbour of the vertex on the mesh
+    /// lies higher.
     pub fn vertex_owns(&self, vertex: u32, direction: DVec3) -> bool {
         self.vertex_faces(vertex, direction) && self.all.is_highest(self.mesh, self.corners[vertex as usize], direction)
     }
@@ -274,7 +282,8 @@ struct Sides {
     right: u32,
 }
 
-/// True if `point`, in the plane of the triangles, lies on one of them; of more than [`ADMISSIBLE_TRIANGLES`], some are believed.
+/// True if `point`, in the plane of the triangles, lies on one of them; of more than
+/// [`ADMISSIBLE_TRIANGLES`], some are believed.
 fn lies_on(triangles: &[u32], mesh: &Mesh, point: DVec3) -> bool {
     triangles.len() > ADMISSIBLE_TRIANGLES
         || triangles.iter().any(|&t| {

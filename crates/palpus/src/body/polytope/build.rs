@@ -2,7 +2,8 @@
 //!
 //! 1. Number the edges as the loops meet them first; each is met once in either direction.
 //! 2. Pair each corner of a loop with that at which its edge is met again.
-//! 3. Around each vertex, go from the edge that leaves it in a face across that face to the edge that enters it: the ring.
+//! 3. Around each vertex, go from the edge that leaves it in a face across that face to the edge
+//!    that enters it: the ring.
 //! 4. Write all of it into one list, and see what follows from the coordinates.
 
 use glam::DVec3;
@@ -16,8 +17,9 @@ use crate::body::polytope::directory::Directory;
 impl Polytope {
     /// A solid polytope from its merged planar faces.
     ///
-    /// `loops[f]` lists face `f`'s vertices counter-clockwise seen from outside; `planes` and `provenance` are
-    /// parallel to it. Convexity is the caller's promise (the hull's); topology is checked here.
+    /// `loops[f]` lists face `f`'s vertices counter-clockwise seen from outside; `planes` and
+    /// `provenance` are parallel to it. Convexity is the caller's promise (the hull's); topology is
+    /// checked here.
     pub fn from_faces(
         vertices: Vec<DVec3>,
         loops: &[Vec<u32>],
@@ -75,10 +77,11 @@ impl Polytope {
         Ok(polytope)
     }
 
-    /// A plate from a convex polygon, counter-clockwise seen from the side that `normal` (unit) points to.
+    /// A plate from a convex polygon, counter-clockwise seen from the side that `normal` (unit)
+    /// points to.
     ///
-    /// Face 0 is the front (of the given provenance), face 1 the back (virtual), faces 2 … n + 1 the rims along the
-    /// sides (virtual); rim 2 + k lies along the side from vertex k to vertex k + 1.
+    /// Face 0 is the front (of the given provenance), face 1 the back (virtual), faces 2 … n + 1
+    /// the rims along the sides (virtual); rim 2 + k lies along the side from vertex k to vertex k + 1.
     pub fn from_polygon(vertices: Vec<DVec3>, normal: DVec3, front: Provenance) -> Result<Self, PolytopeError> {
         let n = vertices.len() as u32;
         if n < 3 {
@@ -100,9 +103,11 @@ impl Polytope {
             edges.push(Edge { tail: k, head: (k + 1) % n, left: 2 + k, right: 1 });
         }
         let mut loop_edges: Vec<u32> = (0..n).collect();
-        // The back's loop is n−1, n−2, …, 0: its side k runs from n−1−k to n−2−k, the twin of side n−2−k.
+        // The back's loop is n−1, n−2, …, 0: its side k runs from n−1−k to n−2−k, the twin of side
+        // n−2−k.
         loop_edges.extend((0..n).map(|k| n + (2 * n - 2 - k) % n));
-        // A rim's loop is head → tail (the front's edge, reversed) and tail → head (the back's edge).
+        // A rim's loop is head → tail (the front's edge, reversed) and tail → head (the back's
+        // edge).
         for k in 0..n {
             loop_edges.extend([k, n + k]);
         }
@@ -135,7 +140,8 @@ impl Polytope {
     }
 }
 
-/// Makes solid polytopes again of what was kept of them; the room that this takes is used again for the next.
+/// Makes solid polytopes again of what was kept of them; the room that this takes is used again for
+/// the next.
 #[derive(Debug, Default)]
 pub struct PolytopeRestorer {
     skin: Skin,
@@ -159,7 +165,8 @@ impl PolytopeRestorer {
         self.met.resize(vertices, u32::MAX);
     }
 
-    /// Appends a corner to the face under way: its vertex, and whether its edge was met before, and then which it is.
+    /// Appends a corner to the face under way: its vertex, and whether its edge was met before, and
+    /// then which it is.
     #[inline]
     pub fn corner(&mut self, vertex: u32, edge: Option<u32>) {
         let fresh = self.skin.edges.len() as u32;
@@ -203,8 +210,9 @@ impl PolytopeRestorer {
         Some(())
     }
 
-    /// The polytope of the faces since [`Self::begin`], with their planes and its [`Polytope::bulge`], which are believed if they are
-    /// finite; `None` when the faces make no closed surface.
+    /// The polytope of the faces since [`Self::begin`], with their planes and its
+    /// [`Polytope::bulge`], which are believed if they are finite; `None` when the faces make no
+    /// closed surface.
     pub fn finish(&mut self, vertices: Vec<DVec3>, planes: Vec<Plane>, bulge: f64) -> Option<Polytope> {
         let Self { skin, room, originals, .. } = self;
         let euler = vertices.len() + planes.len() == skin.edges.len() + 2;
@@ -216,7 +224,8 @@ impl PolytopeRestorer {
         }
         let mut polytope = skin.assembled(room, vertices, planes, |f| originals[f], false).ok()?;
         polytope.set_bulge(bulge);
-        // A vertex of two corners would make a fold; one that is not finite shows in the sphere around all.
+        // A vertex of two corners would make a fold; one that is not finite shows in the sphere
+        // around all.
         let whole = (0..polytope.vertices.len() as u32).all(|v| polytope.ring(v).len() >= 3);
         (whole && polytope.centroid.is_finite() && polytope.radius.is_finite()).then_some(polytope)
     }
@@ -297,7 +306,8 @@ impl Skin {
         onward.clear();
         for (f, ends) in self.loop_starts.windows(2).enumerate() {
             let (begin, end) = (ends[0] as usize, ends[1] as usize);
-            // Counter-clockwise: from the edge that leaves the vertex in the face, across it, to the edge that enters the vertex.
+            // Counter-clockwise: from the edge that leaves the vertex in the face, across it, to
+            // the edge that enters the vertex.
             onward.push(twins[end - 1]);
             onward.extend_from_slice(&twins[begin..end - 1]);
             faces.resize(end, f as u32);

@@ -8,10 +8,11 @@ use super::numbers::Numbers;
 impl Polytope {
     /// The vertex farthest along `direction` and its height there, by climbing from vertex `from`.
     ///
-    /// A climb ends at a global maximum, since the polytope is convex; it moves only to strictly higher vertices, so a
-    /// plateau cannot make it cycle. On a rough polytope ([`Self::is_rough`]) the edge may be missing that led on: there it ends only where no
-    /// vertex of the faces around is higher. From the vertex of a near direction it looks at one or two rings, which is less than
-    /// [`Self::support`] does; from any other, more.
+    /// A climb ends at a global maximum, since the polytope is convex; it moves only to strictly
+    /// higher vertices, so a plateau cannot make it cycle. On a rough polytope ([`Self::is_rough`])
+    /// the edge may be missing that led on: there it ends only where no vertex of the faces around
+    /// is higher. From the vertex of a near direction it looks at one or two rings, which is less
+    /// than [`Self::support`] does; from any other, more.
     #[inline]
     pub fn climb(&self, from: u32, direction: DVec3) -> (u32, f64) {
         match &self.lists.all {
@@ -77,7 +78,8 @@ impl Polytope {
         }
     }
 
-    /// From vertex `here`, at `height`, above which no neighbour is: the highest vertex of the faces around that is, and its height.
+    /// From vertex `here`, at `height`, above which no neighbour is: the highest vertex of the
+    /// faces around that is, and its height.
     #[inline]
     fn over_missing_edge(&self, here: u32, height: f64, direction: DVec3) -> Option<(u32, f64)> {
         if self.rough { self.highest_around(here, height, direction) } else { None }

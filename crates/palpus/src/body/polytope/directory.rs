@@ -1,13 +1,16 @@
-//! Where to look for the vertex of a polytope that is farthest along a direction, without knowing one nearby.
+//! Where to look for the vertex of a polytope that is farthest along a direction, without knowing
+//! one nearby.
 //!
-//! * A small polytope keeps its coordinates by fours, x beside x, and all are looked at without a branch.
-//! * A larger one keeps a map of the sphere of directions, unfolded to a square as an octahedron is, with about one cell per
-//!   vertex; each cell knows the vertex farthest along its middle. A climb from there has one or two rings to look at,
-//!   at any number of vertices.
+//! * A small polytope keeps its coordinates by fours, x beside x, and all are looked at without a
+//!   branch.
+//! * A larger one keeps a map of the sphere of directions, unfolded to a square as an octahedron
+//!   is, with about one cell per vertex; each cell knows the vertex farthest along its middle. A
+//!   climb from there has one or two rings to look at, at any number of vertices.
 
 use glam::DVec3;
 
-/// At or below this many vertices all are looked at (measured: a climb from a cell is as quick at about 30).
+/// At or below this many vertices all are looked at (measured: a climb from a cell is as quick at
+/// about 30).
 const SCAN_BELOW: usize = 32;
 
 /// What a support query begins with.
@@ -120,7 +123,8 @@ fn farthest(fours: &[Four], direction: DVec3) -> u32 {
     places[best] as u32 + best as u32
 }
 
-/// The place of a direction on the square −1 … 1: the octahedron |x| + |y| + |z| = 1 seen from above, its lower faces folded outward.
+/// The place of a direction on the square −1 … 1: the octahedron |x| + |y| + |z| = 1 seen from
+/// above, its lower faces folded outward.
 #[inline]
 fn folded(direction: DVec3) -> (f64, f64) {
     let DVec3 { x, y, z } = direction;

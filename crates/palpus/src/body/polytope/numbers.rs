@@ -1,7 +1,8 @@
 //! Lists of indices in half the room: sixteen bits each, unless one of them is too large for that.
 //!
-//! Nearly all polytopes of a body have less than a hundred edges, and indices are more than half of what one takes. They are
-//! read as if they were of 32 bits; which of the two a list is, is the same for all of a polytope.
+//! Nearly all polytopes of a body have less than a hundred edges, and indices are more than half of
+//! what one takes. They are read as if they were of 32 bits; which of the two a list is, is the
+//! same for all of a polytope.
 
 use std::ops::Range;
 
@@ -190,7 +191,8 @@ impl ExactSizeIterator for LoopIter<'_> {}
 /// Numbers of one spoke.
 pub(super) const SPOKE: usize = 3;
 
-/// The spokes of a vertex, counter-clockwise seen from outside, to be read one after the other or by place.
+/// The spokes of a vertex, counter-clockwise seen from outside, to be read one after the other or
+/// by place.
 #[derive(Clone, Copy, Debug)]
 pub struct Ring<'a>(pub(super) Part<'a>);
 

@@ -1,6 +1,7 @@
 //! The walkers that assert every invariant of the body's structures.
 //!
-//! Builders call them at their end in debug builds, tests call them on everything. They say what is broken and where.
+//! Builders call them at their end in debug builds, tests call them on everything. They say what is
+//! broken and where.
 
 use crate::algebra::tolerance::WELL_FORMED_ROUNDING;
 use crate::body::{Edge, Polytope, Provenance};
@@ -67,8 +68,9 @@ pub enum Malformed {
 impl Polytope {
     /// Walks the whole structure and says what is broken first.
     ///
-    /// `coplanar` is how far, in model units, corners may lie from the plane of their face: the merge distance that
-    /// built the polytope. Convexity is tested across every edge, which for a closed surface is enough.
+    /// `coplanar` is how far, in model units, corners may lie from the plane of their face: the
+    /// merge distance that built the polytope. Convexity is tested across every edge, which for a
+    /// closed surface is enough.
     pub fn validate(&self, coplanar: f64) -> Result<(), Malformed> {
         self.validate_topology()?;
         self.check_planes(coplanar)
@@ -143,7 +145,8 @@ impl Polytope {
                 }
             }
         }
-        // Every edge has two ends, and every ring is one turn: together they account for every spoke.
+        // Every edge has two ends, and every ring is one turn: together they account for every
+        // spoke.
         if spokes == 2 * self.edges().len() { Ok(()) } else { Err(Malformed::Ring { vertex: 0, spoke: 0 }) }
     }
 

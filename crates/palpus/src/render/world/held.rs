@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::super::tool::{Begun, Tool};
+use super::super::transient::Transient;
 use super::super::{Limits, ProbeState, Settings, Tick, ToolCounters, VirtualCoupling, saturate};
 use crate::algebra::{Pose, Twist, Wrench, rotation_between};
 use crate::body::Body;
@@ -16,6 +17,7 @@ pub(super) struct Held {
     /// The probe as a body of its own; it rests while there is no coupling.
     pub(super) tool: Tool,
     pub(super) tick: Tick,
+    pub(super) transient: Transient,
     /// Without a coupling: the grip's pose in the last step, and what tools and objects did there, about it.
     driven: Option<(Pose, [Wrench; 2])>,
     /// rad: with which shading can be on.
@@ -28,6 +30,7 @@ impl Held {
             thing,
             tool: Tool::new(probe, settings.coupling.unwrap_or(VirtualCoupling::SLACK), settings),
             tick: Tick::new(0),
+            transient: Transient::STILL,
             driven: None,
             crease_angle: settings.shading.map(|shading| shading.crease_angle),
             settings: *settings,
@@ -43,6 +46,7 @@ impl Held {
 
     pub(super) fn clear(&mut self) {
         self.tool.clear();
+        self.transient = Transient::STILL;
         self.driven = None;
     }
 
@@ -128,6 +132,14 @@ impl Held {
     pub(super) fn reset(&mut self) {
         self.tool.clear();
         self.tick.counters.tool.reset = 1;
+    }
+
+    /// Adds the ring of impacts to what is felt; `h` s on.
+    pub(super) fn ring(&mut self, h: f64) {
+        let Some(material) = &self.settings.material else { return };
+        let force = self.transient.ring(material, h, self.settings.limits.force);
+        self.tick.transient = force;
+        self.tick.computed.force += force;
     }
 
     /// Keeps the wrench within the device's limits.

@@ -180,6 +180,20 @@ impl Pair {
         }
     }
 
+    /// Tells `press` the normal on a of each contact that presses, and where it is; a's centre of mass is at `center`. `implicit`: a step has moved
+    /// one of the two.
+    pub(super) fn each_pressing(&self, center: DVec3, implicit: bool, mut press: impl FnMut(DVec3, DVec3)) {
+        if implicit {
+            self.touches.pressing().for_each(|(normal, offset)| press(normal, center + offset));
+            return;
+        }
+        for (cluster, &force) in self.forces.clusters.iter().zip(&self.forces.normal_forces) {
+            if force > 0.0 {
+                press(cluster.normal, cluster.midpoint);
+            }
+        }
+    }
+
     /// s: damping of contacts over their stiffness, so that those which share a stiffness share a damping alike.
     fn lag(&self) -> f64 {
         self.settings.damping / self.settings.stiffness
@@ -240,6 +254,7 @@ pub(super) fn common(settings: [&Settings; 2]) -> Settings {
         stiffness: lesser(|settings| settings.stiffness),
         damping: lesser(|settings| settings.damping),
         shading: first.shading.or(second.shading),
+        material: first.material.or(second.material),
         friction: first.friction.zip(second.friction).map(|(one, other)| FrictionSettings {
             tangential_stiffness: one.tangential_stiffness.min(other.tangential_stiffness),
             ..one

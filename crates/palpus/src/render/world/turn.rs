@@ -9,6 +9,7 @@ use super::{NONE, World, WorldCounters};
 use crate::algebra::{Clock, Twist, Work};
 use crate::render::ProbeState;
 use crate::render::tool::radius;
+use crate::render::transient::approach;
 
 impl World {
     /// One turn of the loop: what the states of all tools feel like, in the order in which the tools were added. `dt` is the time since the last
@@ -25,6 +26,7 @@ impl World {
         self.show();
         let forced = clock.now_ns();
         self.settle(dt);
+        self.ring(dt);
         let coupled = clock.now_ns();
         self.tools.iter_mut().filter(|held| self.things[held.thing].there).for_each(Held::saturate);
         let saturated = clock.now_ns();
@@ -235,6 +237,27 @@ impl World {
                 tick.counters.friction += pair.forces.adhesion;
                 tick.counters.cancelled_normals += pair.forces.cancelled_normals;
             }
+        }
+    }
+
+    /// Impacts of this step begin to ring.
+    fn ring(&mut self, dt: f64) {
+        for held in self.tools.iter_mut().filter(|held| held.settings.material.is_some() && dt > 0.0 && dt.is_finite())
+        {
+            let grip = held.tick.probe.pose_ba.point(held.settings.grip_a);
+            let hand = held.tick.probe.twist;
+            for pair in self.near.iter().map(|&k| &self.pairs[k as usize]) {
+                let Some(place) = pair.bodies.iter().position(|&i| i == held.thing) else { continue };
+                let [a, other] = [pair.bodies[0], pair.bodies[1 - place]].map(|i| &self.things[i]);
+                let implicit = pair.bodies.iter().any(|&i| self.things[i].part.is_moved);
+                let side = if place == 0 { 1.0 } else { -1.0 };
+                pair.each_pressing(a.center(), implicit, |normal, point| {
+                    let normal = normal * side;
+                    let moves = other.twist.at(point - other.center());
+                    held.transient.press(normal, approach(&hand, grip, point, normal, moves));
+                });
+            }
+            held.ring(dt);
         }
     }
 }

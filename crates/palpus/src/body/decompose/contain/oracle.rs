@@ -1,8 +1,9 @@
-//! Judges of a decomposition that share nothing with it: every triangle in one piece and on its hull; no piece leaves the
-//! solid, by samples of its interior and by crossings of its faces.
+//! Judges of a decomposition that share nothing with it: every triangle in one piece and on its
+//! hull; no piece leaves the solid, by samples of its interior and by crossings of its faces.
 //!
-//! Weakness: samples miss what is thinner than their spacing; crossings are looked for with hulls shrunk a little toward
-//! their centroid, so that touching is not crossing, and a piece may stand out by less than that.
+//! Weakness: samples miss what is thinner than their spacing; crossings are looked for with hulls
+//! shrunk a little toward their centroid, so that touching is not crossing, and a piece may stand
+//! out by less than that.
 
 use std::ops::ControlFlow;
 
@@ -32,7 +33,8 @@ pub(in crate::body) fn assert_partition(body: &Body, slack: f64) {
     assert!(owners.iter().all(|&n| n == 1), "a triangle without a piece, or in several");
 }
 
-/// Random points of the pieces are inside the solid, or within `slack` of its surface. Only for closed surfaces.
+/// Random points of the pieces are inside the solid, or within `slack` of its surface. Only for
+/// closed surfaces.
 pub(in crate::body) fn assert_samples_inside(body: &Body, slack: f64, per_piece: usize, seed: u64) {
     let mut random = Random::new(seed);
     for (k, polytope) in body.polytopes().iter().enumerate() {
@@ -44,8 +46,8 @@ pub(in crate::body) fn assert_samples_inside(body: &Body, slack: f64, per_piece:
     }
 }
 
-/// No face of a piece crosses the surface by more than `slack`: of a piece shrunk so far that each face has moved by
-/// that much. Pieces so thin that nothing would be left are passed over.
+/// No face of a piece crosses the surface by more than `slack`: of a piece shrunk so far that each
+/// face has moved by that much. Pieces so thin that nothing would be left are passed over.
 pub(in crate::body) fn assert_no_crossing(body: &Body, slack: f64) {
     for (k, polytope) in body.polytopes().iter().enumerate() {
         let centroid = polytope.centroid();

@@ -1,7 +1,7 @@
 //! How much of a solid its pieces cover, and how honest the depths below their patches are.
 //!
-//! Weakness: depths here are heights below planes of original faces; what the whole pipeline says of probes is swept in the scenes'
-//! crate.
+//! Weakness: depths here are heights below planes of original faces; what the whole pipeline says
+//! of probes is swept in the scenes' crate.
 
 use glam::DVec3;
 
@@ -62,7 +62,8 @@ fn a_torus_is_covered_and_its_pieces_are_honest() {
         too_deep += u32::from(deepest > 1.25 * distance + ROUGHNESS);
     }
     assert!(seen >= 285, "seed {SEED:#x}: {seen} of {inside} points are seen");
-    // The large patches of the ring's outer half are bulky by themselves; of theirs the force stage believes what is true.
+    // The large patches of the ring's outer half are bulky by themselves; of theirs the force stage
+    // believes what is true.
     assert!(too_deep <= 30, "seed {SEED:#x}: {too_deep} points are too deep in a piece");
     assert!(seen_by_thin < 100, "seed {SEED:#x}: thin pieces see {seen_by_thin} points");
 }

@@ -1,18 +1,23 @@
-//! Ways from the vertices of a closed surface to where the solid is locally thickest, along its medial axis.
+//! Ways from the vertices of a closed surface to where the solid is locally thickest, along its
+//! medial axis.
 //!
-//! The distance to the surface grows fastest, seen from a vertex, along the axis of the narrowest cone around the inward
-//! normals of its facets: straight down from a plane, along the bisector from an edge, of a reflex one too.
+//! The distance to the surface grows fastest, seen from a vertex, along the axis of the narrowest
+//! cone around the inward normals of its facets: straight down from a plane, along the bisector
+//! from an edge, of a reflex one too.
 //!
-//! 1. From the vertex along that direction, as far as its own facets stay the nearest surface, or hardly not: until then the
-//!    point belongs to them, there the way meets the medial axis.
-//! 2. There some other surface is as near. From its direction and the facets' normals follows the direction in which the
-//!    distance to all of them grows: along the medial axis. On, as far as the distance to the surface grows as theirs does.
-//! 3. The way ends where no direction leads away from all that is near (opposite walls), or after a few steps.
+//! 1. From the vertex along that direction, as far as its own facets stay the nearest surface, or
+//!    hardly not: until then the point belongs to them, there the way meets the medial axis.
+//! 2. There some other surface is as near. From its direction and the facets' normals follows the
+//!    direction in which the distance to all of them grows: along the medial axis. On, as far as
+//!    the distance to the surface grows as theirs does.
+//! 3. The way ends where no direction leads away from all that is near (opposite walls), or after a
+//!    few steps.
 //!
-//! How far a step may go is a root: a surface point `x` that turns out to be nearer than the distance promised there cuts
-//! the step to where the promise holds against `x`, and then another may be found; the steps shrink to the right length as in
-//! the shrinking ball of J. Ma, S. Bae, S. Choi, *3D medial axis point approximation using nearest neighbors and the
-//! normal field*, 2012. Each look asks only for surface nearer than the promise, which is what makes it cheap.
+//! How far a step may go is a root: a surface point `x` that turns out to be nearer than the
+//! distance promised there cuts the step to where the promise holds against `x`, and then another
+//! may be found; the steps shrink to the right length as in the shrinking ball of J. Ma, S. Bae, S.
+//! Choi, *3D medial axis point approximation using nearest neighbors and the normal field*, 2012.
+//! Each look asks only for surface nearer than the promise, which is what makes it cheap.
 
 use glam::DVec3;
 
@@ -42,7 +47,8 @@ pub(crate) struct WaysIn {
 }
 
 impl WaysIn {
-    /// The ways in from the corners of all patches that are part of a closed component, but not all of it.
+    /// The ways in from the corners of all patches that are part of a closed component, but not all
+    /// of it.
     pub(crate) fn new(
         surface: &Surface<'_>,
         facets: &Facets,
@@ -153,8 +159,8 @@ pub(super) fn way_in(
     }
 }
 
-/// A step from `from` along `along` (unit), whose point at length t should have no surface nearer than
-/// `distance + slope · t`.
+/// A step from `from` along `along` (unit), whose point at length t should have no surface nearer
+/// than `distance + slope · t`.
 struct Step {
     from: DVec3,
     along: DVec3,
@@ -207,13 +213,14 @@ impl Step {
         let half = w.dot(self.along) - self.distance * self.slope;
         let rest = w.length_squared() - self.distance * self.distance;
         let root = (half * half - square * rest).max(0.0).sqrt();
-        // The smaller root; written so that nothing cancels, as half is negative where there is one.
+        // The smaller root; written so that nothing cancels, as half is negative where there is
+        // one.
         if half < 0.0 { rest / (root - half) } else { 0.0 }
     }
 }
 
-/// The point nearest to the origin of the convex hull of unit vectors (E. Gilbert, 1966): its length is the least cosine
-/// between its direction and any of them.
+/// The point nearest to the origin of the convex hull of unit vectors (E. Gilbert, 1966): its
+/// length is the least cosine between its direction and any of them.
 fn shortest_of_hull(normals: &[DVec3]) -> DVec3 {
     let Some(&first) = normals.first() else { return DVec3::ZERO };
     let mut best = first;

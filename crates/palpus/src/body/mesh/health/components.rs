@@ -9,7 +9,8 @@ pub struct ComponentHealth {
     pub triangles: usize,
     /// No boundary within the component, and its triangles agree.
     pub closed: bool,
-    /// Number of handles; known when each edge of the component has exactly two triangles that agree.
+    /// Number of handles; known when each edge of the component has exactly two triangles that
+    /// agree.
     pub genus: Option<usize>,
 }
 
@@ -59,7 +60,8 @@ pub(super) fn components(mesh: &Mesh, edges: &HalfEdges, fans: &Fans) -> Vec<Com
     }
     (0..count)
         .map(|c| {
-            // V − E + F = 2 − 2 g with three sides to a triangle and two to an edge: 2 g = 2 − V + F / 2.
+            // V − E + F = 2 − 2 g with three sides to a triangle and two to an edge: 2 g = 2 − V +
+            // F / 2.
             let twice = 2 + triangles[c] as i64 / 2 - fans.of_component[c] as i64;
             let genus = (whole[c] && twice >= 0).then_some(twice as usize / 2);
             ComponentHealth { triangles: triangles[c], closed: mesh.is_component_closed(c as u32), genus }

@@ -12,7 +12,8 @@ pub struct SelfIntersections {
     pub crossing_pairs: usize,
     /// Pairs that lie in one plane and overlap there.
     pub overlapping_pairs: usize,
-    /// Pairs that touch beyond what they share, without crossing: a T-junction, or parts laid against each other.
+    /// Pairs that touch beyond what they share, without crossing: a T-junction, or parts laid
+    /// against each other.
     pub touching_pairs: usize,
     /// Triangles that take part in a crossing or an overlap.
     pub triangles: usize,
@@ -21,7 +22,8 @@ pub struct SelfIntersections {
 }
 
 impl SelfIntersections {
-    /// Tests the mesh's own pairs of triangles, up to [`tolerance::SELF_PAIRS`] times as many as there are triangles.
+    /// Tests the mesh's own pairs of triangles, up to [`tolerance::SELF_PAIRS`] times as many as
+    /// there are triangles.
     pub fn count(mesh: &Mesh, tree: &TriangleTree) -> Self {
         let mut answer = Self { complete: true, ..Self::default() };
         let mut involved = vec![false; mesh.triangles().len()];

@@ -107,11 +107,13 @@ fn whatever_comes_in_everything_is_answered() {
     assert!(meshes > 1000, "{meshes}");
 }
 
-/// What is known of real models: file, triangles left, closed, genus, self-intersecting, components.
+/// What is known of real models: file, triangles left, closed, genus, self-intersecting,
+/// components.
 type Known = (&'static str, usize, bool, Option<usize>, bool, usize);
 
-/// Counts that come from other programs: closed, genus and the number of the file's triangles for all; self-intersections
-/// where that program looked for exact crossings. Coplanar folds of the hole's stitched rim it did not look for.
+/// Counts that come from other programs: closed, genus and the number of the file's triangles for
+/// all; self-intersections where that program looked for exact crossings. Coplanar folds of the
+/// hole's stitched rim it did not look for.
 const KNOWN: [Known; 17] = [
     ("paper/teacup_500.obj", 500, true, Some(1), false, 1),
     ("paper/teacup_4972.obj", 4972, true, Some(1), true, 1),

@@ -18,8 +18,8 @@ pub struct RayHit {
 }
 
 impl TriangleTree {
-    /// Where the ray from `origin` along `direction` (not zero, need not be unit) first meets the surface at
-    /// `0 ≤ t ≤ limit`, from either side.
+    /// Where the ray from `origin` along `direction` (not zero, need not be unit) first meets the
+    /// surface at `0 ≤ t ≤ limit`, from either side.
     pub fn ray_cast(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<RayHit> {
         let mut best: Option<RayHit> = None;
         let _ = self.visit_ray(origin, direction, limit, |hit| {
@@ -31,8 +31,9 @@ impl TriangleTree {
         best
     }
 
-    /// Calls `visit` with each triangle that the ray meets at `0 ≤ t ≤ limit`, in no order, until it breaks; `visit`
-    /// returns the limit from there on. A ray through an edge meets the triangles on both sides.
+    /// Calls `visit` with each triangle that the ray meets at `0 ≤ t ≤ limit`, in no order, until
+    /// it breaks; `visit` returns the limit from there on. A ray through an edge meets the
+    /// triangles on both sides.
     pub fn visit_ray(
         &self,
         origin: DVec3,

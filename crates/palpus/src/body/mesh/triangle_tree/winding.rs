@@ -1,11 +1,13 @@
 //! How often a surface winds around a point, and with that, what is inside.
 //!
-//! * On closed surfaces exactly: the signed crossings of the ray from the point along +x. The point is moved
-//!   symbolically by (0, ε, ε²), so the ray never meets an edge or a vertex and never has to be cast again (H.
-//!   Edelsbrunner, E. Mücke, *Simulation of simplicity*, 1990); every sign is exact.
-//! * On open ones the generalised winding number, a sum of solid angles (A. Jacobson, L. Kavan, O. Sorkine-Hornung,
-//!   *Robust inside-outside segmentation using generalized winding numbers*, 2013), where far boxes count as a dipole
-//!   and its first correction (G. Barill and others, *Fast winding numbers for soups and clouds*, 2018).
+//! * On closed surfaces exactly: the signed crossings of the ray from the point along +x. The point
+//!   is moved symbolically by (0, ε, ε²), so the ray never meets an edge or a vertex and never has
+//!   to be cast again (H. Edelsbrunner, E. Mücke, *Simulation of simplicity*, 1990); every sign is
+//!   exact.
+//! * On open ones the generalised winding number, a sum of solid angles (A. Jacobson, L. Kavan, O.
+//!   Sorkine-Hornung, *Robust inside-outside segmentation using generalized winding numbers*,
+//!   2013), where far boxes count as a dipole and its first correction (G. Barill and others, *Fast
+//!   winding numbers for soups and clouds*, 2018).
 
 use std::ops::ControlFlow;
 
@@ -21,7 +23,8 @@ use crate::body::mesh::triangle_pair::{holds_coplanar_point, side_of_plane, turn
 pub(super) struct Dipole {
     /// Sum of the triangles' normals times their areas.
     moment: DVec3,
-    /// Sum of (normal × area) ⊗ (centroid − centre): what the dipole alone gets wrong, to first order.
+    /// Sum of (normal × area) ⊗ (centroid − centre): what the dipole alone gets wrong, to first
+    /// order.
     spread: DMat3,
     /// Area-weighted centroid.
     center: DVec3,
@@ -73,8 +76,9 @@ impl Dipole {
 }
 
 impl TriangleTree {
-    /// Is the winding number of `p` at least one half? On closed surfaces this is exact, and points of the surface
-    /// itself are inside. On open ones it is a judgement: the surface is closed off in the least surprising way.
+    /// Is the winding number of `p` at least one half? On closed surfaces this is exact, and points
+    /// of the surface itself are inside. On open ones it is a judgement: the surface is closed off
+    /// in the least surprising way.
     pub fn inside(&self, p: DVec3) -> bool {
         if !self.bounds().holds(p) {
             return false;
@@ -86,13 +90,15 @@ impl TriangleTree {
         }
     }
 
-    /// The sum of the solid angles of all triangles seen from `p`, over 4π: 1 inside a closed surface, 0 outside, about
-    /// one half in an opening. Visits every triangle; undefined on the surface itself.
+    /// The sum of the solid angles of all triangles seen from `p`, over 4π: 1 inside a closed
+    /// surface, 0 outside, about one half in an opening. Visits every triangle; undefined on the
+    /// surface itself.
     pub fn winding_number(&self, p: DVec3) -> f64 {
         self.corners.iter().map(|corners| solid_angle(p, corners)).sum::<f64>() / (4.0 * std::f64::consts::PI)
     }
 
-    /// The winding number with far boxes taken as dipoles: within about 0.02 of [`Self::winding_number`].
+    /// The winding number with far boxes taken as dipoles: within about 0.02 of
+    /// [`Self::winding_number`].
     pub fn winding_number_fast(&self, p: DVec3) -> f64 {
         let mut sum = 0.0;
         let mut stack = Stack::from_root(&self.nodes);
@@ -111,8 +117,8 @@ impl TriangleTree {
         sum / (4.0 * std::f64::consts::PI)
     }
 
-    /// The winding number of `p` from the signed crossings of its ray along +x, exact for closed surfaces; `None` when
-    /// `p` lies on the surface.
+    /// The winding number of `p` from the signed crossings of its ray along +x, exact for closed
+    /// surfaces; `None` when `p` lies on the surface.
     pub(in crate::body) fn crossings(&self, p: DVec3) -> Option<i32> {
         let mut winding = 0;
         let reached = |b: &Aabb| b.max.x >= p.x && b.min.y <= p.y && p.y <= b.max.y && b.min.z <= p.z && p.z <= b.max.z;
@@ -131,7 +137,8 @@ impl TriangleTree {
             if side == 0.0 && holds_coplanar_point(corners, p) {
                 return ControlFlow::Break(());
             }
-            // Ahead of the point when it is below a triangle that faces along the ray, or above one that faces back.
+            // Ahead of the point when it is below a triangle that faces along the ray, or above one
+            // that faces back.
             if side * f64::from(direction) < 0.0 {
                 winding += direction;
             }
@@ -146,8 +153,9 @@ fn outer(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }
 
-/// +1 when the line through `p` along x pierces the triangle from below (towards its normal), −1 from above, 0 when it
-/// misses. `p` is moved by (0, ε, ε²), so there is no other case and each edge decides alike for both its triangles.
+/// +1 when the line through `p` along x pierces the triangle from below (towards its normal), −1
+/// from above, 0 when it misses. `p` is moved by (0, ε, ε²), so there is no other case and each
+/// edge decides alike for both its triangles.
 fn pierced(corners: &[DVec3; 3], p: DVec3) -> i32 {
     let flat = corners.map(|c| DVec2::new(c.y, c.z));
     let p = DVec2::new(p.y, p.z);
@@ -168,8 +176,8 @@ fn pierced(corners: &[DVec3; 3], p: DVec3) -> i32 {
     }
 }
 
-/// Signed solid angle of a triangle seen from `p`, positive when `p` is behind it (A. van Oosterom, J. Strackee, *The
-/// solid angle of a plane triangle*, 1983).
+/// Signed solid angle of a triangle seen from `p`, positive when `p` is behind it (A. van Oosterom,
+/// J. Strackee, *The solid angle of a plane triangle*, 1983).
 fn solid_angle(p: DVec3, corners: &[DVec3; 3]) -> f64 {
     let [a, b, c] = corners.map(|corner| corner - p);
     let (la, lb, lc) = (a.length(), b.length(), c.length());
@@ -193,7 +201,8 @@ mod tests {
         let tree = mesh.tree();
         let mut random = Random::new(SEED);
         for case in 0..2000 {
-            // Grid points line up with vertices and edges of the torus in y and z: the worst for a ray along x.
+            // Grid points line up with vertices and edges of the torus in y and z: the worst for a
+            // ray along x.
             let v = mesh.vertices()[random.below(mesh.vertices().len())];
             let p = if case % 2 == 0 { DVec3::new(random.signed() * 1.5, v.y, v.z) } else { random.vector() * 1.5 };
             let winding = tree.winding_number(p);

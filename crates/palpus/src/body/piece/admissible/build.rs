@@ -1,9 +1,10 @@
 //! Reading the own normals of all pieces from the mesh.
 //!
-//! 1. Which face of which piece each triangle lies in: a neighbour's normal is that of its piece's face.
+//! 1. Which face of which piece each triangle lies in: a neighbour's normal is that of its piece's
+//!    face.
 //! 2. For each piece its own faces, and how much of each is covered.
-//! 3. For each edge beside an own face, the sides of the face's triangles along it, and how the mesh bends there; where it
-//!    bends outward, an arc.
+//! 3. For each edge beside an own face, the sides of the face's triangles along it, and how the
+//!    mesh bends there; where it bends outward, an arc.
 //! 4. The mesh vertex at each vertex, and the neighbours of each mesh vertex.
 //! 5. A cap that holds all of a piece's normals (`cap`).
 
@@ -114,7 +115,8 @@ impl<'s> Source<'s> {
         let true_normals = map_in_order(workers, mesh.triangles().len(), NORMALS_PER_PART, normal, &mut |_| ());
         let mut source = Self { mesh, half_edges, true_normals, normals: Vec::new(), noise };
         let mut normals = source.true_normals.clone();
-        // Neighbours must agree on where an arc ends: at the normal of the face in which the triangle lies.
+        // Neighbours must agree on where an arc ends: at the normal of the face in which the
+        // triangle lies.
         let within = |part: usize| {
             let some = part * OWNERS_PER_PART..pieces.len().min((part + 1) * OWNERS_PER_PART);
             let mut within = Vec::new();
@@ -223,8 +225,8 @@ impl Sides {
         Self { sides }
     }
 
-    /// The true normal beyond edge `e` of its left (or right) face, no farther than that of the other face; none where the
-    /// mesh does not bend outward.
+    /// The true normal beyond edge `e` of its left (or right) face, no farther than that of the
+    /// other face; none where the mesh does not bend outward.
     fn turn(&self, source: &Source<'_>, polytope: &Polytope, e: u32, of_left: bool) -> Option<DVec3> {
         let edge = polytope.edge(e);
         let (face, other) = if of_left { (edge.left, edge.right) } else { (edge.right, edge.left) };

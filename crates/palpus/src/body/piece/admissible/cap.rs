@@ -1,12 +1,16 @@
-//! A cap of directions that holds all normals of a piece: most normals of another piece are outside of it.
+//! A cap of directions that holds all normals of a piece: most normals of another piece are outside
+//! of it.
 //!
-//! Faces, borrowed normals and the arcs between them lie in every cap of less than a half sphere that holds the ends. What a vertex owns,
-//! the directions along which no neighbour on the mesh is higher, lies between the normals of the triangles around it: the triangles
-//! from the vertex to a plane below it close a cone whose areas, as vectors, add up to the area of its base, which
-//! faces in that direction. So that the direction is a sum of the triangles' normals. The slack that vertices have beyond what is
-//! strictly theirs is added to the cap's angle, twice, and by as much more as a triangle is blunt there.
+//! Faces, borrowed normals and the arcs between them lie in every cap of less than a half sphere
+//! that holds the ends. What a vertex owns, the directions along which no neighbour on the mesh is
+//! higher, lies between the normals of the triangles around it: the triangles from the vertex to a
+//! plane below it close a cone whose areas, as vectors, add up to the area of its base, which faces
+//! in that direction. So that the direction is a sum of the triangles' normals. The slack that
+//! vertices have beyond what is strictly theirs is added to the cap's angle, twice, and by as much
+//! more as a triangle is blunt there.
 //!
-//! A piece with a vertex where the mesh ends, or whose normals need half a sphere or more, has the whole sphere.
+//! A piece with a vertex where the mesh ends, or whose normals need half a sphere or more, has the
+//! whole sphere.
 
 use glam::DVec3;
 
@@ -40,11 +44,13 @@ impl Cap {
         self.axis.dot(direction) >= self.least
     }
 
-    /// False if no direction on the arc from `left` to `right` (unit, less than half a turn apart) lies in it.
+    /// False if no direction on the arc from `left` to `right` (unit, less than half a turn apart)
+    /// lies in it.
     #[inline]
     pub fn may_meet(&self, left: DVec3, right: DVec3) -> bool {
         let most = self.axis.dot(left).max(self.axis.dot(right));
-        // On the arc, a product is a sum of those at the ends over the length of a sum of the ends: at the most over |l + r| / 2.
+        // On the arc, a product is a sum of those at the ends over the length of a sum of the ends:
+        // at the most over |l + r| / 2.
         most >= self.least
             || most > 0.0 && 4.0 * most * most >= self.least * self.least * (left + right).length_squared()
     }
@@ -121,8 +127,9 @@ impl<'m> Around<'m> {
         Self { mesh, starts, triangles, open }
     }
 
-    /// The least cosine between `axis` and the normals around mesh vertex `v`, and that of half the widest angle of a triangle there:
-    /// by its inverse a slack of two neighbours turns the direction between them. None where the mesh ends.
+    /// The least cosine between `axis` and the normals around mesh vertex `v`, and that of half the
+    /// widest angle of a triangle there: by its inverse a slack of two neighbours turns the
+    /// direction between them. None where the mesh ends.
     fn most(&self, v: u32, axis: DVec3) -> Option<(f64, f64)> {
         let some = self.starts[v as usize] as usize..self.starts[v as usize + 1] as usize;
         let (mut most, mut narrow) = (1.0_f64, 1.0_f64);

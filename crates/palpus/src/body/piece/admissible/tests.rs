@@ -69,7 +69,8 @@ fn nothing_faces_into_the_notch_from_its_inner_edge() {
             }
         }
         for (v, &p) in polytope.vertices().iter().enumerate() {
-            // Along the diagonal the inner corner is lower than the notch's ends; straight up it is as high as they are.
+            // Along the diagonal the inner corner is lower than the notch's ends; straight up it is
+            // as high as they are.
             let owns = |outward| body.owns(k as u32, Feature::Vertex(v as u32), p, outward);
             if inner(p) {
                 assert!(!owns(diagonal));

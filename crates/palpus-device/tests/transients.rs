@@ -1,0 +1,140 @@
+//! Impacts that ring: in a loop with a simulated device, a simulated hand and the safety chain.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use glam::{DVec2, DVec3};
+use palpus::algebra::{NoClock, Pose};
+use palpus::body::Body;
+use palpus::render::{Limits, Material, Object, ProbeState, Settings, Tick, ToolId, World};
+use palpus_device::{
+    Cut, Cuts, DeviceState, HandImpedance, HapticDevice, Servo, ServoOptions, ServoTick, SimulatedDevice,
+    SimulationSettings, StepOutcome, Timing, hand_preset,
+};
+
+const TICK: f64 = 1e-3;
+/// m: of the hand's way up and down; as much above the plate as below.
+const SWING: f64 = 0.01;
+/// s: until the chain is engaged.
+const QUIET: f64 = 1.5;
+
+fn block(size: DVec3) -> Arc<Body> {
+    let corners = [-0.5, 0.5].map(|x| [-0.5, 0.5].map(|y| [-0.5, 0.5].map(|z| DVec3::new(x, y, z) * size)));
+    Arc::new(Body::from_convex(corners.as_flattened().as_flattened()).expect("a block"))
+}
+
+/// A plate, and a tool over it.
+struct Plate {
+    world: World,
+    tool: ToolId,
+}
+
+impl Plate {
+    fn new(limits: Limits, material: Option<Material>) -> Self {
+        let settings = Settings { material, ..Settings::coupled(limits, TICK, 2e-4) };
+        let mut world = World::new(settings).expect("settings");
+        world.add(Object::fixed(block(DVec3::new(0.1, 0.1, 0.02)), Pose::IDENTITY)).expect("a plate");
+        let tool = world.add_tool(block(DVec3::new(0.01, 0.01, 0.02)), settings).expect("a tool");
+        Self { world, tool }
+    }
+
+    fn step(&mut self, state: &DeviceState) -> &Tick {
+        self.world.step(&[ProbeState { pose_ba: state.pose, twist: state.twist }], TICK, &NoClock);
+        self.world.tick(self.tool)
+    }
+}
+
+/// A hand that taps the plate with about `speed` (m/s), after a while above it.
+fn tapping(hand: HandImpedance, speed: f64) -> (SimulatedDevice<impl Fn(f64) -> Pose>, Limits) {
+    let settings = SimulationSettings { hand, ..SimulationSettings::default() };
+    let limits = Limits { force: settings.spec.force_max, torque: settings.spec.torque_max };
+    let intent = move |time: f64| {
+        let angle = speed / SWING * (time - QUIET).max(0.0);
+        Pose::from_translation(DVec3::Z * (0.0205 + SWING * angle.cos()))
+    };
+    (SimulatedDevice::new(settings, intent).expect("a device"), limits)
+}
+
+#[test]
+fn taps_give_the_hand_nothing() {
+    for (name, material) in Material::NAMED {
+        for hand in ["relaxed", "normal", "firm", "tight"] {
+            for speed in [0.05, 0.1, 0.2, 0.3] {
+                let (mut device, limits) = tapping(hand_preset(hand).expect("a hand"), speed);
+                let mut plate = Plate::new(limits, Some(material));
+                let duration = Some(QUIET + 4.0 * TAU * SWING / speed);
+                let options = ServoOptions { timing: Timing::Simulated, duration, ..ServoOptions::default() };
+                let mut servo = Servo::new(options).expect("options");
+                let (mut loudest, mut cuts): (f64, Cuts) = (0.0, Cuts::NONE);
+                let mut observer = |tick: &ServoTick, (): &()| cuts = cuts.or(tick.cuts);
+                let statistics = servo.run(
+                    &mut device,
+                    |state: &DeviceState, _| {
+                        let tick = plate.step(state);
+                        loudest = loudest.max(tick.transient.length());
+                        StepOutcome::of(tick.commanded)
+                    },
+                    &mut observer,
+                    &AtomicBool::new(false),
+                );
+                let what = format!("{name}, {hand}, {speed} m/s: {loudest} N, {:?}, {cuts:?}", statistics.energy);
+                assert!(loudest > 0.1, "no ring: {what}");
+                assert!(statistics.energy.highest <= 1e-6, "{what}");
+                let shaped = [Cut::Passivity, Cut::Slew, Cut::LimitCycle, Cut::Saturation];
+                assert!(!cuts.is_fault() && !shaped.iter().any(|&cut| cuts.has(cut)), "{what}");
+            }
+        }
+    }
+}
+
+/// m/s²: of the grip, as it truly is, from the first impact on; and of that the first tick of its
+/// ring, N.
+fn struck(hand: HandImpedance, material: Material) -> (Vec<f64>, f64) {
+    let (mut device, limits) = tapping(hand, 0.1);
+    let mut plate = Plate::new(limits, Some(material));
+    let (mut accelerations, mut ring, mut last) = (Vec::new(), None, 0.0);
+    while accelerations.len() < WINDOW {
+        let state = device.read().expect("a state");
+        let velocity = device.true_twist().linear.z;
+        if ring.is_some() {
+            accelerations.push((velocity - last) / TICK);
+        }
+        last = velocity;
+        let tick = plate.step(&state);
+        ring = ring.or(Some(tick.transient.z).filter(|force| *force != 0.0));
+        device.write(&tick.commanded).expect("written");
+    }
+    (accelerations, ring.expect("an impact"))
+}
+
+/// Ticks of an impact that are looked at.
+const WINDOW: usize = 80;
+
+#[test]
+fn the_grip_rings_as_the_material_does() {
+    for (name, material) in Material::NAMED {
+        for preset in ["relaxed", "normal", "firm", "tight"] {
+            let hand = hand_preset(preset).expect("a hand");
+            let mass = hand.mass + SimulationSettings::default().apparatus.mass;
+            let Material { frequency, decay, gain } = material;
+            // Against the same tap on something that does not ring: so little that it is only seen
+            // when it begins.
+            let (rung, first) = struck(hand, material);
+            let (quiet, _) = struck(hand, Material { gain: 1e-9, ..material });
+            let own = TAU * frequency;
+            let speed = first / (gain * (-decay * TICK).exp() * (own * TICK).sin());
+            for share in [0.9, 1.0, 1.25] {
+                let angular = own * share;
+                let part = |(k, (rung, quiet)): (usize, (f64, f64))| {
+                    DVec2::from_angle(-angular * TICK * k as f64) * ((rung - quiet) * TICK)
+                };
+                let measured: DVec2 = rung.iter().copied().zip(quiet.iter().copied()).enumerate().map(part).sum();
+                let damped = DVec2::new(decay * decay + own * own - angular * angular, 2.0 * decay * angular);
+                let target = gain * speed / mass * own / damped.length();
+                let level = 20.0 * (measured.length() / target).log10();
+                assert!(level.abs() < 3.0, "{name}, {preset}, {} Hz: {level} dB", frequency * share);
+            }
+        }
+    }
+}

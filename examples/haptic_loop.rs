@@ -1,0 +1,56 @@
+//! A haptic loop: a simulated device in a simulated hand presses a peg on a plate, a thousand times a second, in real time.
+//!
+//! `cargo run --release -p palpus-examples --example haptic_loop`
+
+use std::error::Error;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use palpus::glam::DVec3;
+use palpus::{Body, BodyError, Limits, NoClock, Object, Pose, ProbeState, Settings, World};
+use palpus_device::{
+    HapticDevice, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, StepOutcome, Timing,
+};
+
+fn main() -> Result<(), Box<dyn Error>> {
+    run(Timing::RealTime)
+}
+
+fn run(timing: Timing) -> Result<(), Box<dyn Error>> {
+    // The hand goes down by 40 mm in a second: 10 mm of that into the plate, if the plate let it.
+    let intent = |time: f64| Pose::from_translation(DVec3::Z * (0.05 - 0.04 * time.min(1.0)));
+    let mut device = SimulatedDevice::new(SimulationSettings::default(), intent)?;
+
+    // As hard as this device can show, with contacts looked for within 0.2 mm.
+    let limits = Limits { force: device.spec().force_max, torque: device.spec().torque_max };
+    let settings = Settings::coupled(limits, 1e-3, 2e-4);
+    let mut world = World::new(settings)?;
+    world.add(Object::fixed(block(DVec3::new(0.1, 0.1, 0.02))?, Pose::IDENTITY))?;
+    let tool = world.add_tool(block(DVec3::new(0.01, 0.01, 0.04))?, settings)?;
+
+    let mut strongest: f64 = 0.0;
+    let mut servo = Servo::new(ServoOptions { timing, duration: Some(2.0), ..ServoOptions::default() })?;
+    let statistics = servo.run(
+        &mut device,
+        |state, dt| {
+            let probe = ProbeState { pose_ba: state.pose, twist: state.twist };
+            world.step(&[probe], dt, &NoClock);
+            StepOutcome::of(world.tick(tool).commanded)
+        },
+        // Sees every tick, on the servo thread.
+        &mut |tick: &ServoTick, (): &()| strongest = strongest.max(tick.wrench.force.length()),
+        &AtomicBool::new(false),
+    );
+    println!("{} ticks, {:?}; at most {strongest:.2} N", statistics.ticks, statistics.end);
+    Ok(())
+}
+
+fn block(size: DVec3) -> Result<Arc<Body>, BodyError> {
+    let corners = [-0.5, 0.5].map(|x| [-0.5, 0.5].map(|y| [-0.5, 0.5].map(|z| DVec3::new(x, y, z) * size)));
+    Body::from_convex(corners.as_flattened().as_flattened()).map(Arc::new)
+}
+
+#[test]
+fn runs() {
+    run(Timing::Simulated).unwrap();
+}
