@@ -56,13 +56,13 @@ def replay(bench):
 
 
 def identical(bench, recording):
-    """Of how many ticks, and how many of them the new program answers with the same bits, both tools together."""
+    """Of how many ticks, and how many of them the new program answers with the same bits, all tools together."""
     answer = bench.start([bench.programs["new"], "replay", recording, "--json"], cwd=bench.folder("new"))
     try:
         tools = json.loads(answer.stdout)
     except ValueError:
         return "a replay", f"exit {answer.returncode}: {answer.stderr.strip()[-200:]}"
-    tools = [tools] + ([tools["other_tool"]] if tools.get("other_tool") else [])
+    tools = [tools] + [tool for tool in tools.values() if isinstance(tool, dict) and "identical" in tool]
     return sum(tool["ticks"] for tool in tools), sum(tool["identical"] for tool in tools)
 
 

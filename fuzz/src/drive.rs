@@ -104,6 +104,7 @@ pub fn settings(bytes: &mut Bytes<'_>) -> Settings {
         shading,
         friction,
         coupling,
+        material: None,
         limits: Limits { force: not_negative(bytes, 8.5), torque: not_negative(bytes, 0.188) },
         saturation: [Saturation::Separate, Saturation::Joint, Saturation::UnderActuated][bytes.below(3)],
         grip_a: if flags & 64 != 0 { 0.05 * bytes.point() } else { DVec3::ZERO },

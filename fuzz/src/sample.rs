@@ -43,6 +43,7 @@ pub fn header(more: toml::Table) -> RecordingHeader {
             metres_per_unit: 0.001,
             probe: body("spoon.obj"),
             environment: body("cup.obj"),
+            objects: vec![body("nut.obj")],
             render,
             more,
         },

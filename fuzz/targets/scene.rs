@@ -38,8 +38,12 @@ fn folder() -> Folder {
 }
 
 fn named(scene: &SceneFile) -> impl Iterator<Item = &Path> {
+    let others = scene.others.iter().flat_map(|tool| [Some(&tool.body.mesh), tool.hand.path.as_ref()]);
+    let objects = scene.objects.iter().map(|object| Some(&object.body.mesh));
     [Some(&scene.probe.mesh), Some(&scene.environment.mesh), scene.hand.path.as_ref()]
         .into_iter()
+        .chain(others)
+        .chain(objects)
         .flatten()
         .map(|path| path.as_path())
 }
@@ -88,11 +92,16 @@ fn sane(scene: &SceneFile) {
     assert!(scene.probe.pose.is_valid() && scene.environment.pose.is_valid(), "{scene:?}");
     assert_eq!(scene.render.validate(), Ok(()));
     assert!((1.0..=1e5).contains(&scene.rate_hz));
-    assert!(scene.hand.tremor.is_finite() && scene.hand.tremor >= 0.0);
-    let coupling = &scene.coupling;
-    let gains = [coupling.stiffness, coupling.damping, coupling.angular_stiffness, coupling.angular_damping];
-    let others = [coupling.skin, coupling.mass, coupling.contact_stiffness, coupling.friction_stiffness];
-    assert!(gains.into_iter().chain(others).flatten().all(|x| x.is_finite() && x >= 0.0), "{coupling:?}");
+    let others = scene.others.iter().map(|tool| (&tool.hand, &tool.coupling));
+    for (hand, coupling) in std::iter::once((&scene.hand, &scene.coupling)).chain(others) {
+        assert!(hand.tremor.is_finite() && hand.tremor >= 0.0);
+        let gains = [coupling.stiffness, coupling.damping, coupling.angular_stiffness, coupling.angular_damping];
+        let others = [coupling.skin, coupling.mass, coupling.contact_stiffness, coupling.friction_stiffness];
+        assert!(gains.into_iter().chain(others).flatten().all(|x| x.is_finite() && x >= 0.0), "{coupling:?}");
+    }
+    for tool in &scene.others {
+        assert!(tool.body.pose.is_valid() && tool.limits.force >= 0.0 && tool.limits.torque >= 0.0, "{tool:?}");
+    }
 }
 
 fn seeds() -> Vec<Seed> {
@@ -106,7 +115,10 @@ fn seeds() -> Vec<Seed> {
         stiffness = 800\ndamping = 2\nangular_stiffness = 2\nangular_damping = 0.005\nskin = 0.1\nmass = 0.1\n\
         [device]\nforce_limit = 8.5\ntorque_limit = 0.188\nsaturation = \"under-actuated\"\nrate = 1000\n\
         [hand]\npreset = \"normal\"\npath = \"sub/path.csv\"\ntremor = 0.1\nseed = 1\n";
-    let mut seeds = vec![("full.toml".to_owned(), full.into())];
+    let tools = "unit = \"mm\"\n[environment]\nmesh = \"sub/b.obj\"\n[[tool]]\nmesh = \"a.obj\"\ngrip = [0, 1, 0]\n\
+        hand = { preset = \"firm\", path = \"sub/path.csv\" }\n[[tool]]\nmesh = \"a.obj\"\nposition = [9, 0, 0]\n\
+        coupling = { mode = \"direct\", skin = 0.1 }\ndevice = { force_limit = 3, saturation = \"joint\" }\n";
+    let mut seeds = vec![("full.toml".to_owned(), full.into()), ("tools.toml".to_owned(), tools.into())];
     let pairs = [
         ("a.obj", "sub/b.obj"),
         ("in.obj", "here/a.obj"),

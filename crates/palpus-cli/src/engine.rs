@@ -1,4 +1,4 @@
-//! The engine as the step of a servo loop: device state in, wrench for the device out.
+//! The engine as the step of a servo loop: states of all devices in, a wrench for each out.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist, Wrench};
@@ -13,21 +13,33 @@ use crate::shots::Shots;
 use crate::stage::Stage;
 use crate::way_out::WayOut;
 
-/// A world between device and scene. The device's frame is the world's; the environment may be
-/// placed in it. The device's pose and twist are those of the grip, which has the probe's axes.
+/// A world between devices and a scene. The devices' frame is the world's; the environment may be
+/// placed in it. A device's pose and twist are those of the grip, which has the axes of its tool.
 pub(crate) struct Engine {
     world: World,
-    tool: ToolId,
+    tools: Vec<Tool>,
+    /// Of the tools, as the world gets them.
+    probes: Vec<ProbeState>,
     objects: Objects,
     frame: Frame,
     clock: WallClock,
     shots: Shots,
     live: Option<Publisher<Moment>>,
-    asked: Option<Newest<Settings>>,
     pacer: Option<Pacer>,
+}
+
+/// One of the tools.
+struct Tool {
+    id: ToolId,
+    asked: Option<Newest<Settings>>,
     /// Settings of which no detail has told yet.
     untold: Option<Settings>,
+    /// Contacts that it has with tools before it, in the last step.
+    known: usize,
 }
+
+/// What the engine answers the loop.
+pub(crate) type Answer = Option<StepOutcome<Detail>>;
 
 /// What a step says beside its wrench.
 #[derive(Clone, Copy)]
@@ -45,61 +57,65 @@ pub(crate) struct Detail {
 }
 
 impl Engine {
-    /// An engine for the stage.
-    pub(crate) fn new(stage: &Stage, settings: Settings) -> anyhow::Result<Self> {
+    /// An engine for the tools of a stage for which there are `settings`.
+    pub(crate) fn new(stage: &Stage, settings: &[Settings]) -> anyhow::Result<Self> {
         let frame = Frame::new(stage.environment_pose);
-        let mut world = World::new(settings)?;
+        let mut world = World::new(settings.first().copied().unwrap_or_default())?;
         world.add(Object::fixed(stage.environment.clone(), Pose::IDENTITY))?;
         let objects = Objects::add(stage, &mut world, &frame)?;
-        let tool = world.add_tool(stage.probe.clone(), settings)?;
-        Ok(Self {
-            world,
-            tool,
-            objects,
-            frame,
-            clock: WallClock::new(),
-            shots: Shots::default(),
-            live: None,
-            asked: None,
-            pacer: None,
-            untold: None,
-        })
+        let mut tools = Vec::new();
+        for ((probe, _), settings) in stage.tools().zip(settings) {
+            let id = world.add_tool(probe.clone(), *settings)?;
+            tools.push(Tool { id, asked: None, untold: None, known: 0 });
+        }
+        let probes = vec![ProbeState::at(Pose::IDENTITY); tools.len()];
+        let (clock, shots) = (WallClock::new(), Shots::default());
+        Ok(Self { world, tools, probes, objects, frame, clock, shots, live: None, pacer: None })
     }
 
-    /// The same, able to take up shading later on, at this crease angle (rad) if it has no other.
+    /// The same, able to take up shading later on: at this crease angle (rad), or at that of a tool
+    /// that shades from the start.
     pub(crate) fn with_surfaces(mut self, crease_angle: f64) -> Self {
-        self.world.prepare_shading(self.tool, crease_angle);
+        let crease_angle = self.crease_angle().unwrap_or(crease_angle);
+        self.tools.iter().for_each(|tool| self.world.prepare_shading(tool.id, crease_angle));
         self
     }
 
     /// rad: at which shading can be on.
     pub(crate) fn crease_angle(&self) -> Option<f64> {
-        self.world.crease_angle(self.tool)
+        self.tools.iter().find_map(|tool| self.world.crease_angle(tool.id))
     }
 
-    /// Before each step the newest settings are taken from `asked`.
-    pub(crate) fn steer(&mut self, asked: Newest<Settings>) {
-        self.asked = Some(asked);
+    /// Before each step the newest settings of tool `which` are taken from `asked`.
+    pub(crate) fn steer(&mut self, which: usize, asked: Newest<Settings>) {
+        self.tools[which].asked = Some(asked);
     }
 
-    /// Goes on with other settings from the next step on; see [`World::set_tool_settings`].
-    pub(crate) fn set_settings(&mut self, settings: &Settings) -> Result<(), SettingsError> {
-        self.world.set_tool_settings(self.tool, settings)
+    /// Goes on with other settings of tool `which` from the next step on; see
+    /// [`World::set_tool_settings`].
+    pub(crate) fn set_settings(&mut self, which: usize, settings: &Settings) -> Result<(), SettingsError> {
+        self.world.set_tool_settings(self.tools[which].id, settings)
     }
 
-    fn settings(&self) -> &Settings {
-        self.world.tool_settings(self.tool)
+    /// Takes the settings that have been asked for since the last step, if they can be.
+    fn take_settings(&mut self) {
+        for Tool { id, asked, untold, .. } in &mut self.tools {
+            if let Some(settings) = asked.as_mut().and_then(Newest::take)
+                && self.world.set_tool_settings(*id, settings).is_ok()
+            {
+                *untold = Some(*settings);
+            }
+        }
     }
 
-    /// The settings that have been asked for since the last step, if they can be.
-    fn changed(&mut self) -> Option<Settings> {
-        let settings = *self.asked.as_mut()?.take()?;
-        self.set_settings(&settings).is_ok().then_some(settings)
+    /// The room that a [`Moment`] needs for what a tick has to show.
+    pub(crate) fn capacity(&self) -> usize {
+        self.tools.iter().map(|tool| self.world.tool_settings(tool.id).capacity).sum()
     }
 
     /// Keeps what tick number `tick` has to show, for [`Engine::shown`] and [`Engine::kept`].
     pub(crate) fn keep(&mut self, tick: u64) {
-        self.shots.keep(tick, Moment::new(self.settings().capacity));
+        self.shots.keep(tick, Moment::new(self.capacity()));
     }
 
     /// Leaves what every tick has to show with `publisher`.
@@ -110,23 +126,22 @@ impl Engine {
 
     /// What the kept tick has to show, or the last one, if there is none; `period` is a tick's, s.
     pub(crate) fn shown(mut self, period: f64) -> Moment {
-        if let Some(moment) = self.kept(period).into_iter().next() {
-            return moment;
-        }
-        let tick = self.world.tick(self.tool);
-        let mut moment = Moment::new(tick.contacts.len().max(self.objects.poses(&self.world).count()));
-        fill(&mut moment, &self.world, self.tool, &self.objects, period);
-        moment
+        self.kept(period).into_iter().next().unwrap_or_else(|| {
+            let mut moment = Moment::new(self.capacity());
+            fill(&mut moment, &self.world, &self.tools, &self.objects, period);
+            moment
+        })
     }
 
-    /// What the kept ticks that came have to show, in the order in which they were asked for; `period` is a tick's, s.
+    /// What the kept ticks that came have to show, in the order in which they were asked for;
+    /// `period` is a tick's, s.
     pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
         self.shots.kept(period)
     }
 
     /// Each step's work is bounded from now on, so that a loop of `rate_hz` has the time for it.
     pub(crate) fn pace(&mut self, rate_hz: f64) {
-        self.pacer = Some(Pacer::of(self.settings(), rate_hz));
+        self.pacer = self.tools.first().map(|tool| Pacer::of(self.world.tool_settings(tool.id), rate_hz));
     }
 
     /// The next step may do so much work; see [`World::allow`].
@@ -134,52 +149,84 @@ impl Engine {
         self.world.allow(work);
     }
 
-    /// Forgets the past after a step that panicked, of which the memory may be half done. The next step is as the first was.
+    /// Forgets the past after a step that panicked, of which the memory may be half done. The next
+    /// step is as the first was.
     pub(crate) fn forget(&mut self) {
         self.world.clear();
         // Whether that step took up others, nobody was told.
-        self.untold = Some(*self.settings());
+        for tool in &mut self.tools {
+            tool.untold = Some(*self.world.tool_settings(tool.id));
+        }
     }
 
-    /// The device can give no more than `available` from now on.
-    pub(crate) fn set_available(&mut self, available: &Limits) {
-        self.world.set_available(self.tool, available);
+    /// The device of tool `which` can give no more than `available` from now on.
+    pub(crate) fn set_available(&mut self, which: usize, available: &Limits) {
+        self.world.set_available(self.tools[which].id, available);
     }
 
-    /// One tick: what the device is to push with.
-    pub(crate) fn step(&mut self, state: &DeviceState, dt: f64) -> StepOutcome<Detail> {
+    /// One tick: what each device is to push with, given the states of all.
+    pub(crate) fn step(&mut self, states: &[DeviceState], dt: f64, answers: &mut [Answer]) {
         let before = allocations_of_this_thread();
-        let changed = self.changed().or(self.untold.take());
-        let settings = *self.settings();
-        let probe = self.frame.probe(state, settings.grip_a);
+        self.take_settings();
+        for ((probe, state), tool) in self.probes.iter_mut().zip(states).zip(&self.tools) {
+            *probe = self.frame.probe(state, self.world.tool_settings(tool.id).grip_a);
+        }
         if let Some(pacer) = &self.pacer {
             self.world.allow(Some(pacer.allowance()));
         }
         self.objects.drive(&mut self.world, dt);
-        self.world.step(std::slice::from_ref(&probe), dt, &self.clock);
-        let (world, tool, objects) = (&self.world, self.tool, &self.objects);
-        let tick = world.tick(tool);
-        if let Some(pacer) = &mut self.pacer {
-            pacer.learn(tick);
-        }
-        self.shots.take(tick.index, |moment| fill(moment, world, tool, objects, 0.0));
-        if let Some(live) = &mut self.live {
-            live.publish_with(|moment| fill(moment, world, tool, objects, dt));
-        }
-        let wrench = self.frame.for_device(&tick.commanded);
-        let way_out = WayOut::of(tick, &settings, &self.frame, state);
-        let saturated = tick.counters.saturated_force + tick.counters.saturated_torque > 0;
-        let (summary, pose) = (tick.summary(), self.frame.in_world(&tick.tool_ba));
+        self.world.step(&self.probes, dt, &self.clock);
+        self.show(dt);
+        // Whose it is does not matter: it must be none.
         let allocations = allocations_of_this_thread() - before;
-        let detail = Detail { tick: summary, tool: pose, allocations, changed, way_out };
-        StepOutcome { wrench, saturated, changed: changed.is_some(), received: tick.work_from_objects, detail }
+        for ((tool, state), answer) in self.tools.iter_mut().zip(states).zip(answers) {
+            let (tick, settings) = (self.world.tick(tool.id), self.world.tool_settings(tool.id));
+            let changed = tool.untold.take();
+            let detail = Detail {
+                tick: tick.summary(),
+                tool: self.frame.in_world(&tick.tool_ba),
+                allocations,
+                changed,
+                way_out: WayOut::of(tick, settings, &self.frame, state),
+            };
+            *answer = Some(StepOutcome {
+                wrench: self.frame.for_device(&tick.commanded),
+                saturated: tick.counters.saturated_force + tick.counters.saturated_torque > 0,
+                changed: changed.is_some(),
+                received: tick.work_from_objects,
+                from_others: tick.work_from_other,
+                detail,
+            });
+        }
+    }
+
+    /// Leaves what the last step has to show, and lets the pacer learn from it.
+    fn show(&mut self, dt: f64) {
+        let Self { world, tools, objects, shots, live, pacer, .. } = self;
+        let Some(first) = tools.first().map(|tool| world.tick(tool.id)) else { return };
+        if let Some(pacer) = pacer {
+            pacer.learn(first);
+        }
+        for k in 1..tools.len() {
+            let body = world.body_of(tools[k].id);
+            tools[k].known = tools[..k].iter().map(|other| world.contacts(body, world.body_of(other.id)).count()).sum();
+        }
+        shots.take(first.index, |moment| fill(moment, world, tools, objects, dt));
+        if let Some(live) = live {
+            live.publish_with(|moment| fill(moment, world, tools, objects, dt));
+        }
     }
 }
 
-/// What a tick has to show; `period` is its length, s.
-fn fill(moment: &mut Moment, world: &World, tool: ToolId, objects: &Objects, period: f64) {
-    let tick = world.tick(tool);
-    moment.fill(tick, tick.index as f64 * period, world.tool_settings(tool).grip_a);
+/// All tools, and all that happens at them; the arrow at the grip is the first one's. `period` is a
+/// tick's, s.
+fn fill(moment: &mut Moment, world: &World, tools: &[Tool], objects: &Objects, period: f64) {
+    let Some((first, others)) = tools.split_first() else { return };
+    let tick = world.tick(first.id);
+    moment.fill(tick, tick.index as f64 * period, world.tool_settings(first.id).grip_a);
+    for tool in others {
+        moment.join(world.tick(tool.id), tool.known);
+    }
     moment.place_others(objects.poses(world));
 }
 

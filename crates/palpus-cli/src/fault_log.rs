@@ -1,13 +1,18 @@
-//! The fault log: what took the force away, in a file of its own, whether the run is recorded or not.
+//! The fault log: what took the force away, in a file of its own, whether the run is recorded or
+//! not.
 //!
-//! 1. The servo thread looks at every tick ([`FaultWatch::see`]). It puts an entry into a bounded queue when faults come that the tick before
-//!    did not have, and when force may come back. It never waits.
-//! 2. A thread of its own writes each entry as a line of JSON and has the system put it on the disk before it takes the next ones.
+//! 1. The servo thread looks at every tick ([`FaultWatch::see`]). It puts an entry into a bounded
+//!    queue when faults come that the tick before did not have, and when force may come back. It
+//!    never waits.
+//! 2. A thread of its own writes each entry as a line of JSON and has the system put it on the disk
+//!    before it takes the next ones.
 //! 3. [`FaultLog::finish`] says where the log is, if anything was written.
 //!
-//! The file is only opened at the first fault. One that has become large is put aside (`faults.jsonl.old`) at the next run, and of a run in which
-//! faults follow each other without end the first [`MOST`] lines are kept.
+//! The file is only opened at the first fault. One that has become large is put aside
+//! (`faults.jsonl.old`) at the next run, and of a run in which faults follow each other without end
+//! the first [`MOST`] lines are kept.
 
+use std::borrow::Cow;
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
@@ -21,8 +26,7 @@ use palpus_device::{Cut, Cuts, Phase, Recorder, Recording, ServoTick, Sink, reco
 use palpus_io::RecordingHeader;
 use serde::Serialize;
 
-use crate::two::NAMES;
-use crate::{output, when};
+use crate::{output, tools, when};
 
 /// Entries that may wait for the writer: faults are rare.
 const QUEUED: usize = 1 << 10;
@@ -84,8 +88,8 @@ pub(crate) struct FaultLog {
 }
 
 impl FaultLog {
-    /// Starts the writer of the log of device `which` (0 or 1) at `path`, or where the user's logs are; `header` says what is run. `None` if the
-    /// user has no such place.
+    /// Starts the writer of the log of device `which` at `path`, or where the user's logs are;
+    /// `header` says what is run. `None` if the user has no such place.
     pub(crate) fn start(path: Option<&Path>, header: &RecordingHeader, which: usize) -> Option<(FaultWatch, Self)> {
         let path = path.map(Path::to_owned).or_else(of_user)?;
         let lines = Arc::new(AtomicU64::new(0));
@@ -171,8 +175,8 @@ impl Sink<Entry> for Pen {
 /// What was run: the same in all lines of a run.
 #[derive(Serialize)]
 struct Run {
-    /// Of two hands, which one.
-    hand: &'static str,
+    /// Which of the hands.
+    hand: Cow<'static, str>,
     palpus: String,
     device: String,
     scene: String,
@@ -189,7 +193,7 @@ impl Run {
         let text = scene.text.as_deref().unwrap_or_default();
         let all = format!("{}\n{}\n{name}\n{text}", scene.probe.content, scene.environment.content);
         Self {
-            hand: NAMES[which],
+            hand: tools::name(which),
             palpus: header.palpus_version.clone(),
             device: header.device.clone(),
             scene: name.clone(),

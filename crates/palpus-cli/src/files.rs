@@ -8,19 +8,13 @@ use anyhow::Context;
 
 /// `base`, or if there is such a file, the first of `base-2`, `base-3`, … that is not there.
 pub(crate) fn free(base: &Path) -> PathBuf {
-    if !base.exists() {
-        return base.to_owned();
-    }
-    let numbered = (2u32..).map(|k| beside(base, k));
-    numbered.into_iter().find(|path| !path.exists()).unwrap_or_else(|| base.to_owned())
+    first_free(base, |path| !path.exists())
 }
 
-/// The same of two files that belong together, the second one being that beside the first with `-addition`.
-pub(crate) fn free_pair(base: &Path, addition: &str) -> [PathBuf; 2] {
-    let pair = |path: PathBuf| [path.clone(), beside(&path, addition)];
-    let numbered = (2u32..).map(|k| pair(beside(base, k)));
-    let is_free = |pair: &[PathBuf; 2]| pair.iter().all(|path| !path.exists());
-    std::iter::once(pair(base.to_owned())).chain(numbered).find(is_free).unwrap_or_else(|| pair(base.to_owned()))
+/// The same with another test of what is free.
+pub(crate) fn first_free(base: &Path, is_free: impl Fn(&Path) -> bool) -> PathBuf {
+    let numbered = (2u32..).map(|k| beside(base, k));
+    std::iter::once(base.to_owned()).chain(numbered).find(|path| is_free(path)).unwrap_or_else(|| base.to_owned())
 }
 
 /// The file beside `base` of the same name but for `-addition` before the ending.

@@ -1,12 +1,14 @@
 //! What a scene file leaves open, chosen after its meshes.
 //!
-//! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body where that is less; on bodies of a millimetre, 1 mm would be all of them.
-//! 2. *Places*: where neither body has one and they would stand in each other, the probe begins above the environment, clear of it
-//!    however it is turned.
-//! 3. *Grip*, of the probe and of a second tool: the origin of its mesh, or its centre of mass where
-//!    that origin is outside of the mesh's box.
+//! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body where that is less; on bodies of a
+//!    millimetre, 1 mm would be all of them.
+//! 2. *Places*: where neither body has one and they would stand in each other, the probe begins
+//!    above the environment, clear of it however it is turned.
+//! 3. *Grip*, of the probe and of each other tool: the origin of its mesh, or its centre of mass
+//!    where that origin is outside of the mesh's box.
 //!
-//! Bodies of sizes that no hand feels are a hint that the unit is wrong, and said so. What is chosen depends on the file and the meshes alone, so that a recording replays.
+//! Bodies of sizes that no hand feels are a hint that the unit is wrong, and said so. What is
+//! chosen depends on the file and the meshes alone, so that a recording replays.
 
 use glam::DVec3;
 use palpus::algebra::Pose;
@@ -57,15 +59,15 @@ pub(crate) fn fill(file: &mut SceneFile, probe: &Body, environment: &Body) -> Ve
     notes
 }
 
-/// Returns where to hold `body`, m, in its mesh's frame: its centre of mass if the origin of the mesh
-/// is outside of the mesh's box, which a note then says of the scene file's `section`; else `None`.
-pub(crate) fn grip(body: &Body, section: &str, notes: &mut Vec<String>) -> Option<DVec3> {
+/// Returns where to hold `body`, m, in its mesh's frame: its centre of mass if the origin of the
+/// mesh is outside of the mesh's box, which a note then says of `what` the body is; else `None`.
+pub(crate) fn grip(body: &Body, what: &str, notes: &mut Vec<String>) -> Option<DVec3> {
     let bounds = body.mesh().bounds();
     if DVec3::ZERO.clamp(bounds.min, bounds.max) == DVec3::ZERO {
         return None;
     }
     notes.push(format!(
-        "held at its centre of mass, since the origin of its mesh is outside of the mesh; see [{section}] grip"
+        "the {what} is held at its centre of mass, since the origin of its mesh is outside of the mesh; `grip` says where else"
     ));
     Some(body.mass().center_of_mass)
 }
@@ -82,7 +84,8 @@ fn above(probe: &Body, environment: &Body) -> DVec3 {
     clear_above([b.min, b.max], reach) - 0.5 * (a.min + a.max)
 }
 
-/// Where a body that reaches so far about a point is clear of the box below it, however it is turned.
+/// Where a body that reaches so far about a point is clear of the box below it, however it is
+/// turned.
 pub(crate) fn clear_above([low, high]: [DVec3; 2], reach: f64) -> DVec3 {
     (0.5 * (low + high)).with_z(high.z + reach * (1.0 + CLEARANCE))
 }

@@ -5,12 +5,11 @@ use std::path::{Path, PathBuf};
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
-use palpus_device::{DeviceState, HapticDevice, SimulatedDevice, SimulationSettings};
+use palpus_device::{DeviceState, HapticDevice, SimulatedDevice, SimulationSettings, StepOutcome};
 use palpus_io::scene::{CouplingMode, FilePolicy};
 
-use crate::engine::Engine;
+use crate::engine::{Detail, Engine};
 use crate::stage::{self, Stage};
-use crate::two::TwoEngine;
 
 /// A folder of its own for one test, gone when the test is over.
 struct Folder(PathBuf);
@@ -68,7 +67,7 @@ fn bar_over_block(folder: &Folder, name: &str, shift: DVec3, more: &str) -> Stag
 /// What a hand feels that presses the bar onto the block by its grip and tilts it, for two seconds.
 fn pressed(stage: &Stage, mode: CouplingMode) -> Vec<Wrench> {
     let settings = SimulationSettings::default();
-    let mut engine = Engine::new(stage, stage.settings_in(mode, &settings.spec, 1000.0)).expect("an engine");
+    let mut engine = Engine::new(stage, &[stage.settings_in(mode, &settings.spec, 1000.0)]).expect("an engine");
     let intent = |time: f64| {
         let turn = std::f64::consts::PI * time;
         let height = 0.055 - 0.005 * (1.0 - turn.cos());
@@ -78,7 +77,8 @@ fn pressed(stage: &Stage, mode: CouplingMode) -> Vec<Wrench> {
     let mut device = SimulatedDevice::new(settings, intent).expect("a device");
     (0..2000)
         .map(|_| {
-            let wrench = engine.step(&device.read().expect("a state"), 1e-3).wrench;
+            let [answer] = stepped(&mut engine, [device.read().expect("a state")]);
+            let wrench = answer.wrench;
             device.write(&wrench).expect("it takes it");
             wrench
         })
@@ -105,6 +105,13 @@ fn wrench_does_not_depend_on_mesh_origin() {
     }
 }
 
+/// What the engine answers all devices.
+fn stepped<const N: usize>(engine: &mut Engine, states: [DeviceState; N]) -> [StepOutcome<Detail>; N] {
+    let mut answers = [const { None }; N];
+    engine.step(&states, 1e-3, &mut answers);
+    answers.map(|answer| answer.expect("an answer"))
+}
+
 /// A state of a device at rest.
 fn still(pose: Pose) -> DeviceState {
     DeviceState { pose, twist: Twist::default(), buttons: 0, time: 0.0, withheld: false }
@@ -124,11 +131,11 @@ fn wrist_turn_leaves_far_automatic_grip_in_place() {
     let stage = bar_over_block(&folder, "part", ASSEMBLY, "");
     let grip_a = stage.settings.grip_a;
     assert!(grip_a.distance(stage.probe.mass().center_of_mass) < 1e-12, "{grip_a}");
-    let mut engine = Engine::new(&stage, stage.settings).expect("an engine");
+    let mut engine = Engine::new(&stage, &[stage.settings]).expect("an engine");
     let start = stage.intent()(0.0);
     assert_eq!(start, stage.grip(stage.path.pose(0.0)));
-    let before = engine.step(&still(start), 1e-3).detail.tool;
-    let after = engine.step(&still(turned(start)), 1e-3).detail.tool;
+    let [before] = stepped(&mut engine, [still(start)]).map(|answer| answer.detail.tool);
+    let [after] = stepped(&mut engine, [still(turned(start))]).map(|answer| answer.detail.tool);
     assert!(before.translation.distance(stage.path.pose(0.0).translation) < 1e-12);
     let moved = before.point(grip_a).distance(after.point(grip_a));
     assert!(moved < 1e-12, "the grip moved by {moved} m");
@@ -142,15 +149,15 @@ fn both_tools_are_held_at_their_grips() {
     write_box(&folder.0.join("other.obj"), BAR[0] - ASSEMBLY, BAR[1] - ASSEMBLY);
     let second = "[second]\nmesh = \"other.obj\"\nposition = [0.3, 0, 0.05]";
     let stage = bar_over_block(&folder, "part", ASSEMBLY, second);
-    let other = stage.of_second().expect("a second tool");
+    let other = stage.of_others().next().expect("a second tool");
     let stages = [&stage, &other];
     for stage in stages {
         assert!(stage.settings.grip_a.distance(stage.probe.mass().center_of_mass) < 1e-12);
     }
-    let mut engine = TwoEngine::new(stages, stages.map(|stage| stage.settings)).expect("an engine");
+    let mut engine = Engine::new(&stage, &stages.map(|stage| stage.settings)).expect("an engine");
     let starts = stages.map(|stage| stage.intent()(0.0));
-    let before = engine.step(&starts.map(still), 1e-3).map(|tool| tool.outcome.detail.tool);
-    let after = engine.step(&starts.map(turned).map(still), 1e-3).map(|tool| tool.outcome.detail.tool);
+    let before = stepped(&mut engine, starts.map(still)).map(|answer| answer.detail.tool);
+    let after = stepped(&mut engine, starts.map(turned).map(still)).map(|answer| answer.detail.tool);
     for k in 0..2 {
         let grip_a = stages[k].settings.grip_a;
         assert!(before[k].translation.distance(stages[k].path.pose(0.0).translation) < 1e-12, "tool {k}");

@@ -1,15 +1,17 @@
 //! `palpus replay`: a recording once more, every wrench compared bit for bit.
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::process::ExitCode;
 
-use palpus_io::{Recording, read_recording};
+use palpus_io::read_recording;
+use serde::Serialize;
 
 use crate::args::{ReplayArguments, file_policy};
-use crate::divergence::{self, Comparison};
-use crate::rerun::one::run_again;
+use crate::divergence::{self, Report};
+use crate::rerun::Rerun;
 use crate::rerun::places::Places;
-use crate::two::other::other_of;
-use crate::{output, replay_view, two};
+use crate::{output, replay_view, tools};
 
 pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
     let recording = read_recording(&arguments.recording)?;
@@ -29,30 +31,30 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
         replay_view::show(&recording, &places, arguments)?;
         return Ok(ExitCode::SUCCESS);
     }
-    if other_of(&recording).is_some() {
-        return replay_both(arguments, &recording, &places);
-    }
-    let mut comparison = Comparison::new(&recording);
-    run_again(&recording, &places, &mut |row, wrench, contacts| comparison.add(row, wrench, contacts))?;
-    let report = comparison.report();
+    let (_, again) = Rerun::new(&recording, &places)?;
+    let which = again.which;
+    let reports = again.compare()?;
     if arguments.json {
-        output::json(&report)?;
+        let others = reports.iter().enumerate().filter(|(k, _)| *k != which);
+        let others = others.map(|(k, report)| (tools::name(k), report)).collect();
+        output::json(&Reports { report: &reports[which], others })?;
     } else {
-        divergence::print(&report);
+        for (k, report) in reports.iter().enumerate() {
+            if reports.len() > 1 {
+                output::line(format!("the {} tool:", tools::name(k)));
+            }
+            divergence::print(report);
+        }
     }
-    Ok(if report.is_identical() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    let identical = reports.iter().all(Report::is_identical);
+    Ok(if identical { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// One of the recordings of two tools: both are run again, and both have to come out as they were.
-fn replay_both(arguments: &ReplayArguments, recording: &Recording, places: &Places<'_>) -> anyhow::Result<ExitCode> {
-    let [report, other] = two::replay::both(recording, places)?;
-    if arguments.json {
-        output::json(&two::replay::Reports { report: &report, other_tool: &other })?;
-    } else {
-        divergence::print(&report);
-        output::line("the other tool:");
-        divergence::print(&other);
-    }
-    let identical = report.is_identical() && other.is_identical();
-    Ok(if identical { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+/// What `--json` says: of the named recording, and of those of the other tools by their names.
+#[derive(Serialize)]
+struct Reports<'a> {
+    #[serde(flatten)]
+    report: &'a Report,
+    #[serde(flatten)]
+    others: BTreeMap<Cow<'static, str>, &'a Report>,
 }

@@ -1,4 +1,5 @@
-//! A recording to look at: in a window with its whole run to go to and fro in, or one tick of it as a picture.
+//! A recording to look at: in a window with its whole run to go to and fro in, or one tick of it as
+//! a picture.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -24,7 +25,7 @@ pub(crate) fn write_tick(
     let settings = again.first().header.scene.render;
     again.keep(wanted as u64);
     again.run(&mut |k, _| if k == wanted { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })?;
-    let moment = again.stop().shown(1.0 / recording.header.rate_hz);
+    let moment = again.shown(1.0 / recording.header.rate_hz);
     picture::write_run(&name(recording), &stage, settings.limits.torque, moment, file, &arguments.picture)
 }
 
@@ -78,7 +79,8 @@ mod here {
     use crate::stage::Stage;
     use crate::view_window;
 
-    /// Of what the ticks of a run have to show: ten minutes with thirty contacts fit, of longer runs every second tick.
+    /// Of what the ticks of a run have to show: ten minutes with thirty contacts fit, of longer
+    /// runs every second tick.
     const MOST_BYTES: usize = 1 << 30;
 
     /// Shows a recording in a window while it is run again behind it.

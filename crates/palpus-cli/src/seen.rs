@@ -1,4 +1,5 @@
-//! A stage as it is seen, in windows, in pictures and on pages: its bodies, and what goes on between them.
+//! A stage as it is seen, in windows, in pictures and on pages: its bodies, and what goes on
+//! between them.
 
 use std::sync::Arc;
 
@@ -9,7 +10,8 @@ use palpus_window::{BodyPart, Look, Moment, Scene, ShownBody, Solid, Theme, Unit
 
 use crate::stage::Stage;
 
-/// The arrows of a picture are as long as they may be for the largest force in it, but not for less than this, N.
+/// The arrows of a picture are as long as they may be for the largest force in it, but not for less
+/// than this, N.
 pub(crate) const LEAST_FORCE_SCALE: f64 = 0.1;
 
 /// The bodies of a stage, made ready once for as many scenes as are wanted.
@@ -17,14 +19,15 @@ pub(crate) struct Seen<'a> {
     stage: &'a Stage,
     probe: Arc<Solid>,
     environment: Arc<Solid>,
-    /// A second tool, if there is one, and the objects, with where they are while nobody says.
+    /// The other tools and the objects, with where they are while nobody says.
     others: Vec<(BodyPart, Arc<Solid>, Pose)>,
 }
 
 impl<'a> Seen<'a> {
     pub(crate) fn of(stage: &'a Stage) -> Self {
         let solid = |body| Arc::new(Solid::of_body(body));
-        let second = stage.second_probe().map(|(body, pose)| (BodyPart::SecondProbe, solid(body), pose));
+        let tools = stage.tools().enumerate().skip(1);
+        let tools = tools.map(|(k, (body, pose))| (BodyPart::OtherProbe(k + 1), solid(body), pose));
         let mut shapes: Vec<(*const Body, Arc<Solid>)> = Vec::new();
         let objects = stage.objects.iter().enumerate().map(|(k, object)| {
             // Objects that are alike are drawn from one shape.
@@ -42,12 +45,12 @@ impl<'a> Seen<'a> {
             };
             (part, shape, object.pose)
         });
-        let others = second.into_iter().chain(objects).collect();
+        let others = tools.chain(objects).collect();
         Self { stage, probe: solid(&stage.probe), environment: solid(&stage.environment), others }
     }
 
-    /// The bodies, with the probe at `probe` (world). If something is seen through, as `look` says, it is the environment: what happens is mostly
-    /// behind it.
+    /// The bodies, with the probe at `probe` (world). If something is seen through, as `look` says,
+    /// it is the environment: what happens is mostly behind it.
     pub(crate) fn scene(&self, probe: Pose, theme: Theme, look: Look) -> Scene {
         let Self { stage, .. } = *self;
         let shown = |part: BodyPart, solid: &Arc<Solid>, pose, look| ShownBody {
@@ -63,7 +66,7 @@ impl<'a> Seen<'a> {
             shown(BodyPart::Environment, &self.environment, stage.environment_pose, look),
         ];
         bodies.extend(self.others.iter().map(|(part, solid, pose)| {
-            // The first tool may be in the second one.
+            // The first tool may be in another one.
             let look = if matches!(part, BodyPart::Object(_)) { opaque } else { look };
             shown(*part, solid, *pose, look)
         }));
@@ -80,7 +83,8 @@ impl<'a> Seen<'a> {
     }
 }
 
-/// N: for which force an arrow of `moment` is as long as arrows may be: the largest that a cluster pushes with, or `hand` where that is larger.
+/// N: for which force an arrow of `moment` is as long as arrows may be: the largest that a cluster
+/// pushes with, or `hand` where that is larger.
 pub(crate) fn force_scale(moment: &Moment, hand: f64) -> f64 {
     let largest = moment.clusters.iter().map(|cluster| cluster.force.length()).fold(0.0, f64::max);
     largest.max(hand).max(LEAST_FORCE_SCALE)

@@ -1,4 +1,4 @@
-//! Two hands in one scene, from the outside.
+//! Several hands in one scene, from the outside.
 
 mod program_run;
 
@@ -19,7 +19,8 @@ fn both_hands_are_felt_summed_up_recorded_and_replayed_bit_for_bit() {
     }
     for file in ["run.csv", "run-second.csv"] {
         let report = json(&palpus(&folder.0, &["replay", file, "--json"]));
-        for tool in [&report, &report["other_tool"]] {
+        let other = if file == "run.csv" { "second" } else { "first" };
+        for tool in [&report, &report[other]] {
             assert_eq!((&tool["ticks"], &tool["identical"]), (&8000.into(), &8000.into()), "{file}: {tool}");
         }
     }
@@ -57,7 +58,7 @@ fn a_fault_of_one_device_is_no_fault_of_the_other() {
     assert_eq!((&summary["faults"], &summary["second"]["faults"]), (&1.into(), &0.into()));
     assert_eq!(summary["second"]["ticks"], 4000);
     let report = json(&palpus(&folder.0, &["replay", "run-second.csv", "--json"]));
-    for tool in [&report, &report["other_tool"]] {
+    for tool in [&report, &report["first"]] {
         assert_eq!(tool["identical"], 4000, "{tool}");
     }
     // A device that is lost leaves its tool where it is.
@@ -68,13 +69,11 @@ fn a_fault_of_one_device_is_no_fault_of_the_other() {
     let summary = document(&output);
     assert_eq!((&summary["ticks"], &summary["second"]["ticks"]), (&2001.into(), &4000.into()));
     let report = json(&palpus(&folder.0, &["replay", "lost-second.csv", "--json"]));
-    assert_eq!((&report["identical"], &report["other_tool"]["identical"]), (&4000.into(), &2001.into()));
+    assert_eq!((&report["identical"], &report["first"]["identical"]), (&4000.into(), &2001.into()));
 }
 
-#[test]
-fn a_scene_file_has_a_second_tool_and_a_picture_shows_it() {
-    let folder = Folder::new("two-hands-file");
-    // Two bricks over a third: the second hand's is to the right of the first one's.
+/// Writes a brick and a floor for it, in mm about their middles.
+fn bricks(folder: &Folder) {
     let brick = |name: &str, half: [f64; 3]| {
         let corner = |k: usize| [0, 1, 2].map(|axis| if k >> axis & 1 == 1 { half[axis] } else { -half[axis] });
         let vertices: String = (0..8).map(corner).map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
@@ -83,6 +82,13 @@ fn a_scene_file_has_a_second_tool_and_a_picture_shows_it() {
     };
     brick("brick.obj", [20.0, 15.0, 10.0]);
     brick("floor.obj", [200.0, 200.0, 10.0]);
+}
+
+#[test]
+fn a_scene_file_has_a_second_tool_and_a_picture_shows_it() {
+    let folder = Folder::new("two-hands-file");
+    // Two bricks over a third: the second hand's is to the right of the first one's.
+    bricks(&folder);
     let scene = |second: &str| {
         let text = format!(
             "unit = \"mm\"\n[probe]\nmesh = \"brick.obj\"\nposition = [-30, 0, 40]\n[environment]\nmesh = \"floor.obj\"\n\
@@ -105,6 +111,107 @@ fn a_scene_file_has_a_second_tool_and_a_picture_shows_it() {
         let output = palpus(&folder.0, &["run", "scene.toml", "--no-record"]);
         let error = text(&output.stderr);
         assert!(!output.status.success() && error.contains(word), "{second}: {error}");
+    }
+}
+
+/// A scene of so many bricks in a row over a floor, each a tool; the second one has a coupling and
+/// a device of its own.
+fn row_of_tools(folder: &Folder, count: usize, more: &str) {
+    bricks(folder);
+    let tool = |k: usize| {
+        let own = ["", "coupling = { stiffness = 400 }\ndevice = { force_limit = 2.0 }\n"][usize::from(k == 1)];
+        format!(
+            "[[tool]]\nmesh = \"brick.obj\"\nposition = [{}, 0, 14]\nhand = {{ seed = {k}, tremor = 0.4 }}\n{own}",
+            39.5 * k as f64
+        )
+    };
+    let tools: String = (0..count).map(tool).collect();
+    let text = format!("unit = \"mm\"\n[environment]\nmesh = \"floor.obj\"\nposition = [0, 0, -10]\n{tools}{more}");
+    folder.file("scene.toml", &text);
+}
+
+#[test]
+fn three_tools_run_and_are_recorded_and_replayed_bit_for_bit() {
+    let folder = Folder::new("three-tools");
+    row_of_tools(&folder, 3, "");
+    let run = ["run", "scene.toml", "--fast", "--duration", "3", "--hand", "firm", "--record", "run.csv", "--json"];
+    let summary = json(&palpus(&folder.0, &[&run[..], &["--screenshot", "three.png"]].concat()));
+    for hand in [&summary, &summary["second"], &summary["third"]] {
+        assert_eq!((&hand["ticks"], &hand["faults"], &hand["allocations"]), (&3000.into(), &0.into(), &0.into()));
+        assert!(hand["force_max_n"].as_f64().expect("a force") > 0.1, "{hand}");
+    }
+    assert!(summary["second"]["force_max_n"].as_f64().expect("a force") <= 2.0, "its own device's limit");
+    let files = ["run.csv", "run-second.csv", "run-third.csv"];
+    assert_eq!(summary["recordings"], serde_json::json!(files));
+    assert!(fs::metadata(folder.0.join("three.png")).is_ok_and(|file| file.len() > 1000));
+    // From any of the three, without the scene's file.
+    fs::remove_file(folder.0.join("scene.toml")).expect("it is there");
+    for (k, file) in files.iter().enumerate() {
+        let report = json(&palpus(&folder.0, &["replay", file, "--json"]));
+        let others = ["first", "second", "third"].into_iter().enumerate().filter(|(other, _)| *other != k);
+        for tool in others.map(|(_, name)| &report[name]).chain([&report]) {
+            assert_eq!((&tool["ticks"], &tool["identical"]), (&3000.into(), &3000.into()), "{file}: {tool}");
+        }
+    }
+    assert_success(&palpus(&folder.0, &["replay", "run-third.csv", "--screenshot", "tick.png", "--at", "2"]));
+    assert_success(&palpus(&folder.0, &["report", "run-second.csv"]));
+    fs::remove_file(folder.0.join("run-third.csv")).expect("it is there");
+    let alone = palpus(&folder.0, &["replay", "run.csv"]);
+    assert!(!alone.status.success() && text(&alone.stderr).contains("run-third.csv"), "{}", text(&alone.stderr));
+}
+
+#[test]
+fn a_lost_device_of_three_leaves_the_others_their_force() {
+    let folder = Folder::new("three-tools-lost");
+    row_of_tools(&folder, 3, "");
+    let run =
+        ["run", "scene.toml", "--fast", "--duration", "3", "--fault", "dropped@2", "--record", "run.csv", "--json"];
+    let output = palpus(&folder.0, &run);
+    assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
+    let summary = document(&output);
+    assert_eq!(
+        (&summary["ticks"], &summary["second"]["ticks"], &summary["third"]["ticks"]),
+        (&2001.into(), &3000.into(), &3000.into())
+    );
+    assert_eq!((&summary["second"]["faults"], &summary["third"]["faults"]), (&0.into(), &0.into()));
+    let report = json(&palpus(&folder.0, &["replay", "run-second.csv", "--json"]));
+    assert_eq!(
+        (&report["identical"], &report["first"]["identical"], &report["third"]["identical"]),
+        (&3000.into(), &2001.into(), &3000.into())
+    );
+}
+
+#[test]
+fn the_doctor_takes_scenes_with_several_tools() {
+    let folder = Folder::new("two-hands-doctor");
+    let output = palpus(&folder.0, &["doctor", "--scene", "two-hands", "--duration", "0.5", "--json"]);
+    assert!(document(&output)["scene"]["ticks"].as_u64().expect("a count") > 0, "{}", text(&output.stderr));
+}
+
+#[test]
+fn mixtures_that_mean_nothing_are_errors() {
+    let folder = Folder::new("three-tools-errors");
+    for (more, word) in [
+        ("[probe]\nmesh = \"brick.obj\"\n", "[probe] and [[tool]]"),
+        ("[second]\nmesh = \"brick.obj\"\n", "[second] and [[tool]]"),
+        ("[hand]\npreset = \"firm\"\n", "[hand] and [[tool]]"),
+        ("[[tool]]\nposition = [0, 0, 0]\n", "[[tool]] has no mesh"),
+        ("[[tool]]\nmesh = \"brick.obj\"\ndevice = { rate = 500 }\n", "rate"),
+        ("[[tool]]\nmesh = \"brick.obj\"\ncoupling = { stifness = 500 }\n", "stiffness"),
+    ] {
+        row_of_tools(&folder, 2, more);
+        let output = palpus(&folder.0, &["run", "scene.toml", "--no-record"]);
+        let error = text(&output.stderr);
+        assert!(!output.status.success() && error.contains(word), "{more}: {error}");
+    }
+    row_of_tools(&folder, 2, "");
+    for (arguments, word) in [
+        (&["--hand", "firm", "--hand", "tight", "--hand", "normal"][..], "only 2 tools"),
+        (&["--hand", "firm", "--hand", "tight", "--second-hand", "tight"], "--second-hand"),
+    ] {
+        let output = palpus(&folder.0, &[&["run", "scene.toml", "--no-record"], arguments].concat());
+        let error = text(&output.stderr);
+        assert!(!output.status.success() && error.contains(word), "{arguments:?}: {error}");
     }
 }
 

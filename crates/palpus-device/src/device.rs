@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist, Wrench};
 
 use crate::safety::DEVICE_BUTTONS;
@@ -147,6 +147,15 @@ pub struct DeviceState {
 }
 
 impl DeviceState {
+    /// Of a device that has not had a state yet: its place is not a number.
+    pub(crate) const UNKNOWN: Self = Self {
+        pose: Pose { rotation: DQuat::IDENTITY, translation: DVec3::NAN },
+        twist: Twist { angular: DVec3::ZERO, linear: DVec3::ZERO },
+        buttons: 0,
+        time: 0.0,
+        withheld: false,
+    };
+
     /// Returns the state with the program's `keys` beside the device's own buttons.
     pub(crate) fn with_keys(self, keys: u32) -> Self {
         Self { buttons: self.buttons & DEVICE_BUTTONS | keys, ..self }

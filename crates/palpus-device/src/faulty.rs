@@ -115,41 +115,17 @@ impl Script {
         &self,
         mut step: impl FnMut(&DeviceState, f64) -> StepOutcome<T>,
     ) -> impl FnMut(&DeviceState, f64) -> StepOutcome<T> {
-        let script = self.clone();
-        let (mut slow, mut long) = (0, Duration::ZERO);
-        let mut gain = 1.0;
+        let mut faults = self.in_step();
         move |state, dt| {
             let mut outcome = step(state, dt);
-            for fault in script.now() {
-                match fault {
-                    Fault::SlowSteps(ticks, duration) => (slow, long) = (ticks, duration),
-                    Fault::Settings(by) => {
-                        gain *= by;
-                        outcome.changed = true;
-                    }
-                    Fault::Suspended(duration) => {
-                        if let Some(time) = &script.time {
-                            time.suspend(duration);
-                        }
-                    }
-                    Fault::LateStep(duration) => script.wait(duration),
-                    Fault::NonFiniteWrench => outcome.wrench.force.y = f64::NAN,
-                    Fault::Wrench(force, torque) => {
-                        let along = DVec3::new(0.6, -0.64, 0.48);
-                        outcome.wrench = Wrench { force: along * force, torque: -along * torque };
-                    }
-                    Fault::Panic => std::panic::resume_unwind(Box::new("a panic on purpose")),
-                    _ => {}
-                }
-            }
-            if slow > 0 {
-                slow -= 1;
-                script.wait(long);
-            }
-            let Wrench { torque, force } = outcome.wrench;
-            outcome.wrench = Wrench { torque: torque * gain, force: force * gain };
+            faults.act(&mut outcome);
             outcome
         }
+    }
+
+    /// The faults that happen in a step.
+    pub fn in_step(&self) -> StepFaults {
+        StepFaults { script: self.clone(), slow: 0, long: Duration::ZERO, gain: 1.0 }
     }
 
     /// Faults of the tick that was read last.
@@ -163,6 +139,50 @@ impl Script {
             Some(time) => time.pass(duration),
             None => std::thread::sleep(duration),
         }
+    }
+}
+
+/// Faults of a [`Script`] that happen in a step and to its outcome.
+pub struct StepFaults {
+    script: Script,
+    /// Steps that are still to be slow, and how slow.
+    slow: u32,
+    long: Duration,
+    gain: f64,
+}
+
+impl StepFaults {
+    /// What the script has for this tick happens to the `outcome` of its step.
+    pub fn act<T>(&mut self, outcome: &mut StepOutcome<T>) {
+        let Self { script, slow, long, gain } = self;
+        for fault in script.now() {
+            match fault {
+                Fault::SlowSteps(ticks, duration) => (*slow, *long) = (ticks, duration),
+                Fault::Settings(by) => {
+                    *gain *= by;
+                    outcome.changed = true;
+                }
+                Fault::Suspended(duration) => {
+                    if let Some(time) = &script.time {
+                        time.suspend(duration);
+                    }
+                }
+                Fault::LateStep(duration) => script.wait(duration),
+                Fault::NonFiniteWrench => outcome.wrench.force.y = f64::NAN,
+                Fault::Wrench(force, torque) => {
+                    let along = DVec3::new(0.6, -0.64, 0.48);
+                    outcome.wrench = Wrench { force: along * force, torque: -along * torque };
+                }
+                Fault::Panic => std::panic::resume_unwind(Box::new("a panic on purpose")),
+                _ => {}
+            }
+        }
+        if *slow > 0 {
+            *slow -= 1;
+            script.wait(*long);
+        }
+        let Wrench { torque, force } = outcome.wrench;
+        outcome.wrench = Wrench { torque: torque * *gain, force: force * *gain };
     }
 }
 

@@ -1,19 +1,24 @@
 //! Hands and clocks: devices, the simulated hand, the servo loop.
 //!
-//! * [`HapticDevice`] — the seam to hardware: read a state, write a wrench. [`SimulatedDevice`] (a device in a simulated
-//!   hand) and [`ReplayDevice`] (a recorded hand) stand behind it as peers of hardware.
-//! * [`BridgeDevice`] — a process of one's own is a device, by the protocol in [`bridge_frames`]; [`conformance`] tests such a process.
-//! * [`HaplyDevice`] — Haply's arms through their service; [`SpaceMouse`] — input without force; [`PlacedDevice`] sets a device down
-//!   where a scene begins. [`look`] tells what is there, and of the rest what it would take.
-//! * [`Servo`] — the loop: read, step, write, once a tick, in real time or as fast as it goes; whatever ends it, the
-//!   last wrench written is zero.
-//! * [`SafetyChain`] — what stands between a computed wrench and the hand, in every tick; with the [`Gate`] before the step and the
-//!   [`Watch`] beside the loop. [`FaultyDevice`] is how all that is tried.
+//! * [`HapticDevice`] — the seam to hardware: read a state, write a wrench. [`SimulatedDevice`] (a
+//!   device in a simulated hand) and [`ReplayDevice`] (a recorded hand) stand behind it as peers of
+//!   hardware.
+//! * [`BridgeDevice`] — a process of one's own is a device, by the protocol in [`bridge_frames`];
+//!   [`conformance`] tests such a process.
+//! * [`HaplyDevice`] — Haply's arms through their service; [`SpaceMouse`] — input without force;
+//!   [`PlacedDevice`] sets a device down where a scene begins. [`look`] tells what is there, and of
+//!   the rest what it would take.
+//! * [`Servo`] — the loop: read, step, write, once a tick, in real time or as fast as it goes;
+//!   whatever ends it, the last wrench written is zero.
+//! * [`SafetyChain`] — what stands between a computed wrench and the hand, in every tick; with the
+//!   [`Gate`] before the step and the [`Watch`] beside the loop. [`FaultyDevice`] is how all that
+//!   is tried.
 //! * [`self_test`] — of a device, before anybody is given a force by it.
-//! * [`claim`] — what an operating system has for a loop that must not be late: priority, locked memory, a core of its own, which
-//!   [`leave_core`] has others leave.
+//! * [`claim`] — what an operating system has for a loop that must not be late: priority, locked
+//!   memory, a core of its own, which [`leave_core`] has others leave.
 //! * [`latest`] — whatever is slower than the loop (a window, a live line) sees the newest value.
-//! * [`record`] — rows leave the servo thread through a bounded queue; a full queue drops and counts, it never waits.
+//! * [`record`] — rows leave the servo thread through a bounded queue; a full queue drops and
+//!   counts, it never waits.
 //!
 //! The loop is generic over what computes the wrench, so nothing here knows geometry.
 
@@ -39,7 +44,7 @@ pub use bridge::{BridgeAddress, BridgeCounts, BridgeDevice, BridgeError, BridgeO
 pub use device::{
     Axes, Brake, BrakeFlag, DeviceError, DeviceSpec, DeviceState, HapticDevice, OwnWatchdog, known_devices,
 };
-pub use faulty::{Fault, FaultyDevice, Script};
+pub use faulty::{Fault, FaultyDevice, Script, StepFaults};
 pub use found::{Finding, FindingState, known_device, look};
 pub use haply::message as haply_messages;
 pub use haply::{HAPLY_ADDRESS, HaplyCounts, HaplyDevice, HaplyError, HaplyOptions};
@@ -55,8 +60,8 @@ pub use safety::{
 };
 pub use self_test::{SelfTest, SelfTestError, self_test};
 pub use servo::{
-    BothObserver, Energy, LATE, LoopTime, Percentiles, Reins, RunEnd, RunStatistics, Servo, ServoError, ServoOptions,
-    ServoTick, StepOutcome, TickObserver, Timing, ToolOutcome, VirtualTime, WallTime,
+    Energy, LATE, LoopTime, Percentiles, Reins, RunEnd, RunStatistics, Servo, ServoError, ServoOptions, ServoTick,
+    StepOutcome, TickObserver, Timing, VirtualTime, WallTime,
 };
 pub use simulated::{
     Apparatus, Encoder, Guide, Guided, HAND_PRESETS, HandImpedance, Intent, Jitter, SimulatedDevice, SimulationError,

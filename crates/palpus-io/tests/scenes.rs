@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 use palpus::algebra::Twist;
-use palpus::render::{Clustering, Material, Settings};
-use palpus_io::scene::{CouplingMode, HandPreset, ObjectMotion, parse_scene};
+use palpus::render::{Clustering, Limits, Material, Saturation, Settings};
+use palpus_io::scene::{CouplingMode, HandPreset, ObjectMotion, SceneCoupling, parse_scene};
 use palpus_io::{FilePolicy, SceneFile, read_scene};
 use proptest::prelude::*;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -85,8 +85,8 @@ fn every_documented_key_is_read() {
         (scene.render.limits, scene.render.split_angle),
         (Settings::default().limits, Settings::default().split_angle)
     );
-    let second = scene.second.unwrap();
-    assert_eq!((second.body.mesh, second.hand.preset), (PathBuf::from("set/lid.obj"), HandPreset::Firm));
+    let [second] = &scene.others[..] else { panic!("one tool beside the probe") };
+    assert_eq!((second.body.mesh.clone(), second.hand.preset), (PathBuf::from("set/lid.obj"), HandPreset::Firm));
     assert_eq!((second.body.pose.translation, second.grip), (DVec3::Z * 0.05, None));
     assert_eq!((scene.objects.len(), scene.gravity.z), (2, -9.81));
     let motions = [ObjectMotion::FreeOfDensity(7800.0), scene.objects[1].motion];
@@ -131,6 +131,85 @@ fn objects_are_free_driven_or_fixed() {
         let error = parse(&(EXPERIENCE.to_owned() + wrong)).unwrap_err();
         assert!(error.contains(said) && error.contains("line "), "{wrong}: {error}");
     }
+}
+
+/// Three tools: the first says nothing of itself, the second all that it can, the third where it is.
+const TOOLS: &str = r#"unit = "mm"
+[coupling]
+stiffness = 700
+skin = 0.2
+[device]
+force_limit = 6
+rate = 500
+[environment]
+mesh = "cup.obj"
+[contact]
+stiffness = 900
+[[tool]]
+mesh = "spoon.obj"
+[[tool]]
+mesh = "lid.obj"
+unit = "cm"
+position = [0, 0, 50]
+grip = [1, 0, 0]
+hand = { preset = "firm", seed = 7, path = "lid.csv" }
+coupling = { mode = "direct", stiffness = 300 }
+device = { torque_limit = 0.1, saturation = "joint" }
+[[tool]]
+mesh = "spoon.obj"
+position = [0, 0, 90]
+"#;
+
+#[test]
+fn tools_have_their_own_hand_coupling_and_device() {
+    let scene = parse(TOOLS).unwrap();
+    let of_scene = SceneCoupling {
+        stiffness: Some(700.0),
+        skin: Some(2e-4),
+        contact_stiffness: Some(900.0),
+        ..SceneCoupling::default()
+    };
+    assert_eq!((scene.coupling, scene.rate_hz), (of_scene, 500.0));
+    assert_eq!((scene.render.limits.force, scene.render.grip_a), (6.0, DVec3::ZERO));
+    let [second, third] = &scene.others[..] else { panic!("three tools") };
+    assert_eq!((second.body.metres_per_unit, second.body.pose.translation.z), (0.01, 0.05));
+    assert_eq!((second.grip, second.hand.preset, second.hand.seed), (Some(DVec3::X * 1e-3), HandPreset::Firm, 7));
+    assert_eq!(second.hand.path.as_deref(), Some(Path::new("set/lid.csv")));
+    let own = SceneCoupling { mode: CouplingMode::Direct, stiffness: Some(300.0), ..of_scene };
+    assert_eq!((second.coupling, second.limits), (own, Limits { force: 6.0, torque: 0.1 }));
+    assert_eq!((second.saturation, third.saturation), (Saturation::Joint, scene.render.saturation));
+    assert_eq!((third.coupling, third.limits.force, &third.hand), (of_scene, 6.0, &scene.hand));
+    assert!(scene.gaps.places && scene.gaps.grip);
+}
+
+#[test]
+fn tools_are_a_probe_and_a_second_one_in_other_words() {
+    let around = "unit = \"mm\"\n[environment]\nmesh = \"cup.obj\"\n";
+    let probe = "mesh = \"spoon.obj\"\nposition = [0, 0, 9]\n";
+    let second = "mesh = \"lid.obj\"\ngrip = [1, 2, 3]\n";
+    let old = format!(
+        "{around}[probe]\n{probe}[hand]\npreset = \"firm\"\n[second]\n{second}[second.hand]\npreset = \"tight\"\n"
+    );
+    let new = format!(
+        "{around}[[tool]]\n{probe}hand = {{ preset = \"firm\" }}\n[[tool]]\n{second}hand = {{ preset = \"tight\" }}\n"
+    );
+    let [old, new] = [old, new].map(|text| SceneFile { text: String::new(), ..parse(&text).unwrap() });
+    assert_eq!(old, new);
+    for (wrong, said) in [
+        ("[probe]\nmesh = \"a.obj\"\n", "[probe] and [[tool]] are two ways to write the same"),
+        ("[second]\nmesh = \"a.obj\"\n", "[second] and [[tool]] are two ways to write the same"),
+        ("[hand]\nseed = 1\n", "write hand = { … } in each [[tool]]"),
+        ("[[tool]]\ngrip = [0, 0, 0]\n", "[[tool]] has no mesh"),
+        ("[[tool]]\nmesh = \"a.obj\"\ndevice = { rate = 500 }\n", "no key \"rate\""),
+        ("[[tool]]\nmesh = \"a.obj\"\ntremor = 1\n", "did you mean"),
+    ] {
+        let error = parse(&(TOOLS.to_owned() + wrong)).unwrap_err();
+        assert!(error.contains(said) && error.contains("line "), "{wrong}: {error}");
+    }
+    let crowd = "[[tool]]\nmesh = \"a.obj\"\n".repeat(14);
+    assert!(parse(&(TOOLS.to_owned() + &crowd)).unwrap_err().contains("may have 16 tools"));
+    let none = parse(&format!("tool = []\n{around}")).unwrap_err();
+    assert!(none.contains("[probe] has no mesh"), "{none}");
 }
 
 #[test]
@@ -188,7 +267,7 @@ fn errors_say_what_where_and_what_to_do() {
         (
             change("[coupling]", "[cuopling]"),
             "line 12, column 2: a scene has no key \"cuopling\"; did you mean \"coupling\"? (it may have unit, probe, \
-          second, environment, object, gravity, contact, coupling, device, hand)",
+          second, tool, environment, object, gravity, contact, coupling, device, hand)",
         ),
         (
             change("dynamic = 0.3", "kinetic = 0.3"),

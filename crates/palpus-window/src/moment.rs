@@ -3,6 +3,8 @@
 //! All lists are as long as they will ever get when the moment is made, so that [`Moment::fill`]
 //! may stand in the servo thread; of more, the first are kept.
 
+use std::ops::Range;
+
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};
 use palpus::render::Tick;
@@ -47,8 +49,8 @@ pub struct Moment {
     pub device: Pose,
     /// Where the contacts were looked for: the proxy's pose with a coupling, else the device's.
     pub tool: Pose,
-    /// Where the bodies are that are neither the tool nor the environment: a second tool, if there
-    /// is one, then the objects.
+    /// Where the bodies are that are neither the tool nor the environment: other tools, then the
+    /// objects.
     pub others: Vec<Pose>,
     /// The grip on the proxy.
     pub grip: DVec3,
@@ -94,7 +96,7 @@ impl Moment {
         self.contacts.clear();
         self.clusters.clear();
         self.anchors.clear();
-        self.show(tick, tick.contacts.len());
+        self.show(tick, &(0..0));
     }
 
     /// Takes in where the other bodies are. Obtains no memory.
@@ -102,29 +104,33 @@ impl Moment {
         append(&mut self.others, poses, |pose| pose);
     }
 
-    /// Takes in the same tick of a second tool: where that is, and what it touches beside the
-    /// first. Obtains no memory.
-    pub fn join(&mut self, tick: &Tick) {
+    /// Takes in the same tick of another tool: where that is, and what it touches. Of its contacts
+    /// with tools, the first `known` are those with tools that were taken in before. Obtains no
+    /// memory.
+    pub fn join(&mut self, tick: &Tick, known: usize) {
         self.place_others(std::iter::once(tick.tool_ba));
         let own = tick.contacts.len() - tick.contacts_between as usize;
-        self.contact_count += own;
-        self.show(tick, own);
+        let known = own..own + known.min(tick.contacts_between as usize);
+        self.contact_count += tick.contacts.len() - known.len();
+        self.show(tick, &known);
     }
 
-    /// Appends what the first `own` contacts of the tick do.
-    fn show(&mut self, tick: &Tick, own: usize) {
-        append(&mut self.contacts, tick.contacts[..own].iter(), |contact| ShownContact {
+    /// Appends what the contacts of the tick do, but for those that are `known`.
+    fn show(&mut self, tick: &Tick, known: &Range<usize>) {
+        let contacts = tick.contacts.iter().enumerate().filter(|(k, _)| !known.contains(k));
+        append(&mut self.contacts, contacts, |(_, contact)| ShownContact {
             point: contact.midpoint(),
             separation: contact.separation,
         });
         let forces = &tick.forces;
-        let clusters = forces.clusters.iter().filter(|cluster| (cluster.deepest as usize) < own);
+        let clusters = forces.clusters.iter().filter(|cluster| !known.contains(&(cluster.deepest as usize)));
         append(&mut self.clusters, clusters.zip(&forces.normal_forces), |(cluster, size)| ShownCluster {
             point: cluster.midpoint,
             force: *size * cluster.normal,
             separation: cluster.separation,
         });
-        let grips = forces.grips.iter().zip(&forces.members).filter(|(_, member)| (**member as usize) < own);
+        let grips =
+            forces.grips.iter().zip(&forces.members).filter(|(_, member)| !known.contains(&(**member as usize)));
         append(&mut self.anchors, grips, |(grip, _)| {
             // The force is −stiffness times the way from the anchor to the point that it holds.
             let strain = if grip.stiffness > 0.0 { grip.force / grip.stiffness } else { DVec3::ZERO };

@@ -39,8 +39,8 @@ pub struct ShownBody {
 /// Everything in one picture.
 #[derive(Clone, Debug)]
 pub struct Scene {
-    /// The bodies; of a scene that is felt the probe, the environment, the second probe, if there
-    /// is one, and the objects.
+    /// The bodies; of a scene that is felt the probe, the environment, the other probes and the
+    /// objects.
     pub bodies: Vec<ShownBody>,
     /// Contacts and forces, if any.
     pub moment: Option<Moment>,
@@ -91,8 +91,8 @@ pub enum BodyPart {
     Probe,
     /// What is touched, and what of it is seen by itself.
     Environment,
-    /// What another hand holds.
-    SecondProbe,
+    /// What another hand holds, by its number from 2 on.
+    OtherProbe(usize),
     /// A body that nobody holds, by its number from 1 on, and that moves.
     Object(usize),
     /// The same, and it never moves.
@@ -105,7 +105,7 @@ impl BodyPart {
         match self {
             Self::Probe => "probe".to_owned(),
             Self::Environment => "environment".to_owned(),
-            Self::SecondProbe => "second probe".to_owned(),
+            Self::OtherProbe(k) => format!("probe {k}"),
             Self::Object(k) | Self::FixedObject(k) => format!("object {k}"),
         }
     }
@@ -114,7 +114,7 @@ impl BodyPart {
     pub fn colour(self, theme: Theme) -> Rgb {
         let colours = theme.colours();
         match self {
-            Self::Probe | Self::SecondProbe => colours.probe,
+            Self::Probe | Self::OtherProbe(_) => colours.probe,
             Self::Environment | Self::FixedObject(_) => colours.environment,
             Self::Object(_) => colours.object,
         }

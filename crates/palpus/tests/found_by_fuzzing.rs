@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{Clock, NoClock, Pose, Wrench};
 use palpus::body::{Body, Feature, FeaturePair, convex_hull};
 use palpus::collision::{Proximity, march};
-use palpus::render::{Duo, Limits, ProbeState, Renderer, Saturation, Settings, saturate};
+use palpus::render::{Limits, Object, ProbeState, Renderer, Saturation, Settings, World, saturate};
 
 /// A clock that has been running for long.
 struct Late(Cell<u64>);
@@ -35,10 +35,13 @@ fn an_allowance_without_end_is_no_hurry() {
     alone.allow(Some(u64::MAX));
     let tick = alone.step(&probe, 1e-3, &clock);
     assert!(!tick.is_late() && tick.commanded.force.z > 0.0, "{:?}", tick.commanded);
-    let mut both = Duo::new([cube(), cube()], cube(), [settings; 2]).expect("valid settings");
-    both.allow(Some(u64::MAX));
-    let ticks = both.step(&[probe, ProbeState::at(Pose::from_translation(DVec3::X))], 1e-3, &clock);
-    assert!(!ticks[0].is_late() && ticks[0].commanded.force.z > 0.0, "{:?}", ticks[0].commanded);
+    let mut world = World::new(settings).expect("valid settings");
+    world.add(Object::fixed(cube(), Pose::IDENTITY)).expect("valid settings");
+    let [tool, _] = [0, 1].map(|_| world.add_tool(cube(), settings).expect("valid settings"));
+    world.allow(Some(u64::MAX));
+    world.step(&[probe, ProbeState::at(Pose::from_translation(DVec3::X))], 1e-3, &clock);
+    let tick = world.tick(tool);
+    assert!(!tick.is_late() && tick.commanded.force.z > 0.0, "{:?}", tick.commanded);
 }
 
 /// Made as long as a limit with few digits, a force was longer than it by one of them.

@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose, Twist};
 use palpus::body::{Body, BodySettings, Mesh, PolygonSoup};
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Clustering, Duo, ProbeState, Renderer, Settings, VirtualCoupling};
+use palpus::render::{Clustering, Object, ProbeState, Renderer, Settings, VirtualCoupling, World};
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 
 #[global_allocator]
@@ -101,16 +101,20 @@ fn a_step_of_two_tools_does_not_allocate() {
     let (settings, [probe, environment]) = (every_force_stage(), tori());
     let coupling = VirtualCoupling::tuned(&settings.limits, 1e-3, 1e-3);
     let coupled = Settings { coupling: Some(coupling), stiffness: 5000.0, ..settings };
-    let probes = [probe.clone(), probe];
-    let mut duos = [[settings; 2], [coupled; 2], [coupled, settings]]
-        .map(|settings| Duo::new(probes.clone(), environment.clone(), settings).expect("the settings are valid"));
+    let mut worlds = [[settings; 2], [coupled; 2], [coupled, settings]].map(|both| {
+        let mut world = World::new(both[0]).expect("the settings are valid");
+        world.add(Object::fixed(environment.clone(), Pose::IDENTITY)).expect("the settings are valid");
+        let tools = both.map(|settings| world.add_tool(probe.clone(), settings).expect("the settings are valid"));
+        (world, tools)
+    });
     let before = allocations_of_this_thread();
     let (mut touching, mut most) = (0, 0);
     for k in 0..400 {
         let second = path(k + 150);
         let aside = Pose { translation: second.pose_ba.translation + DVec3::Y * 0.03, ..second.pose_ba };
-        for duo in &mut duos {
-            let ticks = duo.step(&[path(k), ProbeState { pose_ba: aside, ..second }], 1e-3, &NoClock);
+        for (world, tools) in &mut worlds {
+            world.step(&[path(k), ProbeState { pose_ba: aside, ..second }], 1e-3, &NoClock);
+            let ticks = tools.map(|tool| world.tick(tool));
             assert!(ticks.iter().all(|tick| tick.commanded.is_finite()));
             touching += u32::from(ticks[0].contacts_between > 0);
             most = most.max(ticks[1].contacts.len());

@@ -25,11 +25,12 @@ pub(crate) struct RunArguments {
     /// `haply:ws://HOST:PORT`), `spacemouse` (or `spacemouse:/dev/hidrawN`), `force-dimension` or `openhaptics` (or with
     /// `:LIBRARY`, the maker's library or a stand-in for it). Of several, one by `haply#ARM`, `force-dimension#2` or `openhaptics#NAME`;
     /// a program of your own by `bridge:/path/to.sock` or `bridge:udp:127.0.0.1:PORT` (docs/bridge.md); see `palpus devices`.
-    #[arg(long, default_value = "sim", value_name = "DEVICE")]
-    pub(crate) device: String,
-    /// The simulated hand: relaxed, normal, firm, tight or none [default: the scene's, or normal].
+    /// Where a scene has several tools, once for each, in their order [default: sim].
+    #[arg(long, value_name = "DEVICE")]
+    pub(crate) device: Vec<String>,
+    /// The simulated hand: relaxed, normal, firm, tight or none [default: the scene's, or normal]. Once for each tool, as --device.
     #[arg(long, value_name = "PRESET")]
-    pub(crate) hand: Option<String>,
+    pub(crate) hand: Vec<String>,
     /// A file that the simulated hand follows: poses (CSV, half a second apart) or a recorded hand at its own pace (CSV with a
     /// time, or TUM's `timestamp tx ty tz qx qy qz qw`), which begins where the scene does.
     #[arg(long, value_name = "FILE")]
@@ -40,10 +41,10 @@ pub(crate) struct RunArguments {
     /// So many times as fast.
     #[arg(long, value_name = "FACTOR", default_value_t = 1.0, requires = "hand_path", value_parser = factor)]
     pub(crate) hand_speed: f64,
-    /// The device of the second hand, where the scene has a second tool [default: sim].
+    /// The device of the second hand, where the scene has a second tool: the same as a second --device.
     #[arg(long, value_name = "DEVICE")]
     pub(crate) second_device: Option<String>,
-    /// The second simulated hand, as --hand.
+    /// The second simulated hand: the same as a second --hand.
     #[arg(long, value_name = "PRESET")]
     pub(crate) second_hand: Option<String>,
     /// How the hand meets the contacts: through a virtual coupling, or directly as in the paper [default: the scene's, or

@@ -2,18 +2,21 @@
 
 use std::sync::atomic::AtomicBool;
 
+use palpus::render::Settings;
 use palpus_device::{
-    DeviceState, RealTimeOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings, claim,
+    DeviceState, HapticDevice, RealTimeOptions, Servo, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings,
+    claim,
 };
 use palpus_io::scene::FilePolicy;
 use serde::Serialize;
 
 use super::RATE_HZ;
-use crate::engine::{Detail, Engine};
+use crate::engine::{Answer, Detail, Engine};
 use crate::run::joined;
 use crate::stage::{self, Stage};
 
-/// Of a period: what step and lateness may take together. The rest is the device's reads and writes.
+/// Of a period: what step and lateness may take together. The rest is the device's reads and
+/// writes.
 pub(super) const PERIOD_SHARE: f64 = 0.8;
 
 /// What the steps of a scene took, µs.
@@ -25,11 +28,13 @@ pub(super) struct SceneTimes {
     pub(super) p99_us: f64,
     pub(super) p999_us: f64,
     pub(super) max_us: f64,
-    /// Of all ticks, those whose work was bounded, so that some contacts were carried from the tick before.
+    /// Of all ticks, those whose work was bounded, so that some contacts were carried from the tick
+    /// before.
     pub(super) bounded_share: f64,
     /// Of all ticks, those that wrote their wrench more than a period after they were due.
     pub(super) overrun_share: f64,
-    /// The fastest usual rate that is held ([`super::rates`]); `None`: not even 500 Hz, or not looked at yet.
+    /// The fastest usual rate that is held ([`super::rates`]); `None`: not even 500 Hz, or not
+    /// looked at yet.
     pub(super) achievable_hz: Option<f64>,
 }
 
@@ -45,30 +50,34 @@ impl SceneTimes {
 
 /// The scene, ready to run; takes a while the first time.
 pub(super) fn prepare(name: &str) -> anyhow::Result<Stage> {
-    let stage = stage::prepare(name, FilePolicy::Inside)?;
-    stage.needs_one_device(name, "the doctor")?;
-    Ok(stage)
+    stage::prepare(name, FilePolicy::Inside)
 }
 
 /// Runs the scene's loop in real time for `duration` seconds on a thread of its own.
 pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Result<SceneTimes> {
-    let settings = SimulationSettings { rate_hz: RATE_HZ, hand: stage.hand(None)?, ..SimulationSettings::default() };
-    let mut device = SimulatedDevice::new(settings, stage.intent())?;
-    let mut engine = Engine::new(stage, stage.settings_for(&SimulationSettings::default().spec, RATE_HZ))?;
-    engine.pace(RATE_HZ);
     let options = ServoOptions { rate_hz: RATE_HZ, duration: Some(duration), ..ServoOptions::default() };
+    let (mut devices, mut settings) = (vec![simulated(stage)?], vec![usual(stage)]);
     let mut servo = Servo::new(options)?;
+    for stage in stage.of_others() {
+        devices.push(simulated(&stage)?);
+        settings.push(usual(&stage));
+        servo = servo.with_device(options.safety)?;
+    }
+    let mut engine = Engine::new(stage, &settings)?;
+    engine.pace(RATE_HZ);
     let mut bounded = 0;
     let statistics = std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().name("servo".to_owned()).spawn_scoped(scope, || {
             let _ = claim(&RealTimeOptions::default());
-            let step = |state: &DeviceState, dt| engine.step(state, dt);
-            let mut observe = |_: &ServoTick, detail: &Detail| {
-                bounded += u64::from(detail.tick.counters.query.traversal.postponed > 0);
+            let step = |states: &[DeviceState], dt: f64, answers: &mut [Answer]| engine.step(states, dt, answers);
+            let mut observe = |tick: &ServoTick, detail: &Detail| {
+                bounded += u64::from(tick.device == 0 && detail.tick.counters.query.traversal.postponed > 0);
             };
-            servo.run(&mut device, step, &mut observe, &AtomicBool::new(false))
+            let mut devices: Vec<&mut (dyn HapticDevice + Send)> =
+                devices.iter_mut().map(|device| &mut **device).collect();
+            servo.run_all(&mut devices, step, &mut observe, &AtomicBool::new(false))
         })?;
-        joined(thread.join())
+        anyhow::Ok(joined(thread.join())??.swap_remove(0))
     })?;
     let step = &statistics.step_us;
     Ok(SceneTimes {
@@ -82,4 +91,15 @@ pub(super) fn measure(name: &str, stage: &Stage, duration: f64) -> anyhow::Resul
         overrun_share: statistics.overruns as f64 / statistics.ticks.max(1) as f64,
         achievable_hz: None,
     })
+}
+
+/// The device of a tool, in the hand that the scene asks for.
+fn simulated(stage: &Stage) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
+    let settings = SimulationSettings { rate_hz: RATE_HZ, hand: stage.hand(None)?, ..SimulationSettings::default() };
+    Ok(Box::new(SimulatedDevice::new(settings, stage.intent())?))
+}
+
+/// The settings of a tool on that device.
+fn usual(stage: &Stage) -> Settings {
+    stage.settings_for(&SimulationSettings::default().spec, RATE_HZ)
 }

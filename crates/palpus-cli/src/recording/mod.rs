@@ -1,13 +1,16 @@
 //! The recording that a run leaves: rows and changes of settings from the servo thread to a file.
 //!
-//! 1. The servo thread hands over every tick ([`Rows::row`]) and, between two ticks, every change of the engine's settings
-//!    ([`Rows::change`]), through one bounded queue that keeps their order. It never waits.
-//! 2. A thread of its own writes them ([`palpus_device::record`]), piece by piece ([`pen`]): a program that is
-//!    killed leaves a whole file, without its last second at most. When writing fails, a line says so at once, and the run goes on.
+//! 1. The servo thread hands over every tick ([`Rows::row`]) and, between two ticks, every change
+//!    of the engine's settings ([`Rows::change`]), through one bounded queue that keeps their
+//!    order. It never waits.
+//! 2. A thread of its own writes them ([`palpus_device::record`]), piece by piece ([`pen`]): a
+//!    program that is killed leaves a whole file, without its last second at most. When writing
+//!    fails, a line says so at once, and the run goes on.
 //! 3. [`Writing::finish`] writes the rest and says what was left out.
 //!
-//! A row that finds the queue full is dropped and counted. A change is held and offered again before the next row: it
-//! says itself from which tick on it holds, so that it may come late but must not be missing.
+//! A row that finds the queue full is dropped and counted. A change is held and offered again
+//! before the next row: it says itself from which tick on it holds, so that it may come late but
+//! must not be missing.
 
 mod pen;
 
@@ -24,8 +27,7 @@ use palpus_io::record::{RawState, ServoRecord};
 use palpus_io::{RecordRow, RecordingHeader};
 
 use crate::engine::Detail;
-use crate::two::NAMES;
-use crate::{files, output, when};
+use crate::{files, output, tools, when};
 pub(crate) use pen::first_part;
 use pen::{Pen, Told};
 
@@ -54,8 +56,8 @@ impl Rows {
         self.queue.push(Entry::Row(row(tick, detail)));
     }
 
-    /// Records that the ticks from number `tick` on are stepped with these settings; to be called before that tick's
-    /// row. Never waits or allocates.
+    /// Records that the ticks from number `tick` on are stepped with these settings; to be called
+    /// before that tick's row. Never waits or allocates.
     pub(crate) fn change(&mut self, tick: u64, settings: &Settings) {
         self.waiting = Some((tick, *settings));
         self.offer();
@@ -127,21 +129,22 @@ pub(crate) struct Keep {
     pub(crate) limit: Option<u64>,
 }
 
-/// Returns a free name for a recording that was to be called `file`, and says so if it is another one.
-pub(crate) fn free(file: &Path) -> PathBuf {
-    told(file, files::free(file))
+/// Returns free names for the recordings of so many tools, of which the first was to be called
+/// `file`.
+pub(crate) fn free(file: &Path, tools: usize) -> Vec<PathBuf> {
+    let all = |path: &Path| tools::recordings(path.to_owned(), tools);
+    all(&files::first_free(file, |path| all(path).iter().all(|path| !path.exists())))
 }
 
-/// The same for the recordings of two devices; the second one's is beside the first.
-pub(crate) fn free_pair(file: &Path) -> [PathBuf; 2] {
-    let [first, second] = files::free_pair(file, NAMES[1]);
-    [told(file, first), second]
-}
-
-fn told(wanted: &Path, free: PathBuf) -> PathBuf {
-    if free != wanted {
-        let (wanted, free) = (wanted.display(), free.display());
-        output::note(format!("{wanted} is there already; recording to {free}"));
+/// Returns the names of the recordings of a run: those that were asked for, or free ones, which is
+/// said.
+pub(crate) fn of_run(file: &Path, tools: usize, keep: &Keep) -> Vec<PathBuf> {
+    if keep.overwrite {
+        return tools::recordings(file.to_owned(), tools);
+    }
+    let free = free(file, tools);
+    if free[0] != file {
+        output::note(format!("{} is there already; recording to {}", file.display(), free[0].display()));
     }
     free
 }
@@ -190,8 +193,9 @@ impl Writing {
         self.told.trouble()
     }
 
-    /// Writes what is still in the queue; answers what there is to say of the recording, a line each. A recording that could not be
-    /// written is no reason to lose what else there is to say of a run.
+    /// Writes what is still in the queue; answers what there is to say of the recording, a line
+    /// each. A recording that could not be written is no reason to lose what else there is to say
+    /// of a run.
     pub(crate) fn finish(self) -> Vec<String> {
         let written = self.thread.finish();
         let path = self.path.display();

@@ -1,105 +1,228 @@
-//! A recording that is run again to be looked at: by itself, or with that of the other tool.
+//! A recording that is run again, together with those of the scene's other tools, since each tool
+//! is what the others felt.
 
 pub(crate) mod one;
 pub(crate) mod places;
 
 use std::ops::ControlFlow;
+use std::path::Path;
 
-use palpus::algebra::Wrench;
+use anyhow::{Context, bail};
+use palpus::algebra::{Twist, Wrench};
+use palpus::render::Limits;
 #[cfg(feature = "window")]
 use palpus_device::Publisher;
-use palpus_io::Recording;
+use palpus_device::{ContactAccount, Cut, DeviceState, SafetyChain};
+use palpus_io::{ContentHash, Recording, read_recording};
 use palpus_window::Moment;
 
-use self::one::{engine_of, replayable, run_again_on};
+use self::one::{check_rows, crease_angle, elapsed, has_stepped, stage_of, state, told, work_allowed};
 use self::places::Places;
-use crate::engine::Engine;
-use crate::stage::Stage;
-use crate::stopped::Stopped;
-use crate::two::other::other_of;
-use crate::two::{self, TwoEngine};
+use crate::divergence::{Comparison, Report};
+use crate::engine::{Answer, Engine};
+use crate::stage::{self, Stage};
+use crate::{safety, tools};
 
-/// A recording and what it is run again on: an engine of its own, or one for both tools and the other tool's recording.
-pub(crate) enum Rerun<'a> {
-    One(&'a Recording, Box<Engine>),
-    Two { which: usize, recording: &'a Recording, other: Box<Recording>, engine: Box<TwoEngine> },
+/// Sees each row again: of which tool, which row, the wrench for its device, contacts.
+type Each<'a> = &'a mut dyn FnMut(usize, usize, &Wrench, u32) -> ControlFlow<()>;
+
+/// A recording, those that belong to it, and the engine on which they are run again.
+pub(crate) struct Rerun<'a> {
+    /// Of which tool the named recording is.
+    pub(crate) which: usize,
+    named: &'a Recording,
+    /// Those of the other tools, in their order.
+    others: Vec<Recording>,
+    engine: Engine,
 }
 
 impl<'a> Rerun<'a> {
-    /// The stage as well.
-    pub(crate) fn new(recording: &'a Recording, places: &Places<'_>) -> anyhow::Result<(Stage, Self)> {
-        let Some((which, _)) = other_of(recording) else {
-            let stage = replayable(recording, None, places)?;
-            let engine = engine_of(recording, &stage)?;
-            return Ok((stage, Self::One(recording, Box::new(engine))));
-        };
-        let other = Box::new(two::replay::read_other(places.recording, recording)?);
-        let (stage, engine) = two::replay::ready(two::replay::in_order(which, recording, &other), places)?;
-        Ok((stage, Self::Two { which, recording, other, engine: Box::new(engine) }))
+    /// The recorded scene, made ready again, and the engine as it was when the recordings began,
+    /// able to take up what their changes bring.
+    pub(crate) fn new(named: &'a Recording, places: &Places<'_>) -> anyhow::Result<(Stage, Self)> {
+        let (which, others) = read_others(named, places.recording)?;
+        let recordings = in_order(which, named, &others);
+        recordings.iter().try_for_each(|recording| check_rows(recording))?;
+        let contents: Vec<ContentHash> =
+            recordings.iter().skip(1).map(|recording| recording.header.scene.probe.content).collect();
+        let stage = stage_of(recordings[0], &contents, places)?;
+        if !others.is_empty() && stage.others.len() != others.len() {
+            let (now, then) = (stage.others.len() + 1, recordings.len());
+            bail!("the scene has {now} tools and the recording {then}; replay needs the same scene");
+        }
+        for (of_tool, recording) in stage.of_others().zip(recordings.iter().skip(1)) {
+            stage::check_content(&of_tool, &recording.header.scene)?;
+        }
+        let settings: Vec<_> = recordings.iter().map(|recording| recording.header.scene.render).collect();
+        let mut engine = Engine::new(&stage, &settings)?;
+        if let Some(angle) = recordings.iter().find_map(|recording| crease_angle(recording)) {
+            engine = engine.with_surfaces(angle);
+        }
+        Ok((stage, Self { which, named, others, engine }))
     }
 
-    /// The recording of the first tool, of two, or the only one.
+    /// The recording of the first tool.
     pub(crate) fn first(&self) -> &Recording {
-        match self {
-            Self::One(recording, _) => recording,
-            Self::Two { which, recording, other, .. } => two::replay::in_order(*which, recording, other)[0],
-        }
+        in_order(self.which, self.named, &self.others)[0]
+    }
+
+    /// Tells `each` of every row of the named recording, until it breaks off: which one, and the
+    /// wrench for the device.
+    pub(crate) fn run(&mut self, each: &mut dyn FnMut(usize, &Wrench) -> ControlFlow<()>) -> anyhow::Result<()> {
+        let which = self.which;
+        self.run_all(&mut |tool, k, wrench, _| {
+            if tool == which { each(k, wrench) } else { ControlFlow::Continue(()) }
+        })
+    }
+
+    /// Runs all of them, and says what came of each.
+    pub(crate) fn compare(mut self) -> anyhow::Result<Vec<Report>> {
+        let others = std::mem::take(&mut self.others);
+        let recordings = in_order(self.which, self.named, &others);
+        let mut comparisons: Vec<_> = recordings.iter().map(|recording| Comparison::new(recording)).collect();
+        run_again(&recordings, &mut self.engine, &mut |tool, k, wrench, contacts| {
+            comparisons[tool].add(k, wrench, contacts);
+            ControlFlow::Continue(())
+        })?;
+        Ok(comparisons.iter().map(Comparison::report).collect())
+    }
+
+    fn run_all(&mut self, each: Each<'_>) -> anyhow::Result<()> {
+        run_again(&in_order(self.which, self.named, &self.others), &mut self.engine, each)
     }
 
     /// Keeps what tick number `tick` has to show.
     pub(crate) fn keep(&mut self, tick: u64) {
-        match self {
-            Self::One(_, engine) => engine.keep(tick),
-            Self::Two { engine, .. } => engine.keep(tick),
-        }
+        self.engine.keep(tick);
     }
 
-    /// Tells `each` of every row of the recording, until it breaks off: which one, and the wrench for the device.
-    pub(crate) fn run(&mut self, each: &mut dyn FnMut(usize, &Wrench) -> ControlFlow<()>) -> anyhow::Result<()> {
-        match self {
-            Self::One(recording, engine) => run_again_on(recording, engine, &mut |k, wrench, _| each(k, wrench)),
-            Self::Two { which, recording, other, engine } => {
-                let recordings = two::replay::in_order(*which, recording, other);
-                two::replay::run_again(recordings, engine, &mut |tool, k, wrench, _| {
-                    if tool == *which { each(k, wrench) } else { ControlFlow::Continue(()) }
-                })
-            }
-        }
+    /// What the kept ticks that came have to show, in the order in which they were asked for;
+    /// `period` is a tick's, s.
+    pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
+        self.engine.kept(period)
     }
 
-    /// The engine.
-    pub(crate) fn stop(self) -> Stopped {
-        match self {
-            Self::One(_, engine) => Stopped::One(engine),
-            Self::Two { engine, .. } => Stopped::Two(engine),
-        }
+    /// What the kept tick has to show, or the last one; `period` is a tick's, s.
+    pub(crate) fn shown(self, period: f64) -> Moment {
+        self.engine.shown(period)
     }
 
     /// Room for what a tick has to show.
     #[cfg(feature = "window")]
     pub(crate) fn capacity(&self) -> usize {
-        match self {
-            Self::One(recording, _) => recording.header.scene.render.capacity,
-            Self::Two { recording, other, .. } => {
-                recording.header.scene.render.capacity + other.header.scene.render.capacity
-            }
-        }
+        self.engine.capacity()
     }
 
     /// Leaves what every tick has to show with `publisher`.
     #[cfg(feature = "window")]
     pub(crate) fn publish(&mut self, publisher: Publisher<Moment>) {
-        match self {
-            Self::One(_, engine) => engine.publish(publisher),
-            Self::Two { engine, .. } => engine.publish(publisher),
-        }
+        self.engine.publish(publisher);
     }
+}
 
-    /// What the kept ticks that came have to show, in the order in which they were asked for; `period` is a tick's, s.
-    pub(crate) fn kept(&mut self, period: f64) -> Vec<Moment> {
-        match self {
-            Self::One(_, engine) => engine.kept(period),
-            Self::Two { engine, .. } => engine.kept(period),
+/// Of which tool `recording` is, which was read from `path`, and the recordings of the others,
+/// which lie beside it.
+fn read_others(recording: &Recording, path: &Path) -> anyhow::Result<(usize, Vec<Recording>)> {
+    let Some((which, names)) = tools::named_by(recording) else { return Ok((0, Vec::new())) };
+    let mut others = Vec::new();
+    for (k, name) in names.iter().enumerate().filter(|(k, _)| *k != which) {
+        // A name and no path: a recording from elsewhere must not make the program read other
+        // files.
+        if Path::new(name).file_name().is_none_or(|file| file != *name) || name.contains('\\') {
+            bail!("{name:?} is no name of a file beside {}", path.display());
+        }
+        let beside = path.with_file_name(name);
+        let other = read_recording(&beside).with_context(|| {
+            format!(
+                "{} is the recording of one of {} tools, and those of the others are needed",
+                path.display(),
+                names.len()
+            )
+        })?;
+        if tools::named_by(&other).is_none_or(|(of, all)| of != k || all.len() != names.len()) {
+            bail!("{} is not the recording of the {} tool", beside.display(), tools::name(k));
+        }
+        others.push(other);
+    }
+    Ok((which, others))
+}
+
+/// All recordings, the first tool's first; `named` is that of tool `which`.
+fn in_order<'a>(which: usize, named: &'a Recording, others: &'a [Recording]) -> Vec<&'a Recording> {
+    let mut all: Vec<&Recording> = others.iter().collect();
+    all.insert(which.min(all.len()), named);
+    all
+}
+
+/// Runs recordings on an engine that is ready for them and tells `each` of every row, until that
+/// breaks off.
+fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> anyhow::Result<()> {
+    let mut chains = chains(recordings)?;
+    let mut contact = ContactAccount::new(chains.iter().flatten().map(SafetyChain::limits));
+    let mut states: Vec<DeviceState> = recordings.iter().map(|recording| state(&recording.rows[0])).collect();
+    let mut changes: Vec<_> = recordings.iter().map(|recording| recording.changes.iter().peekable()).collect();
+    let mut answers: Vec<Answer> = vec![None; recordings.len()];
+    let mut works = vec![[0.0; 2]; recordings.len()];
+    let ticks = recordings.iter().map(|recording| recording.rows.len()).max().unwrap_or_default();
+    for k in 0..ticks {
+        // Of those that are not over: a device that was lost has no more rows, and stays where it
+        // was.
+        let rows = || recordings.iter().filter_map(|recording| recording.rows.get(k));
+        for (held, recording) in states.iter_mut().zip(recordings) {
+            *held = recording.rows.get(k).map_or(DeviceState { twist: Twist::default(), ..*held }, state);
+        }
+        for (which, changes) in changes.iter_mut().enumerate() {
+            while let Some((tick, settings)) = changes.next_if(|(tick, _)| *tick <= k as u64) {
+                let tool = tools::name(which);
+                let problem = || format!("the settings of the {tool} tool from tick {tick} on cannot be set");
+                engine.set_settings(which, settings).with_context(problem)?;
+            }
+        }
+        answers.fill(None);
+        if rows().all(has_stepped) {
+            engine.allow(rows().find_map(work_allowed));
+            let dt = rows().next().map_or(0.0, |row| row.dt);
+            engine.step(&states, dt, &mut answers);
+        }
+        if rows().any(|row| told(row).has(Cut::Panic)) {
+            engine.forget();
+        }
+        for (work, answer) in works.iter_mut().zip(&answers) {
+            *work = answer.as_ref().map_or([0.0; 2], |answer| answer.from_others);
+        }
+        contact.pass(&mut works);
+        for (which, recording) in recordings.iter().enumerate() {
+            let Some(row) = recording.rows.get(k) else { continue };
+            let (told, answer) = (told(row), answers[which].as_ref());
+            let computed = answer.map_or(Wrench::ZERO, |answer| answer.wrench);
+            let mut wrench = computed;
+            if let Some(chain) = &mut chains[which] {
+                let own = answer.map_or([0.0; 2], |answer| answer.received);
+                chain.receive([works[which][0] + own[0], works[which][1] + own[1]]);
+                let shaped = chain.shape(&states[which], &computed, told, elapsed(row));
+                // Of a device that was lost in the tick, the brake had the last word.
+                let lost = told.has(Cut::Device);
+                engine.set_available(which, if lost { &Limits::UNLIMITED } else { &shaped.available });
+                wrench = if lost { Wrench::ZERO } else { shaped.wrench };
+            }
+            let contacts = answer.map_or(row.contacts, |answer| answer.detail.tick.contacts);
+            if each(which, k, &wrench, contacts).is_break() {
+                return Ok(());
+            }
         }
     }
+    Ok(())
+}
+
+/// The safety chain of each recording; old ones of a single tool had none.
+fn chains(recordings: &[&Recording]) -> anyhow::Result<Vec<Option<SafetyChain>>> {
+    let chain = |recording: &&Recording| {
+        let header = &recording.header;
+        let chain = safety::of_recording(&header.scene.more, 1.0 / header.rate_hz)?;
+        if chain.is_none() && recordings.len() > 1 {
+            bail!("the recording's header does not say enough of its safety chain");
+        }
+        Ok(chain)
+    };
+    recordings.iter().map(chain).collect()
 }

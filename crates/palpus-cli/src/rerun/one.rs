@@ -1,44 +1,17 @@
-//! The recording of one tool, run again.
+//! What a recording has for a replay: its scene, whether all its ticks are there, and what each row
+//! says.
 
 use std::num::NonZeroU64;
-use std::ops::ControlFlow;
 use std::path::Path;
 
 use anyhow::{Context, bail};
-use palpus::algebra::Wrench;
 use palpus_device::{Cut, Cuts, DeviceState, LATE};
 use palpus_io::record::{SceneSource, ServoRecord};
-use palpus_io::{RecordRow, Recording};
+use palpus_io::{ContentHash, RecordRow, Recording};
 
 use super::places::{Places, tell_changes};
-use crate::engine::Engine;
 use crate::recording::first_part;
-use crate::safety;
 use crate::stage::{self, Stage};
-
-/// Runs the recording of one tool again and tells `each` of every tick: which row, the wrench for the device, contacts.
-pub(crate) fn run_again(
-    recording: &Recording,
-    places: &Places<'_>,
-    each: &mut dyn FnMut(usize, &Wrench, u32),
-) -> anyhow::Result<()> {
-    let stage = replayable(recording, None, places)?;
-    let mut engine = engine_of(recording, &stage)?;
-    run_again_on(recording, &mut engine, &mut |k, wrench, contacts| {
-        each(k, wrench, contacts);
-        ControlFlow::Continue(())
-    })
-}
-
-/// The recorded scene, ready to be run again, if it can be; `second` is the recording of a second tool.
-pub(crate) fn replayable(
-    recording: &Recording,
-    second: Option<&Recording>,
-    places: &Places<'_>,
-) -> anyhow::Result<Stage> {
-    check_rows(recording)?;
-    stage_of(recording, second, places)
-}
 
 /// An error if the recorded device poses are not those of the grip, which is what this palpus takes
 /// device poses to be.
@@ -69,57 +42,6 @@ pub(crate) fn crease_angle(recording: &Recording) -> Option<f64> {
     recording.changes.iter().find_map(|(_, settings)| Some(settings.shading?.crease_angle))
 }
 
-/// The engine as it was when the recording began, able to take up what the recording's changes bring.
-pub(crate) fn engine_of(recording: &Recording, stage: &Stage) -> anyhow::Result<Engine> {
-    let engine = Engine::new(stage, recording.header.scene.render)?;
-    Ok(match crease_angle(recording) {
-        Some(angle) => engine.with_surfaces(angle),
-        None => engine,
-    })
-}
-
-/// Runs a recording that is [`replayable`] on an [`engine_of`] it, until `each` breaks off.
-pub(crate) fn run_again_on(
-    recording: &Recording,
-    engine: &mut Engine,
-    each: &mut dyn FnMut(usize, &Wrench, u32) -> ControlFlow<()>,
-) -> anyhow::Result<()> {
-    let header = &recording.header;
-    let mut chain = safety::of_recording(&header.scene.more, 1.0 / header.rate_hz)?;
-    let mut changes = recording.changes.iter().peekable();
-    for (k, row) in recording.rows.iter().enumerate() {
-        while let Some((tick, settings)) = changes.next_if(|(tick, _)| *tick <= row.tick) {
-            engine.set_settings(settings).with_context(|| format!("the settings from tick {tick} on cannot be set"))?;
-        }
-        let state = state(row);
-        let told = told(row);
-        let (computed, contacts, received) = match has_stepped(row) {
-            true => {
-                engine.allow(work_allowed(row));
-                let outcome = engine.step(&state, row.dt);
-                (outcome.wrench, outcome.detail.tick.contacts, outcome.received)
-            }
-            false => (Wrench::ZERO, row.contacts, [0.0; 2]),
-        };
-        if told.has(Cut::Panic) {
-            engine.forget();
-        }
-        let wrench = match &mut chain {
-            Some(chain) => {
-                chain.receive(received);
-                let shaped = chain.shape(&state, &computed, told, elapsed(row));
-                engine.set_available(&shaped.available);
-                shaped.wrench
-            }
-            None => computed,
-        };
-        if each(k, &wrench, contacts).is_break() {
-            break;
-        }
-    }
-    Ok(())
-}
-
 /// The state that the engine and the chain got.
 pub(crate) fn state(row: &RecordRow) -> DeviceState {
     DeviceState {
@@ -131,22 +53,26 @@ pub(crate) fn state(row: &RecordRow) -> DeviceState {
     }
 }
 
-/// What the chain was told, as recorded: faults, which the device, the clock and the step's own trouble decide. All else it finds again.
+/// What the chain was told, as recorded: faults, which the device, the clock and the step's own
+/// trouble decide. All else it finds again.
 pub(crate) fn told(row: &RecordRow) -> Cuts {
     Cuts::from_bits(row.faults).and(Cuts::TOLD)
 }
 
-/// False if the step panicked, or the loop only damped the grip. Recordings of older formats have no such ticks.
+/// False if the step panicked, or the loop only damped the grip. Recordings of older formats have
+/// no such ticks.
 pub(crate) fn has_stepped(row: &RecordRow) -> bool {
     row.servo.is_none_or(|servo| servo.stepped)
 }
 
-/// How much work the engine's query was allowed. Older formats do not say: they were made without a limit, or with one in time.
+/// How much work the engine's query was allowed. Older formats do not say: they were made without a
+/// limit, or with one in time.
 pub(crate) fn work_allowed(row: &RecordRow) -> Option<u64> {
     row.servo.and_then(|servo| servo.work_allowed).map(NonZeroU64::get)
 }
 
-/// True if the tick began so late that the servo loop counts it. Recordings of older formats do not say.
+/// True if the tick began so late that the servo loop counts it. Recordings of older formats do not
+/// say.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "only the window shows it"))]
 pub(crate) fn is_late(servo: Option<&ServoRecord>) -> bool {
     servo.is_some_and(|servo| servo.lateness_s > LATE.as_secs_f64())
@@ -157,17 +83,17 @@ pub(crate) fn elapsed(row: &RecordRow) -> f64 {
     row.servo.map_or(row.dt, |servo| servo.elapsed_s)
 }
 
-/// The recorded scene, made ready again; refused if its meshes are others now.
-fn stage_of(recording: &Recording, second: Option<&Recording>, places: &Places<'_>) -> anyhow::Result<Stage> {
+/// The scene that the first tool's `recording` is of, made ready again; refused if its meshes are
+/// others now. `others` are the contents of the other tools' meshes.
+pub(super) fn stage_of(recording: &Recording, others: &[ContentHash], places: &Places<'_>) -> anyhow::Result<Stage> {
     let recorded = &recording.header.scene;
     let (name, file) = match &recorded.source {
         SceneSource::BuiltIn(name) => (name, None),
         SceneSource::File(name) => (name, Some(Path::new(name))),
     };
     tell_changes(&recording.header, file);
-    let second = second.map(|recording| recording.header.scene.probe.content);
     let stage = match file.zip(recorded.text.as_deref()) {
-        Some((path, text)) => places.stage(recorded, text, path, second),
+        Some((path, text)) => places.stage(recorded, text, path, others),
         None => stage::prepare(name, places.policy),
     };
     let mut stage = stage.with_context(|| format!("the recorded scene `{name}` is not here as it was recorded"))?;

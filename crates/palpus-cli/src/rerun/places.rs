@@ -1,10 +1,13 @@
-//! Where a recorded scene is found again: its file inside the recording, its meshes by what is in them.
+//! Where a recorded scene is found again: its file inside the recording, its meshes by what is in
+//! them.
 //!
-//! A mesh is the recorded one if its content has the recorded hash, whatever it is called and wherever it lies. Looked at are, in this order:
+//! A mesh is the recorded one if its content has the recorded hash, whatever it is called and
+//! wherever it lies. Looked at are, in this order:
 //!
 //! 1. beside the recording: under the name that the scene's file gives it, and directly;
 //! 2. where it was when it was recorded;
-//! 3. in the folders that the user names: the same two, then all meshes in them and in their folders.
+//! 3. in the folders that the user names: the same two, then all meshes in them and in their
+//!    folders.
 //!
 //! What has changed since is said before anything is run again.
 
@@ -40,13 +43,14 @@ impl<'a> Places<'a> {
         Self { recording, meshes: &[], policy }
     }
 
-    /// Makes a recorded scene ready from the text of its file, which lay at `path`; `second` is the content of a second tool's mesh.
+    /// Makes a recorded scene ready from the text of its file, which lay at `path`; `others` are
+    /// the contents of the other tools' meshes.
     pub(super) fn stage(
         &self,
         scene: &RecordedScene,
         text: &str,
         path: &Path,
-        second: Option<ContentHash>,
+        others: &[ContentHash],
     ) -> anyhow::Result<Stage> {
         let mut file = parse_scene(text, path, self.policy)?;
         // Hands and places are as they were recorded.
@@ -56,15 +60,13 @@ impl<'a> Places<'a> {
             object.body.pose = recorded.pose;
         }
         file.hand.path = None;
-        if let Some(second) = &mut file.second {
-            second.hand.path = None;
-        }
+        file.others.iter_mut().for_each(|tool| tool.hand.path = None);
         let folder = path.parent().unwrap_or(Path::new(""));
         let read = |part: Part, body: &SceneBody| {
             let content = match part {
                 Part::Probe => scene.probe.content,
                 Part::Environment => scene.environment.content,
-                Part::Second => second.unwrap_or(scene.probe.content),
+                Part::Other(k) => others.get(k).copied().unwrap_or(scene.probe.content),
                 Part::Object(k) => scene.objects.get(k).map_or(scene.probe.content, |object| object.content),
             };
             self.mesh(&body.mesh, folder, &content)

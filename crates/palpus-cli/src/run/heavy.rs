@@ -1,9 +1,9 @@
 //! Whether a pair of bodies is heavy for this machine, found out before the run begins.
 //!
 //! A short rehearsal: the engine follows the scripted hand's way in a small part of its time, with
-//! its work bounded as in the run, and now and then the hand rests. A pair is heavy if most contacts
-//! are carried even then, and more than once: where two bodies meet first, everything has to be
-//! looked at for the first time.
+//! its work bounded as in the run, and now and then the hand rests. A pair is heavy if most
+//! contacts are carried even then, and more than once: where two bodies meet first, everything has
+//! to be looked at for the first time.
 
 use palpus::algebra::Twist;
 use palpus_device::DeviceState;
@@ -32,11 +32,13 @@ pub(super) const IN_WORDS: &str = "note: this pair is heavy for this machine: to
 /// True if the pair is heavy; see the module's description.
 pub(super) fn is_heavy(plan: &Plan) -> anyhow::Result<bool> {
     let period = 1.0 / plan.rate_hz;
-    let mut engine = plan.engine(false)?;
+    let mut engine = plan.engine(&[plan.settings], false)?;
+    let mut answer = [None];
     let mut step = |time: f64| {
         let pose = plan.stage.grip(plan.stage.path.pose(time));
         let state = DeviceState { pose, twist: Twist::default(), buttons: 0, time, withheld: false };
-        engine.step(&state, period).detail.tick.carried()
+        engine.step(&[state], period, &mut answer);
+        answer[0].as_ref().map_or(0.0, |answer| answer.detail.tick.carried())
     };
     let mut heavy_rests = 0;
     for rest in 0..RESTS {

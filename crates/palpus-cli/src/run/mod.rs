@@ -1,8 +1,10 @@
 //! `palpus run`: the closed loop.
 //!
-//! 1. What was typed and a stage become a [`Plan`]: device, thresholds, settings; two, where the scene has two tools. With an engine it is [`Ready`].
+//! 1. What was typed and a stage become a [`Plan`] for each tool: device, thresholds, settings.
+//!    With an engine they are [`Ready`].
 //! 2. That becomes a [`Session`], which owns the servo thread and is steered by newest values.
-//! 3. A window or a line in the terminal shows it ([`live`]); the window may have it followed by another one ([`crate::window`]).
+//! 3. A window or a line in the terminal shows it ([`live`]); the window may have it followed by
+//!    another one ([`crate::window`]).
 //! 4. What it was like is printed and plotted.
 
 mod heavy;
@@ -18,6 +20,8 @@ mod session;
 #[cfg(test)]
 mod session_tests;
 
+use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::ExitCode;
 #[cfg(feature = "window")]
@@ -34,8 +38,7 @@ use crate::args::{RunArguments, file_policy};
 use crate::interrupt::stop_at_signal;
 use crate::recording::Keep;
 use crate::summary::Summary;
-use crate::two::NAMES;
-use crate::{output, picture, plots, stage, summary, window};
+use crate::{output, picture, plots, stage, summary, tools, window};
 
 pub(crate) use live::Live;
 pub(crate) use plan::Plan;
@@ -53,18 +56,14 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     if let Some(file) = &arguments.hand_path {
         stage.follow(file, arguments.hand_scale, arguments.hand_speed)?;
     }
-    for (given, name) in [(&arguments.second_device, "--second-device"), (&arguments.second_hand, "--second-hand")] {
-        if given.is_some() && stage.second.is_none() {
-            bail!("{name} needs a scene with a second tool, such as two-hands; {} has one tool", arguments.scene);
-        }
-    }
     let mut ready = Ready::new(arguments, &arguments.scene, stage, headless.is_none())?;
     if arguments.limits {
         ready.print_limits(arguments.json)?;
         return Ok(ExitCode::SUCCESS);
     }
     if let Some(at) = arguments.at {
-        ready.keep(tick_at(at, arguments.duration.unwrap_or(DEFAULT_SECONDS), ready.plan().rate_hz)?);
+        let tick = tick_at(at, arguments.duration.unwrap_or(DEFAULT_SECONDS), ready.plan().rate_hz)?;
+        ready.engine.keep(tick);
     }
     let said_heavy = !arguments.json && ready.announce(arguments, headless)?;
     let stop = stop_at_signal();
@@ -136,51 +135,49 @@ fn finish(arguments: &RunArguments, ended: Vec<Ended>) -> anyhow::Result<ExitCod
     for run in ended {
         run.notes.iter().for_each(output::note);
         report(arguments, &run)?;
-        let summaries = [Some(&run.summary), run.second.as_ref().map(|second| &second.summary)];
-        for complaint in summaries.into_iter().flatten().filter_map(|summary| summary.complaint(run.rate_hz)) {
+        for complaint in run.seats.iter().filter_map(|seat| seat.summary.complaint(run.rate_hz)) {
             let advice = if strict { "; --lenient takes that for success, `palpus doctor` says more" } else { "" };
             output::note(format!("note: {complaint}{advice}"));
             failed |= strict;
         }
+        failed |= run.seats.iter().any(|seat| has_failed(&seat.end));
         if let Some(file) = &arguments.screenshot {
             let Ended { name, stage, engine, settings, rate_hz, .. } = run;
             let moment = engine.shown(1.0 / rate_hz);
             picture::write_run(&name, &stage, settings.limits.torque, moment, file, &arguments.picture)?;
         }
-        failed |= has_failed(&run.end) || run.second.is_some_and(|second| has_failed(&second.end));
     }
     Ok(if failed { ExitCode::FAILURE } else { ExitCode::SUCCESS })
 }
 
-/// The summaries of two devices, and the recordings; the first one's stands where that of a single one does.
+/// The summaries of all devices, and the recordings; the first one's stands where that of a single
+/// one does, the others under their names.
 #[derive(Serialize)]
-struct Both<'a> {
+struct Summaries<'a> {
     #[serde(flatten)]
     first: &'a Summary,
-    #[serde(skip_serializing_if = "Option::is_none")]
-    second: Option<&'a Summary>,
+    #[serde(flatten)]
+    others: BTreeMap<Cow<'static, str>, &'a Summary>,
     /// Files, the first device's first.
     recordings: Vec<&'a Path>,
 }
 
 fn report(arguments: &RunArguments, run: &Ended) -> anyhow::Result<()> {
-    let (first, second) = (&run.summary, run.second.as_ref().map(|second| &second.summary));
     if arguments.json {
-        let of_second = run.second.iter().flat_map(|second| &second.recordings);
-        let recordings = run.recordings.iter().chain(of_second).map(|file| &**file).collect();
-        return output::json(&Both { first, second, recordings });
+        let recordings = run.seats.iter().flat_map(|seat| &seat.recordings).map(|file| &**file).collect();
+        let others = run.seats.iter().enumerate().skip(1);
+        let others = others.map(|(k, seat)| (tools::name(k), &seat.summary)).collect();
+        return output::json(&Summaries { first: &run.seats[0].summary, others, recordings });
     }
-    for (summary, name) in [Some(first), second].into_iter().flatten().zip(NAMES) {
-        if second.is_some() {
-            output::line(format!("{:>14}", format!("{name} hand")));
+    for (k, seat) in run.seats.iter().enumerate() {
+        if run.seats.len() > 1 {
+            output::line(format!("{:>14}", format!("{} hand", tools::name(k))));
         }
-        summary::print(summary);
+        summary::print(&seat.summary);
     }
-    for file in &run.recordings {
-        told(&run.name, file, true);
-    }
-    for file in run.second.iter().flat_map(|second| &second.recordings) {
-        told(&format!("{}, {} hand", run.name, NAMES[1]), file, false);
+    for (k, seat) in run.seats.iter().enumerate() {
+        let name = if k == 0 { run.name.clone() } else { format!("{}, {} hand", run.name, tools::name(k)) };
+        seat.recordings.iter().for_each(|file| told(&name, file, k == 0));
     }
     Ok(())
 }
@@ -188,7 +185,8 @@ fn report(arguments: &RunArguments, run: &Ended) -> anyhow::Result<()> {
 /// Bytes of the largest recording that is plotted: it is read whole for that.
 const MOST_PLOTTED: u64 = 500_000_000;
 
-/// Plots a recording of the scene `name`, and says where both are; and how it is replayed. What does not go is said: the run and its summary stand.
+/// Plots a recording of the scene `name`, and says where both are; and how it is replayed. What
+/// does not go is said: the run and its summary stand.
 fn told(name: &str, file: &Path, with_replay: bool) {
     if std::fs::metadata(file).is_ok_and(|file| file.len() > MOST_PLOTTED) {
         output::line(format!("{:>14}  {} (too large for a plot)", "recorded", file.display()));

@@ -16,6 +16,7 @@ use crate::args::RunArguments;
 use crate::engine::Engine;
 use crate::rerun::one::{check_poses, state};
 use crate::stage::Stage;
+use crate::tools::ToolArguments;
 use crate::{devices, faults, output, safety};
 
 /// A run that can begin.
@@ -38,8 +39,15 @@ pub(crate) struct Plan {
 }
 
 impl Plan {
-    /// A run on `stage`, which is called `name`. `in_window`: until it is stopped, where nobody said how long, and with keys.
-    pub(crate) fn new(arguments: &RunArguments, name: &str, mut stage: Stage, in_window: bool) -> anyhow::Result<Self> {
+    /// A run on `stage`, which is called `name`, of the tool for which this was `typed`.
+    /// `in_window`: until it is stopped, where nobody said how long, and with keys.
+    pub(super) fn new(
+        arguments: &RunArguments,
+        typed: &ToolArguments<'_>,
+        name: &str,
+        mut stage: Stage,
+        in_window: bool,
+    ) -> anyhow::Result<Self> {
         if let Some(rendering) = arguments.rendering {
             stage.coupling.mode = rendering.into();
         }
@@ -47,8 +55,8 @@ impl Plan {
             stage.settings.clustering = clustering.into();
         }
         let rate_hz = stage.rate_hz(arguments.rate);
-        let script = faults::script(&arguments.fault, rate_hz, arguments.fast)?;
-        let Opened { device, guide, notes } = open(arguments, &stage, rate_hz)?;
+        let script = faults::script(typed.faults, rate_hz, arguments.fast)?;
+        let Opened { device, guide, notes } = open(arguments, typed, &stage, rate_hz)?;
         let spec = lowered(device.spec(), arguments);
         let device = FaultyDevice::new(device, &script).claiming(spec);
         let settings = stage.settings_for(device.spec(), rate_hz);
@@ -73,7 +81,7 @@ impl Plan {
         if arguments.dead_man && device.spec().buttons == 0 && !in_window {
             bail!("--dead-man needs something to hold: this device has no button, and there is no window with a key");
         }
-        let mut header = stage.header(settings, &arguments.device, rate_hz);
+        let mut header = stage.header(settings, typed.device, rate_hz);
         safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
         devices::recorded(&notes, &mut header.scene.more);
         replayed::record_spec(device.spec(), &mut header.scene.more);
@@ -91,16 +99,18 @@ impl Plan {
         self.options.timing == Timing::RealTime
     }
 
-    /// An engine for it. `steerable`: with all that changes of settings may need later on.
-    pub(crate) fn engine(&self, steerable: bool) -> anyhow::Result<Engine> {
-        let mut engine = Engine::new(&self.stage, self.settings)?;
+    /// An engine for the tools of its stage for which there are `settings`. `steerable`: with all
+    /// that changes of settings may need later on.
+    pub(super) fn engine(&self, settings: &[Settings], steerable: bool) -> anyhow::Result<Engine> {
+        let mut engine = Engine::new(&self.stage, settings)?;
         if self.keeps_time() {
             engine.pace(self.rate_hz);
         }
         Ok(if steerable { engine.with_surfaces(self.stage.crease_angle()) } else { engine })
     }
 
-    /// Says what is about to run; `headless` is why there is no window. True if it said that the pair is heavy.
+    /// Says what is about to run; `headless` is why there is no window. True if it said that the
+    /// pair is heavy.
     pub(crate) fn announce(&self, arguments: &RunArguments, headless: Option<&str>) -> anyhow::Result<bool> {
         let (stage, spec) = (&self.stage, self.spec());
         let size = |body: &palpus::body::Body| (body.mesh().triangles().len(), body.pieces().len());
@@ -114,7 +124,7 @@ impl Plan {
             Some(seconds) => format!("for {seconds} s"),
         };
         output::note(format!("{how}: {} at {:.0} Hz {pace} {until}; Ctrl-C ends it", spec.name, self.rate_hz));
-        if self.device.brake().is_none() && spec.force_max > 0.0 && !arguments.device.starts_with("replay:") {
+        if self.device.brake().is_none() && spec.force_max > 0.0 && !self.header.device.starts_with("replay:") {
             output::note(
                 "note: this device has no brake; should the loop stall, it holds its force until the loop goes on",
             );
@@ -161,22 +171,26 @@ struct Opened {
     notes: Vec<String>,
 }
 
-fn open(arguments: &RunArguments, stage: &Stage, rate_hz: f64) -> anyhow::Result<Opened> {
+fn open(
+    arguments: &RunArguments,
+    &ToolArguments { device: named, hand, .. }: &ToolArguments<'_>,
+    stage: &Stage,
+    rate_hz: f64,
+) -> anyhow::Result<Opened> {
     let mut notes = Vec::new();
-    if let Some(file) = arguments.device.strip_prefix("replay:") {
+    if let Some(file) = named.strip_prefix("replay:") {
         let device = replay(Path::new(file))?;
         return Ok(Opened { device, guide: None, notes });
     }
-    if arguments.device != "sim" {
+    if named != "sim" {
         if arguments.fast {
             bail!("only `sim` and `replay:FILE` run faster than time; leave --fast out");
         }
-        let device =
-            devices::open(&arguments.device, stage.grip(stage.path.pose(0.0)), !arguments.no_realtime, &mut notes)?
-                .ok_or_else(|| anyhow!("there is no device `{}`; there are: {}", arguments.device, devices::NAMES))?;
+        let device = devices::open(named, stage.grip(stage.path.pose(0.0)), !arguments.no_realtime, &mut notes)?
+            .ok_or_else(|| anyhow!("there is no device `{}`; there are: {}", named, devices::NAMES))?;
         return Ok(Opened { device, guide: None, notes });
     }
-    let hand = stage.hand(arguments.hand.as_deref())?;
+    let hand = stage.hand(hand)?;
     let settings = SimulationSettings { rate_hz, hand, ..SimulationSettings::default() };
     let (publisher, guide) = latest(Guide::Script);
     let intent = Guided::new(stage.intent(), guide);
@@ -193,7 +207,8 @@ fn replay(file: &Path) -> anyhow::Result<Box<dyn HapticDevice + Send>> {
     Ok(Box::new(ReplayDevice::new(spec, recording.rows.iter().map(felt).collect())))
 }
 
-/// A recorded state, as a device gives it: samples are as far apart as the recorded ticks were to be.
+/// A recorded state, as a device gives it: samples are as far apart as the recorded ticks were to
+/// be.
 fn felt(row: &RecordRow) -> DeviceState {
     DeviceState { time: row.time_ns as f64 * 1e-9, ..state(row) }
 }

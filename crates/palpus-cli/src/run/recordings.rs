@@ -9,12 +9,12 @@ use palpus_io::RecordingHeader;
 
 use super::servo_thread::{ORDERS, Order};
 use crate::recording::{Keep, Recording, Rows, Writing};
-use crate::two::other::name_other;
+use crate::tools::name_recordings;
 
 /// See the module's description.
 pub(super) struct Recordings {
     header: RecordingHeader,
-    /// Of two devices: which of them this is, 0 or 1.
+    /// Which of the devices this is.
     which: usize,
     keep: Keep,
     orders: rtrb::Producer<Order>,
@@ -27,11 +27,12 @@ pub(super) struct Recordings {
 /// The servo thread's ends of the queues.
 pub(super) type Ends = (rtrb::Consumer<Order>, rtrb::Producer<Rows>);
 
-/// For so long the servo thread may be waited for to put a recording down: many ticks; a paused loop does not answer.
+/// For so long the servo thread may be waited for to put a recording down: many ticks; a paused
+/// loop does not answer.
 const PATIENCE: Duration = Duration::from_millis(50);
 
 impl Recordings {
-    /// Those of device `which` (0 or 1). `header` is that of a recording from the beginning.
+    /// Those of device `which`. `header` is that of a recording from the beginning.
     pub(super) fn new(header: RecordingHeader, which: usize, keep: Keep) -> (Self, Ends) {
         let (orders, ordered) = rtrb::RingBuffer::new(ORDERS);
         // One more than can be ordered: the first is not ordered.
@@ -53,20 +54,21 @@ impl Recordings {
         self.writing.as_ref().and_then(Writing::trouble)
     }
 
-    /// Creates a file and what writes to it; `other` is that of the other device, if there are two, and `settings` are those that are in force.
-    pub(super) fn start(&mut self, path: PathBuf, other: Option<&Path>, settings: &Settings) -> anyhow::Result<Rows> {
+    /// Creates this device's one of the `files` of all devices, and what writes to it; `settings`
+    /// are those that are in force.
+    pub(super) fn start(&mut self, files: &[PathBuf], settings: &Settings) -> anyhow::Result<Rows> {
         self.header.scene.render = *settings;
-        if let Some(other) = other {
-            name_other(self.which, other, &mut self.header.scene.more);
+        if files.len() > 1 {
+            name_recordings(self.which, files, &mut self.header.scene.more);
         }
-        let Recording { rows, writing } = Recording::start(&path, &self.header, &self.keep)?;
+        let Recording { rows, writing } = Recording::start(&files[self.which], &self.header, &self.keep)?;
         self.writing = Some(writing);
         Ok(rows)
     }
 
     /// The same from the next tick on, in the course of a run.
-    pub(super) fn begin(&mut self, path: PathBuf, other: Option<&Path>, settings: &Settings) -> anyhow::Result<()> {
-        let rows = self.start(path, other, settings)?;
+    pub(super) fn begin(&mut self, files: &[PathBuf], settings: &Settings) -> anyhow::Result<()> {
+        let rows = self.start(files, settings)?;
         let ordered = self.order(Some((rows, *settings)));
         if ordered.is_err() {
             self.writing = None;

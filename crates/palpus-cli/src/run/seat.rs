@@ -1,11 +1,9 @@
 //! One device of a session: what it is steered by, what is known of it, and what it leaves behind.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use palpus::render::{Clustering, Settings, SettingsError, VirtualCoupling};
-use palpus_device::{
-    DeviceSpec, Guide, HapticDevice, Newest, Publisher, RealTimeClaims, RunEnd, SafetyLimits, Servo, latest,
-};
+use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, Publisher, RealTimeClaims, RunEnd, SafetyLimits, latest};
 use palpus_io::scene::CouplingMode;
 
 use super::recordings::Recordings;
@@ -50,16 +48,17 @@ pub(super) struct Taken {
 }
 
 impl Seat {
-    /// Out of the plan of device `which` (0 or 1). It is recorded from the beginning to the first of `files`, if there are any; the second is the
-    /// other device's. `crease_angle`: at which the engine can shade. `beginning` says how recordings are kept and where faults are logged.
+    /// Out of the plan of device `which`. It is recorded from the beginning to its one of `files`,
+    /// if there are any. `crease_angle`: at which the engine can shade. `beginning` says how
+    /// recordings are kept and where faults are logged.
     pub(super) fn take(
         plan: Plan,
         which: usize,
-        files: Option<(&Path, Option<&Path>)>,
+        files: Option<&[PathBuf]>,
         crease_angle: Option<f64>,
         beginning: &Beginning<'_>,
     ) -> anyhow::Result<Taken> {
-        let Plan { stage, rate_hz, options, limits, settings, device, guide, header, .. } = plan;
+        let Plan { stage, rate_hz, limits, settings, device, guide, header, .. } = plan;
         let spec = device.spec().clone();
         let coupling = preset(&stage, &spec, rate_hz, CouplingMode::Coupled).coupling;
         let (asked, newest) = latest(settings);
@@ -67,9 +66,8 @@ impl Seat {
         let logged = beginning.fault_log.and_then(|file| FaultLog::start(file, &header, which));
         let (watch, faults) = logged.map_or((None, None), |(watch, log)| (Some(watch), Some(log)));
         let (mut recordings, (orders, over)) = Recordings::new(header, which, beginning.keep);
-        let rows = files.map(|(path, other)| recordings.start(path.to_owned(), other, &settings)).transpose()?;
+        let rows = files.map(|files| recordings.start(files, &settings)).transpose()?;
         let working = Working {
-            servo: Servo::new(options)?,
             device,
             gatherer: Gatherer::new()?,
             log: Log { rows, in_force: settings, orders, over },
@@ -80,8 +78,8 @@ impl Seat {
         Ok(Taken { seat, working, newest, stage })
     }
 
-    /// `wanted` as it can be here: what the engine's memory, the device and the grip decide stays what it is, and the tool's skin is never wider than the
-    /// tolerance.
+    /// `wanted` as it can be here: what the engine's memory, the device and the grip decide stays
+    /// what it is, and the tool's skin is never wider than the tolerance.
     pub(super) fn fit(&self, wanted: &Settings) -> Settings {
         let Settings { capacity, time_budget, limits, grip_a, .. } = self.settings;
         let mut settings = Settings { capacity, time_budget, limits, grip_a, ..*wanted };
@@ -96,7 +94,8 @@ impl Seat {
 
     /// The same of what another device's tool gets: this one's is coupled as suits its own device.
     pub(super) fn fit_of_other(&self, wanted: &Settings) -> Settings {
-        self.fit(&Settings { coupling: wanted.coupling.and(self.coupling), ..*wanted })
+        let Settings { saturation, .. } = self.settings;
+        self.fit(&Settings { coupling: wanted.coupling.and(self.coupling), saturation, ..*wanted })
     }
 
     /// Has the engine go on with these.
@@ -119,7 +118,8 @@ impl Seat {
     }
 }
 
-/// The settings of a scene on a device in one of both ways, as they are without being told otherwise.
+/// The settings of a scene on a device in one of both ways, as they are without being told
+/// otherwise.
 pub(super) fn preset(stage: &Stage, spec: &DeviceSpec, rate_hz: f64, mode: CouplingMode) -> Settings {
     let clustering = match mode {
         CouplingMode::Coupled => Clustering::Smooth,

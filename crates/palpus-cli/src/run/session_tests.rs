@@ -1,5 +1,6 @@
 //! Sessions that are steered while they go.
 
+use std::ops::ControlFlow;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
@@ -13,11 +14,13 @@ use palpus_device::{AfterPanic, Cut, Cuts, Guide};
 use palpus_io::read_recording;
 use palpus_io::scene::FilePolicy;
 
+use super::seat::EndedSeat;
 use super::{Beginning, Ended, Ready, Session};
 use crate::args::RunArguments;
-use crate::rerun::one::run_again;
+use crate::divergence::Report;
+use crate::rerun::Rerun;
 use crate::rerun::places::Places;
-use crate::{safety, stage, two};
+use crate::{safety, stage};
 
 /// A folder of its own for one test, gone when the test is over.
 struct Folder(PathBuf);
@@ -64,8 +67,10 @@ fn run_to(session: &mut Session, ticks: u64) {
 fn replayed(file: &std::path::Path) -> anyhow::Result<(usize, usize)> {
     let recording = read_recording(file)?;
     let mut same = 0;
-    run_again(&recording, &Places::of(file, FilePolicy::Inside), &mut |k, wrench, _| {
+    let (_, mut again) = Rerun::new(&recording, &Places::of(file, FilePolicy::Inside))?;
+    again.run(&mut |k, wrench| {
         same += usize::from(recording.rows[k].same_wrench(wrench));
+        ControlFlow::Continue(())
     })?;
     Ok((same, recording.rows.len()))
 }
@@ -102,10 +107,11 @@ fn settings_changed_in_a_run_come_back_bit_for_bit_and_cost_no_memory() {
         }
     }
     run_to(&mut session, 3000);
-    let Ended { summary, recordings, notes, .. } = session.end().expect("it ends");
+    let Ended { seats, notes, .. } = session.end().expect("it ends");
+    let [EndedSeat { summary, recordings, .. }] = &seats[..] else { panic!("one device") };
     assert_eq!(summary.ticks, 3000);
     assert_eq!(summary.allocations, 0, "the loop allocates");
-    assert_eq!(recordings, std::slice::from_ref(&file));
+    assert_eq!(*recordings, std::slice::from_ref(&file));
     assert!(notes.is_empty(), "{notes:?}");
     let recording = read_recording(&file).expect("a recording");
     let ticks: Vec<u64> = recording.changes.iter().map(|change| change.0).collect();
@@ -127,14 +133,13 @@ fn run_that_goes_on_after_a_panic_replays_bit_for_bit() {
     let arguments = RunArguments::parse_from(["run", "box-table", "--fast", "--duration", "3", "--fault", "panic@1.5"]);
     let stage = stage::prepare("box-table", FilePolicy::Inside).expect("a built-in scene");
     let mut ready = Ready::new(&arguments, "box-table", stage, false).expect("a plan and an engine");
-    let Ready::One(run) = &mut ready else { panic!("one tool") };
-    let plan = &mut run.0;
+    let plan = &mut ready.plans[0];
     plan.options.safety.after_panic = AfterPanic::AsFault;
     safety::recorded(&plan.limits, plan.engagement, &plan.options.safety, &mut plan.header.scene.more);
     let beginning = Beginning { record: Some(&file), ..Beginning::default() };
     let session = Session::start(ready, &beginning, &Arc::new(AtomicBool::new(false))).expect("a session");
-    let Ended { summary, notes, .. } = session.wait().expect("it ends");
-    assert_eq!((summary.ticks, notes), (3000, Vec::new()));
+    let Ended { seats, notes, .. } = session.wait().expect("it ends");
+    assert_eq!((seats[0].summary.ticks, notes), (3000, Vec::new()));
     let rows = read_recording(&file).expect("a recording").rows;
     let not_stepped: Vec<u64> =
         rows.iter().filter(|row| !row.servo.expect("it is").stepped).map(|row| row.tick).collect();
@@ -154,7 +159,7 @@ fn settings_that_cannot_be_are_refused_and_the_run_goes_on() {
     session.set_settings(&other).expect("the rest can be");
     assert_eq!(*session.settings(), usual);
     run_to(&mut session, 100);
-    assert_eq!(session.end().expect("it ends").summary.ticks, 100);
+    assert_eq!(session.end().expect("it ends").seats[0].summary.ticks, 100);
 }
 
 #[test]
@@ -178,7 +183,7 @@ fn recordings_come_and_go_and_overwrite_nothing() {
     assert_eq!(third, folder.0.join("run-3.csv"));
     run_to(&mut session, 700);
     let ended = session.end().expect("it ends");
-    assert_eq!(ended.recordings, [file.clone(), second.clone(), third.clone()]);
+    assert_eq!(ended.seats[0].recordings, [file.clone(), second.clone(), third.clone()]);
 
     let ticks = |file| {
         let recording = read_recording(file).expect("a recording");
@@ -246,12 +251,12 @@ fn two_tools_are_steered_recorded_on_demand_and_replayed_bit_for_bit() {
     let later = session.record(&file).expect("two files");
     assert_eq!(later, folder.0.join("run-3.csv"));
     run_to(&mut session, 2600);
-    let Ended { summary, recordings, second, notes, .. } = session.end().expect("it ends");
-    let second = second.expect("a second tool");
-    assert_eq!((summary.ticks, second.summary.ticks), (2600, 2600));
-    assert_eq!((summary.allocations, second.summary.allocations), (0, 0), "the loop allocates");
+    let Ended { seats, notes, .. } = session.end().expect("it ends");
+    let [first, second] = &seats[..] else { panic!("two tools") };
+    assert_eq!((first.summary.ticks, second.summary.ticks), (2600, 2600));
+    assert_eq!((first.summary.allocations, second.summary.allocations), (0, 0), "the loop allocates");
     assert!(notes.is_empty(), "{notes:?}");
-    assert_eq!(recordings, [file.clone(), later.clone()]);
+    assert_eq!(first.recordings, [file.clone(), later.clone()]);
     assert_eq!(second.recordings, ["run-second.csv", "run-3-second.csv"].map(|name| folder.0.join(name)));
     let changed = |path: &PathBuf| -> Vec<u64> {
         read_recording(path).expect("a recording").changes.iter().map(|change| change.0).collect()
@@ -259,15 +264,11 @@ fn two_tools_are_steered_recorded_on_demand_and_replayed_bit_for_bit() {
     assert_eq!((changed(&file), changed(&second.recordings[0])), (vec![700, 1500], vec![700, 1500]));
     for path in [&file, &second.recordings[0]] {
         let recording = read_recording(path).expect("a recording");
-        for report in two::replay::both(&recording, &Places::of(path, FilePolicy::Inside)).expect("it can be replayed")
-        {
-            assert!(report.is_identical(), "{}", path.display());
-        }
+        let (_, again) = Rerun::new(&recording, &Places::of(path, FilePolicy::Inside)).expect("it can be replayed");
+        let reports = again.compare().expect("it can be replayed");
+        assert!(reports.len() == 2 && reports.iter().all(Report::is_identical), "{}", path.display());
     }
     let late = read_recording(&later).expect("a recording");
-    let error = two::replay::both(&late, &Places::of(&later, FilePolicy::Inside))
-        .err()
-        .expect("it has no beginning")
-        .to_string();
-    assert!(error.contains("in the course of a run"), "{error}");
+    let error = Rerun::new(&late, &Places::of(&later, FilePolicy::Inside)).err().expect("it has no beginning");
+    assert!(error.to_string().contains("in the course of a run"), "{error}");
 }

@@ -1,14 +1,19 @@
-//! `palpus soak`: the loop in real time for as long as one likes, in a hand that wanders, and an account of it.
+//! `palpus soak`: the loop in real time for as long as one likes, in a hand that wanders, and an
+//! account of it.
 //!
 //! 1. The bare timer is measured, as `palpus doctor` does: what this machine does to any loop.
-//! 2. The scene's loop runs in real time with everything that `palpus run` has: simulated device, safety chain, watchdog, priority. The hand
-//!    ([`scene`]) wanders about the scene, in and out of contact, for ever, the same for the same seed.
-//! 3. The servo thread keeps an account ([`tally`]) in memory that is there from the start, and hands it over once in an interval, a minute
-//!    in a long run. This thread looks at the machine meanwhile ([`machine`]): memory, frequency, other load.
-//! 4. After every interval the report ([`report`], [`figures`]) is written anew, so that a crash leaves one.
+//! 2. The scene's loop runs in real time with everything that `palpus run` has: simulated device,
+//!    safety chain, watchdog, priority. The hand ([`scene`]) wanders about the scene, in and out of
+//!    contact, for ever, the same for the same seed.
+//! 3. The servo thread keeps an account ([`tally`]) in memory that is there from the start, and
+//!    hands it over once in an interval, a minute in a long run. This thread looks at the machine
+//!    meanwhile ([`machine`]): memory, frequency, other load.
+//! 4. After every interval the report ([`report`], [`figures`]) is written anew, so that a crash
+//!    leaves one.
 //! 5. When the time is over, or at Ctrl-C, the bare timer is measured again.
 //!
-//! Exit status 1 when the loop did not hold: a fault, an allocation in the loop, too many late ticks.
+//! Exit status 1 when the loop did not hold: a fault, an allocation in the loop, too many late
+//! ticks.
 
 mod buckets;
 mod figures;
@@ -34,15 +39,17 @@ use palpus_io::RecordingHeader;
 
 use crate::args::SoakArguments;
 use crate::doctor::timer;
-use crate::engine::{Detail, Engine};
+use crate::engine::{Answer, Detail, Engine};
 use crate::interrupt::stop_at_signal;
 use crate::output;
-use crate::recording::{self, Keep, Recording};
+use crate::recording::{self, Keep, Recording, Writing};
 use crate::run::joined;
+use crate::stage::Stage;
+use crate::tools::name_recordings;
 use buckets::Buckets;
 use machine::Watch;
 use report::{Report, Stretch};
-use scene::Ground;
+use scene::{Ground, Hand};
 use tally::{Interval, Tally};
 
 /// The report's intervals are a minute, in short runs a part of them.
@@ -54,7 +61,7 @@ const LOOK: Duration = Duration::from_millis(100);
 
 pub(crate) fn soak(arguments: &SoakArguments) -> anyhow::Result<ExitCode> {
     let ground = scene::prepare(arguments)?;
-    let rate_hz = ground.stage.rate_hz(arguments.rate);
+    let rate_hz = ground.hands[0].stage.rate_hz(arguments.rate);
     let duration = arguments.duration.0;
     let interval = INTERVAL.min(duration / INTERVALS_AT_LEAST).max(SHORTEST_INTERVAL);
     let mut report = Report::new(arguments, &ground, rate_hz, interval)?;
@@ -119,24 +126,35 @@ impl Run {
         arguments: &SoakArguments,
         report: &mut Report,
         stop: &AtomicBool,
-    ) -> anyhow::Result<(RunStatistics, Option<RealTimeClaims>)> {
-        let mut device = self.device(ground, arguments)?;
-        let settings = ground.stage.settings_for(device.spec(), self.rate_hz);
-        let mut engine = Engine::new(&ground.stage, settings)?;
-        engine.pace(self.rate_hz);
-        // The wall's time ends it, not the number of ticks: a loop that is late makes fewer of them.
-        // Nobody is there to press a key after three faults.
+    ) -> anyhow::Result<(Vec<RunStatistics>, Option<RealTimeClaims>)> {
+        // The wall's time ends it, not the number of ticks: a loop that is late makes fewer of
+        // them. Nobody is there to press a key after three faults.
         let safety = SafetyOptions { rearm: Rearm::Automatic, ..SafetyOptions::default() };
-        let options = ServoOptions { rate_hz: self.rate_hz, safety, ..ServoOptions::default() };
-        let recording = arguments.record.as_deref().map(recording::free).map(|file| {
-            let header = self.header(ground, settings, device.spec(), &options.safety);
-            Recording::start(&file, &header, &Keep::default())
-        });
-        let recording = recording.transpose()?;
-        let (mut rows, writing) = recording.map_or((None, None), |made| (Some(made.rows), Some(made.writing)));
-        let mut servo = Servo::new(options)?;
+        let mut servo = Servo::new(ServoOptions { rate_hz: self.rate_hz, safety, ..ServoOptions::default() })?;
+        let count = ground.hands.len();
+        let files = arguments.record.as_deref().map(|file| recording::of_run(file, count, &Keep::default()));
+        let (mut devices, mut settings, mut rows, mut writing) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        for (which, hand) in ground.hands.iter().enumerate() {
+            if which > 0 {
+                servo = servo.with_device(safety)?;
+            }
+            let device = self.device(hand, arguments)?;
+            settings.push(hand.stage.settings_for(device.spec(), self.rate_hz));
+            if let Some(files) = &files {
+                let mut header = self.header(&hand.stage, settings[which], device.spec(), &safety);
+                if count > 1 {
+                    name_recordings(which, files, &mut header.scene.more);
+                }
+                let recording = Recording::start(&files[which], &header, &Keep::default())?;
+                rows.push(recording.rows);
+                writing.push(recording.writing);
+            }
+            devices.push(device);
+        }
+        let mut engine = Engine::new(&ground.hands[0].stage, &settings)?;
+        engine.pace(self.rate_hz);
         let (publisher, newest) = latest_of(Interval::default);
-        let mut tally = Tally::new(self.interval, publisher);
+        let mut tally = Tally::new(self.interval, count, publisher);
         let over = AtomicBool::new(false);
         let (granted, claimed) = mpsc::channel();
         let claims_of = self.real_time.then(RealTimeOptions::default);
@@ -145,20 +163,23 @@ impl Run {
             let thread = std::thread::Builder::new().name("servo".to_owned()).spawn_scoped(scope, move || {
                 // The other end is there until this thread is joined.
                 let _ = granted.send(claims_of.as_ref().map(claim));
-                let available = Cell::new(Limits::UNLIMITED);
-                let step = |state: &DeviceState, dt| {
-                    engine.set_available(&available.get());
-                    engine.step(state, dt)
+                let available = vec![Cell::new(Limits::UNLIMITED); count];
+                let step = |states: &[DeviceState], dt: f64, answers: &mut [Answer]| {
+                    for (which, available) in available.iter().enumerate() {
+                        engine.set_available(which, &available.get());
+                    }
+                    engine.step(states, dt, answers);
                 };
                 tally.begin();
                 let mut observe = |tick: &ServoTick, detail: &Detail| {
-                    available.set(tick.available);
+                    available[tick.device].set(tick.available);
                     tally.add(tick, detail);
-                    if let Some(rows) = &mut rows {
+                    if let Some(rows) = rows.get_mut(tick.device) {
                         rows.row(tick, Some(detail));
                     }
                 };
-                let statistics = servo.run(&mut device, step, &mut observe, stop);
+                let mut devices: Vec<_> = devices.iter_mut().collect();
+                let statistics = servo.run_all(&mut devices, step, &mut observe, stop);
                 over.store(true, Ordering::Relaxed);
                 (statistics, tally.finish())
             })?;
@@ -169,23 +190,15 @@ impl Run {
             let (statistics, last) = joined(thread.join())?;
             kept?;
             report.add(&last, machine::Sample::take());
-            anyhow::Ok((statistics, claims))
+            anyhow::Ok((statistics?, claims))
         })?;
-        if let Some(writing) = writing {
-            writing.finish().iter().for_each(output::note);
-        }
+        writing.into_iter().flat_map(Writing::finish).for_each(output::note);
         Ok((statistics, claims))
     }
 
     /// What a recording says of itself.
-    fn header(
-        &self,
-        ground: &Ground,
-        settings: Settings,
-        spec: &DeviceSpec,
-        safety: &SafetyOptions,
-    ) -> RecordingHeader {
-        let mut header = ground.stage.header(settings, "sim", self.rate_hz);
+    fn header(&self, stage: &Stage, settings: Settings, spec: &DeviceSpec, safety: &SafetyOptions) -> RecordingHeader {
+        let mut header = stage.header(settings, "sim", self.rate_hz);
         let (limits, engagement) = (safety.limits(spec, self.rate_hz), safety.engagement(spec));
         crate::safety::recorded(&limits, engagement, safety, &mut header.scene.more);
         header
@@ -193,14 +206,14 @@ impl Run {
 
     fn device(
         &self,
-        ground: &Ground,
+        Hand { stage, wander }: &Hand,
         arguments: &SoakArguments,
     ) -> anyhow::Result<SimulatedDevice<impl palpus_device::Intent + use<>>> {
-        let hand = ground.stage.hand(arguments.hand.as_deref())?;
+        let hand = stage.hand(arguments.hand.as_deref())?;
         if hand == HandImpedance::NONE {
             bail!("a hand that wanders has to hold the device; take another one than `none`");
         }
-        let (wander, grip_a) = (ground.hand.clone(), ground.stage.settings.grip_a);
+        let (wander, grip_a) = (wander.clone(), stage.settings.grip_a);
         let settings = SimulationSettings { rate_hz: self.rate_hz, hand, ..SimulationSettings::default() };
         Ok(SimulatedDevice::new(settings, move |time| wander.pose(time).with_origin(grip_a))?)
     }

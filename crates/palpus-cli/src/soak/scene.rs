@@ -1,7 +1,8 @@
 //! Where the hand wanders.
 //!
-//! Scenes with a path of their own, the built-in ones and files with `[hand] path`, are wandered about along it. In a scene file without one
-//! the hand finds its places itself ([`palpus_scenes::tour`]).
+//! Scenes with a path of their own, the built-in ones and files with `[hand] path`, are wandered
+//! about along it. In a scene file without one the hand finds its places itself
+//! ([`palpus_scenes::tour`]).
 
 use std::fs;
 use std::path::Path;
@@ -15,7 +16,8 @@ use crate::args::{SoakArguments, file_policy};
 use crate::bench::find_model;
 use crate::stage::{self, Stage};
 
-/// How far the hand strays from its path along each axis, in contact tolerances; usually a quarter of it.
+/// How far the hand strays from its path along each axis, in contact tolerances; usually a quarter
+/// of it.
 const STRAY_TOLERANCES: f64 = 12.0;
 /// And how far it turns, rad.
 const STRAY_TURN: f64 = 0.25;
@@ -25,11 +27,18 @@ const PAIR: [(&str, f64); 2] = [("armadillo_31240.obj", 0.15), ("intestine_colon
 /// What it is called.
 const PAIR_NAME: &str = "armadillo-intestine";
 
-/// A scene and the hand in it.
+/// A scene and the hands in it.
 pub(super) struct Ground {
     pub(super) name: String,
+    /// Of each tool.
+    pub(super) hands: Vec<Hand>,
+}
+
+/// A tool, and the hand that wanders about with it.
+pub(super) struct Hand {
+    /// With this tool in the place of the probe.
     pub(super) stage: Stage,
-    pub(super) hand: Wander,
+    pub(super) wander: Wander,
 }
 
 pub(super) fn prepare(arguments: &SoakArguments) -> anyhow::Result<Ground> {
@@ -38,15 +47,23 @@ pub(super) fn prepare(arguments: &SoakArguments) -> anyhow::Result<Ground> {
         None => (arguments.scene.clone(), arguments.scene.clone(), file_policy(arguments.allow_outside)),
     };
     let stage = stage::prepare(&scene, policy)?;
-    stage.needs_one_device(&scene, "a soak")?;
-    let path = if palpus_scenes::scene(&scene).is_some() || read_scene(Path::new(&scene), policy)?.hand.path.is_some() {
-        stage.path.clone()
+    let others: Vec<Stage> = stage.of_others().collect();
+    let own_paths = if palpus_scenes::scene(&scene).is_some() {
+        vec![true; 1 + others.len()]
     } else {
-        found(&stage, arguments.seed)?
+        let file = read_scene(Path::new(&scene), policy)?;
+        let hands = std::iter::once(&file.hand).chain(file.others.iter().map(|tool| &tool.hand));
+        hands.map(|hand| hand.path.is_some()).collect()
     };
-    let shift = STRAY_TOLERANCES * stage.settings.contact_tolerance;
-    let hand = Wander::about(&path, shift, STRAY_TURN, arguments.seed).turning_at(stage.settings.grip_a);
-    Ok(Ground { name, hand, stage })
+    let hand = |(k, (stage, has_path)): (usize, (Stage, bool))| -> anyhow::Result<Hand> {
+        let seed = arguments.seed.wrapping_add(k as u64);
+        let path = if has_path { stage.path.clone() } else { found(&stage, seed)? };
+        let shift = STRAY_TOLERANCES * stage.settings.contact_tolerance;
+        let wander = Wander::about(&path, shift, STRAY_TURN, seed).turning_at(stage.settings.grip_a);
+        Ok(Hand { stage, wander })
+    };
+    let hands = std::iter::once(stage).chain(others).zip(own_paths).enumerate().map(hand);
+    Ok(Ground { name, hands: hands.collect::<Result<_, _>>()? })
 }
 
 /// A path over places that the probe finds by itself.
@@ -61,7 +78,8 @@ fn found(stage: &Stage, seed: u64) -> anyhow::Result<HandPath> {
     Ok(path.placed(&stage.environment_pose))
 }
 
-/// Writes the scene file of the paper's pair, whose meshes are in `models` or a folder in it; answers its name.
+/// Writes the scene file of the paper's pair, whose meshes are in `models` or a folder in it;
+/// answers its name.
 fn write_pair(models: &Path, out: &Path) -> anyhow::Result<String> {
     let mut meshes = Vec::new();
     for (file, _) in PAIR {

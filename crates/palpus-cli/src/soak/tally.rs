@@ -1,4 +1,5 @@
-//! The account of the servo thread: intervals of fixed size, handed over through an exchange that nobody waits for.
+//! The account of the servo thread: intervals of fixed size, handed over through an exchange that
+//! nobody waits for.
 
 use std::time::{Duration, Instant};
 
@@ -35,7 +36,8 @@ pub(super) struct Interval {
     pub(super) cuts: SafetyCounters,
     /// Times that a fault took the wrench away.
     pub(super) faults: u64,
-    /// Distance marches and depth walks that did not end as they should, contacts without room, tools put back.
+    /// Distance marches and depth walks that did not end as they should, contacts without room,
+    /// tools put back.
     pub(super) trouble: u64,
 }
 
@@ -47,11 +49,13 @@ pub(super) struct Tally {
     end: Duration,
     now: Interval,
     touching: bool,
-    faulted: bool,
+    /// Of each device.
+    faulted: Vec<bool>,
 }
 
 impl Tally {
-    pub(super) fn new(length: Duration, publisher: Publisher<Interval>) -> Self {
+    /// Of so many devices.
+    pub(super) fn new(length: Duration, devices: usize, publisher: Publisher<Interval>) -> Self {
         Self {
             length,
             publisher,
@@ -59,7 +63,7 @@ impl Tally {
             end: length,
             now: Interval::default(),
             touching: false,
-            faulted: false,
+            faulted: vec![false; devices],
         }
     }
 
@@ -68,8 +72,28 @@ impl Tally {
         self.begun = Instant::now();
     }
 
-    /// Adds a tick, and hands the interval over when it is its last.
+    /// Adds a device's tick, and hands the interval over when it is its last.
     pub(super) fn add(&mut self, tick: &ServoTick, detail: &Detail) {
+        let (now, engine) = (&mut self.now, &detail.tick);
+        now.force_max = now.force_max.max(tick.wrench.force.length());
+        now.torque_max = now.torque_max.max(tick.wrench.torque.length());
+        now.depth_max = now.depth_max.max(-engine.separation);
+        now.cuts.add(tick.cuts);
+        let faulted = matches!(tick.phase, Phase::Faulted | Phase::Stopped | Phase::Latched);
+        now.faults += u64::from(faulted && !self.faulted[tick.device]);
+        self.faulted[tick.device] = faulted;
+        let (query, tool) = (&engine.counters.query, &engine.counters.tool);
+        now.trouble += u64::from(query.traversal.march_fallbacks)
+            + u64::from(query.walk_stops)
+            + u64::from(query.traversal.dropped)
+            + u64::from(tool.reset);
+        if tick.device == 0 {
+            self.add_first(tick, detail);
+        }
+    }
+
+    /// What is the loop's, and what is counted of the first tool only.
+    fn add_first(&mut self, tick: &ServoTick, detail: &Detail) {
         let now = &mut self.now;
         now.ticks += 1;
         now.lateness.add((tick.lateness_s * 1e9) as u64);
@@ -83,21 +107,8 @@ impl Tally {
         now.touching += u64::from(touching);
         now.touches += u64::from(touching && !self.touching);
         self.touching = touching;
-        let force = tick.wrench.force.length();
-        now.force += force;
-        now.force_max = now.force_max.max(force);
-        now.torque_max = now.torque_max.max(tick.wrench.torque.length());
-        now.depth_max = now.depth_max.max(-engine.separation);
+        now.force += tick.wrench.force.length();
         now.allocations += detail.allocations;
-        now.cuts.add(tick.cuts);
-        let faulted = matches!(tick.phase, Phase::Faulted | Phase::Stopped | Phase::Latched);
-        now.faults += u64::from(faulted && !self.faulted);
-        self.faulted = faulted;
-        let (query, tool) = (&engine.counters.query, &engine.counters.tool);
-        now.trouble += u64::from(query.traversal.march_fallbacks)
-            + u64::from(query.walk_stops)
-            + u64::from(query.traversal.dropped)
-            + u64::from(tool.reset);
         let elapsed = self.begun.elapsed();
         if elapsed >= self.end {
             let mut done = self.finish_at(elapsed);

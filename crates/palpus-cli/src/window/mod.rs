@@ -1,7 +1,9 @@
-//! The window beside a run, where there is a display and the program was built with one (feature `window`).
+//! The window beside a run, where there is a display and the program was built with one (feature
+//! `window`).
 //!
-//! The window has the main thread. It draws what the servo thread leaves, and asks for what it wants of a [`steered::Steered`], which has
-//! the session: settings, the hand, pauses, recordings, and another scene in place of this one, prepared on a thread of its own ([`loading`]).
+//! The window has the main thread. It draws what the servo thread leaves, and asks for what it
+//! wants of a [`steered::Steered`], which has the session: settings, the hand, pauses, recordings,
+//! and another scene in place of this one, prepared on a thread of its own ([`loading`]).
 
 #[cfg(feature = "window")]
 mod dropped;
@@ -44,7 +46,8 @@ mod here {
         (!has_display()).then_some("no display")
     }
 
-    /// Runs what is `ready`, and whatever follows it, in a window until that is closed; in the terminal if none can be opened.
+    /// Runs what is `ready`, and whatever follows it, in a window until that is closed; in the
+    /// terminal if none can be opened.
     pub(crate) fn run(arguments: &RunArguments, ready: Ready, stop: &Arc<AtomicBool>) -> anyhow::Result<Vec<Ended>> {
         let (session, scene, moments) = begin(ready, &run::beginning(arguments), stop)?;
         session.tell_claims();
@@ -58,16 +61,17 @@ mod here {
         }
     }
 
-    /// Starts a session that can be seen: what there is to see, and what changes of it. The calling thread, which is the one that draws, then
-    /// keeps off the loop's core, and with it the threads that a graphics library without a graphics card starts.
+    /// Starts a session that can be seen: what there is to see, and what changes of it. The calling
+    /// thread, which is the one that draws, then keeps off the loop's core, and with it the threads
+    /// that a graphics library without a graphics card starts.
     pub(super) fn begin(
         mut ready: Ready,
         beginning: &Beginning<'_>,
         stop: &Arc<AtomicBool>,
     ) -> anyhow::Result<(Session, Scene, Newest<Moment>)> {
-        let capacity = ready.capacity();
+        let capacity = ready.engine.capacity();
         let (publisher, moments) = latest_of(move || Moment::new(capacity));
-        ready.publish(publisher);
+        ready.engine.publish(publisher);
         let scene = scene(ready.plan());
         let session = Session::start(ready, beginning, stop)?;
         session.leave_core();
@@ -79,7 +83,8 @@ mod here {
         let (stage, limits) = (&plan.stage, &plan.settings.limits);
         let look = Look { translucent: true, ..Look::default() };
         Scene {
-            // An arrow of a quarter of the limit is as long as arrows are in pictures; larger forces are longer.
+            // An arrow of a quarter of the limit is as long as arrows are in pictures; larger
+            // forces are longer.
             force_scale: 0.25 * limits.force,
             torque_scale: limits.torque,
             title: plan.name.clone(),

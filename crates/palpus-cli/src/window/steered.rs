@@ -1,8 +1,9 @@
 //! What the window asks for, done: the session behind it, and the one that follows.
 //!
-//! A scene or mesh that is wanted is prepared while the present run goes on ([`Loader`]). Then this ends in order, and the next one
-//! begins: with a recording if there was one. A simulated device is made beforehand, so that whatever fails leaves the present run as it
-//! is; hardware can be opened once only, so that it is let go of first.
+//! A scene or mesh that is wanted is prepared while the present run goes on ([`Loader`]). Then this
+//! ends in order, and the next one begins: with a recording if there was one. A simulated device is
+//! made beforehand, so that whatever fails leaves the present run as it is; hardware can be opened
+//! once only, so that it is let go of first.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -46,7 +47,7 @@ enum Next {
     /// A stage, by name: the device is to be opened.
     Stage(String, Box<Stage>),
     /// Everything.
-    Run(Ready),
+    Run(Box<Ready>),
 }
 
 impl<'a> Steered<'a> {
@@ -88,7 +89,7 @@ impl<'a> Steered<'a> {
         let recorded = self.session.as_ref().is_some_and(|session| session.recording().is_some());
         self.end_session()?;
         let ready = match next {
-            Next::Run(ready) => ready,
+            Next::Run(ready) => *ready,
             Next::Stage(name, stage) => Ready::new(self.arguments, &name, *stage, true)?,
         };
         let record = recorded.then_some(self.arguments.record.as_path());
@@ -121,11 +122,11 @@ fn prepared(wanted: &Wanted, present: &Present, arguments: &RunArguments, tell: 
     let stage = stage::prepare_telling(&name, policy, &Teller::Calls(&calls))?;
     tell("making ready", None);
     let is_hardware = |device: &String| device != "sim" && !device.starts_with("replay:");
-    let mut devices = std::iter::once(&arguments.device).chain(&arguments.second_device);
+    let mut devices = arguments.device.iter().chain(&arguments.second_device);
     if devices.any(is_hardware) {
         return Ok(Next::Stage(name, Box::new(stage)));
     }
-    Ready::new(arguments, &name, stage, true).map(Next::Run)
+    Ready::new(arguments, &name, stage, true).map(|ready| Next::Run(Box::new(ready)))
 }
 
 impl Run for Steered<'_> {

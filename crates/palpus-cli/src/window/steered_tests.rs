@@ -90,7 +90,7 @@ fn a_run_is_steered_and_followed_by_another_scene_and_by_a_dropped_mesh() {
         let ended = run.end().expect("it ends");
         assert_eq!(ended.len(), 3);
         for run in &ended {
-            let recording = read_recording(&run.recordings[0]).expect("a recording");
+            let recording = read_recording(&run.seats[0].recordings[0]).expect("a recording");
             assert!(!recording.rows.is_empty() && recording.rows[0].tick == 0, "{}", run.name);
         }
         assert!(folder.join("scenes/cube/scene.toml").is_file());

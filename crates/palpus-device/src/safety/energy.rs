@@ -17,9 +17,9 @@
 //! What is taken back acts later and is observed then like everything else, so nothing is booked
 //! twice.
 //!
-//! Where a hand holds one of two tools, the other one may push it, and the energy is that of
-//! another hand. So what the contact between the tools gave a tool is what its port may give on, as
-//! long as the contact itself gives no more than it takes ([`ContactAccount`]).
+//! Where a hand holds one of several tools, another one may push it, and the energy is that of
+//! another hand. So what contact between tools gave a tool is what its port may give on, as long as
+//! such contact gives no more than it takes ([`ContactAccount`]).
 //!
 //! Deviations from HR02: the applied wrench and its delay in place of the commanded one; both
 //! bounds in step 3; the allowance, since sensed positions come in steps, each of which is worth
@@ -61,10 +61,11 @@ pub struct EnergyAccount {
     rotation: Port,
 }
 
-/// The account of the contact between two tools: it may hand over what it took, and no more.
+/// The account of the contacts between the tools of a loop: they may hand over what they took, and
+/// no more.
 #[derive(Clone, Copy, Debug)]
 pub struct ContactAccount {
-    /// J given to both tools together and not yet taken back; negative: taken.
+    /// J given to all tools together and not yet taken back; negative: taken.
     given: f64,
     /// J.
     allowance: f64,
@@ -74,21 +75,25 @@ pub struct ContactAccount {
 
 impl ContactAccount {
     /// Nothing given, nothing taken; between devices of these limits.
-    pub fn new(limits: [&SafetyLimits; 2]) -> Self {
-        let least = |of: fn(&SafetyLimits) -> f64| of(limits[0]).min(of(limits[1]));
-        let credit = 0.5 * least(|limits| limits.force_peak) * CREDIT_TRAVEL;
-        Self { given: 0.0, allowance: least(|limits| limits.allowance), credit }
+    pub fn new<'a>(limits: impl Iterator<Item = &'a SafetyLimits>) -> Self {
+        let least = |(force, allowance): (f64, f64), limits: &SafetyLimits| {
+            (force.min(limits.force_peak), allowance.min(limits.allowance))
+        };
+        let (force, allowance) = limits.fold((f64::INFINITY, f64::INFINITY), least);
+        Self { given: 0.0, allowance, credit: 0.5 * force * CREDIT_TRAVEL }
     }
 
-    /// What the contact gave both tools in this tick, J, by moving and by turning each: as much of
-    /// it as they may pass on to their hands.
-    pub fn pass(&mut self, works: [[f64; 2]; 2]) -> [[f64; 2]; 2] {
+    /// Turns what contact gave each tool in this tick, J, by moving and by turning it, into as much
+    /// of it as the tool may pass on to its hand.
+    pub fn pass(&mut self, works: &mut [[f64; 2]]) {
         let sum: f64 = works.as_flattened().iter().sum();
         if !sum.is_finite() {
-            return [[0.0; 2]; 2];
+            return works.fill([0.0; 2]);
         }
         self.given = (self.given + sum).max(-self.credit);
-        if self.given > self.allowance { works.map(|work| work.map(|work| work.min(0.0))) } else { works }
+        if self.given > self.allowance {
+            works.as_flattened_mut().iter_mut().for_each(|work| *work = work.min(0.0));
+        }
     }
 }
 

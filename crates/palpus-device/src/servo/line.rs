@@ -6,12 +6,14 @@ use std::time::Duration;
 
 use palpus::algebra::Wrench;
 
+use super::pace::Start;
 use super::time::LoopTime;
-use super::{Pace, ServoOptions, ServoTick, Start, Timing};
+use super::{ServoOptions, ServoTick, Timing};
 use crate::device::{Brake, DeviceError, DeviceState, HapticDevice};
-use crate::safety::{Admitted, Cut, Cuts, Gate, Passivity, SafetyChain, Shaped, Watch};
+use crate::safety::{Admitted, Cut, Cuts, Gate, Passivity, SafetyChain, SafetyLimits, Shaped, Watch};
 
-/// A machine that was suspended for less than this was not: the clocks that say so are read one after the other.
+/// A machine that was suspended for less than this was not: the clocks that say so are read one
+/// after the other.
 const SUSPENDED: Duration = Duration::from_millis(1);
 
 /// Everything that stands between the step and the device.
@@ -78,12 +80,14 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         self.write(&Wrench::ZERO)
     }
 
-    /// Another tool, or objects, gave this device's so much work in this tick: see [`SafetyChain::receive`].
+    /// Another tool, or objects, gave this device's so much work in this tick: see
+    /// [`SafetyChain::receive`].
     pub(super) fn receive(&mut self, work: [f64; 2]) {
         self.chain.receive(work);
     }
 
-    /// What the chain makes of a `computed` wrench in a tick that began `elapsed` seconds after the last one, written to the device.
+    /// What the chain makes of a `computed` wrench in a tick that began `elapsed` seconds after the
+    /// last one, written to the device.
     pub(super) fn answer(
         &mut self,
         state: &DeviceState,
@@ -117,12 +121,15 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         }
     }
 
-    /// One tick, number `index`, of damping without a step; `None` if there is nothing to go by or the device fails.
-    pub(super) fn damp(&mut self, start: &Start, admitted: &Admitted, index: u64) -> Option<ServoTick> {
+    /// One tick, number `index`, of damping device number `device` without a step; `None` if there
+    /// is nothing to go by or it fails.
+    pub(super) fn damp(&mut self, start: &Start, index: u64, device: usize) -> Option<ServoTick> {
+        let admitted = self.read(start).ok()?;
         let (state, elapsed_s) = (admitted.state?, start.elapsed(self.period));
         let answered = self.answer(&state, &Wrench::ZERO, admitted.cuts, false, elapsed_s);
         let Shaped { wrench, cuts, phase, available } = answered.ok()?;
         Some(ServoTick {
+            device,
             index,
             time: index as f64 * self.period,
             state,
@@ -150,12 +157,9 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         self.chain.limits().ramp
     }
 
-    /// Takes the wrench so near to zero, within the slew limit, that zero may follow.
-    pub(super) fn let_go(&mut self, pace: &mut Pace) {
-        // What does not arrive is followed by the last zero.
-        while self.release().unwrap_or(false) {
-            pace.wait(self.time);
-        }
+    /// The thresholds of the safety chain.
+    pub(super) fn limits(&self) -> &SafetyLimits {
+        self.chain.limits()
     }
 
     /// Writes a wrench that is a step of the slew limit nearer to zero; false if zero may follow.
@@ -232,7 +236,8 @@ impl Drop for Guard {
     }
 }
 
-/// Writes zero to the device at the end of the run, and also when something unwinds through the loop.
+/// Writes zero to the device at the end of the run, and also when something unwinds through the
+/// loop.
 struct ZeroAtEnd<'a, D: HapticDevice + ?Sized> {
     device: &'a mut D,
     brake: Option<Arc<dyn Brake>>,

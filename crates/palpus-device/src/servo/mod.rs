@@ -1,55 +1,70 @@
-//! The servo loop.
+//! The servo loop around one device or several.
 //!
 //! Once a tick, at 1 kHz unless told otherwise:
 //!
 //! 1. wait for the tick's deadline (real time) or don't (simulated time);
-//! 2. read the device's state and let the gate look at it; one that is none is replaced by the last one that was, at rest;
-//! 3. run the step, which answers a wrench; a panic in it is caught;
-//! 4. the safety chain ([`crate::SafetyChain`]) makes of it what the device may get;
-//! 5. write that to the device, and tell the watchdog;
-//! 6. account: times, energy, largest values, cuts; let the observer see the tick.
+//! 2. read each device's state and let its gate look at it; an invalid one is replaced by the last
+//!    valid one, at rest;
+//! 3. run the step once, which answers a wrench for each device; a panic in it is caught;
+//! 4. each device's safety chain ([`crate::SafetyChain`]) makes of its wrench what the device may
+//!    get;
+//! 5. write that to the device, and tell its watchdog;
+//! 6. account: times, energy, largest values, cuts; let the observer see the ticks.
 //!
-//! Deadlines are absolute, so lateness does not add up; a loop that is late by whole periods skips them, keeps its
-//! phase and counts them, rather than firing a burst of ticks. Whatever ends the loop — its duration, the stop flag, the
-//! device, a panic in the step, the observer or the device — the last wrench written is zero. After a panic in the step, or a
-//! fault after which it is to stop, it first damps the grip for a moment; else the wrench goes to zero within the slew limit.
-//! The loop does not allocate once the first tick has begun. What a panic in the step says is told after the wrench is zero.
+//! **Several devices.** Each has a line of its own: gate, chain, brake and watchdog know nothing of
+//! the others, so that a fault takes the force from its own device only. A state that the gate
+//! doubts reaches the step as the last one that it did not, at rest: the other hands would feel a
+//! tool where it never was. A device that is lost gets its zero and its brake and is read no more;
+//! the step goes on with its last state, at rest. The run ends when its time is over, when all
+//! devices are lost, when the states of one have been played to their end, or at a fault after
+//! which it is to stop. What the devices share is the loop's time: one that keeps the loop waiting
+//! is late for all.
 //!
-//! A loop that is late in more than a tenth of its ticks, and a machine that was suspended, are faults.
+//! Deadlines are absolute, so lateness does not add up; a loop that is late by whole periods skips
+//! them, keeps its phase and counts them, rather than firing a burst of ticks. Whatever ends the
+//! loop — its duration, the stop flag, the device, a panic in the step, the observer or the device
+//! — the last wrench written is zero. After a panic in the step, or a fault after which it is to
+//! stop, it first damps the grip for a moment; else the wrench goes to zero within the slew limit.
+//! The loop does not allocate once the first tick has begun. What a panic in the step says is told
+//! after the wrench is zero.
 //!
-//! Whoever has the run's [`Reins`] may stop it for a while. With a device that stands still while nobody reads it, the loop does so as well, goes on
-//! by single ticks if asked to, and then as if nothing had been. Any other device is held by somebody: the loop goes round, and the
-//! chain keeps the force away until engaged anew. The reins also bring the program's keys, which count as buttons of the device.
+//! A loop that is late in more than a tenth of its ticks, and a machine that was suspended, are
+//! faults.
 //!
-//! The step is always given the nominal period: what a run computes then depends on what it was fed, not on the
-//! scheduler, and can be replayed bit for bit. What the chain makes of it can be, too, from the recorded states, the step's
-//! wrenches and the cuts of each tick.
+//! Whoever has the run's [`Reins`] may stop it for a while. With a device that stands still while
+//! nobody reads it, the loop does so as well, goes on by single ticks if asked to, and then as if
+//! nothing had been. Any other device is held by somebody: the loop goes round, and the chain keeps
+//! the force away until engaged anew. The reins also bring the program's keys, which count as
+//! buttons of the device.
+//!
+//! The step is always given the nominal period: what a run computes then depends on what it was
+//! fed, not on the scheduler, and can be replayed bit for bit. What the chain makes of it can be,
+//! too, from the recorded states, the step's wrenches and the cuts of each tick.
 
-mod both;
 mod line;
 mod options;
 mod pace;
 mod punctuality;
 mod quiet;
 mod reins;
+mod seat;
 mod statistics;
 mod time;
+mod turns;
 
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
 
 use palpus::algebra::Wrench;
 use palpus::render::Limits;
 
 use crate::device::{DeviceState, HapticDevice};
-use crate::safety::{Cut, Cuts, Passivity, Phase, Shaped};
-use line::Line;
-use pace::{Pace, Start};
+use crate::safety::{Cuts, Passivity, Phase, SafetyOptions};
+use seat::Kept;
 use statistics::Tally;
+use turns::Turns;
 
-pub use both::{BothObserver, ToolOutcome};
 pub use options::{ServoError, ServoOptions, Timing};
 pub use reins::Reins;
 pub use statistics::{Energy, LATE, Percentiles, RunEnd, RunStatistics};
@@ -64,9 +79,13 @@ pub struct StepOutcome<T = ()> {
     pub saturated: bool,
     /// It is the first one of other settings, to be blended in.
     pub changed: bool,
-    /// J: what bodies that move by themselves gave the tool in this tick, by moving it and by turning it: a conveyor, a part that
-    /// falls. It is energy that the hand may get without having given any ([`crate::Passivity::received`]).
+    /// J: what bodies that move by themselves gave the tool in this tick, by moving it and by
+    /// turning it: a conveyor, a part that falls. It is energy that the hand may get without having
+    /// given any ([`crate::Passivity::received`]).
     pub received: [f64; 2],
+    /// J: what contact with the tools of other devices gave the tool in this tick, likewise. They
+    /// may hand over what they took, and no more ([`crate::ContactAccount`]).
+    pub from_others: [f64; 2],
     /// For the observer: whatever else the step found out.
     pub detail: T,
 }
@@ -74,13 +93,15 @@ pub struct StepOutcome<T = ()> {
 impl StepOutcome {
     /// A wrench and nothing else.
     pub fn of(wrench: Wrench) -> Self {
-        Self { wrench, saturated: false, changed: false, received: [0.0; 2], detail: () }
+        Self { wrench, saturated: false, changed: false, received: [0.0; 2], from_others: [0.0; 2], detail: () }
     }
 }
 
-/// What happened in one turn of the loop.
+/// What happened to one device in one turn of the loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoTick {
+    /// Which of the loop's devices: 0, 1, 2, …
+    pub device: usize,
     /// 0, 1, 2, …
     pub index: u64,
     /// Index times the nominal period, s.
@@ -101,7 +122,8 @@ pub struct ServoTick {
     pub available: Limits,
     /// The step said that it cut the wrench.
     pub saturated: bool,
-    /// Since the last tick began, s: the time that energy, heat and slew limit go by. The nominal period in simulated time and after a pause.
+    /// Since the last tick began, s: the time that energy, heat and slew limit go by. The nominal
+    /// period in simulated time and after a pause.
     pub elapsed_s: f64,
     /// Wall time of the step, s.
     pub step_s: f64,
@@ -111,13 +133,15 @@ pub struct ServoTick {
     pub overrun: bool,
 }
 
-/// Sees every tick, on the servo thread, after the wrench was written: must be quick and must not allocate.
+/// Sees every tick of every device, on the servo thread, after all wrenches were written: must be
+/// quick and must not allocate.
 pub trait TickObserver<T = ()> {
     /// `detail` is what the step answered beside its wrench.
     fn observe(&mut self, tick: &ServoTick, detail: &T);
 
-    /// A tick in which the step answered nothing: it panicked ([`Cut::Panic`] is among the cuts), or the loop damps the grip for a moment
-    /// after that or after a last fault, and did not ask it.
+    /// A tick in which the step answered nothing: it panicked ([`Cut::Panic`] is among the cuts),
+    /// or the loop damps the grip for a moment after that or after a last fault, and did not ask
+    /// it.
     fn unanswered(&mut self, _: &ServoTick) {}
 }
 
@@ -136,12 +160,12 @@ impl<T> TickObserver<T> for () {
 pub struct Servo {
     options: ServoOptions,
     reins: Arc<Reins>,
-    passivity: Option<Box<dyn Passivity>>,
-    tally: Tally,
+    /// One for each device.
+    kept: Vec<Kept>,
 }
 
 impl Servo {
-    /// A loop that will run as `options` say.
+    /// A loop around one device that will run as `options` say.
     ///
     /// # Errors
     /// When an option is out of range.
@@ -152,16 +176,28 @@ impl Servo {
         if let Some(duration) = options.duration.filter(|duration| !(*duration >= 0.0 && duration.is_finite())) {
             return Err(ServoError::Duration(duration));
         }
-        if options.safety.limits.is_some_and(|limits| !limits.is_valid()) {
-            return Err(ServoError::Safety);
-        }
-        Ok(Self { options, reins: Arc::default(), passivity: None, tally: Tally::new() })
+        Self { options, reins: Arc::default(), kept: Vec::new() }.with_device(options.safety)
     }
 
-    /// With this in place of the usual passivity stage of the safety chain.
+    /// The same loop around one more device, which has a safety chain of its own. Rate, time and
+    /// reins are those of the loop.
+    ///
+    /// # Errors
+    /// When a threshold is negative or not a number.
+    pub fn with_device(mut self, safety: SafetyOptions) -> Result<Self, ServoError> {
+        if safety.limits.is_some_and(|limits| !limits.is_valid()) {
+            return Err(ServoError::Safety);
+        }
+        self.kept.push(Kept { safety, passivity: None, tally: Tally::new() });
+        Ok(self)
+    }
+
+    /// With this in place of the usual passivity stage of the newest device's safety chain.
     #[must_use]
     pub fn with_passivity(mut self, stage: Box<dyn Passivity>) -> Self {
-        self.passivity = Some(stage);
+        if let Some(kept) = self.kept.last_mut() {
+            kept.passivity = Some(stage);
+        }
         self
     }
 
@@ -170,8 +206,9 @@ impl Servo {
         Arc::clone(&self.reins)
     }
 
-    /// Runs on the calling thread until the duration is over, `stop` is set or the reins say so, the device ends or something fails; the last
-    /// wrench written to `device` is zero.
+    /// Runs the first device on the calling thread until the duration is over, `stop` is set or the
+    /// reins say so, the device ends or something fails; the last wrench written to `device` is
+    /// zero.
     pub fn run<D, T, S, O>(&mut self, device: &mut D, step: S, observer: &mut O, stop: &AtomicBool) -> RunStatistics
     where
         D: HapticDevice + ?Sized,
@@ -195,27 +232,79 @@ impl Servo {
         S: FnMut(&DeviceState, f64) -> StepOutcome<T>,
         O: TickObserver<T> + ?Sized,
     {
-        let ServoOptions { rate_hz, timing, duration, spin, .. } = self.options;
-        let period = 1.0 / rate_hz;
-        let most = duration.map_or(u64::MAX, |seconds| (seconds * rate_hz).round() as u64);
-        quiet::prepare();
-        self.tally.restart(device.spec().delay, period);
-        let (given, stands) = (self.passivity.is_some(), device.stands_unread());
-        let line = Line::new(&self.options, device, self.passivity.take(), time);
-        let pace = Pace::start(timing, period, spin, time);
-        let mut turns = Turns {
-            line,
-            pace,
-            time,
-            period,
-            reins: &self.reins,
-            stands,
-            index: 0,
-            ending: 0.0,
-            tally: &mut self.tally,
+        let step = |states: &[DeviceState], dt: f64, answers: &mut [Option<StepOutcome<T>>]| {
+            answers[0] = Some(step(&states[0], dt));
         };
+        self.turn(time, &mut [device], step, observer, stop).remove(0)
+    }
+
+    /// Runs all devices of the loop, by the clock on the wall: see [`Self::run_all_in`].
+    ///
+    /// # Errors
+    /// When there are not as many devices as the loop was made for.
+    pub fn run_all<D, T, S, O>(
+        &mut self,
+        devices: &mut [&mut D],
+        step: S,
+        observer: &mut O,
+        stop: &AtomicBool,
+    ) -> Result<Vec<RunStatistics>, ServoError>
+    where
+        D: HapticDevice + ?Sized,
+        S: FnMut(&[DeviceState], f64, &mut [Option<StepOutcome<T>>]),
+        O: TickObserver<T> + ?Sized,
+    {
+        self.run_all_in(&WallTime::new(), devices, step, observer, stop)
+    }
+
+    /// Runs all devices of the loop, each on a line of its own, and answers what it was like for
+    /// each.
+    ///
+    /// `step` gets the state of each device and the period, and answers each in its place; a device
+    /// that it leaves without an answer gets no force. The pose of a device that has not had a
+    /// state yet is not a number.
+    ///
+    /// # Errors
+    /// When there are not as many devices as the loop was made for.
+    pub fn run_all_in<D, T, S, O>(
+        &mut self,
+        time: &dyn LoopTime,
+        devices: &mut [&mut D],
+        step: S,
+        observer: &mut O,
+        stop: &AtomicBool,
+    ) -> Result<Vec<RunStatistics>, ServoError>
+    where
+        D: HapticDevice + ?Sized,
+        S: FnMut(&[DeviceState], f64, &mut [Option<StepOutcome<T>>]),
+        O: TickObserver<T> + ?Sized,
+    {
+        if devices.len() != self.kept.len() {
+            return Err(ServoError::Devices { made: self.kept.len(), given: devices.len() });
+        }
+        Ok(self.turn(time, devices, step, observer, stop))
+    }
+
+    /// At least one device, and no more than the loop was made for.
+    fn turn<D, T, S, O>(
+        &mut self,
+        time: &dyn LoopTime,
+        devices: &mut [&mut D],
+        mut step: S,
+        observer: &mut O,
+        stop: &AtomicBool,
+    ) -> Vec<RunStatistics>
+    where
+        D: HapticDevice + ?Sized,
+        S: FnMut(&[DeviceState], f64, &mut [Option<StepOutcome<T>>]),
+        O: TickObserver<T> + ?Sized,
+    {
+        quiet::prepare();
+        let ServoOptions { rate_hz, duration, .. } = self.options;
+        let most = duration.map_or(u64::MAX, |seconds| (seconds * rate_hz).round() as u64);
+        let mut turns = Turns::new(&self.options, devices, &mut self.kept, &self.reins, time);
         let mut count = 0;
-        let mut end = loop {
+        let end = loop {
             if count >= most {
                 break RunEnd::Duration;
             }
@@ -231,167 +320,9 @@ impl Servo {
         if matches!(end, RunEnd::Panicked(_) | RunEnd::Faulted(_)) {
             turns.coast(stop, observer);
         }
-        let Turns { mut line, mut pace, tally, .. } = turns;
-        line.let_go(&mut pace);
-        let counts = line.counts();
-        let (passivity, finished) = line.finish(matches!(end, RunEnd::DeviceFailed(_)));
-        // The usual stage is made anew for each run's device.
-        self.passivity = passivity.filter(|_| given);
-        // What came first is the reason.
-        if let Err(error) = finished
-            && matches!(end, RunEnd::Duration | RunEnd::Stopped | RunEnd::DeviceEnded)
-        {
-            end = RunEnd::DeviceFailed(error);
-        }
-        let statistics = tally.finish(end, timing, period, pace.elapsed(time));
-        RunStatistics { device: counts, ..statistics }
+        turns.let_go();
+        turns.finish(&end)
     }
-}
-
-/// A loop that stands still looks this often whether it is to go on.
-const LOOK: Duration = Duration::from_millis(4);
-
-/// A run under way.
-struct Turns<'a, D: HapticDevice + ?Sized> {
-    line: Line<'a, D>,
-    pace: Pace,
-    time: &'a dyn LoopTime,
-    period: f64,
-    reins: &'a Reins,
-    /// The device stands still while it is not read.
-    stands: bool,
-    /// Of the next tick.
-    index: u64,
-    /// s since the reins ended the run.
-    ending: f64,
-    tally: &'a mut Tally,
-}
-
-impl<D: HapticDevice + ?Sized> Turns<'_, D> {
-    /// Returns when the next tick may come: at once, unless the run is paused and can stand still.
-    fn stand(&mut self, stop: &AtomicBool) {
-        if !self.stands || !self.reins.is_paused() {
-            return;
-        }
-        self.line.stand();
-        let since = self.time.now();
-        while !(self.reins.take_step() || self.reins.is_ended() || stop.load(Ordering::Relaxed)) {
-            self.time.wait_until(self.time.now() + LOOK, Duration::ZERO);
-        }
-        self.pace.resume(since, self.time);
-    }
-
-    /// True when the reins have ended the run and the wrench has faded out. A loop that stands still has nothing to wait for.
-    fn is_over(&mut self) -> bool {
-        let lasts = self.ending < self.line.fading() && self.line.is_on() && !(self.stands && self.reins.is_paused());
-        if self.reins.is_ended() && lasts {
-            self.ending += self.period;
-            return false;
-        }
-        self.reins.is_ended()
-    }
-
-    /// One turn of the loop; breaks with the reason for which it was the last.
-    fn turn<T, S, O>(&mut self, step: &mut S, observer: &mut O) -> ControlFlow<RunEnd>
-    where
-        S: FnMut(&DeviceState, f64) -> StepOutcome<T>,
-        O: TickObserver<T> + ?Sized,
-    {
-        let start = self.pace.wait(self.time);
-        self.tally.start_of_tick(&start);
-        let admitted = match self.line.read(&start) {
-            Ok(admitted) => admitted,
-            Err(error) => return ControlFlow::Break(RunEnd::of(error)),
-        };
-        let Some(state) = admitted.state.map(|state| state.with_keys(self.reins.take_keys())) else {
-            // There has been no state yet, and so there has been no wrench.
-            self.tally.without_state(admitted.cuts);
-            return match self.line.hold_still() {
-                Ok(()) => ControlFlow::Continue(()),
-                Err(error) => ControlFlow::Break(RunEnd::DeviceFailed(error)),
-            };
-        };
-        let (outcome, step_s) = self.caught(step, &state);
-        let panicked = outcome.is_err();
-        let elapsed_s = start.elapsed(self.period);
-        let computed = outcome.as_ref().map_or(Wrench::ZERO, |outcome| outcome.wrench);
-        let mut found = admitted.cuts;
-        found.note(Cut::Paused, !self.stands && self.reins.is_paused());
-        found.note(Cut::Overrun, self.pace.is_lost(self.time));
-        found.note(Cut::Ending, self.reins.is_ended());
-        found.note(Cut::Settings, outcome.as_ref().is_ok_and(|outcome| outcome.changed));
-        self.line.receive(outcome.as_ref().map_or([0.0; 2], |outcome| outcome.received));
-        let Shaped { wrench, cuts, phase, available } =
-            match self.line.answer(&state, &computed, found, panicked, elapsed_s) {
-                Ok(shaped) => shaped,
-                Err(error) => return ControlFlow::Break(RunEnd::DeviceFailed(error)),
-            };
-        let tick = ServoTick {
-            index: self.index,
-            time: self.index as f64 * self.period,
-            state,
-            read: admitted.read,
-            computed,
-            wrench,
-            cuts,
-            phase,
-            available,
-            saturated: outcome.as_ref().is_ok_and(|outcome| outcome.saturated),
-            elapsed_s,
-            step_s,
-            lateness_s: start.lateness.as_secs_f64(),
-            overrun: start.skipped > 0 || self.pace.is_overrun(self.time),
-        };
-        self.tally.end_of_tick(&tick);
-        self.index += 1;
-        match outcome {
-            Ok(outcome) => observer.observe(&tick, &outcome.detail),
-            Err(panic) => {
-                observer.unanswered(&tick);
-                self.tally.panicked(quiet::message(panic.as_ref()));
-            }
-        }
-        match phase {
-            Phase::Stopped if panicked => ControlFlow::Break(RunEnd::Panicked(self.tally.last_panic())),
-            Phase::Stopped => ControlFlow::Break(RunEnd::Faulted(cuts)),
-            _ => ControlFlow::Continue(()),
-        }
-    }
-
-    /// Damps the grip for a moment, whatever the device says of it.
-    fn coast<T, O>(&mut self, stop: &AtomicBool, observer: &mut O)
-    where
-        O: TickObserver<T> + ?Sized,
-    {
-        for _ in 0..coast_ticks(self.period) {
-            let start = self.pace.wait(self.time);
-            if stop.load(Ordering::Relaxed) {
-                return;
-            }
-            let Ok(admitted) = self.line.read(&start) else { return };
-            let Some(tick) = self.line.damp(&start, &admitted, self.index) else { return };
-            self.index += 1;
-            observer.unanswered(&tick);
-        }
-    }
-
-    /// What the step answers or with what it panics, and how long it took, s.
-    fn caught<T, S>(&self, step: &mut S, state: &DeviceState) -> (std::thread::Result<StepOutcome<T>>, f64)
-    where
-        S: FnMut(&DeviceState, f64) -> StepOutcome<T>,
-    {
-        let before = self.time.now();
-        let outcome = quiet::caught(|| step(state, self.period));
-        (outcome, self.time.now().saturating_sub(before).as_secs_f64())
-    }
-}
-
-/// Damping after a panic or a last fault, s, before the run ends with zero.
-const COAST: f64 = 0.1;
-
-/// The same in ticks.
-fn coast_ticks(period: f64) -> u64 {
-    (COAST / period).ceil() as u64
 }
 
 #[cfg(test)]

@@ -51,4 +51,12 @@ pub enum ServoError {
     /// A threshold is negative or not a number.
     #[error("every safety threshold must be a number from 0 up")]
     Safety,
+    /// See [`super::Servo::with_device`].
+    #[error("the loop was made for {made} devices and is given {given}; add a device to it for each")]
+    Devices {
+        /// For so many it was made.
+        made: usize,
+        /// So many there are.
+        given: usize,
+    },
 }

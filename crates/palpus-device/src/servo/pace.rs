@@ -41,7 +41,8 @@ impl Pace {
         let begin = time.now();
         let punctuality = Punctuality::new(period);
         let period = Duration::from_secs_f64(period);
-        // A fast loop that only spun would hold its core for ever; kernels take it away from such threads now and then.
+        // A fast loop that only spun would hold its core for ever; kernels take it away from such
+        // threads now and then.
         let spin = spin.min(period / 2);
         Self { timing, begin, period, spin, deadline: begin, last: None, punctuality }
     }
@@ -51,7 +52,8 @@ impl Pace {
         if self.timing == Timing::Simulated {
             return Start { lateness: Duration::ZERO, period: None, skipped: 0 };
         }
-        // A deadline is never more than a period ahead, unless the clock ran backwards: the force must not be held for so long.
+        // A deadline is never more than a period ahead, unless the clock ran backwards: the force
+        // must not be held for so long.
         self.deadline = self.deadline.min(time.now() + self.period);
         time.wait_until(self.deadline, self.spin);
         let now = time.now();
@@ -69,7 +71,8 @@ impl Pace {
         Start { lateness, period, skipped }
     }
 
-    /// Goes on after the loop has stood still since `since`: the next tick is due now, and that time was none.
+    /// Goes on after the loop has stood still since `since`: the next tick is due now, and that
+    /// time was none.
     pub(super) fn resume(&mut self, since: Duration, time: &dyn LoopTime) {
         let now = time.now();
         self.begin += now.saturating_sub(since);

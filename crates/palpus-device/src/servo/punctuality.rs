@@ -1,8 +1,8 @@
 //! Persistent overrun: a loop that is late again and again.
 //!
-//! A single late tick is held by the slew limit, and a stall by the watchdog. A loop that is late in more than [`SHARE`] of its
-//! ticks is neither: it renders with old states, and contacts swing. The judgement goes over the last [`WINDOW`]; before so much
-//! time has passed there is none.
+//! A single late tick is held by the slew limit, and a stall by the watchdog. A loop that is late
+//! in more than [`SHARE`] of its ticks is neither: it renders with old states, and contacts swing.
+//! The judgement goes over the last [`WINDOW`]; before so much time has passed there is none.
 
 /// s.
 const WINDOW: f64 = 0.25;
@@ -34,7 +34,8 @@ pub(super) struct Punctuality {
 impl Punctuality {
     /// For a loop whose ticks are `period` seconds apart when it keeps its time.
     pub(super) fn new(period: f64) -> Self {
-        // A loop that skips what it missed makes no more ticks than there are periods, but for the ends.
+        // A loop that skips what it missed makes no more ticks than there are periods, but for the
+        // ends.
         let room = (WINDOW / period).ceil() as usize + 2;
         Self { ticks: vec![Made::default(); room], oldest: 0, count: 0, late: 0, now: 0.0 }
     }

@@ -1,8 +1,9 @@
 //! Panics in a step are not told of while a force is on.
 //!
-//! A panic hook runs before the loop can catch the panic, and the usual one writes to the terminal, which may take any time or
-//! wait for a reader. So the first loop of a program puts a hook before the one that is there: it keeps quiet on a thread that is
-//! in a step, and leaves where the panic was. The loop writes the wrench first; what the panic said stands in
+//! A panic hook runs before the loop can catch the panic, and the usual one writes to the terminal,
+//! which may take any time or wait for a reader. So the first loop of a program puts a hook before
+//! the one that is there: it keeps quiet on a thread that is in a step, and leaves where the panic
+//! was. The loop writes the wrench first; what the panic said stands in
 //! [`RunStatistics::panic`](super::RunStatistics).
 
 use std::any::Any;

@@ -4,7 +4,8 @@ use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 
 use crate::safety::{HOLD_KEY, REARM_KEY};
 
-/// Pauses a run, takes it on by single ticks, ends it; from any thread, without waiting. See [`super::Servo`].
+/// Pauses a run, takes it on by single ticks, ends it; from any thread, without waiting. See
+/// [`super::Servo`].
 #[derive(Debug, Default)]
 pub struct Reins {
     paused: AtomicBool,
@@ -29,21 +30,23 @@ impl Reins {
         self.paused.load(Ordering::Relaxed)
     }
 
-    /// Lets a paused run make so many ticks more and stand still again. A device in somebody's hand does not stand still.
+    /// Lets a paused run make so many ticks more and stand still again. A device in somebody's hand
+    /// does not stand still.
     pub fn step(&self, ticks: u64) {
         if self.is_paused() {
             self.ticks.fetch_add(ticks, Ordering::Relaxed);
         }
     }
 
-    /// The program's own key for force is held: it counts as a button of the device ([`HOLD_KEY`]) for so many ticks, unless this is
-    /// called again. So a window that hangs lets go. 0: nobody holds it.
+    /// The program's own key for force is held: it counts as a button of the device ([`HOLD_KEY`])
+    /// for so many ticks, unless this is called again. So a window that hangs lets go. 0: nobody
+    /// holds it.
     pub fn hold(&self, ticks: u64) {
         self.held.store(ticks, Ordering::Relaxed);
     }
 
-    /// Gives a device that is latched after three faults its force back, once it is engaged; it counts as a button that is pressed
-    /// for a tick ([`REARM_KEY`]).
+    /// Gives a device that is latched after three faults its force back, once it is engaged; it
+    /// counts as a button that is pressed for a tick ([`REARM_KEY`]).
     pub fn rearm(&self) {
         self.pressed.store(REARM_KEY, Ordering::Relaxed);
     }
@@ -59,8 +62,8 @@ impl Reins {
         pressed | if held { HOLD_KEY } else { 0 }
     }
 
-    /// The run ends, as soon as the wrench has faded out (a quarter of a second), or before its next tick where there is none; and so
-    /// does any other of the same loop.
+    /// The run ends, as soon as the wrench has faded out (a quarter of a second), or before its
+    /// next tick where there is none; and so does any other of the same loop.
     pub fn end(&self) {
         self.ended.store(true, Ordering::Relaxed);
     }
@@ -95,7 +98,8 @@ mod tests {
 
     const RATE_HZ: f64 = 1000.0;
 
-    /// Virtual time in which somebody acts on the reins whenever a paused run has looked so many times.
+    /// Virtual time in which somebody acts on the reins whenever a paused run has looked so many
+    /// times.
     struct Somebody<'a> {
         time: VirtualTime,
         reins: Arc<Reins>,

@@ -30,8 +30,8 @@ pub struct Percentiles {
     pub mean: f64,
 }
 
-/// Net work that the written wrenches have done on the grip, J, over the sensed motion while each was acting.
-/// Positive: the loop has put energy into the hand.
+/// Net work that the written wrenches have done on the grip, J, over the sensed motion while each
+/// was acting. Positive: the loop has put energy into the hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Energy {
     /// By forces.
@@ -71,13 +71,15 @@ impl RunEnd {
 pub struct RunStatistics {
     /// Turns of the loop whose wrench was written.
     pub ticks: u64,
-    /// Seconds of the run's own time: the wall's in real time, ticks times the period in simulated time.
+    /// Seconds of the run's own time: the wall's in real time, ticks times the period in simulated
+    /// time.
     pub duration_s: f64,
     /// Seconds on the wall.
     pub wall_s: f64,
     /// Ticks per second on the wall.
     pub rate_hz: f64,
-    /// Ticks that wrote their wrench more than a period after they were due, because they began late or took long.
+    /// Ticks that wrote their wrench more than a period after they were due, because they began
+    /// late or took long.
     pub overruns: u64,
     /// Ticks that began more than [`LATE`] after they were due.
     pub late_ticks: u64,
@@ -218,7 +220,9 @@ impl Tally {
     pub(super) fn finish(&mut self, end: RunEnd, timing: Timing, period: f64, wall: Duration) -> RunStatistics {
         let Counts { ticks, overruns, late, skipped, saturated, mut safety, energy, .. } = self.counts;
         let mut cuts = Cuts::NONE;
-        cuts.note(Cut::Device, matches!(end, RunEnd::DeviceFailed(_)));
+        // A device that was lost while it was written to has had a tick that says so.
+        let told = safety.ticks(Cut::Device) > 0;
+        cuts.note(Cut::Device, matches!(end, RunEnd::DeviceFailed(_)) && !told);
         safety.add(cuts);
         let wall_s = wall.as_secs_f64();
         let real = timing == Timing::RealTime;

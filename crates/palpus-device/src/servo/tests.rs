@@ -4,14 +4,12 @@ mod faults;
 mod lateness;
 mod run;
 
-use std::sync::Arc;
-
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist};
 
 use super::*;
 use crate::device::{Brake, BrakeFlag, DeviceError};
-use crate::safety::{SafetyLimits, SafetyOptions};
+use crate::safety::SafetyLimits;
 use crate::{DeviceSpec, known_devices};
 
 /// A device that stays where it is and remembers what it was told.

@@ -15,17 +15,19 @@ pub trait LoopTime {
     /// Returns not before `deadline`: sleeps until `spin` before it, then spins.
     fn wait_until(&self, deadline: Duration, spin: Duration);
 
-    /// For how long the machine has been suspended since some beginning, which [`Self::now`] does not count. Never too long;
-    /// zero where the system does not say.
+    /// For how long the machine has been suspended since some beginning, which [`Self::now`] does
+    /// not count. Never too long; zero where the system does not say.
     fn suspended(&self) -> Duration {
         Duration::ZERO
     }
 
-    /// Has `watch` checked by this clock until it is over, by a thread that is answered or by other means.
+    /// Has `watch` checked by this clock until it is over, by a thread that is answered or by other
+    /// means.
     fn guard(&self, watch: Arc<Watch>) -> Option<JoinHandle<()>>;
 }
 
-/// The clock on the wall: monotonic, and what the system's own hands do to the date does not reach it.
+/// The clock on the wall: monotonic, and what the system's own hands do to the date does not reach
+/// it.
 #[derive(Clone, Copy, Debug)]
 pub struct WallTime {
     origin: Instant,
@@ -76,7 +78,8 @@ impl LoopTime for WallTime {
     }
 }
 
-/// A clock for tests of real time that take none: it stands still until someone waits or [`VirtualTime::pass`] is called.
+/// A clock for tests of real time that take none: it stands still until someone waits or
+/// [`VirtualTime::pass`] is called.
 #[derive(Clone, Debug, Default)]
 pub struct VirtualTime(Arc<Virtual>);
 

@@ -1,5 +1,5 @@
-//! Keys and values of a TOML text with their places: each getter either gives the value, says that it is absent, or
-//! gives an error that names line, column and what should stand there.
+//! Keys and values of a TOML text with their places: each getter either gives the value, says that
+//! it is absent, or gives an error that names line, column and what should stand there.
 
 use std::ops::Range;
 
@@ -26,6 +26,7 @@ impl Source<'_> {
 }
 
 /// A table of the file whose keys are all known.
+#[derive(Clone)]
 pub(super) struct Section<'a> {
     source: Source<'a>,
     /// As written, with brackets; empty for the top.
@@ -80,10 +81,25 @@ impl<'a> Section<'a> {
         tables.iter().map(section).collect()
     }
 
+    /// True when the table has one of `keys`.
+    pub(super) fn has(&self, keys: &[&str]) -> bool {
+        keys.iter().any(|key| self.find(key).is_some())
+    }
+
     /// True when the table under `key` has one of `keys`.
     pub(super) fn says(&self, key: &str, keys: &[&str]) -> bool {
         let Some(DeValue::Table(table)) = self.find(key).map(Spanned::get_ref) else { return false };
         table.keys().any(|name| keys.contains(&name.get_ref().as_ref()))
+    }
+
+    /// Where the value under `key` stands, if it is there.
+    pub(super) fn place(&self, key: &str) -> Option<Range<usize>> {
+        self.find(key).map(Spanned::span)
+    }
+
+    /// How the table is written: `[probe]`, `[[tool]]`.
+    pub(super) fn title(&self) -> &str {
+        &self.title
     }
 
     /// True when the file has this table.

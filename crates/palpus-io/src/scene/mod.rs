@@ -1,5 +1,5 @@
-//! Scene files: what touches what, in which unit, how it feels. TOML; every key but `unit` and the two meshes may be
-//! left out.
+//! Scene files: what touches what, in which unit, how it feels. TOML; every key but `unit` and the
+//! two meshes may be left out.
 //!
 //! ```toml
 //! unit = "mm"               # of the meshes and of every length here: um, mm, cm, dm, m, km, inch, ft — or metres as a number
@@ -75,13 +75,27 @@
 //! angular_velocity = [0, 0, 0]   # rad/s
 //! ```
 //!
-//! 1. The text is parsed with the place of every key and value, so that whatever is wrong is named with line and column.
-//! 2. An unknown key is an error that names the nearest valid one: a mistyped key that did nothing would be felt, not
-//!    seen.
-//! 3. Lengths are multiplied by the unit, degrees become radians. This is the only place where units are converted;
-//!    what comes out is SI, and meshes are to be multiplied by their [`SceneBody::metres_per_unit`].
-//! 4. Files that a scene names must lie in its folder or below, also behind symbolic links, unless the caller says
-//!    [`FilePolicy::Anywhere`]: a scene from elsewhere must not make the program read other files.
+//! In place of `[probe]`, `[second]` and `[hand]`, a scene may have any number of tools, each in a
+//! hand and on a device of its own:
+//!
+//! ```toml
+//! [[tool]]                  # the first is what [probe] is, the second what [second] is
+//! mesh = "lid.obj"          # and position, orientation, grip, unit, as of the probe
+//! hand = { preset = "firm" }            # as [hand]
+//! coupling = { stiffness = 500 }        # as [coupling], which holds for what is not said here
+//! device = { force_limit = 3.0 }        # as [device], likewise; but for the rate, which is that of the loop
+//! ```
+//!
+//! 1. The text is parsed with the place of every key and value, so that whatever is wrong is named
+//!    with line and column.
+//! 2. An unknown key is an error that names the nearest valid one: a mistyped key that did nothing
+//!    would be felt, not seen.
+//! 3. Lengths are multiplied by the unit, degrees become radians. This is the only place where
+//!    units are converted; what comes out is SI, and meshes are to be multiplied by their
+//!    [`SceneBody::metres_per_unit`].
+//! 4. Files that a scene names must lie in its folder or below, also behind symbolic links, unless
+//!    the caller says [`FilePolicy::Anywhere`]: a scene from elsewhere must not make the program
+//!    read other files.
 
 mod keys;
 mod objects;
@@ -92,7 +106,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist};
-use palpus::render::Settings;
+use palpus::render::{Limits, Saturation, Settings};
 use serde::{Deserialize, Serialize};
 
 pub use read::{parse_scene, read_scene};
@@ -119,8 +133,8 @@ pub struct SceneFile {
     pub hand: SceneHand,
     /// What the file does not say, and what depends on the meshes.
     pub gaps: SceneGaps,
-    /// What a second hand holds, on a device of its own.
-    pub second: Option<SecondTool>,
+    /// What other hands hold, each on a device of its own.
+    pub others: Vec<SceneTool>,
     /// What nobody holds, beside the environment.
     pub objects: Vec<SceneObject>,
     /// m/s², along the world's axes.
@@ -160,15 +174,21 @@ pub struct SceneGaps {
     pub grip: bool,
 }
 
-/// A second tool and its hand.
+/// A tool beside the probe, and its hand.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SecondTool {
+pub struct SceneTool {
     /// What it is and where it starts.
     pub body: SceneBody,
     /// Where the hand holds it, m, in its mesh's frame; `None` if the file does not say.
     pub grip: Option<DVec3>,
     /// The simulated hand.
     pub hand: SceneHand,
+    /// Between its device and the tool.
+    pub coupling: SceneCoupling,
+    /// What its device is to give at the most.
+    pub limits: Limits,
+    /// How a wrench beyond them is cut.
+    pub saturation: Saturation,
 }
 
 /// A body of a scene.
@@ -221,8 +241,9 @@ pub enum CouplingMode {
 pub struct SceneHand {
     /// How it holds.
     pub preset: HandPreset,
-    /// A file that it follows ([`crate::read_hand`]), with the scene file's folder in front; `None` for the scene's own motion. Poses
-    /// without times are in the scene's unit: multiply their translations by [`SceneFile::metres_per_unit`].
+    /// A file that it follows ([`crate::read_hand`]), with the scene file's folder in front; `None`
+    /// for the scene's own motion. Poses without times are in the scene's unit: multiply their
+    /// translations by [`SceneFile::metres_per_unit`].
     pub path: Option<PathBuf>,
     /// What a recorded hand's way is multiplied by.
     pub path_scale: Option<f64>,
@@ -275,7 +296,8 @@ pub enum FilePolicy {
 
 /// Why a scene file was not read.
 ///
-/// Shows as `cup.toml, line 9, column 1: [contact] has no key "tolerence"; did you mean "tolerance"? (…)`.
+/// Shows as `cup.toml, line 9, column 1: [contact] has no key "tolerence"; did you mean
+/// "tolerance"? (…)`.
 #[derive(Debug, thiserror::Error)]
 #[error("{file}{}: {problem}", place(*.line, *.column))]
 pub struct SceneError {

@@ -36,7 +36,7 @@ pub(super) fn read_objects(top: &Section<'_>, unit: f64, files: Files<'_>) -> Re
 }
 
 fn read_object(section: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneObject, SceneError> {
-    let body = read_body(section, "[object]", unit, files)?;
+    let body = read_body(section, unit, files)?;
     let kinds = [("free", Kind::Free), ("driven", Kind::Driven), ("fixed", Kind::Fixed)];
     let kind = section.choice("motion", &kinds)?.unwrap_or(Kind::Free);
     let positive = |x: f64| x > 0.0;

@@ -7,20 +7,21 @@ use std::path::{Component, Path, PathBuf};
 use glam::{DQuat, DVec3};
 use palpus::algebra::Pose;
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Clustering, Material, Saturation, Settings};
+use palpus::render::{Clustering, Limits, Material, Saturation, Settings};
 use toml::de::DeTable;
 
 use super::keys::{Section, Source};
 use super::objects::{read_gravity, read_objects};
 use super::{
     CouplingMode, FilePolicy, HandPreset, SceneBody, SceneCoupling, SceneError, SceneFile, SceneGaps, SceneHand,
-    SecondTool, unit,
+    SceneTool, unit,
 };
 use crate::one_line::one_line;
 
 /// The longest scene file that is read.
 const MAX_BYTES: u64 = 1 << 20;
-/// Edges that bend by more stay sharp unless the file says otherwise: above what a coarse round mesh has, below a box.
+/// Edges that bend by more stay sharp unless the file says otherwise: above what a coarse round
+/// mesh has, below a box.
 const CREASE_ANGLE_DEGREES: f64 = 40.0;
 /// The farthest that shading turns a force unless the file says otherwise.
 const SHADING_LIMIT_DEGREES: f64 = 45.0;
@@ -44,7 +45,8 @@ pub fn read_scene(path: &Path, policy: FilePolicy) -> Result<SceneFile, SceneErr
     parse(&text, path, policy, &|named| check_file(path, named, policy))
 }
 
-/// Reads a scene file's text without touching the disk; `path` is where it lies, for errors and for the files it names.
+/// Reads a scene file's text without touching the disk; `path` is where it lies, for errors and for
+/// the files it names.
 pub fn parse_scene(text: &str, path: &Path, policy: FilePolicy) -> Result<SceneFile, SceneError> {
     parse(text, path, policy, &|_| Ok(()))
 }
@@ -69,18 +71,34 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
     })?;
     let files = Files { folder: path.parent().unwrap_or(Path::new("")), policy, check };
 
-    let keys = ["unit", "probe", "second", "environment", "object", "gravity", "contact", "coupling", "device", "hand"];
+    let keys = [
+        "unit",
+        "probe",
+        "second",
+        "tool",
+        "environment",
+        "object",
+        "gravity",
+        "contact",
+        "coupling",
+        "device",
+        "hand",
+    ];
     let top = Section::top(source, &root, &keys)?;
     let unit = read_unit(&top)?
         .ok_or_else(|| top.error("unit is missing: a mesh file has none, so say unit = \"mm\" (or cm, m, inch, …)"))?;
-    let (probe, grip) = read_probe(&top, unit, files)?;
-    let environment = read_environment(&top, unit, files)?;
-    let mut render = Settings { grip_a: grip, ..Settings::default() };
-    let mut coupling = read_coupling(&top, unit)?;
+    let sections = tool_sections(&top)?;
+    let environment_section = top.section("environment", &["mesh", "unit", "position", "orientation"])?;
+    let environment = read_body(&environment_section, unit, files)?;
+    let mut render = Settings::default();
+    let mut coupling = read_coupling(&top, unit, &SceneCoupling::default())?;
     read_contact(&top, unit, &mut render, &mut coupling)?;
-    let rate_hz = read_device(&top, &mut render)?;
-    let hand = read_hand(&top, unit, files)?;
-    let second = read_second(&top, unit, files)?;
+    let usual = Usual { coupling, limits: render.limits, saturation: render.saturation };
+    let (usual, rate_hz) = read_device(&top, &["rate"], &usual)?;
+    let read = |(tool, with_hand): &(Section<'_>, Section<'_>)| read_tool(tool, with_hand, unit, files, &usual);
+    let mut others = sections.iter().map(read).collect::<Result<Vec<_>, _>>()?;
+    let SceneTool { body: probe, grip, hand, coupling, limits, saturation } = others.remove(0);
+    (render.grip_a, render.limits, render.saturation) = (grip.unwrap_or_default(), limits, saturation);
     let objects = read_objects(&top, unit, files)?;
     let gravity = read_gravity(&top, &objects)?;
     render.validate().map_err(|error| SceneError {
@@ -89,7 +107,12 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
         column: 0,
         problem: error.to_string(),
     })?;
-    let gaps = read_gaps(&top);
+    let places = ["position", "orientation"];
+    let gaps = SceneGaps {
+        tolerance: !top.says("contact", &["tolerance"]),
+        places: !sections[0].0.has(&places) && !environment_section.has(&places),
+        grip: grip.is_none(),
+    };
     let text = text.to_owned();
     let metres_per_unit = unit;
     Ok(SceneFile {
@@ -102,7 +125,7 @@ fn parse(text: &str, path: &Path, policy: FilePolicy, check: Check<'_>) -> Resul
         coupling,
         rate_hz,
         hand,
-        second,
+        others,
         objects,
         gravity,
     })
@@ -119,47 +142,56 @@ fn read_unit(section: &Section<'_>) -> Result<Option<f64>, SceneError> {
     section.number("unit", "the metres in one unit, from 1e-9 to 1e9", |x| (1e-9..=1e9).contains(&x))
 }
 
-/// What is not said.
-fn read_gaps(top: &Section<'_>) -> SceneGaps {
-    let places = ["position", "orientation"];
-    SceneGaps {
-        tolerance: !top.says("contact", &["tolerance"]),
-        places: !top.says("probe", &places) && !top.says("environment", &places),
-        grip: !top.says("probe", &["grip"]),
+/// What a table of a tool may say.
+const TOOL_KEYS: [&str; 8] = ["mesh", "unit", "position", "orientation", "grip", "hand", "coupling", "device"];
+/// The most tools of a scene: each has to do with each, and every one needs a device.
+const MOST_TOOLS: usize = 16;
+
+/// The tables of all tools: `[[tool]]` as often as it is there, else `[probe]` and perhaps
+/// `[second]`. Beside each, the table in which its hand is described.
+fn tool_sections<'a>(top: &Section<'a>) -> Result<Vec<(Section<'a>, Section<'a>)>, SceneError> {
+    let tools = top.sections("tool", &TOOL_KEYS)?;
+    let own = |tool: Section<'a>| (tool.clone(), tool);
+    if let Some(one_too_many) = tools.get(MOST_TOOLS) {
+        return Err(one_too_many.error(format!("a scene may have {MOST_TOOLS} tools")));
     }
-}
-
-/// Body a and, in metres, where it is held.
-fn read_probe(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<(SceneBody, DVec3), SceneError> {
-    let section = top.section("probe", &["mesh", "unit", "position", "orientation", "grip"])?;
-    let body = read_body(&section, "probe", unit, files)?;
-    let grip = section.vector("grip")?.map_or(DVec3::ZERO, |grip| DVec3::from_array(grip.into_inner()) * unit);
-    Ok((body, grip))
-}
-
-/// A tool for another hand, if the file has one.
-fn read_second(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<Option<SecondTool>, SceneError> {
-    let section = top.section("second", &["mesh", "unit", "position", "orientation", "grip", "hand"])?;
-    if !section.exists() {
-        return Ok(None);
+    if tools.is_empty() {
+        let probe = top.section("probe", &["mesh", "unit", "position", "orientation", "grip"])?;
+        let second = top.section("second", &["mesh", "unit", "position", "orientation", "grip", "hand"])?;
+        let second = second.exists().then(|| own(second));
+        return Ok(std::iter::once((probe, top.clone())).chain(second).collect());
     }
-    let body = read_body(&section, "second", unit, files)?;
-    let grip = section.vector("grip")?.map(|grip| DVec3::from_array(grip.into_inner()) * unit);
-    Ok(Some(SecondTool { body, grip, hand: read_hand(&section, unit, files)? }))
+    for (other_way, instead) in [
+        ("probe", "make the probe the first [[tool]]"),
+        ("second", "make the second tool a [[tool]]"),
+        ("hand", "write hand = { … } in each [[tool]]"),
+    ] {
+        if let Some(place) = top.place(other_way) {
+            let problem = format!("[{other_way}] and [[tool]] are two ways to write the same; {instead}");
+            return Err(top.error_at(&place, problem));
+        }
+    }
+    Ok(tools.into_iter().map(own).collect())
 }
 
-fn read_environment(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneBody, SceneError> {
-    let section = top.section("environment", &["mesh", "unit", "position", "orientation"])?;
-    read_body(&section, "environment", unit, files)
-}
-
-pub(super) fn read_body(
-    section: &Section<'_>,
-    name: &str,
+/// Reads a tool; what its table does not say of coupling and device is that of the `usual` one.
+fn read_tool(
+    tool: &Section<'_>,
+    with_hand: &Section<'_>,
     unit: f64,
     files: Files<'_>,
-) -> Result<SceneBody, SceneError> {
-    let missing = || section.error(format!("[{name}] has no mesh; add mesh = \"FILE\" under [{name}]"));
+    usual: &Usual,
+) -> Result<SceneTool, SceneError> {
+    let body = read_body(tool, unit, files)?;
+    let grip = tool.vector("grip")?.map(|grip| DVec3::from_array(grip.into_inner()) * unit);
+    let hand = read_hand(with_hand, unit, files)?;
+    let coupling = read_coupling(tool, unit, &usual.coupling)?;
+    let Usual { limits, saturation, .. } = read_device(tool, &[], usual)?.0;
+    Ok(SceneTool { body, grip, hand, coupling, limits, saturation })
+}
+
+pub(super) fn read_body(section: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneBody, SceneError> {
+    let missing = || section.error(format!("{0} has no mesh; add mesh = \"FILE\" under {0}", section.title()));
     let (mesh, span) = section.text("mesh")?.ok_or_else(missing)?;
     let mesh = resolve(section, mesh, &span, files)?;
     let translation =
@@ -288,22 +320,29 @@ fn read_material(contact: &Section<'_>) -> Result<Option<Material>, SceneError> 
     }
 }
 
-fn read_coupling(top: &Section<'_>, unit: f64) -> Result<SceneCoupling, SceneError> {
+/// What holds for tools whose own tables do not say it.
+struct Usual {
+    coupling: SceneCoupling,
+    limits: Limits,
+    saturation: Saturation,
+}
+
+/// The table `coupling`, over what is `usual`.
+fn read_coupling(top: &Section<'_>, unit: f64, usual: &SceneCoupling) -> Result<SceneCoupling, SceneError> {
     let keys = ["mode", "stiffness", "damping", "angular_stiffness", "angular_damping", "skin", "mass"];
     let coupling = top.section("coupling", &keys)?;
     let positive = |key, unit: &str| coupling.number(key, &format!("greater than 0 {unit}"), |x| x > 0.0);
     let not_negative = |key, unit: &str| coupling.number(key, &format!("0 or greater {unit}"), |x| x >= 0.0);
     let modes = [("coupled", CouplingMode::Coupled), ("direct", CouplingMode::Direct)];
     Ok(SceneCoupling {
-        mode: coupling.choice("mode", &modes)?.unwrap_or_default(),
-        stiffness: positive("stiffness", "N/m")?,
-        damping: not_negative("damping", "N·s/m")?,
-        angular_stiffness: positive("angular_stiffness", "N·m/rad")?,
-        angular_damping: not_negative("angular_damping", "N·m·s/rad")?,
-        skin: coupling.number("skin", "greater than 0", |x| x > 0.0)?.map(|skin| skin * unit),
-        mass: not_negative("mass", "kg")?,
-        contact_stiffness: None,
-        friction_stiffness: None,
+        mode: coupling.choice("mode", &modes)?.unwrap_or(usual.mode),
+        stiffness: positive("stiffness", "N/m")?.or(usual.stiffness),
+        damping: not_negative("damping", "N·s/m")?.or(usual.damping),
+        angular_stiffness: positive("angular_stiffness", "N·m/rad")?.or(usual.angular_stiffness),
+        angular_damping: not_negative("angular_damping", "N·m·s/rad")?.or(usual.angular_damping),
+        skin: coupling.number("skin", "greater than 0", |x| x > 0.0)?.map(|skin| skin * unit).or(usual.skin),
+        mass: not_negative("mass", "kg")?.or(usual.mass),
+        ..*usual
     })
 }
 
@@ -311,19 +350,16 @@ fn read_coupling(top: &Section<'_>, unit: f64) -> Result<SceneCoupling, SceneErr
 const SATURATIONS: [(&str, Saturation); 3] =
     [("separate", Saturation::Separate), ("joint", Saturation::Joint), ("under-actuated", Saturation::UnderActuated)];
 
-/// Puts the device's limits into the settings; returns the rate of the loop.
-fn read_device(top: &Section<'_>, render: &mut Settings) -> Result<f64, SceneError> {
-    let device = top.section("device", &["force_limit", "torque_limit", "saturation", "rate"])?;
-    if let Some(force) = device.number("force_limit", "0 or greater N", |x| x >= 0.0)? {
-        render.limits.force = force;
-    }
-    if let Some(torque) = device.number("torque_limit", "0 or greater N·m", |x| x >= 0.0)? {
-        render.limits.torque = torque;
-    }
-    if let Some(saturation) = device.choice("saturation", &SATURATIONS)? {
-        render.saturation = saturation;
-    }
-    Ok(device.number("rate", "from 1 to 100000 Hz", |x| (1.0..=1e5).contains(&x))?.unwrap_or(RATE_HZ))
+/// The table `device`, over what is `usual`, and the rate of the loop, if `more` keys allow it, Hz.
+fn read_device(top: &Section<'_>, more: &[&str], usual: &Usual) -> Result<(Usual, f64), SceneError> {
+    let device = top.section("device", &[&["force_limit", "torque_limit", "saturation"], more].concat())?;
+    let limits = Limits {
+        force: device.number("force_limit", "0 or greater N", |x| x >= 0.0)?.unwrap_or(usual.limits.force),
+        torque: device.number("torque_limit", "0 or greater N·m", |x| x >= 0.0)?.unwrap_or(usual.limits.torque),
+    };
+    let saturation = device.choice("saturation", &SATURATIONS)?.unwrap_or(usual.saturation);
+    let rate_hz = device.number("rate", "from 1 to 100000 Hz", |x| (1.0..=1e5).contains(&x))?;
+    Ok((Usual { limits, saturation, ..*usual }, rate_hz.unwrap_or(RATE_HZ)))
 }
 
 fn read_hand(top: &Section<'_>, unit: f64, files: Files<'_>) -> Result<SceneHand, SceneError> {
@@ -354,7 +390,8 @@ fn resolve(section: &Section<'_>, named: &str, span: &Range<usize>, files: Files
         return Err(section.error_at(span, "a file name is expected here, without control characters"));
     }
     let relative = Path::new(named);
-    // A backslash separates on Windows only: refused everywhere, so that a scene means the same everywhere.
+    // A backslash separates on Windows only: refused everywhere, so that a scene means the same
+    // everywhere.
     let stays = relative.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir));
     let stays = stays && !named.contains('\\') && !has_drive(named);
     if files.policy == FilePolicy::Inside && !stays {

@@ -4,9 +4,6 @@ mod anchor;
 #[cfg(test)]
 mod changed_tests;
 mod coupling;
-mod duo;
-#[cfg(test)]
-mod duo_tests;
 mod force_stage;
 #[cfg(test)]
 mod force_stage_tests;
@@ -25,10 +22,11 @@ mod tool;
 mod tool_tests;
 mod touches;
 mod transient;
+#[cfg(test)]
+mod two_tools_tests;
 mod world;
 
 pub use coupling::VirtualCoupling;
-pub use duo::Duo;
 pub use force_stage::{Forces, Motion, force};
 pub use pacer::Pacer;
 pub use renderer::Renderer;

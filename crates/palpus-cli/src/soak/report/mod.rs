@@ -130,7 +130,7 @@ impl Report {
         Ok(Self {
             folder,
             scene: ground.name.clone(),
-            hand: ground.stage.hand_name(arguments.hand.as_deref()).to_owned(),
+            hand: ground.hands[0].stage.hand_name(arguments.hand.as_deref()).to_owned(),
             seed: arguments.seed,
             rate_hz,
             planned: arguments.duration.0,
@@ -211,16 +211,19 @@ impl Report {
     }
 
     /// The loop is over. What it knows of cuts and faults counts: it also knows those of ticks without a step.
-    pub(super) fn end(&mut self, statistics: &RunStatistics, claims: Option<&RealTimeClaims>) {
+    pub(super) fn end(&mut self, devices: &[RunStatistics], claims: Option<&RealTimeClaims>) {
         self.cuts.clear();
-        count_cuts(&mut self.cuts, &statistics.safety);
-        self.faults = statistics.safety.faults();
-        self.energy_j = Some(statistics.energy.highest.max(0.0));
+        devices.iter().for_each(|device| count_cuts(&mut self.cuts, &device.safety));
+        self.faults = devices.iter().map(|device| device.safety.faults()).sum();
+        self.energy_j = Some(devices.iter().map(|device| device.energy.highest).fold(0.0, f64::max));
         self.claims =
             claims.iter().flat_map(|claims| claims.lines()).map(|(name, what)| (name, what.to_string())).collect();
         let early = self.whole.span[1] < self.planned.as_secs_f64() * 0.99;
-        self.failed = !matches!(statistics.end, RunEnd::Duration | RunEnd::Stopped);
-        self.end = Some(match &statistics.end {
+        let as_planned = |device: &&RunStatistics| matches!(device.end, RunEnd::Duration | RunEnd::Stopped);
+        let failed = devices.iter().find(|device| !as_planned(device));
+        self.failed = failed.is_some();
+        let end = failed.or(devices.first()).map_or(&RunEnd::Stopped, |device| &device.end);
+        self.end = Some(match end {
             RunEnd::Stopped if early => "it was stopped before its time".to_owned(),
             RunEnd::Stopped | RunEnd::Duration => "its time was over".to_owned(),
             other => format!("the loop ended: {other:?}"),

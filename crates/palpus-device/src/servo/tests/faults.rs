@@ -1,6 +1,8 @@
-//! Panics, numbers that are none, devices that fail: the force is taken away, and the run goes on or ends.
+//! Panics, numbers that are none, devices that fail: the force is taken away, and the run goes on
+//! or ends.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::time::Duration;
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist};
@@ -8,7 +10,7 @@ use palpus::algebra::{Pose, Twist};
 use super::super::*;
 use super::{Scribe, fast, go_on, guarded, pull, state_at};
 use crate::device::{Brake, DeviceError};
-use crate::safety::{AfterFault, AfterPanic, Cut, SafetyLimits, SafetyOptions};
+use crate::safety::{AfterFault, AfterPanic, Cut, SafetyLimits};
 use crate::{HandImpedance, ReplayDevice, SimulatedDevice, SimulationSettings};
 
 #[test]
@@ -22,7 +24,8 @@ fn a_panic_in_the_step_ends_the_run_with_zero() {
     let said = |text: &str| text.starts_with("the tenth tick is not to be had (at ") && text.contains("faults.rs:");
     assert!(matches!(&run.end, RunEnd::Panicked(text) if said(text)), "{:?}", run.end);
     assert_eq!((run.ticks, run.safety.ticks(Cut::Panic), run.safety.faults()), (11, 1, 1));
-    // Ten ticks, the one that panicked, a tenth of a second in which it would damp, and the last word.
+    // Ten ticks, the one that panicked, a tenth of a second in which it would damp, and the last
+    // word.
     assert_eq!(device.written.len(), 10 + 1 + 100 + 1);
     assert!(device.written[10..].iter().all(|wrench| *wrench == Wrench::ZERO));
 }
@@ -184,7 +187,8 @@ fn a_run_may_end_at_its_first_fault() {
     let run = guarded(1.0, safety).run_in(&VirtualTime::default(), &mut device, step, &mut (), &go_on());
     assert!(matches!(run.end, RunEnd::Faulted(cuts) if cuts.has(Cut::PoseJump)), "{:?}", run.end);
     assert_eq!((run.ticks, device.written.len()), (301, 300 + 1 + 100 + 1));
-    // After the jump, whose velocity may be no velocity, the grip is damped once its poses say that it moves; then nothing is left.
+    // After the jump, whose velocity may be no velocity, the grip is damped once its poses say that
+    // it moves; then nothing is left.
     assert!(device.written[300..302].iter().all(|wrench| *wrench == Wrench::ZERO));
     let damped = &device.written[302..401];
     assert!(damped.iter().all(|wrench| wrench.force.x < -0.1 && wrench.force.length() <= 0.85));
@@ -207,7 +211,8 @@ fn damping_after_a_fault_only_takes_energy() {
         };
         let mut last = f64::INFINITY;
         let mut observer = |tick: &ServoTick, _: &()| {
-            // Each tenth of a second is slower than the one before it, until the encoders see no motion.
+            // Each tenth of a second is slower than the one before it, until the encoders see no
+            // motion.
             if tick.index % 100 == 99 {
                 let now = tick.state.twist.linear.length() + 0.1 * tick.state.twist.angular.length();
                 assert!(now < last.max(1e-3), "{now} after {last} at {speed} m/s");

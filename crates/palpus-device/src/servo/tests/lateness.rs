@@ -1,12 +1,12 @@
 //! Loops that are late, stall, or whose clock jumps.
 
 use std::cell::RefCell;
-use std::sync::Arc;
+use std::time::Duration;
 
 use super::super::*;
 use super::{Scribe, go_on, guarded, pull, state_at};
 use crate::device::Brake;
-use crate::safety::{Cut, SafetyLimits, SafetyOptions};
+use crate::safety::{Cut, SafetyLimits};
 use crate::{ReplayDevice, known_devices};
 
 #[test]

@@ -8,8 +8,7 @@ use palpus::algebra::Pose;
 use super::super::*;
 use super::{Scribe, fast, go_on, open, pull, state_at};
 use crate::{
-    Engagement, HandImpedance, ReplayDevice, SafetyChain, SafetyLimits, SafetyOptions, SimulatedDevice,
-    SimulationSettings,
+    Cut, Engagement, HandImpedance, ReplayDevice, SafetyChain, SafetyLimits, SimulatedDevice, SimulationSettings,
 };
 
 #[test]
@@ -31,7 +30,14 @@ fn the_account_of_a_run_adds_up() {
     let step = |_: &DeviceState, _| {
         tick += 1;
         let newtons = f64::from((tick - 1) % 3 + 1);
-        StepOutcome { wrench: pull(newtons), saturated: newtons > 2.5, changed: false, received: [0.0; 2], detail: () }
+        StepOutcome {
+            wrench: pull(newtons),
+            saturated: newtons > 2.5,
+            changed: false,
+            received: [0.0; 2],
+            from_others: [0.0; 2],
+            detail: (),
+        }
     };
     let run = fast(0.03).run(&mut device, step, &mut (), &go_on());
     assert_eq!((run.force_max, run.force_step_max, run.torque_max), (3.0, 2.0, 0.0));

@@ -1,10 +1,11 @@
-//! Two tools: alone each as ever, together equal and opposite, at rest still, and pushed along without a brake.
+//! Two tools: alone each as ever, together equal and opposite, at rest still, and pushed along
+//! without a brake.
 
 use std::sync::Arc;
 
 use glam::{DQuat, DVec3};
 
-use super::{Duo, Limits, ProbeState, Renderer, Settings, Tick, VirtualCoupling};
+use super::{Limits, Object, ProbeState, Renderer, Settings, SettingsError, Tick, ToolId, VirtualCoupling, World};
 use crate::algebra::{NoClock, Pose, Twist, Wrench};
 use crate::body::{Body, BodySettings, Mesh, PolygonSoup};
 use crate::force::FrictionSettings;
@@ -17,6 +18,44 @@ const LIMITS: Limits = Limits { force: 8.5, torque: 0.188 };
 const HALF: DVec3 = DVec3::new(0.02, 0.015, 0.01);
 const FRICTION: FrictionSettings =
     FrictionSettings { static_coefficient: 0.5, dynamic_coefficient: 0.4, tangential_stiffness: 800.0 };
+
+/// Two tools and a fixed environment, whose frame is the world's.
+struct Two {
+    world: World,
+    tools: [ToolId; 2],
+}
+
+impl Two {
+    fn new(probes: [Arc<Body>; 2], environment: Arc<Body>, settings: [Settings; 2]) -> Result<Self, SettingsError> {
+        let mut world = World::new(settings[0])?;
+        world.add(Object::fixed(environment, Pose::IDENTITY))?;
+        let [one, other] = probes;
+        let tools = [world.add_tool(one, settings[0])?, world.add_tool(other, settings[1])?];
+        Ok(Self { world, tools })
+    }
+
+    fn step(&mut self, probes: &[ProbeState; 2], dt: f64, clock: &NoClock) -> [&Tick; 2] {
+        self.world.step(probes, dt, clock);
+        self.ticks()
+    }
+
+    fn ticks(&self) -> [&Tick; 2] {
+        self.tools.map(|tool| self.world.tick(tool))
+    }
+
+    fn set_settings(&mut self, tool: usize, settings: &Settings) -> Result<(), SettingsError> {
+        self.world.set_tool_settings(self.tools[tool], settings)
+    }
+
+    fn settings(&self) -> [&Settings; 2] {
+        self.tools.map(|tool| self.world.tool_settings(tool))
+    }
+
+    fn settings_between(&self) -> &Settings {
+        let [one, other] = self.tools.map(|tool| self.world.body_of(tool));
+        self.world.settings_between(one, other).expect("two tools have to do with each other")
+    }
+}
 
 fn add_box(soup: &mut PolygonSoup, low: DVec3, high: DVec3) {
     let base = soup.vertices.len() as u32;
@@ -61,11 +100,11 @@ fn coupled() -> Settings {
 }
 
 /// Two blocks over a floor.
-fn blocks(change: impl Fn(&mut Settings), coupling: bool) -> Duo {
+fn blocks(change: impl Fn(&mut Settings), coupling: bool) -> Two {
     let block = block();
     let mut settings = if coupling { coupled() } else { direct() };
     change(&mut settings);
-    Duo::new([block.clone(), block], boxes(&[FLOOR], &Pose::IDENTITY), [settings; 2]).unwrap()
+    Two::new([block.clone(), block], boxes(&[FLOOR], &Pose::IDENTITY), [settings; 2]).unwrap()
 }
 
 fn at(x: f64, y: f64, z: f64) -> Pose {
@@ -96,14 +135,14 @@ fn tools_that_do_not_touch_are_alone_to_the_bit() {
         let block = block();
         let floor = boxes(&[FLOOR], &Pose::IDENTITY);
         let settings = Settings { friction: Some(FRICTION), ..if coupling { coupled() } else { direct() } };
-        let mut duo = Duo::new([block.clone(), block.clone()], floor.clone(), [settings; 2]).unwrap();
+        let mut two = Two::new([block.clone(), block.clone()], floor.clone(), [settings; 2]).unwrap();
         let mut alone = [0, 1].map(|_| Renderer::new(block.clone(), floor.clone(), settings).unwrap());
         let mut random = Random::new(SEED);
         let mut poses = [at(-0.1, 0.0, 0.0105), at(0.1, 0.0, 0.0102)];
         let mut felt = 0;
         for k in 0..300 {
             let states = poses.each_mut().map(|pose| wandering(&mut random, pose));
-            let ticks = duo.step(&states, DT, &NoClock);
+            let ticks = two.step(&states, DT, &NoClock);
             for (tick, (renderer, state)) in ticks.iter().zip(alone.iter_mut().zip(&states)) {
                 let expected = renderer.step(state, DT, &NoClock);
                 assert_eq!((tick.commanded, tick.tool_ba), (expected.commanded, expected.tool_ba), "tick {k}");
@@ -119,7 +158,7 @@ fn tools_that_do_not_touch_are_alone_to_the_bit() {
 fn what_one_tool_gives_the_other_takes() {
     let mut touching = 0;
     for (round, friction) in [None, Some(FRICTION)].into_iter().cycle().take(4).enumerate() {
-        let mut duo = blocks(
+        let mut two = blocks(
             |settings| {
                 settings.friction = friction;
                 settings.damping = 2.0;
@@ -131,7 +170,7 @@ fn what_one_tool_gives_the_other_takes() {
         let mut poses = [at(-0.0201, 0.0, 0.0101), at(0.0201, 0.002, 0.0102)];
         for k in 0..400 {
             let states = poses.each_mut().map(|pose| wandering(&mut random, pose));
-            let ticks = duo.step(&states, DT, &NoClock);
+            let ticks = two.step(&states, DT, &NoClock);
             let (force, torque) = imbalance(ticks);
             let size = 1.0 + ticks[0].from_other.force.length();
             assert!(force < 1e-9 * size && torque < 1e-9 * size, "seed {SEED:#x}, tick {k}: {force} {torque}");
@@ -166,13 +205,14 @@ fn forces_between(tick: &Tick) -> usize {
 fn a_tool_that_is_a_part_of_the_environment_feels_like_it() {
     const WALL: (DVec3, DVec3) = (DVec3::new(0.03, -0.1, 0.001), DVec3::new(0.06, 0.1, 0.08));
     let block = block();
-    // Standing in the corner, which pushes in two directions; and at the wall alone, which holds it by friction too.
+    // Standing in the corner, which pushes in two directions; and at the wall alone, which holds it
+    // by friction too.
     for (z, friction) in [(HALF.z - 5e-4, None), (0.04, Some(FRICTION))] {
         let settings = Settings { friction, damping: 3.0, ..direct() };
         let whole = boxes(&[FLOOR, WALL], &Pose::IDENTITY);
         let mut one = Renderer::new(block.clone(), whole, settings).unwrap();
         let parts = [block.clone(), boxes(&[WALL], &Pose::IDENTITY)];
-        let mut duo = Duo::new(parts, boxes(&[FLOOR], &Pose::IDENTITY), [settings; 2]).unwrap();
+        let mut two = Two::new(parts, boxes(&[FLOOR], &Pose::IDENTITY), [settings; 2]).unwrap();
         let (mut random, mut felt) = (Random::new(SEED ^ 2), 0.0f64);
         let rest = at(0.03 - HALF.x + 3e-4, 0.0, z);
         for k in 0..300 {
@@ -182,7 +222,7 @@ fn a_tool_that_is_a_part_of_the_environment_feels_like_it() {
             let state =
                 ProbeState { pose_ba: pose, twist: Twist { angular: random.point(0.1), linear: random.point(0.05) } };
             let expected = one.step(&state, DT, &NoClock).commanded;
-            let [tick, _] = duo.step(&[state, still(Pose::IDENTITY)], DT, &NoClock);
+            let [tick, _] = two.step(&[state, still(Pose::IDENTITY)], DT, &NoClock);
             let error = (tick.commanded.force - expected.force).length();
             assert!(error < 1e-9, "seed {SEED:#x}, tick {k}: {} and {}", tick.commanded.force, expected.force);
             assert!((tick.commanded.torque - expected.torque).length() < 1e-10);
@@ -200,8 +240,8 @@ fn in_a_moved_frame_everything_is_the_same() {
         // The blend's directions are those of the environment's own frame.
         let settings =
             Settings { friction: Some(FRICTION), patch_angle: None, ..if coupling { coupled() } else { direct() } };
-        let duo = |at: &Pose| Duo::new([block.clone(), block.clone()], boxes(&[FLOOR], at), [settings; 2]).unwrap();
-        let (mut here, mut there) = (duo(&Pose::IDENTITY), duo(&moved));
+        let two = |at: &Pose| Two::new([block.clone(), block.clone()], boxes(&[FLOOR], at), [settings; 2]).unwrap();
+        let (mut here, mut there) = (two(&Pose::IDENTITY), two(&moved));
         let mut most = 0.0f64;
         for k in 0..300 {
             let s = f64::from(k) / 300.0;
@@ -240,10 +280,10 @@ fn in_a_moved_frame_everything_is_the_same() {
 fn at_rest_a_pair_stays_at_rest() {
     // Apart, looked ahead at, and just touching.
     for gap in [0.01, 4e-4, 1.0001e-4] {
-        let mut duo = blocks(|settings| settings.friction = Some(FRICTION), true);
+        let mut two = blocks(|settings| settings.friction = Some(FRICTION), true);
         let poses = [at(-HALF.x - gap / 2.0, 0.0, 0.1), at(HALF.x + gap / 2.0, 0.001, 0.1)];
         for k in 0..200 {
-            let ticks = duo.step(&poses.map(still), DT, &NoClock);
+            let ticks = two.step(&poses.map(still), DT, &NoClock);
             for (tick, pose) in ticks.iter().zip(&poses) {
                 assert!((tick.tool_ba.translation - pose.translation).length() < 1e-12, "tick {k}, gap {gap}");
                 assert!(tick.commanded.force.length() < 1e-9 && tick.commanded.torque.length() < 1e-10);
@@ -253,8 +293,9 @@ fn at_rest_a_pair_stays_at_rest() {
     }
 }
 
-/// The force on the first tool when both are pressed `overlap` into each other and move along at `velocity`.
-fn pressed(duo: &mut Duo, overlap: f64, velocity: DVec3, ticks: u32) -> [Wrench; 2] {
+/// The force on the first tool when both are pressed `overlap` into each other and move along at
+/// `velocity`.
+fn pressed(two: &mut Two, overlap: f64, velocity: DVec3, ticks: u32) -> [Wrench; 2] {
     let x = HALF.x - overlap / 2.0;
     for k in 0..ticks {
         let s = f64::from(k) * DT;
@@ -266,24 +307,24 @@ fn pressed(duo: &mut Duo, overlap: f64, velocity: DVec3, ticks: u32) -> [Wrench;
             pose_ba: Pose::from_translation(DVec3::new(x, 0.0, 0.1) + along),
             twist: Twist { angular: DVec3::ZERO, linear: moving },
         };
-        duo.step(&[state(-x), state(x)], DT, &NoClock);
+        two.step(&[state(-x), state(x)], DT, &NoClock);
     }
-    duo.ticks().map(|tick| tick.commanded)
+    two.ticks().map(|tick| tick.commanded)
 }
 
 #[test]
 fn pressed_against_each_other_three_springs_in_a_row_balance() {
-    let mut duo = blocks(|_| (), true);
-    let settings = *duo.settings_between();
+    let mut two = blocks(|_| (), true);
+    let settings = *two.settings_between();
     let coupling = settings.coupling.unwrap();
-    let [first, second] = pressed(&mut duo, 4e-3, DVec3::ZERO, 3000);
+    let [first, second] = pressed(&mut two, 4e-3, DVec3::ZERO, 3000);
     // The contact begins one skin before the blocks meet.
     let row = 1.0 / (2.0 / coupling.stiffness + 1.0 / settings.stiffness);
     let expected = row * (4e-3 + coupling.skin);
     assert!((first.force - DVec3::NEG_X * expected).length() < 1e-6 * expected, "{first:?}, not {expected}");
     assert!((second.force - DVec3::X * expected).length() < 1e-6 * expected, "{second:?}");
     assert!(first.torque.length() < 1e-6 && second.torque.length() < 1e-6);
-    let tools = duo.ticks().map(|tick| tick.counters.tool);
+    let tools = two.ticks().map(|tick| tick.counters.tool);
     assert!(tools.iter().all(|tool| (tool.unsettled, tool.reset) == (0, 0)), "{tools:?}");
 }
 
@@ -307,28 +348,28 @@ fn a_tool_against_a_driven_one_is_a_tool_against_a_wall() {
     let driven = Settings { coupling: None, ..held };
     for driven_first in [false, true] {
         let settings = if driven_first { [driven, held] } else { [held, driven] };
-        let mut duo = Duo::new([block.clone(), block.clone()], floor.clone(), settings).unwrap();
+        let mut two = Two::new([block.clone(), block.clone()], floor.clone(), settings).unwrap();
         let coupling = held.coupling.unwrap();
-        let felt = pressed(&mut duo, 4e-3, DVec3::ZERO, 3000)[usize::from(driven_first)].force;
-        let row = 1.0 / (1.0 / coupling.stiffness + 1.0 / duo.settings_between().stiffness);
+        let felt = pressed(&mut two, 4e-3, DVec3::ZERO, 3000)[usize::from(driven_first)].force;
+        let row = 1.0 / (1.0 / coupling.stiffness + 1.0 / two.settings_between().stiffness);
         let expected = row * (4e-3 + coupling.skin);
         let direction = if driven_first { DVec3::X } else { DVec3::NEG_X };
         assert!((felt - direction * expected).length() < 1e-6 * expected, "{felt}, not {expected}");
-        let [first, second] = duo.ticks();
+        let [first, second] = two.ticks();
         assert_eq!(first.from_other.force, -second.from_other.force);
     }
 }
 
 #[test]
 fn friction_holds_what_moves_differently_and_not_what_moves_together() {
-    let mut duo = blocks(|settings| settings.friction = Some(FRICTION), false);
+    let mut two = blocks(|settings| settings.friction = Some(FRICTION), false);
     let both = |shift: DVec3, along: DVec3| {
         let place = |x: f64, by: DVec3| still(Pose::from_translation(DVec3::new(x, 0.0, 0.1) + by));
         [place(-HALF.x + 5e-4, along + shift), place(HALF.x - 5e-4, along)]
     };
     // 2 mm deep at 800 N/m.
     let mut force =
-        |shift: f64, along: f64| duo.step(&both(DVec3::Y * shift, DVec3::Z * along), DT, &NoClock)[0].commanded.force;
+        |shift: f64, along: f64| two.step(&both(DVec3::Y * shift, DVec3::Z * along), DT, &NoClock)[0].commanded.force;
     let rest = force(0.0, 0.0);
     assert!((rest + DVec3::X * 1.6).length() < 1e-9, "{rest}");
     for k in 0..50 {
@@ -339,34 +380,34 @@ fn friction_holds_what_moves_differently_and_not_what_moves_together() {
 
 #[test]
 fn a_pose_that_is_none_is_not_there_for_the_other() {
-    let mut duo = blocks(|_| (), true);
+    let mut two = blocks(|_| (), true);
     let mut alone = blocks(|_| (), true);
     let away = still(at(0.1, 0.1, 0.1));
     let nowhere = still(Pose::from_translation(DVec3::NAN));
     for k in 0..100 {
         let first = still(at(-HALF.x, 0.0, HALF.z - 1e-5 * f64::from(k)));
-        let [tick, none] = duo.step(&[first, nowhere], DT, &NoClock);
+        let [tick, none] = two.step(&[first, nowhere], DT, &NoClock);
         let expected = alone.step(&[first, away], DT, &NoClock)[0].commanded;
         assert_eq!(tick.commanded, expected);
         assert_eq!((none.commanded, none.counters.bad_state), (Wrench::ZERO, 1));
     }
     // And back again, against the other.
-    let ticks = duo.step(&[still(at(-HALF.x, 0.0, 0.1)), still(at(HALF.x - 1e-4, 0.0, 0.1))], DT, &NoClock);
+    let ticks = two.step(&[still(at(-HALF.x, 0.0, 0.1)), still(at(HALF.x - 1e-4, 0.0, 0.1))], DT, &NoClock);
     assert!(ticks.iter().all(|tick| tick.commanded.is_finite()));
 }
 
 #[test]
 fn nonsense_steps_are_survived() {
-    let mut duo = blocks(|_| (), true);
-    pressed(&mut duo, 2e-3, DVec3::ZERO, 400);
+    let mut two = blocks(|_| (), true);
+    pressed(&mut two, 2e-3, DVec3::ZERO, 400);
     let states = [still(at(-HALF.x + 1e-3, 0.0, 0.1)), still(at(HALF.x - 1e-3, 0.0, 0.1))];
     for dt in [0.0, f64::NAN, f64::INFINITY, -1.0, 1e300] {
-        for tick in duo.step(&states, dt, &NoClock) {
+        for tick in two.step(&states, dt, &NoClock) {
             assert!(tick.commanded.is_finite() && tick.tool_ba.is_valid(), "{dt}");
         }
     }
-    duo.clear();
-    for tick in duo.step(&states, DT, &NoClock) {
+    two.world.clear();
+    for tick in two.step(&states, DT, &NoClock) {
         assert!(tick.commanded.is_finite());
     }
 }
@@ -374,7 +415,7 @@ fn nonsense_steps_are_survived() {
 #[test]
 fn the_contact_hands_on_what_it_takes_and_no_more() {
     for coupling in [false, true] {
-        let mut duo = blocks(|settings| settings.friction = Some(FRICTION), coupling);
+        let mut two = blocks(|settings| settings.friction = Some(FRICTION), coupling);
         let (mut sum, mut most, mut through) = (0.0, 0.0f64, 0.0f64);
         for k in 0..4000 {
             let s = f64::from(k) * DT;
@@ -387,7 +428,7 @@ fn the_contact_hands_on_what_it_takes_and_no_more() {
                 pose_ba: Pose::from_translation(DVec3::new(x, 0.0, 0.1) + along),
                 twist: Twist { angular: DVec3::ZERO, linear: rate },
             };
-            let [first, second] = duo.step(&[state(-x), state(x)], DT, &NoClock).map(|tick| tick.work_from_other);
+            let [first, second] = two.step(&[state(-x), state(x)], DT, &NoClock).map(|tick| tick.work_from_other);
             sum += first.iter().chain(&second).sum::<f64>();
             most = most.max(sum);
             through += first[0].abs();
@@ -400,14 +441,14 @@ fn the_contact_hands_on_what_it_takes_and_no_more() {
 
 #[test]
 fn settings_change_for_one_tool_and_for_what_is_between() {
-    let mut duo = blocks(|_| (), false);
+    let mut two = blocks(|_| (), false);
     let states = [still(at(-HALF.x + 5e-4, 0.0, 0.1)), still(at(HALF.x - 5e-4, 0.0, 0.1))];
-    let soft = Settings { stiffness: 400.0, ..*duo.settings()[1] };
-    let force = |duo: &mut Duo| duo.step(&states, DT, &NoClock)[0].commanded.force.length();
-    assert!((force(&mut duo) - 1.6).abs() < 1e-9);
-    duo.set_settings(1, &soft).unwrap();
-    assert!((force(&mut duo) - 0.8).abs() < 1e-9);
+    let soft = Settings { stiffness: 400.0, ..*two.settings()[1] };
+    let force = |two: &mut Two| two.step(&states, DT, &NoClock)[0].commanded.force.length();
+    assert!((force(&mut two) - 1.6).abs() < 1e-9);
+    two.set_settings(1, &soft).unwrap();
+    assert!((force(&mut two) - 0.8).abs() < 1e-9);
     let bad = Settings { capacity: 7, ..soft };
-    assert_eq!(duo.set_settings(0, &bad).unwrap_err().field, "capacity");
-    assert!((force(&mut duo) - 0.8).abs() < 1e-9);
+    assert_eq!(two.set_settings(0, &bad).unwrap_err().field, "capacity");
+    assert!((force(&mut two) - 0.8).abs() < 1e-9);
 }

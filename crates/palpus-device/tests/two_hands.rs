@@ -10,7 +10,7 @@ use glam::DVec3;
 use palpus::algebra::{NoClock, Pose};
 use palpus::body::{Body, BodySettings};
 use palpus::force::FrictionSettings;
-use palpus::render::{Duo, ProbeState, Settings, VirtualCoupling};
+use palpus::render::{Object, ProbeState, Settings, ToolId, VirtualCoupling, World};
 use palpus_device::{HandImpedance, HapticDevice, Jitter, SimulatedDevice, SimulationSettings};
 use palpus_scenes::shape;
 
@@ -19,7 +19,7 @@ const SEED: u64 = 0xd0e;
 const SIZE: DVec3 = DVec3::new(0.04, 0.03, 0.02);
 
 /// Two blocks through couplings as the simulated device bears them, over a table that is far below.
-fn duo(friction: bool) -> Duo {
+fn blocks(friction: bool) -> (World, [ToolId; 2]) {
     let make = |soup| Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("a body"));
     let (block, table) = (make(shape::cuboid(SIZE)), make(shape::table()));
     let limits = limits();
@@ -36,7 +36,10 @@ fn duo(friction: bool) -> Duo {
         coupling: Some(VirtualCoupling::tuned(&limits, TICK, usual.contact_tolerance)),
         ..usual
     };
-    Duo::new([block.clone(), block], table, [settings; 2]).expect("valid settings")
+    let mut world = World::new(settings).expect("valid settings");
+    world.add(Object::fixed(table, Pose::IDENTITY)).expect("valid settings");
+    let tools = [0, 1].map(|_| world.add_tool(block.clone(), settings).expect("valid settings"));
+    (world, tools)
 }
 
 /// What a loop was like.
@@ -50,7 +53,12 @@ struct Felt {
 }
 
 /// `seconds` of the closed loop with two hands, its servo uneven like a logged one.
-fn run(duo: &mut Duo, hands: [HandImpedance; 2], intent: impl Fn(usize, f64) -> Pose + Copy, seconds: f64) -> Felt {
+fn run(
+    (mut world, tools): (World, [ToolId; 2]),
+    hands: [HandImpedance; 2],
+    intent: impl Fn(usize, f64) -> Pose + Copy,
+    seconds: f64,
+) -> Felt {
     let default = SimulationSettings::default();
     let mut devices = [0, 1].map(|k| {
         let settings = SimulationSettings { hand: hands[k], jitter: Some(Jitter::logged(SEED)), ..default.clone() };
@@ -66,7 +74,8 @@ fn run(duo: &mut Duo, hands: [HandImpedance; 2], intent: impl Fn(usize, f64) -> 
         felt.together = felt.together.max(felt.work[0].given + felt.work[1].given);
         let dt = elapsed(&states[0], &mut time);
         let probes = states.map(|state| ProbeState { pose_ba: state.pose, twist: state.twist });
-        let ticks = duo.step(&probes, dt, &NoClock);
+        world.step(&probes, dt, &NoClock);
+        let ticks = tools.map(|tool| world.tick(tool));
         felt.touched += u32::from(ticks[0].from_other.force != DVec3::ZERO);
         for k in 0..2 {
             devices[k].write(&ticks[k].commanded).expect("it is finite");
@@ -94,7 +103,7 @@ fn tools_pressed_against_each_other_lie_still_in_all_hands() {
                 let press = 0.5 * 1.5 / stiffness;
                 let intent =
                     |k: usize, time: f64| opposed(k, (press + 2e-3) * (time / 0.5).min(1.0) - 2e-3, DVec3::ZERO);
-                let felt = run(&mut duo(friction), [first, second], intent, 5.0);
+                let felt = run(blocks(friction), [first, second], intent, 5.0);
                 for forces in &felt.forces {
                     let (share, mean) = cycle(&forces[4000..]);
                     let hands = format!("{} and {} N/m, seed {SEED:#x}", first.stiffness, second.stiffness);
@@ -116,7 +125,7 @@ fn hands_that_carry_one_another_along_are_given_no_energy() {
             let press = 0.004 * (time / 0.5).min(1.0) * (1.0 + 0.9 * (7.0 * time).sin());
             opposed(k, press - 1e-3, along)
         };
-        let felt = run(&mut duo(friction), [HandImpedance::NORMAL; 2], intent, 30.0);
+        let felt = run(blocks(friction), [HandImpedance::NORMAL; 2], intent, 30.0);
         assert!(felt.touched > 20_000, "{} ticks", felt.touched);
         // One hand may well be moved by the other; both together get nothing.
         assert!(felt.together <= 1e-6, "{} J, {:?}, seed {SEED:#x}", felt.together, felt.work.map(|work| work.most));

@@ -1,7 +1,8 @@
 //! Two tools in one scene, under any settings and driven with any states: both wrenches are finite and within their limits.
 #![no_main]
 
-use palpus::render::{Duo, ProbeState, Settings};
+use palpus::algebra::Pose;
+use palpus::render::{Object, ProbeState, Settings, World};
 use palpus_fuzz::{Allowance, Bytes, Seed, drive, target};
 
 fn run(data: &[u8]) {
@@ -9,23 +10,27 @@ fn run(data: &[u8]) {
     let [a, b, environment] = [0; 3].map(|_| drive::body(&mut bytes));
     let mut settings = [0; 2].map(|_| drive::settings(&mut bytes));
     let sizes = [&a, &b].map(|tool| tool.size() + environment.size());
-    let Ok(mut duo) = Duo::new([a, b], environment, settings) else { return };
+    let Ok(mut world) = World::new(settings[0]) else { return };
+    let Ok(_) = world.add(Object::fixed(environment, Pose::IDENTITY)) else { return };
+    let (Ok(one), Ok(other)) = (world.add_tool(a, settings[0]), world.add_tool(b, settings[1])) else { return };
+    let tools = [one, other];
     let clock = drive::Leaps::of(u64::from(bytes.byte()) * 64);
     let mut probes = [0; 2].map(|_| ProbeState::at(bytes.pose(0.01)));
     for _ in 0..16 {
         let dt = drive::step_length(&mut bytes);
-        let ticks = duo.step(&probes, dt, &clock);
+        world.step(&probes, dt, &clock);
+        let ticks = tools.map(|tool| world.tick(tool));
         // Contacts between the two are as exact as the farther one's place.
         let away: f64 = ticks.iter().map(|tick| tick.tool_ba.translation.length()).filter(|far| far.is_finite()).sum();
         for ((tick, settings), size) in ticks.into_iter().zip(&settings).zip(sizes) {
             drive::check_tick(tick, settings, size + away);
         }
         match bytes.byte() {
-            231.. => duo.clear(),
+            231.. => world.clear(),
             210..231 => {
                 let k = bytes.below(2);
                 let others = Settings { capacity: settings[k].capacity, ..drive::settings(&mut bytes) };
-                if duo.set_settings(k, &others).is_ok() {
+                if world.set_tool_settings(tools[k], &others).is_ok() {
                     settings[k] = others;
                 }
             }

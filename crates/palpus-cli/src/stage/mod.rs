@@ -1,0 +1,241 @@
+//! A scene, built-in or from a file, made ready to run: bodies prepared, settings in SI, a hand
+//! that knows where to go.
+
+mod prepare;
+
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::bail;
+use glam::DVec3;
+use palpus::algebra::{Pose, Twist};
+use palpus::body::Body;
+use palpus::render::{Limits, ProbeState, Saturation, Settings, VirtualCoupling};
+use palpus_device::{DeviceSpec, HandImpedance, hand_preset};
+use palpus_io::RecordingHeader;
+use palpus_io::record::{FORMAT, RecordedBody, RecordedScene};
+use palpus_io::scene::{CouplingMode, ObjectMotion, SceneCoupling};
+use palpus_scenes::HandPath;
+
+use crate::hand_path::{Following, follow};
+
+#[cfg(feature = "window")]
+pub(crate) use prepare::prepare_telling;
+pub(crate) use prepare::{Part, of_built_in, of_file, prepare};
+
+/// Everything that a run needs.
+pub(crate) struct Stage {
+    /// Body a.
+    pub(crate) probe: Arc<Body>,
+    /// Body b.
+    pub(crate) environment: Arc<Body>,
+    /// Of b in the world, which is also the device's frame.
+    pub(crate) environment_pose: Pose,
+    /// Of the engine, for direct rendering without a device's limits; see [`Stage::settings_for`].
+    pub(crate) settings: Settings,
+    /// What the scene says of the coupling.
+    pub(crate) coupling: SceneCoupling,
+    /// Where the simulated hand intends the probe (the frame of its mesh), in the world. The hand
+    /// itself holds the grip: see [`Stage::intent`].
+    pub(crate) path: HandPath,
+    /// The hand that the scene asks for, if it does.
+    pub(crate) hand: Option<&'static str>,
+    /// Ticks per second that the scene asks for, if it does.
+    pub(crate) rate_hz: Option<f64>,
+    /// What a recording says of the scene.
+    pub(crate) recorded: RecordedScene,
+    /// What was chosen where the scene's file says nothing.
+    pub(crate) notes: Vec<String>,
+    /// What other hands hold.
+    pub(crate) others: Vec<OtherTool>,
+    /// What nobody holds, beside the environment.
+    pub(crate) objects: Vec<StageObject>,
+    /// m/s², along the world's axes.
+    pub(crate) gravity: DVec3,
+}
+
+/// A body that nobody holds.
+#[derive(Clone)]
+pub(crate) struct StageObject {
+    pub(crate) body: Arc<Body>,
+    /// In the world, at the start.
+    pub(crate) pose: Pose,
+    pub(crate) motion: ObjectMotion,
+}
+
+/// A tool beside the probe, and its hand.
+pub(crate) struct OtherTool {
+    probe: Arc<Body>,
+    settings: Settings,
+    coupling: SceneCoupling,
+    path: HandPath,
+    hand: Option<&'static str>,
+    recorded: RecordedBody,
+}
+
+impl Stage {
+    /// The engine's settings on this device, at this many ticks per second: within the tighter of
+    /// both limits, and with the coupling that the scene asks for; what it leaves open comes from
+    /// the device.
+    pub(crate) fn settings_for(&self, spec: &DeviceSpec, rate_hz: f64) -> Settings {
+        self.settings_in(self.coupling.mode, spec, rate_hz)
+    }
+
+    /// The same, coupled or direct whatever the scene says.
+    pub(crate) fn settings_in(&self, mode: CouplingMode, spec: &DeviceSpec, rate_hz: f64) -> Settings {
+        let limits = Limits {
+            force: self.settings.limits.force.min(spec.force_max),
+            torque: self.settings.limits.torque.min(spec.torque_max),
+        };
+        let mut settings = Settings { limits, ..self.settings };
+        if limits.torque <= 0.0 {
+            // A torque that nobody can feel is shown, and not missed every tick.
+            settings.saturation = Saturation::UnderActuated;
+        }
+        if mode == CouplingMode::Direct {
+            return settings;
+        }
+        let SceneCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass, .. } = self.coupling;
+        let tuned = VirtualCoupling::tuned(&limits, 1.0 / rate_hz, settings.contact_tolerance);
+        settings.coupling = Some(VirtualCoupling {
+            stiffness: stiffness.unwrap_or(tuned.stiffness),
+            damping: damping.unwrap_or(tuned.damping),
+            angular_stiffness: angular_stiffness.unwrap_or(tuned.angular_stiffness),
+            angular_damping: angular_damping.unwrap_or(tuned.angular_damping),
+            skin: skin.unwrap_or(tuned.skin).min(settings.contact_tolerance),
+            mass: mass.unwrap_or(tuned.mass),
+        });
+        let of_device = VirtualCoupling::contact_stiffness(&limits, settings.contact_tolerance);
+        settings.stiffness = self.coupling.contact_stiffness.or(of_device).unwrap_or(settings.stiffness);
+        if let Some(friction) = &mut settings.friction {
+            friction.tangential_stiffness = self.coupling.friction_stiffness.unwrap_or(settings.stiffness);
+        }
+        settings
+    }
+
+    /// Ticks per second: what was typed, or what the scene asks for.
+    pub(crate) fn rate_hz(&self, typed: Option<f64>) -> f64 {
+        typed.or(self.rate_hz).unwrap_or(DEFAULT_RATE_HZ)
+    }
+
+    /// The name of the simulated hand: what was typed, or what the scene asks for.
+    pub(crate) fn hand_name<'a>(&self, typed: Option<&'a str>) -> &'a str {
+        typed.or(self.hand).unwrap_or("normal")
+    }
+
+    /// The simulated hand.
+    pub(crate) fn hand(&self, typed: Option<&str>) -> anyhow::Result<HandImpedance> {
+        let name = self.hand_name(typed);
+        match hand_preset(name) {
+            Some(hand) => Ok(hand),
+            None => bail!("there is no hand `{name}`; hands are relaxed, normal, firm, tight and none"),
+        }
+    }
+
+    /// Returns the pose of the grip, world, when the probe has this pose: what a device reports.
+    pub(crate) fn grip(&self, probe: Pose) -> Pose {
+        probe.with_origin(self.settings.grip_a)
+    }
+
+    /// Returns what the simulated hand intends: the grip's pose, world, by the time in seconds, so
+    /// that the probe follows [`Stage::path`].
+    pub(crate) fn intent(&self) -> impl Fn(f64) -> Pose + Send + use<> {
+        let (path, grip_a) = (self.path.clone(), self.settings.grip_a);
+        move |time| path.pose(time).with_origin(grip_a)
+    }
+
+    /// Returns the probe's state at `time` (s) on the path, world.
+    pub(crate) fn scripted(&self, time: f64) -> ProbeState {
+        scripted(&self.path, self.settings.grip_a, time)
+    }
+
+    /// What a recording says of a run of it on the device that is called so; safety chain and
+    /// device add to it.
+    pub(crate) fn header(&self, settings: Settings, device: &str, rate_hz: f64) -> RecordingHeader {
+        RecordingHeader {
+            format: FORMAT,
+            start_utc: None,
+            palpus_version: env!("CARGO_PKG_VERSION").to_owned(),
+            device: device.to_owned(),
+            rate_hz,
+            seed: 0,
+            scene: RecordedScene { render: settings, ..self.recorded.clone() },
+        }
+    }
+
+    /// What all hands hold, the probe first, and where each begins (world).
+    pub(crate) fn tools(&self) -> impl Iterator<Item = (&Arc<Body>, Pose)> {
+        let others = self.others.iter().map(|tool| (&tool.probe, tool.path.pose(0.0)));
+        std::iter::once((&self.probe, self.path.pose(0.0))).chain(others)
+    }
+
+    /// The same scene for each of the other hands: with its tool in the place of the probe, and no
+    /// other tools.
+    pub(crate) fn of_others(&self) -> impl Iterator<Item = Self> {
+        self.others.iter().map(|OtherTool { probe, settings, coupling, path, hand, recorded }| Self {
+            probe: probe.clone(),
+            environment: self.environment.clone(),
+            environment_pose: self.environment_pose,
+            settings: *settings,
+            coupling: *coupling,
+            path: path.clone(),
+            hand: *hand,
+            rate_hz: self.rate_hz,
+            recorded: RecordedScene { probe: recorded.clone(), ..self.recorded.clone() },
+            // Told of with the first.
+            notes: Vec::new(),
+            others: Vec::new(),
+            objects: self.objects.clone(),
+            gravity: self.gravity,
+        })
+    }
+
+    /// Has the simulated hand follow a file from now on, from where the scene begins.
+    pub(crate) fn follow(&mut self, file: &Path, scale: f64, speed: f64) -> anyhow::Result<()> {
+        let metres_per_unit = self.recorded.metres_per_unit;
+        let (start, size) = (self.path.pose(0.0), self.probe.size());
+        self.path = follow(file, &Following { start, metres_per_unit, scale, speed, size })?;
+        Ok(())
+    }
+
+    /// rad: edges sharper than this stay sharp when shading is on, the scene's own or what is
+    /// usual.
+    pub(crate) fn crease_angle(&self) -> f64 {
+        self.settings.shading.map_or(USUAL_CREASE_DEGREES.to_radians(), |shading| shading.crease_angle)
+    }
+}
+
+/// Returns the state at `time` (s) on `path` (world) of a probe that is held at `grip_a` (in its
+/// frame).
+pub(crate) fn scripted(path: &HandPath, grip_a: DVec3, time: f64) -> ProbeState {
+    let (pose_ba, Twist { angular, linear }) = (path.pose(time), path.twist(time));
+    let to_grip = pose_ba.vector(grip_a);
+    ProbeState { pose_ba, twist: Twist { angular, linear: linear + angular.cross(to_grip) } }
+}
+
+/// Ticks per second when nobody says.
+const DEFAULT_RATE_HZ: f64 = 1000.0;
+
+/// As scene files have it that do not say.
+const USUAL_CREASE_DEGREES: f64 = 40.0;
+
+/// The content of the meshes of a recorded scene as they are now, to refuse a replay on others.
+pub(crate) fn check_content(stage: &Stage, recorded: &RecordedScene) -> anyhow::Result<()> {
+    if stage.recorded.objects.len() != recorded.objects.len() {
+        let (now, then) = (stage.recorded.objects.len(), recorded.objects.len());
+        bail!("the scene has {now} objects and the recording {then}; replay needs the same scene");
+    }
+    let objects = stage.recorded.objects.iter().zip(&recorded.objects);
+    let held = [(&stage.recorded.probe, &recorded.probe), (&stage.recorded.environment, &recorded.environment)];
+    for (now, then) in held.into_iter().chain(objects) {
+        if now.content != then.content {
+            bail!(
+                "{} is not the mesh of the recording (its content hash is {}, recorded was {}); replay needs the same mesh",
+                now.mesh,
+                now.content,
+                then.content
+            );
+        }
+    }
+    Ok(())
+}

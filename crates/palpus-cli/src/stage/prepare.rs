@@ -1,0 +1,246 @@
+//! From a scene, built-in or in a file, to a stage.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use anyhow::bail;
+use palpus::algebra::Pose;
+use palpus::body::{Body, BodySettings, PolygonSoup};
+use palpus::force::{FrictionSettings, ShadingSettings};
+use palpus::render::Settings;
+use palpus_io::record::{MOST_SCENE_TEXT, RecordedBody, RecordedScene, SceneSource};
+use palpus_io::scene::{FilePolicy, ObjectMotion, SceneBody, SceneCoupling, SceneFile, SceneHand, read_scene};
+use palpus_io::{ContentHash, read_mesh};
+use palpus_scenes::{HandPath, Motion, Scene, Tremor};
+
+use super::{OtherTool, Stage, StageObject};
+use crate::approach::approach;
+use crate::bodies::{self, Teller};
+use crate::hand_path::{Following, follow};
+use crate::{gaps, tools};
+
+/// Force shading turns a direction by no more than this, so that it cannot push into the surface.
+const MOST_SHADING_TURN_DEGREES: f64 = 45.0;
+
+/// Finds and prepares the scene called `name`: a built-in one, or a scene file by path.
+pub(crate) fn prepare(name: &str, policy: FilePolicy) -> anyhow::Result<Stage> {
+    prepare_telling(name, policy, &Teller::Bar)
+}
+
+/// The same, saying how far it has come as `teller` does.
+pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_>) -> anyhow::Result<Stage> {
+    if let Some(scene) = palpus_scenes::scene(name) {
+        return of_built_in(&scene, teller);
+    }
+    let path = Path::new(name);
+    if path.exists() || path.extension().is_some() {
+        let file = read_scene(path, policy)?;
+        return of_file(path, file, &|_, body| Ok(read_mesh(&body.mesh)?), teller);
+    }
+    let names: Vec<&str> = palpus_scenes::scenes().iter().map(|scene| scene.name).collect();
+    bail!("there is no scene called `{name}`; built-in scenes are {}, or name a scene file (TOML)", names.join(", "))
+}
+
+/// Prepares a scene that code has made.
+pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<Stage> {
+    let contact = &scene.contact;
+    let settings = Settings {
+        contact_tolerance: contact.tolerance,
+        cluster_radius: contact.cluster_radius,
+        stiffness: contact.stiffness,
+        shading: contact.shading.then(|| ShadingSettings {
+            crease_angle: contact.crease,
+            most_turn: MOST_SHADING_TURN_DEGREES.to_radians(),
+        }),
+        friction: contact.friction.map(|friction| FrictionSettings {
+            static_coefficient: friction.static_coefficient,
+            dynamic_coefficient: friction.dynamic_coefficient,
+            // As stiff sideways as into the surface.
+            tangential_stiffness: contact.stiffness,
+        }),
+        ..Settings::default()
+    };
+    let body_settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
+    let probe = bodies::prepare_soup_telling("the probe", &scene.probe, &body_settings, teller)?;
+    let environment = bodies::prepare_soup_telling("the environment", &scene.environment, &body_settings, teller)?;
+    let body = |part: &str, content, pose| RecordedBody { mesh: format!("{}/{part}", scene.name), content, pose };
+    let mut others = Vec::new();
+    if let Some(tool) = &scene.second {
+        let prepared = bodies::prepare_soup_telling("the second tool", &tool.probe, &body_settings, teller)?;
+        others.push(OtherTool {
+            probe: Arc::new(prepared.body),
+            settings,
+            coupling: SceneCoupling::default(),
+            path: tool.path.clone(),
+            hand: None,
+            recorded: body("second", prepared.hash, tool.start),
+        });
+    }
+    let mut shapes: Vec<(*const PolygonSoup, Arc<Body>, ContentHash)> = Vec::new();
+    let mut objects = Vec::new();
+    let mut recorded_objects = Vec::new();
+    for object in &scene.objects {
+        let shape = Arc::as_ptr(&object.shape);
+        let known = shapes.iter().position(|(other, ..)| *other == shape);
+        let at = match known {
+            Some(at) => at,
+            None => {
+                let prepared = bodies::prepare_soup_telling("an object", &object.shape, &body_settings, teller)?;
+                shapes.push((shape, Arc::new(prepared.body), prepared.hash));
+                shapes.len() - 1
+            }
+        };
+        let (_, shape, hash) = &shapes[at];
+        let motion = match object.motion {
+            Motion::Fixed => ObjectMotion::Fixed,
+            Motion::Driven(twist) => ObjectMotion::Driven(twist),
+            Motion::Free(density) => ObjectMotion::FreeOfDensity(density),
+        };
+        objects.push(StageObject { body: shape.clone(), pose: object.start, motion });
+        recorded_objects.push(body(&format!("object-{}", at + 1), *hash, object.start));
+    }
+    let recorded = RecordedScene {
+        source: SceneSource::BuiltIn(scene.name.to_owned()),
+        text: None,
+        metres_per_unit: 1.0,
+        probe: body("probe", probe.hash, scene.start),
+        environment: body("environment", environment.hash, Pose::IDENTITY),
+        objects: recorded_objects,
+        render: settings,
+        more: Default::default(),
+    };
+    Ok(Stage {
+        probe: Arc::new(probe.body),
+        environment: Arc::new(environment.body),
+        environment_pose: Pose::IDENTITY,
+        settings,
+        coupling: SceneCoupling::default(),
+        path: scene.path.clone(),
+        hand: None,
+        rate_hz: None,
+        recorded,
+        notes: Vec::new(),
+        others,
+        objects,
+        gravity: scene.gravity,
+    })
+}
+
+/// A body of a scene file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Part {
+    /// What the first hand holds.
+    Probe,
+    /// What is touched.
+    Environment,
+    /// What another hand holds: the tool of this number beside the probe.
+    Other(usize),
+    /// What nobody holds: the object of this number.
+    Object(usize),
+}
+
+/// Prepares a scene `file` that lies at `path`; `read` reads its meshes.
+pub(crate) fn of_file(
+    path: &Path,
+    mut file: SceneFile,
+    read: &dyn Fn(Part, &SceneBody) -> anyhow::Result<PolygonSoup>,
+    teller: &Teller<'_>,
+) -> anyhow::Result<Stage> {
+    let mut known: Vec<(SceneBody, Arc<Body>, ContentHash)> = Vec::new();
+    let mut prepare = |part: Part, body: &SceneBody| -> anyhow::Result<(Arc<Body>, ContentHash)> {
+        // What is alike shares its body.
+        let alike =
+            |(other, ..): &&(SceneBody, _, _)| other.mesh == body.mesh && other.metres_per_unit == body.metres_per_unit;
+        if let Some((_, shape, hash)) = known.iter().find(alike) {
+            return Ok((shape.clone(), *hash));
+        }
+        let settings =
+            BodySettings { scale: body.metres_per_unit, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
+        let prepared = bodies::prepare_mesh_telling(&body.mesh, &read(part, body)?, &settings, teller)?;
+        let shape = Arc::new(prepared.body);
+        known.push((body.clone(), shape.clone(), prepared.hash));
+        Ok((shape, prepared.hash))
+    };
+    let (probe, probe_hash) = prepare(Part::Probe, &file.probe)?;
+    let (environment, environment_hash) = prepare(Part::Environment, &file.environment)?;
+    let mut notes = gaps::fill(&mut file, &probe, &environment);
+    let hand = file.hand.preset.name();
+    let path_of_hand = intended(&file, &file.hand, &file.probe, &probe, &environment)?;
+    let body = |mesh: &Path, content, pose| RecordedBody { mesh: absolute(mesh), content, pose };
+    let mut others: Vec<OtherTool> = Vec::new();
+    for (k, tool) in file.others.iter().enumerate() {
+        let (probe, hash) = prepare(Part::Other(k), &tool.body)?;
+        let what = format!("{} tool", tools::name(k + 1));
+        let grip_a = tool.grip.or_else(|| gaps::grip(&probe, &what, &mut notes)).unwrap_or_default();
+        others.push(OtherTool {
+            settings: Settings { grip_a, limits: tool.limits, saturation: tool.saturation, ..file.render },
+            coupling: tool.coupling,
+            path: intended(&file, &tool.hand, &tool.body, &probe, &environment)?,
+            hand: Some(tool.hand.preset.name()),
+            recorded: body(&tool.body.mesh, hash, tool.body.pose),
+            probe,
+        });
+    }
+    let mut objects: Vec<StageObject> = Vec::new();
+    let mut recorded_objects: Vec<RecordedBody> = Vec::new();
+    for (k, object) in file.objects.iter().enumerate() {
+        let (shape, hash) = prepare(Part::Object(k), &object.body)?;
+        objects.push(StageObject { body: shape, pose: object.body.pose, motion: object.motion });
+        recorded_objects.push(body(&object.body.mesh, hash, object.body.pose));
+    }
+    let recorded = RecordedScene {
+        source: SceneSource::File(absolute(path)),
+        text: Some(file.text).filter(|text| text.len() <= MOST_SCENE_TEXT),
+        metres_per_unit: file.metres_per_unit,
+        probe: body(&file.probe.mesh, probe_hash, file.probe.pose),
+        environment: body(&file.environment.mesh, environment_hash, file.environment.pose),
+        objects: recorded_objects,
+        render: file.render,
+        more: Default::default(),
+    };
+    Ok(Stage {
+        probe,
+        environment,
+        environment_pose: file.environment.pose,
+        settings: file.render,
+        coupling: file.coupling,
+        path: path_of_hand,
+        hand: Some(hand),
+        rate_hz: Some(file.rate_hz),
+        recorded,
+        notes,
+        others,
+        objects,
+        gravity: file.gravity,
+    })
+}
+
+/// So that it can be found from any folder.
+fn absolute(path: &Path) -> String {
+    std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
+}
+
+/// Where the scene's file says that a hand moves a body which it holds.
+fn intended(
+    file: &SceneFile,
+    hand: &SceneHand,
+    held: &SceneBody,
+    probe: &Arc<Body>,
+    environment: &Arc<Body>,
+) -> anyhow::Result<HandPath> {
+    let path = match &hand.path {
+        Some(poses) => follow(
+            poses,
+            &Following {
+                start: held.pose,
+                metres_per_unit: file.metres_per_unit,
+                scale: hand.path_scale.unwrap_or(1.0),
+                speed: hand.path_speed.unwrap_or(1.0),
+                size: probe.size(),
+            },
+        )?,
+        None => approach(probe, environment, held.pose, file.environment.pose, file.render.contact_tolerance),
+    };
+    let trembles = hand.tremor > 0.0;
+    Ok(if trembles { path.with_tremor(Tremor::new(hand.tremor, u64::from(hand.seed))) } else { path })
+}

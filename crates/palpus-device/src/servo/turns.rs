@@ -1,0 +1,215 @@
+//! A run under way: the turns of the loop around all its devices.
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use super::pace::Pace;
+use super::seat::{Kept, Seat, Turn};
+use super::{LoopTime, Reins, RunEnd, RunStatistics, ServoOptions, StepOutcome, TickObserver, quiet};
+use crate::device::{DeviceState, HapticDevice};
+use crate::safety::{ContactAccount, Cut, Cuts};
+
+/// A loop that stands still looks this often whether it is to go on.
+const LOOK: Duration = Duration::from_millis(4);
+
+/// Damping after a panic or a last fault, s, before the run ends with zero.
+const COAST: f64 = 0.1;
+
+/// See the module's description. All memory is there before the first turn.
+pub(super) struct Turns<'a, D: HapticDevice + ?Sized, T> {
+    options: &'a ServoOptions,
+    seats: Vec<Seat<'a, D>>,
+    /// As the step gets them, one for each seat; so are the next two.
+    states: Vec<DeviceState>,
+    answers: Vec<Option<StepOutcome<T>>>,
+    /// J: what contact between the tools gave each, by moving and by turning it.
+    works: Vec<[f64; 2]>,
+    contact: ContactAccount,
+    pace: Pace,
+    time: &'a dyn LoopTime,
+    period: f64,
+    reins: &'a Reins,
+    /// All devices stand still while they are not read.
+    stands: bool,
+    /// Of the next tick.
+    index: u64,
+    /// s since the reins ended the run.
+    ending: f64,
+}
+
+impl<'a, D: HapticDevice + ?Sized, T> Turns<'a, D, T> {
+    pub(super) fn new(
+        options: &'a ServoOptions,
+        devices: &'a mut [&mut D],
+        kept: &'a mut [Kept],
+        reins: &'a Reins,
+        time: &'a dyn LoopTime,
+    ) -> Self {
+        let stands = devices.iter().all(|device| device.stands_unread());
+        let shared = devices.len() > 1;
+        let seat = |(which, (device, kept)): (usize, (&'a mut &mut D, &'a mut Kept))| {
+            Seat::new(which, &mut **device, kept, options, time, shared)
+        };
+        let seats: Vec<Seat<'a, D>> = devices.iter_mut().zip(kept).enumerate().map(seat).collect();
+        let count = seats.len();
+        let period = 1.0 / options.rate_hz;
+        Self {
+            options,
+            contact: ContactAccount::new(seats.iter().filter_map(Seat::limits)),
+            seats,
+            states: vec![DeviceState::UNKNOWN; count],
+            answers: (0..count).map(|_| None).collect(),
+            works: vec![[0.0; 2]; count],
+            pace: Pace::start(options.timing, period, options.spin, time),
+            time,
+            period,
+            reins,
+            stands,
+            index: 0,
+            ending: 0.0,
+        }
+    }
+
+    /// Returns when the next tick may come: at once, unless the run is paused and can stand still.
+    pub(super) fn stand(&mut self, stop: &AtomicBool) {
+        if !self.stands || !self.reins.is_paused() {
+            return;
+        }
+        self.seats.iter_mut().filter_map(Seat::line).for_each(|line| line.stand());
+        let since = self.time.now();
+        while !(self.reins.take_step() || self.reins.is_ended() || stop.load(Ordering::Relaxed)) {
+            self.time.wait_until(self.time.now() + LOOK, Duration::ZERO);
+        }
+        self.pace.resume(since, self.time);
+    }
+
+    /// True when the reins have ended the run and all wrenches have faded out. A loop that stands
+    /// still has nothing to wait for.
+    pub(super) fn is_over(&mut self) -> bool {
+        if !self.reins.is_ended() {
+            return false;
+        }
+        let waits = !(self.stands && self.reins.is_paused());
+        let lasts = waits && self.seats.iter_mut().any(|seat| seat.lasts(self.ending));
+        if lasts {
+            self.ending += self.period;
+        }
+        !lasts
+    }
+
+    /// One turn of the loop; breaks with the reason for which it was the last.
+    pub(super) fn turn<S, O>(&mut self, step: &mut S, observer: &mut O) -> ControlFlow<RunEnd>
+    where
+        S: FnMut(&[DeviceState], f64, &mut [Option<StepOutcome<T>>]),
+        O: TickObserver<T> + ?Sized,
+    {
+        let start = self.pace.wait(self.time);
+        for (seat, state) in self.seats.iter_mut().zip(&mut self.states) {
+            seat.read(&start, state);
+        }
+        self.check_ends()?;
+        self.seats.iter_mut().for_each(Seat::leave);
+        if !self.seats.iter().any(Seat::is_seen) {
+            return ControlFlow::Continue(());
+        }
+        let keys = self.reins.take_keys();
+        for (_, state) in self.seats.iter().zip(&mut self.states).filter(|(seat, _)| seat.is_due()) {
+            *state = state.with_keys(keys);
+        }
+        let (panic, step_s) = self.step(step);
+        let mut found = Cuts::NONE;
+        found.note(Cut::Paused, !self.stands && self.reins.is_paused());
+        found.note(Cut::Overrun, self.pace.is_lost(self.time));
+        found.note(Cut::Ending, self.reins.is_ended());
+        self.pass_on();
+        let turn = Turn { start, index: self.index, period: self.period, step_s, found, panicked: panic.is_some() };
+        for ((seat, state), answer) in self.seats.iter_mut().zip(&mut self.states).zip(&self.answers) {
+            seat.answer(&turn, state, answer.as_ref(), || self.pace.is_overrun(self.time));
+        }
+        self.index += 1;
+        for (tick, answer) in self.seats.iter().map(Seat::tick).zip(&self.answers) {
+            match (tick, answer) {
+                (Some(tick), Some(answer)) => observer.observe(tick, &answer.detail),
+                (Some(tick), None) => observer.unanswered(tick),
+                (None, _) => {}
+            }
+        }
+        if let Some(panic) = panic {
+            let message = quiet::message(panic.as_ref());
+            self.seats.iter_mut().for_each(|seat| seat.panicked(message.clone()));
+        }
+        let stopped = self.seats.iter_mut().fold(None, |first, seat| first.or(seat.stopped(turn.panicked)));
+        self.check_ends()?;
+        stopped.map_or(ControlFlow::Continue(()), ControlFlow::Break)
+    }
+
+    /// Runs the step: with what it panicked, if it did, and how long it took, s.
+    fn step<S>(&mut self, step: &mut S) -> (Option<Box<dyn std::any::Any + Send>>, f64)
+    where
+        S: FnMut(&[DeviceState], f64, &mut [Option<StepOutcome<T>>]),
+    {
+        self.answers.fill_with(|| None);
+        let before = self.time.now();
+        let panic = quiet::caught(|| step(&self.states, self.period, &mut self.answers)).err();
+        let step_s = self.time.now().saturating_sub(before).as_secs_f64();
+        if panic.is_some() {
+            // Some may have been answered before it.
+            self.answers.fill_with(|| None);
+        }
+        (panic, step_s)
+    }
+
+    /// Tells the chains what other tools and objects gave theirs.
+    fn pass_on(&mut self) {
+        for (work, answer) in self.works.iter_mut().zip(&self.answers) {
+            *work = answer.as_ref().map_or([0.0; 2], |answer| answer.from_others);
+        }
+        self.contact.pass(&mut self.works);
+        for ((seat, from_others), answer) in self.seats.iter_mut().zip(&self.works).zip(&self.answers) {
+            seat.receive(*from_others, answer.as_ref().map_or([0.0; 2], |answer| answer.received));
+        }
+    }
+
+    /// Breaks when there is nothing left to turn, or one device's end is that of the run.
+    fn check_ends(&self) -> ControlFlow<RunEnd> {
+        let of_run = self.seats.iter().find_map(Seat::last_word);
+        let all = || self.seats.iter().try_fold(None, |_, seat| seat.end().map(Some)).flatten();
+        of_run.or_else(all).map_or(ControlFlow::Continue(()), |end| ControlFlow::Break(end.clone()))
+    }
+
+    /// Takes all wrenches so near to zero, within the slew limit, that zero may follow.
+    pub(super) fn let_go(&mut self) {
+        while self.seats.iter_mut().map(Seat::release).filter(|held| *held).count() > 0 {
+            self.pace.wait(self.time);
+        }
+    }
+
+    /// Damps all grips for a moment, whatever their devices say of them.
+    pub(super) fn coast<O>(&mut self, stop: &AtomicBool, observer: &mut O)
+    where
+        O: TickObserver<T> + ?Sized,
+    {
+        for _ in 0..(COAST / self.period).ceil() as u64 {
+            let start = self.pace.wait(self.time);
+            if stop.load(Ordering::Relaxed) {
+                return;
+            }
+            let mut damped = false;
+            for tick in self.seats.iter_mut().filter_map(|seat| seat.damp(&start, self.index)) {
+                damped = true;
+                observer.unanswered(&tick);
+            }
+            if !damped {
+                return;
+            }
+            self.index += 1;
+        }
+    }
+
+    /// The last wrenches, which are zero, and what the run was like for each device.
+    pub(super) fn finish(self, end: &RunEnd) -> Vec<RunStatistics> {
+        let elapsed = self.pace.elapsed(self.time);
+        self.seats.into_iter().map(|seat| seat.finish(end, self.options, elapsed)).collect()
+    }
+}

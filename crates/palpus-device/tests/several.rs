@@ -1,0 +1,351 @@
+//! One loop around several devices: each as if alone as long as nothing goes wrong, and what goes
+//! wrong with one takes that one's force only.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use glam::DVec3;
+use palpus::algebra::Random;
+use palpus::algebra::{NoClock, Pose, Wrench};
+use palpus::body::{Body, BodySettings};
+use palpus::render::{Limits, Object, ProbeState, Settings, ToolId, VirtualCoupling, World};
+use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
+use palpus_device::{
+    AfterFault, AfterPanic, Cut, DeviceState, Fault, FaultyDevice, HapticDevice, Intent, Phase, RunEnd, RunStatistics,
+    SafetyOptions, Script, Servo, ServoError, ServoOptions, ServoTick, SimulatedDevice, SimulationSettings,
+    StepOutcome, Timing, VirtualTime,
+};
+use palpus_scenes::shape;
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+const SEED: u64 = 0xb07;
+const RATE_HZ: f64 = 1000.0;
+
+/// What a step answers the devices.
+type Answers<'a> = &'a mut [Option<StepOutcome>];
+
+/// A hand that goes into a wall below z = 0 and out again, each one half a turn after the one
+/// before.
+fn simulated(which: usize) -> SimulatedDevice<impl Intent + Send> {
+    let path = move |time: f64| Pose::from_translation(DVec3::Z * 0.02 * (4.0 * time + 3.1 * which as f64).cos());
+    SimulatedDevice::new(SimulationSettings { rate_hz: RATE_HZ, ..Default::default() }, path).expect("usual settings")
+}
+
+fn wall(state: &DeviceState) -> StepOutcome {
+    StepOutcome::of(Wrench { torque: DVec3::ZERO, force: DVec3::Z * (-200.0 * state.pose.translation.z).max(0.0) })
+}
+
+/// A wall for each, as the step of one loop.
+fn walls(states: &[DeviceState], _: f64, answers: Answers<'_>) {
+    for (answer, state) in answers.iter_mut().zip(states) {
+        *answer = Some(wall(state));
+    }
+}
+
+fn safety(after_fault: AfterFault) -> SafetyOptions {
+    SafetyOptions { after_fault, after_panic: AfterPanic::AsFault, ..SafetyOptions::default() }
+}
+
+/// A loop around so many devices.
+fn servo(devices: usize, duration: f64, after_fault: AfterFault) -> Servo {
+    let safety = safety(after_fault);
+    let options = ServoOptions { rate_hz: RATE_HZ, duration: Some(duration), safety, ..Default::default() };
+    let one = Servo::new(options).expect("options in range");
+    (1..devices).fold(one, |servo, _| servo.with_device(safety).expect("usual thresholds"))
+}
+
+/// What each device went through.
+struct Ran {
+    statistics: Vec<RunStatistics>,
+    ticks: Vec<Vec<ServoTick>>,
+    braked: Vec<bool>,
+}
+
+/// Two seconds of so many devices with these faults of the first one and in the step.
+fn run(
+    devices: usize,
+    faults: &[(u64, Fault)],
+    after_fault: AfterFault,
+    step: impl FnMut(&[DeviceState], f64, Answers<'_>),
+) -> Ran {
+    let time = VirtualTime::default();
+    let script = |which: usize| Script::new(if which == 0 { faults } else { &[] }, Some(&time));
+    let mut hands: Vec<_> = (0..devices).map(|which| FaultyDevice::new(simulated(which), &script(which))).collect();
+    let mut ticks = vec![Vec::new(); devices];
+    let mut observe = |tick: &ServoTick, (): &()| ticks[tick.device].push(*tick);
+    let statistics = servo(devices, 2.0, after_fault)
+        .run_all_in(&time, &mut hands.iter_mut().collect::<Vec<_>>(), step, &mut observe, &AtomicBool::new(false))
+        .expect("as many devices as the loop was made for");
+    let braked = hands.iter().map(|hand| hand.brake().is_some_and(|brake| brake.is_applied())).collect();
+    Ran { statistics, ticks, braked }
+}
+
+#[test]
+fn each_device_in_one_loop_is_as_in_its_own() {
+    for devices in 1..=4 {
+        let Ran { statistics, ticks, .. } = run(devices, &[], AfterFault::Reengage, walls);
+        for (which, (statistics, ticks)) in statistics.into_iter().zip(ticks).enumerate() {
+            let mut alone = Vec::new();
+            let mut observe = |tick: &ServoTick, (): &()| alone.push(ServoTick { device: which, ..*tick });
+            let expected = servo(1, 2.0, AfterFault::Reengage).run_in(
+                &VirtualTime::default(),
+                &mut simulated(which),
+                |state: &DeviceState, _| wall(state),
+                &mut observe,
+                &AtomicBool::new(false),
+            );
+            assert!(ticks == alone, "device {which} of {devices}");
+            assert_eq!(statistics, expected);
+            assert!(statistics.force_max > 1.0 && statistics.end == RunEnd::Duration);
+        }
+    }
+}
+
+#[test]
+fn a_loop_takes_the_devices_it_was_made_for() {
+    let mut one = simulated(0);
+    let stop = AtomicBool::new(false);
+    let refused = servo(2, 1.0, AfterFault::Reengage).run_all(&mut [&mut one], walls, &mut (), &stop);
+    assert_eq!(refused.err(), Some(ServoError::Devices { made: 2, given: 1 }));
+}
+
+#[test]
+fn a_device_without_an_answer_gets_no_force() {
+    let step = |states: &[DeviceState], dt: f64, answers: Answers<'_>| {
+        walls(states, dt, answers);
+        answers[1] = None;
+    };
+    let Ran { statistics, .. } = run(2, &[], AfterFault::Reengage, step);
+    assert!(statistics[0].force_max > 1.0 && statistics[1].force_max == 0.0, "{statistics:?}");
+}
+
+#[test]
+fn a_fault_takes_the_force_of_its_own_device() {
+    let undisturbed = run(3, &[], AfterFault::Reengage, walls).ticks;
+    let faults = [
+        Fault::NonFinitePose,
+        Fault::NoRotation,
+        Fault::PoseJump(DVec3::X * 0.5),
+        Fault::Speed(1e3),
+        Fault::Frozen(60),
+        Fault::DeviceClock(5.0),
+        Fault::Dropped,
+    ];
+    for fault in faults {
+        // In the midst of contact.
+        let at = undisturbed[0].iter().position(|tick| tick.wrench.force.z > 1.5).expect("a contact") as u64;
+        let Ran { statistics, ticks, braked } = run(3, &[(at, fault)], AfterFault::Reengage, walls);
+        for other in [1, 2] {
+            assert!(ticks[other] == undisturbed[other], "{fault:?}: device {other} feels it");
+            assert_eq!(
+                (statistics[other].safety.faults(), &statistics[other].end),
+                (0, &RunEnd::Duration),
+                "{fault:?}"
+            );
+        }
+        if fault == Fault::Dropped {
+            assert!(matches!(statistics[0].end, RunEnd::DeviceFailed(_)) && braked == [true, false, false]);
+            let counts: Vec<u64> = statistics.iter().map(|statistics| statistics.ticks).collect();
+            assert_eq!(counts, [at + 1, 2000, 2000]);
+            let last = ticks[0].last().expect("a tick");
+            assert!(last.cuts.has(Cut::Device) && last.wrench == Wrench::ZERO);
+        } else {
+            assert!(statistics[0].safety.faults() > 0, "{fault:?}");
+            let fallen = ticks[0].iter().find(|tick| tick.phase == Phase::Faulted).expect("a fault");
+            assert!(fallen.wrench.force.length() < 1.0, "{fault:?}: {fallen:?}");
+            assert_eq!((statistics[0].ticks, &statistics[0].end), (2000, &RunEnd::Duration));
+        }
+    }
+}
+
+#[test]
+fn the_step_goes_on_with_a_lost_device_where_it_was() {
+    let seen = RefCell::new(Vec::new());
+    let step = |states: &[DeviceState], dt: f64, answers: Answers<'_>| {
+        seen.borrow_mut().push(states[0]);
+        walls(states, dt, answers);
+    };
+    run(2, &[(700, Fault::Dropped)], AfterFault::Reengage, step);
+    let seen = seen.into_inner();
+    assert_eq!(seen.len(), 2000);
+    for state in &seen[701..] {
+        assert_eq!((state.pose, state.twist.linear), (seen[700].pose, DVec3::ZERO));
+    }
+    // Where any fault is to end the run, this one does.
+    let Ran { statistics, .. } = run(2, &[(700, Fault::Dropped)], AfterFault::Stop, walls);
+    assert!(statistics.iter().all(|statistics| statistics.ticks <= 702), "{statistics:?}");
+    assert!(matches!(statistics[0].end, RunEnd::DeviceFailed(_)) && statistics[1].end == RunEnd::Stopped);
+}
+
+#[test]
+fn what_the_loop_does_wrong_is_felt_by_neither() {
+    for panics in [false, true] {
+        let mut count = 0;
+        let step = |states: &[DeviceState], dt: f64, answers: Answers<'_>| {
+            count += 1;
+            walls(states, dt, answers);
+            if count == 900 && panics {
+                std::panic::resume_unwind(Box::new("on purpose"));
+            }
+            if let Some(answer) = answers[1].as_mut().filter(|_| count == 900) {
+                answer.wrench.force.y = f64::NAN;
+            }
+        };
+        let Ran { statistics, ticks, .. } = run(2, &[], AfterFault::Reengage, step);
+        let cut = if panics { Cut::Panic } else { Cut::NonFiniteWrench };
+        let cuts: Vec<u64> = statistics.iter().map(|statistics| statistics.safety.ticks(cut)).collect();
+        assert_eq!(cuts, [u64::from(panics), 1], "{panics}");
+        assert!(ticks[1][899].wrench.force.length() < 0.5);
+        assert!(statistics.iter().all(|statistics| statistics.end == RunEnd::Duration));
+    }
+    // A device that lets the loop wait is late for both, and both are braked.
+    let stall = Fault::LateRead(Duration::from_millis(200));
+    let at = run(2, &[], AfterFault::Reengage, walls).ticks[1].iter().position(|tick| tick.wrench.force.z > 1.5);
+    let Ran { statistics, .. } = run(2, &[(at.expect("a contact") as u64, stall)], AfterFault::Reengage, walls);
+    assert_eq!(statistics[1].safety.ticks(Cut::Watchdog), 1, "{:?}", statistics[1].safety);
+    assert!(statistics.iter().all(|statistics| statistics.safety.faults() <= 1));
+}
+
+#[test]
+fn whatever_one_device_goes_through_the_other_is_as_ever() {
+    let undisturbed = run(2, &[], AfterFault::Reengage, walls).ticks;
+    let mut random = Random::new(SEED);
+    for sequence in 0..100 {
+        let faults: Vec<(u64, Fault)> = (0..1 + random.below(5))
+            .map(|_| {
+                let at = random.below(2000) as u64;
+                let fault = match random.below(8) {
+                    0 => Fault::NonFinitePose,
+                    1 => Fault::NonFiniteTwist,
+                    2 => Fault::NoRotation,
+                    3 => Fault::PoseJump(DVec3::Y * random.below(1000) as f64),
+                    4 => Fault::Frozen(random.below(100) as u32),
+                    5 => Fault::Stuck(random.below(100) as u32),
+                    6 => Fault::Speed(1e9),
+                    _ => Fault::Dropped,
+                };
+                (at, fault)
+            })
+            .collect();
+        let Ran { statistics, ticks, .. } = run(2, &faults, AfterFault::Reengage, walls);
+        assert!(ticks[1] == undisturbed[1], "seed {SEED:#x}, sequence {sequence}: {faults:?}");
+        assert_eq!(statistics[1].safety.faults(), 0);
+        let force = |tick: &ServoTick| tick.wrench.force.length();
+        assert!(ticks[0].iter().all(|tick| tick.wrench.is_finite() && force(tick) <= 8.5), "sequence {sequence}");
+    }
+}
+
+/// Blocks over a table, which hands press against each other.
+struct Blocks {
+    world: World,
+    tools: Vec<ToolId>,
+}
+
+impl Blocks {
+    /// So many.
+    fn new(count: usize) -> Self {
+        let make = |soup| Arc::new(Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).expect("a body"));
+        let block = make(shape::cuboid(DVec3::splat(0.03)));
+        let limits = Limits { force: 8.5, torque: 0.188 };
+        let settings = Settings {
+            limits,
+            stiffness: VirtualCoupling::contact_stiffness(&limits, 1e-3).expect("a limit"),
+            coupling: Some(VirtualCoupling::tuned(&limits, 1.0 / RATE_HZ, 1e-3)),
+            ..Settings::default()
+        };
+        let mut world = World::new(settings).expect("valid settings");
+        world.add(Object::fixed(make(shape::table()), Pose::IDENTITY)).expect("valid settings");
+        let tools = (0..count).map(|_| world.add_tool(block.clone(), settings).expect("valid settings")).collect();
+        Self { world, tools }
+    }
+
+    fn step(&mut self, states: &[DeviceState], dt: f64, answers: Answers<'_>) {
+        let mut probes = [ProbeState::at(Pose::IDENTITY); 3];
+        for (probe, state) in probes.iter_mut().zip(states) {
+            *probe = ProbeState { pose_ba: state.pose, twist: state.twist };
+        }
+        self.world.step(&probes[..states.len()], dt, &NoClock);
+        for (answer, tool) in answers.iter_mut().zip(&self.tools) {
+            let tick = self.world.tick(*tool);
+            *answer = Some(StepOutcome { from_others: tick.work_from_other, ..StepOutcome::of(tick.commanded) });
+        }
+    }
+}
+
+/// Of two hands that press against each other; a third one holds still beside them.
+fn pressing(which: usize) -> SimulatedDevice<impl Intent + Send> {
+    let intent = move |time: f64| {
+        let press = 0.012 * (2.0 * time).min(1.0);
+        let x = [press - 0.018, 0.018 - press, 0.1][which];
+        Pose::from_translation(DVec3::new(x, 0.0, 0.1))
+    };
+    SimulatedDevice::new(SimulationSettings::default(), intent).expect("usual settings")
+}
+
+#[test]
+fn a_tool_is_felt_on_when_its_own_hand_feels_nothing_and_nothing_is_allocated() {
+    for devices in [2, 3] {
+        let time = VirtualTime::default();
+        let mut blocks = Blocks::new(devices);
+        let script = Script::new(&[(1200, Fault::Speed(1e3)), (2000, Fault::Dropped)], Some(&time));
+        let none = Script::new(&[], Some(&time));
+        let mut hands: Vec<_> =
+            (0..devices).map(|k| FaultyDevice::new(pressing(k), if k == 0 { &script } else { &none })).collect();
+        let mut forces = vec![[DVec3::ZERO; 3000]; devices];
+        let (mut first_count, mut last_count) = (None, 0);
+        let mut observe = |tick: &ServoTick, (): &()| {
+            forces[tick.device][tick.index as usize] = tick.wrench.force;
+            // A device that is lost is told of in words.
+            if tick.index < 2000 {
+                last_count = allocations_of_this_thread();
+                first_count.get_or_insert(last_count);
+            }
+        };
+        let statistics = servo(devices, 3.0, AfterFault::Reengage)
+            .run_all_in(
+                &time,
+                &mut hands.iter_mut().collect::<Vec<_>>(),
+                |states: &[DeviceState], dt: f64, answers: Answers<'_>| blocks.step(states, dt, answers),
+                &mut observe,
+                &AtomicBool::new(false),
+            )
+            .expect("as many devices as the loop was made for");
+        assert_eq!(last_count - first_count.expect("a tick"), 0);
+        let [one, other] = [&forces[0], &forces[1]];
+        assert!(one[1199].x < -0.5 && (one[1199] + other[1199]).length() < 0.1, "{} {}", one[1199], other[1199]);
+        // The first hand's force is gone, the second's is not.
+        assert!(one[1201].length() < 0.3 && other[1201].x > 0.5, "{} {}", one[1201], other[1201]);
+        assert_eq!(one[2001], DVec3::ZERO);
+        assert!(other[2200].x > 0.5 && other[2999].x > 0.5, "{} {}", other[2200], other[2999]);
+        // What the one hand gives the other is no energy of the loop's.
+        for statistics in &statistics[1..] {
+            assert_eq!((statistics.safety.faults(), statistics.safety.ticks(Cut::Passivity)), (0, 0));
+        }
+        // A third hand, which touches nothing, feels nothing.
+        assert!(forces[2..].iter().flatten().all(|force| force.length() < 1e-9));
+    }
+}
+
+#[test]
+fn as_fast_as_it_goes_the_same_run_is_the_same() {
+    let run = || {
+        let options = ServoOptions { timing: Timing::Simulated, duration: Some(1.0), ..Default::default() };
+        let servo = Servo::new(options).and_then(|servo| servo.with_device(options.safety));
+        let mut blocks = Blocks::new(2);
+        let mut ticks = Vec::new();
+        let mut observe = |tick: &ServoTick, (): &()| ticks.push((tick.device, tick.state, tick.wrench));
+        let step = |states: &[DeviceState], dt: f64, answers: Answers<'_>| blocks.step(states, dt, answers);
+        let [one, other]: &mut [&mut (dyn HapticDevice + Send); 2] = &mut [&mut pressing(0), &mut pressing(1)];
+        let stop = AtomicBool::new(false);
+        let ran = servo.expect("options in range").run_all(&mut [&mut **one, &mut **other], step, &mut observe, &stop);
+        assert_eq!(ran.map(|statistics| statistics.len()), Ok(2));
+        ticks
+    };
+    let first = run();
+    assert_eq!(first.len(), 2000);
+    assert!(first == run());
+}
