@@ -148,7 +148,8 @@ fn momentum_is_conserved_when_free_bodies_meet() {
     let total = |world: &World| {
         ids.iter().fold((DVec3::ZERO, DVec3::ZERO), |(linear, angular), &id| {
             let Wrench { torque, force } = world.momentum(id);
-            let center = world.things[id.0].center();
+            let thing = &world.things[id.0];
+            let center = thing.pose.point(thing.body.mass().center_of_mass);
             (linear + force, angular + torque + center.cross(force))
         })
     };
