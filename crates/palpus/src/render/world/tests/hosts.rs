@@ -62,7 +62,6 @@ fn updates_are_not_felt_as_steps() {
     for (name, (at_update, between, force), more) in
         [("conveyor", steady, 1.0), ("conveyor, jittery host", jittery, 1.0), ("press", press, 1.02)]
     {
-        println!("{name}: {at_update:.2e} N at updates, {between:.2e} N between, {force}");
         // Rounding moves a force by less than a micronewton.
         assert!(at_update <= more * between.max(1e-6), "{name}: {at_update} N at updates, {between} N between");
         assert!(force.z > 0.3, "{name}: the tool touches: {force}, seed {SEED:#x}");

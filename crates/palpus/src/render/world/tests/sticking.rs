@@ -21,7 +21,6 @@ fn a_coupled_tool_sticks_about_as_stiffly_as_stated() {
     let (after, felt) = push(5e-4, 500);
     let friction = world.settings_between(body, plate).and_then(|settings| settings.friction).unwrap();
     let (moved, expected) = (after - before, -felt.x / friction.tangential_stiffness);
-    println!("{felt}: {moved:.3e} m, {expected:.3e} by its stiffness of {}", friction.tangential_stiffness);
     assert!(felt.x < 0.0 && -felt.x < 0.8 * MU * felt.z, "it sticks: {felt}");
     // The stiffness is stated for one cluster; corners that share a tilted load hold harder together, by 23 % here.
     assert!((moved - expected).abs() < 0.25 * expected, "{moved} m, not {expected}");
