@@ -1044,6 +1044,12 @@ pub const REACH_GROWTH: f64 = 2.0;
 /// The front spends clearance whenever the tolerance grows, so that it had better not shrink and grow with every step.
 pub const REACH_FADE: f64 = 0.9;
 
+/// What a moving body's box has to spare, in sizes of a tool, or in contact tolerances for a body that nobody holds.
+///
+/// A body that has not used it up keeps its box, and pairs are not looked for. A quarter of a tool of 6 cm is 7 mm: 20 steps of a
+/// quick hand. Larger has pairs queried that are far apart; 0 makes boxes and sorts them in every step.
+pub const BOX_SPARE: f64 = 0.25;
+
 /// m/s: no tool is faster, whatever the device says.
 ///
 /// Faster than a hand throws. It bounds the tolerance of the query.

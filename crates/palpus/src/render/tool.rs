@@ -67,22 +67,12 @@ pub(super) struct Tool {
     /// How far it may move.
     pub(super) reach: Reach,
     anchor: Anchor,
-}
-
-/// A step that has begun.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Begun {
-    /// Where the tool is.
-    pose: Pose,
+    /// Of the step that has begun.
     bond: Bond,
-    /// Steps 1 and 2.
-    pub(super) system: SpatialMatrix,
-    /// Their right side times h.
-    pub(super) load: Wrench,
 }
 
 /// Step 2, ready to be added.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct Bond {
     /// From the centre of mass to the grip, m.
     offset: DVec3,
@@ -112,6 +102,7 @@ impl Tool {
             twist: Twist::default(),
             reach: Reach::new(radius(probe), coupling.skin),
             anchor: Anchor::AT_GRIP,
+            bond: Bond::default(),
         };
         tool.set(probe, coupling, settings);
         tool
@@ -150,22 +141,28 @@ impl Tool {
         self.pose_ba = None;
     }
 
-    /// The step's system as far as it does not depend on which contacts press and which slide. `free`: nothing is near.
-    pub(super) fn begin(&mut self, device: &ProbeState, free: bool, h: f64) -> Begun {
+    /// Begins a step of `h` s at the tool's pose: its matrix and right side as far as they do not depend on which contacts press and which
+    /// slide. `free`: nothing is near.
+    pub(super) fn begin(&mut self, device: &ProbeState, free: bool, h: f64) -> (SpatialMatrix, Wrench) {
         let pose = self.pose_ba(device);
         if free {
             self.anchor.come_back(&device.twist, h);
         }
-        let bond = self.bond(device, &pose);
-        let (system, load) = self.unhindered(&bond, &pose, h);
-        Begun { pose, bond, system, load }
+        self.bond = self.bond(device, &pose);
+        self.unhindered(&pose, h)
     }
 
-    /// Moves the tool with `twist`, the step's solution; answers the wrench on the device about its grip.
-    pub(super) fn end(&mut self, begun: &Begun, twist: Twist, h: f64) -> Wrench {
-        let felt = -begun.bond.wrench(&twist, h);
-        self.advance(&begun.pose, twist, h);
+    /// Moves the tool with `twist`, the step's solution; answers the wrench on the device about its grip. `pose` and `center` (its centre of
+    /// mass) are those with which the step began.
+    pub(super) fn end(&mut self, pose: &Pose, center: DVec3, twist: Twist, h: f64) -> Wrench {
+        let felt = -self.bond.wrench(&twist, h);
+        self.advance(pose, center, twist, h);
         felt
+    }
+
+    /// m: from the centre of mass to the grip, in the step that has begun.
+    pub(super) fn grip_offset(&self) -> DVec3 {
+        self.bond.offset
     }
 
     fn bond(&mut self, device: &ProbeState, pose: &Pose) -> Bond {
@@ -190,7 +187,8 @@ impl Tool {
     }
 
     /// Steps 1 and 2: the system without contacts, its right side times h.
-    fn unhindered(&self, bond: &Bond, pose: &Pose, h: f64) -> (SpatialMatrix, Wrench) {
+    fn unhindered(&self, pose: &Pose, h: f64) -> (SpatialMatrix, Wrench) {
+        let bond = &self.bond;
         let rotation = DMat3::from_quat(pose.rotation);
         let mut system = SpatialMatrix::of_body(self.coupling.mass, rotation * self.inertia_a * rotation.transpose());
         let momentum = system.times(&self.twist);
@@ -203,19 +201,12 @@ impl Tool {
     }
 
     /// Moves the tool from `pose` for `h` seconds.
-    fn advance(&mut self, pose: &Pose, twist: Twist, h: f64) {
+    fn advance(&mut self, pose: &Pose, center: DVec3, twist: Twist, h: f64) {
         let rotation = (DQuat::from_scaled_axis(twist.angular * h) * pose.rotation).normalize();
-        let center = pose.point(self.center_a) + twist.linear * h;
+        let center = center + twist.linear * h;
         self.pose_ba = Some(Pose { rotation, translation: center - rotation * self.center_a });
         self.twist = twist;
         self.reach.follow(&twist, h);
-    }
-}
-
-impl Begun {
-    /// m: from the centre of mass to the grip.
-    pub(super) fn grip_offset(&self) -> DVec3 {
-        self.bond.offset
     }
 }
 

@@ -1,6 +1,8 @@
 //! Which bodies may be near each other: boxes along the axes of the world, sorted along x and swept.
 //!
 //! The order of the last tick is nearly right in this one, so that sorting by insertion is linear.
+//! A box has some room to spare, and is made anew when its body has used that up: while no box
+//! changes, neither do the pairs.
 
 use glam::DVec3;
 
@@ -11,6 +13,10 @@ use crate::body::Aabb;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Broad {
     boxes: Vec<Aabb>,
+    /// Where each body was when its box was made, and the box's margin, m.
+    made: Vec<(Pose, f64)>,
+    /// A box changed since pairs were last looked for.
+    is_stale: bool,
     there: Vec<bool>,
     /// Bodies by the low end of their boxes.
     order: Vec<u32>,
@@ -21,7 +27,22 @@ impl Broad {
     pub(super) fn add(&mut self) {
         self.order.push(self.boxes.len() as u32);
         self.boxes.push(Aabb { min: DVec3::ZERO, max: DVec3::ZERO });
+        self.made.push((Pose::IDENTITY, 0.0));
         self.there.push(false);
+    }
+
+    /// Body `i` is at `pose`, and no point of its mesh farther than `radius` (m) from its frame's origin: true if its box still holds all
+    /// that is within `margin` (m) of it.
+    pub(super) fn holds(&self, i: usize, pose: &Pose, radius: f64, margin: f64) -> bool {
+        let (made_at, made_with) = &self.made[i];
+        // A point of the circle moves 2 r sin(θ/2), which is at most 4 r sin(θ/4); unit quaternions are 2 sin(θ/4) apart.
+        let turned = 2.0 * (pose.rotation - made_at.rotation).length() * radius;
+        self.there[i] && (pose.translation - made_at.translation).length() + turned + margin <= *made_with
+    }
+
+    /// True if a box changed since this was last asked.
+    pub(super) fn take_stale(&mut self) -> bool {
+        std::mem::replace(&mut self.is_stale, false)
     }
 
     /// Body `i`, whose mesh lies within `bounds` in its own frame, is at `pose`; what is within `margin` (m) of it is near.
@@ -33,12 +54,14 @@ impl Broad {
         let extent = rotation.x_axis.abs() * half.x + rotation.y_axis.abs() * half.y + rotation.z_axis.abs() * half.z;
         let extent = extent + DVec3::splat(margin);
         self.boxes[i] = Aabb { min: center - extent, max: center + extent };
+        self.made[i] = (*pose, margin);
         self.there[i] = true;
+        self.is_stale = true;
     }
 
     /// Body `i` is not there.
     pub(super) fn take_away(&mut self, i: usize) {
-        self.there[i] = false;
+        self.is_stale |= std::mem::replace(&mut self.there[i], false);
     }
 
     /// Calls `found` for each two bodies that are near each other, in no order that means anything.
@@ -74,10 +97,45 @@ impl Broad {
 
 #[cfg(test)]
 mod tests {
+    use glam::DQuat;
+
     use super::*;
     use crate::algebra::Random;
 
     const SEED: u64 = 0xb40a_0001;
+
+    #[test]
+    fn a_kept_box_holds_all_that_is_within_the_margin() {
+        const MARGIN: f64 = 0.1;
+        let mut random = Random::new(SEED);
+        let mut broad = Broad::default();
+        broad.add();
+        let bounds = Aabb { min: DVec3::new(-0.5, -0.2, 0.0), max: DVec3::new(0.5, 0.3, 0.1) };
+        let corner = |k: u32| {
+            DVec3::select(
+                DVec3::new((k & 1) as f64, (k >> 1 & 1) as f64, (k >> 2) as f64).cmpgt(DVec3::splat(0.5)),
+                bounds.max,
+                bounds.min,
+            )
+        };
+        let mut kept = 0;
+        for _ in 0..2000 {
+            let from = Pose::new(DQuat::from_scaled_axis(random.vector() * 2.0), random.vector());
+            broad.put(0, &bounds, &from, MARGIN + 0.05);
+            let turn = DQuat::from_scaled_axis(random.vector() * 0.1 * random.unit());
+            let pose = Pose::new(turn * from.rotation, from.translation + random.vector() * 0.05 * random.unit());
+            if !broad.holds(0, &pose, 0.6, MARGIN) {
+                continue;
+            }
+            kept += 1;
+            let own = &broad.boxes[0];
+            for point in (0..8).map(|k| pose.point(corner(k))) {
+                let inside = (own.min + MARGIN).cmple(point).all() && point.cmple(own.max - MARGIN).all();
+                assert!(inside, "{point} at {pose:?}, seed {SEED:#x}");
+            }
+        }
+        assert!((200..1800).contains(&kept), "{kept}");
+    }
 
     #[test]
     fn it_finds_what_looking_at_all_pairs_finds() {

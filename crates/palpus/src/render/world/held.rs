@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::super::tool::{Begun, Tool};
+use super::super::tool::Tool;
 use super::super::transient::Transient;
 use super::super::{Limits, ProbeState, Settings, Tick, ToolCounters, VirtualCoupling, saturate};
 use crate::algebra::{Pose, Twist, Wrench, rotation_between};
@@ -60,7 +60,7 @@ impl Held {
         self.settings = *settings;
     }
 
-    /// Begins a tick: where the probe, or the tool in its place, is looked for, and the twist of its centre of mass as far as
+    /// Begins a tick: where the probe, or the tool in its place, is looked for, its centre of mass, and the twist of that as far as
     /// dampers are concerned; `None` if its state means nothing.
     pub(super) fn begin(
         &mut self,
@@ -68,7 +68,7 @@ impl Held {
         probe: Option<&ProbeState>,
         center_a: DVec3,
         dt: f64,
-    ) -> Option<(Pose, Twist)> {
+    ) -> Option<(Pose, DVec3, Twist)> {
         let probe = probe.copied().unwrap_or(ProbeState::at(Pose::from_translation(DVec3::NAN)));
         self.tick.begin(index, &probe, dt);
         self.tool.reach.begin();
@@ -88,7 +88,7 @@ impl Held {
         self.tick.tool_ba = pose;
         let center = pose.point(center_a);
         let at_center = Twist { angular: twist.angular, linear: twist.at(center - self.grip(&pose)) };
-        Some((pose, at_center))
+        Some((pose, center, at_center))
     }
 
     /// Where it is held when it is at `pose`.
@@ -114,17 +114,24 @@ impl Held {
         }
     }
 
-    /// With a coupling: moves the tool with `twist` for `h` s. `given`: the impulses of other tools and of objects that move, about the
-    /// centre of mass.
-    pub(super) fn end(&mut self, begun: &Begun, twist: Twist, h: f64, given: [Wrench; 2], counters: ToolCounters) {
+    /// With a coupling: moves the tool with `twist` for `h` s from `pose`, its centre of mass from `center`. `given`: the impulses of other
+    /// tools and of objects that move, about the centre of mass.
+    pub(super) fn end(
+        &mut self,
+        (pose, center): (&Pose, DVec3),
+        twist: Twist,
+        h: f64,
+        given: [Wrench; 2],
+        counters: ToolCounters,
+    ) {
         self.driven = None;
-        let to_grip = begun.grip_offset();
+        let to_grip = self.tool.grip_offset();
         let work = |given: Wrench| {
             let at_grip = given.about(to_grip);
             [at_grip.force.dot(twist.at(to_grip)), at_grip.torque.dot(twist.angular)]
         };
         (self.tick.work_from_other, self.tick.work_from_objects) = (work(given[0]), work(given[1]));
-        self.tick.computed = self.tool.end(begun, twist, h);
+        self.tick.computed = self.tool.end(pose, center, twist, h);
         self.tick.counters.tool = counters;
     }
 

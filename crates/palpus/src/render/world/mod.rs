@@ -241,7 +241,8 @@ impl World {
             Role::Driven(driven) => *driven = Driven::at(pose),
             Role::Fixed => {}
         }
-        (thing.pose, thing.last, thing.twist) = (pose, None, Twist::default());
+        (thing.last, thing.twist) = (None, Twist::default());
+        thing.set_pose(pose);
         self.boxed_with = f64::NAN;
         for pair in self.pairs.iter_mut().filter(|pair| pair.bodies.contains(&body.0)) {
             pair.clear();
@@ -390,10 +391,15 @@ impl World {
         self.boxed_with = f64::NAN;
         self.broad.add();
         self.islands.add();
+        let center = pose.point(body.mass().center_of_mass);
+        let bounds = body.mesh().bounds();
+        let radius = bounds.max.abs().max(bounds.min.abs()).length();
         self.things.push(Thing {
+            radius,
             body,
             role,
             pose,
+            center,
             last: None,
             twist: Twist::default(),
             there: true,

@@ -4,7 +4,6 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::super::tool::Begun;
 use super::driven::Driven;
 use super::free::Free;
 use super::pair::Place;
@@ -73,8 +72,12 @@ impl Object {
 pub(super) struct Thing {
     pub(super) body: Arc<Body>,
     pub(super) role: Role,
+    /// m: no point of the mesh is farther from the frame's origin.
+    pub(super) radius: f64,
     /// In the world.
     pub(super) pose: Pose,
+    /// The centre of mass in the world, when the step begins.
+    pub(super) center: DVec3,
     /// In the step before this one, if it was there.
     pub(super) last: Option<Pose>,
     /// Of the centre of mass, where it is known before the step; else at rest.
@@ -103,8 +106,6 @@ pub(super) struct Part {
     /// What it has by itself; and with the contacts of the round.
     pub(super) alone: (SpatialMatrix, Wrench),
     pub(super) system: (SpatialMatrix, Wrench),
-    /// Of a tool.
-    pub(super) begun: Option<Begun>,
     /// Its place among the bodies that are solved for together.
     pub(super) slot: usize,
     /// At the end of the step, of the centre of mass.
@@ -121,7 +122,6 @@ impl Part {
         is_touched: false,
         alone: (SpatialMatrix::ZERO, Wrench::ZERO),
         system: (SpatialMatrix::ZERO, Wrench::ZERO),
-        begun: None,
         slot: usize::MAX,
         twist: Twist { angular: DVec3::ZERO, linear: DVec3::ZERO },
         from_tools: Wrench::ZERO,
@@ -129,14 +129,24 @@ impl Part {
     };
 }
 
+impl Part {
+    /// A step begins, which moves the body or not. What it has by itself is set when the step is made.
+    pub(super) fn begin(&mut self, is_moved: bool) {
+        self.is_moved = is_moved;
+        self.is_touched = false;
+        (self.from_tools, self.from_objects) = (Wrench::ZERO, Wrench::ZERO);
+    }
+}
+
 impl Thing {
     pub(super) fn place(&self) -> Place<'_> {
-        Place { body: &self.body, pose: self.pose, twist: self.twist }
+        Place { body: &self.body, pose: self.pose, center: self.center, twist: self.twist }
     }
 
-    /// The centre of mass, in the world.
-    pub(super) fn center(&self) -> DVec3 {
-        self.pose.point(self.body.mass().center_of_mass)
+    /// Puts it at `pose` when a step begins.
+    pub(super) fn set_pose(&mut self, pose: Pose) {
+        self.pose = pose;
+        self.center = pose.point(self.body.mass().center_of_mass);
     }
 
     /// In a pair, the one that comes first is a.

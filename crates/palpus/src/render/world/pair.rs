@@ -21,6 +21,8 @@ use crate::force::{Centers, FrictionSettings, NetWrench, ShadingSettings};
 pub(super) struct Place<'b> {
     pub(super) body: &'b Body,
     pub(super) pose: Pose,
+    /// The centre of mass, in the world.
+    pub(super) center: DVec3,
     /// Of the centre of mass, where it is known before the step; else at rest.
     pub(super) twist: Twist,
 }
@@ -31,6 +33,9 @@ pub(super) struct Pair {
     /// Numbers of the bodies.
     pub(super) bodies: [usize; 2],
     settings: Settings,
+    /// In the step under way: a placed in b's frame, and how near contacts are looked for, m.
+    pose_ba: Pose,
+    within: f64,
     /// What shading needs, whether or not it is on.
     surfaces: Option<Surfaces>,
     query: ContactQuery,
@@ -60,6 +65,8 @@ impl Pair {
         };
         Self {
             bodies,
+            pose_ba: Pose::IDENTITY,
+            within: settings.contact_tolerance,
             surfaces: settings.shading.map(|shading| Surfaces::new(&a, &b, shading.crease_angle)),
             query: ContactQuery::new(a, b, asked),
             scratch: Scratch::new(capacity),
@@ -137,20 +144,27 @@ impl Pair {
 
     /// All contacts of the two nearer than `within` (m).
     pub(super) fn query(&mut self, a: &Place<'_>, b: &Place<'_>, within: f64, quota: &Quota<'_>, clock: &impl Clock) {
-        let pose_ba = relative(&a.pose, &b.pose);
+        self.pose_ba = relative(&a.pose, &b.pose);
+        self.within = within;
         self.query.set_tolerance(within);
-        self.counters = *self.query.run_within(&pose_ba, quota, clock);
+        self.counters = *self.query.run_within(&self.pose_ba, quota, clock);
         self.contacts.clear();
         self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
     }
 
-    /// The wrenches on both, of contacts nearer than `within` (m). `implicit`: a step moves one of them under these contacts.
-    pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, within: f64, implicit: bool) {
-        let pose_ba = relative(&a.pose, &b.pose);
+    /// The wrenches on both, of the contacts that the query found. `implicit`: a step moves one of them under these contacts.
+    pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, implicit: bool) {
+        if self.contacts.is_empty() {
+            self.scratch.clear();
+            self.touches.clear();
+            self.forces.clear();
+            return;
+        }
+        let pose_ba = self.pose_ba;
         let is_placed = b.pose != Pose::IDENTITY;
         let centers = [a, b].map(|place| place.body.mass().center_of_mass);
         let centers = Centers { a: pose_ba.point(centers[0]), b: centers[1] };
-        let mut twist = relative_twist(&a.twist, &b.twist, a.center() - b.center());
+        let mut twist = relative_twist(&a.twist, &b.twist, a.center - b.center);
         if is_placed {
             let inverse = b.pose.inverse();
             twist = Twist { angular: inverse.vector(twist.angular), linear: inverse.vector(twist.linear) };
@@ -164,7 +178,7 @@ impl Pair {
             }
             None => contact.normal,
         };
-        let contact_tolerance = within.max(self.settings.contact_tolerance);
+        let contact_tolerance = self.within.max(self.settings.contact_tolerance);
         let settings = Settings { contact_tolerance, ..self.settings };
         force(&self.contacts, &motion, &settings, direction, &mut self.scratch, &mut self.forces);
         if is_placed {
@@ -174,7 +188,7 @@ impl Pair {
             self.forces.place(&b.pose);
         }
         if implicit {
-            self.touches.gather(&self.forces, a.center(), self.settings.skin());
+            self.touches.gather(&self.forces, a.center, self.settings.skin());
         } else {
             self.touches.clear();
         }
@@ -218,13 +232,6 @@ impl Pair {
     /// Clusters that let go within the step.
     pub(super) fn released(&self) -> u32 {
         self.touches.released()
-    }
-}
-
-impl Place<'_> {
-    /// The centre of mass, in the world.
-    pub(super) fn center(&self) -> DVec3 {
-        self.pose.point(self.body.mass().center_of_mass)
     }
 }
 

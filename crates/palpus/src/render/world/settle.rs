@@ -31,8 +31,8 @@ impl World {
         for held in &mut self.tools {
             let thing = &self.things[held.thing];
             if thing.there && held.settings.coupling.is_none() {
-                held.feel(&thing.pose, thing.center());
-                held.book(&thing.pose, thing.center());
+                held.feel(&thing.pose, thing.center);
+                held.book(&thing.pose, thing.center);
             }
         }
     }
@@ -61,8 +61,7 @@ impl World {
                     if touched {
                         tool.reach.touch();
                     }
-                    let begun = tool.begin(&tick.probe, !touched, h);
-                    (thing.part.alone, thing.part.begun) = ((begun.system, begun.load), Some(begun));
+                    thing.part.alone = tool.begin(&tick.probe, !touched, h);
                 }
                 Role::Free(free) => {
                     if touched {
@@ -121,7 +120,7 @@ impl World {
             }
             let (mut between, mut given) = (SpatialMatrix::ZERO, Wrench::ZERO);
             pair.add_to(&mut between, &mut given, h);
-            let shift = things[a].center() - things[b].center();
+            let shift = things[a].center - things[b].center;
             // What is known of the velocities stands on the right side.
             let still = |i: usize| if things[i].part.is_moved { Twist::default() } else { things[i].twist };
             given = given + -between.times(&relative_twist(&still(a), &still(b), shift));
@@ -167,17 +166,21 @@ impl World {
             }
             counters.released += pair.released();
             let [a, b] = pair.bodies;
+            // Only a tool books what it is given, and by rank it is the first of a pair.
+            let is_booked = matches!(self.things[a].role, Role::Tool(_));
+            if !is_booked || matches!(self.things[b].role, Role::Fixed) {
+                continue;
+            }
             let impulse = pair.impulse(&relative_to(&self.things, [a, b]), h);
-            let shift = self.things[a].center() - self.things[b].center();
-            for (i, given, other) in [(a, impulse, b), (b, -impulse.about(-shift), a)] {
-                let is_tool = matches!(self.things[other].role, Role::Tool(_));
-                let is_fixed = matches!(self.things[other].role, Role::Fixed);
-                let part = &mut self.things[i].part;
-                if is_tool {
+            if matches!(self.things[b].role, Role::Tool(_)) {
+                let shift = self.things[a].center - self.things[b].center;
+                for (i, given) in [(a, impulse), (b, -impulse.about(-shift))] {
+                    let part = &mut self.things[i].part;
                     part.from_tools = part.from_tools + given;
-                } else if !is_fixed {
-                    part.from_objects = part.from_objects + given;
                 }
+            } else {
+                let part = &mut self.things[a].part;
+                part.from_objects = part.from_objects + impulse;
             }
         }
         // One share for all, so that what holds between them holds on the way.
@@ -193,14 +196,12 @@ impl World {
         counters.bounded = u32::from(share < 1.0);
         self.counters.bounded += counters.bounded;
         for k in of {
-            let Thing { role, part, pose, body, .. } = &mut self.things[self.islands.body(k)];
+            let Thing { role, part, pose, center, body, .. } = &mut self.things[self.islands.body(k)];
             let twist = part.twist * share;
             match role {
                 Role::Tool(tool) => {
-                    if let Some(begun) = &part.begun {
-                        let given = [part.from_tools, part.from_objects];
-                        self.tools[*tool].end(begun, twist, h, given, counters);
-                    }
+                    let given = [part.from_tools, part.from_objects];
+                    self.tools[*tool].end((pose, *center), twist, h, given, counters);
                     part.twist = twist;
                 }
                 Role::Free(free) => {
@@ -233,5 +234,5 @@ impl World {
 fn relative_to(things: &[Thing], [a, b]: [usize; 2]) -> Twist {
     let [a, b] = [&things[a], &things[b]];
     let known = |thing: &Thing| if thing.part.is_moved { thing.part.twist } else { thing.twist };
-    relative_twist(&known(a), &known(b), a.center() - b.center())
+    relative_twist(&known(a), &known(b), a.center - b.center)
 }

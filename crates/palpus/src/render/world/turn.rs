@@ -3,9 +3,10 @@
 use glam::DVec3;
 
 use super::held::Held;
-use super::object::{Part, Role};
+use super::object::Role;
 use super::pair::{Pair, mirrored, relative};
 use super::{NONE, World, WorldCounters};
+use crate::algebra::tolerance::BOX_SPARE;
 use crate::algebra::{Clock, Twist, Work};
 use crate::render::ProbeState;
 use crate::render::tool::radius;
@@ -22,7 +23,7 @@ impl World {
         self.find_near(dt);
         self.query(dt, clock);
         let queried = clock.now_ns();
-        self.force(dt);
+        self.force();
         self.show();
         let forced = clock.now_ns();
         self.settle(dt);
@@ -48,28 +49,29 @@ impl World {
             let last = thing.there.then_some(thing.pose);
             thing.last = last.filter(|_| self.steps > 0);
             match &mut thing.role {
-                Role::Fixed => thing.part.is_touched = false,
+                Role::Fixed => thing.part.begin(false),
                 Role::Driven(driven) => {
-                    thing.part.is_touched = false;
+                    thing.part.begin(false);
                     let (pose, twist) = driven.advance(h);
-                    let to_center = pose.vector(thing.body.mass().center_of_mass);
-                    thing.pose = pose;
-                    thing.twist = Twist { angular: twist.angular, linear: twist.at(to_center) };
                     self.counters.overdue += u32::from(driven.is_overdue());
+                    let to_center = pose.vector(thing.body.mass().center_of_mass);
+                    thing.set_pose(pose);
+                    thing.twist = Twist { angular: twist.angular, linear: twist.at(to_center) };
                 }
                 Role::Free(free) => {
-                    thing.part = Part::NONE;
                     free.reach.begin();
-                    thing.part.is_moved = h > 0.0;
+                    thing.part.begin(h > 0.0);
+                    thing.set_pose(thing.pose);
                 }
                 Role::Tool(k) => {
-                    thing.part = Part::NONE;
                     let held = &mut self.tools[*k];
                     let begun = held.begin(self.steps, probes.get(*k), thing.body.mass().center_of_mass, dt);
                     thing.there = begun.is_some();
-                    thing.part.is_moved = thing.there && held.settings.coupling.is_some() && h > 0.0;
+                    thing.part.begin(thing.there && held.settings.coupling.is_some() && h > 0.0);
                     match begun {
-                        Some((pose, twist)) => (thing.pose, thing.twist) = (pose, twist),
+                        Some((pose, center, twist)) => {
+                            (thing.pose, thing.center, thing.twist) = (pose, center, twist);
+                        }
                         None => held.clear(),
                     }
                 }
@@ -121,14 +123,19 @@ impl World {
             // A hand may be fast and the work allowed little: what a tool comes near to is looked at from
             // the distance of its own size, so that it is known when the two meet.
             let ahead = if matches!(thing.role, Role::Tool(_)) { radius(&thing.body) } else { 0.0 };
-            let reach = self.reach(i, dt).unwrap_or(0.0) + ahead;
-            if thing.there {
-                self.broad.put(i, &thing.body.mesh().bounds(), &thing.pose, reach + self.margin);
-            } else {
+            let margin = self.reach(i, dt).unwrap_or(0.0) + ahead + self.margin;
+            if !thing.there {
                 self.broad.take_away(i);
+            } else if self.boxed_with != self.margin || !self.broad.holds(i, &thing.pose, thing.radius, margin) {
+                let spare = BOX_SPARE * if ahead > 0.0 { ahead } else { self.margin };
+                self.broad.put(i, &thing.body.mesh().bounds(), &thing.pose, margin + spare);
             }
         }
         self.boxed_with = self.margin;
+        if !self.broad.take_stale() {
+            self.counters.pairs = self.near.len() as u32;
+            return;
+        }
         std::mem::swap(&mut self.near, &mut self.were_near);
         self.near.clear();
         let (near, table) = (&mut self.near, &self.table);
@@ -188,13 +195,12 @@ impl World {
     }
 
     /// Stage 3 of the paper, for all pairs that are near.
-    fn force(&mut self, dt: f64) {
+    fn force(&mut self) {
         for k in self.near.iter().map(|&k| k as usize) {
-            let within = self.looked_ahead(&self.pairs[k], dt);
             let pair = &mut self.pairs[k];
             let [a, b] = pair.bodies;
             let implicit = self.things[a].part.is_moved || self.things[b].part.is_moved;
-            pair.force(&self.things[a].place(), &self.things[b].place(), within, implicit);
+            pair.force(&self.things[a].place(), &self.things[b].place(), implicit);
             if pair.is_touching() {
                 self.counters.touching += 1;
                 self.things[a].part.is_touched = true;
@@ -207,7 +213,7 @@ impl World {
     fn show(&mut self) {
         for held in &mut self.tools {
             for pair in self.near.iter().map(|&k| &self.pairs[k as usize]) {
-                if !pair.bodies.contains(&held.thing) {
+                if !pair.bodies.contains(&held.thing) || pair.contacts.is_empty() {
                     continue;
                 }
                 let turned = pair.bodies[1] == held.thing;
