@@ -134,20 +134,26 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The pairs of cells that may block translations no longer than `reach`.
-    pub(super) fn pairs_within(&self, reach: f64) -> Vec<Pair> {
+    /// The pairs of cells that may block translations within `slabs`.
+    pub(super) fn pairs_meeting(&self, slabs: &Slabs) -> Vec<Pair> {
+        let (low, high) = slabs.bounds();
         let mut pairs = Vec::new();
-        self.visit_pairs(DVec3::splat(-reach), DVec3::splat(reach), |pair| {
-            let (center, _, outer) = self.ball(Key::Pair(pair));
-            if center.length_squared() < (outer + reach) * (outer + reach) {
+        self.visit_pairs(low, high, |pair| {
+            if self.may_meet(pair, slabs) {
                 pairs.push(pair);
             }
         });
         pairs
     }
 
+    /// False if the obstacle of `pair` blocks no translation within `slabs`.
+    pub(super) fn may_meet(&self, pair: Pair, slabs: &Slabs) -> bool {
+        let (moving, fixed) = self.pair_slabs(pair);
+        Slabs::may_meet(moving, fixed, slabs)
+    }
+
     /// The slabs of a pair of cells: the moving one's, the fixed one's.
-    pub(super) fn pair_slabs(&self, pair: Pair) -> (&Slabs, &Slabs) {
+    fn pair_slabs(&self, pair: Pair) -> (&Slabs, &Slabs) {
         (&self.slabs[pair.moving as usize], &self.interior_b.slabs[pair.fixed as usize])
     }
 
