@@ -760,6 +760,11 @@ pub const DEPTH_HAIR: f64 = 1e-9;
 /// Relative to the larger body's size: by how much a lower bound is lowered for the rounding of placed cells.
 pub const DEPTH_ROUNDING: f64 = 1e-11;
 
+/// Relative to its size and place: what a placed box is grown by, so that rounding leaves no placed corner outside.
+///
+/// A dozen roundings. Smaller could miss a pair of triangles that touch; larger only costs time.
+pub const PLACED_BOX: f64 = 1e-14;
+
 /// Relative to the side, squared: how near to a triangle a side must pierce its plane to pierce the triangle.
 ///
 /// Only where a search for common points begins depends on it.

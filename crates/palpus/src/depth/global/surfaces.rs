@@ -5,7 +5,8 @@
 //! translations blocked: exact predicates on pairs of triangles ([`TrianglePair`]) and exact
 //! winding numbers.
 //!
-//! The moving body's triangles are turned once for a pose; a translation then only shifts boxes.
+//! Boxes and triangles of the moving body are placed where they are met: most questions see few of
+//! them.
 
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -13,8 +14,8 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 
 use super::containment::{Containment, containment};
-use crate::algebra::tolerance::{COMMON_POINT, ESCAPE_STEPS};
-use crate::algebra::{Pose, closest_on_triangle, closest_segment_segment};
+use crate::algebra::tolerance::{COMMON_POINT, ESCAPE_STEPS, PLACED_BOX};
+use crate::algebra::{Placement, Pose, closest_on_triangle, closest_segment_segment};
 use crate::body::{Aabb, Body, TrianglePair, TriangleTree};
 
 /// A pair of triangles that cross.
@@ -35,10 +36,7 @@ pub(super) struct Surfaces<'a> {
     pose_ba: Pose,
     components_a: &'a [DVec3],
     components_b: &'a [DVec3],
-    /// Boxes of the moving body's tree in b's frame, in the tree's order.
-    boxes: Vec<Aabb>,
-    /// Triangles of the moving body in b's frame, in leaf order.
-    corners: Vec<[DVec3; 3]>,
+    placement: Placement,
 }
 
 impl<'a> Surfaces<'a> {
@@ -47,23 +45,23 @@ impl<'a> Surfaces<'a> {
         (b, components_b): (&'a Body, &'a [DVec3]),
         pose_ba: &Pose,
     ) -> Self {
-        let placement = pose_ba.placement();
-        let tree = a.tree();
-        let corners: Vec<[DVec3; 3]> = tree.corners.iter().map(|c| c.map(|p| placement.point(p))).collect();
-        let mut boxes = vec![Aabb::EMPTY; tree.nodes.len()];
-        for (k, node) in tree.nodes.iter().enumerate().rev() {
-            boxes[k] = if node.is_leaf() {
-                Aabb::around(corners[node.slots()].iter().flatten().copied())
-            } else {
-                boxes[k + 1].union(&boxes[node.second as usize])
-            };
-        }
-        Self { a, b, pose_ba: *pose_ba, components_a, components_b, boxes, corners }
+        Self { a, b, pose_ba: *pose_ba, components_a, components_b, placement: pose_ba.placement() }
     }
 
     /// The box of the moving body at translation zero.
     pub(super) fn moving_box(&self) -> Aabb {
-        self.boxes.first().copied().unwrap_or(Aabb::EMPTY)
+        Aabb::around(self.a.mesh().vertices().iter().map(|&p| self.placement.point(p)))
+    }
+
+    /// The box around a placed box of the moving body.
+    fn placed(&self, bounds: &Aabb) -> Aabb {
+        let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
+        let middle = self.placement.point(middle);
+        let Placement { rotation, translation } = &self.placement;
+        let half = rotation.x_axis.abs() * half.x + rotation.y_axis.abs() * half.y + rotation.z_axis.abs() * half.z;
+        // Grown beyond the rounding of placed corners.
+        let half = half + (half + middle.abs() + translation.abs()) * PLACED_BOX;
+        Aabb { min: middle - half, max: middle + half }
     }
 
     /// True if the surfaces have no common point with a moved by `t`, and neither body lies in the
@@ -111,8 +109,9 @@ impl<'a> Surfaces<'a> {
     }
 
     fn escapes_along(&self, mut t: DVec3, along: DVec3) -> bool {
+        let around = self.moving_box();
         for _ in 0..ESCAPE_STEPS {
-            if !overlap(&self.moving_box(), t, &self.b.tree().bounds()) {
+            if !overlap(&around, t, &self.b.tree().bounds()) {
                 return true;
             }
             t += along * self.distance(t);
@@ -125,9 +124,12 @@ impl<'a> Surfaces<'a> {
         let (moving, fixed) = (self.a.tree(), self.b.tree());
         let mut best = f64::INFINITY;
         let mut heap = BinaryHeap::new();
-        let gap = |i: u32, j: u32| box_distance_squared(&self.boxes[i as usize], t, &fixed.nodes[j as usize].bounds);
+        let gap = |i: u32, j: u32| {
+            let around = self.placed(&moving.nodes[i as usize].bounds);
+            Ordered(box_distance_squared(&around, t, &fixed.nodes[j as usize].bounds))
+        };
         if !moving.nodes.is_empty() && !fixed.nodes.is_empty() {
-            heap.push(Reverse((Ordered(gap(0, 0)), 0, 0)));
+            heap.push(Reverse((gap(0, 0), 0, 0)));
         }
         while let Some(Reverse((Ordered(squared), i, j))) = heap.pop() {
             if squared >= best {
@@ -136,18 +138,18 @@ impl<'a> Surfaces<'a> {
             let (first, second) = (&moving.nodes[i as usize], &fixed.nodes[j as usize]);
             if first.is_leaf() && second.is_leaf() {
                 for p in first.slots() {
+                    let p = moving.corners[p].map(|x| self.placement.point(x) + t);
                     for q in second.slots() {
-                        let p = self.corners[p].map(|x| x + t);
                         best = best.min(triangle_distance_squared(&p, &fixed.corners[q]));
                     }
                 }
             } else if second.is_leaf() || (!first.is_leaf() && first.count >= second.count) {
                 for child in [i + 1, first.second] {
-                    heap.push(Reverse((Ordered(gap(child, j)), child, j)));
+                    heap.push(Reverse((gap(child, j), child, j)));
                 }
             } else {
                 for child in [j + 1, second.second] {
-                    heap.push(Reverse((Ordered(gap(i, child)), i, child)));
+                    heap.push(Reverse((gap(i, child), i, child)));
                 }
             }
         }
@@ -161,15 +163,16 @@ impl<'a> Surfaces<'a> {
         if moving.nodes.is_empty() || fixed.nodes.is_empty() {
             return;
         }
-        let mut stack = vec![(0_u32, 0_u32)];
-        while let Some((i, j)) = stack.pop() {
+        let placed = |i: u32| self.placed(&moving.nodes[i as usize].bounds);
+        let mut stack = vec![(0_u32, placed(0), 0_u32)];
+        while let Some((i, around, j)) = stack.pop() {
             let (first, second) = (&moving.nodes[i as usize], &fixed.nodes[j as usize]);
-            if !overlap(&self.boxes[i as usize], t, &second.bounds) {
+            if !overlap(&around, t, &second.bounds) {
                 continue;
             }
             if first.is_leaf() && second.is_leaf() {
                 for p in first.slots() {
-                    let corners = self.corners[p].map(|x| x + t);
+                    let corners = moving.corners[p].map(|x| self.placement.point(x) + t);
                     let around = Aabb::around(corners);
                     for q in second.slots() {
                         let other = fixed.corners[q];
@@ -180,9 +183,9 @@ impl<'a> Surfaces<'a> {
                     }
                 }
             } else if second.is_leaf() || (!first.is_leaf() && first.count >= second.count) {
-                stack.extend([(first.second, j), (i + 1, j)]);
+                stack.extend([(first.second, placed(first.second), j), (i + 1, placed(i + 1), j)]);
             } else {
-                stack.extend([(i, second.second), (i, j + 1)]);
+                stack.extend([(i, around, second.second), (i, around, j + 1)]);
             }
         }
     }
