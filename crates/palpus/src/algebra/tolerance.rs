@@ -765,6 +765,9 @@ pub const DEPTH_ROUNDING: f64 = 1e-11;
 /// A dozen roundings. Smaller could miss a pair of triangles that touch; larger only costs time.
 pub const PLACED_BOX: f64 = 1e-14;
 
+/// Questions about two surfaces at one pose that are answered before all boxes of the moving one are placed.
+pub const LOOSE_QUESTIONS: u32 = 6;
+
 /// Relative to the side, squared: how near to a triangle a side must pierce its plane to pierce the triangle.
 ///
 /// Only where a search for common points begins depends on it.

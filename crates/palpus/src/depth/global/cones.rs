@@ -19,7 +19,7 @@
 //! time.
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BTreeMap, BinaryHeap};
 use std::rc::Rc;
 
 use glam::DVec3;
@@ -202,10 +202,14 @@ impl<'s, 'a> Search<'s, 'a> {
 
     /// Begins with the cones of a search at a near pose, each moved through its obstacles again.
     fn resume(&mut self, leaves: &[Leaf]) {
+        let mut at_origin: BTreeMap<Key, bool> = BTreeMap::new();
         for leaf in leaves {
             self.push(leaf.along, [0.0; 3], None, Vec::new());
             let Some(Reverse(mut cone)) = self.cones.pop() else { continue };
-            for &key in &leaf.chain {
+            // What comes before the last obstacle that holds the origin is not needed.
+            let holds = |key: &Key| *at_origin.entry(*key).or_insert_with(|| self.scene.obstacle(*key).holds(DVec3::ZERO));
+            let first = leaf.chain.iter().rposition(holds).unwrap_or(0);
+            for &key in &leaf.chain[first..] {
                 self.advance_within(&mut cone, &[key]);
             }
             self.cones.push(Reverse(cone));

@@ -13,14 +13,14 @@ use crate::algebra::{Placement, Pose};
 use crate::body::Body;
 
 /// A cell of each interior.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Pair {
     moving: u32,
     fixed: u32,
 }
 
 /// Names an obstacle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Key {
     /// The obstacle of two prepared cells.
     Pair(Pair),

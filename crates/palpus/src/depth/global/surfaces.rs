@@ -5,16 +5,17 @@
 //! translations blocked: exact predicates on pairs of triangles ([`TrianglePair`]) and exact
 //! winding numbers.
 //!
-//! Boxes and triangles of the moving body are placed where they are met: most questions see few of
-//! them.
+//! Boxes of the moving body are placed where they are met, a little too large; after some questions at
+//! a pose all are placed once, exactly.
 
+use std::cell::{Cell, OnceCell};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
 use super::containment::{Containment, containment};
-use crate::algebra::tolerance::{COMMON_POINT, ESCAPE_STEPS, PLACED_BOX};
+use crate::algebra::tolerance::{COMMON_POINT, ESCAPE_STEPS, LOOSE_QUESTIONS, PLACED_BOX};
 use crate::algebra::{Placement, Pose, closest_on_triangle, closest_segment_segment};
 use crate::body::{Aabb, Body, TrianglePair, TriangleTree};
 
@@ -37,6 +38,26 @@ pub(super) struct Surfaces<'a> {
     components_a: &'a [DVec3],
     components_b: &'a [DVec3],
     placement: Placement,
+    /// Questions asked so far, and the exact boxes of the moving body's tree in b's frame, made when
+    /// they are worth it.
+    questions: Cell<u32>,
+    exact: OnceCell<Vec<Aabb>>,
+}
+
+/// Boxes of the moving body's tree in b's frame.
+struct Boxes<'s> {
+    exact: Option<&'s [Aabb]>,
+    tree: &'s TriangleTree,
+    placement: &'s Placement,
+}
+
+impl Boxes<'_> {
+    fn of(&self, node: u32) -> Aabb {
+        match self.exact {
+            Some(exact) => exact[node as usize],
+            None => placed(self.placement, &self.tree.nodes[node as usize].bounds),
+        }
+    }
 }
 
 impl<'a> Surfaces<'a> {
@@ -45,7 +66,10 @@ impl<'a> Surfaces<'a> {
         (b, components_b): (&'a Body, &'a [DVec3]),
         pose_ba: &Pose,
     ) -> Self {
-        Self { a, b, pose_ba: *pose_ba, components_a, components_b, placement: pose_ba.placement() }
+        Self { a, b, pose_ba: *pose_ba, components_a, components_b, placement: pose_ba.placement(),
+            questions: Cell::new(0),
+            exact: OnceCell::new(),
+        }
     }
 
     /// The box of the moving body at translation zero.
@@ -53,15 +77,23 @@ impl<'a> Surfaces<'a> {
         Aabb::around(self.a.mesh().vertices().iter().map(|&p| self.placement.point(p)))
     }
 
-    /// The box around a placed box of the moving body.
-    fn placed(&self, bounds: &Aabb) -> Aabb {
-        let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
-        let middle = self.placement.point(middle);
-        let Placement { rotation, translation } = &self.placement;
-        let half = rotation.x_axis.abs() * half.x + rotation.y_axis.abs() * half.y + rotation.z_axis.abs() * half.z;
-        // Grown beyond the rounding of placed corners.
-        let half = half + (half + middle.abs() + translation.abs()) * PLACED_BOX;
-        Aabb { min: middle - half, max: middle + half }
+    fn boxes(&self) -> Boxes<'_> {
+        self.questions.set(self.questions.get() + 1);
+        let exact = (self.questions.get() > LOOSE_QUESTIONS).then(|| &self.exact.get_or_init(|| self.exact_boxes())[..]);
+        Boxes { exact, tree: self.a.tree(), placement: &self.placement }
+    }
+
+    fn exact_boxes(&self) -> Vec<Aabb> {
+        let tree = self.a.tree();
+        let mut boxes = vec![Aabb::EMPTY; tree.nodes.len()];
+        for (k, node) in tree.nodes.iter().enumerate().rev() {
+            boxes[k] = if node.is_leaf() {
+                Aabb::around(tree.corners[node.slots()].iter().flatten().map(|&p| self.placement.point(p)))
+            } else {
+                boxes[k + 1].union(&boxes[node.second as usize])
+            };
+        }
+        boxes
     }
 
     /// True if the surfaces have no common point with a moved by `t`, and neither body lies in the
@@ -124,10 +156,8 @@ impl<'a> Surfaces<'a> {
         let (moving, fixed) = (self.a.tree(), self.b.tree());
         let mut best = f64::INFINITY;
         let mut heap = BinaryHeap::new();
-        let gap = |i: u32, j: u32| {
-            let around = self.placed(&moving.nodes[i as usize].bounds);
-            Ordered(box_distance_squared(&around, t, &fixed.nodes[j as usize].bounds))
-        };
+        let boxes = self.boxes();
+        let gap = |i: u32, j: u32| Ordered(box_distance_squared(&boxes.of(i), t, &fixed.nodes[j as usize].bounds));
         if !moving.nodes.is_empty() && !fixed.nodes.is_empty() {
             heap.push(Reverse((gap(0, 0), 0, 0)));
         }
@@ -163,8 +193,8 @@ impl<'a> Surfaces<'a> {
         if moving.nodes.is_empty() || fixed.nodes.is_empty() {
             return;
         }
-        let placed = |i: u32| self.placed(&moving.nodes[i as usize].bounds);
-        let mut stack = vec![(0_u32, placed(0), 0_u32)];
+        let boxes = self.boxes();
+        let mut stack = vec![(0_u32, boxes.of(0), 0_u32)];
         while let Some((i, around, j)) = stack.pop() {
             let (first, second) = (&moving.nodes[i as usize], &fixed.nodes[j as usize]);
             if !overlap(&around, t, &second.bounds) {
@@ -183,12 +213,23 @@ impl<'a> Surfaces<'a> {
                     }
                 }
             } else if second.is_leaf() || (!first.is_leaf() && first.count >= second.count) {
-                stack.extend([(first.second, placed(first.second), j), (i + 1, placed(i + 1), j)]);
+                stack.extend([(first.second, boxes.of(first.second), j), (i + 1, boxes.of(i + 1), j)]);
             } else {
                 stack.extend([(i, around, second.second), (i, around, j + 1)]);
             }
         }
     }
+}
+
+/// A box around a placed box.
+fn placed(placement: &Placement, bounds: &Aabb) -> Aabb {
+    let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
+    let Placement { rotation, translation } = placement;
+    let middle = placement.point(middle);
+    let half = rotation.x_axis.abs() * half.x + rotation.y_axis.abs() * half.y + rotation.z_axis.abs() * half.z;
+    // Grown beyond the rounding of placed corners.
+    let half = half + (half + middle.abs() + translation.abs()) * PLACED_BOX;
+    Aabb { min: middle - half, max: middle + half }
 }
 
 fn overlap(moving: &Aabb, t: DVec3, fixed: &Aabb) -> bool {
