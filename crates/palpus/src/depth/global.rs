@@ -165,7 +165,7 @@ impl<'a> GlobalDepth<'a> {
             *memory = GlobalMemory { convex: memory.convex.take(), ..GlobalMemory::default() };
         }
         scene.place_cells();
-        scene.restore(&memory.kept);
+        scene.restore(&memory.kept, &memory.leaves);
         let apart = self.boxes_apart(scene);
         let last = memory.translation.and_then(|last| project(scene, last, apart.length()));
         let free = last.unwrap_or_else(|| slide(scene, apart));

@@ -1,5 +1,8 @@
 //! Both bodies at one pose: their obstacles, and the classification of single translations.
 
+use std::cell::{Cell as Shared, OnceCell};
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 
 use super::cell::Cell;
@@ -74,7 +77,8 @@ pub(super) struct Scene<'a> {
     corners: Vec<DVec3>,
     starts: Vec<u32>,
     centers: Vec<DVec3>,
-    slabs: Vec<Slabs>,
+    /// Made when first needed.
+    slabs: OnceCell<Vec<Slabs>>,
     added: Vec<Added>,
     /// Length that is neither blocked nor free: a free translation keeps at least so far off.
     pub(super) hair: f64,
@@ -85,6 +89,10 @@ pub(super) struct Scene<'a> {
     scores: Vec<(f64, u32, Key)>,
     /// The obstacles that held the last translations asked for, the newest first.
     recent: Vec<Key>,
+    /// The obstacles that blocked a near pose.
+    known: Vec<Key>,
+    /// The last translation that the surfaces found free.
+    free: Shared<Option<DVec3>>,
 }
 
 impl<'a> Scene<'a> {
@@ -102,31 +110,38 @@ impl<'a> Scene<'a> {
             corners: Vec::new(),
             starts: vec![0],
             centers: Vec::new(),
-            slabs: Vec::new(),
+            slabs: OnceCell::new(),
             added: Vec::new(),
             hair,
             outside,
             evaluations: 0,
             scores: Vec::new(),
             recent: Vec::new(),
+            known: Vec::new(),
+            free: Shared::new(None),
         }
     }
 
     /// Places the cells of a: they are needed only if the bodies overlap.
     pub(super) fn place_cells(&mut self) {
         for cell in &self.interior_a.cells {
-            let first = self.corners.len();
             self.corners.extend(cell.corners.iter().map(|&p| self.placement.point(p)));
-            self.slabs.push(Slabs::around(self.corners[first..].iter().copied()));
             self.starts.push(self.corners.len() as u32);
             self.centers.push(self.placement.point(cell.center));
         }
     }
 
+    fn slabs(&self) -> &[Slabs] {
+        self.slabs.get_or_init(|| {
+            let of = |ends: &[u32]| Slabs::around(self.corners[ends[0] as usize..ends[1] as usize].iter().copied());
+            self.starts.windows(2).map(of).collect()
+        })
+    }
+
     /// Calls `visit` with the pairs of cells whose boxes overlap if a is moved by some translation
     /// between `low` and `high`.
     fn visit_pairs(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(Pair)) {
-        for (moving, slabs) in self.slabs.iter().enumerate() {
+        for (moving, slabs) in self.slabs().iter().enumerate() {
             let (least, most) = slabs.bounds();
             self.interior_b.tree.visit(least + low, most + high, &mut |fixed| {
                 visit(Pair { moving: moving as u32, fixed });
@@ -154,7 +169,7 @@ impl<'a> Scene<'a> {
 
     /// The slabs of a pair of cells: the moving one's, the fixed one's.
     fn pair_slabs(&self, pair: Pair) -> (&Slabs, &Slabs) {
-        (&self.slabs[pair.moving as usize], &self.interior_b.slabs[pair.fixed as usize])
+        (&self.slabs()[pair.moving as usize], &self.interior_b.slabs[pair.fixed as usize])
     }
 
     /// Center, inner and outer radius of an obstacle.
@@ -259,6 +274,15 @@ impl<'a> Scene<'a> {
     /// Finds out what `t` is. If no known obstacle holds it, the surfaces tell, and an obstacle may
     /// be added.
     pub(super) fn classify(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
+        if !self.known.is_empty() && matches!(candidates, Candidates::All) {
+            // Near the last answer, one of few obstacles blocks a translation, or none does.
+            if let Some(&k) = self.known.iter().find(|&&key| self.obstacle(key).holds(t)) {
+                return Place::Blocked(k);
+            }
+            if self.free(t) {
+                return Place::Free;
+            }
+        }
         if let Some(k) = self.holder(candidates, t) {
             return Place::Blocked(k);
         }
@@ -271,6 +295,7 @@ impl<'a> Scene<'a> {
         let crossings = self.surfaces.crossings(t, DEPTH_PROBES);
         if crossings.is_empty() {
             if !self.surfaces.nested(t) {
+                self.free.set(Some(t));
                 return Place::Free;
             }
             let distance = self.surfaces.distance(t);
@@ -341,8 +366,10 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Adds the obstacles of earlier searches, in this pose.
-    pub(super) fn restore(&mut self, kept: &[(Cell, Cell)]) {
+    /// Adds the obstacles of earlier searches, in this pose; `leaves` name what blocked there.
+    pub(super) fn restore(&mut self, kept: &[(Cell, Cell)], leaves: &[Leaf]) {
+        let known: BTreeSet<Key> = leaves.iter().flat_map(|leaf| leaf.chain.iter().copied()).collect();
+        self.known.extend(known);
         for (p, q) in kept {
             let added = self.added_of(p.clone(), q.clone());
             self.added.push(added);
@@ -383,7 +410,19 @@ impl<'a> Scene<'a> {
 
     /// True if `t` is free by the judgement of the surfaces alone, and counts as a way out.
     pub(super) fn verified(&self, t: DVec3) -> bool {
-        self.surfaces.is_free(t) && (!self.outside || self.surfaces.escapes(t))
+        self.free(t) && (!self.outside || self.surfaces.escapes(t))
+    }
+
+    /// True if `t` is free by the judgement of the surfaces alone.
+    fn free(&self, t: DVec3) -> bool {
+        if self.free.get() == Some(t) {
+            return true;
+        }
+        let free = self.surfaces.is_free(t);
+        if free {
+            self.free.set(Some(t));
+        }
+        free
     }
 
     /// Which body lies in the other where they are.
