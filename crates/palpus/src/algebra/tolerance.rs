@@ -805,6 +805,11 @@ pub const RECENT_HOLDERS: usize = 6;
 /// Only speed depends on it.
 pub const DEPTH_NEAR: f64 = 0.02;
 
+/// Of the last translation: near it, no longer ones are looked for.
+///
+/// The next one is hardly longer. Larger places more cells that block nothing; smaller begins anew more often.
+pub const DEPTH_REACH: f64 = 1.5;
+
 /// Half-spaces that a projection collects before it gives up.
 pub const DEPTH_PROJECT_STEPS: usize = 24;
 

@@ -203,13 +203,29 @@ impl<'s, 'a> Search<'s, 'a> {
     /// Begins with the cones of a search at a near pose, each moved through its obstacles again.
     fn resume(&mut self, leaves: &[Leaf]) {
         let mut at_origin: BTreeMap<Key, bool> = BTreeMap::new();
+        let mut exits: BTreeMap<(Key, [u64; 3]), f64> = BTreeMap::new();
         for leaf in leaves {
-            self.push(leaf.along, [0.0; 3], None, Vec::new());
-            let Some(Reverse(mut cone)) = self.cones.pop() else { continue };
             // What comes before the last obstacle that holds the origin is not needed.
-            let holds = |key: &Key| *at_origin.entry(*key).or_insert_with(|| self.scene.obstacle(*key).holds(DVec3::ZERO));
-            let first = leaf.chain.iter().rposition(holds).unwrap_or(0);
-            for &key in &leaf.chain[first..] {
+            let holds = |key: &Key| {
+                let ask = || self.scene.obstacle(*key).holds(DVec3::ZERO);
+                *at_origin.entry(*key).or_insert_with(ask)
+            };
+            let first = leaf.chain.iter().rposition(holds);
+            let (mut reach, mut chain) = ([0.0; 3], Vec::new());
+            if let Some(first) = first {
+                // Neighbours share directions.
+                let key = leaf.chain[first];
+                reach = leaf.along.map(|along| {
+                    let ask = || self.scene.obstacle(key).exit(DVec3::ZERO, along).map_or(0.0, |exit| exit.distance);
+                    let exit = *exits.entry((key, along.to_array().map(f64::to_bits))).or_insert_with(ask);
+                    (exit * (1.0 - DEPTH_ROUNDING)).min(1.5 * self.best.length())
+                });
+                chain.push(key);
+                self.scene.evaluations += 1;
+            }
+            self.push(leaf.along, reach, None, chain);
+            let Some(Reverse(mut cone)) = self.cones.pop() else { continue };
+            for &key in &leaf.chain[first.map_or(0, |first| first + 1)..] {
                 self.advance_within(&mut cone, &[key]);
             }
             self.cones.push(Reverse(cone));

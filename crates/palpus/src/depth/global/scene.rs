@@ -122,12 +122,16 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Places the cells of a: they are needed only if the bodies overlap.
-    pub(super) fn place_cells(&mut self) {
+    /// Places the cells of a that may block translations no longer than `reach`.
+    pub(super) fn place_cells(&mut self, reach: f64) {
+        let bounds = self.b.tree().bounds();
         for cell in &self.interior_a.cells {
-            self.corners.extend(cell.corners.iter().map(|&p| self.placement.point(p)));
+            let center = self.placement.point(cell.center);
+            if bounds.distance_squared(center) <= (reach + cell.outer).powi(2) {
+                self.corners.extend(cell.corners.iter().map(|&p| self.placement.point(p)));
+            }
             self.starts.push(self.corners.len() as u32);
-            self.centers.push(self.placement.point(cell.center));
+            self.centers.push(center);
         }
     }
 

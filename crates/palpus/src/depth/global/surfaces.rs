@@ -58,6 +58,16 @@ impl Boxes<'_> {
             None => placed(self.placement, &self.tree.nodes[node as usize].bounds),
         }
     }
+
+    /// False only if the boxes of a node, moved by `t`, and `fixed` are apart along an axis of the
+    /// moving body.
+    fn overlap_turned(&self, node: u32, t: DVec3, fixed: &Aabb) -> bool {
+        if self.exact.is_some() {
+            return true;
+        }
+        let back = Placement { translation: self.placement.translation + t, ..*self.placement }.inverse();
+        overlap(&self.tree.nodes[node as usize].bounds, DVec3::ZERO, &placed(&back, fixed))
+    }
 }
 
 impl<'a> Surfaces<'a> {
@@ -197,7 +207,7 @@ impl<'a> Surfaces<'a> {
         let mut stack = vec![(0_u32, boxes.of(0), 0_u32)];
         while let Some((i, around, j)) = stack.pop() {
             let (first, second) = (&moving.nodes[i as usize], &fixed.nodes[j as usize]);
-            if !overlap(&around, t, &second.bounds) {
+            if !overlap(&around, t, &second.bounds) || !boxes.overlap_turned(i, t, &second.bounds) {
                 continue;
             }
             if first.is_leaf() && second.is_leaf() {
