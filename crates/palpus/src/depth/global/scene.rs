@@ -64,6 +64,15 @@ pub(super) struct Leaf {
     pub(super) chain: Vec<Key>,
 }
 
+/// A cell of the moving body in b's frame.
+struct PlacedCell {
+    center: DVec3,
+    /// It may block a translation that is not too long.
+    near: bool,
+    /// Placed when first needed.
+    corners: OnceCell<Vec<DVec3>>,
+}
+
 /// Both bodies at one relative pose.
 pub(super) struct Scene<'a> {
     pub(super) a: &'a Body,
@@ -72,11 +81,8 @@ pub(super) struct Scene<'a> {
     interior_b: &'a Interior,
     pub(super) placement: Placement,
     pub(super) surfaces: Surfaces<'a>,
-    /// Cells of a in b's frame: their corners, where those of each begin, their middles and
-    /// extents.
-    corners: Vec<DVec3>,
-    starts: Vec<u32>,
-    centers: Vec<DVec3>,
+    /// The cells of a in b's frame.
+    cells: Vec<PlacedCell>,
     /// Made when first needed.
     slabs: OnceCell<Vec<Slabs>>,
     added: Vec<Added>,
@@ -107,9 +113,7 @@ impl<'a> Scene<'a> {
             interior_b: query.interior_b,
             placement,
             surfaces,
-            corners: Vec::new(),
-            starts: vec![0],
-            centers: Vec::new(),
+            cells: Vec::new(),
             slabs: OnceCell::new(),
             added: Vec::new(),
             hair,
@@ -125,20 +129,24 @@ impl<'a> Scene<'a> {
     /// Places the cells of a that may block translations no longer than `reach`.
     pub(super) fn place_cells(&mut self, reach: f64) {
         let bounds = self.b.tree().bounds();
-        for cell in &self.interior_a.cells {
+        let place = |cell: &Cell| {
             let center = self.placement.point(cell.center);
-            if bounds.distance_squared(center) <= (reach + cell.outer).powi(2) {
-                self.corners.extend(cell.corners.iter().map(|&p| self.placement.point(p)));
-            }
-            self.starts.push(self.corners.len() as u32);
-            self.centers.push(center);
-        }
+            let near = bounds.distance_squared(center) <= (reach + cell.outer).powi(2);
+            PlacedCell { center, near, corners: OnceCell::new() }
+        };
+        self.cells = self.interior_a.cells.iter().map(place).collect();
+    }
+
+    /// The placed corners of a cell of a.
+    fn corners(&self, k: usize) -> &[DVec3] {
+        let place = || self.interior_a.cells[k].corners.iter().map(|&p| self.placement.point(p)).collect();
+        self.cells[k].corners.get_or_init(place)
     }
 
     fn slabs(&self) -> &[Slabs] {
         self.slabs.get_or_init(|| {
-            let of = |ends: &[u32]| Slabs::around(self.corners[ends[0] as usize..ends[1] as usize].iter().copied());
-            self.starts.windows(2).map(of).collect()
+            let of = |k: usize| Slabs::around(if self.cells[k].near { self.corners(k) } else { &[] }.iter().copied());
+            (0..self.cells.len()).map(of).collect()
         })
     }
 
@@ -181,7 +189,7 @@ impl<'a> Scene<'a> {
         match key {
             Key::Pair(Pair { moving, fixed }) => {
                 let (p, q) = (&self.interior_a.cells[moving as usize], &self.interior_b.cells[fixed as usize]);
-                (q.center - self.centers[moving as usize], p.inner + q.inner, p.outer + q.outer)
+                (q.center - self.cells[moving as usize].center, p.inner + q.inner, p.outer + q.outer)
             }
             Key::Added(k) => {
                 let added = &self.added[k as usize];
@@ -195,9 +203,7 @@ impl<'a> Scene<'a> {
         let (center, inner, outer) = self.ball(key);
         let (moving, fixed): (&[DVec3], &[DVec3]) = match key {
             Key::Pair(Pair { moving, fixed }) => {
-                let m = moving as usize;
-                let corners = &self.corners[self.starts[m] as usize..self.starts[m + 1] as usize];
-                (corners, &self.interior_b.cells[fixed as usize].corners)
+                (self.corners(moving as usize), &self.interior_b.cells[fixed as usize].corners)
             }
             Key::Added(k) => (&self.added[k as usize].moving, &self.added[k as usize].fixed),
         };
