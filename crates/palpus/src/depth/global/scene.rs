@@ -38,6 +38,8 @@ struct Added {
     moving: Vec<DVec3>,
     fixed: Vec<DVec3>,
     fixed_cell: Option<Cell>,
+    /// It blocked a translation that was asked for.
+    used: bool,
     center: DVec3,
     inner: f64,
     outer: f64,
@@ -284,6 +286,14 @@ impl<'a> Scene<'a> {
     /// Finds out what `t` is. If no known obstacle holds it, the surfaces tell, and an obstacle may
     /// be added.
     pub(super) fn classify(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
+        let place = self.place(candidates, t);
+        if let Place::Blocked(Key::Added(k)) = place {
+            self.added[k as usize].used = true;
+        }
+        place
+    }
+
+    fn place(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
         if !self.known.is_empty() && matches!(candidates, Candidates::All) {
             // Near the last answer, one of few obstacles blocks a translation, or none does.
             if let Some(&k) = self.known.iter().find(|&&key| self.obstacle(key).holds(t)) {
@@ -318,6 +328,7 @@ impl<'a> Scene<'a> {
                 moving: Vec::new(),
                 fixed: Vec::new(),
                 fixed_cell: None,
+                used: true,
                 center: t,
                 inner: distance,
                 outer: distance,
@@ -372,13 +383,15 @@ impl<'a> Scene<'a> {
             outer: p.outer + q.outer,
             fixed: q.corners.clone(),
             fixed_cell: Some(q),
+            used: false,
             source: Some(p),
         }
     }
 
     /// Adds the obstacles of earlier searches, in this pose; `leaves` name what blocked there.
     pub(super) fn restore(&mut self, kept: &[(Cell, Cell)], leaves: &[Leaf]) {
-        let known: BTreeSet<Key> = leaves.iter().flat_map(|leaf| leaf.chain.iter().copied()).collect();
+        let of_leaves = leaves.iter().flat_map(|leaf| leaf.chain.iter().copied());
+        let known: BTreeSet<Key> = of_leaves.chain((0..kept.len() as u32).map(Key::Added)).collect();
         self.known.extend(known);
         for (p, q) in kept {
             let added = self.added_of(p.clone(), q.clone());
@@ -386,10 +399,10 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// Takes out the cells of the added obstacles that `leaves` name, and names them by their new
-    /// order.
+    /// Takes out the cells of the added obstacles that `leaves` name or that were met at this pose,
+    /// and names them by their new order.
     pub(super) fn keep(self, leaves: &mut [Leaf]) -> Vec<(Cell, Cell)> {
-        let mut used = vec![false; self.added.len()];
+        let mut used: Vec<bool> = self.added.iter().map(|added| added.used).collect();
         for key in leaves.iter().flat_map(|leaf| &leaf.chain) {
             if let Key::Added(k) = key {
                 used[*k as usize] = true;
