@@ -76,7 +76,13 @@ impl<'a> Surfaces<'a> {
         (b, components_b): (&'a Body, &'a [DVec3]),
         pose_ba: &Pose,
     ) -> Self {
-        Self { a, b, pose_ba: *pose_ba, components_a, components_b, placement: pose_ba.placement(),
+        Self {
+            a,
+            b,
+            pose_ba: *pose_ba,
+            components_a,
+            components_b,
+            placement: pose_ba.placement(),
             questions: Cell::new(0),
             exact: OnceCell::new(),
         }
@@ -89,7 +95,8 @@ impl<'a> Surfaces<'a> {
 
     fn boxes(&self) -> Boxes<'_> {
         self.questions.set(self.questions.get() + 1);
-        let exact = (self.questions.get() > LOOSE_QUESTIONS).then(|| &self.exact.get_or_init(|| self.exact_boxes())[..]);
+        let exact =
+            (self.questions.get() > LOOSE_QUESTIONS).then(|| &self.exact.get_or_init(|| self.exact_boxes())[..]);
         Boxes { exact, tree: self.a.tree(), placement: &self.placement }
     }
 
