@@ -60,10 +60,12 @@ impl Slabs {
         let mut slabs = Self { low: [f32::INFINITY; LANES], high: [f32::NEG_INFINITY; LANES] };
         for p in points {
             let Vec3 { x, y, z } = p.as_vec3();
-            for k in 0..LANES {
-                let at = UNIT[0][k] * x + UNIT[1][k] * y + UNIT[2][k] * z;
-                slabs.low[k] = lesser(at, slabs.low[k]);
-                slabs.high[k] = -lesser(-at, -slabs.high[k]);
+            let [ux, uy, uz] = &UNIT;
+            let reach = slabs.low.iter_mut().zip(&mut slabs.high);
+            for ((((low, high), ux), uy), uz) in reach.zip(ux).zip(uy).zip(uz) {
+                let at = ux * x + uy * y + uz * z;
+                *low = lesser(at, *low);
+                *high = -lesser(-at, -*high);
             }
         }
         slabs
