@@ -15,7 +15,7 @@ use palpus_io::scene::metres;
 use palpus_io::{DepthWriter, read_poses};
 use serde::Serialize;
 
-use crate::args::DepthArguments;
+use crate::args::{DepthArguments, PairArguments};
 use crate::threads::Threads;
 use crate::{bodies, output, query};
 
@@ -46,32 +46,67 @@ struct Deepest {
     upper: f64,
 }
 
+/// Two models and where the first is placed.
+pub(crate) struct Pair {
+    pub(crate) a: Body,
+    pub(crate) b: Body,
+    /// Of a in b's frame.
+    pub(crate) poses: Vec<Pose>,
+}
+
+/// The answers of all poses.
+pub(crate) struct Answers {
+    /// With what each took, µs.
+    pub(crate) answers: Vec<(DepthBracket, f64)>,
+    /// What defects of the models limit.
+    pub(crate) notes: Vec<String>,
+    gap: f64,
+    cells: [usize; 2],
+    preparation_s: f64,
+}
+
+impl Pair {
+    pub(crate) fn read(arguments: &PairArguments) -> anyhow::Result<Self> {
+        let poses = read_poses(&arguments.poses)?;
+        let settings = BodySettings::default();
+        let a = bodies::prepare_file(&arguments.a, &settings)?.body;
+        let b = bodies::prepare_file(&arguments.b, &settings)?.body;
+        Ok(Self { a, b, poses })
+    }
+}
+
 pub(crate) fn depth(arguments: &DepthArguments) -> anyhow::Result<ExitCode> {
-    let poses = read_poses(&arguments.poses)?;
-    let settings = BodySettings::default();
-    let a = bodies::prepare_file(&arguments.a, &settings)?.body;
-    let b = bodies::prepare_file(&arguments.b, &settings)?.body;
+    let asked = &arguments.depth;
+    let Some(path) = &asked.out else { bail!("there is no --out; name the file for the results") };
+    let pair = Pair::read(asked)?;
+    let mut out = DepthWriter::new(query::create(path)?)?;
+    let Answers { answers, notes, gap, cells, preparation_s } = answer_all(&pair, asked)?;
+    for (frame, (answer, us)) in answers.iter().enumerate() {
+        out.write(frame as u64, answer, *us)?;
+    }
+    out.finish()?;
+    tell(asked.json, &Summary { preparation_s, cells, ..Summary::of(&answers, gap, notes) })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Bounds the depth at all poses, by all threads.
+pub(crate) fn answer_all(pair: &Pair, arguments: &PairArguments) -> anyhow::Result<Answers> {
+    let Pair { a, b, poses } = pair;
     let gap = gap_of(&arguments.gap, &arguments.unit, a.size().min(b.size()))?;
     let goal = GlobalSettings { gap, budget: arguments.budget, outside: arguments.outside };
-    let mut out = DepthWriter::new(query::create(&arguments.out)?)?;
-    let notes: Vec<String> = [(&arguments.a, &a), (&arguments.b, &b)]
+    let notes = [(&arguments.a, a), (&arguments.b, b)]
         .into_iter()
         .filter_map(|(path, body)| note_of(&path.display().to_string(), body))
         .collect();
     let threads = Threads::all();
     let begin = Instant::now();
     let interior = |body: &Body| Interior::new(body, &threads, &mut |_| ());
-    let (interior_a, interior_b) = both(&threads, || interior(&a), || interior(&b));
+    let (interior_a, interior_b) = both(&threads, || interior(a), || interior(b));
     let preparation_s = begin.elapsed().as_secs_f64();
-    let query = GlobalDepth::new(&a, &interior_a, &b, &interior_b);
-    let answers = answer(&query, &poses, &goal, &threads);
-    for (frame, (answer, us)) in answers.iter().enumerate() {
-        out.write(frame as u64, answer, *us)?;
-    }
-    out.finish()?;
+    let query = GlobalDepth::new(a, &interior_a, b, &interior_b);
+    let answers = answer(&query, poses, &goal, &threads);
     let cells = [interior_a.cell_count(), interior_b.cell_count()];
-    tell(arguments, &Summary { preparation_s, cells, ..Summary::of(&answers, gap, notes) })?;
-    Ok(ExitCode::SUCCESS)
+    Ok(Answers { answers, notes, gap, cells, preparation_s })
 }
 
 /// The answers of all poses with what each took, µs.
@@ -125,8 +160,8 @@ impl Summary {
     }
 }
 
-fn tell(arguments: &DepthArguments, summary: &Summary) -> anyhow::Result<()> {
-    if arguments.json {
+fn tell(json: bool, summary: &Summary) -> anyhow::Result<()> {
+    if json {
         return output::json(summary);
     }
     for note in &summary.notes {

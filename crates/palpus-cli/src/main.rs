@@ -6,6 +6,7 @@ mod approach;
 mod args;
 mod bench;
 mod bodies;
+mod clearance;
 mod clock;
 mod convert;
 mod depth;
@@ -80,6 +81,7 @@ fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
     match command {
         Command::Run(run) => run::run(&run),
         Command::Query(query) => query::query(&query),
+        Command::Clearance(arguments) => clearance::clearance(&arguments),
         Command::Depth(arguments) => depth::depth(&arguments),
         Command::Prepare(prepare) => prepare::prepare(&prepare),
         Command::Inspect(inspect) => inspect::inspect(&inspect),

@@ -21,6 +21,7 @@ fn every_command_explains_itself_with_an_example() {
         &["run", "--help"],
         &["query", "--help"],
         &["depth", "--help"],
+        &["clearance", "--help"],
         &["prepare", "--help"],
         &["inspect", "--help"],
         &["view", "--help"],
@@ -72,6 +73,28 @@ fn depth_bounds_what_frees_and_tells_containment() {
     let rows = fs::read_to_string(folder.0.join("q.csv")).expect("the result");
     let contained: Vec<&str> = rows.lines().skip(1).filter_map(|line| line.rsplit(',').next()).collect();
     assert_eq!(contained, ["0", "1", "0"]);
+}
+
+#[test]
+fn clearance_lists_and_shows_the_tightest_places() {
+    let folder = Folder::new("clearance");
+    fs::write(folder.0.join("cube.obj"), CUBE).expect("a file in the folder");
+    let poses =
+        "tx,ty,tz,qx,qy,qz,qw\n3,0,0,0,0,0,1\n2.5,0,0,0,0,0,1\n3,0,0,0,0,0,1\n1.5,0,0,0,0,0,1\n1.75,0,0,0,0,0,1\n";
+    fs::write(folder.0.join("poses.csv"), poses).expect("a file in the folder");
+    let line = ["clearance", "cube.obj", "cube.obj", "--poses", "poses.csv", "--html", "page.html", "--json"];
+    let output = palpus(&folder.0, &line);
+    assert_success(&output);
+    let answer = json(&output);
+    assert_eq!((&answer["free"], &answer["overlapping"]), (&3.into(), &2.into()));
+    for (place, frame, clearance) in [(0, 3, -0.5), (1, 1, 0.5)] {
+        let place = &answer["tightest"][place];
+        assert_eq!(place["frame"], frame);
+        assert!((place["clearance"].as_f64().expect("a number") - clearance).abs() < 1e-6, "{place}");
+    }
+    let page = fs::read_to_string(folder.0.join("page.html")).expect("the page");
+    assert_eq!(page.matches("<figcaption>A: frame 3").count(), 1);
+    assert!(page.contains("data:image/png;base64,"));
 }
 
 #[test]

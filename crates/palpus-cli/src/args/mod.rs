@@ -14,7 +14,10 @@ use palpus_io::scene::FilePolicy;
 pub(crate) use bench::BenchCommand;
 pub(crate) use keep::KeepArguments;
 pub(crate) use machine::{DevicesArguments, DoctorArguments, SoakArguments};
-pub(crate) use model::{AxisName, DepthArguments, InspectArguments, PrepareArguments, QueryArguments, ViewArguments};
+pub(crate) use model::{
+    AxisName, ClearanceArguments, DepthArguments, InspectArguments, PairArguments, PrepareArguments, QueryArguments,
+    ViewArguments,
+};
 pub(crate) use picture::{Direction, PictureArguments};
 pub(crate) use recording::{ConvertArguments, ReplayArguments, ReportArguments};
 pub(crate) use run::{ExportArguments, RunArguments};
@@ -46,6 +49,8 @@ pub(crate) enum Command {
     Query(QueryArguments),
     /// Bounds how deep two models of any shape are in each other: the least translation that frees them, with proof.
     Depth(DepthArguments),
+    /// Tells how far apart two models are along a path, or how deep in each other, and where it is tightest.
+    Clearance(ClearanceArguments),
     /// Decomposes models into convex pieces, builds their hierarchies of hulls and keeps both for the next time.
     Prepare(PrepareArguments),
     /// Tells the health, mass properties and pieces of a model.

@@ -38,6 +38,13 @@ pub(crate) struct QueryArguments {
     after_help = "Examples:\n  palpus depth spoon.obj cup.obj --poses poses.csv --out depths.csv\n  palpus depth peg.stl hole.stl --poses path.csv --out depths.csv --gap 0.01mm --unit mm\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row a pose, in B's frame: no translation shorter than lower frees the bodies; moving A by (tx, ty, tz), of length upper, does.\nColumn certified: upper - lower is no more than the gap. contained: 1 A lies inside B's solid, 2 B inside A's, 0 neither. distance: of the surfaces of free bodies; with a minus, if one body lies inside the other; empty if the surfaces cross."
 )]
 pub(crate) struct DepthArguments {
+    #[command(flatten)]
+    pub(crate) depth: PairArguments,
+}
+
+/// Two models, their placements, and how near the bounds of their depth shall come.
+#[derive(Debug, Args)]
+pub(crate) struct PairArguments {
     /// The model of body A (obj, stl, ply, off, gltf, glb).
     pub(crate) a: PathBuf,
     /// The model of body B.
@@ -47,7 +54,7 @@ pub(crate) struct DepthArguments {
     pub(crate) poses: PathBuf,
     /// Where the results go (CSV).
     #[arg(long, value_name = "R.csv")]
-    pub(crate) out: PathBuf,
+    pub(crate) out: Option<PathBuf>,
     /// How near the bounds shall come: a share of the smaller model's diagonal (1%), or a length (0.01mm, or 0.01 in model units).
     #[arg(long, value_name = "GAP", default_value = "1%")]
     pub(crate) gap: String,
@@ -64,6 +71,21 @@ pub(crate) struct DepthArguments {
     /// Prints one JSON document and nothing else: a summary.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  palpus clearance peg.obj hole.obj --poses path.csv --html clearance.html\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The clearance is the distance of free bodies, and minus the depth (its upper bound) of others. Of placements next to each other in the file only the tightest is listed."
+)]
+pub(crate) struct ClearanceArguments {
+    #[command(flatten)]
+    pub(crate) depth: PairArguments,
+    /// Where a page with pictures of the tightest places goes (HTML).
+    #[arg(long, value_name = "PAGE.html")]
+    pub(crate) html: Option<PathBuf>,
+    /// How many of the tightest places are listed and shown.
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    pub(crate) tightest: usize,
 }
 
 #[derive(Debug, Args)]

@@ -5,6 +5,7 @@
 //! * `run` — the page of one recording.
 //! * `reproduce` — everything is run and measured, and the page of that.
 
+mod clearance;
 mod html;
 mod pictures;
 mod reproduce;
@@ -15,6 +16,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 
+pub(crate) use clearance::clearance_page;
 pub(crate) use pictures::{Frame, Shot, of_moment};
 
 use self::run::Run;

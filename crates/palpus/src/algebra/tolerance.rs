@@ -760,6 +760,14 @@ pub const DEPTH_HAIR: f64 = 1e-9;
 /// Relative to the larger body's size: by how much a lower bound is lowered for the rounding of placed cells.
 pub const DEPTH_ROUNDING: f64 = 1e-11;
 
+/// Relative to its size and place: what a placed box is grown by, so that rounding leaves no placed corner outside.
+///
+/// A dozen roundings. Smaller could miss a pair of triangles that touch; larger only costs time.
+pub const PLACED_BOX: f64 = 1e-14;
+
+/// Questions about two surfaces at one pose that are answered before all boxes of the moving one are placed.
+pub const LOOSE_QUESTIONS: u32 = 6;
+
 /// Relative to the side, squared: how near to a triangle a side must pierce its plane to pierce the triangle.
 ///
 /// Only where a search for common points begins depends on it.
@@ -796,6 +804,11 @@ pub const RECENT_HOLDERS: usize = 6;
 ///
 /// Only speed depends on it.
 pub const DEPTH_NEAR: f64 = 0.02;
+
+/// Of the last translation: near it, no longer ones are looked for.
+///
+/// The next one is hardly longer. Larger places more cells that block nothing; smaller begins anew more often.
+pub const DEPTH_REACH: f64 = 1.5;
 
 /// Half-spaces that a projection collects before it gives up.
 pub const DEPTH_PROJECT_STEPS: usize = 24;

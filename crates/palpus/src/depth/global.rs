@@ -39,7 +39,7 @@ mod way_out;
 use glam::DVec3;
 
 use crate::algebra::Pose;
-use crate::algebra::tolerance::{DEPTH_BUDGET, DEPTH_GAP, DEPTH_HAIR, DEPTH_NEAR, DEPTH_ROUNDING};
+use crate::algebra::tolerance::{DEPTH_BUDGET, DEPTH_GAP, DEPTH_HAIR, DEPTH_NEAR, DEPTH_REACH, DEPTH_ROUNDING};
 use crate::body::Body;
 use cell::Cell;
 use cones::{Goal, Search};
@@ -164,12 +164,16 @@ impl<'a> GlobalDepth<'a> {
         if !self.is_near(pose_ba, memory) {
             *memory = GlobalMemory { convex: memory.convex.take(), ..GlobalMemory::default() };
         }
-        scene.place_cells();
-        scene.restore(&memory.kept);
-        let apart = self.boxes_apart(scene);
-        let last = memory.translation.and_then(|last| project(scene, last, apart.length()));
-        let free = last.unwrap_or_else(|| slide(scene, apart));
-        let free = if scene.verified(free) { free } else { apart };
+        let last = memory.translation.map(|last| (last, DEPTH_REACH * last.length()));
+        let apart = last.is_none().then(|| self.boxes_apart(scene));
+        scene.place_cells(last.map_or_else(|| apart.unwrap_or_default().length(), |(_, reach)| reach));
+        scene.restore(&memory.kept, &memory.leaves);
+        let near = last.and_then(|(last, reach)| project(scene, last, reach)).filter(|&t| scene.verified(t));
+        let free = near.unwrap_or_else(|| {
+            let apart = apart.unwrap_or_else(|| self.boxes_apart(scene));
+            let free = slide(scene, apart);
+            if scene.verified(free) { free } else { apart }
+        });
         let goal = Goal { gap: settings.gap, budget: settings.budget };
         let (lower, translation, leaves) = Search::new(scene, goal, free, &memory.leaves).run();
         if memory.leaves.is_empty() {

@@ -19,7 +19,7 @@
 //! time.
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BTreeMap, BinaryHeap};
 use std::rc::Rc;
 
 use glam::DVec3;
@@ -111,9 +111,8 @@ pub(super) struct Search<'s, 'a> {
     cones: BinaryHeap<Reverse<Cone>>,
     /// A verified free translation, the shortest known.
     best: DVec3,
-    /// All pairs of cells that may block translations shorter than `best`; collected when first
-    /// needed.
-    all: Option<Rc<[Pair]>>,
+    /// Obstacles that may hold the origin; looked for when first needed.
+    first_tries: Option<Rc<[Key]>>,
     numbered: u64,
 }
 
@@ -123,7 +122,7 @@ impl<'s, 'a> Search<'s, 'a> {
     /// It begins with `leaves`, the cones that an earlier search at a near pose ended with, or
     /// without any from nothing.
     pub(super) fn new(scene: &'s mut Scene<'a>, goal: Goal, free: DVec3, leaves: &[Leaf]) -> Self {
-        let mut search = Self { scene, goal, cones: BinaryHeap::new(), best: free, all: None, numbered: 0 };
+        let mut search = Self { scene, goal, cones: BinaryHeap::new(), best: free, first_tries: None, numbered: 0 };
         search.resume(leaves);
         for along in icosahedron().into_iter().filter(|_| leaves.is_empty()) {
             search.push(along, [0.0; 3], None, Vec::new());
@@ -203,10 +202,30 @@ impl<'s, 'a> Search<'s, 'a> {
 
     /// Begins with the cones of a search at a near pose, each moved through its obstacles again.
     fn resume(&mut self, leaves: &[Leaf]) {
+        let mut at_origin: BTreeMap<Key, bool> = BTreeMap::new();
+        let mut exits: BTreeMap<(Key, [u64; 3]), f64> = BTreeMap::new();
         for leaf in leaves {
-            self.push(leaf.along, [0.0; 3], None, Vec::new());
+            // What comes before the last obstacle that holds the origin is not needed.
+            let holds = |key: &Key| {
+                let ask = || self.scene.obstacle(*key).holds(DVec3::ZERO);
+                *at_origin.entry(*key).or_insert_with(ask)
+            };
+            let first = leaf.chain.iter().rposition(holds);
+            let (mut reach, mut chain) = ([0.0; 3], Vec::new());
+            if let Some(first) = first {
+                // Neighbours share directions.
+                let key = leaf.chain[first];
+                reach = leaf.along.map(|along| {
+                    let ask = || self.scene.obstacle(key).exit(DVec3::ZERO, along).map_or(0.0, |exit| exit.distance);
+                    let exit = *exits.entry((key, along.to_array().map(f64::to_bits))).or_insert_with(ask);
+                    (exit * (1.0 - DEPTH_ROUNDING)).min(1.5 * self.best.length())
+                });
+                chain.push(key);
+                self.scene.evaluations += 1;
+            }
+            self.push(leaf.along, reach, None, chain);
             let Some(Reverse(mut cone)) = self.cones.pop() else { continue };
-            for &key in &leaf.chain {
+            for &key in &leaf.chain[first.map_or(0, |first| first + 1)..] {
                 self.advance_within(&mut cone, &[key]);
             }
             self.cones.push(Reverse(cone));
@@ -221,8 +240,7 @@ impl<'s, 'a> Search<'s, 'a> {
         if gain >= CONE_GAIN * self.goal.gap {
             return gain;
         }
-        let candidates = self.candidates(cone);
-        let tries = self.scene.promising(Candidates::Some(&candidates), &cone.corners(), CONE_TRIES);
+        let tries = self.tries(cone);
         let (first, rest) = tries.split_at(tries.len().min(CONE_FIRST_TRIES));
         gain += self.advance_within(cone, first);
         for &k in rest {
@@ -232,6 +250,17 @@ impl<'s, 'a> Search<'s, 'a> {
             gain = self.advance_within(cone, &[k]);
         }
         gain
+    }
+
+    /// The obstacles that may hold the cone's triangle, the most promising first.
+    fn tries(&mut self, cone: &mut Cone) -> Rc<[Key]> {
+        if cone.reach == [0.0; 3] {
+            // All cones begin with the same point.
+            let tries = || self.scene.promising(Candidates::All, &[DVec3::ZERO], CONE_TRIES).into();
+            return Rc::clone(self.first_tries.get_or_insert_with(tries));
+        }
+        let candidates = self.candidates(cone);
+        self.scene.promising(Candidates::Some(&candidates), &cone.corners(), CONE_TRIES).into()
     }
 
     /// Moves the cone's triangle to the exit of the best of these obstacles.
@@ -322,25 +351,21 @@ impl<'s, 'a> Search<'s, 'a> {
 
     /// The candidates of a cone: pairs of cells whose obstacles come into it, beyond its triangle.
     fn candidates(&mut self, cone: &mut Cone) -> Rc<[Pair]> {
-        let limit = self.best.length();
-        let before = cone.candidates.get_or_insert_with(|| {
-            let all = self.all.get_or_insert_with(|| self.scene.pairs_within(limit).into());
-            Rc::clone(all)
-        });
-        if cone.filtered || before.len() < CONE_FILTER {
+        let before = cone.candidates.as_ref();
+        if let Some(before) = before.filter(|before| cone.filtered || before.len() < CONE_FILTER) {
             return Rc::clone(before);
         }
         let (directions, reaches) = (&cone.along, &cone.reach);
         // The cone from the old triangle to the length of what is known to be free.
+        let limit = self.best.length();
         let widest = closest_on_triangle(DVec3::ZERO, directions[0], directions[1], directions[2]).length();
         let inner = [0, 1, 2].map(|k| directions[k] * reaches[k]);
         let outer = directions.map(|along| along * (limit / widest));
         let slabs = Slabs::around(inner.into_iter().chain(outer));
-        let meets = |pair: &&Pair| {
-            let (moving, fixed) = self.scene.pair_slabs(**pair);
-            Slabs::may_meet(moving, fixed, &slabs)
+        let meeting: Rc<[Pair]> = match before {
+            Some(before) => before.iter().copied().filter(|&pair| self.scene.may_meet(pair, &slabs)).collect(),
+            None => self.scene.pairs_meeting(&slabs).into(),
         };
-        let meeting: Rc<[Pair]> = before.iter().filter(meets).copied().collect();
         cone.candidates = Some(Rc::clone(&meeting));
         cone.filtered = true;
         meeting

@@ -1,5 +1,8 @@
 //! Both bodies at one pose: their obstacles, and the classification of single translations.
 
+use std::cell::{Cell as Shared, OnceCell};
+use std::collections::BTreeSet;
+
 use glam::DVec3;
 
 use super::cell::Cell;
@@ -13,14 +16,14 @@ use crate::algebra::{Placement, Pose};
 use crate::body::Body;
 
 /// A cell of each interior.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Pair {
     moving: u32,
     fixed: u32,
 }
 
 /// Names an obstacle.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Key {
     /// The obstacle of two prepared cells.
     Pair(Pair),
@@ -35,6 +38,8 @@ struct Added {
     moving: Vec<DVec3>,
     fixed: Vec<DVec3>,
     fixed_cell: Option<Cell>,
+    /// It blocked a translation that was asked for.
+    used: bool,
     center: DVec3,
     inner: f64,
     outer: f64,
@@ -61,6 +66,15 @@ pub(super) struct Leaf {
     pub(super) chain: Vec<Key>,
 }
 
+/// A cell of the moving body in b's frame.
+struct PlacedCell {
+    center: DVec3,
+    /// It may block a translation that is not too long.
+    near: bool,
+    /// Placed when first needed.
+    corners: OnceCell<Vec<DVec3>>,
+}
+
 /// Both bodies at one relative pose.
 pub(super) struct Scene<'a> {
     pub(super) a: &'a Body,
@@ -69,12 +83,10 @@ pub(super) struct Scene<'a> {
     interior_b: &'a Interior,
     pub(super) placement: Placement,
     pub(super) surfaces: Surfaces<'a>,
-    /// Cells of a in b's frame: their corners, where those of each begin, their middles and
-    /// extents.
-    corners: Vec<DVec3>,
-    starts: Vec<u32>,
-    centers: Vec<DVec3>,
-    slabs: Vec<Slabs>,
+    /// The cells of a in b's frame.
+    cells: Vec<PlacedCell>,
+    /// Made when first needed.
+    slabs: OnceCell<Vec<Slabs>>,
     added: Vec<Added>,
     /// Length that is neither blocked nor free: a free translation keeps at least so far off.
     pub(super) hair: f64,
@@ -85,6 +97,10 @@ pub(super) struct Scene<'a> {
     scores: Vec<(f64, u32, Key)>,
     /// The obstacles that held the last translations asked for, the newest first.
     recent: Vec<Key>,
+    /// The obstacles that blocked a near pose.
+    known: Vec<Key>,
+    /// The last translation that the surfaces found free.
+    free: Shared<Option<DVec3>>,
 }
 
 impl<'a> Scene<'a> {
@@ -99,34 +115,47 @@ impl<'a> Scene<'a> {
             interior_b: query.interior_b,
             placement,
             surfaces,
-            corners: Vec::new(),
-            starts: vec![0],
-            centers: Vec::new(),
-            slabs: Vec::new(),
+            cells: Vec::new(),
+            slabs: OnceCell::new(),
             added: Vec::new(),
             hair,
             outside,
             evaluations: 0,
             scores: Vec::new(),
             recent: Vec::new(),
+            known: Vec::new(),
+            free: Shared::new(None),
         }
     }
 
-    /// Places the cells of a: they are needed only if the bodies overlap.
-    pub(super) fn place_cells(&mut self) {
-        for cell in &self.interior_a.cells {
-            let first = self.corners.len();
-            self.corners.extend(cell.corners.iter().map(|&p| self.placement.point(p)));
-            self.slabs.push(Slabs::around(self.corners[first..].iter().copied()));
-            self.starts.push(self.corners.len() as u32);
-            self.centers.push(self.placement.point(cell.center));
-        }
+    /// Places the cells of a that may block translations no longer than `reach`.
+    pub(super) fn place_cells(&mut self, reach: f64) {
+        let bounds = self.b.tree().bounds();
+        let place = |cell: &Cell| {
+            let center = self.placement.point(cell.center);
+            let near = bounds.distance_squared(center) <= (reach + cell.outer).powi(2);
+            PlacedCell { center, near, corners: OnceCell::new() }
+        };
+        self.cells = self.interior_a.cells.iter().map(place).collect();
+    }
+
+    /// The placed corners of a cell of a.
+    fn corners(&self, k: usize) -> &[DVec3] {
+        let place = || self.interior_a.cells[k].corners.iter().map(|&p| self.placement.point(p)).collect();
+        self.cells[k].corners.get_or_init(place)
+    }
+
+    fn slabs(&self) -> &[Slabs] {
+        self.slabs.get_or_init(|| {
+            let of = |k: usize| Slabs::around(if self.cells[k].near { self.corners(k) } else { &[] }.iter().copied());
+            (0..self.cells.len()).map(of).collect()
+        })
     }
 
     /// Calls `visit` with the pairs of cells whose boxes overlap if a is moved by some translation
     /// between `low` and `high`.
     fn visit_pairs(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(Pair)) {
-        for (moving, slabs) in self.slabs.iter().enumerate() {
+        for (moving, slabs) in self.slabs().iter().enumerate() {
             let (least, most) = slabs.bounds();
             self.interior_b.tree.visit(least + low, most + high, &mut |fixed| {
                 visit(Pair { moving: moving as u32, fixed });
@@ -134,21 +163,27 @@ impl<'a> Scene<'a> {
         }
     }
 
-    /// The pairs of cells that may block translations no longer than `reach`.
-    pub(super) fn pairs_within(&self, reach: f64) -> Vec<Pair> {
+    /// The pairs of cells that may block translations within `slabs`.
+    pub(super) fn pairs_meeting(&self, slabs: &Slabs) -> Vec<Pair> {
+        let (low, high) = slabs.bounds();
         let mut pairs = Vec::new();
-        self.visit_pairs(DVec3::splat(-reach), DVec3::splat(reach), |pair| {
-            let (center, _, outer) = self.ball(Key::Pair(pair));
-            if center.length_squared() < (outer + reach) * (outer + reach) {
+        self.visit_pairs(low, high, |pair| {
+            if self.may_meet(pair, slabs) {
                 pairs.push(pair);
             }
         });
         pairs
     }
 
+    /// False if the obstacle of `pair` blocks no translation within `slabs`.
+    pub(super) fn may_meet(&self, pair: Pair, slabs: &Slabs) -> bool {
+        let (moving, fixed) = self.pair_slabs(pair);
+        Slabs::may_meet(moving, fixed, slabs)
+    }
+
     /// The slabs of a pair of cells: the moving one's, the fixed one's.
-    pub(super) fn pair_slabs(&self, pair: Pair) -> (&Slabs, &Slabs) {
-        (&self.slabs[pair.moving as usize], &self.interior_b.slabs[pair.fixed as usize])
+    fn pair_slabs(&self, pair: Pair) -> (&Slabs, &Slabs) {
+        (&self.slabs()[pair.moving as usize], &self.interior_b.slabs[pair.fixed as usize])
     }
 
     /// Center, inner and outer radius of an obstacle.
@@ -156,7 +191,7 @@ impl<'a> Scene<'a> {
         match key {
             Key::Pair(Pair { moving, fixed }) => {
                 let (p, q) = (&self.interior_a.cells[moving as usize], &self.interior_b.cells[fixed as usize]);
-                (q.center - self.centers[moving as usize], p.inner + q.inner, p.outer + q.outer)
+                (q.center - self.cells[moving as usize].center, p.inner + q.inner, p.outer + q.outer)
             }
             Key::Added(k) => {
                 let added = &self.added[k as usize];
@@ -170,9 +205,7 @@ impl<'a> Scene<'a> {
         let (center, inner, outer) = self.ball(key);
         let (moving, fixed): (&[DVec3], &[DVec3]) = match key {
             Key::Pair(Pair { moving, fixed }) => {
-                let m = moving as usize;
-                let corners = &self.corners[self.starts[m] as usize..self.starts[m + 1] as usize];
-                (corners, &self.interior_b.cells[fixed as usize].corners)
+                (self.corners(moving as usize), &self.interior_b.cells[fixed as usize].corners)
             }
             Key::Added(k) => (&self.added[k as usize].moving, &self.added[k as usize].fixed),
         };
@@ -253,6 +286,23 @@ impl<'a> Scene<'a> {
     /// Finds out what `t` is. If no known obstacle holds it, the surfaces tell, and an obstacle may
     /// be added.
     pub(super) fn classify(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
+        let place = self.place(candidates, t);
+        if let Place::Blocked(Key::Added(k)) = place {
+            self.added[k as usize].used = true;
+        }
+        place
+    }
+
+    fn place(&mut self, candidates: Candidates<'_>, t: DVec3) -> Place {
+        if !self.known.is_empty() && matches!(candidates, Candidates::All) {
+            // Near the last answer, one of few obstacles blocks a translation, or none does.
+            if let Some(&k) = self.known.iter().find(|&&key| self.obstacle(key).holds(t)) {
+                return Place::Blocked(k);
+            }
+            if self.free(t) {
+                return Place::Free;
+            }
+        }
         if let Some(k) = self.holder(candidates, t) {
             return Place::Blocked(k);
         }
@@ -265,6 +315,7 @@ impl<'a> Scene<'a> {
         let crossings = self.surfaces.crossings(t, DEPTH_PROBES);
         if crossings.is_empty() {
             if !self.surfaces.nested(t) {
+                self.free.set(Some(t));
                 return Place::Free;
             }
             let distance = self.surfaces.distance(t);
@@ -277,6 +328,7 @@ impl<'a> Scene<'a> {
                 moving: Vec::new(),
                 fixed: Vec::new(),
                 fixed_cell: None,
+                used: true,
                 center: t,
                 inner: distance,
                 outer: distance,
@@ -331,22 +383,26 @@ impl<'a> Scene<'a> {
             outer: p.outer + q.outer,
             fixed: q.corners.clone(),
             fixed_cell: Some(q),
+            used: false,
             source: Some(p),
         }
     }
 
-    /// Adds the obstacles of earlier searches, in this pose.
-    pub(super) fn restore(&mut self, kept: &[(Cell, Cell)]) {
+    /// Adds the obstacles of earlier searches, in this pose; `leaves` name what blocked there.
+    pub(super) fn restore(&mut self, kept: &[(Cell, Cell)], leaves: &[Leaf]) {
+        let of_leaves = leaves.iter().flat_map(|leaf| leaf.chain.iter().copied());
+        let known: BTreeSet<Key> = of_leaves.chain((0..kept.len() as u32).map(Key::Added)).collect();
+        self.known.extend(known);
         for (p, q) in kept {
             let added = self.added_of(p.clone(), q.clone());
             self.added.push(added);
         }
     }
 
-    /// Takes out the cells of the added obstacles that `leaves` name, and names them by their new
-    /// order.
+    /// Takes out the cells of the added obstacles that `leaves` name or that were met at this pose,
+    /// and names them by their new order.
     pub(super) fn keep(self, leaves: &mut [Leaf]) -> Vec<(Cell, Cell)> {
-        let mut used = vec![false; self.added.len()];
+        let mut used: Vec<bool> = self.added.iter().map(|added| added.used).collect();
         for key in leaves.iter().flat_map(|leaf| &leaf.chain) {
             if let Key::Added(k) = key {
                 used[*k as usize] = true;
@@ -377,7 +433,19 @@ impl<'a> Scene<'a> {
 
     /// True if `t` is free by the judgement of the surfaces alone, and counts as a way out.
     pub(super) fn verified(&self, t: DVec3) -> bool {
-        self.surfaces.is_free(t) && (!self.outside || self.surfaces.escapes(t))
+        self.free(t) && (!self.outside || self.surfaces.escapes(t))
+    }
+
+    /// True if `t` is free by the judgement of the surfaces alone.
+    fn free(&self, t: DVec3) -> bool {
+        if self.free.get() == Some(t) {
+            return true;
+        }
+        let free = self.surfaces.is_free(t);
+        if free {
+            self.free.set(Some(t));
+        }
+        free
     }
 
     /// Which body lies in the other where they are.

@@ -5,16 +5,18 @@
 //! translations blocked: exact predicates on pairs of triangles ([`TrianglePair`]) and exact
 //! winding numbers.
 //!
-//! The moving body's triangles are turned once for a pose; a translation then only shifts boxes.
+//! Boxes of the moving body are placed where they are met, a little too large; after some questions at
+//! a pose all are placed once, exactly.
 
+use std::cell::{Cell, OnceCell};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
 use super::containment::{Containment, containment};
-use crate::algebra::tolerance::{COMMON_POINT, ESCAPE_STEPS};
-use crate::algebra::{Pose, closest_on_triangle, closest_segment_segment};
+use crate::algebra::tolerance::{COMMON_POINT, ESCAPE_STEPS, LOOSE_QUESTIONS, PLACED_BOX};
+use crate::algebra::{Placement, Pose, closest_on_triangle, closest_segment_segment};
 use crate::body::{Aabb, Body, TrianglePair, TriangleTree};
 
 /// A pair of triangles that cross.
@@ -35,10 +37,37 @@ pub(super) struct Surfaces<'a> {
     pose_ba: Pose,
     components_a: &'a [DVec3],
     components_b: &'a [DVec3],
-    /// Boxes of the moving body's tree in b's frame, in the tree's order.
-    boxes: Vec<Aabb>,
-    /// Triangles of the moving body in b's frame, in leaf order.
-    corners: Vec<[DVec3; 3]>,
+    placement: Placement,
+    /// Questions asked so far, and the exact boxes of the moving body's tree in b's frame, made when
+    /// they are worth it.
+    questions: Cell<u32>,
+    exact: OnceCell<Vec<Aabb>>,
+}
+
+/// Boxes of the moving body's tree in b's frame.
+struct Boxes<'s> {
+    exact: Option<&'s [Aabb]>,
+    tree: &'s TriangleTree,
+    placement: &'s Placement,
+}
+
+impl Boxes<'_> {
+    fn of(&self, node: u32) -> Aabb {
+        match self.exact {
+            Some(exact) => exact[node as usize],
+            None => placed(self.placement, &self.tree.nodes[node as usize].bounds),
+        }
+    }
+
+    /// False only if the boxes of a node, moved by `t`, and `fixed` are apart along an axis of the
+    /// moving body.
+    fn overlap_turned(&self, node: u32, t: DVec3, fixed: &Aabb) -> bool {
+        if self.exact.is_some() {
+            return true;
+        }
+        let back = Placement { translation: self.placement.translation + t, ..*self.placement }.inverse();
+        overlap(&self.tree.nodes[node as usize].bounds, DVec3::ZERO, &placed(&back, fixed))
+    }
 }
 
 impl<'a> Surfaces<'a> {
@@ -47,23 +76,41 @@ impl<'a> Surfaces<'a> {
         (b, components_b): (&'a Body, &'a [DVec3]),
         pose_ba: &Pose,
     ) -> Self {
-        let placement = pose_ba.placement();
-        let tree = a.tree();
-        let corners: Vec<[DVec3; 3]> = tree.corners.iter().map(|c| c.map(|p| placement.point(p))).collect();
-        let mut boxes = vec![Aabb::EMPTY; tree.nodes.len()];
-        for (k, node) in tree.nodes.iter().enumerate().rev() {
-            boxes[k] = if node.is_leaf() {
-                Aabb::around(corners[node.slots()].iter().flatten().copied())
-            } else {
-                boxes[k + 1].union(&boxes[node.second as usize])
-            };
+        Self {
+            a,
+            b,
+            pose_ba: *pose_ba,
+            components_a,
+            components_b,
+            placement: pose_ba.placement(),
+            questions: Cell::new(0),
+            exact: OnceCell::new(),
         }
-        Self { a, b, pose_ba: *pose_ba, components_a, components_b, boxes, corners }
     }
 
     /// The box of the moving body at translation zero.
     pub(super) fn moving_box(&self) -> Aabb {
-        self.boxes.first().copied().unwrap_or(Aabb::EMPTY)
+        Aabb::around(self.a.mesh().vertices().iter().map(|&p| self.placement.point(p)))
+    }
+
+    fn boxes(&self) -> Boxes<'_> {
+        self.questions.set(self.questions.get() + 1);
+        let exact =
+            (self.questions.get() > LOOSE_QUESTIONS).then(|| &self.exact.get_or_init(|| self.exact_boxes())[..]);
+        Boxes { exact, tree: self.a.tree(), placement: &self.placement }
+    }
+
+    fn exact_boxes(&self) -> Vec<Aabb> {
+        let tree = self.a.tree();
+        let mut boxes = vec![Aabb::EMPTY; tree.nodes.len()];
+        for (k, node) in tree.nodes.iter().enumerate().rev() {
+            boxes[k] = if node.is_leaf() {
+                Aabb::around(tree.corners[node.slots()].iter().flatten().map(|&p| self.placement.point(p)))
+            } else {
+                boxes[k + 1].union(&boxes[node.second as usize])
+            };
+        }
+        boxes
     }
 
     /// True if the surfaces have no common point with a moved by `t`, and neither body lies in the
@@ -111,8 +158,9 @@ impl<'a> Surfaces<'a> {
     }
 
     fn escapes_along(&self, mut t: DVec3, along: DVec3) -> bool {
+        let around = self.moving_box();
         for _ in 0..ESCAPE_STEPS {
-            if !overlap(&self.moving_box(), t, &self.b.tree().bounds()) {
+            if !overlap(&around, t, &self.b.tree().bounds()) {
                 return true;
             }
             t += along * self.distance(t);
@@ -125,9 +173,10 @@ impl<'a> Surfaces<'a> {
         let (moving, fixed) = (self.a.tree(), self.b.tree());
         let mut best = f64::INFINITY;
         let mut heap = BinaryHeap::new();
-        let gap = |i: u32, j: u32| box_distance_squared(&self.boxes[i as usize], t, &fixed.nodes[j as usize].bounds);
+        let boxes = self.boxes();
+        let gap = |i: u32, j: u32| Ordered(box_distance_squared(&boxes.of(i), t, &fixed.nodes[j as usize].bounds));
         if !moving.nodes.is_empty() && !fixed.nodes.is_empty() {
-            heap.push(Reverse((Ordered(gap(0, 0)), 0, 0)));
+            heap.push(Reverse((gap(0, 0), 0, 0)));
         }
         while let Some(Reverse((Ordered(squared), i, j))) = heap.pop() {
             if squared >= best {
@@ -136,18 +185,18 @@ impl<'a> Surfaces<'a> {
             let (first, second) = (&moving.nodes[i as usize], &fixed.nodes[j as usize]);
             if first.is_leaf() && second.is_leaf() {
                 for p in first.slots() {
+                    let p = moving.corners[p].map(|x| self.placement.point(x) + t);
                     for q in second.slots() {
-                        let p = self.corners[p].map(|x| x + t);
                         best = best.min(triangle_distance_squared(&p, &fixed.corners[q]));
                     }
                 }
             } else if second.is_leaf() || (!first.is_leaf() && first.count >= second.count) {
                 for child in [i + 1, first.second] {
-                    heap.push(Reverse((Ordered(gap(child, j)), child, j)));
+                    heap.push(Reverse((gap(child, j), child, j)));
                 }
             } else {
                 for child in [j + 1, second.second] {
-                    heap.push(Reverse((Ordered(gap(i, child)), i, child)));
+                    heap.push(Reverse((gap(i, child), i, child)));
                 }
             }
         }
@@ -161,15 +210,16 @@ impl<'a> Surfaces<'a> {
         if moving.nodes.is_empty() || fixed.nodes.is_empty() {
             return;
         }
-        let mut stack = vec![(0_u32, 0_u32)];
-        while let Some((i, j)) = stack.pop() {
+        let boxes = self.boxes();
+        let mut stack = vec![(0_u32, boxes.of(0), 0_u32)];
+        while let Some((i, around, j)) = stack.pop() {
             let (first, second) = (&moving.nodes[i as usize], &fixed.nodes[j as usize]);
-            if !overlap(&self.boxes[i as usize], t, &second.bounds) {
+            if !overlap(&around, t, &second.bounds) || !boxes.overlap_turned(i, t, &second.bounds) {
                 continue;
             }
             if first.is_leaf() && second.is_leaf() {
                 for p in first.slots() {
-                    let corners = self.corners[p].map(|x| x + t);
+                    let corners = moving.corners[p].map(|x| self.placement.point(x) + t);
                     let around = Aabb::around(corners);
                     for q in second.slots() {
                         let other = fixed.corners[q];
@@ -180,12 +230,23 @@ impl<'a> Surfaces<'a> {
                     }
                 }
             } else if second.is_leaf() || (!first.is_leaf() && first.count >= second.count) {
-                stack.extend([(first.second, j), (i + 1, j)]);
+                stack.extend([(first.second, boxes.of(first.second), j), (i + 1, boxes.of(i + 1), j)]);
             } else {
-                stack.extend([(i, second.second), (i, j + 1)]);
+                stack.extend([(i, around, second.second), (i, around, j + 1)]);
             }
         }
     }
+}
+
+/// A box around a placed box.
+fn placed(placement: &Placement, bounds: &Aabb) -> Aabb {
+    let (middle, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
+    let Placement { rotation, translation } = placement;
+    let middle = placement.point(middle);
+    let half = rotation.x_axis.abs() * half.x + rotation.y_axis.abs() * half.y + rotation.z_axis.abs() * half.z;
+    // Grown beyond the rounding of placed corners.
+    let half = half + (half + middle.abs() + translation.abs()) * PLACED_BOX;
+    Aabb { min: middle - half, max: middle + half }
 }
 
 fn overlap(moving: &Aabb, t: DVec3, fixed: &Aabb) -> bool {
