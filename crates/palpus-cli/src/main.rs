@@ -46,7 +46,6 @@ mod stage;
 mod stopped;
 mod summary;
 mod sweeps;
-mod threads;
 mod two;
 mod view;
 mod view_window;
