@@ -34,7 +34,7 @@
 /**
  * What a function gives back. palpus_last_error has the text of what is not PALPUS_OK.
  */
-typedef enum palpus_result {
+typedef enum {
     /**
      * Done.
      */
@@ -76,7 +76,7 @@ typedef enum palpus_result {
 /**
  * How a body is made of a mesh.
  */
-typedef struct palpus_body_settings {
+typedef struct {
     /**
      * m per unit of the model.
      */
@@ -94,7 +94,7 @@ typedef struct palpus_body_settings {
 /**
  * A body. Any number of threads, queries and worlds may use it at once, also after it was destroyed.
  */
-typedef struct palpus_body {
+typedef struct {
     /**
      * 0 for none.
      */
@@ -104,7 +104,7 @@ typedef struct palpus_body {
 /**
  * What is known about a body. Lengths are in m, after scaling.
  */
-typedef struct palpus_body_facts {
+typedef struct {
     /**
      * Triangles after cleaning.
      */
@@ -146,7 +146,7 @@ typedef struct palpus_body_facts {
 /**
  * What a query looks for.
  */
-typedef struct palpus_query_settings {
+typedef struct {
     /**
      * m: contacts are nearer than this; 0 finds overlaps only.
      */
@@ -169,7 +169,7 @@ typedef struct palpus_query_settings {
 /**
  * The contacts of a body a with a body b. One thread at a time; any number of queries at once.
  */
-typedef struct palpus_query {
+typedef struct {
     /**
      * 0 for none.
      */
@@ -179,7 +179,7 @@ typedef struct palpus_query {
 /**
  * A rigid placement of one frame in another.
  */
-typedef struct palpus_pose {
+typedef struct {
     /**
      * Origin of the placed frame in the other one: x, y, z, m.
      */
@@ -194,7 +194,7 @@ typedef struct palpus_pose {
  * A pair of points, one on each body, nearer than the tolerance:
  * point_a - point_b = separation * normal.
  */
-typedef struct palpus_contact {
+typedef struct {
     /**
      * On a, m.
      */
@@ -224,7 +224,7 @@ typedef struct palpus_contact {
 /**
  * How near the bounds of a depth come, and what may be spent.
  */
-typedef struct palpus_depth_settings {
+typedef struct {
     /**
      * m: the search ends if upper - lower is no more than this.
      */
@@ -242,7 +242,7 @@ typedef struct palpus_depth_settings {
 /**
  * The penetration depth of a body a in a body b. One thread at a time.
  */
-typedef struct palpus_depth {
+typedef struct {
     /**
      * 0 for none.
      */
@@ -252,7 +252,7 @@ typedef struct palpus_depth {
 /**
  * Bounds of the least translation that frees a from b, in b's frame.
  */
-typedef struct palpus_depth_bounds {
+typedef struct {
     /**
      * m: no shorter translation frees the bodies. 0 if they are free.
      */
@@ -282,7 +282,7 @@ typedef struct palpus_depth_bounds {
 /**
  * A spring and damper between device and tool, and the tool's mass.
  */
-typedef struct palpus_coupling {
+typedef struct {
     /**
      * N/m.
      */
@@ -312,7 +312,7 @@ typedef struct palpus_coupling {
 /**
  * Smoothed normals.
  */
-typedef struct palpus_shading {
+typedef struct {
     /**
      * rad: edges where the mesh bends by more stay sharp.
      */
@@ -326,7 +326,7 @@ typedef struct palpus_shading {
 /**
  * Stick-slip friction.
  */
-typedef struct palpus_friction {
+typedef struct {
     /**
      * Coefficient of a contact that sticks; at least the dynamic one.
      */
@@ -344,7 +344,7 @@ typedef struct palpus_friction {
 /**
  * The most that a device may be asked for; infinite for no limit.
  */
-typedef struct palpus_limits {
+typedef struct {
     /**
      * N.
      */
@@ -359,7 +359,7 @@ typedef struct palpus_limits {
  * How contact is rendered. Begin with palpus_settings_coupled or palpus_settings_default, and change
  * what you need.
  */
-typedef struct palpus_settings {
+typedef struct {
     /**
      * m: contacts are looked for up to this separation. A hundredth of the smaller body suits.
      */
@@ -388,19 +388,19 @@ typedef struct palpus_settings {
     /**
      * If has_coupling is 1.
      */
-    struct palpus_coupling coupling;
+    palpus_coupling coupling;
     /**
      * If has_shading is 1.
      */
-    struct palpus_shading shading;
+    palpus_shading shading;
     /**
      * If has_friction is 1.
      */
-    struct palpus_friction friction;
+    palpus_friction friction;
     /**
      * Of the device.
      */
-    struct palpus_limits limits;
+    palpus_limits limits;
     /**
      * m: where the hand holds the tool, in the tool's frame.
      */
@@ -438,7 +438,7 @@ typedef struct palpus_settings {
 /**
  * Tools and objects, and the contacts between them. One thread at a time; any number of worlds at once.
  */
-typedef struct palpus_world {
+typedef struct {
     /**
      * 0 for none.
      */
@@ -448,7 +448,7 @@ typedef struct palpus_world {
 /**
  * An object or a tool's body in a world. Of other worlds it is refused.
  */
-typedef struct palpus_object {
+typedef struct {
     /**
      * 0 for none.
      */
@@ -458,7 +458,7 @@ typedef struct palpus_object {
 /**
  * A tool of a world.
  */
-typedef struct palpus_tool {
+typedef struct {
     /**
      * 0 for none.
      */
@@ -468,7 +468,7 @@ typedef struct palpus_tool {
 /**
  * The velocity of a rigid body.
  */
-typedef struct palpus_twist {
+typedef struct {
     /**
      * m/s, of the point that the function states.
      */
@@ -482,21 +482,21 @@ typedef struct palpus_twist {
 /**
  * What a device says: where its grip is, and how it moves.
  */
-typedef struct palpus_probe {
+typedef struct {
     /**
      * The grip in the world, with the tool's axes.
      */
-    struct palpus_pose pose;
+    palpus_pose pose;
     /**
      * Of the grip, along the world's axes. Only dampers use it.
      */
-    struct palpus_twist twist;
+    palpus_twist twist;
 } palpus_probe;
 
 /**
  * A force and a torque.
  */
-typedef struct palpus_wrench {
+typedef struct {
     /**
      * N.
      */
@@ -510,7 +510,7 @@ typedef struct palpus_wrench {
 /**
  * What a tool felt in the last step.
  */
-typedef struct palpus_tick {
+typedef struct {
     /**
      * Counts the steps from 0.
      */
@@ -518,16 +518,16 @@ typedef struct palpus_tick {
     /**
      * For the device: about the grip, along the world's axes, within the limits.
      */
-    struct palpus_wrench wrench;
+    palpus_wrench wrench;
     /**
      * The same before the limits.
      */
-    struct palpus_wrench computed;
+    palpus_wrench computed;
     /**
      * Of the tool's frame, in the world: where contacts were looked for. With a coupling the tool is
      * not where the device is.
      */
-    struct palpus_pose tool;
+    palpus_pose tool;
     /**
      * See palpus_world_contacts.
      */
@@ -576,7 +576,7 @@ uint32_t palpus_abi_version(void);
  * Fails with PALPUS_ERROR_ABI if the library is of another ABI than the header that you compiled with.
  * Call `palpus_check_abi(PALPUS_ABI_VERSION)` first of all.
  */
-enum palpus_result palpus_check_abi(uint32_t header_version);
+palpus_result palpus_check_abi(uint32_t header_version);
 
 /**
  * Text of this thread's last error: UTF-8, empty if there was none. Valid until the thread's next
@@ -587,7 +587,7 @@ const char *palpus_last_error(void);
 /**
  * Fills in: scale 1, PALPUS_FLATNESS_EXACT, thick.
  */
-enum palpus_result palpus_body_settings_default(struct palpus_body_settings *settings);
+palpus_result palpus_body_settings_default(palpus_body_settings *settings);
 
 /**
  * Makes a body of triangles. `vertices` has x, y, z of `vertex_count` vertices in the model's unit;
@@ -595,179 +595,177 @@ enum palpus_result palpus_body_settings_default(struct palpus_body_settings *set
  * outside. `settings` may be NULL for the defaults. Both arrays are copied.
  * Takes seconds for 100 000 triangles, on all cores.
  */
-enum palpus_result palpus_body_from_triangles(const double *vertices,
-                                              size_t vertex_count,
-                                              const uint32_t *triangles,
-                                              size_t triangle_count,
-                                              const struct palpus_body_settings *settings,
-                                              struct palpus_body *body);
+palpus_result palpus_body_from_triangles(const double *vertices,
+                                         size_t vertex_count,
+                                         const uint32_t *triangles,
+                                         size_t triangle_count,
+                                         const palpus_body_settings *settings,
+                                         palpus_body *body);
 
 /**
  * Makes a body of the convex hull of points: x, y, z of `point_count` points, m.
  */
-enum palpus_result palpus_body_from_convex(const double *points,
-                                           size_t point_count,
-                                           struct palpus_body *body);
+palpus_result palpus_body_from_convex(const double *points, size_t point_count, palpus_body *body);
 
 /**
  * Makes a body of a mesh file (OBJ, STL, PLY, OFF, glTF, GLB, also packed by gzip). `path` is UTF-8.
  * `settings` may be NULL for the defaults; a model in mm has the scale 0.001.
  */
-enum palpus_result palpus_body_from_file(const char *path,
-                                         const struct palpus_body_settings *settings,
-                                         struct palpus_body *body);
+palpus_result palpus_body_from_file(const char *path,
+                                    const palpus_body_settings *settings,
+                                    palpus_body *body);
 
 /**
  * What is known about a body.
  */
-enum palpus_result palpus_body_get_facts(struct palpus_body body, struct palpus_body_facts *facts);
+palpus_result palpus_body_get_facts(palpus_body body, palpus_body_facts *facts);
 
 /**
  * Lets go of a body. Queries and worlds that use it keep it.
  */
-enum palpus_result palpus_body_destroy(struct palpus_body body);
+palpus_result palpus_body_destroy(palpus_body body);
 
 /**
  * Fills in: 1 mm, 4096 contacts, not proven, one contact for each pair of pieces.
  */
-enum palpus_result palpus_query_settings_default(struct palpus_query_settings *settings);
+palpus_result palpus_query_settings_default(palpus_query_settings *settings);
 
 /**
  * Makes a query, with all memory that it will need. `settings` may be NULL for the defaults.
  */
-enum palpus_result palpus_query_create(struct palpus_body a,
-                                       struct palpus_body b,
-                                       const struct palpus_query_settings *settings,
-                                       struct palpus_query *query);
+palpus_result palpus_query_create(palpus_body a,
+                                  palpus_body b,
+                                  const palpus_query_settings *settings,
+                                  palpus_query *query);
 
 /**
  * Finds all contacts nearer than the tolerance with a at `pose_ba` in b's frame; they are in b's frame.
  * Writes the first `capacity` of them to `contacts`, and how many there are to `count`. `contacts` may
  * be NULL with a capacity of 0. Poses near the last one are answered fastest. Obtains no memory.
  */
-enum palpus_result palpus_query_contacts(struct palpus_query query,
-                                         const struct palpus_pose *pose_ba,
-                                         struct palpus_contact *contacts,
-                                         size_t capacity,
-                                         size_t *count);
+palpus_result palpus_query_contacts(palpus_query query,
+                                    const palpus_pose *pose_ba,
+                                    palpus_contact *contacts,
+                                    size_t capacity,
+                                    size_t *count);
 
 /**
  * Finds the nearest pair of points with a at `pose_ba` in b's frame, whatever the distance; where the
  * bodies overlap, the deepest contact. It is in b's frame.
  */
-enum palpus_result palpus_query_nearest(struct palpus_query query,
-                                        const struct palpus_pose *pose_ba,
-                                        struct palpus_contact *nearest);
+palpus_result palpus_query_nearest(palpus_query query,
+                                   const palpus_pose *pose_ba,
+                                   palpus_contact *nearest);
 
 /**
  * Contacts are nearer than `tolerance` (m) from the next query on.
  */
-enum palpus_result palpus_query_set_tolerance(struct palpus_query query, double tolerance);
+palpus_result palpus_query_set_tolerance(palpus_query query, double tolerance);
 
 /**
  * Forgets the past: the next answer is that of a new query.
  */
-enum palpus_result palpus_query_clear(struct palpus_query query);
+palpus_result palpus_query_clear(palpus_query query);
 
 /**
  * Lets go of a query.
  */
-enum palpus_result palpus_query_destroy(struct palpus_query query);
+palpus_result palpus_query_destroy(palpus_query query);
 
 /**
  * Fills in what suits two bodies: a gap of 1 % of the smaller one, and a budget for most poses.
  */
-enum palpus_result palpus_depth_settings_default(struct palpus_body a,
-                                                 struct palpus_body b,
-                                                 struct palpus_depth_settings *settings);
+palpus_result palpus_depth_settings_default(palpus_body a,
+                                            palpus_body b,
+                                            palpus_depth_settings *settings);
 
 /**
  * Prepares two bodies for depths: once for each body, up to minutes for large ones, on all cores.
  * `settings` may be NULL for the defaults.
  */
-enum palpus_result palpus_depth_create(struct palpus_body a,
-                                       struct palpus_body b,
-                                       const struct palpus_depth_settings *settings,
-                                       struct palpus_depth *depth);
+palpus_result palpus_depth_create(palpus_body a,
+                                  palpus_body b,
+                                  const palpus_depth_settings *settings,
+                                  palpus_depth *depth);
 
 /**
  * Bounds the depth with a at `pose_ba` in b's frame. Takes milliseconds, and obtains memory: not for a
  * haptic loop.
  */
-enum palpus_result palpus_depth_bound(struct palpus_depth depth,
-                                      const struct palpus_pose *pose_ba,
-                                      struct palpus_depth_bounds *bounds);
+palpus_result palpus_depth_bound(palpus_depth depth,
+                                 const palpus_pose *pose_ba,
+                                 palpus_depth_bounds *bounds);
 
 /**
  * Lets go of a depth.
  */
-enum palpus_result palpus_depth_destroy(struct palpus_depth depth);
+palpus_result palpus_depth_destroy(palpus_depth depth);
 
 /**
  * Fills in direct rendering: 1 mm tolerance, 800 N/m, no coupling, friction or shading.
  */
-enum palpus_result palpus_settings_default(struct palpus_settings *settings);
+palpus_result palpus_settings_default(palpus_settings *settings);
 
 /**
  * Fills in a tool that is coupled to a device, as hard as the device can show: `force` (N) and `torque`
  * (N m) are the device's limits, `period` (s) is the loop's, and contacts are looked for within
  * `tolerance` (m). Without friction; for that, set has_friction and the coefficients.
  */
-enum palpus_result palpus_settings_coupled(double force,
-                                           double torque,
-                                           double period,
-                                           double tolerance,
-                                           struct palpus_settings *settings);
+palpus_result palpus_settings_coupled(double force,
+                                      double torque,
+                                      double period,
+                                      double tolerance,
+                                      palpus_settings *settings);
 
 /**
  * Makes an empty world without gravity. `settings` hold between objects and may be NULL for the
  * defaults; tools bring their own.
  */
-enum palpus_result palpus_world_create(const struct palpus_settings *settings,
-                                       struct palpus_world *world);
+palpus_result palpus_world_create(const palpus_settings *settings, palpus_world *world);
 
 /**
  * Lets go of a world with all its objects and tools.
  */
-enum palpus_result palpus_world_destroy(struct palpus_world world);
+palpus_result palpus_world_destroy(palpus_world world);
 
 /**
- * Sets what pulls at free objects: x, y, z in m/s^2, along the world's axes. 0 at first.
+ * Sets what pulls at free objects: three numbers x, y, z in m/s^2, along the world's axes. 0 at first.
  */
-enum palpus_result palpus_world_set_gravity(struct palpus_world world, const double (*gravity)[3]);
+palpus_result palpus_world_set_gravity(palpus_world world,
+                                       const double *gravity);
 
 /**
  * Adds an object that never moves, its frame at `pose` in the world.
  */
-enum palpus_result palpus_world_add_fixed(struct palpus_world world,
-                                          struct palpus_body body,
-                                          const struct palpus_pose *pose,
-                                          struct palpus_object *object);
+palpus_result palpus_world_add_fixed(palpus_world world,
+                                     palpus_body body,
+                                     const palpus_pose *pose,
+                                     palpus_object *object);
 
 /**
  * Adds an object that you move: see palpus_world_drive. It stands at `pose` until then.
  */
-enum palpus_result palpus_world_add_driven(struct palpus_world world,
-                                           struct palpus_body body,
-                                           const struct palpus_pose *pose,
-                                           struct palpus_object *object);
+palpus_result palpus_world_add_driven(palpus_world world,
+                                      palpus_body body,
+                                      const palpus_pose *pose,
+                                      palpus_object *object);
 
 /**
  * Adds an object of `mass` (kg) that moves under contact, friction and gravity. At `pose`, at rest.
  */
-enum palpus_result palpus_world_add_free(struct palpus_world world,
-                                         struct palpus_body body,
-                                         const struct palpus_pose *pose,
-                                         double mass,
-                                         struct palpus_object *object);
+palpus_result palpus_world_add_free(palpus_world world,
+                                    palpus_body body,
+                                    const palpus_pose *pose,
+                                    double mass,
+                                    palpus_object *object);
 
 /**
  * Adds a tool that is held through a device. Its probe is the next in palpus_world_step.
  */
-enum palpus_result palpus_world_add_tool(struct palpus_world world,
-                                         struct palpus_body body,
-                                         const struct palpus_settings *settings,
-                                         struct palpus_tool *tool);
+palpus_result palpus_world_add_tool(palpus_world world,
+                                    palpus_body body,
+                                    const palpus_settings *settings,
+                                    palpus_tool *tool);
 
 /**
  * One step: `dt` s have gone by since the last. `probes` has the state of each tool's device, in the
@@ -778,102 +776,92 @@ enum palpus_result palpus_world_add_tool(struct palpus_world world,
  * step. Of any other error nothing was done, and all wrenches are zero.
  * Obtains no memory, and waits for nobody.
  */
-enum palpus_result palpus_world_step(struct palpus_world world,
-                                     const struct palpus_probe *probes,
-                                     struct palpus_wrench *wrenches,
-                                     size_t count,
-                                     double dt);
+palpus_result palpus_world_step(palpus_world world,
+                                const palpus_probe *probes,
+                                palpus_wrench *wrenches,
+                                size_t count,
+                                double dt);
 
 /**
  * What a tool felt in the last step.
  */
-enum palpus_result palpus_world_get_tick(struct palpus_world world,
-                                         struct palpus_tool tool,
-                                         struct palpus_tick *tick);
+palpus_result palpus_world_get_tick(palpus_world world, palpus_tool tool, palpus_tick *tick);
 
 /**
  * The contacts of a tool in the last step, in the world's frame; a is the tool. Writes the first
  * `capacity` of them, and how many there are to `count`.
  */
-enum palpus_result palpus_world_contacts(struct palpus_world world,
-                                         struct palpus_tool tool,
-                                         struct palpus_contact *contacts,
-                                         size_t capacity,
-                                         size_t *count);
+palpus_result palpus_world_contacts(palpus_world world,
+                                    palpus_tool tool,
+                                    palpus_contact *contacts,
+                                    size_t capacity,
+                                    size_t *count);
 
 /**
  * The contacts of two objects in the last step, in the world's frame. As palpus_world_contacts.
  */
-enum palpus_result palpus_world_contacts_between(struct palpus_world world,
-                                                 struct palpus_object a,
-                                                 struct palpus_object b,
-                                                 struct palpus_contact *contacts,
-                                                 size_t capacity,
-                                                 size_t *count);
+palpus_result palpus_world_contacts_between(palpus_world world,
+                                            palpus_object a,
+                                            palpus_object b,
+                                            palpus_contact *contacts,
+                                            size_t capacity,
+                                            size_t *count);
 
 /**
  * The object that is a tool's body.
  */
-enum palpus_result palpus_world_tool_object(struct palpus_world world,
-                                            struct palpus_tool tool,
-                                            struct palpus_object *object);
+palpus_result palpus_world_tool_object(palpus_world world, palpus_tool tool, palpus_object *object);
 
 /**
  * Where an object's frame is in the world.
  */
-enum palpus_result palpus_world_get_pose(struct palpus_world world,
-                                         struct palpus_object object,
-                                         struct palpus_pose *pose);
+palpus_result palpus_world_get_pose(palpus_world world, palpus_object object, palpus_pose *pose);
 
 /**
  * The velocity of an object: of its centre of mass, along the world's axes.
  */
-enum palpus_result palpus_world_get_twist(struct palpus_world world,
-                                          struct palpus_object object,
-                                          struct palpus_twist *twist);
+palpus_result palpus_world_get_twist(palpus_world world, palpus_object object, palpus_twist *twist);
 
 /**
  * Says where a driven object is now and how it moves (`twist` of its frame's origin, along the world's
  * axes), at your own rate: between two updates it goes on.
  */
-enum palpus_result palpus_world_drive(struct palpus_world world,
-                                      struct palpus_object object,
-                                      const struct palpus_pose *pose,
-                                      const struct palpus_twist *twist);
+palpus_result palpus_world_drive(palpus_world world,
+                                 palpus_object object,
+                                 const palpus_pose *pose,
+                                 const palpus_twist *twist);
 
 /**
  * Puts an object somewhere else, at rest. Tools are where their devices are.
  */
-enum palpus_result palpus_world_put(struct palpus_world world,
-                                    struct palpus_object object,
-                                    const struct palpus_pose *pose);
+palpus_result palpus_world_put(palpus_world world, palpus_object object, const palpus_pose *pose);
 
 /**
  * Gives a free object a velocity: of its centre of mass, along the world's axes.
  */
-enum palpus_result palpus_world_throw(struct palpus_world world,
-                                      struct palpus_object object,
-                                      const struct palpus_twist *twist);
+palpus_result palpus_world_throw(palpus_world world,
+                                 palpus_object object,
+                                 const palpus_twist *twist);
 
 /**
  * Goes on with other settings of a tool from the next step on. Obtains no memory: capacity and
  * shading must be as they were when the tool was added.
  */
-enum palpus_result palpus_world_set_tool_settings(struct palpus_world world,
-                                                  struct palpus_tool tool,
-                                                  const struct palpus_settings *settings);
+palpus_result palpus_world_set_tool_settings(palpus_world world,
+                                             palpus_tool tool,
+                                             const palpus_settings *settings);
 
 /**
  * The queries of each step may do about `work` units of work; what is not reached is felt as it was,
  * and comes first in the next. 0: as much as there is. palpus_tick.work has what a step took.
  */
-enum palpus_result palpus_world_allow(struct palpus_world world,
-                                      uint64_t work);
+palpus_result palpus_world_allow(palpus_world world,
+                                 uint64_t work);
 
 /**
  * Forgets the past, but for where objects are and how they move.
  */
-enum palpus_result palpus_world_clear(struct palpus_world world);
+palpus_result palpus_world_clear(palpus_world world);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -159,7 +159,7 @@ class World : public detail::Owner<palpus_world, palpus_world_destroy> {
     explicit World(const Settings &settings) { check(palpus_world_create(&settings, &handle_)); }
     void set_gravity(double x, double y, double z) {
         const double gravity[3] = {x, y, z};
-        check(palpus_world_set_gravity(handle_, &gravity));
+        check(palpus_world_set_gravity(handle_, gravity));
     }
     Object add_fixed(const Body &body, const Pose &pose) {
         Object object{};

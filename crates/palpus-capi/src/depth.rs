@@ -100,7 +100,7 @@ pub unsafe extern "C" fn palpus_depth_create(
         let settings = settings.get_if_any()?.map(|settings| settings.checked()).transpose()?;
         let [a, b] = [body_of(a)?, body_of(b)?];
         let settings = settings.unwrap_or_else(|| GlobalSettings::new(&a.body, &b.body));
-        (a.interior(), b.interior());
+        let _ = (a.interior(), b.interior());
         let id = DEPTHS.insert(Depth { a, b, settings, memory: GlobalMemory::default() })?;
         depth.put(palpus_depth { id })
     })

@@ -31,11 +31,11 @@ pub extern "C" fn palpus_world_destroy(world: palpus_world) -> palpus_result {
     entry(|| WORLDS.remove(world.id))
 }
 
-/// Sets what pulls at free objects: x, y, z in m/s^2, along the world's axes. 0 at first.
+/// Sets what pulls at free objects: three numbers x, y, z in m/s^2, along the world's axes. 0 at first.
 #[unsafe(no_mangle)]
-pub unsafe extern "C" fn palpus_world_set_gravity(world: palpus_world, gravity: *const [f64; 3]) -> palpus_result {
+pub unsafe extern "C" fn palpus_world_set_gravity(world: palpus_world, gravity: *const f64) -> palpus_result {
     // SAFETY: the caller keeps to the header.
-    let gravity = unsafe { In::new(gravity, "gravity") };
+    let gravity = unsafe { In::new(gravity.cast::<[f64; 3]>(), "gravity") };
     entry(|| {
         let gravity = gravity.get()?;
         if !gravity.iter().all(|x| x.is_finite()) {

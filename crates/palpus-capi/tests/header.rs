@@ -39,7 +39,7 @@ fn generated() -> String {
         no_includes: true,
         sys_includes: ["stddef.h", "stdint.h"].map(str::to_owned).to_vec(),
         usize_is_size_t: true,
-        style: cbindgen::Style::Both,
+        style: cbindgen::Style::Type,
         documentation_style: cbindgen::DocumentationStyle::Doxy,
         line_length: 100,
         tab_width: 4,
