@@ -6,7 +6,7 @@
 //!   kind is known as such. A handle that another thread is using gives an error and nobody waits.
 //! * [`result`] — each function gives a code; the text beside it is the thread's last error. A panic
 //!   ends in a code too.
-//! * [`pointer`] — what C's pointers point to is copied here, after the checks that can be made; the
+//! * [`mod@pointer`] — what C's pointers point to is copied here, after the checks that can be made; the
 //!   only file that reads or writes through them.
 //!
 //! # Safety
