@@ -17,7 +17,7 @@ int main(int count, char **words) try {
 
     palpus::ContactQuery query(tool, part);
     palpus::Depth depth(tool, part);
-    const auto pose = palpus::at(0.0172, 0.015, 0.0064);
+    const auto pose = palpus::at(0.0172, 0.015, 0.0058);
     for (const auto &contact : query.contacts(pose))
         std::printf("%.4f mm apart, normal %.3f %.3f %.3f\n", contact.separation * 1e3, contact.normal[0],
                     contact.normal[1], contact.normal[2]);
@@ -31,7 +31,7 @@ int main(int count, char **words) try {
     palpus::Wrench wrench{};
     for (int tick = 0; tick < 1000; tick++) {
         /* Down along z, into the part at last. */
-        const palpus::Probe probe{palpus::at(0.0172, 0.015, 0.012 - 6e-6 * tick), {}};
+        const palpus::Probe probe{palpus::at(0.0172, 0.015, 0.012 - 7e-6 * tick), {}};
         wrench = world.step(probe, 1e-3);
     }
     std::printf("%.3f %.3f %.3f N from %zu contacts\n", wrench.force[0], wrench.force[1], wrench.force[2],

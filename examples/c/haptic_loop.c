@@ -51,7 +51,7 @@ int main(void) {
         probe.pose.position[2] = 0.04 - 0.000012 * tick;
         check(palpus_world_step(world, &probe, &wrench, 1, period));
         /* Here the wrench goes to your device. */
-        if (tick % 100 == 99) printf("%3d ms: %.17g N\n", tick + 1, wrench.force[2]);
+        if (tick % 100 == 99) printf("%3d ms: %.6f N\n", tick + 1, wrench.force[2]);
     }
     check(palpus_world_destroy(world));
     check(palpus_body_destroy(big));
