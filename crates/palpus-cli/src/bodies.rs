@@ -7,10 +7,9 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use palpus::body::{Body, BodySettings, PolygonSoup};
-use palpus_io::{BodyCache, BodyKey, CacheMiss, ContentHash, read_mesh};
+use palpus_io::{BodyCache, BodyKey, CacheMiss, ContentHash, Threads, read_mesh};
 
 use crate::output;
-use crate::threads::Threads;
 
 /// A body and how it came about.
 pub(crate) struct Prepared {

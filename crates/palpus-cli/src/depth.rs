@@ -12,11 +12,10 @@ use palpus::algebra::{Pose, Workers, both, map_in_order, quantile_of_sorted};
 use palpus::body::{Body, BodySettings, Health, Notice};
 use palpus::depth::{Containment, DepthBracket, GlobalDepth, GlobalMemory, GlobalSettings, Interior};
 use palpus_io::scene::metres;
-use palpus_io::{DepthWriter, read_poses};
+use palpus_io::{DepthWriter, Threads, read_poses};
 use serde::Serialize;
 
 use crate::args::{DepthArguments, PairArguments};
-use crate::threads::Threads;
 use crate::{bodies, output, query};
 
 /// Frames that one thread answers one after the other.

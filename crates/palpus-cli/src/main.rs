@@ -46,7 +46,6 @@ mod soak;
 mod stage;
 mod summary;
 mod sweeps;
-mod threads;
 mod tools;
 mod view;
 mod view_window;

@@ -1,17 +1,19 @@
-//! `palpus query`: contacts of two models for a list of poses.
+//! `palpus query`: contacts of two models for a list of poses, on all cores.
 
 use std::fs::File;
 use std::io::BufWriter;
+use std::ops::Range;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::Arc;
 use std::time::Instant;
 
 use anyhow::Context;
+use palpus::algebra::Pose;
 use palpus::body::{Body, BodySettings};
 use palpus::depth::{Containment, ContainmentQuery};
-use palpus::detect::{Contact, ContactQuery, Proof, QuerySettings};
-use palpus_io::{ContactWriter, QueryRow, QueryWriter, read_poses};
+use palpus::detect::{Contact, ContactBatch, ContactQuery, Proof, QuerySettings};
+use palpus_io::{ContactWriter, QueryRow, QueryWriter, Threads, read_poses};
 
 use crate::args::QueryArguments;
 use crate::{bodies, output};
@@ -20,6 +22,8 @@ use crate::{bodies, output};
 const DEFAULT_TOLERANCE: f64 = 0.01;
 /// Leaf contacts that one pose can have.
 const CAPACITY: usize = 1 << 16;
+/// Poses whose answers are in memory before they are written.
+const BLOCK: usize = 32 * ContactBatch::RUN;
 
 pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
     let poses = read_poses(&arguments.poses)?;
@@ -36,26 +40,21 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
     let settings = QuerySettings { tolerance, capacity: CAPACITY, proof, ..QuerySettings::default() };
     let (a, b) = (Arc::new(a), Arc::new(b));
     let containment = ContainmentQuery::new(&a, &b);
-    let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
+    let batch = ContactBatch::new(a.clone(), b.clone(), settings);
+    let keep = contact_rows.is_some();
+    let of_run = |query: &mut ContactQuery, frames: Range<usize>| -> Vec<Answer> {
+        frames.map(|frame| answer(query, &containment, frame, &poses[frame], keep)).collect()
+    };
     let mut dropped = 0;
-    for (frame, pose_ba) in poses.iter().enumerate() {
-        let begin = Instant::now();
-        let nearest = query.nearest(pose_ba);
-        let query_us = begin.elapsed().as_secs_f64() * 1e6;
-        let (counters, contacts) = (query.counters(), query.found());
-        dropped += u64::from(counters.traversal.dropped);
-        let nearest = nearest.with_context(|| format!("frame {frame} has no answer: a model has no pieces"))?;
-        let row = QueryRow {
-            contacts: contacts.len() as u32,
-            // Closest points prove themselves by the planes through them; depths were proven or are counted as unproven.
-            certified: counters.unproven == 0,
-            query_us,
-            contained: containment.run(pose_ba),
-            ..row(frame as u64, &nearest)
-        };
-        rows.write(&row)?;
-        if let Some(file) = &mut contact_rows {
-            file.write(frame as u64, contacts)?;
+    for begin in (0..poses.len()).step_by(BLOCK) {
+        let frames = begin..poses.len().min(begin + BLOCK);
+        let answers = batch.run(frames.clone(), &Threads::all(), &mut |_| (), of_run);
+        for (frame, answer) in frames.zip(answers.into_iter().flatten()) {
+            rows.write(&answer.row.with_context(|| format!("frame {frame} has no answer: a model has no pieces"))?)?;
+            if let Some(file) = &mut contact_rows {
+                file.write(frame as u64, &answer.contacts)?;
+            }
+            dropped += answer.dropped;
         }
     }
     rows.finish()?;
@@ -86,16 +85,39 @@ pub(crate) fn create(path: &Path) -> anyhow::Result<BufWriter<File>> {
     Ok(BufWriter::new(file))
 }
 
-fn row(frame: u64, nearest: &Contact) -> QueryRow {
-    QueryRow {
-        frame,
+/// What is found at one pose.
+struct Answer {
+    /// `None` if a model has no pieces.
+    row: Option<QueryRow>,
+    /// Empty unless they are kept.
+    contacts: Vec<Contact>,
+    /// Contacts over the capacity.
+    dropped: u64,
+}
+
+fn answer(
+    query: &mut ContactQuery,
+    containment: &ContainmentQuery<'_>,
+    frame: usize,
+    pose_ba: &Pose,
+    keep: bool,
+) -> Answer {
+    let begin = Instant::now();
+    let nearest = query.nearest(pose_ba);
+    let query_us = begin.elapsed().as_secs_f64() * 1e6;
+    let (counters, contacts) = (query.counters(), query.found());
+    let row = nearest.map(|nearest| QueryRow {
+        frame: frame as u64,
         separation: nearest.separation,
         normal: nearest.normal,
         point_a: nearest.point_a,
         point_b: nearest.point_b,
-        contacts: 0,
-        certified: false,
-        query_us: 0.0,
-        contained: Containment::Neither,
-    }
+        contacts: contacts.len() as u32,
+        // Closest points prove themselves by the planes through them; depths were proven or are counted as unproven.
+        certified: counters.unproven == 0,
+        query_us,
+        contained: containment.run(pose_ba),
+    });
+    let contacts = if keep { contacts.to_vec() } else { Vec::new() };
+    Answer { row, contacts, dropped: u64::from(counters.traversal.dropped) }
 }

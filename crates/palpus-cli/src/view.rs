@@ -5,12 +5,12 @@ use std::sync::Arc;
 
 use anyhow::bail;
 use palpus::body::{Body, BodySettings};
+use palpus_io::Threads;
 use palpus_window::{Axis, Section, SectionPlane, richest_piece};
 #[cfg(feature = "window")]
 use palpus_window::{Theme, Unit, Viewed};
 
 use crate::args::{AxisName, ViewArguments};
-use crate::threads::Threads;
 use crate::{bodies, picture, view_window};
 
 pub(crate) fn view(arguments: &ViewArguments) -> anyhow::Result<ExitCode> {

@@ -31,10 +31,11 @@ const ALLOWED_CIRCLES: [&str; 3] =
 
 /// The arrows between crates: those of the product, and those that only tests and benches need.
 type Drawn = [&'static [&'static str]; 2];
-const ARROWS: [(&str, Drawn); 9] = [
+const ARROWS: [(&str, Drawn); 10] = [
     ("palpus", [&[], &["palpus-alloc"]]),
     ("palpus-alloc", [&[], &[]]),
     ("palpus-baselines", [&["palpus"], &["palpus-scenes"]]),
+    ("palpus-capi", [&["palpus", "palpus-io"], &["palpus-alloc"]]),
     (
         "palpus-cli",
         [

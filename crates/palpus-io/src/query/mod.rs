@@ -14,5 +14,5 @@ mod poses;
 mod results;
 
 pub use depths::{DEPTH_COLUMNS, DepthWriter};
-pub use poses::{POSE_COLUMNS, read_poses, read_poses_from};
+pub use poses::{POSE_COLUMNS, pose_of, read_poses, read_poses_from};
 pub use results::{CONTACT_COLUMNS, ContactWriter, QueryRow, QueryWriter, RESULT_COLUMNS};

@@ -77,13 +77,24 @@ fn pose(text: &str, places: &[usize; 7], width: usize) -> Result<Pose, (Option<&
             (Some(column), format!("{shown:?} is not a finite number; correct it"))
         })?;
     }
+    pose_of(numbers).map_err(|problem| (Some("qx"), problem))
+}
+
+/// The pose of these numbers, in the order of [`POSE_COLUMNS`].
+///
+/// # Errors
+/// Fails with a sentence if a number is not finite, or the quaternion not of unit length within 1e-3.
+pub fn pose_of(numbers: [f64; 7]) -> Result<Pose, String> {
+    if let Some((number, column)) = numbers.iter().zip(POSE_COLUMNS).find(|(number, _)| !number.is_finite()) {
+        return Err(format!("{column} is {number:?}, which is not a finite number; correct it"));
+    }
     let [tx, ty, tz, qx, qy, qz, qw] = numbers;
     let rotation = DQuat::from_xyzw(qx, qy, qz, qw);
     let length = rotation.length();
     if (length - 1.0).abs() > QUATERNION_SLACK {
-        let problem =
-            format!("the quaternion has length {length:?} and must have 1; normalise it (the order is x, y, z, w)");
-        return Err((Some("qx"), problem));
+        return Err(format!(
+            "the quaternion has length {length:?} and must have 1; normalise it (the order is x, y, z, w)"
+        ));
     }
     Ok(Pose::new(rotation, DVec3::new(tx, ty, tz)))
 }

@@ -1,5 +1,6 @@
 //! Contact determination: all contacts of two bodies at a pose \[K02 §3.4, §4.1\].
 
+mod batch;
 mod belief;
 mod contact;
 mod counters;
@@ -13,6 +14,7 @@ mod query;
 mod search;
 mod sub_step;
 
+pub use batch::ContactBatch;
 pub use contact::Contact;
 pub use counters::QueryCounters;
 pub use query::{ContactQuery, Proof, QuerySettings};

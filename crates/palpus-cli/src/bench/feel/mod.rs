@@ -26,12 +26,12 @@ use std::sync::Mutex;
 
 use anyhow::{Context, bail};
 use palpus::algebra::Workers;
+use palpus_io::Threads;
 
 use self::closed::HANDS;
 use self::ground::{Ground, SCENES};
 use self::method::{Entry, METHODS, Tuning};
 use self::row::{Row, Rows};
-use crate::threads::Threads;
 use crate::{files, output};
 
 /// What was typed.

@@ -1,4 +1,4 @@
-//! The hands that the program lends to the engine: threads of the operating system.
+//! The workers that programs lend to the engine: threads of the operating system.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
@@ -7,14 +7,19 @@ use palpus::algebra::Workers;
 
 /// As many threads as are said, the calling one among them; each takes the next part as soon as it is free.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Threads {
+pub struct Threads {
     count: usize,
 }
 
 impl Threads {
     /// One for each core that the operating system gives this program.
-    pub(crate) fn all() -> Self {
+    pub fn all() -> Self {
         Self { count: thread::available_parallelism().map_or(1, usize::from) }
+    }
+
+    /// So many, at least one.
+    pub fn of(count: usize) -> Self {
+        Self { count: count.max(1) }
     }
 }
 

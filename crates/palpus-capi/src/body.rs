@@ -1,0 +1,231 @@
+//! Bodies: made of triangles, points or a file once, and shared by queries and worlds.
+
+use std::ffi::c_char;
+use std::path::Path;
+use std::sync::{Arc, OnceLock};
+
+use palpus::depth::Interior;
+use palpus::glam::DVec3;
+use palpus::{Body, BodyError, BodySettings, PolygonSoup};
+use palpus_io::{Threads, read_mesh};
+
+use crate::handle::{Kind, Table};
+use crate::pointer::{In, InArray, Out, Text};
+use crate::result::{Fault, entry, palpus_result};
+
+/// Flatness for measuring: distances are exact to this share of the model's size.
+pub const PALPUS_FLATNESS_EXACT: f64 = 3e-8;
+/// Flatness for touching: planes that a file wrote with six digits are one face each.
+pub const PALPUS_FLATNESS_HAPTIC: f64 = 3e-5;
+
+/// A body. Any number of threads, queries and worlds may use it at once, also after it was destroyed.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct palpus_body {
+    /// 0 for none.
+    pub id: u64,
+}
+
+/// How a body is made of a mesh.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct palpus_body_settings {
+    /// m per unit of the model.
+    pub scale: f64,
+    /// How far a piece may deviate from the surface, as a share of the model's size, 0 to 0.001.
+    pub flatness: f64,
+    /// 1: pieces reach into the solid, so that deep penetration is seen. 0: they are as thick as their patch.
+    pub thick: u32,
+}
+
+/// What is known about a body. Lengths are in m, after scaling.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct palpus_body_facts {
+    /// Triangles after cleaning.
+    pub triangle_count: u64,
+    /// Convex pieces.
+    pub piece_count: u64,
+    /// 1 if the surface has no boundary.
+    pub is_closed: u32,
+    /// 1 if each edge has one or two triangles that agree, and parts of the surface do not touch in a vertex.
+    pub is_manifold: u32,
+    /// m^3.
+    pub volume: f64,
+    /// m, in the model's frame.
+    pub center_of_mass: [f64; 3],
+    /// m^5: inertia about the centre of mass at density 1, rows one after the other.
+    pub inertia: [f64; 9],
+    /// m: the box along the axes.
+    pub bounds_min: [f64; 3],
+    /// m.
+    pub bounds_max: [f64; 3],
+}
+
+/// What a handle of a body names.
+pub(crate) struct Shared {
+    pub(crate) body: Arc<Body>,
+    /// Made when a depth is first asked for.
+    interior: OnceLock<Interior>,
+}
+
+impl Shared {
+    pub(crate) fn interior(&self) -> &Interior {
+        self.interior.get_or_init(|| Interior::new(&self.body, &Threads::all(), &mut |_| ()))
+    }
+}
+
+static BODIES: Table<Arc<Shared>> = Table::new(Kind::Body);
+
+/// The body of a handle.
+pub(crate) fn body_of(handle: palpus_body) -> Result<Arc<Shared>, Fault> {
+    BODIES.read(handle.id, |body| Ok(body.clone()))
+}
+
+impl palpus_body_settings {
+    fn checked(&self) -> Result<BodySettings, Fault> {
+        let Self { scale, flatness, thick } = *self;
+        Ok(BodySettings { scale, flatness, thick: flag("thick", thick)? })
+    }
+}
+
+impl From<BodySettings> for palpus_body_settings {
+    fn from(settings: BodySettings) -> Self {
+        let BodySettings { scale, flatness, thick } = settings;
+        Self { scale, flatness, thick: thick.into() }
+    }
+}
+
+/// A number that stands for yes or no.
+pub(crate) fn flag(name: &str, value: u32) -> Result<bool, Fault> {
+    match value {
+        0 => Ok(false),
+        1 => Ok(true),
+        _ => Err(Fault::value(format!("{name} is {value}, but must be 0 or 1"))),
+    }
+}
+
+fn keep(body: Result<Body, BodyError>, out: &Out<palpus_body>) -> Result<(), Fault> {
+    let body = body.map_err(|error| match error {
+        BodyError::Scale(_) | BodyError::Flatness(_) => Fault::value(error.to_string()),
+        _ => Fault::new(palpus_result::PalpusErrorMesh, error.to_string()),
+    })?;
+    let id = BODIES.insert(Arc::new(Shared { body: Arc::new(body), interior: OnceLock::new() }))?;
+    out.put(palpus_body { id })
+}
+
+fn of_soup(soup: &PolygonSoup, settings: &BodySettings, out: &Out<palpus_body>) -> Result<(), Fault> {
+    keep(Body::from_soup_with(soup, settings, &Threads::all(), &mut |_| ()), out)
+}
+
+fn points(vertices: &InArray<[f64; 3]>) -> Result<Vec<DVec3>, Fault> {
+    vertices.check()?;
+    Ok(vertices.iter().map(DVec3::from_array).collect())
+}
+
+/// Fills in: scale 1, PALPUS_FLATNESS_EXACT, thick.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_body_settings_default(settings: *mut palpus_body_settings) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let settings = unsafe { Out::new(settings, "settings") };
+    entry(|| settings.put(BodySettings::default().into()))
+}
+
+/// Makes a body of triangles. `vertices` has x, y, z of `vertex_count` vertices in the model's unit;
+/// `triangles` has the three vertex numbers of `triangle_count` triangles, counter-clockwise seen from
+/// outside. `settings` may be NULL for the defaults. Both arrays are copied.
+/// Takes seconds for 100 000 triangles, on all cores.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_body_from_triangles(
+    vertices: *const f64,
+    vertex_count: usize,
+    triangles: *const u32,
+    triangle_count: usize,
+    settings: *const palpus_body_settings,
+    body: *mut palpus_body,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let (vertices, triangles) = unsafe {
+        (
+            InArray::new(vertices.cast(), vertex_count, "vertices"),
+            InArray::new(triangles.cast(), triangle_count, "triangles"),
+        )
+    };
+    // SAFETY: as above.
+    let (settings, body) = unsafe { (In::new(settings, "settings"), Out::new(body, "body")) };
+    entry(|| {
+        body.check()?;
+        let settings = settings.get_if_any()?.map_or(Ok(BodySettings::default()), |settings| settings.checked())?;
+        triangles.check()?;
+        if vertex_count > u32::MAX as usize || triangle_count > u32::MAX as usize / 3 {
+            let text = format!("{vertex_count} vertices and {triangle_count} triangles are more than can be numbered");
+            return Err(Fault::value(text));
+        }
+        let triangles: Vec<[u32; 3]> = triangles.iter().collect();
+        of_soup(&PolygonSoup::from_triangles(points(&vertices)?, &triangles), &settings, &body)
+    })
+}
+
+/// Makes a body of the convex hull of points: x, y, z of `point_count` points, m.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_body_from_convex(
+    points: *const f64,
+    point_count: usize,
+    body: *mut palpus_body,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let (corners, body) = unsafe { (InArray::new(points.cast(), point_count, "points"), Out::new(body, "body")) };
+    entry(|| {
+        body.check()?;
+        keep(Body::from_convex(&self::points(&corners)?), &body)
+    })
+}
+
+/// Makes a body of a mesh file (OBJ, STL, PLY, OFF, glTF, GLB, also packed by gzip). `path` is UTF-8.
+/// `settings` may be NULL for the defaults; a model in mm has the scale 0.001.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_body_from_file(
+    path: *const c_char,
+    settings: *const palpus_body_settings,
+    body: *mut palpus_body,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let (path, settings, body) =
+        unsafe { (Text::new(path, "path"), In::new(settings, "settings"), Out::new(body, "body")) };
+    entry(|| {
+        body.check()?;
+        let settings = settings.get_if_any()?.map_or(Ok(BodySettings::default()), |settings| settings.checked())?;
+        let soup = read_mesh(Path::new(&path.get()?))
+            .map_err(|error| Fault::new(palpus_result::PalpusErrorFile, error.to_string()))?;
+        of_soup(&soup, &settings, &body)
+    })
+}
+
+/// What is known about a body.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_body_get_facts(body: palpus_body, facts: *mut palpus_body_facts) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let facts = unsafe { Out::new(facts, "facts") };
+    entry(|| {
+        let shared = body_of(body)?;
+        let (body, mass, bounds) = (&shared.body, shared.body.mass(), shared.body.mesh().bounds());
+        facts.put(palpus_body_facts {
+            triangle_count: body.mesh().triangles().len() as u64,
+            piece_count: body.pieces().len() as u64,
+            is_closed: body.health().closed.into(),
+            is_manifold: body.health().is_manifold().into(),
+            volume: mass.volume,
+            center_of_mass: mass.center_of_mass.to_array(),
+            // Symmetric, so that columns are rows.
+            inertia: mass.inertia.to_cols_array(),
+            bounds_min: bounds.min.to_array(),
+            bounds_max: bounds.max.to_array(),
+        })
+    })
+}
+
+/// Lets go of a body. Queries and worlds that use it keep it.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpus_body_destroy(body: palpus_body) -> palpus_result {
+    entry(|| BODIES.remove(body.id))
+}

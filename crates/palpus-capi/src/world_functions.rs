@@ -1,0 +1,366 @@
+//! The functions of worlds.
+
+use palpus::{Object, Settings};
+
+use crate::body::{body_of, palpus_body};
+use crate::pointer::{In, InArray, Out, OutArray};
+use crate::result::{Fault, entry, palpus_result};
+use crate::settings::palpus_settings;
+use crate::value::{palpus_contact, palpus_pose, palpus_twist, palpus_wrench};
+use crate::world::{Hosted, Motion, WORLDS, palpus_object, palpus_probe, palpus_tick, palpus_tool, palpus_world};
+
+/// Makes an empty world without gravity. `settings` hold between objects and may be NULL for the
+/// defaults; tools bring their own.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_create(
+    settings: *const palpus_settings,
+    world: *mut palpus_world,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let (settings, world) = unsafe { (In::new(settings, "settings"), Out::new(world, "world")) };
+    entry(|| {
+        world.check()?;
+        let settings = settings.get_if_any()?.map_or(Ok(Settings::default()), |settings| settings.read())?;
+        world.put(palpus_world { id: WORLDS.insert(Hosted::new(settings)?)? })
+    })
+}
+
+/// Lets go of a world with all its objects and tools.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpus_world_destroy(world: palpus_world) -> palpus_result {
+    entry(|| WORLDS.remove(world.id))
+}
+
+/// Sets what pulls at free objects: three numbers x, y, z in m/s^2, along the world's axes. 0 at first.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_set_gravity(world: palpus_world, gravity: *const f64) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let gravity = unsafe { In::new(gravity.cast::<[f64; 3]>(), "gravity") };
+    entry(|| {
+        let gravity = gravity.get()?;
+        if !gravity.iter().all(|x| x.is_finite()) {
+            return Err(Fault::value("gravity has a number that is not finite; correct it"));
+        }
+        WORLDS.change(world.id, |hosted| {
+            hosted.world.set_gravity(gravity.into());
+            Ok(())
+        })
+    })
+}
+
+fn add(
+    world: palpus_world,
+    body: palpus_body,
+    pose: &In<palpus_pose>,
+    out: &Out<palpus_object>,
+    motion: Motion,
+    mass: f64,
+) -> Result<(), Fault> {
+    out.check()?;
+    let pose = pose.get()?.checked().map_err(|fault| fault.of("pose"))?;
+    let body = body_of(body)?.body.clone();
+    let object = match motion {
+        Motion::Fixed | Motion::Held => Object::fixed(body, pose),
+        Motion::Driven => Object::driven(body, pose),
+        Motion::Free => Object::free_of_mass(body, pose, mass),
+    };
+    out.put(WORLDS.change(world.id, |hosted| hosted.add(object, motion))?)
+}
+
+/// Adds an object that never moves, its frame at `pose` in the world.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_add_fixed(
+    world: palpus_world,
+    body: palpus_body,
+    pose: *const palpus_pose,
+    object: *mut palpus_object,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let (pose, object) = unsafe { (In::new(pose, "pose"), Out::new(object, "object")) };
+    entry(|| add(world, body, &pose, &object, Motion::Fixed, 0.0))
+}
+
+/// Adds an object that you move: see palpus_world_drive. It stands at `pose` until then.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_add_driven(
+    world: palpus_world,
+    body: palpus_body,
+    pose: *const palpus_pose,
+    object: *mut palpus_object,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let (pose, object) = unsafe { (In::new(pose, "pose"), Out::new(object, "object")) };
+    entry(|| add(world, body, &pose, &object, Motion::Driven, 0.0))
+}
+
+/// Adds an object of `mass` (kg) that moves under contact, friction and gravity. At `pose`, at rest.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_add_free(
+    world: palpus_world,
+    body: palpus_body,
+    pose: *const palpus_pose,
+    mass: f64,
+    object: *mut palpus_object,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let (pose, object) = unsafe { (In::new(pose, "pose"), Out::new(object, "object")) };
+    entry(|| add(world, body, &pose, &object, Motion::Free, mass))
+}
+
+/// Adds a tool that is held through a device. Its probe is the next in palpus_world_step.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_add_tool(
+    world: palpus_world,
+    body: palpus_body,
+    settings: *const palpus_settings,
+    tool: *mut palpus_tool,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let (settings, tool) = unsafe { (In::new(settings, "settings"), Out::new(tool, "tool")) };
+    entry(|| {
+        tool.check()?;
+        let settings = settings.get()?.read()?;
+        tool.put(WORLDS.change(world.id, |hosted| hosted.add_tool(body, settings))?)
+    })
+}
+
+/// One step: `dt` s have gone by since the last. `probes` has the state of each tool's device, in the
+/// order in which tools were added, and `wrenches` (NULL if you do not need them) is what each device
+/// is to give: about its grip, along the world's axes, within its limits. `count` is the number of tools.
+///
+/// A device whose state is not valid gets no force and the others go on: PALPUS_ERROR_VALUE after the
+/// step. Of any other error nothing was done, and all wrenches are zero.
+/// Obtains no memory, and waits for nobody.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_step(
+    world: palpus_world,
+    probes: *const palpus_probe,
+    wrenches: *mut palpus_wrench,
+    count: usize,
+    dt: f64,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let (probes, wrenches) =
+        unsafe { (InArray::new(probes, count, "probes"), OutArray::new(wrenches, count, "wrenches")) };
+    entry(|| {
+        wrenches.check_if_any()?;
+        // Whatever ends the call before the step is done, a panic too.
+        (0..wrenches.len()).for_each(|k| wrenches.put(k, palpus_wrench::default()));
+        probes.check()?;
+        WORLDS.change(world.id, |hosted| {
+            let bad = hosted.step(&probes, count, dt)?;
+            hosted.wrenches().take(wrenches.len()).enumerate().for_each(|(k, wrench)| wrenches.put(k, wrench));
+            bad.map_or(Ok(()), Err)
+        })
+    })
+}
+
+/// What a tool felt in the last step.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_get_tick(
+    world: palpus_world,
+    tool: palpus_tool,
+    tick: *mut palpus_tick,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let tick = unsafe { Out::new(tick, "tick") };
+    entry(|| WORLDS.read(world.id, |hosted| tick.put(hosted.world.tick(hosted.tool(tool)?).into())))
+}
+
+/// The contacts of a tool in the last step, in the world's frame; a is the tool. Writes the first
+/// `capacity` of them, and how many there are to `count`.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_contacts(
+    world: palpus_world,
+    tool: palpus_tool,
+    contacts: *mut palpus_contact,
+    capacity: usize,
+    count: *mut usize,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let (contacts, count) = unsafe { (OutArray::new(contacts, capacity, "contacts"), Out::new(count, "count")) };
+    entry(|| {
+        contacts.check()?;
+        WORLDS.read(world.id, |hosted| {
+            let found = &hosted.world.tick(hosted.tool(tool)?).contacts;
+            count.put(found.len())?;
+            found.iter().take(capacity).enumerate().for_each(|(k, contact)| contacts.put(k, contact.into()));
+            Ok(())
+        })
+    })
+}
+
+/// The contacts of two objects in the last step, in the world's frame. As palpus_world_contacts.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_contacts_between(
+    world: palpus_world,
+    a: palpus_object,
+    b: palpus_object,
+    contacts: *mut palpus_contact,
+    capacity: usize,
+    count: *mut usize,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let (contacts, count) = unsafe { (OutArray::new(contacts, capacity, "contacts"), Out::new(count, "count")) };
+    entry(|| {
+        contacts.check()?;
+        count.check()?;
+        WORLDS.read(world.id, |hosted| {
+            let [(a, _), (b, _)] = [hosted.object(a)?, hosted.object(b)?];
+            let found = hosted.world.contacts(a, b);
+            let mut total = 0;
+            for contact in found {
+                if total < capacity {
+                    contacts.put(total, (&contact).into());
+                }
+                total += 1;
+            }
+            count.put(total)
+        })
+    })
+}
+
+/// The object that is a tool's body.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_tool_object(
+    world: palpus_world,
+    tool: palpus_tool,
+    object: *mut palpus_object,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let object = unsafe { Out::new(object, "object") };
+    entry(|| WORLDS.read(world.id, |hosted| object.put(hosted.object_of(tool)?)))
+}
+
+/// Where an object's frame is in the world.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_get_pose(
+    world: palpus_world,
+    object: palpus_object,
+    pose: *mut palpus_pose,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let pose = unsafe { Out::new(pose, "pose") };
+    entry(|| WORLDS.read(world.id, |hosted| pose.put(hosted.world.pose(hosted.object(object)?.0).into())))
+}
+
+/// The velocity of an object: of its centre of mass, along the world's axes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_get_twist(
+    world: palpus_world,
+    object: palpus_object,
+    twist: *mut palpus_twist,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let twist = unsafe { Out::new(twist, "twist") };
+    entry(|| WORLDS.read(world.id, |hosted| twist.put(hosted.world.twist(hosted.object(object)?.0).into())))
+}
+
+/// Says where a driven object is now and how it moves (`twist` of its frame's origin, along the world's
+/// axes), at your own rate: between two updates it goes on.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_drive(
+    world: palpus_world,
+    object: palpus_object,
+    pose: *const palpus_pose,
+    twist: *const palpus_twist,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let (pose, twist) = unsafe { (In::new(pose, "pose"), In::new(twist, "twist")) };
+    entry(|| {
+        let pose = pose.get()?.checked().map_err(|fault| fault.of("pose"))?;
+        let twist = twist.get()?.checked().map_err(|fault| fault.of("twist"))?;
+        WORLDS.change(world.id, |hosted| {
+            let (id, motion) = hosted.object(object)?;
+            only_for(motion == Motion::Driven, "only a driven object is driven")?;
+            hosted.world.drive(id, pose, twist);
+            Ok(())
+        })
+    })
+}
+
+/// Puts an object somewhere else, at rest. Tools are where their devices are.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_put(
+    world: palpus_world,
+    object: palpus_object,
+    pose: *const palpus_pose,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let pose = unsafe { In::new(pose, "pose") };
+    entry(|| {
+        let pose = pose.get()?.checked().map_err(|fault| fault.of("pose"))?;
+        WORLDS.change(world.id, |hosted| {
+            let (id, motion) = hosted.object(object)?;
+            only_for(motion != Motion::Held, "a tool is where its device is and cannot be put")?;
+            hosted.world.put(id, pose);
+            Ok(())
+        })
+    })
+}
+
+/// Gives a free object a velocity: of its centre of mass, along the world's axes.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_throw(
+    world: palpus_world,
+    object: palpus_object,
+    twist: *const palpus_twist,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let twist = unsafe { In::new(twist, "twist") };
+    entry(|| {
+        let twist = twist.get()?.checked().map_err(|fault| fault.of("twist"))?;
+        WORLDS.change(world.id, |hosted| {
+            let (id, motion) = hosted.object(object)?;
+            only_for(motion == Motion::Free, "only a free object is thrown")?;
+            hosted.world.throw(id, twist);
+            Ok(())
+        })
+    })
+}
+
+/// Goes on with other settings of a tool from the next step on. Obtains no memory: capacity and
+/// shading must be as they were when the tool was added.
+#[unsafe(no_mangle)]
+pub unsafe extern "C" fn palpus_world_set_tool_settings(
+    world: palpus_world,
+    tool: palpus_tool,
+    settings: *const palpus_settings,
+) -> palpus_result {
+    // SAFETY: the caller keeps to the header.
+    let settings = unsafe { In::new(settings, "settings") };
+    entry(|| {
+        let settings = settings.get()?.read()?;
+        WORLDS.change(world.id, |hosted| {
+            let tool = hosted.tool(tool)?;
+            Ok(hosted.world.set_tool_settings(tool, &settings)?)
+        })
+    })
+}
+
+/// The queries of each step may do about `work` units of work; what is not reached is felt as it was,
+/// and comes first in the next. 0: as much as there is. palpus_tick.work has what a step took.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpus_world_allow(world: palpus_world, work: u64) -> palpus_result {
+    entry(|| {
+        WORLDS.change(world.id, |hosted| {
+            hosted.world.allow((work > 0).then_some(work));
+            Ok(())
+        })
+    })
+}
+
+/// Forgets the past, but for where objects are and how they move.
+#[unsafe(no_mangle)]
+pub extern "C" fn palpus_world_clear(world: palpus_world) -> palpus_result {
+    entry(|| {
+        WORLDS.change(world.id, |hosted| {
+            hosted.world.clear();
+            Ok(())
+        })
+    })
+}
+
+fn only_for(allowed: bool, text: &str) -> Result<(), Fault> {
+    if allowed { Ok(()) } else { Err(Fault::new(palpus_result::PalpusErrorHandle, text)) }
+}
