@@ -37,7 +37,7 @@ impl Wanted {
     fn new(
         scale: Option<f64>,
         unit: Option<&str>,
-        flatness: f64,
+        flatness: Option<f64>,
         cache: bool,
         workers: Option<usize>,
     ) -> PyResult<Self> {
@@ -48,7 +48,8 @@ impl Wanted {
             (None, Some(name)) => metres(name)
                 .map_err(|known| refused(format!("unit {name:?} is not a unit of length; known are {known}")))?,
         };
-        let settings = BodySettings { scale, flatness, ..BodySettings::default() };
+        let default = BodySettings::default();
+        let settings = BodySettings { scale, flatness: flatness.unwrap_or(default.flatness), ..default };
         Ok(Self { settings, threads: threads(workers)?, cache })
     }
 
@@ -86,16 +87,16 @@ impl Body {
     /// Reads a mesh (obj, stl, ply, off, gltf, glb) and prepares it.
     ///
     /// Lengths stay in model units unless `unit` ("mm", "m", …) or `scale` (metres for each unit) is given; then they
-    /// are metres. `flatness` is Body.EXACT or Body.HAPTIC. A prepared body is kept in the user's cache folder, which
+    /// are metres. `flatness` is Body.EXACT (if not given) or Body.HAPTIC. A prepared body is kept in the user's cache folder, which
     /// it shares with the program, unless `cache` is False.
     #[staticmethod]
-    #[pyo3(signature = (path, *, scale=None, unit=None, flatness=BodySettings::EXACT, cache=true, workers=None))]
+    #[pyo3(signature = (path, *, scale=None, unit=None, flatness=None, cache=true, workers=None))]
     fn load(
         py: Python<'_>,
         path: PathBuf,
         scale: Option<f64>,
         unit: Option<&str>,
-        flatness: f64,
+        flatness: Option<f64>,
         cache: bool,
         workers: Option<usize>,
     ) -> PyResult<Self> {
@@ -108,7 +109,7 @@ impl Body {
     ///
     /// The other arguments are those of `load`.
     #[staticmethod]
-    #[pyo3(signature = (vertices, faces, *, scale=None, unit=None, flatness=BodySettings::EXACT, cache=false, workers=None))]
+    #[pyo3(signature = (vertices, faces, *, scale=None, unit=None, flatness=None, cache=false, workers=None))]
     #[expect(clippy::too_many_arguments, reason = "in Python all but two of them are named")]
     fn from_arrays(
         py: Python<'_>,
@@ -116,7 +117,7 @@ impl Body {
         faces: &Bound<'_, PyAny>,
         scale: Option<f64>,
         unit: Option<&str>,
-        flatness: f64,
+        flatness: Option<f64>,
         cache: bool,
         workers: Option<usize>,
     ) -> PyResult<Self> {
@@ -132,12 +133,12 @@ impl Body {
     ///
     /// The other arguments are those of `load`.
     #[staticmethod]
-    #[pyo3(signature = (mesh, *, scale=None, unit=None, flatness=BodySettings::EXACT, cache=false, workers=None))]
+    #[pyo3(signature = (mesh, *, scale=None, unit=None, flatness=None, cache=false, workers=None))]
     fn from_mesh(
         mesh: &Bound<'_, PyAny>,
         scale: Option<f64>,
         unit: Option<&str>,
-        flatness: f64,
+        flatness: Option<f64>,
         cache: bool,
         workers: Option<usize>,
     ) -> PyResult<Self> {

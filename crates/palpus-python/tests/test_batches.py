@@ -124,7 +124,7 @@ def test_bad_poses_are_named(peg: palpus.Body, bracket: palpus.Body, poses: Arra
     def refuses(text: str, given: object, **named: Any) -> None:
         for function in (palpus.query, palpus.contacts, palpus.distance):
             with pytest.raises(palpus.Error, match=text):
-                function(peg, bracket, given, **named)  # type: ignore[arg-type, operator]
+                function(peg, bracket, given, **named)  # type: ignore[arg-type]
 
     broken = poses[:4].copy()
     broken[2, 1] = np.nan
