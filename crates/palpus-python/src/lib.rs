@@ -6,6 +6,7 @@
 mod arrays;
 mod bodies;
 mod depth;
+mod program;
 mod query;
 mod refused;
 mod rows;
@@ -20,6 +21,8 @@ mod native {
     use crate::bodies::Body;
     #[pymodule_export]
     use crate::depth::depth;
+    #[pymodule_export]
+    use crate::program::main;
     #[pymodule_export]
     use crate::query::{contacts, distance, query};
     #[pymodule_export]

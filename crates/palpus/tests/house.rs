@@ -54,7 +54,7 @@ const ARROWS: [(&str, Drawn); 10] = [
     ("palpus-device", [&["palpus"], &["palpus-alloc", "palpus-scenes"]]),
     ("palpus-drivers", [&["palpus", "palpus-device"], &["palpus-alloc"]]),
     ("palpus-io", [&["palpus"], &[]]),
-    ("palpus-python", [&["palpus", "palpus-io"], &[]]),
+    ("palpus-python", [&["palpus", "palpus-alloc", "palpus-cli", "palpus-io"], &[]]),
     ("palpus-scenes", [&["palpus"], &["palpus-alloc", "palpus-io"]]),
     ("palpus-window", [&["palpus", "palpus-device"], &[]]),
 ];

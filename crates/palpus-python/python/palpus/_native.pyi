@@ -9,6 +9,7 @@ __all__ = [
     "depth",
     "contacts",
     "distance",
+    "main",
     "query",
     "Error",
     "Settings",
@@ -140,6 +141,7 @@ def depth(
     outside: bool = False,
     workers: int | None = None,
 ) -> _Rows: ...
+def main(argv: list[str]) -> int: ...
 @final
 class Settings:
     @staticmethod
