@@ -26,6 +26,9 @@ pub(crate) struct Body {
     interior: OnceLock<Interior>,
 }
 
+type Points<'py> = Bound<'py, PyArray2<f64>>;
+type Triangles<'py> = Bound<'py, PyArray2<u32>>;
+
 /// How a body is made, as it was called for.
 struct Wanted {
     settings: BodySettings,
@@ -153,13 +156,13 @@ impl Body {
 
     /// Vertices (N, 3) of the mesh as it was cleaned.
     #[getter]
-    fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fn vertices<'py>(&self, py: Python<'py>) -> PyResult<Points<'py>> {
         table(py, self.body.mesh().vertices().iter().map(DVec3::to_array).collect())
     }
 
     /// Triangles (M, 3) of vertex numbers.
     #[getter]
-    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<u32>>> {
+    fn triangles<'py>(&self, py: Python<'py>) -> PyResult<Triangles<'py>> {
         table(py, self.body.mesh().triangles().to_vec())
     }
 
@@ -170,11 +173,7 @@ impl Body {
     }
 
     /// Vertices (N, 3) and triangles (M, 3) of a convex piece.
-    fn piece<'py>(
-        &self,
-        py: Python<'py>,
-        number: usize,
-    ) -> PyResult<(Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>)> {
+    fn piece<'py>(&self, py: Python<'py>, number: usize) -> PyResult<(Points<'py>, Triangles<'py>)> {
         let count = self.piece_count();
         let Some(piece) = self.body.polytopes().get(number) else {
             return Err(refused(format!("there is no piece {number}; the body has {count}, counted from 0")));
