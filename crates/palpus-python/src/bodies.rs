@@ -89,9 +89,10 @@ impl Body {
 
     /// Reads a mesh (obj, stl, ply, off, gltf, glb) and prepares it.
     ///
-    /// Lengths stay in model units unless `unit` ("mm", "m", …) or `scale` (metres for each unit) is given; then they
-    /// are metres. `flatness` is Body.EXACT (if not given) or Body.HAPTIC. A prepared body is kept in the user's cache folder, which
-    /// it shares with the program, unless `cache` is False.
+    /// Lengths stay in model units unless `unit` ("mm", "m", …) or `scale` (metres for each unit)
+    /// is given; then they are metres. `flatness` is Body.EXACT (if not given) or Body.HAPTIC. A
+    /// prepared body is kept in the user's cache folder, which it shares with the program, unless
+    /// `cache` is False.
     #[staticmethod]
     #[pyo3(signature = (path, *, scale=None, unit=None, flatness=None, cache=true, workers=None))]
     fn load(
@@ -108,7 +109,8 @@ impl Body {
         wanted.prepare(py, &path.display().to_string(), &soup)
     }
 
-    /// Makes a body of vertices (N, 3) and faces (M, K) of K vertex numbers each, counter-clockwise seen from outside.
+    /// Makes a body of vertices (N, 3) and faces (M, K) of K vertex numbers each, counter-clockwise
+    /// seen from outside.
     ///
     /// The other arguments are those of `load`.
     #[staticmethod]
@@ -201,7 +203,8 @@ impl Body {
         table(py, self.body.mass().inertia.to_cols_array_2d().to_vec())
     }
 
-    /// What volume and inertia are those of: "mesh", or "hull" if it is open, or "sheet" if it is flat.
+    /// What volume and inertia are those of: "mesh", or "hull" if it is open, or "sheet" if it is
+    /// flat.
     #[getter]
     fn mass_source(&self) -> &'static str {
         match self.body.mass().source {

@@ -16,13 +16,15 @@ use crate::workers::{detached, threads};
 /// Poses that one worker answers one after the other. As the program's, so that the answers are.
 const RUN: usize = 25;
 
-/// Bounds of the penetration depth at each pose (N, 7) of a in b's frame: an array (N,) of DEPTH, in b's frame.
+/// Bounds of the penetration depth at each pose (N, 7) of a in b's frame: an array (N,) of DEPTH,
+/// in b's frame.
 ///
-/// No translation shorter than `lower` frees the bodies; moving a by `translation`, of length `upper`, does. The
-/// search at a pose ends when the bounds are within `gap` (a length; 1 % of the smaller body's size if not given),
-/// which `certified` says, or after `budget` evaluations. `outside` counts only translations as free from which a can
-/// leave b in a straight line. `contained`: 1 if a lies in b, 2 if b in a, else 0. `distance` is that of the
-/// surfaces, with a minus if one body lies in the other, NaN if they cross.
+/// No translation shorter than `lower` frees the bodies; moving a by `translation`, of length
+/// `upper`, does. The search at a pose ends when the bounds are within `gap` (a length; 1 % of the
+/// smaller body's size if not given), which `certified` says, or after `budget` evaluations.
+/// `outside` counts only translations as free from which a can leave b in a straight line.
+/// `contained`: 1 if a lies in b, 2 if b in a, else 0. `distance` is that of the surfaces, with a
+/// minus if one body lies in the other, NaN if they cross.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, *, gap=None, budget=None, outside=false, workers=None))]
 pub(crate) fn depth<'py>(

@@ -9,7 +9,8 @@ use pyo3::prelude::*;
 #[global_allocator]
 static ALLOCATOR: palpus_alloc::CountingAllocator = palpus_alloc::CountingAllocator;
 
-/// Runs the program with these arguments, the first of which is its name, and returns its exit status.
+/// Runs the program with these arguments, the first of which is its name, and returns its exit
+/// status.
 #[pyfunction]
 pub(crate) fn main(py: Python<'_>, argv: Vec<OsString>) -> u8 {
     let status = py.detach(|| palpus_cli::main(argv));

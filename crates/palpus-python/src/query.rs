@@ -110,7 +110,8 @@ impl<'a> Asked<'a> {
             let nearest = query.nearest(&self.poses[k]);
             let (counters, contacts) = (query.counters(), query.found());
             found.dropped += u64::from(counters.traversal.dropped);
-            // Closest points prove themselves by the planes through them; depths are counted if they are not proven.
+            // Closest points prove themselves by the planes through them; depths are counted if
+            // they are not proven.
             let certified = counters.unproven == 0;
             let contained = containment.run(&self.poses[k]);
             found.nearest.extend(nearest.map(|near| DistanceRow::new(&near, contacts.len(), certified, contained)));
@@ -125,7 +126,8 @@ impl<'a> Asked<'a> {
 type Contacts<'py> = Bound<'py, PyArray1<ContactRow>>;
 type Distances<'py> = Bound<'py, PyArray1<DistanceRow>>;
 
-/// Nearest points and all contacts at each pose: what `distance` and `contacts` return, in one pass.
+/// Nearest points and all contacts at each pose: what `distance` and `contacts` return, in one
+/// pass.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, tolerance=None, *, prove=true, workers=None))]
 pub(crate) fn query<'py>(
@@ -140,11 +142,13 @@ pub(crate) fn query<'py>(
     Ok((found.nearest.into_pyarray(a.py()), found.contacts.into_pyarray(a.py())))
 }
 
-/// All contacts nearer than `tolerance` at each pose (N, 7) of a in b's frame: an array of CONTACT, in b's frame.
+/// All contacts nearer than `tolerance` at each pose (N, 7) of a in b's frame: an array of CONTACT,
+/// in b's frame.
 ///
-/// `separation` is minus the depth where convex pieces overlap; `point_a - point_b = separation * normal`. Without a
-/// tolerance, 1 % of the smaller body's size. Unless `prove` is False, each depth is proven the least of its pieces.
-/// `workers` is the number of threads, which changes no bit of the answer; all cores if it is not given.
+/// `separation` is minus the depth where convex pieces overlap; `point_a - point_b = separation *
+/// normal`. Without a tolerance, 1 % of the smaller body's size. Unless `prove` is False, each
+/// depth is proven the least of its pieces. `workers` is the number of threads, which changes no
+/// bit of the answer; all cores if it is not given.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, tolerance=None, *, prove=true, workers=None))]
 pub(crate) fn contacts<'py>(
@@ -159,10 +163,11 @@ pub(crate) fn contacts<'py>(
     Ok(found.contacts.into_pyarray(a.py()))
 }
 
-/// The nearest points at each pose (N, 7) of a in b's frame, or the deepest contact: an array (N,) of DISTANCE.
+/// The nearest points at each pose (N, 7) of a in b's frame, or the deepest contact: an array (N,)
+/// of DISTANCE.
 ///
-/// `contacts` counts those within `tolerance`, which makes no other difference. The other arguments are those of
-/// `contacts`.
+/// `contacts` counts those within `tolerance`, which makes no other difference. The other arguments
+/// are those of `contacts`.
 #[pyfunction]
 #[pyo3(signature = (a, b, poses, tolerance=None, *, prove=true, workers=None))]
 pub(crate) fn distance<'py>(

@@ -1,6 +1,8 @@
-//! What goes out: rows of numbers that numpy reads as structured arrays where the engine wrote them.
+//! What goes out: rows of numbers that numpy reads as structured arrays where the engine wrote
+//! them.
 //!
-//! No byte of a row is left undefined, since numpy compares and writes rows as bytes: `fill` has the rest.
+//! No byte of a row is left undefined, since numpy compares and writes rows as bytes: `fill` has
+//! the rest.
 #![expect(
     unsafe_code,
     reason = "numpy believes what a row says of its layout, which the layouts' macro takes from the row"
@@ -79,7 +81,8 @@ macro_rules! layout {
             }
         }
 
-        // SAFETY: all fields are plain numbers, named with their types and places; none lies beyond the row.
+        // SAFETY: all fields are plain numbers, named with their types and places; none lies beyond
+        // the row.
         unsafe impl Element for $row {
             const IS_COPY: bool = true;
 

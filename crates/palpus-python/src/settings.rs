@@ -22,11 +22,13 @@ fn checked(settings: EngineSettings) -> PyResult<Settings> {
 
 #[pymethods]
 impl Settings {
-    /// For a tool on a device that gives `force` (N) and `torque` (N·m) and whose loop turns every `period` seconds.
+    /// For a tool on a device that gives `force` (N) and `torque` (N·m) and whose loop turns every
+    /// `period` seconds.
     ///
-    /// Contacts are looked for within `tolerance` (m; a good one is a hundredth of the smaller body) and are as hard as
-    /// the device can show. `friction` is the pair of the static and the dynamic coefficient. `grip` is where the hand
-    /// holds the tool (m, in the tool's frame): wrenches are about that point.
+    /// Contacts are looked for within `tolerance` (m; a good one is a hundredth of the smaller
+    /// body) and are as hard as the device can show. `friction` is the pair of the static and the
+    /// dynamic coefficient. `grip` is where the hand holds the tool (m, in the tool's frame):
+    /// wrenches are about that point.
     #[staticmethod]
     #[pyo3(signature = (*, force, torque, tolerance, period=1e-3, friction=None, grip=None))]
     fn coupled(
@@ -40,8 +42,9 @@ impl Settings {
         Self::of(EngineSettings::coupled(Limits { force, torque }, period, tolerance), friction, grip)
     }
 
-    /// For a tool that is where its device is, without a coupling: each contact pushes with `stiffness` (N/m) from
-    /// `tolerance` (m) on, and brakes with `damping` (N·s/m), up to `force` (N) and `torque` (N·m) together.
+    /// For a tool that is where its device is, without a coupling: each contact pushes with
+    /// `stiffness` (N/m) from `tolerance` (m) on, and brakes with `damping` (N·s/m), up to `force`
+    /// (N) and `torque` (N·m) together.
     ///
     /// The other arguments are those of `coupled`.
     #[staticmethod]

@@ -12,9 +12,9 @@ use crate::settings::Settings;
 
 /// Tools, which follow devices, and objects, which are fixed, driven by the host, or free.
 ///
-/// Lengths are metres. A pose is (tx, ty, tz, qx, qy, qz, qw), a twist (vx, vy, vz, wx, wy, wz) in m/s and rad/s, a
-/// wrench (fx, fy, fz, tx, ty, tz) in N and N·m, all along the world's axes. Bodies have the numbers in which they
-/// were added, from 0.
+/// Lengths are metres. A pose is (tx, ty, tz, qx, qy, qz, qw), a twist (vx, vy, vz, wx, wy, wz) in
+/// m/s and rad/s, a wrench (fx, fy, fz, tx, ty, tz) in N and N·m, all along the world's axes.
+/// Bodies have the numbers in which they were added, from 0.
 #[pyclass(module = "palpus")]
 pub(crate) struct World {
     world: palpus::World,
@@ -51,8 +51,8 @@ impl World {
         self.add(Object::driven(body.get().shared().clone(), self::pose("pose", pose)?))
     }
 
-    /// Adds a body that moves under contact, friction and gravity, and returns its number. Give its `density` (kg/m³) or
-    /// its `mass` (kg).
+    /// Adds a body that moves under contact, friction and gravity, and returns its number. Give its
+    /// `density` (kg/m³) or its `mass` (kg).
     #[pyo3(signature = (body, pose, *, density=None, mass=None))]
     fn add_free(
         &mut self,
@@ -78,10 +78,12 @@ impl World {
         Ok(self.members.len() - 1)
     }
 
-    /// Steps by `dt` seconds, and returns what each tool feels: the wrenches (tools, 6) about the grips.
+    /// Steps by `dt` seconds, and returns what each tool feels: the wrenches (tools, 6) about the
+    /// grips.
     ///
-    /// `poses` (tools, 7) place the tools' frames in the world, in the order in which tools were added; `twists`
-    /// (tools, 6), of the grips, are zero if not given. A single tool's may come without the first dimension.
+    /// `poses` (tools, 7) place the tools' frames in the world, in the order in which tools were
+    /// added; `twists` (tools, 6), of the grips, are zero if not given. A single tool's may come
+    /// without the first dimension.
     #[pyo3(signature = (poses, dt=1e-3, *, twists=None))]
     fn step<'py>(
         &mut self,
@@ -127,14 +129,16 @@ impl World {
         Ok(row(py, of_pair(commanded.force, commanded.torque)))
     }
 
-    /// The contacts of two bodies in the last step, in the world's frame, the first of the two as a: an array of CONTACT.
+    /// The contacts of two bodies in the last step, in the world's frame, the first of the two as
+    /// a: an array of CONTACT.
     fn contacts<'py>(&self, py: Python<'py>, of: usize, other: usize) -> PyResult<Bound<'py, PyArray1<ContactRow>>> {
         let (of, with) = (self.member(of)?.body, self.member(other)?.body);
         let rows: Vec<ContactRow> = self.world.contacts(of, with).map(|contact| ContactRow::new(0, &contact)).collect();
         Ok(rows.into_pyarray(py))
     }
 
-    /// Says where a driven body is and how it moves now, at the host's own rate; in between it goes on.
+    /// Says where a driven body is and how it moves now, at the host's own rate; in between it goes
+    /// on.
     #[pyo3(signature = (body, pose, twist=None))]
     fn drive(&mut self, body: usize, pose: &Bound<'_, PyAny>, twist: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let (id, pose) = (self.member(body)?.body, self::pose("pose", pose)?);
@@ -169,7 +173,8 @@ impl World {
         Ok(row(py, of_pair(linear, angular)))
     }
 
-    /// Forgets contacts and friction: the next step is as the first was. Objects stay where they are.
+    /// Forgets contacts and friction: the next step is as the first was. Objects stay where they
+    /// are.
     fn clear(&mut self) {
         self.world.clear();
     }
