@@ -11,7 +11,7 @@ use std::time::Instant;
 use anyhow::Context;
 use palpus::algebra::Pose;
 use palpus::body::{Body, BodySettings};
-use palpus::depth::{Containment, ContainmentQuery};
+use palpus::depth::ContainmentQuery;
 use palpus::detect::{Contact, ContactBatch, ContactQuery, Proof, QuerySettings};
 use palpus_io::{ContactWriter, QueryRow, QueryWriter, Threads, read_poses};
 

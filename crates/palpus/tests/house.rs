@@ -31,7 +31,7 @@ const ALLOWED_CIRCLES: [&str; 3] =
 
 /// The arrows between crates: those of the product, and those that only tests and benches need.
 type Drawn = [&'static [&'static str]; 2];
-const ARROWS: [(&str, Drawn); 10] = [
+const ARROWS: [(&str, Drawn); 11] = [
     ("palpus", [&[], &["palpus-alloc"]]),
     ("palpus-alloc", [&[], &[]]),
     ("palpus-baselines", [&["palpus"], &["palpus-scenes"]]),
@@ -55,6 +55,7 @@ const ARROWS: [(&str, Drawn); 10] = [
     ("palpus-device", [&["palpus"], &["palpus-alloc", "palpus-scenes"]]),
     ("palpus-drivers", [&["palpus", "palpus-device"], &["palpus-alloc"]]),
     ("palpus-io", [&["palpus"], &[]]),
+    ("palpus-python", [&["palpus", "palpus-alloc", "palpus-cli", "palpus-io"], &[]]),
     ("palpus-scenes", [&["palpus"], &["palpus-alloc", "palpus-io"]]),
     ("palpus-window", [&["palpus", "palpus-device"], &[]]),
 ];

@@ -27,6 +27,7 @@ pub(crate) use run::{ExportArguments, RunArguments};
 /// Without a command: a spoon in a cup, felt by a simulated hand at 1 kHz (`palpus run spoon-cup`).
 #[derive(Debug, Parser)]
 #[command(
+    name = "palpus",
     version,
     max_term_width = 110,
     propagate_version = true,

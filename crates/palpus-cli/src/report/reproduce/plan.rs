@@ -127,10 +127,15 @@ impl Wanted<'_> {
 
     /// This program with arguments.
     fn palpus(&self, arguments: &[&str]) -> Invocation {
-        // A program that has been replaced since it was started is found by its name, as a user would.
-        let program = std::env::current_exe().unwrap_or_else(|_| "palpus".into());
-        Invocation::new(program, "palpus").args(arguments)
+        Invocation::new(program(), "palpus").args(arguments)
     }
+}
+
+/// This program. One that has been replaced since it was started, or that Python runs, is found by its name, as a user
+/// would.
+fn program() -> PathBuf {
+    let running = std::env::current_exe().ok().filter(|path| path.file_stem().is_some_and(|name| name == "palpus"));
+    running.unwrap_or_else(|| "palpus".into())
 }
 
 fn doctor(wanted: &Wanted<'_>) -> Step {
@@ -211,16 +216,13 @@ fn pairs(wanted: &Wanted<'_>) -> Vec<Step> {
             (Some(why), ..) => Err(why.clone()),
             (_, _, true) => Err("left out of a quick reproduction".to_owned()),
             (_, None, _) => Err(String::new()),
-            (None, Some(models), false) => {
-                let program = std::env::current_exe().unwrap_or_else(|_| "palpus".into());
-                Ok(Invocation::new("python3", "python3")
-                    .arg("benches/peers/coal_scale.py")
-                    .path(program, "palpus")
-                    .path(models, "MODELS")
-                    .arg("--out")
-                    .path(wanted.folder(id), &format!("DIR/data/{id}"))
-                    .args(&["--only", name, "--ticks", &ticks.to_string(), "--coal-ticks", &of_coal.to_string()]))
-            }
+            (None, Some(models), false) => Ok(Invocation::new("python3", "python3")
+                .arg("benches/peers/coal_scale.py")
+                .path(program(), "palpus")
+                .path(models, "MODELS")
+                .arg("--out")
+                .path(wanted.folder(id), &format!("DIR/data/{id}"))
+                .args(&["--only", name, "--ticks", &ticks.to_string(), "--coal-ticks", &of_coal.to_string()])),
         };
         Step {
             id,

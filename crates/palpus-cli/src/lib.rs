@@ -1,6 +1,8 @@
 //! The palpus program: what was typed → what it means → one call.
 //!
 //! Exit status: 0 done, 1 it failed (one error line on standard error says what, where and what to do), 2 wrong use.
+//!
+//! A library with one function, for the program itself and for the package of Python, which has it too.
 
 mod approach;
 mod args;
@@ -53,17 +55,31 @@ mod way_out;
 mod when;
 mod window;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::Parser;
 
 use args::{Arguments, Command};
 
+/// Tests count what the servo path allocates.
+#[cfg(test)]
 #[global_allocator]
 static ALLOCATOR: palpus_alloc::CountingAllocator = palpus_alloc::CountingAllocator;
 
-fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+/// Runs the program with these arguments, the first of which is its name, and returns its exit status.
+///
+/// The counts of allocations that it shows are right if the caller's global allocator is
+/// [`palpus_alloc::CountingAllocator`].
+pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
+    let arguments = match Arguments::try_parse_from(arguments) {
+        Ok(arguments) => arguments,
+        Err(answer) => {
+            // Help and version too; a terminal that is gone gets neither.
+            let _ = answer.print();
+            return ExitCode::from(if answer.use_stderr() { 2 } else { 0 });
+        }
+    };
     match execute(arguments) {
         Ok(code) => code,
         Err(error) => {

@@ -1,0 +1,17 @@
+"""The program: `palpus`, or `python -m palpus`."""
+
+import signal
+import sys
+
+from ._native import main as _main
+
+
+def main() -> int:
+    """Runs the program with the arguments that were typed, and returns its exit status."""
+    # The program ends in order by itself at Ctrl-C; before it asks to, Ctrl-C ends the process.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    return _main(["palpus", *sys.argv[1:]])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,149 @@
+"""Labels for lists of poses in Parquet files: nearest points, contacts and depths, block by block.
+
+A block is a row group of a file of poses. It is read, answered and written by itself, so blocks can be done in any order,
+on any machine, by any engine, or once more; the bytes are the same. `palpus.ray` runs them with Ray; a plain loop is
+
+    job = Job("tool.obj", "part.obj", "labels", tolerance=0.5)
+    label = Labeller(job)
+    for block in blocks("poses.parquet"):
+        label(block)
+
+Poses have the columns tx, ty, tz, qx, qy, qz, qw: body a in body b's frame. In the folder that the job names, `nearest`,
+`contacts` and `depth` have a file for each block, with the fields of palpus.DISTANCE, CONTACT and DEPTH as columns;
+vectors have three (normal_x, normal_y, normal_z). The column `pose` is the row's number in the file of poses.
+"""
+
+import dataclasses
+import json
+import os
+import pathlib
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import pyarrow as pa
+import pyarrow.parquet as pq
+
+from ._native import Body, Error, depth, query
+
+__all__ = ["Block", "Job", "Labeller", "blocks"]
+
+_POSE = ["tx", "ty", "tz", "qx", "qy", "qz", "qw"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Job:
+    """What is asked of each pose."""
+
+    a: str
+    b: str
+    out: str
+    unit: str | None = None
+    tolerance: float | None = None
+    depth: bool = False
+
+
+@dataclasses.dataclass(frozen=True)
+class Block:
+    """A row group of a file of poses."""
+
+    file: str
+    group: int
+    first: int
+    rows: int
+
+    @property
+    def name(self) -> str:
+        return f"{pathlib.Path(self.file).stem}-{self.group:06}.parquet"
+
+
+def blocks(poses: str | os.PathLike[str]) -> list[Block]:
+    """The blocks of a Parquet file of poses, or of all such files in a folder."""
+    path = pathlib.Path(poses)
+    files = sorted(path.glob("*.parquet")) if path.is_dir() else [path]
+    found: list[Block] = []
+    for file in files:
+        try:
+            about = pq.ParquetFile(file).metadata
+        except (OSError, pa.ArrowInvalid) as error:
+            raise Error(f"{file}: cannot be read as Parquet ({error}); check the path") from error
+        missing = [name for name in _POSE if name not in about.schema.names]
+        if missing:
+            raise Error(f"{file}: there is no column {missing[0]}; poses have the columns {', '.join(_POSE)}")
+        first = 0
+        for group in range(about.num_row_groups):
+            rows = about.row_group(group).num_rows
+            found.append(Block(str(file), group, first, rows))
+            first += rows
+    if not found:
+        raise Error(f"{path}: there are no poses; it must be a Parquet file, or a folder with some")
+    names = [block.name for block in found]
+    if len(set(names)) < len(names):
+        raise Error(f"{path}: two files have the same name; rename one")
+    return found
+
+
+class Labeller:
+    """Answers blocks, with bodies that were prepared once. `workers` are the threads of each block."""
+
+    def __init__(self, job: Job, workers: int | None = 1) -> None:
+        self.job, self.workers = job, workers
+        self.a, self.b = (Body.load(name, unit=job.unit, workers=workers) for name in (job.a, job.b))
+        self.out = pathlib.Path(job.out)
+        _agree(self.out, job)
+
+    def is_done(self, block: Block) -> bool:
+        """True if the block was written before."""
+        return (self.out / "nearest" / block.name).exists()
+
+    def __call__(self, block: Block) -> dict[str, Any]:
+        """Answers a block and writes its labels, unless that was done; returns its name and counts."""
+        counts = {"block": block.name, "poses": block.rows, "contacts": 0, "overlapping": 0, "done_before": True}
+        if self.is_done(block):
+            return counts
+        table = pq.ParquetFile(block.file).read_row_group(block.group, columns=_POSE)
+        poses = np.stack([table[name].to_numpy() for name in _POSE], axis=1)
+        nearest, contacts = query(self.a, self.b, poses, self.job.tolerance, workers=self.workers)
+        numbers = block.first + np.arange(block.rows, dtype=np.uint64)
+        if self.job.depth:
+            bounds = depth(self.a, self.b, poses, workers=self.workers)
+            self._write("depth", block, {"pose": numbers, **_columns(bounds)})
+        of_contacts = _columns(contacts)
+        of_contacts["pose"] = of_contacts["pose"] + np.uint64(block.first)
+        self._write("contacts", block, of_contacts)
+        # The last one, since it says that the block is done.
+        self._write("nearest", block, {"pose": numbers, **_columns(nearest)})
+        overlapping = int((nearest["separation"] < 0).sum())
+        return {**counts, "contacts": len(contacts), "overlapping": overlapping, "done_before": False}
+
+    def _write(self, kind: str, block: Block, columns: dict[str, npt.NDArray[Any]]) -> None:
+        folder = self.out / kind
+        folder.mkdir(parents=True, exist_ok=True)
+        # Moved to its place when it is whole: nobody reads a part of a file.
+        unfinished = folder / f".{block.name}.{os.getpid()}"
+        pq.write_table(pa.table(columns), unfinished, compression="zstd")
+        unfinished.replace(folder / block.name)
+
+
+def _columns(rows: npt.NDArray[np.void]) -> dict[str, npt.NDArray[Any]]:
+    columns: dict[str, npt.NDArray[Any]] = {}
+    for name in rows.dtype.names or ():
+        column = rows[name]
+        if column.ndim == 2:
+            columns.update({f"{name}_{axis}": np.ascontiguousarray(column[:, k]) for k, axis in enumerate("xyz")})
+        else:
+            columns[name] = np.ascontiguousarray(column.astype("U1") if column.dtype.kind == "S" else column)
+    return columns
+
+
+def _agree(out: pathlib.Path, job: Job) -> None:
+    """Writes the job beside its labels, or compares it with the one that is there."""
+    out.mkdir(parents=True, exist_ok=True)
+    file, text = out / "job.json", json.dumps(dataclasses.asdict(job), indent=2) + "\n"
+    try:
+        with file.open("x") as new:
+            new.write(text)
+    except FileExistsError:
+        before = file.read_text()
+        if before and before != text:
+            raise Error(f"{file}: the labels there are of another job; name another folder") from None

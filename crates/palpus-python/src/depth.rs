@@ -1,0 +1,59 @@
+//! Proven bounds of the depth at many poses, as `palpus depth` finds them.
+
+use std::sync::atomic::Ordering;
+
+use numpy::{IntoPyArray, PyArray1};
+use palpus::algebra::{both, map_in_order};
+use palpus::{GlobalDepth, GlobalMemory, GlobalSettings};
+use pyo3::prelude::*;
+
+use crate::arrays::poses;
+use crate::bodies::Body;
+use crate::refused::refused;
+use crate::rows::DepthRow;
+use crate::workers::{detached, threads};
+
+/// Poses that one worker answers one after the other. As the program's, so that the answers are.
+const RUN: usize = 25;
+
+/// Bounds of the penetration depth at each pose (N, 7) of a in b's frame: an array (N,) of DEPTH,
+/// in b's frame.
+///
+/// No translation shorter than `lower` frees the bodies; moving a by `translation`, of length
+/// `upper`, does. The search at a pose ends when the bounds are within `gap` (a length; 1 % of the
+/// smaller body's size if not given), which `certified` says, or after `budget` evaluations.
+/// `outside` counts only translations as free from which a can leave b in a straight line.
+/// `contained`: 1 if a lies in b, 2 if b in a, else 0. `distance` is that of the surfaces, with a
+/// minus if one body lies in the other, NaN if they cross.
+#[pyfunction]
+#[pyo3(signature = (a, b, poses, *, gap=None, budget=None, outside=false, workers=None))]
+pub(crate) fn depth<'py>(
+    a: &Bound<'py, Body>,
+    b: &Bound<'py, Body>,
+    poses: &Bound<'py, PyAny>,
+    gap: Option<f64>,
+    budget: Option<u64>,
+    outside: bool,
+    workers: Option<usize>,
+) -> PyResult<Bound<'py, PyArray1<DepthRow>>> {
+    let (py, a, b) = (a.py(), a.get(), b.get());
+    let poses = self::poses("poses", poses)?;
+    let threads = threads(workers)?;
+    let default = GlobalSettings::new(a.shared(), b.shared());
+    let gap = gap.unwrap_or(default.gap);
+    if !(gap.is_finite() && gap > 0.0) {
+        return Err(refused(format!("gap is {gap}, but must be a length greater than 0")));
+    }
+    let goal = GlobalSettings { gap, budget: budget.unwrap_or(default.budget), outside };
+    let runs = detached(py, |stop, look| {
+        let (interior_a, interior_b) = both(&threads, || a.interior(&threads), || b.interior(&threads));
+        let query = GlobalDepth::new(a.shared(), interior_a, b.shared(), interior_b);
+        let of_run = |run: usize| {
+            let mut memory = GlobalMemory::default();
+            let frames = poses[run * RUN..].iter().take(RUN).take_while(|_| !stop.load(Ordering::Relaxed));
+            frames.map(|pose_ba| DepthRow::new(&query.run(pose_ba, &goal, &mut memory))).collect::<Vec<_>>()
+        };
+        map_in_order(&threads, poses.len().div_ceil(RUN), 1, of_run, look)
+    })?;
+    Ok(runs.concat().into_pyarray(py))
+}

@@ -1,0 +1,37 @@
+//! The threads of a batch, and how Ctrl-C ends it.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use palpus_io::Threads;
+use pyo3::prelude::*;
+
+use crate::refused::refused;
+
+/// The threads that the argument `workers` asks for: all cores if it is not given.
+pub(crate) fn threads(workers: Option<usize>) -> PyResult<Threads> {
+    match workers {
+        None => Ok(Threads::all()),
+        Some(0) => Err(refused("workers is 0, but must be 1 or more; leave it out for all cores")),
+        Some(count) => Ok(Threads::of(count)),
+    }
+}
+
+/// Runs `work` while other Python threads run, and ends it early at Ctrl-C.
+///
+/// `work` gets a flag that says that its answer is not wanted any more, and a function to call now
+/// and then on the thread that it was called on.
+pub(crate) fn detached<T: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(&AtomicBool, &mut dyn FnMut(f64)) -> T + Send,
+) -> PyResult<T> {
+    py.detach(|| {
+        let (stop, mut raised) = (AtomicBool::new(false), None);
+        let answer = work(&stop, &mut |_| {
+            if raised.is_none() {
+                raised = Python::attach(|py| py.check_signals()).err();
+                stop.store(raised.is_some(), Ordering::Relaxed);
+            }
+        });
+        raised.map_or(Ok(answer), Err)
+    })
+}

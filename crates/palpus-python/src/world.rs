@@ -1,0 +1,203 @@
+//! A world: tools, objects, and the wrench of each step.
+
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods};
+use palpus::{BodyId, NoClock, Object, ProbeState, SettingsError, ToolId, Twist};
+use pyo3::prelude::*;
+
+use crate::arrays::{of_pair, of_pose, pose, poses, twist, twists, vector};
+use crate::bodies::Body;
+use crate::refused::{failed, refused};
+use crate::rows::ContactRow;
+use crate::settings::Settings;
+
+/// Tools, which follow devices, and objects, which are fixed, driven by the host, or free.
+///
+/// Lengths are metres. A pose is (tx, ty, tz, qx, qy, qz, qw), a twist (vx, vy, vz, wx, wy, wz) in
+/// m/s and rad/s, a wrench (fx, fy, fz, tx, ty, tz) in N and N·m, all along the world's axes.
+/// Bodies have the numbers in which they were added, from 0.
+#[pyclass(module = "palpus")]
+pub(crate) struct World {
+    world: palpus::World,
+    members: Vec<Member>,
+    probes: Vec<ProbeState>,
+}
+
+/// A body of the world.
+struct Member {
+    body: BodyId,
+    tool: Option<ToolId>,
+}
+
+#[pymethods]
+impl World {
+    /// An empty world. `settings` hold between objects; tools bring their own.
+    #[new]
+    #[pyo3(signature = (settings, *, gravity=None))]
+    fn new(settings: &Bound<'_, Settings>, gravity: Option<&Bound<'_, PyAny>>) -> PyResult<Self> {
+        let mut world = palpus::World::new(settings.get().settings).map_err(|error| failed(&error))?;
+        if let Some(gravity) = gravity {
+            world.set_gravity(vector("gravity", gravity)?);
+        }
+        Ok(Self { world, members: Vec::new(), probes: Vec::new() })
+    }
+
+    /// Adds a body that never moves, and returns its number.
+    fn add_fixed(&mut self, body: &Bound<'_, Body>, pose: &Bound<'_, PyAny>) -> PyResult<usize> {
+        self.add(Object::fixed(body.get().shared().clone(), self::pose("pose", pose)?))
+    }
+
+    /// Adds a body that the host moves by `drive`, and returns its number.
+    fn add_driven(&mut self, body: &Bound<'_, Body>, pose: &Bound<'_, PyAny>) -> PyResult<usize> {
+        self.add(Object::driven(body.get().shared().clone(), self::pose("pose", pose)?))
+    }
+
+    /// Adds a body that moves under contact, friction and gravity, and returns its number. Give its
+    /// `density` (kg/m³) or its `mass` (kg).
+    #[pyo3(signature = (body, pose, *, density=None, mass=None))]
+    fn add_free(
+        &mut self,
+        body: &Bound<'_, Body>,
+        pose: &Bound<'_, PyAny>,
+        density: Option<f64>,
+        mass: Option<f64>,
+    ) -> PyResult<usize> {
+        let (body, pose) = (body.get().shared().clone(), self::pose("pose", pose)?);
+        match (density, mass) {
+            (Some(density), None) => self.add(Object::free(body, pose, density)),
+            (None, Some(mass)) => self.add(Object::free_of_mass(body, pose, mass)),
+            _ => Err(refused("a free body must have either a density or a mass")),
+        }
+    }
+
+    /// Adds a tool, and returns its number. Its row among the poses of `step` is the next.
+    fn add_tool(&mut self, body: &Bound<'_, Body>, settings: &Bound<'_, Settings>) -> PyResult<usize> {
+        let added = self.world.add_tool(body.get().shared().clone(), settings.get().settings);
+        let tool = added.map_err(|error| failed(&error))?;
+        self.members.push(Member { body: self.world.body_of(tool), tool: Some(tool) });
+        self.probes.push(ProbeState::at(palpus::Pose::IDENTITY));
+        Ok(self.members.len() - 1)
+    }
+
+    /// Steps by `dt` seconds, and returns what each tool feels: the wrenches (tools, 6) about the
+    /// grips.
+    ///
+    /// `poses` (tools, 7) place the tools' frames in the world, in the order in which tools were
+    /// added; `twists` (tools, 6), of the grips, are zero if not given. A single tool's may come
+    /// without the first dimension.
+    #[pyo3(signature = (poses, dt=1e-3, *, twists=None))]
+    fn step<'py>(
+        &mut self,
+        py: Python<'py>,
+        poses: &Bound<'py, PyAny>,
+        dt: f64,
+        twists: Option<&Bound<'py, PyAny>>,
+    ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let count = self.probes.len();
+        let expect = |name: &str, given: usize| match given == count {
+            true => Ok(()),
+            false => Err(refused(format!("{name} has {given} rows, but the world has {count} tools"))),
+        };
+        if !(dt.is_finite() && dt > 0.0) {
+            return Err(refused(format!("dt is {dt}, but must be a time in seconds greater than 0")));
+        }
+        let poses = self::poses("poses", poses)?;
+        expect("poses", poses.len())?;
+        let given = twists.map_or(Ok(Vec::new()), |given| self::twists("twists", given))?;
+        if twists.is_some() {
+            expect("twists", given.len())?;
+        }
+        for (k, (probe, pose_ba)) in self.probes.iter_mut().zip(poses).enumerate() {
+            *probe = ProbeState { pose_ba, twist: given.get(k).copied().unwrap_or_default() };
+        }
+        let (world, probes) = (&mut self.world, &self.probes);
+        py.detach(|| world.step(probes, dt, &NoClock));
+        let mut wrenches = Vec::with_capacity(6 * count);
+        for tool in self.members.iter().filter_map(|member| member.tool) {
+            let commanded = &self.world.tick(tool).commanded;
+            wrenches.extend(of_pair(commanded.force, commanded.torque));
+        }
+        wrenches.into_pyarray(py).reshape([count, 6])
+    }
+
+    /// What a tool felt in the last step: its wrench (6,) about the grip, within its limits.
+    fn wrench<'py>(&self, py: Python<'py>, tool: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let member = self.member(tool)?;
+        let Some(id) = member.tool else {
+            return Err(refused(format!("body {tool} is an object; only tools feel a wrench")));
+        };
+        let commanded = &self.world.tick(id).commanded;
+        Ok(row(py, of_pair(commanded.force, commanded.torque)))
+    }
+
+    /// The contacts of two bodies in the last step, in the world's frame, the first of the two as
+    /// a: an array of CONTACT.
+    fn contacts<'py>(&self, py: Python<'py>, of: usize, other: usize) -> PyResult<Bound<'py, PyArray1<ContactRow>>> {
+        let (of, with) = (self.member(of)?.body, self.member(other)?.body);
+        let rows: Vec<ContactRow> = self.world.contacts(of, with).map(|contact| ContactRow::new(0, &contact)).collect();
+        Ok(rows.into_pyarray(py))
+    }
+
+    /// Says where a driven body is and how it moves now, at the host's own rate; in between it goes
+    /// on.
+    #[pyo3(signature = (body, pose, twist=None))]
+    fn drive(&mut self, body: usize, pose: &Bound<'_, PyAny>, twist: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
+        let (id, pose) = (self.member(body)?.body, self::pose("pose", pose)?);
+        let is_driven = self.world.drive(id, pose, self::twist("twist", twist)?);
+        if is_driven { Ok(()) } else { Err(refused(format!("body {body} is not driven"))) }
+    }
+
+    /// Puts an object somewhere else, at rest.
+    fn put(&mut self, body: usize, pose: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (id, pose) = (self.member(body)?.body, self::pose("pose", pose)?);
+        if self.world.put(id, pose) {
+            Ok(())
+        } else {
+            Err(refused(format!("body {body} is a tool; its device moves it")))
+        }
+    }
+
+    /// Gives a free body a velocity, of its centre of mass.
+    fn throw(&mut self, body: usize, twist: &Bound<'_, PyAny>) -> PyResult<()> {
+        let (id, twist) = (self.member(body)?.body, self::twist("twist", Some(twist))?);
+        if self.world.throw(id, twist) { Ok(()) } else { Err(refused(format!("body {body} is not free"))) }
+    }
+
+    /// Where a body is (7,); of a coupled tool, the tool and not the device.
+    fn pose<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        Ok(row(py, of_pose(&self.world.pose(self.member(body)?.body))))
+    }
+
+    /// How a body moves (6,), at its centre of mass.
+    fn twist<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let Twist { linear, angular } = self.world.twist(self.member(body)?.body);
+        Ok(row(py, of_pair(linear, angular)))
+    }
+
+    /// Forgets contacts and friction: the next step is as the first was. Objects stay where they
+    /// are.
+    fn clear(&mut self) {
+        self.world.clear();
+    }
+
+    fn __repr__(&self) -> String {
+        format!("<palpus.World: {} bodies, {} of them tools>", self.members.len(), self.probes.len())
+    }
+}
+
+impl World {
+    fn add(&mut self, object: Object) -> PyResult<usize> {
+        let body = self.world.add(object).map_err(|error: SettingsError| failed(&error))?;
+        self.members.push(Member { body, tool: None });
+        Ok(self.members.len() - 1)
+    }
+
+    fn member(&self, number: usize) -> PyResult<&Member> {
+        let count = self.members.len();
+        let unknown = || refused(format!("there is no body {number}; the world has {count}, counted from 0"));
+        self.members.get(number).ok_or_else(unknown)
+    }
+}
+
+fn row<const N: usize>(py: Python<'_>, numbers: [f64; N]) -> Bound<'_, PyArray1<f64>> {
+    numbers.to_vec().into_pyarray(py)
+}

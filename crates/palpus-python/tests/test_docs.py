@@ -1,0 +1,28 @@
+"""The tutorial: its code runs, and prints what the page says."""
+
+import contextlib
+import io
+import pathlib
+import re
+from typing import Any
+
+import pytest
+
+REPOSITORY = pathlib.Path(__file__).parents[3]
+PAGE = REPOSITORY / "docs" / "python.md"
+
+
+def test_tutorial(tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("matplotlib").use("Agg")
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "examples").symlink_to(REPOSITORY / "examples")
+    blocks = re.findall(r"```python\n(.*?)```(?:\n\n```text\n(.*?)```)?", PAGE.read_text(), re.DOTALL)
+    assert len(blocks) >= 4
+    names: dict[str, Any] = {}
+    for code, expected in blocks:
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(compile(code, str(PAGE), "exec"), names)
+        assert printed.getvalue() == expected
+    picture = (tmp_path / "contacts.png").read_bytes()
+    assert picture.startswith(b"\x89PNG") and len(picture) > 10_000
