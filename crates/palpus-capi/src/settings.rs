@@ -136,6 +136,8 @@ impl palpus_settings {
             grip_a: self.grip.into(),
             capacity: usize::try_from(self.capacity).unwrap_or(usize::MAX),
             time_budget: None,
+            // Impacts do not ring from C yet.
+            material: None,
         })
     }
 }

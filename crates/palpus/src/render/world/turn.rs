@@ -257,9 +257,9 @@ impl World {
                 let [a, other] = [pair.bodies[0], pair.bodies[1 - place]].map(|i| &self.things[i]);
                 let implicit = pair.bodies.iter().any(|&i| self.things[i].part.is_moved);
                 let side = if place == 0 { 1.0 } else { -1.0 };
-                pair.each_pressing(a.center(), implicit, |normal, point| {
+                pair.each_pressing(a.center, implicit, |normal, point| {
                     let normal = normal * side;
-                    let moves = other.twist.at(point - other.center());
+                    let moves = other.twist.at(point - other.center);
                     held.transient.press(normal, approach(&hand, grip, point, normal, moves));
                 });
             }
