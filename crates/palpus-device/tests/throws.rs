@@ -174,7 +174,7 @@ fn nothing_passes_through_a_thin_thing() {
 }
 
 #[test]
-#[ignore = "long: a hundred thousand throws"]
+#[ignore = "long: a hundred thousand throws; one of the sheet with holes passes in a normal hand (docs/feel.md)"]
 fn nothing_passes_through_a_thin_thing_in_many_throws() {
     all(100_000 / 12 + 1);
 }
