@@ -118,7 +118,7 @@ pub struct ServoTick {
     pub cuts: Cuts,
     /// Where the engagement stands.
     pub phase: Phase,
-    /// What the motors can give in the next tick: [`Shaped::available`].
+    /// What the motors can give in the next tick: [`crate::Shaped::available`].
     pub available: Limits,
     /// The step said that it cut the wrench.
     pub saturated: bool,
@@ -139,7 +139,7 @@ pub trait TickObserver<T = ()> {
     /// `detail` is what the step answered beside its wrench.
     fn observe(&mut self, tick: &ServoTick, detail: &T);
 
-    /// A tick in which the step answered nothing: it panicked ([`Cut::Panic`] is among the cuts),
+    /// A tick in which the step answered nothing: it panicked ([`crate::Cut::Panic`] is among the cuts),
     /// or the loop damps the grip for a moment after that or after a last fault, and did not ask
     /// it.
     fn unanswered(&mut self, _: &ServoTick) {}
