@@ -4,11 +4,12 @@
 //! answers are the same for any number of threads, and most frames know the answer of the one
 //! before.
 
+use std::ops::Range;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{anyhow, bail};
-use palpus::algebra::{Pose, Workers, both, map_in_order, quantile_of_sorted};
+use palpus::algebra::{Pose, Workers, both, quantile_of_sorted};
 use palpus::body::{Body, BodySettings, Health, Notice};
 use palpus::depth::{Containment, DepthBracket, GlobalDepth, GlobalMemory, GlobalSettings, Interior};
 use palpus_io::scene::metres;
@@ -17,9 +18,6 @@ use serde::Serialize;
 
 use crate::args::{DepthArguments, PairArguments};
 use crate::{bodies, output, query};
-
-/// Frames that one thread answers one after the other.
-const RUN: usize = 25;
 
 /// The document of `--json`; lengths are in model units.
 #[derive(Serialize)]
@@ -115,18 +113,15 @@ fn answer(
     goal: &GlobalSettings,
     threads: &dyn Workers,
 ) -> Vec<(DepthBracket, f64)> {
-    let of_run = |run: usize| {
-        let mut memory = GlobalMemory::default();
-        let frames = poses[run * RUN..].iter().take(RUN);
-        let answers = frames.map(|pose_ba| {
+    let of_run = |numbers: Range<usize>, memory: &mut GlobalMemory| {
+        let answers = poses[numbers].iter().map(|pose_ba| {
             let begin = Instant::now();
-            let answer = query.run(pose_ba, goal, &mut memory);
+            let answer = query.run(pose_ba, goal, memory);
             (answer, begin.elapsed().as_secs_f64() * 1e6)
         });
         answers.collect::<Vec<_>>()
     };
     let watched = output::watched();
-    let runs = poses.len().div_ceil(RUN);
     let mut said = Instant::now();
     let mut progress = |done: f64| {
         if watched && said.elapsed().as_millis() > 200 {
@@ -134,7 +129,7 @@ fn answer(
             output::live(&format!("depth of pose {} of {}", (done * poses.len() as f64) as usize, poses.len()));
         }
     };
-    map_in_order(threads, runs, 1, of_run, &mut progress).into_iter().flatten().collect()
+    GlobalDepth::run_all(poses.len(), threads, &mut progress, of_run).into_iter().flatten().collect()
 }
 
 impl Summary {

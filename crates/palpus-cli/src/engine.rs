@@ -34,8 +34,6 @@ struct Tool {
     asked: Option<Newest<Settings>>,
     /// Settings of which no detail has told yet.
     untold: Option<Settings>,
-    /// Contacts that it has with tools before it, in the last step.
-    known: usize,
 }
 
 /// What the engine answers the loop.
@@ -66,7 +64,7 @@ impl Engine {
         let mut tools = Vec::new();
         for ((probe, _), settings) in stage.tools().zip(settings) {
             let id = world.add_tool(probe.clone(), *settings)?;
-            tools.push(Tool { id, asked: None, untold: None, known: 0 });
+            tools.push(Tool { id, asked: None, untold: None });
         }
         let probes = vec![ProbeState::at(Pose::IDENTITY); tools.len()];
         let (clock, shots) = (WallClock::new(), Shots::default());
@@ -207,10 +205,6 @@ impl Engine {
         if let Some(pacer) = pacer {
             pacer.learn(first);
         }
-        for k in 1..tools.len() {
-            let body = world.body_of(tools[k].id);
-            tools[k].known = tools[..k].iter().map(|other| world.contacts(body, world.body_of(other.id)).count()).sum();
-        }
         shots.take(first.index, |moment| fill(moment, world, tools, objects, dt));
         if let Some(live) = live {
             live.publish_with(|moment| fill(moment, world, tools, objects, dt));
@@ -221,11 +215,14 @@ impl Engine {
 /// All tools, and all that happens at them; the arrow at the grip is the first one's. `period` is a
 /// tick's, s.
 fn fill(moment: &mut Moment, world: &World, tools: &[Tool], objects: &Objects, period: f64) {
-    let Some((first, others)) = tools.split_first() else { return };
+    let Some(first) = tools.first() else { return };
     let tick = world.tick(first.id);
     moment.fill(tick, tick.index as f64 * period, world.tool_settings(first.id).grip_a);
-    for tool in others {
-        moment.join(world.tick(tool.id), tool.known);
+    for (k, tool) in tools.iter().enumerate().skip(1) {
+        let body = world.body_of(tool.id);
+        // Contacts with tools before it are there already.
+        let known = tools[..k].iter().map(|other| world.contacts(body, world.body_of(other.id)).count()).sum();
+        moment.join(world.tick(tool.id), known);
     }
     moment.place_others(objects.poses(world));
 }

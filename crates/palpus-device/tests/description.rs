@@ -1,21 +1,19 @@
 //! A force does not depend on how a mesh is written down.
 
+mod bodies;
+
 use std::sync::Arc;
 
+use bodies::body;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose, Random, quantile};
-use palpus::body::{Body, BodySettings, PolygonSoup};
+use palpus::body::{Body, PolygonSoup};
 use palpus::render::{Limits, Object, ProbeState, Settings, ToolId, World};
 use palpus_device::{Encoder, HapticDevice, SimulatedDevice, SimulationSettings};
 use palpus_scenes::{Scene, scene};
 
 const TICK: f64 = 1e-3;
 const SEED: u64 = 0xde5c;
-
-fn body(soup: &PolygonSoup) -> Arc<Body> {
-    let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-    Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).expect("a scene's mesh makes a body"))
-}
 
 fn settings(scene: &Scene, coupled: bool) -> Settings {
     let limits = Limits { force: 8.5, torque: 0.188 };
@@ -95,10 +93,12 @@ fn variants(scene: &Scene, a: &Arc<Body>) -> [(&'static str, [Arc<Body>; 2], Pos
 }
 
 #[test]
+#[expect(clippy::print_stderr, reason = "figures for docs/feel.md")]
 fn the_force_is_that_of_the_surface_and_not_of_its_description() {
-    let coupled = ["spoon-cup", "peg-hole", "torus-torus", "box-table", "v-groove", "gears"].map(|name| (name, true));
-    let direct = ["spoon-cup", "peg-hole", "torus-torus", "box-table", "v-groove"].map(|name| (name, false));
-    for (name, is_coupled) in coupled.into_iter().chain(direct) {
+    let names = ["spoon-cup", "peg-hole", "torus-torus", "box-table", "v-groove", "gears"];
+    for (name, is_coupled) in names.iter().flat_map(|&name| [(name, true), (name, false)]) {
+        // Directly rendered teeth are so deep in each other that the nearest way out is one or another: only told.
+        let bounds = if name == "gears" && !is_coupled { [f64::INFINITY; 2] } else { [0.01, 0.02] };
         let scene = scene(name).expect("a built-in scene");
         let [a, b] = [body(&scene.probe), body(&scene.environment)];
         let settings = settings(&scene, is_coupled);
@@ -127,9 +127,10 @@ fn the_force_is_that_of_the_surface_and_not_of_its_description() {
         for ((what, ..), errors) in variants.iter().zip(errors) {
             let [most, largest] = [0.99, 1.0].map(|share| quantile(&mut errors.clone(), share).expect("some"));
             let said = format!(
-                "{name}, coupled {is_coupled}, {what}: off by {most} N at 99 %, {largest} N at most, of {mean} N"
+                "{name}, coupled {is_coupled}, {what}: off by {most:.1e} N at 99 %, {largest:.1e} N at most, of {mean:.3} N"
             );
-            assert!(most < 0.01 * mean && largest < 0.02 * mean, "{said}, seed {SEED:#x}");
+            eprintln!("{said}");
+            assert!(most < bounds[0] * mean && largest < bounds[1] * mean, "{said}, seed {SEED:#x}");
         }
     }
 }

@@ -1,14 +1,13 @@
 //! Contact through the virtual coupling is solid: still in the hand, at rest and moving, and no
 //! source of energy.
 
+mod bodies;
 mod closed_loop;
 
-use std::sync::Arc;
-
+use bodies::body;
 use closed_loop::{HandWork, TICK, cycle, elapsed, limits};
 use glam::DVec3;
 use palpus::algebra::{NoClock, Pose, Wrench};
-use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::force::FrictionSettings;
 use palpus::render::{Clustering, Limits, ProbeState, Renderer, Settings, VirtualCoupling};
 use palpus_device::{
@@ -18,11 +17,6 @@ use palpus_device::{
 use palpus_scenes::{Scene, scene};
 
 const SEED: u64 = 0x501d;
-
-fn body(soup: &PolygonSoup) -> Arc<Body> {
-    let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-    Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).expect("a scene's mesh makes a body"))
-}
 
 /// The scene through a coupling as the simulated device bears it, with contacts of `stiffness` N/m.
 fn renderer(scene: &Scene, stiffness: f64) -> Renderer {

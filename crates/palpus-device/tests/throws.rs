@@ -1,17 +1,21 @@
 //! A tool that is thrown at something thin stays on its side of it.
 
+mod bodies;
+
 use std::cell::RefCell;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use bodies::body;
 use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose, Random};
-use palpus::body::{Body, BodySettings, PolygonSoup};
+use palpus::body::PolygonSoup;
 use palpus::render::{Limits, Object, ProbeState, Settings, World};
 use palpus_device::{
     Cuts, DeviceState, HAND_PRESETS, HandImpedance, Servo, ServoOptions, ServoTick, SimulatedDevice,
     SimulationSettings, StepOutcome, Timing,
 };
+use palpus_scenes::shape::cuboid;
 
 const TICK: f64 = 1e-3;
 const SEED: u64 = 0x7480;
@@ -78,15 +82,9 @@ fn intent(throws: Arc<[Throw]>) -> impl Fn(f64) -> Pose {
 
 /// What is thrown at, and how far below z = 0 a tool's point may come: m.
 fn targets() -> [(&'static str, PolygonSoup, f64); 3] {
-    let sheet = |thickness: f64| {
-        let corners =
-            [-0.5, 0.5].map(|x| [-0.5, 0.5].map(|y| [-1.0, 0.0].map(|z| DVec3::new(0.2 * x, 0.2 * y, thickness * z))));
-        let faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]];
-        let mut soup = PolygonSoup::new();
-        soup.vertices.extend(corners.as_flattened().as_flattened());
-        faces.iter().for_each(|face| soup.push_face(face));
-        soup
-    };
+    // Its upper face at z = 0, as the others are.
+    let mut sheet = cuboid(DVec3::new(0.2, 0.2, 5e-4));
+    sheet.vertices.iter_mut().for_each(|vertex| vertex.z -= 2.5e-4);
     let mut open = PolygonSoup::new();
     let mut holed = PolygonSoup::new();
     let cells = 20;
@@ -104,23 +102,12 @@ fn targets() -> [(&'static str, PolygonSoup, f64); 3] {
             soup.push_face(&[corner(i, j), corner(i + 1, j), corner(i + 1, j + 1), corner(i, j + 1)]);
         }
     }
-    [
-        ("a sheet of 0.5 mm", sheet(5e-4), 1e-4),
-        ("an open sheet", open, 1e-4),
-        ("an open sheet with holes", holed, 12e-3),
-    ]
-}
-
-fn body(soup: &PolygonSoup) -> Arc<Body> {
-    let settings = BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() };
-    Arc::new(Body::from_soup(soup, &settings, &mut |_| ()).expect("a body"))
+    [("a sheet of 0.5 mm", sheet, 1e-4), ("an open sheet", open, 1e-4), ("an open sheet with holes", holed, 12e-3)]
 }
 
 /// Throws a block `count` times at what `soup` is.
 fn thrown(what: &str, soup: &PolygonSoup, depth: f64, hand: HandImpedance, count: usize, random: &mut Random) {
-    let corners =
-        [-0.5, 0.5].map(|x| [-0.5, 0.5].map(|y| [-0.5, 0.5].map(|z| DVec3::new(0.014 * x, 0.018 * y, 0.02 * z))));
-    let tool_body = Arc::new(Body::from_convex(corners.as_flattened().as_flattened()).expect("a block"));
+    let tool_body = body(&cuboid(DVec3::new(0.014, 0.018, 0.02)));
     let throws: Arc<[Throw]> = (0..count).map(|_| Throw::random(random)).collect();
     let settings = SimulationSettings { hand, ..SimulationSettings::default() };
     let limits = Limits { force: settings.spec.force_max, torque: settings.spec.torque_max };

@@ -1,28 +1,25 @@
 //! Impacts that ring: in a loop with a simulated device, a simulated hand and the safety chain.
 
+mod bodies;
+
 use std::f64::consts::TAU;
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use bodies::body;
 use glam::{DVec2, DVec3};
 use palpus::algebra::{NoClock, Pose};
-use palpus::body::Body;
 use palpus::render::{Limits, Material, Object, ProbeState, Settings, Tick, ToolId, World};
 use palpus_device::{
     Cut, Cuts, DeviceState, HandImpedance, HapticDevice, Servo, ServoOptions, ServoTick, SimulatedDevice,
     SimulationSettings, StepOutcome, Timing, hand_preset,
 };
+use palpus_scenes::shape::cuboid;
 
 const TICK: f64 = 1e-3;
 /// m: of the hand's way up and down; as much above the plate as below.
 const SWING: f64 = 0.01;
 /// s: until the chain is engaged.
 const QUIET: f64 = 1.5;
-
-fn block(size: DVec3) -> Arc<Body> {
-    let corners = [-0.5, 0.5].map(|x| [-0.5, 0.5].map(|y| [-0.5, 0.5].map(|z| DVec3::new(x, y, z) * size)));
-    Arc::new(Body::from_convex(corners.as_flattened().as_flattened()).expect("a block"))
-}
 
 /// A plate, and a tool over it.
 struct Plate {
@@ -34,8 +31,8 @@ impl Plate {
     fn new(limits: Limits, material: Option<Material>) -> Self {
         let settings = Settings { material, ..Settings::coupled(limits, TICK, 2e-4) };
         let mut world = World::new(settings).expect("settings");
-        world.add(Object::fixed(block(DVec3::new(0.1, 0.1, 0.02)), Pose::IDENTITY)).expect("a plate");
-        let tool = world.add_tool(block(DVec3::new(0.01, 0.01, 0.02)), settings).expect("a tool");
+        world.add(Object::fixed(body(&cuboid(DVec3::new(0.1, 0.1, 0.02))), Pose::IDENTITY)).expect("a plate");
+        let tool = world.add_tool(body(&cuboid(DVec3::new(0.01, 0.01, 0.02))), settings).expect("a tool");
         Self { world, tool }
     }
 
@@ -124,7 +121,8 @@ fn the_grip_rings_as_the_material_does() {
             let (quiet, _) = struck(hand, Material { gain: 1e-9, ..material });
             let own = TAU * frequency;
             let speed = first / (gain * (-decay * TICK).exp() * (own * TICK).sin());
-            for share in [0.9, 1.0, 1.25] {
+            // Low and in a relaxed hand, the coupling's own spring resonates with the hand's mass.
+            for (share, most) in [(0.8, 3.5), (0.9, 3.0), (1.0, 3.0), (1.25, 3.0)] {
                 let angular = own * share;
                 let part = |(k, (rung, quiet)): (usize, (f64, f64))| {
                     DVec2::from_angle(-angular * TICK * k as f64) * ((rung - quiet) * TICK)
@@ -133,7 +131,7 @@ fn the_grip_rings_as_the_material_does() {
                 let damped = DVec2::new(decay * decay + own * own - angular * angular, 2.0 * decay * angular);
                 let target = gain * speed / mass * own / damped.length();
                 let level = 20.0 * (measured.length() / target).log10();
-                assert!(level.abs() < 3.0, "{name}, {preset}, {} Hz: {level} dB", frequency * share);
+                assert!(level.abs() < most, "{name}, {preset}, {} Hz: {level} dB", frequency * share);
             }
         }
     }

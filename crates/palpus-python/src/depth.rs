@@ -1,9 +1,10 @@
 //! Proven bounds of the depth at many poses, as `palpus depth` finds them.
 
+use std::ops::Range;
 use std::sync::atomic::Ordering;
 
 use numpy::{IntoPyArray, PyArray1};
-use palpus::algebra::{both, map_in_order};
+use palpus::algebra::both;
 use palpus::{GlobalDepth, GlobalMemory, GlobalSettings};
 use pyo3::prelude::*;
 
@@ -12,9 +13,6 @@ use crate::bodies::Body;
 use crate::refused::refused;
 use crate::rows::DepthRow;
 use crate::workers::{detached, threads};
-
-/// Poses that one worker answers one after the other. As the program's, so that the answers are.
-const RUN: usize = 25;
 
 /// Bounds of the penetration depth at each pose (N, 7) of a in b's frame: an array (N,) of DEPTH,
 /// in b's frame.
@@ -48,12 +46,11 @@ pub(crate) fn depth<'py>(
     let runs = detached(py, |stop, look| {
         let (interior_a, interior_b) = both(&threads, || a.interior(&threads), || b.interior(&threads));
         let query = GlobalDepth::new(a.shared(), interior_a, b.shared(), interior_b);
-        let of_run = |run: usize| {
-            let mut memory = GlobalMemory::default();
-            let frames = poses[run * RUN..].iter().take(RUN).take_while(|_| !stop.load(Ordering::Relaxed));
-            frames.map(|pose_ba| DepthRow::new(&query.run(pose_ba, &goal, &mut memory))).collect::<Vec<_>>()
+        let of_run = |numbers: Range<usize>, memory: &mut GlobalMemory| {
+            let frames = poses[numbers].iter().take_while(|_| !stop.load(Ordering::Relaxed));
+            frames.map(|pose_ba| DepthRow::new(&query.run(pose_ba, &goal, memory))).collect::<Vec<_>>()
         };
-        map_in_order(&threads, poses.len().div_ceil(RUN), 1, of_run, look)
+        GlobalDepth::run_all(poses.len(), &threads, look, of_run)
     })?;
     Ok(runs.concat().into_pyarray(py))
 }

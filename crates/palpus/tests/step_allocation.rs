@@ -7,7 +7,7 @@ use glam::{DQuat, DVec3};
 use palpus::algebra::{NoClock, Pose, Twist};
 use palpus::body::{Body, BodySettings, Mesh, PolygonSoup};
 use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Clustering, Object, ProbeState, Renderer, Settings, VirtualCoupling, World};
+use palpus::render::{Clustering, Material, Object, ProbeState, Renderer, Settings, VirtualCoupling, World};
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 
 #[global_allocator]
@@ -44,6 +44,7 @@ fn every_force_stage() -> Settings {
         }),
         shading: Some(ShadingSettings { crease_angle: 0.6, most_turn: 0.5 }),
         damping: 1.0,
+        material: Some(Material::WOOD),
         ..Settings::default()
     }
 }

@@ -35,6 +35,7 @@ pub(crate) struct QueryArguments {
 
 #[derive(Debug, Args)]
 #[command(
+    mut_arg("out", |out| out.required(true)),
     after_help = "Examples:\n  palpus depth spoon.obj cup.obj --poses poses.csv --out depths.csv\n  palpus depth peg.stl hole.stl --poses path.csv --out depths.csv --gap 0.01mm --unit mm\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row a pose, in B's frame: no translation shorter than lower frees the bodies; moving A by (tx, ty, tz), of length upper, does.\nColumn certified: upper - lower is no more than the gap. contained: 1 A lies inside B's solid, 2 B inside A's, 0 neither. distance: of the surfaces of free bodies; with a minus, if one body lies inside the other; empty if the surfaces cross."
 )]
 pub(crate) struct DepthArguments {

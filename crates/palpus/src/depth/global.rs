@@ -36,10 +36,12 @@ mod surfaces;
 mod tests;
 mod way_out;
 
+use std::ops::Range;
+
 use glam::DVec3;
 
-use crate::algebra::Pose;
 use crate::algebra::tolerance::{DEPTH_BUDGET, DEPTH_GAP, DEPTH_HAIR, DEPTH_NEAR, DEPTH_REACH, DEPTH_ROUNDING};
+use crate::algebra::{Pose, Workers, map_in_order};
 use crate::body::Body;
 use cell::Cell;
 use cones::{Goal, Search};
@@ -115,6 +117,25 @@ impl<'a> GlobalDepth<'a> {
     /// The depth of `a` and `b`, each with the interior that was computed of it.
     pub fn new(a: &'a Body, interior_a: &'a Interior, b: &'a Body, interior_b: &'a Interior) -> Self {
         Self { a, interior_a, b, interior_b }
+    }
+
+    /// Poses that one worker answers one after the other: see [`Self::run_all`].
+    pub const RUN: usize = 25;
+
+    /// Calls `answer` for each run of [`Self::RUN`] of the poses numbered from 0 to `count`, with a memory that is
+    /// empty when the run begins, and returns its answers in order. So they are the same for any number of workers.
+    /// `progress` is told the fraction done.
+    pub fn run_all<T: Send + Sync>(
+        count: usize,
+        workers: &dyn Workers,
+        progress: &mut dyn FnMut(f64),
+        answer: impl Fn(Range<usize>, &mut GlobalMemory) -> T + Sync,
+    ) -> Vec<T> {
+        let of_run = |run: usize| {
+            let begin = run * Self::RUN;
+            answer(begin..(begin + Self::RUN).min(count), &mut GlobalMemory::default())
+        };
+        map_in_order(workers, count.div_ceil(Self::RUN), 1, of_run, progress)
     }
 
     /// Bounds the depth with a at `pose_ba` in b's frame.

@@ -1,17 +1,19 @@
 //! Both bodies at one pose: their obstacles, and the classification of single translations.
 
+mod added;
+
 use std::cell::{Cell as Shared, OnceCell};
-use std::collections::BTreeSet;
 
 use glam::DVec3;
 
+use self::added::Added;
 use super::cell::Cell;
 use super::interior::Interior;
 use super::obstacle::Obstacle;
 use super::slabs::Slabs;
-use super::surfaces::{Crossing, Surfaces};
+use super::surfaces::Surfaces;
 use super::{Containment, GlobalDepth};
-use crate::algebra::tolerance::{DEPTH_LENSES, DEPTH_PROBES, DEPTH_TRIES, RECENT_HOLDERS};
+use crate::algebra::tolerance::{DEPTH_PROBES, DEPTH_TRIES, RECENT_HOLDERS};
 use crate::algebra::{Placement, Pose};
 use crate::body::Body;
 
@@ -29,22 +31,6 @@ pub(super) enum Key {
     Pair(Pair),
     /// One that was added at this pose.
     Added(u32),
-}
-
-/// An obstacle that was made for one translation.
-struct Added {
-    /// The moving cell in its body's frame; `None` for a ball, which holds at one pose only.
-    source: Option<Cell>,
-    moving: Vec<DVec3>,
-    fixed: Vec<DVec3>,
-    fixed_cell: Option<Cell>,
-    /// It blocked a translation that was asked for.
-    used: bool,
-    center: DVec3,
-    inner: f64,
-    outer: f64,
-    moving_slabs: Slabs,
-    fixed_slabs: Slabs,
 }
 
 /// Classification of a translation.
@@ -345,90 +331,6 @@ impl<'a> Scene<'a> {
         }
         self.added.pop();
         Place::Unclear
-    }
-
-    /// The obstacle of two cells that overlap where the bodies do, with a moved by `t`.
-    fn obstacle_at(&self, crossings: &[Crossing], t: DVec3) -> Option<Added> {
-        let closed = |body: &Body| body.mesh().is_closed();
-        let (p, q) = if closed(self.a) && closed(self.b) {
-            // A few of the crossings, from all over.
-            let stride = crossings.len().div_ceil(DEPTH_LENSES);
-            let lenses = crossings.iter().step_by(stride).filter_map(|crossing| self.lens(crossing, t));
-            let deepest = lenses.max_by(|p, q| p.depth.total_cmp(&q.depth))?;
-            let z = deepest.point_a;
-            (Cell::grow(self.a.tree(), z, z, self.a.size())?, {
-                let z = deepest.point_b;
-                Cell::grow(self.b.tree(), z, z, self.b.size())?
-            })
-        } else {
-            // At a surface that bounds no solid, two triangles.
-            let crossing = crossings.first()?;
-            (
-                Cell::flat(self.a.mesh().triangle_points(crossing.moving)),
-                Cell::flat(self.b.mesh().triangle_points(crossing.fixed)),
-            )
-        };
-        Some(self.added_of(p, q))
-    }
-
-    /// The obstacle of a cell of a, in a's frame, and one of b.
-    fn added_of(&self, p: Cell, q: Cell) -> Added {
-        let moving: Vec<DVec3> = p.corners.iter().map(|&corner| self.placement.point(corner)).collect();
-        Added {
-            moving_slabs: Slabs::around(moving.iter().copied()),
-            fixed_slabs: Slabs::around(q.corners.iter().copied()),
-            moving,
-            center: q.center - self.placement.point(p.center),
-            inner: p.inner + q.inner,
-            outer: p.outer + q.outer,
-            fixed: q.corners.clone(),
-            fixed_cell: Some(q),
-            used: false,
-            source: Some(p),
-        }
-    }
-
-    /// Adds the obstacles of earlier searches, in this pose; `leaves` name what blocked there.
-    pub(super) fn restore(&mut self, kept: &[(Cell, Cell)], leaves: &[Leaf]) {
-        let of_leaves = leaves.iter().flat_map(|leaf| leaf.chain.iter().copied());
-        let known: BTreeSet<Key> = of_leaves.chain((0..kept.len() as u32).map(Key::Added)).collect();
-        self.known.extend(known);
-        for (p, q) in kept {
-            let added = self.added_of(p.clone(), q.clone());
-            self.added.push(added);
-        }
-    }
-
-    /// Takes out the cells of the added obstacles that `leaves` name or that were met at this pose,
-    /// and names them by their new order.
-    pub(super) fn keep(self, leaves: &mut [Leaf]) -> Vec<(Cell, Cell)> {
-        let mut used: Vec<bool> = self.added.iter().map(|added| added.used).collect();
-        for key in leaves.iter().flat_map(|leaf| &leaf.chain) {
-            if let Key::Added(k) = key {
-                used[*k as usize] = true;
-            }
-        }
-        let mut kept = Vec::new();
-        let mut number = vec![None; self.added.len()];
-        for (k, added) in self.added.into_iter().enumerate() {
-            if let (true, Some(p), Some(q)) = (used[k], added.source, added.fixed_cell) {
-                number[k] = Some(kept.len() as u32);
-                kept.push((p, q));
-            }
-        }
-        for leaf in leaves {
-            leaf.chain.retain_mut(|key| match key {
-                Key::Pair(_) => true,
-                Key::Added(k) => match number[*k as usize] {
-                    Some(new) => {
-                        *k = new;
-                        true
-                    }
-                    None => false,
-                },
-            });
-        }
-        kept
     }
 
     /// True if `t` is free by the judgement of the surfaces alone, and counts as a way out.

@@ -57,6 +57,9 @@ impl Held {
         if settings.coupling.is_none() {
             self.tool.clear();
         }
+        if settings.material.is_none() {
+            self.transient = Transient::STILL;
+        }
         self.settings = *settings;
     }
 

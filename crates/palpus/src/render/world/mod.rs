@@ -46,7 +46,7 @@
 //!    It is definite at any stiffness, mass and speed. What one body gives the other takes, in the same
 //!    step: the sum of their momenta does not know of K. A tool that touches nothing that is moved
 //!    feels, to the bit, what it would feel alone with what is fixed.
-//! 5. *Feel*: each tool's wrench, within its device's limits.
+//! 5. *Feel*: each tool's wrench, with the ring of impacts, within its device's limits.
 //!
 //! Steps that tell each other where bodies were last would be no substitute. Contacts are so stiff that a tool which is pushed along at v would be
 //! held back with 2 k h v by what it has already left (34 N at 0.1 m/s on a usual device); told the other's velocity as well, the two throw each other to and fro.
@@ -64,6 +64,7 @@ mod settle;
 mod solve;
 #[cfg(test)]
 mod tests;
+mod tools;
 mod turn;
 
 use std::sync::Arc;
@@ -78,12 +79,11 @@ use self::islands::Islands;
 use self::object::{Kind, Part, Role, Thing};
 use self::pair::{Pair, common, mirrored};
 use self::solve::BlockSystem;
-use super::{Limits, Settings, SettingsError, Tick, VirtualCoupling};
+use super::{Settings, SettingsError, VirtualCoupling};
 use crate::algebra::tolerance::TOOL_SKIN;
 use crate::algebra::{Pose, Twist, Wrench};
 use crate::body::Body;
 use crate::detect::Contact;
-use crate::force::ShadingSettings;
 
 pub use object::{BodyId, Object, ToolId};
 
@@ -283,11 +283,6 @@ impl World {
         }
     }
 
-    /// The body of a tool, for what asks for any body.
-    pub fn body_of(&self, tool: ToolId) -> BodyId {
-        BodyId(self.tools[tool.0].thing)
-    }
-
     /// The contacts of two bodies in the last step, in the world's frame, as the first of the two sees them.
     pub fn contacts(&self, of: BodyId, with: BodyId) -> impl Iterator<Item = Contact> {
         let pair = self.pair(of.0, with.0).map(|k| &self.pairs[k]);
@@ -296,19 +291,9 @@ impl World {
         contacts.iter().map(move |contact| if turned { mirrored(contact) } else { *contact })
     }
 
-    /// What a tool felt in the last step.
-    pub fn tick(&self, tool: ToolId) -> &Tick {
-        &self.tools[tool.0].tick
-    }
-
     /// What happened in the last step.
     pub fn counters(&self) -> &WorldCounters {
         &self.counters
-    }
-
-    /// Those of a tool, of the next step.
-    pub fn tool_settings(&self, tool: ToolId) -> &Settings {
-        &self.tools[tool.0].settings
     }
 
     /// What holds between two bodies; `None` between two that nothing moves.
@@ -319,58 +304,6 @@ impl World {
     /// A body's body.
     pub fn body(&self, body: BodyId) -> &Arc<Body> {
         &self.things[body.0].body
-    }
-
-    /// A tool can take up shading at this crease angle (rad) later on, by [`Self::set_tool_settings`]. Makes no difference where shading is on
-    /// from the start.
-    pub fn prepare_shading(&mut self, tool: ToolId, crease_angle: f64) {
-        let held = &mut self.tools[tool.0];
-        held.crease_angle.get_or_insert(crease_angle);
-        for pair in self.pairs.iter_mut().filter(|pair| pair.bodies.contains(&held.thing)) {
-            pair.prepare_surfaces(crease_angle);
-        }
-    }
-
-    /// rad: the crease angle at which a tool's shading can be on.
-    pub fn crease_angle(&self, tool: ToolId) -> Option<f64> {
-        self.tools[tool.0].crease_angle
-    }
-
-    /// Goes on with other settings of a tool from the next step on. Contacts, friction and the tool are remembered and ticks counted on; a
-    /// coupling that was not there begins where the device is.
-    ///
-    /// Obtains no memory. What would need some is refused, like what cannot be: another `capacity`, and shading at a crease angle other than
-    /// that at the start or of [`Self::prepare_shading`].
-    ///
-    /// # Errors
-    /// With the setting that cannot be; all are then as they were.
-    pub fn set_tool_settings(&mut self, tool: ToolId, settings: &Settings) -> Result<(), SettingsError> {
-        settings.validate()?;
-        let held = &self.tools[tool.0];
-        let refused = |field, value, rule| Err(SettingsError { field, value, rule });
-        if settings.capacity != held.settings.capacity {
-            return refused("capacity", settings.capacity as f64, "what it was at the start");
-        }
-        let other = |shading: &ShadingSettings| held.crease_angle != Some(shading.crease_angle);
-        if let Some(shading) = settings.shading.filter(other) {
-            return refused("shading.crease_angle", shading.crease_angle, "that for which surfaces were prepared");
-        }
-        let thing = held.thing;
-        self.tools[tool.0].set_settings(&self.things[thing].body, settings);
-        self.margin = self.margin.max(settings.contact_tolerance);
-        for k in 0..self.pairs.len() {
-            if self.pairs[k].bodies.contains(&thing) {
-                let law = self.law(self.pairs[k].bodies);
-                self.pairs[k].set_settings(law);
-            }
-        }
-        Ok(())
-    }
-
-    /// A tool's device can give no more than `available` from now on: what the coupling does not hold, the hand takes. Without a
-    /// coupling, nothing changes.
-    pub fn set_available(&mut self, tool: ToolId, available: &Limits) {
-        self.tools[tool.0].set_available(available);
     }
 
     /// The queries of the next steps may do about so much work together ([`crate::algebra::Work`]); `None`: as much as there is. What is not reached is felt

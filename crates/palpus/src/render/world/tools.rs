@@ -1,0 +1,74 @@
+//! What a world says of its tools, and what can be changed of them between two steps.
+
+use super::{BodyId, ToolId, World};
+use crate::force::ShadingSettings;
+use crate::render::{Limits, Settings, SettingsError, Tick};
+
+impl World {
+    /// The body of a tool, for what asks for any body.
+    pub fn body_of(&self, tool: ToolId) -> BodyId {
+        BodyId(self.tools[tool.0].thing)
+    }
+
+    /// What a tool felt in the last step.
+    pub fn tick(&self, tool: ToolId) -> &Tick {
+        &self.tools[tool.0].tick
+    }
+
+    /// The settings of a tool, of the next step.
+    pub fn tool_settings(&self, tool: ToolId) -> &Settings {
+        &self.tools[tool.0].settings
+    }
+
+    /// A tool can take up shading at this crease angle (rad) later on, by [`Self::set_tool_settings`]. Makes no difference where shading is on
+    /// from the start.
+    pub fn prepare_shading(&mut self, tool: ToolId, crease_angle: f64) {
+        let held = &mut self.tools[tool.0];
+        held.crease_angle.get_or_insert(crease_angle);
+        for pair in self.pairs.iter_mut().filter(|pair| pair.bodies.contains(&held.thing)) {
+            pair.prepare_surfaces(crease_angle);
+        }
+    }
+
+    /// rad: the crease angle at which a tool's shading can be on.
+    pub fn crease_angle(&self, tool: ToolId) -> Option<f64> {
+        self.tools[tool.0].crease_angle
+    }
+
+    /// Goes on with other settings of a tool from the next step on. Contacts, friction and the tool are remembered and ticks counted on; a
+    /// coupling that was not there begins where the device is.
+    ///
+    /// Obtains no memory. What would need some is refused, like what cannot be: another `capacity`, and shading at a crease angle other than
+    /// that at the start or of [`Self::prepare_shading`].
+    ///
+    /// # Errors
+    /// With the setting that cannot be; all are then as they were.
+    pub fn set_tool_settings(&mut self, tool: ToolId, settings: &Settings) -> Result<(), SettingsError> {
+        settings.validate()?;
+        let held = &self.tools[tool.0];
+        let refused = |field, value, rule| Err(SettingsError { field, value, rule });
+        if settings.capacity != held.settings.capacity {
+            return refused("capacity", settings.capacity as f64, "what it was at the start");
+        }
+        let other = |shading: &ShadingSettings| held.crease_angle != Some(shading.crease_angle);
+        if let Some(shading) = settings.shading.filter(other) {
+            return refused("shading.crease_angle", shading.crease_angle, "that for which surfaces were prepared");
+        }
+        let thing = held.thing;
+        self.tools[tool.0].set_settings(&self.things[thing].body, settings);
+        self.margin = self.margin.max(settings.contact_tolerance);
+        for k in 0..self.pairs.len() {
+            if self.pairs[k].bodies.contains(&thing) {
+                let law = self.law(self.pairs[k].bodies);
+                self.pairs[k].set_settings(law);
+            }
+        }
+        Ok(())
+    }
+
+    /// A tool's device can give no more than `available` from now on: what the coupling does not hold, the hand takes. Without a
+    /// coupling, nothing changes.
+    pub fn set_available(&mut self, tool: ToolId, available: &Limits) {
+        self.tools[tool.0].set_available(available);
+    }
+}
