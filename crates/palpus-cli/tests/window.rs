@@ -57,8 +57,10 @@ fn the_window_shows_the_run_and_goes_with_it() {
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn two_hands_are_seen_steered_and_replayed() {
     let display = Display::open("two-hands");
-    let mut run =
-        display.palpus(&["run", "two-hands", "--duration", "12", "--no-realtime"]).spawn().expect("it starts");
+    let mut run = display
+        .palpus(&["run", "two-hands", "--duration", "12", "--no-realtime", "--lenient"])
+        .spawn()
+        .expect("it starts");
     display.wait_for("peg and block", 300, &SCENE, orange);
     display.focus();
     mouse_to(&display, [600, 120]);
@@ -80,7 +82,7 @@ fn two_hands_are_seen_steered_and_replayed() {
 #[ignore = "runs for ten seconds"]
 fn a_display_that_is_not_there_is_a_line_and_a_run_without_it() {
     let folder = std::env::temp_dir();
-    let arguments = ["run", "spoon-cup", "--no-record", "--no-realtime"];
+    let arguments = ["run", "spoon-cup", "--no-record", "--no-realtime", "--lenient"];
     let output = palpus(&folder, ":4711", &arguments).output().expect("it starts");
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success() && said.contains("no window could be opened here"), "{said}");
