@@ -207,17 +207,15 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
             .fold((0.0, DVec3::ZERO), |(weight, sum), (tilt, corner)| (weight + tilt, sum + corner.place * tilt));
         holds.extend(corners.iter().map(|corner| (sum / weight).lerp(corner.place, FRICTION_SPREAD)));
     }
+    let most = bear(motion, settings, scratch, forces);
     let grasp = Grasp {
         contacts,
         members: &forces.members,
         weights: &forces.weights,
         holds: &forces.holds,
         clusters: &forces.clusters,
-        normal_forces: &forces.normal_forces,
-        stiffnesses: &forces.stiffnesses,
-        stiffness: settings.stiffness,
-        pressed: motion.pressed,
-        ahead: AHEAD * settings.skin(),
+        loads: &scratch.loads,
+        most,
         reach: settings.cluster_radius.max(settings.contact_tolerance),
         pose_ba: motion.pose_ba,
     };
@@ -226,4 +224,33 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
     for grip in &forces.grips {
         forces.net.add(grip.force, grip.point, &motion.centers);
     }
+}
+
+/// N: what the friction of each cluster rests on, into `scratch.loads`; answers what the hardest pressed one would bear alone.
+///
+/// After an implicit step a contact bears at least what falls to it where all together are pressed as at the end of that step. At rest that is
+/// its own force, so that all let go at once.
+fn bear(motion: &Motion, settings: &Settings, scratch: &mut Scratch, forces: &Forces) -> f64 {
+    let Forces { clusters, normal_forces, stiffnesses, .. } = forces;
+    let hard = settings.stiffness;
+    let alone = |(&force, &stiffness): (&f64, &f64)| if stiffness > 0.0 { force * (hard / stiffness) } else { 0.0 };
+    let most = normal_forces.iter().zip(stiffnesses).map(alone).fold(motion.pressed, f64::max);
+    let Scratch { crowd, crowding, loads, .. } = scratch;
+    loads.clear();
+    if motion.pressed <= 0.0 {
+        loads.extend_from_slice(normal_forces);
+        return most;
+    }
+    let nearest = clusters.iter().map(|cluster| cluster.separation).fold(f64::INFINITY, f64::min);
+    let pressed = nearest + motion.pressed / hard;
+    let bears = |engagement: f64, separation: f64| engagement.max(pressed - separation);
+    match settings.clustering {
+        Clustering::Smooth => loads.extend(crowding.loads(crowd, bears).map(|load| hard * load)),
+        Clustering::Linkage => {
+            let own =
+                |(cluster, &force): (&Cluster, &f64)| force.max(hard * bears(cluster.engagement, cluster.separation));
+            loads.extend(clusters.iter().zip(normal_forces).map(own));
+        }
+    }
+    most
 }
