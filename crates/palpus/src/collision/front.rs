@@ -150,6 +150,8 @@ impl Front {
             counters.postponed += self.wakes.count_below(self.blocks(), self.odometer.sum());
         }
         counters.dropped = found.dropped();
+        counters.front = self.node_pairs() as u32;
+        counters.near = self.awake.len() as u32;
         debug_assert_eq!(self.validate_some(query), Ok(()));
         counters
     }
