@@ -82,6 +82,9 @@ pub(crate) enum BenchCommand {
         /// Ticks per case.
         #[arg(long, value_name = "N", default_value_t = 2000, value_parser = ticks)]
         ticks: usize,
+        /// Poses of each case at which the wrench is compared with the truth; it takes seconds each on a thread.
+        #[arg(long, value_name = "N", default_value_t = 24)]
+        truths: usize,
         /// Only the cases whose names begin so.
         #[arg(long, value_name = "NAME")]
         only: Option<String>,

@@ -16,8 +16,6 @@ use crate::bench::{TICK, settings};
 const ALLOWED: u64 = 6000;
 /// Contacts that the truth may have.
 const TRUE_CAPACITY: usize = 1 << 15;
-/// Poses of a case that are compared with the truth, at most.
-const COMPARED: usize = 24;
 
 /// What came of a case. Times in µs.
 #[derive(Debug, Serialize)]
@@ -128,8 +126,8 @@ pub(super) struct Accuracy {
     pub(super) analytic: Option<[f64; 2]>,
 }
 
-/// Runs a case.
-pub(super) fn measure(case: &Case) -> anyhow::Result<Row> {
+/// Runs a case, and compares about `truths` of its poses with the truth.
+pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
     let plain = settings(case.tolerance);
     let limits: Limits = Settings::default().limits;
     let coupled = Settings {
@@ -145,7 +143,7 @@ pub(super) fn measure(case: &Case) -> anyhow::Result<Row> {
     let (mut times, mut turns, mut errors) = (Vec::new(), Vec::new(), Errors::default());
     let (mut each, mut late, mut contacts, mut stages) = (PerTick::default(), 0_u32, 0.0, [0.0; 3]);
     let all: usize = case.stretches.iter().map(|stretch| stretch.len() - 1).sum();
-    let every = all.div_ceil(COMPARED).max(2);
+    let every = all.checked_div(truths).map_or(usize::MAX, |every| every.max(2));
     for stretch in &case.stretches {
         renderer.clear();
         renderer.allow(None);

@@ -24,7 +24,7 @@ use crate::{files, output};
 pub(super) fn conformal(
     out: &Path,
     models: Option<&Path>,
-    ticks: usize,
+    [ticks, truths]: [usize; 2],
     only: Option<&str>,
 ) -> anyhow::Result<ExitCode> {
     files::make_folder(out)?;
@@ -33,7 +33,7 @@ pub(super) fn conformal(
     for case in cases::CASES.iter().filter(|case| wanted(case.name)) {
         match Case::of(case, models, ticks)? {
             Some(case) => {
-                rows.push(measure::measure(&case)?);
+                rows.push(measure::measure(&case, truths)?);
                 output::line(rows.last().map_or(String::new(), measure::Row::line));
             }
             None => output::note(format!("note: {} needs meshes that are not in --models", case.name)),
