@@ -106,6 +106,8 @@ pub struct DepthBracket {
 pub struct GlobalMemory {
     translation: Option<DVec3>,
     pose_ba: Option<Pose>,
+    /// Where the candidates of the leaves were listed.
+    listed_ba: Option<Pose>,
     leaves: Vec<Leaf>,
     kept: Vec<(Cell, Cell)>,
     /// Leaves after the last search from nothing.
@@ -182,8 +184,12 @@ impl<'a> GlobalDepth<'a> {
         pose_ba: &Pose,
         memory: &mut GlobalMemory,
     ) -> (f64, DVec3) {
-        if !self.is_near(pose_ba, memory) {
+        if !self.is_near(pose_ba, memory.pose_ba.as_ref()) {
             *memory = GlobalMemory { convex: memory.convex.take(), ..GlobalMemory::default() };
+        }
+        if memory.leaves.is_empty() || !self.is_near(pose_ba, memory.listed_ba.as_ref()) {
+            memory.leaves.iter_mut().for_each(|leaf| leaf.candidates = None);
+            memory.listed_ba = Some(*pose_ba);
         }
         let last = memory.translation.map(|last| (last, DEPTH_REACH * last.length()));
         let apart = last.is_none().then(|| self.boxes_apart(scene));
@@ -205,13 +211,14 @@ impl<'a> GlobalDepth<'a> {
         (lower, translation)
     }
 
-    /// True if `memory` is of a pose so near that its cones are worth beginning with.
-    fn is_near(&self, pose_ba: &Pose, memory: &GlobalMemory) -> bool {
+    /// True if a body that moved from `last` to `pose_ba` moved so little that what was found there is worth
+    /// beginning with.
+    fn is_near(&self, pose_ba: &Pose, last: Option<&Pose>) -> bool {
         let reach = DEPTH_NEAR * self.a.size().min(self.b.size());
         let bounds = self.a.tree().bounds();
         let middle = 0.5 * (bounds.min + bounds.max);
         let half = 0.5 * self.a.size();
-        memory.pose_ba.is_some_and(|last| {
+        last.is_some_and(|last| {
             let turn = 2.0 * pose_ba.rotation.dot(last.rotation).abs().min(1.0).acos();
             turn * half + pose_ba.point(middle).distance(last.point(middle)) <= reach
         })

@@ -3,6 +3,7 @@
 mod added;
 
 use std::cell::{Cell as Shared, OnceCell};
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -50,6 +51,8 @@ pub(super) struct Leaf {
     pub(super) along: [DVec3; 3],
     /// The obstacles that blocked it, in order.
     pub(super) chain: Vec<Key>,
+    /// The pairs of cells that might have blocked more of it.
+    pub(super) candidates: Option<Arc<[Pair]>>,
 }
 
 /// A cell of the moving body in b's frame.
@@ -59,6 +62,8 @@ struct PlacedCell {
     near: bool,
     /// Placed when first needed.
     corners: OnceCell<Vec<DVec3>>,
+    /// Of these corners, made when first needed.
+    slabs: OnceCell<Slabs>,
 }
 
 /// Both bodies at one relative pose.
@@ -71,8 +76,6 @@ pub(super) struct Scene<'a> {
     pub(super) surfaces: Surfaces<'a>,
     /// The cells of a in b's frame.
     cells: Vec<PlacedCell>,
-    /// Made when first needed.
-    slabs: OnceCell<Vec<Slabs>>,
     added: Vec<Added>,
     /// Length that is neither blocked nor free: a free translation keeps at least so far off.
     pub(super) hair: f64,
@@ -83,7 +86,7 @@ pub(super) struct Scene<'a> {
     scores: Vec<(f64, u32, Key)>,
     /// The obstacles that held the last translations asked for, the newest first.
     recent: Vec<Key>,
-    /// The obstacles that blocked a near pose.
+    /// The obstacles that blocked something at this pose or at a near one, in order.
     known: Vec<Key>,
     /// The last translation that the surfaces found free.
     free: Shared<Option<DVec3>>,
@@ -102,7 +105,6 @@ impl<'a> Scene<'a> {
             placement,
             surfaces,
             cells: Vec::new(),
-            slabs: OnceCell::new(),
             added: Vec::new(),
             hair,
             outside,
@@ -120,7 +122,7 @@ impl<'a> Scene<'a> {
         let place = |cell: &Cell| {
             let center = self.placement.point(cell.center);
             let near = bounds.distance_squared(center) <= (reach + cell.outer).powi(2);
-            PlacedCell { center, near, corners: OnceCell::new() }
+            PlacedCell { center, near, corners: OnceCell::new(), slabs: OnceCell::new() }
         };
         self.cells = self.interior_a.cells.iter().map(place).collect();
     }
@@ -131,18 +133,15 @@ impl<'a> Scene<'a> {
         self.cells[k].corners.get_or_init(place)
     }
 
-    fn slabs(&self) -> &[Slabs] {
-        self.slabs.get_or_init(|| {
-            let of = |k: usize| Slabs::around(if self.cells[k].near { self.corners(k) } else { &[] }.iter().copied());
-            (0..self.cells.len()).map(of).collect()
-        })
+    fn slabs(&self, k: usize) -> &Slabs {
+        self.cells[k].slabs.get_or_init(|| Slabs::around(self.corners(k).iter().copied()))
     }
 
     /// Calls `visit` with the pairs of cells whose boxes overlap if a is moved by some translation
     /// between `low` and `high`.
     fn visit_pairs(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(Pair)) {
-        for (moving, slabs) in self.slabs().iter().enumerate() {
-            let (least, most) = slabs.bounds();
+        for (moving, _) in self.cells.iter().enumerate().filter(|(_, cell)| cell.near) {
+            let (least, most) = self.slabs(moving).bounds();
             self.interior_b.tree.visit(least + low, most + high, &mut |fixed| {
                 visit(Pair { moving: moving as u32, fixed });
             });
@@ -169,7 +168,7 @@ impl<'a> Scene<'a> {
 
     /// The slabs of a pair of cells: the moving one's, the fixed one's.
     fn pair_slabs(&self, pair: Pair) -> (&Slabs, &Slabs) {
-        (&self.slabs()[pair.moving as usize], &self.interior_b.slabs[pair.fixed as usize])
+        (self.slabs(pair.moving as usize), &self.interior_b.slabs[pair.fixed as usize])
     }
 
     /// Center, inner and outer radius of an obstacle.
@@ -217,6 +216,13 @@ impl<'a> Scene<'a> {
                 self.visit_pairs(low, high, &mut look);
             }
             Candidates::Some(list) => list.iter().copied().for_each(&mut look),
+            Candidates::Known => {
+                for key in &self.known {
+                    if let Key::Pair(pair) = *key {
+                        look(pair);
+                    }
+                }
+            }
         }
         for (k, added) in self.added.iter().enumerate() {
             let depth = if added.moving.is_empty() {
@@ -238,6 +244,13 @@ impl<'a> Scene<'a> {
         let answer = scores.iter().map(|&(.., key)| key).collect();
         self.scores = scores;
         answer
+    }
+
+    /// Remembers that `key` blocked something.
+    pub(super) fn note(&mut self, key: Key) {
+        if let Err(place) = self.known.binary_search(&key) {
+            self.known.insert(place, key);
+        }
     }
 
     /// An obstacle that holds `t`, if there is any among `candidates` and those added.
@@ -361,4 +374,6 @@ impl<'a> Scene<'a> {
 pub(super) enum Candidates<'a> {
     All,
     Some(&'a [Pair]),
+    /// Those that blocked something at this pose or at a near one.
+    Known,
 }
