@@ -40,7 +40,9 @@ use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::algebra::tolerance::{DEPTH_BUDGET, DEPTH_GAP, DEPTH_HAIR, DEPTH_NEAR, DEPTH_REACH, DEPTH_ROUNDING};
+use crate::algebra::tolerance::{
+    DEPTH_BUDGET, DEPTH_GAP, DEPTH_HAIR, DEPTH_LISTED, DEPTH_NEAR, DEPTH_REACH, DEPTH_ROUNDING,
+};
 use crate::algebra::{Pose, Workers, map_in_order};
 use crate::body::Body;
 use cell::Cell;
@@ -184,10 +186,10 @@ impl<'a> GlobalDepth<'a> {
         pose_ba: &Pose,
         memory: &mut GlobalMemory,
     ) -> (f64, DVec3) {
-        if !self.is_near(pose_ba, memory.pose_ba.as_ref()) {
+        if !self.is_near(pose_ba, memory.pose_ba.as_ref(), DEPTH_NEAR) {
             *memory = GlobalMemory { convex: memory.convex.take(), ..GlobalMemory::default() };
         }
-        if memory.leaves.is_empty() || !self.is_near(pose_ba, memory.listed_ba.as_ref()) {
+        if memory.leaves.is_empty() || !self.is_near(pose_ba, memory.listed_ba.as_ref(), DEPTH_LISTED) {
             memory.leaves.iter_mut().for_each(|leaf| leaf.candidates = None);
             memory.listed_ba = Some(*pose_ba);
         }
@@ -211,10 +213,9 @@ impl<'a> GlobalDepth<'a> {
         (lower, translation)
     }
 
-    /// True if a body that moved from `last` to `pose_ba` moved so little that what was found there is worth
-    /// beginning with.
-    fn is_near(&self, pose_ba: &Pose, last: Option<&Pose>) -> bool {
-        let reach = DEPTH_NEAR * self.a.size().min(self.b.size());
+    /// True if a moved by no more than `share` of the smaller body from `last` to `pose_ba`.
+    fn is_near(&self, pose_ba: &Pose, last: Option<&Pose>, share: f64) -> bool {
+        let reach = share * self.a.size().min(self.b.size());
         let bounds = self.a.tree().bounds();
         let middle = 0.5 * (bounds.min + bounds.max);
         let half = 0.5 * self.a.size();
