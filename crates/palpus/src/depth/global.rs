@@ -36,6 +36,7 @@ mod surfaces;
 mod tests;
 mod way_out;
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use glam::DVec3;
@@ -51,7 +52,8 @@ pub use containment::Containment;
 pub use containment_query::ContainmentQuery;
 use convex::{ConvexMemory, convex_depth};
 pub use interior::Interior;
-use scene::{Leaf, Scene};
+use obstacle::Gate;
+use scene::{Leaf, Ray, Scene};
 use way_out::{project, slide};
 
 /// Bounds the penetration depth of two bodies.
@@ -112,6 +114,7 @@ pub struct GlobalMemory {
     listed_ba: Option<Pose>,
     leaves: Vec<Leaf>,
     kept: Vec<(Cell, Cell)>,
+    gates: BTreeMap<Ray, Gate>,
     /// Leaves after the last search from nothing.
     fresh: usize,
     convex: Option<Box<ConvexMemory>>,
@@ -170,7 +173,7 @@ impl<'a> GlobalDepth<'a> {
         memory.translation = Some(translation);
         memory.pose_ba = Some(*pose_ba);
         let evaluations = scene.evaluations;
-        memory.kept = scene.keep(&mut memory.leaves);
+        (memory.kept, memory.gates) = scene.keep(&mut memory.leaves);
         let upper = translation.length();
         let rounding = DEPTH_ROUNDING * self.a.size().max(self.b.size());
         let lower = (lower - rounding).clamp(0.0, upper);
@@ -196,7 +199,7 @@ impl<'a> GlobalDepth<'a> {
         let last = memory.translation.map(|last| (last, DEPTH_REACH * last.length()));
         let apart = last.is_none().then(|| self.boxes_apart(scene));
         scene.place_cells(last.map_or_else(|| apart.unwrap_or_default().length(), |(_, reach)| reach));
-        scene.restore(&memory.kept, &memory.leaves);
+        scene.restore(&memory.kept, &memory.leaves, std::mem::take(&mut memory.gates));
         let near = last.and_then(|(last, reach)| project(scene, last, reach)).filter(|&t| scene.verified(t));
         let free = near.unwrap_or_else(|| {
             let apart = apart.unwrap_or_else(|| self.boxes_apart(scene));

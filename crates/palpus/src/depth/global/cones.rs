@@ -230,7 +230,7 @@ impl<'s, 'a> Search<'s, 'a> {
                 // Neighbours share directions.
                 let key = leaf.chain[first];
                 reach = leaf.along.map(|along| {
-                    let ask = || self.scene.obstacle(key).exit(DVec3::ZERO, along).map_or(0.0, |exit| exit.distance);
+                    let ask = || self.scene.run_inside(key, DVec3::ZERO, along);
                     let exit = *exits.entry((key, along.to_array().map(f64::to_bits))).or_insert_with(ask);
                     (exit * (1.0 - DEPTH_ROUNDING)).min(1.5 * self.best.length())
                 });
@@ -299,7 +299,7 @@ impl<'s, 'a> Search<'s, 'a> {
             }
             let mut moved = cone.clone();
             for ((reach, &corner), &along) in moved.reach.iter_mut().zip(&corners).zip(&cone.along) {
-                let exit = obstacle.exit(corner, along).map_or(0.0, |exit| exit.distance);
+                let exit = self.scene.run_inside(k, corner, along);
                 *reach = reach.max((*reach + exit * (1.0 - DEPTH_ROUNDING)).min(enough));
             }
             moved.measure();

@@ -3,6 +3,7 @@
 mod added;
 
 use std::cell::{Cell as Shared, OnceCell};
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -10,7 +11,7 @@ use glam::DVec3;
 use self::added::Added;
 use super::cell::Cell;
 use super::interior::Interior;
-use super::obstacle::Obstacle;
+use super::obstacle::{Exit, Gate, Obstacle};
 use super::slabs::Slabs;
 use super::surfaces::Surfaces;
 use super::{Containment, GlobalDepth};
@@ -33,6 +34,9 @@ pub(super) enum Key {
     /// One that was added at this pose.
     Added(u32),
 }
+
+/// A pair of cells, and the direction of a ray from the origin by its bits.
+pub(super) type Ray = (Pair, [u64; 3]);
 
 /// Classification of a translation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,6 +92,8 @@ pub(super) struct Scene<'a> {
     recent: Vec<Key>,
     /// The obstacles that blocked something at this pose or at a near one, in order.
     known: Vec<Key>,
+    /// Where rays through the origin left obstacles, at a near pose and at this one.
+    gates: [BTreeMap<Ray, Gate>; 2],
     /// The last translation that the surfaces found free.
     free: Shared<Option<DVec3>>,
 }
@@ -112,6 +118,7 @@ impl<'a> Scene<'a> {
             scores: Vec::new(),
             recent: Vec::new(),
             known: Vec::new(),
+            gates: [BTreeMap::new(), BTreeMap::new()],
             free: Shared::new(None),
         }
     }
@@ -195,6 +202,24 @@ impl<'a> Scene<'a> {
             Key::Added(k) => (&self.added[k as usize].moving, &self.added[k as usize].fixed),
         };
         Obstacle { moving, fixed, center, inner, outer }
+    }
+
+    /// How far the ray along `along` (unit) from the origin runs inside of the obstacle from `from` on, a point of
+    /// both.
+    pub(super) fn run_inside(&mut self, key: Key, from: DVec3, along: DVec3) -> f64 {
+        let mut gate = None;
+        let ray = match key {
+            Key::Pair(pair) => Some((pair, along.to_array().map(f64::to_bits))),
+            Key::Added(_) => None,
+        };
+        if let Some(ray) = ray {
+            gate = self.gates[1].get(&ray).or_else(|| self.gates[0].get(&ray)).copied();
+        }
+        let exit: Option<Exit> = self.obstacle(key).exit_by(from, along, &mut gate);
+        if let (Some(ray), Some(gate)) = (ray, gate) {
+            self.gates[1].insert(ray, gate);
+        }
+        exit.map_or(0.0, |exit| exit.distance)
     }
 
     /// Up to `most` obstacles, out of `candidates` and those added, that may hold all `points`; the
