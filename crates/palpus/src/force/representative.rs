@@ -12,6 +12,7 @@ use crate::detect::Contact;
 
 /// The representative contact of a cluster, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Cluster {
     /// p̂ (eq. 4).
     pub midpoint: DVec3,
