@@ -90,8 +90,8 @@ def main():
     parser.add_argument("--coal-ticks", default=2000, type=int)
     parser.add_argument("--only", choices=PAIRS)
     options = parser.parse_args()
-    lines = ["| pair | triangles | contacts | palpus p50 | p99 | p99.9 | max | Coal's contacts | Coal p50 | p99 | ratio |",
-             "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"]
+    lines = ["| pair | triangles | ticks | contacts | palpus p50 | p99 | p99.9 | max | Coal's contacts | Coal p50 | Coal p99 | ratio |",
+             "|---|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|"]
     print("\n".join(lines), flush=True)
     for name in [options.only] if options.only else PAIRS:
         folder = options.out / name
@@ -106,7 +106,7 @@ def main():
         a, b = tree(repeat["a"], repeat["scale_a"]), tree(repeat["b"], repeat["scale_b"])
         cost, contacts = time_coal(a, b, poses, row["tolerance"])
         lines.append(
-            f"| {name} | {row['triangles_a']} / {row['triangles_b']} | {row['contacts']:.1f} | {row['p50']:.1f} | {row['p99']:.1f} "
+            f"| {name} | {row['triangles_a']} / {row['triangles_b']} | {row['ticks']} | {row['contacts']:.1f} | {row['p50']:.1f} | {row['p99']:.1f} "
             f"| {row['p999']:.1f} | {row['max']:.1f} | {contacts.mean():.1f} | {np.median(cost):.1f} | {np.percentile(cost, 99):.1f} "
             f"| {row['p50'] / np.median(cost):.3f} |")
         print(lines[-1], flush=True)

@@ -857,6 +857,11 @@ pub const BELIEVED_SHARE: f64 = 0.8;
 /// surface denies.
 pub const BELIEVED_EDGE_SHARE: f64 = 0.65;
 
+/// Radians: an overlap without a normal that both pieces own is left alone if the bodies must turn by as much to change that.
+///
+/// Only speed depends on it: less than that lasts a few ticks, and the walk begins anew afterwards.
+pub const BARREN_LEAST: f64 = 0.004;
+
 // detect: the guard against tunnelling (guard, sub_step)
 
 /// Tolerances: the longest way of any point in a sub-step.

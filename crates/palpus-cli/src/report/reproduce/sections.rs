@@ -6,7 +6,7 @@ use serde_json::Value;
 use super::data::{Data, number, word};
 use super::plan::{PAIRS, STEPS};
 use super::ran::{Outcome, Ran, SAID};
-use super::stored::{CONVEX, MEASURED_ON, SCALE, only, tables};
+use super::stored::{CONVEX, PAIRS_MEASURED, only, tables};
 use super::{Reproduction, origin};
 use crate::durations::duration;
 use crate::numbers::said;
@@ -166,13 +166,13 @@ pub(super) fn pairs(html: &mut Html, data: &Data<'_>, run: &str) {
             section.table(&Table { title: "Measured by this reproduction (µs)".to_owned(), rows, naming: 1, ..first.clone() });
         }
         if measured.len() < PAIRS.len() {
-            for table in tables(SCALE, "Real pairs") {
+            for table in tables(PAIRS_MEASURED, "One step on real pairs") {
                 if measured.is_empty() {
                     origin(section, data, PAIRS[0].0, run);
                 }
                 let is_new = |row: &[String]| !measured.iter().any(|table| names_same(&table.rows, row));
                 let rest = only(table, is_new);
-                is_stored(section, "docs/scale.md");
+                is_stored(section, "docs/benchmarks.md");
                 section.table(&Table { title: "From the documents (µs)".to_owned(), naming: 1, ..rest });
             }
         }
@@ -187,8 +187,8 @@ fn names_same(rows: &[Vec<String>], row: &[String]) -> bool {
 
 fn is_stored(html: &mut Html, file: &str) {
     html.element("p", "origin", |p| {
-        p.badge(Tone::Warning, &format!("not measured in this run: figures of {MEASURED_ON}"));
-        p.prose(&format!("from `{file}`, measured on a quiet 2-core x86-64 machine"));
+        p.badge(Tone::Warning, "not measured in this run");
+        p.prose(&format!("figures of an earlier run, from `{file}`, which names the run and its machine"));
     });
 }
 
@@ -210,7 +210,7 @@ pub(super) fn convex(html: &mut Html, data: &Data<'_>, run: &str) {
             if let Some(table) = parry_alone(data) {
                 section.table(&table);
             }
-            is_stored(section, "benches/peers/convex_peers.md");
+            is_stored(section, "docs/benchmarks.md");
         }
         for table in &all {
             let rolling = only(table.clone(), |row| matches!(row.get(1).map(String::as_str), Some("rolling" | "apart")));

@@ -1,13 +1,11 @@
-//! Figures that stand in the documents: shown, and marked as not of this run, where this machine cannot measure them.
+//! Figures of an earlier run, from the documents. The page shows them, marked as such, where this machine cannot measure them.
 
 use super::super::html::Table;
 
-/// What a step costs beside Coal.
-pub(super) const SCALE: &str = include_str!("../../../../../docs/scale.md");
+/// The step on real pairs, beside Coal.
+pub(super) const PAIRS_MEASURED: &str = include_str!("../../../../../docs/benchmarks.md");
 /// Depth and distance of convex pairs beside parry, Coal and MuJoCo.
-pub(super) const CONVEX: &str = include_str!("../../../../../benches/peers/convex_peers.md");
-/// Day on which the figures in both were measured; on a 2-core x86-64 machine.
-pub(super) const MEASURED_ON: &str = "2026-11-21";
+pub(super) const CONVEX: &str = include_str!("../../../../../docs/benchmarks/convex/convex.md");
 
 /// The tables of a Markdown text that stand under the heading `section`, or all if it is empty. A table's title is the line before it.
 pub(super) fn tables(text: &str, section: &str) -> Vec<Table> {
@@ -61,10 +59,10 @@ mod tests {
 
     #[test]
     fn the_documents_have_the_tables_that_are_shown() {
-        let [pairs] = &tables(SCALE, "Real pairs")[..] else { panic!("one table of real pairs") };
+        let [pairs] = &tables(PAIRS_MEASURED, "One step on real pairs")[..] else { panic!("one table of real pairs") };
         assert_eq!((pairs.head[0].as_str(), pairs.naming), ("pair", 1));
         assert!(
-            pairs.rows.iter().any(|row| row[0] == "spoon–cup")
+            pairs.rows.iter().any(|row| row[0] == "spoon-cup")
                 && pairs.rows.iter().all(|row| row.len() == pairs.head.len())
         );
         let convex = tables(CONVEX, "");

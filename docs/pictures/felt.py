@@ -1,0 +1,37 @@
+#!/usr/bin/env python3
+"""Makes the moving picture of the README: a run of spoon-cup, one picture for every 0.11 s.
+
+usage: felt.py PALPUS      (needs Pillow from PyPI; writes felt.gif beside this file)
+"""
+import pathlib
+import subprocess
+import sys
+import tempfile
+
+from PIL import Image
+
+FRAMES, BEGIN_S, STEP_S = 45, 1.0, 0.11
+COLORS = 96
+
+
+def main():
+    palpus = sys.argv[1]
+    with tempfile.TemporaryDirectory() as folder:
+        recording = pathlib.Path(folder, "run.csv")
+        quiet = {"check": True, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+        subprocess.run([palpus, "run", "spoon-cup", "--fast", "--headless", "--duration", "8", "--record", recording], **quiet)
+        frames = []
+        for k in range(FRAMES):
+            picture = pathlib.Path(folder, f"{k}.png")
+            subprocess.run([palpus, "replay", recording, "--screenshot", picture, "--at", str(BEGIN_S + k * STEP_S),
+                            "--size", "720x450", "--zoom", "1.25"], **quiet)
+            frames.append(Image.open(picture).convert("RGB"))
+    # One palette for all frames, so that only the pixels that move are stored again.
+    palette = frames[FRAMES // 2].quantize(COLORS, dither=Image.Dither.NONE)
+    first, *rest = [frame.quantize(palette=palette, dither=Image.Dither.NONE) for frame in frames]
+    first.save(pathlib.Path(__file__).with_name("felt.gif"), save_all=True, append_images=rest,
+               duration=int(1e3 * STEP_S), loop=0, optimize=True)
+
+
+if __name__ == "__main__":
+    main()
