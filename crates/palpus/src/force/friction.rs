@@ -53,6 +53,8 @@ use crate::detect::Contact;
 
 /// How surfaces hold each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct FrictionSettings {
     /// μ of a contact that sticks; at least the dynamic one.
     pub static_coefficient: f64,

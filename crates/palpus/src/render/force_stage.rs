@@ -1,9 +1,9 @@
 //! From contacts to the wrenches on both bodies \[K02 §4.2–4.4\].
 //!
 //! 1. *Cluster* the contacts, by their midpoints and (shaded) directions.
-//! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents itself, by the share of its
-//!    engagement that the crowd of those that push the same way leaves to it.
-//! 3. *Push*: the normal force of each cluster, at its midpoint.
+//! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents itself.
+//! 3. *Push*: the normal force of each cluster, at its midpoint; with smooth clustering, by the share of the stiffness that the
+//!    crowd of those that push the same way leaves to it.
 //! 4. *Rub*: the friction of each member, where it holds. Corners of a patch stand for all of it, and hold where an
 //!    evenly loaded patch would: nearer to its middle, by [`FRICTION_SPREAD`].
 //!
@@ -16,8 +16,7 @@ use crate::algebra::tolerance::FRICTION_SPREAD;
 use crate::algebra::{Pose, Twist};
 use crate::detect::Contact;
 use crate::force::{
-    Centers, Cluster, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, PenaltySettings, Tilted, normal_force,
-    represent,
+    Centers, Cluster, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, Tilted, normal_force, represent,
 };
 
 /// Where the bodies are and how the probe moves, in b's frame.
@@ -131,9 +130,8 @@ pub fn force(
         let smooth = settings.clustering == Clustering::Smooth;
         let (members, directions) = (&forces.members[range.clone()], &forces.directions[range.clone()]);
         let (weights, first) = (&forces.weights[range.clone()], range.start as u32);
-        let mut cluster = represent(contacts, members, directions, weights, first, settings.contact_tolerance);
+        let cluster = represent(contacts, members, directions, weights, first, settings.skin());
         let share = if smooth { scratch.crowding.shares()[k] } else { 1.0 };
-        cluster.engagement = share * (settings.skin() - cluster.separation).max(0.0);
         forces.stiffnesses.push(settings.stiffness * share);
         forces.cancelled_normals += u32::from(cluster.cancelled);
         push(&cluster, motion, share, settings, forces);
@@ -186,9 +184,7 @@ fn patches(contacts: &[Contact], members: &[u32]) -> impl Iterator<Item = std::o
 /// Step 3.
 fn push(cluster: &Cluster, motion: &Motion, share: f64, settings: &Settings, forces: &mut Forces) {
     let velocity = motion.twist.at(cluster.midpoint - motion.centers.a);
-    let PenaltySettings { stiffness, damping } = settings.penalty();
-    let penalty = PenaltySettings { stiffness, damping: damping * share };
-    let size = normal_force(cluster, velocity.dot(cluster.normal), &penalty);
+    let size = normal_force(cluster, share, velocity.dot(cluster.normal), &settings.penalty());
     forces.normal_forces.push(size);
     forces.net.add(size * cluster.normal, cluster.midpoint, &motion.centers); // Eq. 6
 }
