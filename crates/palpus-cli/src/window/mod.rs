@@ -81,7 +81,7 @@ mod here {
     /// What there is to see of a plan before it runs.
     fn scene(plan: &Plan) -> Scene {
         let (stage, limits) = (&plan.stage, &plan.settings.limits);
-        let look = Look { translucent: true, ..Look::default() };
+        let look = Look { xray: true, ..Look::default() };
         Scene {
             // An arrow of a quarter of the limit is as long as arrows are in pictures; larger
             // forces are longer.

@@ -177,7 +177,7 @@ impl<'a> Interface<'a> {
             Action::Clusters => self.style.clusters ^= true,
             Action::Wrench => self.style.wrench ^= true,
             Action::Anchors => self.style.anchors ^= true,
-            Action::Glass => self.scene.toggle_glass(),
+            Action::Glass => self.scene.turn_glass(),
             Action::Scene(action) => self.act_on_scene(context, action),
             of_settings => {
                 self.notices.check(self.feel.act(of_settings, self.run));

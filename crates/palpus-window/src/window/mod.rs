@@ -14,8 +14,11 @@
 
 mod bar;
 mod behind;
+mod canvas;
+mod compass;
 mod dress;
 mod feel;
+mod floor;
 mod gl;
 mod hand;
 mod history;

@@ -124,6 +124,8 @@ pub struct Painted {
     pub renderer: String,
     /// Triangles of the bodies, as they are drawn.
     pub triangles: usize,
+    /// Samples in each pixel of them.
+    pub samples: u32,
 }
 
 /// What the window says in words and plots, of one tick.
