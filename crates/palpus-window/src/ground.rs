@@ -68,6 +68,7 @@ impl Ground {
     }
 
     /// The lines of the grid, each as its two ends (world), and whether it goes through the middle.
+    #[cfg(feature = "gui")]
     pub(crate) fn lines(&self) -> impl Iterator<Item = ([DVec3; 2], bool)> {
         let count = (self.reach / self.cell) as i32;
         let Self { middle, cell, reach, .. } = *self;

@@ -18,7 +18,7 @@ use palpus::algebra::Pose;
 use crate::camera::Camera;
 use crate::ground::Ground;
 use crate::letters::{self, Setting};
-use crate::marks::{Dot, Marks, NOMINAL_HEIGHT, Triangles};
+use crate::marks::{Dot, Marks, NOMINAL_HEIGHT, Patch, Triangles};
 use crate::moment::Moment;
 use crate::picture::{Picture, Rgb};
 use crate::raster::{Corner, Facing, Fragment, Layer, Lens, Light};
@@ -33,6 +33,8 @@ const WIRE_WIDTH: f64 = 0.7;
 const MARGIN: f64 = 22.0;
 const TITLE_SIZE: f64 = 19.0;
 const WORD_SIZE: f64 = 13.0;
+/// How far before its point a patch is, in radii: it is flat, and surfaces need not be.
+const PATCH_BEFORE: f64 = 0.5;
 /// Pixels; and how strong lines of the grid are, and those through its middle.
 const GRID_WIDTH: f64 = 1.1;
 const GRID_LINE: f64 = 0.17;
@@ -57,14 +59,17 @@ pub fn paint(scene: &Scene, camera: &Camera, style: &Style, width: usize, height
     let lens = Lens::new(camera, width * FINENESS, height * FINENESS);
     let samples = scale * FINENESS as f64;
     let size = [width, height].map(|pixels| (pixels * FINENESS) as f64);
-    let brush = Brush { lens, colours, samples, xrays: scene.xrays(camera, size, samples) };
+    let sees_through = scene.bodies.iter().any(|body| body.look.xray);
+    let xrays = if sees_through { scene.xrays(camera, size, samples) } else { Vec::new() };
+    let brush = Brush { lens, colours, samples, xrays };
 
     let mut opaque = Layer::new(width * FINENESS, height * FINENESS);
     for (k, body) in scene.bodies.iter().enumerate().filter(|(_, body)| !body.look.translucent) {
         let cover = if body.look.xray { Cover::AroundProbes(Part::Solid) } else { Cover::Whole };
         brush.body(&mut opaque, body, &body.pose, k as u16 + 1, Facing::Any, cover);
     }
-    opaque.outline(linear(colours.outline), OUTLINE_STRENGTH);
+    let is_cut = |at: DVec2| brush.xrays.iter().any(|xray| xray.is_edge(at));
+    opaque.outline(linear(colours.outline), OUTLINE_STRENGTH, is_cut);
     let mut light = background(&colours, opaque.width, opaque.height);
     if let Some(ground) = Ground::below(scene).filter(|ground| ground.is_seen_from(camera.eye())) {
         brush.ground(&mut light, opaque.width, scene, &ground);
@@ -76,18 +81,32 @@ pub fn paint(scene: &Scene, camera: &Camera, style: &Style, width: usize, height
         layer.restart_before(&opaque);
         brush.translucent(&mut layer, scene, facing);
         if facing == Facing::Front {
-            layer.outline(linear(colours.outline), OUTLINE_STRENGTH);
+            layer.outline(linear(colours.outline), OUTLINE_STRENGTH, is_cut);
         }
         cover(&mut light, &layer, |_| 1.0);
     }
     if scene.moment.is_some() {
+        let marks = brush.marks_of(scene, style);
+        brush.patches(&mut light, &opaque, &marks.patches);
         let mut layer = Layer::new(opaque.width, opaque.height);
-        brush.marks(&mut layer, scene, style);
-        layer.outline(linear(colours.outline), OUTLINE_STRENGTH);
+        brush.marks(&mut layer, &marks);
+        layer.outline(linear(colours.outline), OUTLINE_STRENGTH, |_| false);
         cover(&mut light, &layer, |k| if layer.nearness[k] >= opaque.nearness[k] * BEFORE { 1.0 } else { HIDDEN });
     }
     let mut picture = pixels(&light, width, height);
     if style.words {
+        let values = if scene.moment.is_some() { brush.marks_of(scene, style).labels } else { Vec::new() };
+        for value in values {
+            if let Some(at) = camera.project(value.point, width as f64, height as f64) {
+                let (x, y) = (at.x + 0.7 * WORD_SIZE * scale, at.y + 0.4 * WORD_SIZE * scale);
+                let size = WORD_SIZE * scale;
+                letters::write(
+                    &mut picture,
+                    &value.words,
+                    &Setting { x, y, size, colour: value.colour, halo: colours.above },
+                );
+            }
+        }
         words(&mut picture, scene, camera, style, scale);
     }
     picture
@@ -128,7 +147,7 @@ impl Brush {
         let half = 0.5 * GRID_WIDTH * self.samples;
         for (k, light) in light.iter_mut().enumerate() {
             let at = DVec2::new((k % width) as f64 + 0.5, (k / width) as f64 + 0.5);
-            let Some(point) = self.lens.on_plane(at, ground.middle.z) else { continue };
+            let Some(point) = self.lens.on_plane(at, ground.middle, DVec3::Z) else { continue };
             let mut mix = |colour: DVec3, part: f64| {
                 for (under, over) in light.iter_mut().zip(colour.to_array()) {
                     *under += (over as f32 - *under) * part as f32;
@@ -138,7 +157,8 @@ impl Brush {
             let strength = ground.strength(point);
             if strength > 0.0 {
                 // Samples to the nearest line of each kind, by how far the next sample is.
-                let next = |step: DVec2| self.lens.on_plane(at + step, ground.middle.z).unwrap_or(point) - point;
+                let next =
+                    |step: DVec2| self.lens.on_plane(at + step, ground.middle, DVec3::Z).unwrap_or(point) - point;
                 let (right, below) = (next(DVec2::X), next(DVec2::Y));
                 let line = |axis: usize| {
                     let cells = (point[axis] - ground.middle[axis]) / ground.cell;
@@ -153,15 +173,7 @@ impl Brush {
     }
 
     /// A body, or one side of it.
-    fn body(
-        &self,
-        layer: &mut Layer,
-        body: &ShownBody,
-        pose: &Pose,
-        name: u16,
-        facing: Facing,
-        cover: Cover,
-    ) {
+    fn body(&self, layer: &mut Layer, body: &ShownBody, pose: &Pose, name: u16, facing: Facing, cover: Cover) {
         let solid = &body.solid;
         let points: Vec<DVec3> = solid.vertices.iter().map(|v| pose.point(*v)).collect();
         let wire = WIRE_WIDTH * self.samples;
@@ -216,9 +228,31 @@ impl Brush {
         }
     }
 
+    fn marks_of(&self, scene: &Scene, style: &Style) -> Marks {
+        Marks::of(scene, style, &|point, pixels| self.lens.metres(point, pixels * self.samples))
+    }
+
+    /// Where bodies press, over what is there.
+    fn patches(&self, light: &mut [[f32; 3]], opaque: &Layer, patches: &[Patch]) {
+        for patch in patches {
+            let (radius, colour) = (patch.radius * self.samples, linear(patch.colour).as_vec3().to_array());
+            let metres = self.lens.metres(patch.point, radius);
+            opaque.about(&self.lens, patch.point, radius, |k, at| {
+                let Some(point) = self.lens.on_plane(at, patch.point, patch.normal) else { return };
+                let depth = -self.lens.point_in_view(point).z - PATCH_BEFORE * metres;
+                if 1.0 / depth < f64::from(opaque.nearness[k]) {
+                    return;
+                }
+                let cover = patch.cover_at((point - patch.point).length() / metres) as f32;
+                for (under, over) in light[k].iter_mut().zip(colour) {
+                    *under += (over - *under) * cover;
+                }
+            });
+        }
+    }
+
     /// Dots and arrows.
-    fn marks(&self, layer: &mut Layer, scene: &Scene, style: &Style) {
-        let marks = Marks::of(scene, style, &|point, pixels| self.lens.metres(point, pixels * self.samples));
+    fn marks(&self, layer: &mut Layer, marks: &Marks) {
         for dot in &marks.dots {
             self.dot(layer, dot);
         }
@@ -240,7 +274,9 @@ impl Brush {
     fn solid_mark(&self, layer: &mut Layer, triangles: &Triangles, colour: Rgb) {
         let colour = linear(colour);
         for corners in triangles {
-            layer.triangle(&self.lens, MARK, *corners, Facing::Front, |fragment| Some(as_light(lit(colour, fragment), 1.0)));
+            layer.triangle(&self.lens, MARK, *corners, Facing::Front, |fragment| {
+                Some(as_light(lit(colour, fragment), 1.0))
+            });
         }
     }
 }
@@ -260,7 +296,8 @@ fn lit(colour: DVec3, fragment: &Fragment) -> DVec3 {
     let fill = DVec3::new(0.80, 0.05, 0.60);
     let slant = 1.0 - n.dot(fragment.to_eye).clamp(0.0, 1.0);
     let sky = DVec3::new(0.27, 0.285, 0.31) + DVec3::new(0.15, 0.16, 0.18) * n.y;
-    let lamps = DVec3::new(0.70, 0.68, 0.64) * n.dot(key).max(0.0) + DVec3::new(0.22, 0.24, 0.27) * n.dot(fill).max(0.0);
+    let lamps =
+        DVec3::new(0.70, 0.68, 0.64) * n.dot(key).max(0.0) + DVec3::new(0.22, 0.24, 0.27) * n.dot(fill).max(0.0);
     let half = (key + fragment.to_eye).normalize_or(DVec3::Z);
     let gloss = n.dot(half).max(0.0).powi(48);
     colour * (sky + lamps) + DVec3::splat(0.15 * gloss) + DVec3::new(0.06, 0.065, 0.07) * slant.powi(3)

@@ -62,14 +62,14 @@ impl Lens {
         Self { camera: *camera, eye: camera.eye(), axes, width: width as f64, height: height as f64 }
     }
 
-    /// Where the line of sight through a sample (from the upper left corner) meets the plane z =
-    /// `height`, world; `None` if it does not.
-    pub(crate) fn on_plane(&self, at: DVec2, height: f64) -> Option<DVec3> {
+    /// Where the line of sight through a sample (from the upper left corner) meets the plane
+    /// through `point` (world) across `normal`; `None` if it does not.
+    pub(crate) fn on_plane(&self, at: DVec2, point: DVec3, normal: DVec3) -> Option<DVec3> {
         let metres = self.camera.metres_per_pixel(1.0, self.height);
         let [right, up, back] = self.axes;
         let (x, y) = ((at.x - 0.5 * self.width) * metres, (0.5 * self.height - at.y) * metres);
         let direction = right * x + up * y - back;
-        let along = (height - self.eye.z) / direction.z;
+        let along = (point - self.eye).dot(normal) / direction.dot(normal);
         (along > 0.0 && along.is_finite()).then(|| self.eye + direction * along)
     }
 
@@ -211,8 +211,20 @@ impl Layer {
         }
     }
 
-    /// Mixes `colour` into the samples where what was drawn ends before something farther away.
-    pub(crate) fn outline(&mut self, colour: DVec3, strength: f64) {
+    /// Calls `draw` with each sample within `radius` samples of a point of the world: its number,
+    /// and its place from the upper left corner.
+    pub(crate) fn about(&self, lens: &Lens, point: DVec3, radius: f64, mut draw: impl FnMut(usize, DVec2)) {
+        let Some(at) = lens.camera.project_view(lens.point_in_view(point), lens.width, lens.height) else { return };
+        for row in span([at.y - radius, at.y + radius].into_iter(), self.height) {
+            for column in span([at.x - radius, at.x + radius].into_iter(), self.width) {
+                draw(row * self.width + column, DVec2::new(column as f64 + 0.5, row as f64 + 0.5));
+            }
+        }
+    }
+
+    /// Mixes `colour` into the samples where what was drawn ends before something farther away,
+    /// but not where it was `cut` only to see through.
+    pub(crate) fn outline(&mut self, colour: DVec3, strength: f64, cut: impl Fn(DVec2) -> bool) {
         let (width, height) = (self.width, self.height);
         let mut edges = Vec::new();
         for row in 1..height.saturating_sub(1) {
@@ -228,7 +240,8 @@ impl Layer {
                     let meets = |k: usize| self.name[k] != name && self.nearness[k] < own;
                     fall > OUTLINE_FALL * own || meets(a) || meets(b)
                 };
-                if ends(at - 1, at + 1) || ends(at - width, at + width) {
+                let is_end = ends(at - 1, at + 1) || ends(at - width, at + width);
+                if is_end && !cut(DVec2::new(column as f64 + 0.5, row as f64 + 0.5)) {
                     edges.push(at);
                 }
             }

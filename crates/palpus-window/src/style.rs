@@ -66,10 +66,14 @@ pub(crate) struct Colours {
     pub(crate) torque: Rgb,
     pub(crate) anchor: Rgb,
     pub(crate) sliding: Rgb,
+    /// Of the patches of contact: where they press lightly, and hard.
+    pub(crate) light: Rgb,
+    pub(crate) heavy: Rgb,
     /// Of the ground's shadow, and how much the darkest covers.
     pub(crate) shadow: Rgb,
     pub(crate) shade: f64,
     /// Of the world's axes.
+    #[cfg(feature = "gui")]
     pub(crate) axes: [Rgb; 3],
     /// Of pieces: how much of their colour stays, and how light they are.
     pub(crate) piece_lightness: f64,
@@ -103,8 +107,11 @@ impl Theme {
                 torque: [0, 138, 148],
                 anchor: [24, 24, 28],
                 sliding: [222, 110, 0],
+                light: [250, 205, 60],
+                heavy: [220, 40, 30],
                 shadow: [40, 50, 68],
                 shade: 0.42,
+                #[cfg(feature = "gui")]
                 axes: [[200, 44, 44], [38, 136, 52], [40, 84, 214]],
                 piece_lightness: 0.66,
             },
@@ -124,8 +131,11 @@ impl Theme {
                 torque: [64, 214, 222],
                 anchor: [250, 250, 250],
                 sliding: [255, 170, 60],
+                light: [255, 220, 90],
+                heavy: [255, 70, 50],
                 shadow: [0, 0, 0],
                 shade: 0.75,
+                #[cfg(feature = "gui")]
                 axes: [[255, 104, 104], [112, 220, 122], [122, 164, 255]],
                 piece_lightness: 0.60,
             },

@@ -14,6 +14,8 @@ use crate::solid::Solid;
 const AROUND: f64 = 16.0;
 /// The radius at which a body is solid again, relative to that at which it is glass.
 const SOFT: f64 = 1.45;
+/// Pixels.
+const EDGE: f64 = 3.0;
 
 /// A capsule in a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,12 +55,22 @@ impl XRay {
         Some(Self { ends, radius: pixels + AROUND * nominal, reach })
     }
 
-    /// How solid a body is at a pixel, where it is so far from the eye (m): 0 is glass, 1 solid.
-    pub(crate) fn solidity(&self, pixel: DVec2, depth: f64) -> f64 {
+    /// True near the edge beyond which a body is solid.
+    pub(crate) fn is_edge(&self, pixel: DVec2) -> bool {
+        ((pixel - self.nearest(pixel).truncate()).length() - SOFT * self.radius).abs() < EDGE
+    }
+
+    /// The point of the capsule's axis that is nearest in the picture.
+    fn nearest(&self, pixel: DVec2) -> DVec3 {
         let [one, other] = self.ends;
         let along = (other - one).truncate();
         let part = (pixel - one.truncate()).dot(along) / along.length_squared().max(1e-9);
-        let nearest = one.lerp(other, part.clamp(0.0, 1.0));
+        one.lerp(other, part.clamp(0.0, 1.0))
+    }
+
+    /// How solid a body is at a pixel, where it is so far from the eye (m): 0 is glass, 1 solid.
+    pub(crate) fn solidity(&self, pixel: DVec2, depth: f64) -> f64 {
+        let nearest = self.nearest(pixel);
         let beside = smooth(self.radius, SOFT * self.radius, (pixel - nearest.truncate()).length());
         let behind = smooth(nearest.z - 0.4 * self.reach, nearest.z + self.reach, depth);
         beside.max(behind)

@@ -27,10 +27,8 @@ pub(super) fn draw(ui: &Ui, area: &Area, camera: &Camera, scene: &Scene, style: 
     scale(&painter, corner, area.rect, camera, scene, colour(colours.faint));
     let middle = corner - vec2(AXIS + LETTERS, AXIS + 3.2 * LETTERS);
     let [right, up, back] = camera.axes();
-    let mut axes = [("x", DVec3::X), ("y", DVec3::Y), ("z", DVec3::Z)]
-        .into_iter()
-        .zip(colours.axes)
-        .collect::<Vec<_>>();
+    let mut axes =
+        [("x", DVec3::X), ("y", DVec3::Y), ("z", DVec3::Z)].into_iter().zip(colours.axes).collect::<Vec<_>>();
     // Those that point away come first, so that the others cover them.
     axes.sort_by(|((_, one), _), ((_, other), _)| one.dot(back).total_cmp(&other.dot(back)));
     for ((name, axis), rgb) in axes {

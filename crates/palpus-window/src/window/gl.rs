@@ -21,7 +21,7 @@ use glam::{DMat4, DVec3, DVec4};
 use super::canvas::Canvas;
 use super::shader::{XRAYS, program};
 use crate::camera::Camera;
-use crate::marks::Triangles;
+use crate::marks::{Patch, Triangles};
 use crate::paint::HIDDEN;
 use crate::picture::Rgb;
 use crate::solid::Solid;
@@ -66,6 +66,8 @@ enum BodyPart {
     All = 0,
     Solid = 1,
     Glass = 2,
+    /// A patch, whose corners say how much they cover.
+    Patch = 3,
 }
 
 /// One frame.
@@ -77,6 +79,8 @@ pub(crate) struct Drawing {
     pub(crate) xrays: Vec<XRay>,
     /// Corners of the marks, view's frame.
     pub(crate) marks: Vec<f32>,
+    /// Corners of the patches, view's frame.
+    pub(crate) patches: Vec<f32>,
 }
 
 impl Drawing {
@@ -88,7 +92,21 @@ impl Drawing {
             push_corner(&mut self.marks, point, normal, colour, DVec3::ONE);
         }
     }
+
+    /// Adds a patch of `radius` metres, a little before the surface on which it lies.
+    pub(crate) fn patch(&mut self, view: &DMat4, patch: &Patch, radius: f64) {
+        let colour = linear(patch.colour);
+        let normal = view.transform_vector3(patch.normal);
+        for (point, cover) in patch.triangles(radius).into_iter().flatten() {
+            let point = view.transform_point3(point);
+            let nearer = point - point.normalize_or(DVec3::NEG_Z) * (PATCH_BEFORE * radius);
+            push_corner(&mut self.patches, nearer, normal, colour, DVec3::splat(cover));
+        }
+    }
 }
+
+/// How far before the surface, in radii: patches are flat, surfaces need not be.
+const PATCH_BEFORE: f64 = 0.5;
 
 /// From the view's frame to the picture, for a picture `aspect` times as wide as it is high.
 pub(crate) fn projection(camera: &Camera, aspect: f64) -> DMat4 {
@@ -278,10 +296,15 @@ impl Artist {
                     self.body(gl, body, if body.xray { BodyPart::Glass } else { BodyPart::All });
                 }
             }
-            self.marks.upload(gl, &drawing.marks, glow::STREAM_DRAW);
             self.matrix(gl, &self.uniforms.model_view, &DMat4::IDENTITY);
             gl.uniform_4_f32(self.uniforms.colour.as_ref(), 0.0, 0.0, 0.0, 0.0);
             gl.uniform_1_f32(self.uniforms.wire.as_ref(), 0.0);
+            gl.uniform_1_i32(self.uniforms.part.as_ref(), BodyPart::Patch as i32);
+            gl.disable(glow::CULL_FACE);
+            self.marks.upload(gl, &drawing.patches, glow::STREAM_DRAW);
+            self.marks.draw(gl);
+            gl.enable(glow::CULL_FACE);
+            self.marks.upload(gl, &drawing.marks, glow::STREAM_DRAW);
             gl.uniform_1_i32(self.uniforms.part.as_ref(), BodyPart::All as i32);
             gl.cull_face(glow::BACK);
             for (test, covered, keeps) in [(glow::GREATER, HIDDEN, false), (glow::LEQUAL, 1.0, true)] {

@@ -15,6 +15,7 @@ use super::opening::Opening;
 use super::overlay::{self, Notices};
 use super::run::{Loading, Run};
 use super::run_keys::{self, Action};
+use super::scale::Scale;
 use super::status::Status;
 use super::view3d::View3d;
 use super::{plots, shot};
@@ -41,6 +42,8 @@ pub(super) struct Interface<'a> {
     feel: Feel,
     status: Status,
     history: History,
+    force_scale: Scale,
+    torque_scale: Scale,
     opening: Option<Opening>,
     notices: Notices,
     /// The failure that has been told.
@@ -77,6 +80,8 @@ impl<'a> Interface<'a> {
             run,
             status: Status::default(),
             history: History::default(),
+            force_scale: Scale::default(),
+            torque_scale: Scale::default(),
             opening: None,
             notices,
             failure: None,
@@ -124,6 +129,9 @@ impl<'a> Interface<'a> {
             Some(shown) => shown.clone_from(moment),
             none => *none = Some(moment.clone()),
         }
+        let limits = self.run.settings().limits;
+        self.scene.force_scale = self.force_scale.follow(now.force, now.time, limits.force);
+        self.scene.torque_scale = self.torque_scale.follow(now.torque, now.time, limits.torque);
         self.history.push(Sample {
             time: now.time,
             force: now.force,

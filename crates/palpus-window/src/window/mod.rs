@@ -33,6 +33,7 @@ mod plots;
 mod quantity;
 mod run;
 mod run_keys;
+mod scale;
 mod shader;
 mod shell;
 mod shot;

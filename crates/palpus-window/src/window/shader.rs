@@ -128,7 +128,7 @@ void main() {
 const FRAGMENT: &str = "
 uniform float u_wire;
 // Of capsules that are seen through a body: ends (pixels, and m from the eye), radius (pixels) and
-// reach (m). Which part of the body is drawn: all, that which is solid, that which is not.
+// reach (m). What is drawn: all of a body, what of it is solid, what is not; or a patch.
 uniform vec3 u_ends[2 * XRAYS];
 uniform vec2 u_sizes[XRAYS];
 uniform int u_part;
@@ -157,7 +157,9 @@ void main() {
     vec4 seen = lit(v_point, v_normal, v_colour);
     seen.rgb = sqrt(clamp(seen.rgb, 0.0, 1.0));
 #endif
-    if (u_part > 0) {
+    if (u_part == 3) {
+        seen.a = v_sides.x;
+    } else if (u_part > 0) {
         float solid = 1.0;
         for (int k = 0; k < XRAYS; k++) {
             solid = min(solid, solidity(u_ends[2 * k], u_ends[2 * k + 1], u_sizes[k]));

@@ -14,7 +14,7 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{self, Color32, Key, PointerButton, Pos2, Rect, Response, Sense};
+use eframe::egui::{self, Align2, Color32, FontId, Key, PointerButton, Pos2, Rect, Response, Sense};
 use eframe::{egui_glow, glow};
 use glam::{DMat4, DVec3};
 use palpus::algebra::Pose;
@@ -24,7 +24,7 @@ use super::run::Painted;
 use super::{compass, floor};
 use crate::camera::{Camera, View};
 use crate::ground::Ground;
-use crate::marks::{self, Marks, NOMINAL_HEIGHT, Triangles};
+use crate::marks::{self, Label, Marks, NOMINAL_HEIGHT, Triangles};
 use crate::paint::{COVER_ALONG, COVER_SQUARE, GHOST_COVER};
 use crate::picture::Rgb;
 use crate::scene::{Look, Scene, ShownBody};
@@ -45,6 +45,8 @@ const KEY_ZOOM: f32 = 1.0;
 const LONGEST_FRAME: f32 = 0.1;
 /// Most balls that are drawn: a thousand dots say as much.
 const MOST_DOTS: usize = 1000;
+/// Points.
+const LETTERS: f32 = 14.0;
 
 /// See the module's outline.
 pub(super) struct View3d {
@@ -256,7 +258,7 @@ impl View3d {
             let bodies = self.shadowed.iter().zip(&scene.bodies).map(|(solid, body)| (&**solid, body.pose));
             floor::draw(ui, area, &self.camera, ground, &ground.shadow(bodies), style);
         }
-        let mut drawing = self.drawing(area, scene, style, f64::from(ui.pixels_per_point()));
+        let (mut drawing, labels) = self.drawing(area, scene, style, f64::from(ui.pixels_per_point()));
         let view = view(&self.camera);
         for (triangles, colour) in more {
             drawing.mark(&view, triangles, *colour);
@@ -270,10 +272,11 @@ impl View3d {
         });
         ui.painter().add(egui::PaintCallback { rect: area.rect, callback: Arc::new(callback) });
         compass::draw(ui, area, &self.camera, scene, style);
+        self.label(ui, area, &labels, style);
     }
 
     /// What the graphics library is told of the scene.
-    fn drawing(&self, area: &Area, scene: &Scene, style: &Style, pixels: f64) -> Drawing {
+    fn drawing(&self, area: &Area, scene: &Scene, style: &Style, pixels: f64) -> (Drawing, Vec<Label>) {
         let view = view(&self.camera);
         let size = [area.size().0 * pixels, area.size().1 * pixels];
         let mut xrays = scene.xrays(&self.camera, size, pixels);
@@ -301,6 +304,9 @@ impl View3d {
             self.camera.metres_per_pixel(self.depth(point), NOMINAL_HEIGHT) * pixels * least
         };
         let marks = Marks::of(scene, style, &metres);
+        for patch in marks.patches.iter().take(MOST_DOTS) {
+            drawing.patch(&view, patch, metres(patch.point, patch.radius));
+        }
         for dot in marks.dots.iter().take(MOST_DOTS) {
             let radius = metres(dot.point, dot.radius);
             drawing.mark(&view, &marks::ball(dot.point, radius), dot.colour);
@@ -308,7 +314,25 @@ impl View3d {
         for (triangles, colour) in &marks.solids {
             drawing.mark(&view, triangles, *colour);
         }
-        drawing
+        (drawing, marks.labels)
+    }
+
+    /// Values beside the marks, each at the right of its point.
+    fn label(&self, ui: &egui::Ui, area: &Area, labels: &[Label], style: &Style) {
+        let painter = ui.painter_at(area.rect);
+        let halo = colour(style.theme.colours().below).gamma_multiply(0.75);
+        for label in labels {
+            let Some(at) = self.seen_at(area, label.point) else { continue };
+            let words =
+                painter.layout_no_wrap(label.words.clone(), FontId::proportional(LETTERS), colour(label.colour));
+            // Within the picture, whatever the arrow does.
+            let room = area.rect.shrink(4.0);
+            let place = Align2::LEFT_CENTER.anchor_size(at + egui::vec2(9.0, 0.0), words.size());
+            let place = place.translate(room.clamp(place.min) - place.min);
+            let place = place.translate((room.max - place.max).min(egui::Vec2::ZERO));
+            painter.rect_filled(place.expand2(egui::vec2(4.0, 1.0)), 4.0, halo);
+            painter.galley(place.min, words, colour(label.colour));
+        }
     }
 }
 
