@@ -70,6 +70,6 @@ pub use solid::Solid;
 pub use style::{Style, Theme};
 #[cfg(feature = "gui")]
 pub use window::{
-    Cap, FileKind, Loading, Numbers, Painted, Part, Preset, Replayed, ReplayedTick, Run, Viewed, Wanted, WindowError,
-    has_display, open, show_recording, view,
+    Cap, ComparedTick, FileKind, Loading, Numbers, Painted, Part, Preset, Replayed, ReplayedTick, Run, SeenTick,
+    Viewed, Wanted, WindowError, has_display, open, show_recording, view,
 };

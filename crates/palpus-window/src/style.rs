@@ -66,6 +66,9 @@ pub(crate) struct Colours {
     pub(crate) torque: Rgb,
     pub(crate) anchor: Rgb,
     pub(crate) sliding: Rgb,
+    /// Of what is compared with what is felt.
+    #[cfg(feature = "gui")]
+    pub(crate) compared: Rgb,
     /// Of the patches of contact: where they press lightly, and hard.
     pub(crate) light: Rgb,
     pub(crate) heavy: Rgb,
@@ -107,6 +110,8 @@ impl Theme {
                 torque: [0, 138, 148],
                 anchor: [24, 24, 28],
                 sliding: [222, 110, 0],
+                #[cfg(feature = "gui")]
+                compared: [214, 96, 0],
                 light: [250, 205, 60],
                 heavy: [220, 40, 30],
                 shadow: [40, 50, 68],
@@ -131,6 +136,8 @@ impl Theme {
                 torque: [64, 214, 222],
                 anchor: [250, 250, 250],
                 sliding: [255, 170, 60],
+                #[cfg(feature = "gui")]
+                compared: [255, 150, 60],
                 light: [255, 220, 90],
                 heavy: [255, 70, 50],
                 shadow: [0, 0, 0],

@@ -6,9 +6,13 @@
 //! and another scene in place of this one, prepared on a thread of its own ([`loading`]).
 
 #[cfg(feature = "window")]
+mod compare;
+#[cfg(feature = "window")]
 mod dropped;
 #[cfg(feature = "window")]
 mod loading;
+#[cfg(feature = "window")]
+mod settings_text;
 #[cfg(feature = "window")]
 mod steered;
 #[cfg(all(feature = "window", test))]
@@ -73,7 +77,7 @@ mod here {
         let (publisher, moments) = latest_of(move || Moment::new(capacity));
         ready.engine.publish(publisher);
         let scene = scene(ready.plan());
-        let session = Session::start(ready, beginning, stop)?;
+        let session = Session::start(ready, &Beginning { watched: true, ..*beginning }, stop)?;
         session.leave_core();
         Ok((session, scene, moments))
     }

@@ -14,7 +14,10 @@
 
 mod bar;
 mod behind;
+mod beside;
 mod canvas;
+mod chart;
+mod columns;
 mod compass;
 mod dress;
 mod feel;
@@ -37,6 +40,7 @@ mod scale;
 mod shader;
 mod shell;
 mod shot;
+mod spectrum;
 mod status;
 mod view3d;
 mod viewer;
@@ -47,7 +51,7 @@ use crate::moment::Moment;
 use crate::scene::Scene;
 use interface::Interface;
 pub use player::{Replayed, ReplayedTick, show_recording};
-pub use run::{Cap, FileKind, Loading, Numbers, Painted, Part, Preset, Run, Wanted};
+pub use run::{Cap, ComparedTick, FileKind, Loading, Numbers, Painted, Part, Preset, Run, SeenTick, Wanted};
 pub use viewer::{Viewed, view};
 
 /// Why there is no window.

@@ -195,6 +195,23 @@ impl View3d {
         area
     }
 
+    /// The same, or for two pictures of the same size beside each other, seen by the same eye.
+    pub(super) fn place_beside(&mut self, ui: &mut egui::Ui, scene: &Scene, two: bool) -> (Area, Option<Area>) {
+        if !two {
+            return (self.place(ui, scene), None);
+        }
+        let whole = ui.available_rect_before_wrap();
+        let [left, right] = [0.0, 0.5].map(|part| {
+            let low = whole.min + egui::vec2((part * whole.width()).floor(), 0.0);
+            Rect::from_min_size(low, egui::vec2((0.5 * whole.width()).floor(), whole.height()))
+        });
+        let mut first = ui.new_child(egui::UiBuilder::new().max_rect(left));
+        let area = self.place(&mut first, scene);
+        let response = ui.interact(right, ui.scope_id().with("beside"), Sense::click_and_drag());
+        ui.allocate_rect(whole, Sense::hover());
+        (area, Some(Area { rect: right, response }))
+    }
+
     /// The mouse moves the eye: a drag turns it, with Shift or another button it moves it, the
     /// wheel brings it nearer. So do Alt and arrows, PageUp and PageDown.
     pub(super) fn navigate(&mut self, ui: &egui::Ui, area: &Area) {
