@@ -16,7 +16,7 @@ pub(crate) enum BenchCommand {
         #[arg(long, value_name = "DIR")]
         models: Option<PathBuf>,
     },
-    /// Writes the plots of docs/penetration-depth.md, as SVG.
+    /// Writes the plots of docs/penetration-depth.md and docs/global-depth.md, as SVG.
     #[command(after_help = "Example:\n  palpus bench depth --out plots")]
     Depth {
         /// Where the files go.

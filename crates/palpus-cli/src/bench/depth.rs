@@ -1,8 +1,11 @@
-//! `palpus bench depth`: the plots of docs/penetration-depth.md.
+//! `palpus bench depth`: the plots of docs/penetration-depth.md and docs/global-depth.md.
 //!
 //! 1. *How often the walk is only local*: random overlapping poses of two rounded hulls, the depth of the walk from a cold
 //!    start over the proven one.
 //! 2. *What a tilting box feels*: the contact point of a box that tilts through flat on a table, of the exact witness and in the middle of the patch.
+//! 3. *What whole bodies' depth is like* ([`bracket`]).
+
+mod bracket;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -30,7 +33,9 @@ pub(super) fn depth(out: &Path) -> anyhow::Result<ExitCode> {
     files::make_folder(out)?;
     local(&out.join("depth_local.svg"))?;
     tilting(&out.join("depth_witness.svg"))?;
-    output::line(format!("written to {}: depth_local.svg and depth_witness.svg", out.display()));
+    bracket::write(out)?;
+    let names = "depth_local.svg, depth_witness.svg, depth_path.svg and depth_budget.svg";
+    output::line(format!("written to {}: {names}", out.display()));
     Ok(ExitCode::SUCCESS)
 }
 

@@ -8,7 +8,7 @@ use palpus_device::{Cuts, Phase, ServoTick};
 use super::{Session, heavy, keys};
 use crate::engine::Detail;
 use crate::output;
-use crate::way_out::WayOut;
+use crate::way_out::{InsideStart, WayOut};
 
 /// What the live line and the window show.
 #[derive(Clone, Copy)]
@@ -35,11 +35,13 @@ pub(crate) struct Live {
     pub(crate) way_out: Option<WayOut>,
     /// The same of the first tick.
     pub(crate) start: Option<WayOut>,
+    /// What was computed of the start before the run, as long as the device began there.
+    pub(super) inside: Option<InsideStart>,
 }
 
 impl Live {
-    /// Before the first tick.
-    pub(crate) fn new(rate_hz: f64) -> Self {
+    /// Before the first tick of a run that begins so.
+    pub(crate) fn new(rate_hz: f64, inside: Option<InsideStart>) -> Self {
         Self {
             ticks: 0,
             rate_hz,
@@ -59,6 +61,7 @@ impl Live {
             phase: Phase::default(),
             way_out: None,
             start: None,
+            inside,
         }
     }
 
@@ -85,14 +88,19 @@ impl Live {
             ..*self
         };
         let Some(Detail { tick: engine, way_out, .. }) = detail else { return now };
+        let grip = tick.state.pose.translation;
+        let inside = self.inside.filter(|inside| tick.index > 0 || inside.is_at(grip));
+        let left = inside.and_then(|inside| inside.left(grip));
+        let contained = inside.is_some_and(|inside| inside.contained);
         Self {
+            inside: inside.filter(|_| left.is_some()),
             query_ns: engine.times.query + engine.times.depth,
             force_ns: engine.times.force,
             contacts: engine.contacts,
             clusters: engine.clusters,
             separation: engine.separation,
-            way_out: way_out.filter(|_| tick.phase == Phase::Waiting),
-            start: if tick.index == 0 { *way_out } else { self.start },
+            way_out: left.or(*way_out).filter(|_| tick.phase == Phase::Waiting || (contained && left.is_some())),
+            start: if tick.index == 0 { inside.map(|inside| inside.out).or(*way_out) } else { self.start },
             ..now
         }
     }

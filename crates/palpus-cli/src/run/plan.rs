@@ -17,6 +17,7 @@ use crate::engine::Engine;
 use crate::rerun::one::{check_poses, state};
 use crate::stage::Stage;
 use crate::tools::ToolArguments;
+use crate::way_out::InsideStart;
 use crate::{devices, faults, output, safety};
 
 /// A run that can begin.
@@ -32,6 +33,8 @@ pub(crate) struct Plan {
     /// Moves the simulated hand, if there is one that can be moved.
     pub(crate) guide: Option<Publisher<Guide>>,
     pub(crate) script: Script,
+    /// The probe begins inside the part.
+    pub(super) inside: Option<InsideStart>,
     /// Of a recording from the beginning.
     pub(crate) header: RecordingHeader,
     pub(super) engagement: Engagement,
@@ -85,8 +88,22 @@ impl Plan {
         safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
         devices::recorded(&notes, &mut header.scene.more);
         replayed::record_spec(device.spec(), &mut header.scene.more);
-        let name = name.to_owned();
-        Ok(Self { name, stage, rate_hz, options, limits, settings, device, guide, script, header, engagement, notes })
+        let (name, inside) = (name.to_owned(), InsideStart::of(&stage));
+        Ok(Self {
+            name,
+            stage,
+            rate_hz,
+            options,
+            limits,
+            settings,
+            device,
+            guide,
+            script,
+            inside,
+            header,
+            engagement,
+            notes,
+        })
     }
 
     /// What the device says of itself.

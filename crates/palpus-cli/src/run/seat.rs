@@ -61,11 +61,11 @@ impl Seat {
         crease_angle: Option<f64>,
         beginning: &Beginning<'_>,
     ) -> anyhow::Result<Taken> {
-        let Plan { stage, rate_hz, limits, settings, device, guide, header, .. } = plan;
+        let Plan { stage, rate_hz, limits, settings, device, guide, header, inside, .. } = plan;
         let spec = device.spec().clone();
         let coupling = preset(&stage, &spec, rate_hz, CouplingMode::Coupled).coupling;
         let (asked, newest) = latest(settings);
-        let (publisher, live) = latest(Live::new(rate_hz));
+        let (publisher, live) = latest(Live::new(rate_hz, inside));
         let logged = beginning.fault_log.and_then(|file| FaultLog::start(file, &header, which));
         let (watch, faults) = logged.map_or((None, None), |(watch, log)| (Some(watch), Some(log)));
         let (mut recordings, (orders, over)) = Recordings::new(header, which, beginning.keep);
@@ -76,7 +76,7 @@ impl Seat {
             device,
             gatherer: Gatherer::new()?,
             log: Log { rows, in_force: settings, orders, over },
-            live: (publisher, Live::new(rate_hz)),
+            live: (publisher, Live::new(rate_hz, inside)),
             faults: watch,
             watched: watching,
         };
