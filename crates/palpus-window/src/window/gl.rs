@@ -292,7 +292,10 @@ impl Artist {
             gl.enable(glow::CULL_FACE);
             for hidden_side in [glow::FRONT, glow::BACK] {
                 gl.cull_face(hidden_side);
-                for body in drawing.bodies.iter().filter(|body| body.glass.is_some()) {
+                // A processor leaves the inner sides of what is only glass around a probe out.
+                let is_left_out = |body: &&DrawnBody| self.by_processor && body.xray && hidden_side == glow::FRONT;
+                let glass = drawing.bodies.iter().filter(|body| body.glass.is_some());
+                for body in glass.filter(|body| !is_left_out(body)) {
                     self.body(gl, body, if body.xray { BodyPart::Glass } else { BodyPart::All });
                 }
             }

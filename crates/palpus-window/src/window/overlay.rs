@@ -157,7 +157,7 @@ pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &S
     painter.rect_stroke(
         at.expand2(vec2(8.0, 4.0)),
         6.0,
-        Stroke::new(1.0, thin(colours.probe, 0.9)),
+        Stroke::new(1.0, thin(colours.faint, 0.9)),
         egui::StrokeKind::Inside,
     );
     painter.galley(at.min, words, colour(colours.ink));
