@@ -346,7 +346,7 @@ impl<'a> Interface<'a> {
             _ => overlay::whose(ui, area.rect, self.hand.holds(), self.hand.cap_trouble(), actions),
         }
         self.was_taken |= self.hand.holds();
-        if self.run.can_guide() && !self.was_taken {
+        if self.run.can_guide() && !self.was_taken && self.beside.is_none() {
             overlay::hint(ui, &area, &self.view, &self.scene, &self.style);
         }
         overlay::told(ui, area.rect, self.run, &self.notices);

@@ -56,10 +56,14 @@ pub(super) fn pressed(context: &egui::Context) -> Vec<Pressed> {
     if context.text_edit_focused() {
         return Vec::new();
     }
+    // A slow frame may see several presses of a key that was only held.
+    let mut seen: Vec<Key> = Vec::new();
     let pressed = |event: &Event| match *event {
         Event::Key { key, pressed: true, repeat: again, modifiers, .. }
             if !(modifiers.ctrl || modifiers.command || modifiers.alt) =>
         {
+            let again = again || seen.contains(&key);
+            seen.push(key);
             Some(Pressed { key, shift: modifiers.shift, again })
         }
         _ => None,
