@@ -127,7 +127,9 @@ mod tests {
                 let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
                 query.nearest(&pose).map_or(f64::INFINITY, |contact| contact.separation)
             };
-            assert!(felt(0.0) > 0.0 && felt(0.5 * stage.path.duration()) < 0.0, "it begins apart and comes into touch");
+            // The hand may intend to go all through a small body.
+            let mut on_its_way = (0..4000).map(|k| felt(0.5 * stage.path.duration() * f64::from(k) / 4000.0));
+            assert!(felt(0.0) > 0.0 && on_its_way.any(|gap| gap < 0.0), "it begins apart and comes into touch");
         }
         let _ = std::fs::remove_dir_all(&folder);
     }

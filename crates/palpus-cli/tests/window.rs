@@ -13,6 +13,9 @@ use display::{Display, Part, WHOLE, orange, palpus};
 /// Where the window shows the scene, without its legend.
 const SCENE: Part = Part { low: [210, 80], high: [940, 670] };
 
+/// The same without the axes of the world.
+const ARROWS: Part = Part { low: SCENE.low, high: [840, 560] };
+
 /// Moves the mouse or presses a key, as a hand would.
 fn drive(display: &Display, words: &str) {
     display.input(words);
@@ -118,7 +121,7 @@ fn forces(lines: &[String]) -> Vec<f64> {
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn the_probe_is_dragged_into_contact_and_sliders_act() {
     let display = Display::open("drag");
-    let _run = display.show(&["run", "spoon-cup", "--no-record", "--no-realtime"]);
+    let _run = display.show(&["run", "spoon-cup", "--no-record"]);
     display.wait_for("spoon", 300, &SCENE, orange);
     display.focus();
     mouse_to(&display, [600, 120]);
@@ -142,7 +145,7 @@ fn the_probe_is_dragged_into_contact_and_sliders_act() {
     }
     std::thread::sleep(Duration::from_millis(1500));
     // Arrows of clusters are violet, those of the hand's force blue.
-    let arrows = display.seen(&SCENE, |[r, g, b]| b > 180 && b > g + 50 && b > r + 25);
+    let arrows = display.seen(&ARROWS, |[r, g, b]| b > 180 && b > g + 50 && b > r + 25);
     drive(&display, "key s");
     drive(&display, "mouseup 1");
     // The first slider: stiffness.
@@ -162,6 +165,40 @@ fn the_probe_is_dragged_into_contact_and_sliders_act() {
     let picture = fs::read(display.folder.join("palpus-out/window-1.png")).expect("a picture was written");
     assert!(picture.starts_with(b"\x89PNG") && picture.len() > 20_000, "{} bytes", picture.len());
     assert!(arrows.len() > 60, "no arrows are shown");
+}
+
+/// Halves of the scene, and the first chart.
+const LEFT: Part = Part { low: [20, 110], high: [460, 660] };
+const RIGHT: Part = Part { low: [480, 110], high: [930, 660] };
+const FORCE_CHART: Part = Part { low: [12, 722], high: [236, 855] };
+
+/// One key shows the paper's way beside what is felt, on the same hand, and its force in the same plot; a drag on the
+/// plots looks back while the loop goes on.
+#[test]
+#[ignore = "needs Xvfb, Mesa and xdotool"]
+fn the_papers_way_is_seen_beside_and_plots_look_back() {
+    let display = Display::open("beside");
+    let _run = display.show(&["run", "box-table", "--no-record", "--no-realtime", "--lenient"]);
+    display.wait_for("box", 300, &SCENE, orange);
+    display.focus();
+    mouse_to(&display, [600, 120]);
+    drive(&display, "key y");
+    display.wait_for("box that is felt", 300, &LEFT, orange);
+    display.wait_for("box by the paper", 300, &RIGHT, orange);
+    display.wait_for("force by the paper", 40, &FORCE_CHART, orange);
+    // Looking back: the picture stands still.
+    drag(&display, [60, 800], [20, 0], 2);
+    drive(&display, "mouseup 1");
+    let stands = || {
+        let before = display.seen(&LEFT, orange);
+        std::thread::sleep(Duration::from_millis(2500));
+        before == display.seen(&LEFT, orange)
+    };
+    // A busy machine takes a while to see the mouse.
+    assert!((0..20).any(|_| stands()), "the past moves");
+    drive(&display, "key z");
+    drive(&display, "key y");
+    display.wait_for("one box alone", 300, &SCENE, orange);
 }
 
 /// The cores that each thread of a process may have, by the thread's name.

@@ -38,6 +38,8 @@ pub(crate) struct Stage {
     /// Where the simulated hand intends the probe (the frame of its mesh), in the world. The hand
     /// itself holds the grip: see [`Stage::intent`].
     pub(crate) path: HandPath,
+    /// A path that ends is gone back, and again.
+    pub(crate) to_and_fro: bool,
     /// The hand that the scene asks for, if it does.
     pub(crate) hand: Option<&'static str>,
     /// Ticks per second that the scene asks for, if it does.
@@ -141,7 +143,8 @@ impl Stage {
     /// that the probe follows [`Stage::path`].
     pub(crate) fn intent(&self) -> impl Fn(f64) -> Pose + Send + use<> {
         let (path, grip_a) = (self.path.clone(), self.settings.grip_a);
-        move |time| path.pose(time).with_origin(grip_a)
+        let again = self.to_and_fro && !path.is_cyclic();
+        move |time| path.pose(if again { to_and_fro(time, path.duration()) } else { time }).with_origin(grip_a)
     }
 
     /// Returns the probe's state at `time` (s) on the path, world.
@@ -179,6 +182,7 @@ impl Stage {
             settings: *settings,
             coupling: *coupling,
             path: path.clone(),
+            to_and_fro: self.to_and_fro,
             hand: *hand,
             rate_hz: self.rate_hz,
             recorded: RecordedScene { probe: recorded.clone(), ..self.recorded.clone() },
@@ -203,6 +207,12 @@ impl Stage {
     pub(crate) fn crease_angle(&self) -> f64 {
         self.settings.shading.map_or(USUAL_CREASE_DEGREES.to_radians(), |shading| shading.crease_angle)
     }
+}
+
+/// Returns the time (s) on a path of this duration that is gone to its end, back, and again.
+fn to_and_fro(time: f64, duration: f64) -> f64 {
+    let lap = time.rem_euclid(2.0 * duration);
+    lap.min(2.0 * duration - lap)
 }
 
 /// Returns the state at `time` (s) on `path` (world) of a probe that is held at `grip_a` (in its

@@ -116,6 +116,7 @@ pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<
         settings,
         coupling: SceneCoupling::default(),
         path: scene.path.clone(),
+        to_and_fro: false,
         hand: None,
         rate_hz: None,
         recorded,
@@ -205,6 +206,7 @@ pub(crate) fn of_file(
         settings: file.render,
         coupling: file.coupling,
         path: path_of_hand,
+        to_and_fro: false,
         hand: Some(hand),
         rate_hz: Some(file.rate_hz),
         recorded,
@@ -239,7 +241,10 @@ fn intended(
                 size: probe.size(),
             },
         )?,
-        None => approach(probe, environment, held.pose, file.environment.pose, file.render.contact_tolerance),
+        None => {
+            let (tolerance, mode) = (file.render.contact_tolerance, file.coupling.mode);
+            approach(probe, environment, held.pose, file.environment.pose, tolerance, mode)
+        }
     };
     let trembles = hand.tremor > 0.0;
     Ok(if trembles { path.with_tremor(Tremor::new(hand.tremor, u64::from(hand.seed))) } else { path })

@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use anyhow::anyhow;
 use palpus::render::Settings;
 use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, SpaceMouse, SpaceMouseError};
+use palpus_io::record::SceneSource;
 use palpus_io::scene::FilePolicy;
 use palpus_window::{
     Cap, ComparedTick, FileKind, Loading, Moment, Numbers, Painted, Preset, Run, Scene, SeenTick, Wanted,
@@ -300,6 +301,14 @@ impl Run for Steered<'_> {
             Wanted::SceneFile(file) | Wanted::Mesh { file, .. } => format!("reading {}", file.display()),
         };
         self.loader.begin(&words, move |tell| prepared(&wanted, &present, &arguments, tell))
+    }
+
+    fn restart(&mut self) -> Result<(), String> {
+        let session = self.session.as_ref().ok_or("the run is over")?;
+        self.load(match &session.stage().recorded.source {
+            SceneSource::BuiltIn(name) => Wanted::Scene(name.clone()),
+            SceneSource::File(path) => Wanted::SceneFile(PathBuf::from(path)),
+        })
     }
 
     fn loading(&mut self) -> Loading {
