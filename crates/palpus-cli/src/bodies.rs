@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use palpus::body::{Body, BodySettings, PolygonSoup};
-use palpus_io::{BodyCache, BodyKey, CacheMiss, ContentHash, Threads, read_mesh};
+use palpus_io::{BodyCache, BodyKey, CacheMiss, ContentHash, MeshFileError, Threads, read_mesh_noting};
 
 use crate::output;
 
@@ -37,6 +37,11 @@ pub(crate) enum Teller<'a> {
     Bar,
     /// By calls, with the name of what is prepared and the part that is done, 0 to 1.
     Calls(&'a dyn Fn(&str, f64)),
+}
+
+/// Reads a mesh file, and says so if it is of another format than its name says.
+pub(crate) fn read_mesh(path: &Path) -> Result<PolygonSoup, MeshFileError> {
+    read_mesh_noting(path, &mut |notice| output::note(format!("note: {notice}")))
 }
 
 /// Reads and prepares a model file, in model units.
@@ -73,7 +78,13 @@ pub(crate) fn prepare_soup_telling(
     let hash = ContentHash::of_soup(soup);
     let key = BodyKey::new(&hash, settings);
     let cache = CACHE.get().and_then(Option::as_ref);
-    let prepared = |body, kept| Prepared { body, hash, seconds: begin.elapsed().as_secs_f64(), kept };
+    let prepared = |body: Body, kept| {
+        let seconds = begin.elapsed().as_secs_f64();
+        let (triangles, pieces) = (body.mesh().triangles().len(), body.pieces().len());
+        let whence = if kept { "from the cache" } else { "prepared" };
+        output::detail(format!("{name}: {triangles} triangles, {pieces} convex pieces, {whence} in {seconds:.2} s"));
+        Prepared { body, hash, seconds, kept }
+    };
     match cache.map(|cache| cache.load(&key, soup, settings, &threads)) {
         Some(Ok(body)) => return Ok(prepared(body, true)),
         Some(Err(miss)) if !matches!(miss, CacheMiss::Absent) => {
@@ -105,7 +116,8 @@ const BAR_STEPS: f64 = 1000.0;
 
 /// A bar on standard error; it stays hidden for the first moments, so that small models do not flicker.
 fn bar(name: &str) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(BAR_STEPS as u64), ProgressDrawTarget::stderr_with_hz(10));
+    let target = if output::is_quiet() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
+    let bar = ProgressBar::with_draw_target(Some(BAR_STEPS as u64), target);
     if let Ok(style) = ProgressStyle::with_template("{msg:24!} [{bar:40}] {percent:>3} % {elapsed}") {
         bar.set_style(style.progress_chars("=> "));
     }

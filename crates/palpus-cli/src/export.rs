@@ -14,14 +14,14 @@ use palpus_scenes::{HandPath, Motion, Scene};
 
 use crate::args::ExportArguments;
 use crate::hand_path::POSE_PERIOD;
+use crate::stage::no_scene;
 use crate::{files, output};
 
 /// Files are in millimetres, as most meshes are.
 const UNITS_PER_METRE: f64 = 1e3;
 
 pub(crate) fn export(arguments: &ExportArguments) -> anyhow::Result<ExitCode> {
-    let scene = palpus_scenes::scene(&arguments.scene)
-        .ok_or_else(|| anyhow!("there is no built-in scene `{}`; see palpus run --list", arguments.scene))?;
+    let scene = palpus_scenes::scene(&arguments.scene).ok_or_else(|| anyhow!("{}", no_scene(&arguments.scene)))?;
     let folder = &arguments.folder;
     let problem = || format!("{} could not be made; name another folder", folder.display());
     fs::create_dir_all(folder).with_context(problem)?;

@@ -2,9 +2,12 @@
 
 use std::fmt::Display;
 use std::fs;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use palpus::algebra::Pose;
+use palpus_io::query::read_poses_from;
 
 /// `base`, or if there is such a file, the first of `base-2`, `base-3`, … that is not there.
 pub(crate) fn free(base: &Path) -> PathBuf {
@@ -23,6 +26,21 @@ pub(crate) fn beside(base: &Path, addition: impl Display) -> PathBuf {
     let (stem, extension) = (part(base.file_stem()), part(base.extension()));
     let dot = if extension.is_empty() { "" } else { "." };
     base.with_file_name(format!("{stem}-{addition}{dot}{extension}"))
+}
+
+/// The name that means standard input or output in place of a file.
+pub(crate) const STANDARD: &str = "-";
+/// The longest list of poses that is read from standard input, bytes.
+const MOST_INPUT: u64 = 1 << 32;
+
+/// Reads a list of poses from a file, or from standard input for `-`.
+pub(crate) fn read_poses(file: &Path) -> anyhow::Result<Vec<Pose>> {
+    if file != Path::new(STANDARD) {
+        return Ok(palpus_io::read_poses(file)?);
+    }
+    let mut bytes = Vec::new();
+    std::io::stdin().take(MOST_INPUT).read_to_end(&mut bytes).context("standard input cannot be read")?;
+    Ok(read_poses_from(&bytes, "standard input")?)
 }
 
 /// Makes a folder, and those that it is to be in, unless it is there.

@@ -27,6 +27,7 @@ mod grip_tests;
 mod hand_path;
 mod inspect;
 mod interrupt;
+mod man;
 mod markup;
 mod numbers;
 mod objects;
@@ -90,8 +91,9 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 }
 
 fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
+    output::set_level(arguments.quiet, arguments.verbose);
     let command = arguments.command.unwrap_or_else(Command::demonstration);
-    // What is measured is done.
+    // Benchmarks time preparation, so they bypass the cache.
     bodies::use_cache(!arguments.no_cache && !matches!(command, Command::Bench(_)));
     match command {
         Command::Run(run) => run::run(&run),
@@ -109,6 +111,7 @@ fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Doctor(doctor) => doctor::doctor(&doctor),
         Command::Soak(arguments) => soak::soak(&arguments),
         Command::Bench(bench) => bench::bench(&bench),
+        Command::Man(arguments) => man::man(&arguments),
         Command::Completions { shell } => {
             args::completions(shell);
             Ok(ExitCode::SUCCESS)

@@ -234,7 +234,7 @@ fn of_loop(times: &Percentiles) -> Micros {
 
 fn end(end: &RunEnd) -> String {
     match end {
-        RunEnd::Duration => "the time was up".to_owned(),
+        RunEnd::Duration => "ended after the set duration".to_owned(),
         RunEnd::Stopped => "it was stopped".to_owned(),
         RunEnd::DeviceEnded => "the recording ended".to_owned(),
         RunEnd::DeviceFailed(error) => format!("the device failed: {error}"),
@@ -248,11 +248,11 @@ fn end(end: &RunEnd) -> String {
 
 /// How well the clock was kept.
 fn pace(summary: &Summary) -> String {
-    let Some(lateness) = &summary.lateness_us else { return "in simulated time".to_owned() };
+    let Some(lateness) = &summary.lateness_us else { return "simulated time".to_owned() };
     let Micros { p50, p99, max, .. } = lateness;
     let share = 100.0 * summary.late_ticks as f64 / summary.ticks.max(1) as f64;
     format!(
-        "late by p50 {p50:.1}  p99 {p99:.1}  max {max:.1} µs; {} ticks ({share:.2} %) by over half a millisecond",
+        "lateness p50 {p50:.1}  p99 {p99:.1}  max {max:.1} µs; {} ticks ({share:.2} %) late by more than 0.5 ms",
         summary.late_ticks
     )
 }
@@ -265,7 +265,7 @@ fn load(load: &Load) -> String {
         format!("step p50 {}  p99 {}  p99.9 {} of the period", percent(*p50), percent(*p99), percent(*p999));
     if *bounded_ticks > 0.0 {
         words += &format!(
-            "; work bounded in {} of the ticks, {} of the contacts carried",
+            "; work limited in {} of the ticks, {} of the contacts extrapolated",
             percent(*bounded_ticks),
             percent(*carried_contacts)
         );
@@ -291,34 +291,38 @@ pub(crate) fn print(summary: &Summary) {
         (
             "contacts",
             format!(
-                "mean {:.1}, most {}; clusters mean {:.1}, most {}",
+                "mean {:.1}, at most {}; clusters mean {:.1}, at most {}",
                 summary.contacts.mean, summary.contacts.max, summary.clusters.mean, summary.clusters.max
             ),
         ),
-        ("deepest", format!("{:.3} mm", summary.depth_max_m * 1e3)),
+        ("overlap", format!("at most {:.3} mm", summary.depth_max_m * 1e3)),
         (
-            "felt",
+            "wrench",
             format!(
-                "force to {:.2} N, torque to {:.1} mN·m, in {} ticks cut to the device's limits",
+                "peak force {:.2} N, peak torque {:.1} mN·m; saturated in {} ticks",
                 summary.force_max_n,
                 summary.torque_max_nm * 1e3,
                 summary.saturated_ticks
             ),
         ),
         (
-            "largest step",
-            format!("{:.3} N, {:.2} mN·m in one tick", summary.force_step_max_n, summary.torque_step_max_nm * 1e3),
+            "force change",
+            format!(
+                "at most {:.3} N, {:.2} mN·m in one tick",
+                summary.force_step_max_n,
+                summary.torque_step_max_nm * 1e3
+            ),
         ),
         (
             "health",
             format!(
-                "{} faults, {} allocations in the loop, {:.2} mJ generated",
+                "{} faults, {} allocations in the loop, {:.2} mJ given to the hand",
                 summary.faults,
                 summary.allocations,
                 summary.energy_generated_j * 1e3
             ),
         ),
-        ("cut for safety", summary.safety.cuts()),
+        ("safety", summary.safety.cuts()),
     ];
     for (name, text) in rows {
         if let (Some(summary), "step") = (&summary.load, name) {

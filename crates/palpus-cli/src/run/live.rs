@@ -152,11 +152,11 @@ fn tell_start(live: &Live, told: &mut bool) {
 fn said(phase: Phase) -> &'static str {
     match phase {
         Phase::Engaged => "",
-        Phase::Idle => "hold a button to feel it",
-        Phase::Waiting => "out of contact first",
-        Phase::Ramping => "engaging",
-        Phase::Faulted => "a fault: no force",
+        Phase::Idle => "hold a button to enable force",
+        Phase::Waiting => "move clear of the part to enable force",
+        Phase::Ramping => "force is rising",
+        Phase::Faulted => "fault: no force",
         Phase::Stopped => "stopped by a fault",
-        Phase::Latched => "three faults in ten seconds: press a button, or r and Enter, for force",
+        Phase::Latched => "three faults in ten seconds: press a button, or r and Enter, to enable force",
     }
 }

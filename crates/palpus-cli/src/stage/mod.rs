@@ -1,6 +1,7 @@
 //! A scene, built-in or from a file, made ready to run: bodies prepared, settings in SI, a hand
 //! that knows where to go.
 
+mod outside;
 mod prepare;
 
 use std::path::Path;
@@ -21,7 +22,7 @@ use crate::hand_path::{Following, follow};
 
 #[cfg(feature = "window")]
 pub(crate) use prepare::prepare_telling;
-pub(crate) use prepare::{Part, of_built_in, of_file, prepare};
+pub(crate) use prepare::{Part, no_scene, of_built_in, of_file, prepare};
 
 /// Everything that a run needs.
 pub(crate) struct Stage {

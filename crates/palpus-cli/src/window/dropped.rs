@@ -19,11 +19,11 @@ use palpus::body::PolygonSoup;
 use palpus::render::Settings;
 use palpus_io::record::SceneSource;
 use palpus_io::scene::FilePolicy;
-use palpus_io::{read_mesh, read_scene, write_obj_groups};
+use palpus_io::{read_scene, write_obj_groups};
 use palpus_window::{FileKind, Part};
 
 use crate::stage::Stage;
-use crate::{files, gaps};
+use crate::{bodies, files, gaps};
 
 /// What of the run under way goes on in the next one.
 pub(super) struct Present {
@@ -46,7 +46,7 @@ pub(super) fn kind(path: &Path) -> Result<FileKind, String> {
         // Whether it may name files elsewhere is asked when it is loaded.
         return read_scene(path, FilePolicy::Anywhere).map(|_| FileKind::Scene).map_err(|error| error.to_string());
     }
-    let soup = read_mesh(path).map_err(|error| error.to_string())?;
+    let soup = bodies::read_mesh(path).map_err(|error| error.to_string())?;
     let [low, high] = bounds(soup.vertices.iter().copied()).ok_or("there is nothing in it")?;
     let triangles = (0..soup.face_count()).map(|face| soup.face(face).len().saturating_sub(2)).sum();
     Ok(FileKind::Mesh { size: high - low, triangles })
@@ -71,7 +71,7 @@ impl Present {
         if !(metres_per_unit > 0.0 && metres_per_unit.is_finite()) {
             bail!("{metres_per_unit} m is no unit");
         }
-        let mut soup = read_mesh(file)?;
+        let mut soup = bodies::read_mesh(file)?;
         let [low, high] = bounds(soup.vertices.iter().copied()).context("there is nothing in it")?;
         soup.vertices.iter_mut().for_each(|vertex| *vertex -= 0.5 * (low + high));
         let dropped = Shape { soup, metres_per_unit };
@@ -104,7 +104,7 @@ impl Present {
             SceneSource::File(path) => {
                 let scene = read_scene(Path::new(path), FilePolicy::Anywhere)?;
                 let body = if part == Part::Probe { scene.probe } else { scene.environment };
-                Ok(Shape { soup: read_mesh(&body.mesh)?, metres_per_unit: body.metres_per_unit })
+                Ok(Shape { soup: bodies::read_mesh(&body.mesh)?, metres_per_unit: body.metres_per_unit })
             }
         }
     }
@@ -165,7 +165,7 @@ mod tests {
 
     #[test]
     fn a_dropped_mesh_and_a_body_that_stays_are_a_scene() {
-        crate::bodies::use_cache(false);
+        bodies::use_cache(false);
         let folder = std::env::temp_dir().join(format!("palpus-dropped-{}", std::process::id()));
         fs::create_dir_all(&folder).expect("a temporary folder");
         // A cube of 20 mm, far from its origin.

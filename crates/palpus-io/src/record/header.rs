@@ -1,4 +1,4 @@
-//! What a recording says about itself.
+//! Header of a recording.
 
 use std::io;
 
@@ -12,7 +12,7 @@ use super::FORMAT;
 use crate::mesh::ContentHash;
 use crate::one_line::one_line;
 
-/// What was run, on what, and how.
+/// Describes a run: scene, device, settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordingHeader {
     /// Version of the recording's format, from 1 to [`FORMAT`](super::FORMAT).
@@ -36,10 +36,10 @@ pub struct RecordingHeader {
 /// A scene, as far as a replay needs it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordedScene {
-    /// Where it came from.
+    /// Source of the scene.
     pub source: SceneSource,
-    /// The text of the scene's file, so that the recording can be replayed without it; `None` for a built-in scene, a text
-    /// of more than [`MOST_SCENE_TEXT`] bytes, and before format 3.
+    /// The text of the scene's file, so that the recording can be replayed without it; `None` for a
+    /// built-in scene, a text of more than [`MOST_SCENE_TEXT`] bytes, and before format 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
     /// Metres for each unit of the mesh files.
@@ -48,7 +48,7 @@ pub struct RecordedScene {
     pub probe: RecordedBody,
     /// Body b.
     pub environment: RecordedBody,
-    /// What nobody holds, beside the environment; empty before there was any.
+    /// Objects beside the environment; empty in recordings from before there were any.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub objects: Vec<RecordedBody>,
     /// The engine's settings.
@@ -59,7 +59,7 @@ pub struct RecordedScene {
     pub more: toml::Table,
 }
 
-/// Where a scene came from.
+/// Source of a scene.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SceneSource {
@@ -74,7 +74,7 @@ pub enum SceneSource {
 pub struct RecordedBody {
     /// Its mesh file or built-in name.
     pub mesh: String,
-    /// Of its mesh before scaling: a replay refuses another mesh.
+    /// Content hash of the mesh before scaling: a replay refuses another mesh.
     pub content: ContentHash,
     /// Its placement in the world at the start, m.
     #[serde(with = "PoseText")]
@@ -95,15 +95,16 @@ pub(super) const MOST_TEXT: usize = 1 << 20;
 
 /// Why a header was not read.
 pub(super) struct HeaderError {
-    /// Of the header's text, from 1; 0 when unknown.
+    /// Line of the header's text, from 1; 0 if unknown.
     pub(super) line: u64,
-    /// What is wrong, on one line.
+    /// The problem, in one line.
     pub(super) problem: String,
 }
 
 impl RecordingHeader {
     /// True if the recorded device poses are those of the grip, as devices report them. In format 1
-    /// they are those of the origin of the probe's mesh, which is the same only if the grip is there.
+    /// they are those of the origin of the probe's mesh, which is the same only if the grip is
+    /// there.
     pub fn has_grip_poses(&self) -> bool {
         self.format >= 2 || self.scene.render.grip_a == DVec3::ZERO
     }
@@ -167,7 +168,8 @@ impl PoseText {
     }
 }
 
-/// The engine's [`Settings`] in TOML. That none is forgotten is what the test below is for: its literal names every field.
+/// The engine's [`Settings`] in TOML. That none is forgotten is what the test below is for: its
+/// literal names every field.
 #[derive(Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct RenderText {
@@ -179,7 +181,8 @@ pub(super) struct RenderText {
     split_angle: Option<f64>,
     stiffness: f64,
     damping: f64,
-    /// Called `blend_angle` in recordings that were made before there were patches, and absent from older ones.
+    /// Called `blend_angle` in recordings that were made before there were patches, and absent from
+    /// older ones.
     #[serde(default, alias = "blend_angle")]
     patch_angle: Option<f64>,
     saturation: SaturationText,
