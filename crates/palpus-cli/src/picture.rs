@@ -31,7 +31,7 @@ pub(crate) fn write_model(
         None => Solid::of_body(body),
     };
     let colour = BodyPart::Probe.colour(style.theme);
-    let look = Look { pieces: !asked.plain, wireframe: asked.wireframe, translucent: false };
+    let look = Look { pieces: !asked.plain, wireframe: asked.wireframe, ..Look::default() };
     let scene = Scene {
         bodies: vec![ShownBody { part: BodyPart::Probe, solid: Arc::new(solid), pose: Pose::IDENTITY, colour, look }],
         title: model_name(model),
@@ -88,7 +88,7 @@ pub(crate) fn write_run(
     asked: &PictureArguments,
 ) -> anyhow::Result<()> {
     let style = style(asked);
-    let look = Look { pieces: asked.pieces, wireframe: asked.wireframe, translucent: !asked.plain };
+    let look = Look { pieces: asked.pieces, wireframe: asked.wireframe, xray: !asked.plain, ..Look::default() };
     let scene = Scene {
         force_scale: force_scale(&moment, moment.wrench.force.length()),
         torque_scale: torque_max,

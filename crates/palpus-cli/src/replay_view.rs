@@ -129,7 +129,7 @@ mod here {
 
     /// `first` is the recording of what is drawn as the probe.
     fn scene(recording: &Recording, first: &Recording, stage: &Stage) -> Scene {
-        let look = Look { translucent: true, ..Look::default() };
+        let look = Look { xray: true, ..Look::default() };
         let limits = recording.header.scene.render.limits;
         let largest =
             recording.rows.iter().map(|row| row.wrench.force.length()).filter(|f| f.is_finite()).fold(0.0, f64::max);

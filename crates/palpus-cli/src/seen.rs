@@ -60,7 +60,7 @@ impl<'a> Seen<'a> {
             colour: part.colour(theme),
             look,
         };
-        let opaque = Look { translucent: false, ..look };
+        let opaque = Look { translucent: false, xray: false, ..look };
         let mut bodies = vec![
             shown(BodyPart::Probe, &self.probe, probe, opaque),
             shown(BodyPart::Environment, &self.environment, stage.environment_pose, look),

@@ -21,6 +21,8 @@
 //! * `section`, `section_panel`, `section_picture` — how deep a body is felt on a plane through it,
 //!   that as a picture, and as a page.
 //! * `sheet` — a page for what is drawn flat.
+//! * `ground` — a plane below the bodies with a grid, and their shadow on it.
+//! * `xray` — where a body is seen through, since it hides a probe.
 //! * `picture`, `png`, `palette` — pixels, and how they are kept.
 //! * `window` — with the feature `gui`: the same scene, live, through the machine's graphics
 //!   library, beside the servo loop.
@@ -31,6 +33,7 @@
 mod camera;
 mod coarse;
 mod gauss;
+mod ground;
 mod letters;
 mod marks;
 mod moment;
@@ -50,6 +53,7 @@ mod solid;
 mod style;
 #[cfg(feature = "gui")]
 mod window;
+mod xray;
 
 pub use camera::{Camera, Projected, View};
 pub use gauss::{PieceOf, before_own_faces, paint_gauss, paint_gauss_half};
@@ -66,6 +70,6 @@ pub use solid::Solid;
 pub use style::{Style, Theme};
 #[cfg(feature = "gui")]
 pub use window::{
-    Cap, FileKind, Loading, Numbers, Painted, Part, Preset, Replayed, ReplayedTick, Run, Viewed, Wanted, WindowError,
-    has_display, open, show_recording, view,
+    Cap, ComparedTick, FileKind, Loading, Numbers, Painted, Part, Preset, Replayed, ReplayedTick, Run, SeenTick,
+    Viewed, Wanted, WindowError, has_display, open, show_recording, view,
 };

@@ -10,7 +10,7 @@ use crate::moment::ShownCluster;
 use crate::picture::Rgb;
 use crate::raster::Corner;
 use crate::scene::Scene;
-use crate::style::Style;
+use crate::style::{Colours, Style};
 
 /// The height of a picture for which sizes in pixels are stated; others scale.
 pub(crate) const NOMINAL_HEIGHT: f64 = 800.0;
@@ -28,6 +28,12 @@ const LEAST_TURN: f64 = 0.35;
 /// Less than this part of the largest torque is noise to the eye, which an arrow of a size of its
 /// own would make much of.
 const NO_TURN: f64 = 0.004;
+
+/// Of patches: the radius for no and for the largest force, and of the halo; how much both cover.
+const PATCH_RADII: (f64, f64) = (9.0, 17.0);
+const HALO_RADIUS: f64 = 34.0;
+const PATCH_COVER: f64 = 0.75;
+const HALO_COVER: f64 = 0.16;
 
 /// Sides of a round thing.
 const SIDES: usize = 14;
@@ -51,9 +57,62 @@ pub(crate) struct Dot {
     pub(crate) colour: Rgb,
 }
 
+/// Where bodies press on each other: a soft disc that lies on the surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Patch {
+    /// World.
+    pub(crate) point: DVec3,
+    /// Unit, world: across the surface.
+    pub(crate) normal: DVec3,
+    /// Pixels.
+    pub(crate) radius: f64,
+    pub(crate) colour: Rgb,
+    /// How much it covers in its middle, 0 to 1.
+    pub(crate) cover: f64,
+}
+
+impl Patch {
+    /// How much it covers at so many radii from its middle.
+    pub(crate) fn cover_at(&self, radii: f64) -> f64 {
+        let inside = (1.0 - radii * radii).max(0.0);
+        self.cover * inside * inside
+    }
+
+    /// It as triangles, each corner with its cover, for a disc of `radius` metres.
+    #[cfg(feature = "gui")]
+    pub(crate) fn triangles(&self, radius: f64) -> Vec<[(DVec3, f64); 3]> {
+        let ring = ring(self.normal);
+        let mut triangles = Vec::new();
+        for step in PATCH_RINGS.windows(2) {
+            let at = |radii: f64, k: usize| (self.point + ring[k % SIDES] * (radius * radii), self.cover_at(radii));
+            for k in 0..SIDES {
+                let [a, b] = [at(step[0], k), at(step[0], k + 1)];
+                let [c, d] = [at(step[1], k), at(step[1], k + 1)];
+                triangles.extend([[a, c, d], [a, d, b]]);
+            }
+        }
+        triangles
+    }
+}
+
+/// Radii at which a patch has corners.
+#[cfg(feature = "gui")]
+const PATCH_RINGS: [f64; 4] = [0.0, 0.3, 0.6, 1.0];
+
+/// A value beside a mark.
+#[derive(Clone, Debug)]
+pub(crate) struct Label {
+    /// World.
+    pub(crate) point: DVec3,
+    pub(crate) words: String,
+    pub(crate) colour: Rgb,
+}
+
 /// Everything that is drawn of a moment.
 #[derive(Debug, Default)]
 pub(crate) struct Marks {
+    pub(crate) patches: Vec<Patch>,
+    pub(crate) labels: Vec<Label>,
     pub(crate) dots: Vec<Dot>,
     /// World.
     pub(crate) solids: Vec<(Triangles, Rgb)>,
@@ -83,6 +142,9 @@ impl Marks {
                 marks.solids.push((rod(point, held, metres(held, ANCHOR_ROD_RADIUS)), colour));
             }
         }
+        if style.contacts {
+            marks.press(moment.clusters.iter().map(|c| (place(c.point), turn(c.force))), &colours);
+        }
         let arrow_of = |tail: DVec3, force: DVec3, radius: f64| {
             let length = metres(tail, LONGEST_ARROW) / scene.force_scale.max(f64::MIN_POSITIVE);
             arrow(tail, force * length, metres(tail, radius))
@@ -98,17 +160,41 @@ impl Marks {
         }
         if style.wrench {
             let grip = place(moment.grip);
+            let (force, torque) = (moment.wrench.force.length(), moment.wrench.torque.length());
             marks.solids.push((arrow_of(grip, turn(moment.wrench.force), SHAFT_RADIUS), colours.force));
+            if force > NO_TURN * scene.force_scale {
+                let length = metres(grip, LONGEST_ARROW) / scene.force_scale.max(f64::MIN_POSITIVE);
+                let point = grip + turn(moment.wrench.force) * length;
+                marks.labels.push(Label { point, words: format!("{force:.2} N"), colour: colours.force });
+            }
             let part = (moment.wrench.torque.length() / scene.torque_scale.max(f64::MIN_POSITIVE)).min(1.0);
             if part > NO_TURN {
                 let circle = metres(grip, TURNING_CIRCLE * (LEAST_TURN + (1.0 - LEAST_TURN) * part));
                 let axis = turn(moment.wrench.torque);
                 let turning = turning_arrow(grip, axis, circle, metres(grip, CLUSTER_SHAFT_RADIUS));
                 marks.solids.push((turning, colours.torque));
+                let point = grip - turn(moment.wrench.force).normalize_or(DVec3::Z) * circle;
+                marks.labels.push(Label { point, words: format!("{:.1} mN·m", torque * 1e3), colour: colours.torque });
             }
             marks.dots.push(Dot { point: grip, radius: GRIP_RADIUS, colour: colours.force });
         }
         marks
+    }
+
+    /// Patches where forces push: redder and larger where one is larger. Each has a halo, so that a
+    /// light touch is seen too.
+    fn press(&mut self, forces: impl Iterator<Item = (DVec3, DVec3)> + Clone, colours: &Colours) {
+        let largest = forces.clone().map(|(_, force)| force.length()).fold(0.0, f64::max);
+        for (point, force) in forces {
+            let Some(normal) = force.try_normalize() else { continue };
+            let part = (force.length() / largest).clamp(0.0, 1.0);
+            let mix =
+                |k: usize| (f64::from(colours.light[k]) * (1.0 - part) + f64::from(colours.heavy[k]) * part) as u8;
+            let colour = [mix(0), mix(1), mix(2)];
+            let halo = Patch { point, normal, radius: HALO_RADIUS, colour, cover: HALO_COVER };
+            let radius = PATCH_RADII.0 + (PATCH_RADII.1 - PATCH_RADII.0) * part;
+            self.patches.extend([halo, Patch { radius, cover: PATCH_COVER, ..halo }]);
+        }
     }
 }
 
@@ -238,6 +324,29 @@ mod tests {
             let normal = (b.point - a.point).cross(c.point - a.point);
             assert!(normal.dot(a.normal + b.normal + c.normal) > 0.0);
         }
+    }
+
+    #[test]
+    fn patches_tell_pressure_and_values_stand_at_tips() {
+        use crate::moment::Moment;
+        use palpus::algebra::Wrench;
+        let mut moment = Moment::new(4);
+        let cluster = |x: f64, force: f64| ShownCluster {
+            point: DVec3::new(x, 0.0, 0.0),
+            force: DVec3::Z * force,
+            separation: 0.0,
+        };
+        moment.clusters.extend([cluster(0.0, 2.0), cluster(1.0, 0.2), cluster(2.0, 0.0)]);
+        moment.wrench = Wrench { force: DVec3::Z * 2.2, torque: DVec3::X * 0.5 };
+        let scene = Scene { moment: Some(moment), force_scale: 4.4, ..Scene::default() };
+        let marks = Marks::of(&scene, &Style::default(), &|_, pixels| pixels);
+        assert_eq!(marks.patches.len(), 4, "none without force");
+        let (heavy, light) = (marks.patches[1], marks.patches[3]);
+        assert!(heavy.radius > light.radius && heavy.colour[1] < light.colour[1] && heavy.normal == DVec3::Z);
+        assert!(heavy.cover_at(0.0) > 0.5 && heavy.cover_at(1.0) == 0.0);
+        assert_eq!(marks.labels[0].words, "2.20 N");
+        assert!((marks.labels[0].point - DVec3::Z * 75.0).length() < 1e-9, "at the tip, half as far as the longest");
+        assert_eq!(marks.labels[1].words, "500.0 mN·m");
     }
 
     #[test]

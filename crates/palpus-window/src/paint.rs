@@ -1,27 +1,30 @@
 //! From a scene to a picture.
 //!
 //! 1. Every pixel is four samples.
-//! 2. *Bodies* into a layer, with outlines where they end.
-//! 3. *Translucent bodies*, and where the device holds the probe if the proxy is elsewhere: their
+//! 2. The *ground*: its grid, and the shadow of the bodies.
+//! 3. *Bodies* into a layer, with outlines where they end.
+//! 4. *Translucent bodies*, bodies around the probes that they hide, and where the device holds the probe if the proxy is elsewhere: their
 //!    nearest inner sides, then their nearest outer sides, each over what is there. What looks
 //!    along the surface sees more of it, as with glass.
-//! 4. *Marks* into a layer of their own. What a body hides of them stays visible, paler.
-//! 5. Samples become pixels, and words stand above.
+//! 5. *Marks* into a layer of their own. What a body hides of them stays visible, paler.
+//! 6. Samples become pixels, and words stand above.
 //!
 //! Light is two lamps that go with the eye and a sky: a surface that faces the viewer is never
 //! dark.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use palpus::algebra::Pose;
 
 use crate::camera::Camera;
+use crate::ground::Ground;
 use crate::letters::{self, Setting};
-use crate::marks::{Dot, Marks, NOMINAL_HEIGHT, Triangles};
+use crate::marks::{Dot, Marks, NOMINAL_HEIGHT, Patch, Triangles};
 use crate::moment::Moment;
 use crate::picture::{Picture, Rgb};
 use crate::raster::{Corner, Facing, Fragment, Layer, Lens, Light};
-use crate::scene::{Scene, ShownBody, Unit};
+use crate::scene::{Look, Scene, ShownBody, Unit};
 use crate::style::{Colours, Style, encoded, linear, piece_colour};
+use crate::xray::XRay;
 
 /// Samples along each side of a pixel.
 const FINENESS: usize = 2;
@@ -30,6 +33,12 @@ const WIRE_WIDTH: f64 = 0.7;
 const MARGIN: f64 = 22.0;
 const TITLE_SIZE: f64 = 19.0;
 const WORD_SIZE: f64 = 13.0;
+/// How far before its point a patch is, in radii: it is flat, and surfaces need not be.
+const PATCH_BEFORE: f64 = 0.5;
+/// Pixels; and how strong lines of the grid are, and those through its middle.
+const GRID_WIDTH: f64 = 1.1;
+const GRID_LINE: f64 = 0.17;
+const AXIS_LINE: f64 = 0.34;
 /// How much of a mark is seen through a body.
 pub(crate) const HIDDEN: f32 = 0.38;
 /// A mark this part of its depth behind a surface counts as before it: contacts lie between the two
@@ -48,14 +57,23 @@ pub fn paint(scene: &Scene, camera: &Camera, style: &Style, width: usize, height
     let colours = style.theme.colours();
     let scale = height as f64 / NOMINAL_HEIGHT;
     let lens = Lens::new(camera, width * FINENESS, height * FINENESS);
-    let brush = Brush { lens, colours, samples: scale * FINENESS as f64 };
+    let samples = scale * FINENESS as f64;
+    let size = [width, height].map(|pixels| (pixels * FINENESS) as f64);
+    let sees_through = scene.bodies.iter().any(|body| body.look.xray);
+    let xrays = if sees_through { scene.xrays(camera, size, samples) } else { Vec::new() };
+    let brush = Brush { lens, colours, samples, xrays };
 
     let mut opaque = Layer::new(width * FINENESS, height * FINENESS);
     for (k, body) in scene.bodies.iter().enumerate().filter(|(_, body)| !body.look.translucent) {
-        brush.body(&mut opaque, body, &body.pose, k as u16 + 1, Facing::Any, None);
+        let cover = if body.look.xray { Cover::AroundProbes(Part::Solid) } else { Cover::Whole };
+        brush.body(&mut opaque, body, &body.pose, k as u16 + 1, Facing::Any, cover);
     }
-    opaque.outline(linear(colours.outline), OUTLINE_STRENGTH);
+    let is_cut = |at: DVec2| brush.xrays.iter().any(|xray| xray.is_edge(at));
+    opaque.outline(linear(colours.outline), OUTLINE_STRENGTH, is_cut);
     let mut light = background(&colours, opaque.width, opaque.height);
+    if let Some(ground) = Ground::below(scene).filter(|ground| ground.is_seen_from(camera.eye())) {
+        brush.ground(&mut light, opaque.width, scene, &ground);
+    }
     cover(&mut light, &opaque, |_| 1.0);
 
     let mut layer = Layer::new(opaque.width, opaque.height);
@@ -63,18 +81,32 @@ pub fn paint(scene: &Scene, camera: &Camera, style: &Style, width: usize, height
         layer.restart_before(&opaque);
         brush.translucent(&mut layer, scene, facing);
         if facing == Facing::Front {
-            layer.outline(linear(colours.outline), OUTLINE_STRENGTH);
+            layer.outline(linear(colours.outline), OUTLINE_STRENGTH, is_cut);
         }
         cover(&mut light, &layer, |_| 1.0);
     }
     if scene.moment.is_some() {
+        let marks = brush.marks_of(scene, style);
+        brush.patches(&mut light, &opaque, &marks.patches);
         let mut layer = Layer::new(opaque.width, opaque.height);
-        brush.marks(&mut layer, scene, style);
-        layer.outline(linear(colours.outline), OUTLINE_STRENGTH);
+        brush.marks(&mut layer, &marks);
+        layer.outline(linear(colours.outline), OUTLINE_STRENGTH, |_| false);
         cover(&mut light, &layer, |k| if layer.nearness[k] >= opaque.nearness[k] * BEFORE { 1.0 } else { HIDDEN });
     }
     let mut picture = pixels(&light, width, height);
     if style.words {
+        let values = if scene.moment.is_some() { brush.marks_of(scene, style).labels } else { Vec::new() };
+        for value in values {
+            if let Some(at) = camera.project(value.point, width as f64, height as f64) {
+                let (x, y) = (at.x + 0.7 * WORD_SIZE * scale, at.y + 0.4 * WORD_SIZE * scale);
+                let size = WORD_SIZE * scale;
+                letters::write(
+                    &mut picture,
+                    &value.words,
+                    &Setting { x, y, size, colour: value.colour, halo: colours.above },
+                );
+            }
+        }
         words(&mut picture, scene, camera, style, scale);
     }
     picture
@@ -86,19 +118,62 @@ struct Brush {
     colours: Colours,
     /// Samples of a nominal pixel.
     samples: f64,
+    /// Where bodies are seen through; in samples.
+    xrays: Vec<XRay>,
+}
+
+/// How much a body covers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Cover {
+    Whole,
+    /// So much squarely, and along.
+    Glass(f64, f64),
+    /// Glass where it hides a probe.
+    AroundProbes(Part),
+}
+
+/// What is drawn of a body that is glass around probes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Part {
+    Solid,
+    Glass,
 }
 
 impl Brush {
-    /// A body, or one side of it. `cover` makes it translucent: what it covers squarely and along.
-    fn body(
-        &self,
-        layer: &mut Layer,
-        body: &ShownBody,
-        pose: &Pose,
-        name: u16,
-        facing: Facing,
-        cover: Option<(f64, f64)>,
-    ) {
+    /// The grid and the shadow.
+    fn ground(&self, light: &mut [[f32; 3]], width: usize, scene: &Scene, ground: &Ground) {
+        let shadow = ground.shadow(scene.bodies.iter().map(|body| (&*body.solid, body.pose)));
+        let (shade, ink) = (linear(self.colours.shadow), linear(self.colours.ink));
+        let half = 0.5 * GRID_WIDTH * self.samples;
+        for (k, light) in light.iter_mut().enumerate() {
+            let at = DVec2::new((k % width) as f64 + 0.5, (k / width) as f64 + 0.5);
+            let Some(point) = self.lens.on_plane(at, ground.middle, DVec3::Z) else { continue };
+            let mut mix = |colour: DVec3, part: f64| {
+                for (under, over) in light.iter_mut().zip(colour.to_array()) {
+                    *under += (over as f32 - *under) * part as f32;
+                }
+            };
+            mix(shade, self.colours.shade * shadow.at(point));
+            let strength = ground.strength(point);
+            if strength > 0.0 {
+                // Samples to the nearest line of each kind, by how far the next sample is.
+                let next =
+                    |step: DVec2| self.lens.on_plane(at + step, ground.middle, DVec3::Z).unwrap_or(point) - point;
+                let (right, below) = (next(DVec2::X), next(DVec2::Y));
+                let line = |axis: usize| {
+                    let cells = (point[axis] - ground.middle[axis]) / ground.cell;
+                    let away = (cells - cells.round()).abs() * ground.cell;
+                    let sample = right[axis].hypot(below[axis]).max(f64::MIN_POSITIVE);
+                    let most = if cells.round() == 0.0 { AXIS_LINE } else { GRID_LINE };
+                    most * (half + 0.5 - away / sample).clamp(0.0, 1.0)
+                };
+                mix(ink, strength * line(0).max(line(1)));
+            }
+        }
+    }
+
+    /// A body, or one side of it.
+    fn body(&self, layer: &mut Layer, body: &ShownBody, pose: &Pose, name: u16, facing: Facing, cover: Cover) {
         let solid = &body.solid;
         let points: Vec<DVec3> = solid.vertices.iter().map(|v| pose.point(*v)).collect();
         let wire = WIRE_WIDTH * self.samples;
@@ -107,33 +182,77 @@ impl Brush {
             let colour = if body.look.pieces { piece_colour(piece, self.colours.piece_lightness) } else { own };
             let corner = |k: usize| Corner { point: points[triangle[k] as usize], normal: pose.vector(normals[k]) };
             layer.triangle(&self.lens, name, [corner(0), corner(1), corner(2)], facing, |fragment| {
+                let mut covered = self.covered(cover, fragment)?;
                 let mut light = lit(colour, fragment);
-                let mut covered = cover.map_or(1.0, |(square, along)| glass(fragment, square, along));
                 if body.look.wireframe && fragment.side < wire {
                     light = light.lerp(outline, WIRE_STRENGTH);
                     covered = covered.max(WIRE_STRENGTH);
                 }
-                as_light(light, covered)
+                Some(as_light(light, covered))
             });
+        }
+    }
+
+    /// How much a fragment covers; `None` if it is not drawn now.
+    fn covered(&self, cover: Cover, fragment: &Fragment) -> Option<f64> {
+        match cover {
+            Cover::Whole => Some(1.0),
+            Cover::Glass(square, along) => Some(glass(fragment, square, along)),
+            Cover::AroundProbes(part) => {
+                let solidities = self.xrays.iter().map(|xray| xray.solidity(fragment.at, fragment.depth));
+                let solidity = solidities.fold(1.0, f64::min);
+                let glassy = glass(fragment, COVER_SQUARE, COVER_ALONG);
+                match part {
+                    Part::Solid => (solidity >= 1.0).then_some(1.0),
+                    Part::Glass => (solidity < 1.0).then_some(glassy + (1.0 - glassy) * solidity),
+                }
+            }
         }
     }
 
     /// One side of all translucent bodies, and of the probe where the device has it.
     fn translucent(&self, layer: &mut Layer, scene: &Scene, facing: Facing) {
-        for (k, body) in scene.bodies.iter().enumerate().filter(|(_, body)| body.look.translucent) {
-            self.body(layer, body, &body.pose, k as u16 + 1, facing, Some((COVER_SQUARE, COVER_ALONG)));
+        for (k, body) in scene.bodies.iter().enumerate() {
+            let cover = match body.look {
+                Look { translucent: true, .. } => Cover::Glass(COVER_SQUARE, COVER_ALONG),
+                Look { xray: true, .. } => Cover::AroundProbes(Part::Glass),
+                _ => continue,
+            };
+            self.body(layer, body, &body.pose, k as u16 + 1, facing, cover);
         }
         let (Some(moment), Some(probe), Facing::Front) = (&scene.moment, scene.bodies.first(), facing) else { return };
         if scene.is_device_apart(moment, probe) {
             let pose = scene.moment_pose * moment.device;
             let name = scene.bodies.len() as u16 + 1;
-            self.body(layer, probe, &pose, name, facing, Some((0.5 * GHOST_COVER, GHOST_COVER)));
+            self.body(layer, probe, &pose, name, facing, Cover::Glass(0.5 * GHOST_COVER, GHOST_COVER));
+        }
+    }
+
+    fn marks_of(&self, scene: &Scene, style: &Style) -> Marks {
+        Marks::of(scene, style, &|point, pixels| self.lens.metres(point, pixels * self.samples))
+    }
+
+    /// Where bodies press, over what is there.
+    fn patches(&self, light: &mut [[f32; 3]], opaque: &Layer, patches: &[Patch]) {
+        for patch in patches {
+            let (radius, colour) = (patch.radius * self.samples, linear(patch.colour).as_vec3().to_array());
+            let metres = self.lens.metres(patch.point, radius);
+            opaque.about(&self.lens, patch.point, radius, |k, at| {
+                let Some(point) = self.lens.on_plane(at, patch.point, patch.normal) else { return };
+                let depth = -self.lens.point_in_view(point).z - PATCH_BEFORE * metres;
+                if 1.0 / depth < f64::from(opaque.nearness[k]) {
+                    return;
+                }
+                let cover = patch.cover_at((point - patch.point).length() / metres) as f32;
+                for (under, over) in light[k].iter_mut().zip(colour) {
+                    *under += (over - *under) * cover;
+                }
+            });
         }
     }
 
     /// Dots and arrows.
-    fn marks(&self, layer: &mut Layer, scene: &Scene, style: &Style) {
-        let marks = Marks::of(scene, style, &|point, pixels| self.lens.metres(point, pixels * self.samples));
+    fn marks(&self, layer: &mut Layer, marks: &Marks) {
         for dot in &marks.dots {
             self.dot(layer, dot);
         }
@@ -155,7 +274,9 @@ impl Brush {
     fn solid_mark(&self, layer: &mut Layer, triangles: &Triangles, colour: Rgb) {
         let colour = linear(colour);
         for corners in triangles {
-            layer.triangle(&self.lens, MARK, *corners, Facing::Front, |fragment| as_light(lit(colour, fragment), 1.0));
+            layer.triangle(&self.lens, MARK, *corners, Facing::Front, |fragment| {
+                Some(as_light(lit(colour, fragment), 1.0))
+            });
         }
     }
 }
@@ -167,16 +288,19 @@ fn as_light(light: DVec3, covered: f64) -> Light {
     [light.x as f32, light.y as f32, light.z as f32, covered as f32]
 }
 
-/// Two lamps, from over the left and the right shoulder, a sky, and a gloss.
+/// Two lamps, a warm one from over the left shoulder and a cool one from the right, a sky, a gloss,
+/// and a rim where the surface turns away.
 fn lit(colour: DVec3, fragment: &Fragment) -> DVec3 {
     let n = fragment.normal;
     let key = DVec3::new(-0.45, 0.62, 0.64);
     let fill = DVec3::new(0.80, 0.05, 0.60);
-    let sky = 0.32 + 0.16 * n.y;
-    let diffuse = sky + 0.66 * n.dot(key).max(0.0) + 0.26 * n.dot(fill).max(0.0);
+    let slant = 1.0 - n.dot(fragment.to_eye).clamp(0.0, 1.0);
+    let sky = DVec3::new(0.27, 0.285, 0.31) + DVec3::new(0.15, 0.16, 0.18) * n.y;
+    let lamps =
+        DVec3::new(0.70, 0.68, 0.64) * n.dot(key).max(0.0) + DVec3::new(0.22, 0.24, 0.27) * n.dot(fill).max(0.0);
     let half = (key + fragment.to_eye).normalize_or(DVec3::Z);
-    let gloss = n.dot(half).max(0.0).powi(40);
-    colour * diffuse + DVec3::splat(0.16 * gloss)
+    let gloss = n.dot(half).max(0.0).powi(48);
+    colour * (sky + lamps) + DVec3::splat(0.15 * gloss) + DVec3::new(0.06, 0.065, 0.07) * slant.powi(3)
 }
 
 /// How much a translucent surface covers.

@@ -10,7 +10,7 @@
 //!
 //! There is one thread and every sum has one order: the same layer comes out of every run.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 use crate::camera::Camera;
 
@@ -22,6 +22,10 @@ pub(crate) struct Fragment {
     pub(crate) to_eye: DVec3,
     /// Samples to the nearest side of the triangle.
     pub(crate) side: f64,
+    /// Where the sample is, in samples from the upper left corner.
+    pub(crate) at: DVec2,
+    /// m from the eye, along the line of sight through the middle.
+    pub(crate) depth: f64,
 }
 
 /// A corner of a triangle, world.
@@ -56,6 +60,17 @@ impl Lens {
     pub(crate) fn new(camera: &Camera, width: usize, height: usize) -> Self {
         let axes = camera.axes();
         Self { camera: *camera, eye: camera.eye(), axes, width: width as f64, height: height as f64 }
+    }
+
+    /// Where the line of sight through a sample (from the upper left corner) meets the plane
+    /// through `point` (world) across `normal`; `None` if it does not.
+    pub(crate) fn on_plane(&self, at: DVec2, point: DVec3, normal: DVec3) -> Option<DVec3> {
+        let metres = self.camera.metres_per_pixel(1.0, self.height);
+        let [right, up, back] = self.axes;
+        let (x, y) = ((at.x - 0.5 * self.width) * metres, (0.5 * self.height - at.y) * metres);
+        let direction = right * x + up * y - back;
+        let along = (point - self.eye).dot(normal) / direction.dot(normal);
+        (along > 0.0 && along.is_finite()).then(|| self.eye + direction * along)
     }
 
     pub(crate) fn vector_in_view(&self, v: DVec3) -> DVec3 {
@@ -96,14 +111,14 @@ impl Layer {
         self.name.fill(0);
     }
 
-    /// Draws a triangle called `name`; `light` says how a fragment looks.
+    /// Draws a triangle called `name`; `light` says how a fragment looks, or that it is not drawn.
     pub(crate) fn triangle(
         &mut self,
         lens: &Lens,
         name: u16,
         corners: [Corner; 3],
         facing: Facing,
-        light: impl Fn(&Fragment) -> Light,
+        light: impl Fn(&Fragment) -> Option<Light>,
     ) {
         let seen =
             corners.map(|c| Corner { point: lens.point_in_view(c.point), normal: lens.vector_in_view(c.normal) });
@@ -129,7 +144,7 @@ impl Layer {
         corners: [Corner; 3],
         facing: Facing,
         sides: bool,
-        light: impl Fn(&Fragment) -> Light,
+        light: impl Fn(&Fragment) -> Option<Light>,
     ) {
         let Some(flat) = Flat::new(lens, &corners) else { return };
         if facing != Facing::Any && flat.is_front() != (facing == Facing::Front) {
@@ -157,10 +172,14 @@ impl Layer {
                     normal: (mix(|c| c.normal) * turned).normalize_or(DVec3::Z),
                     to_eye: (-mix(|c| c.point)).normalize_or(DVec3::Z),
                     side: if sides { flat.to_side(column as f64 + 0.5, y) } else { f64::INFINITY },
+                    at: DVec2::new(column as f64 + 0.5, row as f64 + 0.5),
+                    depth: 1.0 / nearness,
                 };
-                self.nearness[at] = nearness as f32;
-                self.light[at] = light(&fragment);
-                self.name[at] = name;
+                if let Some(light) = light(&fragment) {
+                    self.nearness[at] = nearness as f32;
+                    self.light[at] = light;
+                    self.name[at] = name;
+                }
             }
         }
     }
@@ -192,8 +211,20 @@ impl Layer {
         }
     }
 
-    /// Mixes `colour` into the samples where what was drawn ends before something farther away.
-    pub(crate) fn outline(&mut self, colour: DVec3, strength: f64) {
+    /// Calls `draw` with each sample within `radius` samples of a point of the world: its number,
+    /// and its place from the upper left corner.
+    pub(crate) fn about(&self, lens: &Lens, point: DVec3, radius: f64, mut draw: impl FnMut(usize, DVec2)) {
+        let Some(at) = lens.camera.project_view(lens.point_in_view(point), lens.width, lens.height) else { return };
+        for row in span([at.y - radius, at.y + radius].into_iter(), self.height) {
+            for column in span([at.x - radius, at.x + radius].into_iter(), self.width) {
+                draw(row * self.width + column, DVec2::new(column as f64 + 0.5, row as f64 + 0.5));
+            }
+        }
+    }
+
+    /// Mixes `colour` into the samples where what was drawn ends before something farther away,
+    /// but not where it was `cut` only to see through.
+    pub(crate) fn outline(&mut self, colour: DVec3, strength: f64, cut: impl Fn(DVec2) -> bool) {
         let (width, height) = (self.width, self.height);
         let mut edges = Vec::new();
         for row in 1..height.saturating_sub(1) {
@@ -209,7 +240,8 @@ impl Layer {
                     let meets = |k: usize| self.name[k] != name && self.nearness[k] < own;
                     fall > OUTLINE_FALL * own || meets(a) || meets(b)
                 };
-                if ends(at - 1, at + 1) || ends(at - width, at + width) {
+                let is_end = ends(at - 1, at + 1) || ends(at - width, at + width);
+                if is_end && !cut(DVec2::new(column as f64 + 0.5, row as f64 + 0.5)) {
                     edges.push(at);
                 }
             }
@@ -323,7 +355,7 @@ mod tests {
 
     fn drawn(points: [DVec3; 3], camera: &Camera, facing: Facing) -> usize {
         let mut layer = Layer::new(100, 100);
-        layer.triangle(&Lens::new(camera, 100, 100), 1, flat(points), facing, |_| [1.0; 4]);
+        layer.triangle(&Lens::new(camera, 100, 100), 1, flat(points), facing, |_| Some([1.0; 4]));
         layer.name.iter().filter(|name| **name == 1).count()
     }
 
@@ -344,8 +376,8 @@ mod tests {
         let camera = Camera::framing([a, b, c, d].into_iter(), View::Top, 1.0);
         let mut layer = Layer::new(100, 100);
         let lens = Lens::new(&camera, 100, 100);
-        layer.triangle(&lens, 1, flat([a, b, c]), Facing::Any, |_| [1.0; 4]);
-        layer.triangle(&lens, 1, flat([a, c, d]), Facing::Any, |_| [1.0; 4]);
+        layer.triangle(&lens, 1, flat([a, b, c]), Facing::Any, |_| Some([1.0; 4]));
+        layer.triangle(&lens, 1, flat([a, c, d]), Facing::Any, |_| Some([1.0; 4]));
         let row = |y: usize| (0..100).filter(|x| layer.name[y * 100 + x] == 1).collect::<Vec<usize>>();
         for y in 15..85 {
             let columns = row(y);
@@ -370,7 +402,7 @@ mod tests {
         let draw = |order: [(u16, [DVec3; 3]); 2]| {
             let mut layer = Layer::new(60, 60);
             for (name, points) in order {
-                layer.triangle(&lens, name, flat(points), Facing::Any, |_| [1.0; 4]);
+                layer.triangle(&lens, name, flat(points), Facing::Any, |_| Some([1.0; 4]));
             }
             layer.name
         };

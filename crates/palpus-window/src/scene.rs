@@ -5,10 +5,12 @@ use std::sync::Arc;
 use glam::DVec3;
 use palpus::algebra::Pose;
 
+use crate::camera::Camera;
 use crate::moment::Moment;
 use crate::picture::Rgb;
 use crate::solid::Solid;
 use crate::style::Theme;
+use crate::xray::XRay;
 
 /// How one body is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -19,6 +21,8 @@ pub struct Look {
     pub wireframe: bool,
     /// What is behind it is seen through it.
     pub translucent: bool,
+    /// The same, but only around a probe that it hides.
+    pub xray: bool,
 }
 
 /// A body in its place.
@@ -141,12 +145,20 @@ impl Scene {
         }
     }
 
-    /// Turns the environment to glass, or back.
+    /// Goes on with how the environment is seen: around the probe through it, all through it, not
+    /// through it.
     #[cfg(feature = "gui")]
-    pub(crate) fn toggle_glass(&mut self) {
-        if let Some(environment) = self.bodies.get_mut(1) {
-            environment.look.translucent ^= true;
+    pub(crate) fn turn_glass(&mut self) {
+        if let Some(Look { xray, translucent, .. }) = self.bodies.get_mut(1).map(|body| &mut body.look) {
+            (*xray, *translucent) = (!*xray && !*translucent, *xray);
         }
+    }
+
+    /// The bodies that hands hold, where they are seen in a picture of so many pixels of which
+    /// `nominal` make one of a nominal picture.
+    pub(crate) fn xrays(&self, camera: &Camera, size: [f64; 2], nominal: f64) -> Vec<XRay> {
+        let held = self.bodies.iter().filter(|body| matches!(body.part, BodyPart::Probe | BodyPart::OtherProbe(_)));
+        held.filter_map(|body| XRay::around(&body.solid, &body.pose, camera, size, nominal)).collect()
     }
 
     /// True if the device holds the probe elsewhere than where the proxy is, so that it is to be

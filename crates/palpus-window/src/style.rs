@@ -66,6 +66,18 @@ pub(crate) struct Colours {
     pub(crate) torque: Rgb,
     pub(crate) anchor: Rgb,
     pub(crate) sliding: Rgb,
+    /// Of what is compared with what is felt.
+    #[cfg(feature = "gui")]
+    pub(crate) compared: Rgb,
+    /// Of the patches of contact: where they press lightly, and hard.
+    pub(crate) light: Rgb,
+    pub(crate) heavy: Rgb,
+    /// Of the ground's shadow, and how much the darkest covers.
+    pub(crate) shadow: Rgb,
+    pub(crate) shade: f64,
+    /// Of the world's axes.
+    #[cfg(feature = "gui")]
+    pub(crate) axes: [Rgb; 3],
     /// Of pieces: how much of their colour stays, and how light they are.
     pub(crate) piece_lightness: f64,
 }
@@ -83,13 +95,13 @@ impl Theme {
     pub(crate) fn colours(self) -> Colours {
         match self {
             Self::Light => Colours {
-                above: [252, 252, 253],
-                below: [226, 231, 238],
+                above: [250, 251, 253],
+                below: [222, 228, 236],
                 ink: [28, 33, 43],
                 faint: [110, 118, 132],
                 outline: [38, 44, 56],
                 probe: [232, 164, 82],
-                environment: [138, 165, 196],
+                environment: [176, 189, 205],
                 object: [150, 182, 132],
                 disjoint: [26, 158, 60],
                 penetrating: [214, 28, 36],
@@ -98,16 +110,24 @@ impl Theme {
                 torque: [0, 138, 148],
                 anchor: [24, 24, 28],
                 sliding: [222, 110, 0],
+                #[cfg(feature = "gui")]
+                compared: [214, 96, 0],
+                light: [250, 205, 60],
+                heavy: [220, 40, 30],
+                shadow: [40, 50, 68],
+                shade: 0.42,
+                #[cfg(feature = "gui")]
+                axes: [[200, 44, 44], [38, 136, 52], [40, 84, 214]],
                 piece_lightness: 0.66,
             },
             Self::Dark => Colours {
-                above: [30, 34, 42],
-                below: [14, 16, 21],
+                above: [42, 48, 58],
+                below: [24, 28, 35],
                 ink: [238, 241, 246],
                 faint: [150, 158, 172],
                 outline: [6, 7, 10],
                 probe: [236, 170, 92],
-                environment: [120, 150, 186],
+                environment: [134, 150, 172],
                 object: [142, 180, 122],
                 disjoint: [70, 220, 104],
                 penetrating: [255, 74, 74],
@@ -116,6 +136,14 @@ impl Theme {
                 torque: [64, 214, 222],
                 anchor: [250, 250, 250],
                 sliding: [255, 170, 60],
+                #[cfg(feature = "gui")]
+                compared: [255, 150, 60],
+                light: [255, 220, 90],
+                heavy: [255, 70, 50],
+                shadow: [0, 0, 0],
+                shade: 0.75,
+                #[cfg(feature = "gui")]
+                axes: [[255, 104, 104], [112, 220, 122], [122, 164, 255]],
                 piece_lightness: 0.60,
             },
         }

@@ -67,6 +67,9 @@ fn differences(one: &Picture, other: &Picture) -> Vec<(usize, usize)> {
     all.filter(|&(x, y)| one.pixel(x, y) != other.pixel(x, y)).collect()
 }
 
+/// Pixels about a contact that its halo may change.
+const HALO: f64 = 11.0;
+
 #[test]
 fn dots_are_where_the_contacts_are_and_nowhere_else() {
     for (height, overlapping) in [(0.4e-3, false), (-0.4e-3, true)] {
@@ -91,7 +94,7 @@ fn dots_are_where_the_contacts_are_and_nowhere_else() {
                 assert!(turned > 15, "{view:?}: no dot at {place:?}: {red} {green} {blue} over {r} {g} {b}");
             }
             for (x, y) in differences(&with, &without) {
-                let near = |p: &palpus_window::Projected| (x as f64 - p.x).hypot(y as f64 - p.y) < 4.0;
+                let near = |p: &palpus_window::Projected| (x as f64 - p.x).hypot(y as f64 - p.y) < HALO;
                 assert!(places.iter().any(near), "{view:?}: something at {x}, {y}, where no contact is");
             }
         }
@@ -157,6 +160,23 @@ fn every_look_shows_something_else() {
             assert!(differences(one, other).len() > 500);
         }
     }
+}
+
+#[test]
+fn the_environment_is_seen_through_around_the_probe_only() {
+    let solid = leaning(0.0);
+    let mut seen_through = solid.clone();
+    seen_through.bodies[1].look.xray = true;
+    // The table hides the box from below.
+    let [without, with] = [&solid, &seen_through].map(|scene| taken(scene, View::Bottom, &bare()));
+    let probe = framed(&solid, View::Bottom).project(solid.bodies[0].pose.translation, WIDTH as f64, HEIGHT as f64);
+    let [x, y] = probe.map(|p| [p.x as usize, p.y as usize]).expect("ahead of the eye");
+    let [red, _, blue] = with.pixel(x, y).map(i32::from);
+    let [r, _, b] = without.pixel(x, y).map(i32::from);
+    assert!(red - blue > r - b + 20, "the box is orange, the table is not: {red} {blue}, without {r} {b}");
+    let changed = differences(&without, &with);
+    let share = changed.len() as f64 / (WIDTH * HEIGHT) as f64;
+    assert!(share < 0.3 && changed.iter().all(|(x, y)| (10..WIDTH - 10).contains(x) && *y > 3), "{share}");
 }
 
 #[test]

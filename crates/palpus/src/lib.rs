@@ -58,6 +58,8 @@
 //! newtons, newton-metres, radians) unless a name says otherwise; frames are right-handed. Body **a** is the probe, body **b** the
 //! environment; a contact normal is unit and points from b into a; `point_a − point_b = separation · normal`.
 //!
+//! With the feature `serde`, settings, poses, wrenches and contacts can be serialized.
+//!
 //! # The rooms
 //!
 //! What a program needs is at the top of the crate. Everything else is in rooms, which in alphabetical order follow the paper's sections

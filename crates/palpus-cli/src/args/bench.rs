@@ -74,6 +74,27 @@ pub(crate) enum BenchCommand {
         #[arg(long, value_name = "NAME")]
         only: Option<String>,
     },
+    /// Measures close-fitting contact: a nut pressed on its thread, gears, a peg in its hole, scans; time, work and truth of the wrench.
+    #[command(
+        after_help = "Example:\n  palpus bench conformal --models models --out conformal\n\nTimes are processor time of one thread. docs/conformal.md says what the columns mean."
+    )]
+    Conformal {
+        /// Where the files go.
+        #[arg(long, value_name = "DIR", default_value = "palpus-out/conformal")]
+        out: PathBuf,
+        /// A folder with the real meshes; cases whose meshes are not there are left out.
+        #[arg(long, value_name = "DIR")]
+        models: Option<PathBuf>,
+        /// Ticks per case.
+        #[arg(long, value_name = "N", default_value_t = 2000, value_parser = ticks)]
+        ticks: usize,
+        /// Poses of each case at which the wrench is compared with the truth; it takes seconds each on a thread.
+        #[arg(long, value_name = "N", default_value_t = 24)]
+        truths: usize,
+        /// Only the cases whose names begin so.
+        #[arg(long, value_name = "NAME")]
+        only: Option<String>,
+    },
     /// Times the engine step (query, depth, force) of two models over a list of poses.
     #[command(
         after_help = "Example:\n  palpus bench step spoon.obj cup.obj --poses path.csv --out step.csv --tolerance 0.01"
@@ -99,4 +120,10 @@ pub(crate) enum BenchCommand {
 /// Reads a seed.
 fn seed(text: &str) -> Result<u64, std::num::ParseIntError> {
     text.strip_prefix("0x").map_or_else(|| text.parse(), |digits| u64::from_str_radix(digits, 16))
+}
+
+/// Reads a number of ticks: two stretches of at least one each.
+fn ticks(text: &str) -> Result<usize, String> {
+    let ticks: usize = text.parse().map_err(|_| format!("{text} is no number of ticks"))?;
+    if ticks < 2 { Err("at least 2 ticks are needed".to_owned()) } else { Ok(ticks) }
 }

@@ -1,6 +1,7 @@
 //! `palpus bench`: the paper's table and figures as measured here, and the time of the engine step against everything that
 //! it could depend on.
 
+mod conformal;
 mod depth;
 mod feel;
 mod figure_4;
@@ -31,6 +32,9 @@ pub(crate) fn bench(command: &BenchCommand) -> anyhow::Result<ExitCode> {
         BenchCommand::Scale { out, models, ticks, passes, only } => {
             let effort = scale::Effort { ticks: *ticks, passes: *passes };
             scale::scale(out, models.as_deref(), effort, only.as_deref())
+        }
+        BenchCommand::Conformal { out, models, ticks, truths, only } => {
+            conformal::conformal(out, models.as_deref(), [*ticks, *truths], only.as_deref())
         }
         BenchCommand::Step { a, b, poses, out, tolerance } => step::step(a, b, poses, out, *tolerance),
     }

@@ -50,7 +50,7 @@ pub(crate) fn of_moment(stage: &Stage, moment: &Moment, shot: &Shot) -> anyhow::
     let paint_in = |theme: Theme| -> anyhow::Result<Vec<u8>> {
         // The hand's force is an arrow as well, but for the paper.
         let of_hand = if shot.as_in_the_paper { 0.0 } else { moment.wrench.force.length() };
-        let look = Look { translucent: true, ..Look::default() };
+        let look = Look { xray: true, ..Look::default() };
         let scene = Scene {
             force_scale: force_scale(moment, of_hand),
             torque_scale: shot.torque_max,

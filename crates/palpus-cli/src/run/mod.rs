@@ -19,6 +19,7 @@ mod servo_thread;
 mod session;
 #[cfg(test)]
 mod session_tests;
+mod watched;
 
 use std::borrow::Cow;
 use std::collections::BTreeMap;
@@ -45,6 +46,8 @@ pub(crate) use plan::Plan;
 pub(crate) use ready::Ready;
 pub(crate) use servo_thread::joined;
 pub(crate) use session::{Beginning, Ended, Session};
+#[cfg(feature = "window")]
+pub(crate) use watched::WatchedTick;
 
 pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     if arguments.list {
@@ -109,6 +112,7 @@ pub(crate) fn beginning(arguments: &RunArguments) -> Beginning<'_> {
         record: (!arguments.no_record).then_some(arguments.record.as_path()),
         claims: (!arguments.fast && !arguments.no_realtime).then(RealTimeOptions::default),
         paused: false,
+        watched: false,
         keep: Keep { overwrite: arguments.keep.force, limit: arguments.keep.record_limit.0 },
         fault_log: arguments.keep.fault_log(),
     }

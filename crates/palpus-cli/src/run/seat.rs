@@ -8,6 +8,7 @@ use palpus_io::scene::CouplingMode;
 
 use super::recordings::Recordings;
 use super::servo_thread::{Log, Worked, Working};
+use super::watched::{self, WatchedTick};
 use super::{Beginning, Live, Plan};
 use crate::fault_log::FaultLog;
 use crate::stage::Stage;
@@ -25,6 +26,8 @@ pub(super) struct Seat {
     asked: Publisher<Settings>,
     pub(super) guide: Option<Publisher<Guide>>,
     pub(super) live: Newest<Live>,
+    /// Every tick, for whoever watches this device.
+    pub(super) watched: Option<rtrb::Consumer<WatchedTick>>,
     pub(super) recordings: Recordings,
     faults: Option<FaultLog>,
 }
@@ -67,14 +70,18 @@ impl Seat {
         let (watch, faults) = logged.map_or((None, None), |(watch, log)| (Some(watch), Some(log)));
         let (mut recordings, (orders, over)) = Recordings::new(header, which, beginning.keep);
         let rows = files.map(|files| recordings.start(files, &settings)).transpose()?;
+        let is_watched = beginning.watched && which == 0;
+        let (watching, watched) = is_watched.then(watched::queue).unzip();
         let working = Working {
             device,
             gatherer: Gatherer::new()?,
             log: Log { rows, in_force: settings, orders, over },
             live: (publisher, Live::new(rate_hz)),
             faults: watch,
+            watched: watching,
         };
-        let seat = Self { spec, limits, settings, coupling, crease_angle, asked, guide, live, recordings, faults };
+        let seat =
+            Self { spec, limits, settings, coupling, crease_angle, asked, guide, live, watched, recordings, faults };
         Ok(Taken { seat, working, newest, stage })
     }
 

@@ -16,6 +16,7 @@ use palpus_device::{
 };
 
 use super::Live;
+use super::watched::Watched;
 use crate::engine::{Answer, Detail, Engine};
 use crate::fault_log::FaultWatch;
 use crate::recording::Rows;
@@ -45,6 +46,7 @@ pub(super) struct Working {
     pub(super) log: Log,
     pub(super) live: (Publisher<Live>, Live),
     pub(super) faults: Option<FaultWatch>,
+    pub(super) watched: Option<Watched>,
 }
 
 /// What the thread leaves behind.
@@ -72,7 +74,9 @@ impl ServoThread {
         // The other end is there until it was told.
         let _ = granted.send(claims.as_ref().map(claim));
         let told = Told::of(working.len());
-        let seat = |Working { device, gatherer, log, live, faults }| (device, Sight { gatherer, log, live, faults });
+        let seat = |Working { device, gatherer, log, live, faults, watched }| {
+            (device, Sight { gatherer, log, live, faults, watched })
+        };
         let (mut devices, sights): (Vec<_>, Vec<_>) = working.into_iter().map(seat).unzip();
         let mut faults = script.in_step();
         let step = |states: &[DeviceState], dt: f64, answers: &mut [Answer]| {
@@ -141,6 +145,7 @@ struct Sight {
     log: Log,
     live: (Publisher<Live>, Live),
     faults: Option<FaultWatch>,
+    watched: Option<Watched>,
 }
 
 impl Sight {
@@ -151,6 +156,9 @@ impl Sight {
         self.log.add(tick, detail);
         if let Some(faults) = &mut self.faults {
             faults.see(tick);
+        }
+        if let Some(watched) = &mut self.watched {
+            watched.see(tick, detail);
         }
         let (publisher, now) = &mut self.live;
         *now = now.after(tick, detail);

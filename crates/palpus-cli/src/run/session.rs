@@ -24,6 +24,7 @@ use palpus_io::scene::CouplingMode;
 
 use super::seat::{EndedSeat, Seat, preset};
 use super::servo_thread::{ServoThread, Turned, joined};
+use super::watched::WatchedTick;
 use super::{Live, Ready};
 use crate::engine::Engine;
 use crate::recording::{self, Keep};
@@ -55,6 +56,8 @@ pub(crate) struct Beginning<'a> {
     pub(crate) claims: Option<RealTimeOptions>,
     /// It waits before its first tick.
     pub(crate) paused: bool,
+    /// Every tick of the first device is kept for [`Session::watched`].
+    pub(crate) watched: bool,
     /// How recordings are kept.
     pub(crate) keep: Keep,
     /// Where faults are logged: `None` for no log, `Some(None)` for that of the user.
@@ -161,6 +164,16 @@ impl Session {
         self.wait()
     }
 
+    /// The first device's ticks that nobody has taken yet, oldest first, if it is watched.
+    pub(crate) fn watched(&mut self) -> impl Iterator<Item = WatchedTick> + '_ {
+        self.seats[0].watched.iter_mut().flat_map(|queue| std::iter::from_fn(|| queue.pop().ok()))
+    }
+
+    /// Ticks per second.
+    pub(crate) fn rate_hz(&self) -> f64 {
+        self.rate_hz
+    }
+
     /// What the first device says of itself.
     pub(crate) fn spec(&self) -> &DeviceSpec {
         &self.seats[0].spec
@@ -185,6 +198,11 @@ impl Session {
         let fit: Vec<Settings> = self.seats.iter().enumerate().map(fit).collect();
         fit.iter().try_for_each(Settings::validate)?;
         self.seats.iter_mut().zip(&fit).try_for_each(|(seat, settings)| seat.set(settings))
+    }
+
+    /// `wanted` as they can be of the first device's tool.
+    pub(crate) fn fitted(&self, wanted: &Settings) -> Settings {
+        self.seats[0].fit(wanted)
     }
 
     /// Settings by name: palpus's own for this scene on this device, and the paper's.

@@ -6,9 +6,13 @@
 //! and another scene in place of this one, prepared on a thread of its own ([`loading`]).
 
 #[cfg(feature = "window")]
+mod compare;
+#[cfg(feature = "window")]
 mod dropped;
 #[cfg(feature = "window")]
 mod loading;
+#[cfg(feature = "window")]
+mod settings_text;
 #[cfg(feature = "window")]
 mod steered;
 #[cfg(all(feature = "window", test))]
@@ -73,7 +77,7 @@ mod here {
         let (publisher, moments) = latest_of(move || Moment::new(capacity));
         ready.engine.publish(publisher);
         let scene = scene(ready.plan());
-        let session = Session::start(ready, beginning, stop)?;
+        let session = Session::start(ready, &Beginning { watched: true, ..*beginning }, stop)?;
         session.leave_core();
         Ok((session, scene, moments))
     }
@@ -81,7 +85,7 @@ mod here {
     /// What there is to see of a plan before it runs.
     fn scene(plan: &Plan) -> Scene {
         let (stage, limits) = (&plan.stage, &plan.settings.limits);
-        let look = Look { translucent: true, ..Look::default() };
+        let look = Look { xray: true, ..Look::default() };
         Scene {
             // An arrow of a quarter of the limit is as long as arrows are in pictures; larger
             // forces are longer.

@@ -14,15 +14,19 @@ use anyhow::anyhow;
 use palpus::render::Settings;
 use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, SpaceMouse, SpaceMouseError};
 use palpus_io::scene::FilePolicy;
-use palpus_window::{Cap, FileKind, Loading, Moment, Numbers, Painted, Preset, Run, Scene, Wanted};
+use palpus_window::{
+    Cap, ComparedTick, FileKind, Loading, Moment, Numbers, Painted, Preset, Run, Scene, SeenTick, Wanted,
+};
 
+use super::compare::Comparison;
 use super::dropped::{self, Present};
 use super::here::begin;
 use super::loading::{Loader, Tell, one_line};
+use super::settings_text;
 use crate::args::{RunArguments, file_policy};
 use crate::bodies::Teller;
 use crate::output;
-use crate::run::{self, Beginning, Ended, Live, Ready, Session};
+use crate::run::{self, Beginning, Ended, Live, Ready, Session, WatchedTick};
 use crate::stage::{self, Stage};
 
 /// A run that the window steers.
@@ -39,6 +43,8 @@ pub(super) struct Steered<'a> {
     spec: DeviceSpec,
     settings: Settings,
     live: Live,
+    /// The same by other settings.
+    comparison: Option<Comparison>,
     cap: Caps,
 }
 
@@ -61,6 +67,7 @@ impl<'a> Steered<'a> {
             spec: session.spec().clone(),
             settings: *session.settings(),
             live: session.live(),
+            comparison: None,
             cap: Caps::default(),
             session: Some(session),
         }
@@ -78,6 +85,7 @@ impl<'a> Steered<'a> {
     }
 
     fn end_session(&mut self) -> anyhow::Result<()> {
+        self.comparison = None;
         if let Some(session) = self.session.take() {
             self.ended.push(session.end()?);
         }
@@ -154,6 +162,44 @@ impl Run for Steered<'_> {
             phase: live.phase,
             way_out: live.way_out.map(|out| out.way),
         }
+    }
+
+    fn ticks(&mut self, each: &mut dyn FnMut(SeenTick)) {
+        let Some(session) = &mut self.session else { return };
+        let batch: Vec<WatchedTick> = session.watched().collect();
+        for tick in &batch {
+            each(SeenTick {
+                time: tick.time,
+                force: tick.wrench.force,
+                torque: tick.wrench.torque,
+                query: tick.query_ns as f64 * 1e-9,
+                force_time: tick.force_ns as f64 * 1e-9,
+                contacts: tick.contacts,
+                separation: tick.separation,
+            });
+        }
+        if let Some(comparison) = &self.comparison {
+            comparison.give(batch);
+        }
+    }
+
+    fn compare(&mut self, with: Option<&Settings>) -> Result<(), String> {
+        // The thread of the one before ends first.
+        self.comparison = None;
+        let (Some(settings), Some(session)) = (with, &self.session) else { return Ok(()) };
+        let settings = session.fitted(settings);
+        let begun = Comparison::begin(session.stage(), &settings, session.rate_hz());
+        self.comparison = Some(begun.map_err(|error| one_line(&error))?);
+        Ok(())
+    }
+
+    fn compared(&mut self, each: &mut dyn FnMut(ComparedTick)) -> Option<&Moment> {
+        self.comparison.as_mut().map(|comparison| comparison.take(each))
+    }
+
+    fn settings_as_toml(&self) -> String {
+        let metres_per_unit = self.session.as_ref().map_or(1.0, |session| session.stage().recorded.metres_per_unit);
+        settings_text::toml(&self.settings(), metres_per_unit)
     }
 
     fn device(&self) -> &DeviceSpec {
@@ -277,8 +323,10 @@ impl Run for Steered<'_> {
     }
 
     fn painted(&mut self, painted: Painted) {
-        let Painted { rate_hz, renderer, triangles, .. } = painted;
-        output::note(format!("window: {rate_hz:.1} frames/s of {triangles} triangles, drawn by {renderer}"));
+        let Painted { rate_hz, renderer, triangles, samples, .. } = painted;
+        output::note(format!(
+            "window: {rate_hz:.1} frames/s of {triangles} triangles, {samples} samples a pixel, drawn by {renderer}"
+        ));
     }
 }
 

@@ -5,7 +5,7 @@ use std::io;
 use palpus::render::Settings;
 use serde::{Deserialize, Serialize};
 
-use super::header::RenderText;
+use super::header::valid_settings;
 
 /// Key of a change of settings in every format.
 pub(super) const KEY: &str = "change";
@@ -21,7 +21,7 @@ struct Change {
     /// The first tick that is stepped with the settings.
     tick: u64,
     /// All of them, not only those that differ.
-    #[serde(with = "RenderText")]
+    #[serde(deserialize_with = "valid_settings")]
     settings: Settings,
 }
 

@@ -2,10 +2,9 @@
 
 use std::io;
 
-use glam::{DQuat, DVec3};
+use glam::DVec3;
 use palpus::algebra::Pose;
-use palpus::force::{FrictionSettings, ShadingSettings};
-use palpus::render::{Clustering, Limits, Material, Saturation, Settings, VirtualCoupling};
+use palpus::render::Settings;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::FORMAT;
@@ -52,7 +51,7 @@ pub struct RecordedScene {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub objects: Vec<RecordedBody>,
     /// The engine's settings.
-    #[serde(with = "RenderText")]
+    #[serde(deserialize_with = "valid_settings")]
     pub render: Settings,
     /// Whatever else decided the run: coupling, safety chain, hand, preparation.
     #[serde(default)]
@@ -77,7 +76,6 @@ pub struct RecordedBody {
     /// Content hash of the mesh before scaling: a replay refuses another mesh.
     pub content: ContentHash,
     /// Its placement in the world at the start, m.
-    #[serde(with = "PoseText")]
     pub pose: Pose,
 }
 
@@ -148,228 +146,9 @@ mod seed_as_text {
     }
 }
 
-/// A [`Pose`] in TOML.
-#[derive(Serialize, Deserialize)]
-struct PoseText {
-    translation: [f64; 3],
-    rotation: [f64; 4],
-}
-
-impl PoseText {
-    fn serialize<S: Serializer>(pose: &Pose, serializer: S) -> Result<S::Ok, S::Error> {
-        let text = Self { translation: pose.translation.to_array(), rotation: pose.rotation.to_array() };
-        Serialize::serialize(&text, serializer)
-    }
-
-    /// Not through `Pose::new`: normalising again could change bits.
-    fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Pose, D::Error> {
-        let text = <Self as Deserialize>::deserialize(deserializer)?;
-        Ok(Pose { rotation: DQuat::from_array(text.rotation), translation: DVec3::from_array(text.translation) })
-    }
-}
-
-/// The engine's [`Settings`] in TOML. That none is forgotten is what the test below is for: its
-/// literal names every field.
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub(super) struct RenderText {
-    contact_tolerance: f64,
-    cluster_radius: f64,
-    /// Absent from recordings that were made before there was a choice.
-    #[serde(default)]
-    clustering: ClusteringText,
-    split_angle: Option<f64>,
-    stiffness: f64,
-    damping: f64,
-    /// Called `blend_angle` in recordings that were made before there were patches, and absent from
-    /// older ones.
-    #[serde(default, alias = "blend_angle")]
-    patch_angle: Option<f64>,
-    saturation: SaturationText,
-    grip_a: [f64; 3],
-    capacity: u64,
-    /// ns; absent without one.
-    #[serde(default)]
-    time_budget: Option<u64>,
-    shading: Option<ShadingText>,
-    friction: Option<FrictionText>,
-    /// Absent where impacts do not ring.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    material: Option<MaterialText>,
-    limits: LimitsText,
-    /// Absent with direct rendering.
-    #[serde(default)]
-    coupling: Option<CouplingText>,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct CouplingText {
-    stiffness: f64,
-    damping: f64,
-    angular_stiffness: f64,
-    angular_damping: f64,
-    skin: f64,
-    mass: f64,
-}
-
-#[derive(Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum ClusteringText {
-    #[default]
-    Linkage,
-    Smooth,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-enum SaturationText {
-    Separate,
-    Joint,
-    UnderActuated,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ShadingText {
-    crease_angle: f64,
-    most_turn: f64,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct FrictionText {
-    static_coefficient: f64,
-    dynamic_coefficient: f64,
-    tangential_stiffness: f64,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MaterialText {
-    frequency: f64,
-    decay: f64,
-    gain: f64,
-}
-
-#[derive(Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct LimitsText {
-    force: f64,
-    torque: f64,
-}
-
-impl RenderText {
-    pub(super) fn serialize<S: Serializer>(settings: &Settings, serializer: S) -> Result<S::Ok, S::Error> {
-        let Settings {
-            contact_tolerance,
-            cluster_radius,
-            clustering,
-            split_angle,
-            stiffness,
-            damping,
-            patch_angle,
-            shading,
-            friction,
-            material,
-            limits: Limits { force, torque },
-            saturation,
-            grip_a,
-            capacity,
-            time_budget,
-            coupling,
-            ..
-        } = *settings;
-        let text =
-            Self {
-                contact_tolerance,
-                cluster_radius,
-                clustering: match clustering {
-                    Clustering::Linkage => ClusteringText::Linkage,
-                    Clustering::Smooth => ClusteringText::Smooth,
-                },
-                split_angle,
-                stiffness,
-                damping,
-                patch_angle,
-                saturation: match saturation {
-                    Saturation::Separate => SaturationText::Separate,
-                    Saturation::Joint => SaturationText::Joint,
-                    Saturation::UnderActuated => SaturationText::UnderActuated,
-                },
-                grip_a: grip_a.to_array(),
-                capacity: capacity as u64,
-                time_budget,
-                shading: shading
-                    .map(|ShadingSettings { crease_angle, most_turn }| ShadingText { crease_angle, most_turn }),
-                friction: friction.map(
-                    |FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness }| FrictionText {
-                        static_coefficient,
-                        dynamic_coefficient,
-                        tangential_stiffness,
-                    },
-                ),
-                material: material.map(|Material { frequency, decay, gain }| MaterialText { frequency, decay, gain }),
-                limits: LimitsText { force, torque },
-                coupling: coupling.map(
-                    |VirtualCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass }| {
-                        CouplingText { stiffness, damping, angular_stiffness, angular_damping, skin, mass }
-                    },
-                ),
-            };
-        Serialize::serialize(&text, serializer)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Settings, D::Error> {
-        let text = <Self as Deserialize>::deserialize(deserializer)?;
-        #[allow(
-            clippy::needless_update,
-            reason = "a setting that is new in the engine must not stop this crate from building"
-        )]
-        let settings = Settings {
-            contact_tolerance: text.contact_tolerance,
-            cluster_radius: text.cluster_radius,
-            clustering: match text.clustering {
-                ClusteringText::Linkage => Clustering::Linkage,
-                ClusteringText::Smooth => Clustering::Smooth,
-            },
-            split_angle: text.split_angle,
-            stiffness: text.stiffness,
-            damping: text.damping,
-            patch_angle: text.patch_angle,
-            shading: text
-                .shading
-                .map(|ShadingText { crease_angle, most_turn }| ShadingSettings { crease_angle, most_turn }),
-            friction: text.friction.map(
-                |FrictionText { static_coefficient, dynamic_coefficient, tangential_stiffness }| FrictionSettings {
-                    static_coefficient,
-                    dynamic_coefficient,
-                    tangential_stiffness,
-                },
-            ),
-            material: text.material.map(|MaterialText { frequency, decay, gain }| Material { frequency, decay, gain }),
-            limits: Limits { force: text.limits.force, torque: text.limits.torque },
-            saturation: match text.saturation {
-                SaturationText::Separate => Saturation::Separate,
-                SaturationText::Joint => Saturation::Joint,
-                SaturationText::UnderActuated => Saturation::UnderActuated,
-            },
-            grip_a: DVec3::from_array(text.grip_a),
-            capacity: usize::try_from(text.capacity).map_err(serde::de::Error::custom)?,
-            time_budget: text.time_budget,
-            coupling: text.coupling.map(
-                |CouplingText { stiffness, damping, angular_stiffness, angular_damping, skin, mass }| VirtualCoupling {
-                    stiffness,
-                    damping,
-                    angular_stiffness,
-                    angular_damping,
-                    skin,
-                    mass,
-                },
-            ),
-            ..Settings::default()
-        };
-        settings.validate().map_err(serde::de::Error::custom)?;
-        Ok(settings)
-    }
+/// Settings that can be.
+pub(super) fn valid_settings<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Settings, D::Error> {
+    let settings = Settings::deserialize(deserializer)?;
+    settings.validate().map_err(serde::de::Error::custom)?;
+    Ok(settings)
 }

@@ -4,8 +4,9 @@
 //! moved.
 
 use std::ops::RangeInclusive;
+use std::time::{Duration, Instant};
 
-use eframe::egui::{Grid, RichText, Slider, Ui};
+use eframe::egui::{Grid, Label, RichText, Sense, Slider, Ui};
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::{Clustering, Settings};
 
@@ -20,19 +21,59 @@ const USUAL_CREASE: f64 = 40.0;
 const MOST_TURN: f64 = 45.0;
 const USUAL_FRICTION: (f64, f64) = (0.4, 0.3);
 
+/// Changes that follow each other faster are one.
+const ONE_CHANGE: Duration = Duration::from_millis(700);
+
 /// See the module's outline.
 pub(super) struct Feel {
     presets: Vec<Preset>,
     fitting: Fitting,
     /// The setting that keys change.
     chosen: usize,
+    /// What to compare with, if that was chosen.
+    kept: Option<Settings>,
+    /// Settings that were, the last of them last.
+    before: Vec<(Settings, Instant)>,
 }
 
 impl Feel {
     pub(super) fn of(run: &dyn Run) -> Self {
         let presets = run.presets();
         let fitting = Fitting::of(&presets, &run.settings());
-        Self { presets, fitting, chosen: 0 }
+        Self { presets, fitting, chosen: 0, kept: None, before: Vec::new() }
+    }
+
+    /// What `now` is compared with, and what both are called: what was kept, else the paper's way,
+    /// or palpus's own beside that.
+    pub(super) fn other(&self, now: &Settings) -> ([&'static str; 2], Settings) {
+        let is_of =
+            |preset: &Preset| Settings { limits: now.limits, capacity: now.capacity, ..preset.settings } == *now;
+        let own = self.presets.iter().find(|preset| is_of(preset)).map_or("these settings", |preset| preset.name);
+        if let Some(kept) = self.kept {
+            return ([own, "kept settings"], kept);
+        }
+        let other = self.presets.iter().rev().find(|preset| !is_of(preset));
+        other.map_or(([own, own], *now), |preset| ([own, preset.name], preset.settings))
+    }
+
+    /// Has these compared with.
+    pub(super) fn keep(&mut self, now: &Settings) {
+        self.kept = Some(*now);
+    }
+
+    /// Has the run go on with `wanted`, and remembers what there was.
+    fn change(&mut self, run: &mut dyn Run, now: &Settings, wanted: &Settings) -> Result<(), String> {
+        if wanted == now {
+            return Ok(());
+        }
+        apply(run, now, wanted)?;
+        // What a slider does while it is dragged is one change.
+        let is_going_on = self.before.last().is_some_and(|(_, when)| when.elapsed() < ONE_CHANGE);
+        match self.before.last_mut().filter(|_| is_going_on) {
+            Some((_, when)) => *when = Instant::now(),
+            None => self.before.push((*now, Instant::now())),
+        }
+        Ok(())
     }
 
     /// What keys and buttons ask for.
@@ -60,6 +101,10 @@ impl Feel {
             Action::Friction => {
                 wanted.friction = if now.friction.is_some() { None } else { Some(self.usual_friction(&now)) }
             }
+            Action::Undo => {
+                let (before, _) = self.before.pop().ok_or("there is nothing to undo")?;
+                return apply(run, &now, &before);
+            }
             Action::EarlierSetting => self.choose(&now, Quantity::ALL.len() - 1),
             Action::LaterSetting => self.choose(&now, 1),
             Action::Less | Action::More => {
@@ -71,7 +116,7 @@ impl Feel {
             }
             _ => {}
         }
-        apply(run, &now, &wanted)
+        self.change(run, &now, &wanted)
     }
 
     /// Goes on by `step`, round and round, to a setting that applies.
@@ -158,7 +203,29 @@ impl Feel {
         });
         ui.add_space(4.0);
         self.sliders(ui, &now, &mut wanted);
-        apply(run, &now, &wanted)
+        self.change(run, &now, &wanted)?;
+        ui.horizontal_wrapped(|ui| {
+            for (words, hint, action) in [
+                ("A | B", "the paper's way, or what was kept, beside it on the same hand (Y)", Action::Beside),
+                ("keep as B", "compares with these settings from now on (N)", Action::Keep),
+                ("undo", "goes back by one change (U)", Action::Undo),
+            ] {
+                if ui.button(words).on_hover_text(hint).clicked() {
+                    actions.push(action);
+                }
+            }
+            if ui.button("copy as TOML").on_hover_text("these settings, for a scene file").clicked() {
+                ui.ctx().copy_text(run.settings_as_toml());
+            }
+        });
+        Ok(())
+    }
+
+    /// What a quantity is without having been changed: of palpus's own settings, or of the paper's
+    /// where these are direct.
+    fn usual(&self, quantity: Quantity, now: &Settings) -> Option<f64> {
+        let alike = |preset: &&Preset| preset.settings.coupling.is_some() == now.coupling.is_some();
+        quantity.get(&self.presets.iter().find(alike)?.settings)
     }
 
     fn sliders(&self, ui: &mut Ui, now: &Settings, wanted: &mut Settings) {
@@ -168,7 +235,18 @@ impl Feel {
                 let Some(mut value) = quantity.get(now) else { continue };
                 let name = RichText::new(quantity.name());
                 let name = if k == self.chosen { name.strong().underline() } else { name };
-                let label = ui.label(name).on_hover_text(quantity.words());
+                let usual = self.usual(quantity, now);
+                let is_changed = usual.is_some_and(|usual| (usual - value).abs() > 1e-9 * usual.abs());
+                let label = if is_changed {
+                    let hint = format!("{}; a click sets it back", quantity.words());
+                    ui.add(Label::new(name.color(ui.visuals().hyperlink_color)).sense(Sense::click()))
+                        .on_hover_text(hint)
+                } else {
+                    ui.label(name).on_hover_text(quantity.words())
+                };
+                if let Some(usual) = usual.filter(|_| is_changed && label.clicked()) {
+                    quantity.set(wanted, usual);
+                }
                 let range = quantity.range(&self.fitting, now);
                 let slider = Slider::new(&mut value, range.low..=range.high)
                     .logarithmic(range.logarithmic)

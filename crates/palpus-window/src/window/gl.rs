@@ -18,13 +18,15 @@ use std::sync::Arc;
 use eframe::glow::{self, HasContext};
 use glam::{DMat4, DVec3, DVec4};
 
-use super::shader::program;
+use super::canvas::Canvas;
+use super::shader::{XRAYS, program};
 use crate::camera::Camera;
-use crate::marks::Triangles;
+use crate::marks::{Patch, Triangles};
 use crate::paint::HIDDEN;
 use crate::picture::Rgb;
 use crate::solid::Solid;
 use crate::style::{linear, piece_colour};
+use crate::xray::XRay;
 
 /// Numbers of a corner: place, normal, colour, sides.
 const CORNER: usize = 12;
@@ -45,8 +47,27 @@ pub(crate) struct DrawnBody {
     pub(crate) colour: Rgb,
     pub(crate) pieces: bool,
     pub(crate) wireframe: bool,
-    /// What it covers squarely and along, if it is translucent.
+    /// What it covers squarely and along, where it is translucent.
     pub(crate) glass: Option<(f64, f64)>,
+    /// It is translucent only where it hides a probe.
+    pub(crate) xray: bool,
+}
+
+impl DrawnBody {
+    /// All of it is translucent.
+    fn is_glass(&self) -> bool {
+        self.glass.is_some() && !self.xray
+    }
+}
+
+/// Which part of a body is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum BodyPart {
+    All = 0,
+    Solid = 1,
+    Glass = 2,
+    /// A patch, whose corners say how much they cover.
+    Patch = 3,
 }
 
 /// One frame.
@@ -54,8 +75,12 @@ pub(crate) struct DrawnBody {
 pub(crate) struct Drawing {
     pub(crate) projection: DMat4,
     pub(crate) bodies: Vec<DrawnBody>,
+    /// Where bodies are seen through; pixels from the lower left corner.
+    pub(crate) xrays: Vec<XRay>,
     /// Corners of the marks, view's frame.
     pub(crate) marks: Vec<f32>,
+    /// Corners of the patches, view's frame.
+    pub(crate) patches: Vec<f32>,
 }
 
 impl Drawing {
@@ -67,7 +92,21 @@ impl Drawing {
             push_corner(&mut self.marks, point, normal, colour, DVec3::ONE);
         }
     }
+
+    /// Adds a patch of `radius` metres, a little before the surface on which it lies.
+    pub(crate) fn patch(&mut self, view: &DMat4, patch: &Patch, radius: f64) {
+        let colour = linear(patch.colour);
+        let normal = view.transform_vector3(patch.normal);
+        for (point, cover) in patch.triangles(radius).into_iter().flatten() {
+            let point = view.transform_point3(point);
+            let nearer = point - point.normalize_or(DVec3::NEG_Z) * (PATCH_BEFORE * radius);
+            push_corner(&mut self.patches, nearer, normal, colour, DVec3::splat(cover));
+        }
+    }
 }
+
+/// How far before the surface, in radii: patches are flat, surfaces need not be.
+const PATCH_BEFORE: f64 = 0.5;
 
 /// From the view's frame to the picture, for a picture `aspect` times as wide as it is high.
 pub(crate) fn projection(camera: &Camera, aspect: f64) -> DMat4 {
@@ -152,6 +191,8 @@ pub(crate) struct Artist {
     solids: Vec<HeldSolid>,
     piece_lightness: f64,
     marks: Held,
+    /// None only while it is drawn on.
+    canvas: Option<Canvas>,
     /// What draws: its name.
     pub(crate) renderer: String,
     /// It is the processor, which the loop needs.
@@ -164,6 +205,9 @@ struct Uniforms {
     colour: Option<glow::UniformLocation>,
     glass: Option<glow::UniformLocation>,
     wire: Option<glow::UniformLocation>,
+    ends: Option<glow::UniformLocation>,
+    sizes: Option<glow::UniformLocation>,
+    part: Option<glow::UniformLocation>,
 }
 
 impl Artist {
@@ -184,6 +228,9 @@ impl Artist {
                 colour: uniform("u_colour"),
                 glass: uniform("u_glass"),
                 wire: uniform("u_wire"),
+                ends: uniform("u_ends"),
+                sizes: uniform("u_sizes"),
+                part: uniform("u_part"),
             };
             let mut held = Vec::new();
             for solid in solids {
@@ -195,8 +242,14 @@ impl Artist {
                 shared.share(gl, &order)?;
                 held.push(HeldSolid { solid: Arc::clone(solid), shared, apart: None });
             }
-            Ok(Self { program, uniforms, solids: held, piece_lightness, marks: Held::new(gl)?, renderer, by_processor })
+            let (marks, canvas) = (Held::new(gl)?, Some(Canvas::new(gl)?));
+            Ok(Self { program, uniforms, solids: held, piece_lightness, marks, canvas, renderer, by_processor })
         }
+    }
+
+    /// Samples in each pixel.
+    pub(crate) fn samples(&self) -> i32 {
+        self.canvas.as_ref().map_or(1, Canvas::samples)
     }
 
     /// Of all bodies, as they are drawn.
@@ -204,8 +257,16 @@ impl Artist {
         self.solids.iter().map(|held| held.solid.triangles.len()).sum()
     }
 
+    /// Draws over what is in the window's `viewport` (left, below, width, height; pixels).
+    pub(crate) fn draw(&mut self, gl: &glow::Context, drawing: &Drawing, viewport: [i32; 4]) {
+        let Some(mut canvas) = self.canvas.take() else { return self.draw_here(gl, drawing) };
+        // SAFETY: as in `new`.
+        unsafe { canvas.show(gl, viewport, || self.draw_here(gl, drawing)) };
+        self.canvas = Some(canvas);
+    }
+
     /// Draws into the viewport and the scissor that are set.
-    pub(crate) fn draw(&mut self, gl: &glow::Context, drawing: &Drawing) {
+    fn draw_here(&mut self, gl: &glow::Context, drawing: &Drawing) {
         // SAFETY: as in `new`; the objects belong to this context, and buffers are as long as their
         // counts say.
         unsafe {
@@ -221,8 +282,9 @@ impl Artist {
             for body in &drawing.bodies {
                 self.apart(gl, body);
             }
-            for body in drawing.bodies.iter().filter(|body| body.glass.is_none()) {
-                self.body(gl, body);
+            self.xrays(gl, &drawing.xrays);
+            for body in drawing.bodies.iter().filter(|body| !body.is_glass()) {
+                self.body(gl, body, if body.xray { BodyPart::Solid } else { BodyPart::All });
             }
             gl.enable(glow::BLEND);
             gl.blend_func(glow::ONE, glow::ONE_MINUS_SRC_ALPHA);
@@ -231,13 +293,19 @@ impl Artist {
             for hidden_side in [glow::FRONT, glow::BACK] {
                 gl.cull_face(hidden_side);
                 for body in drawing.bodies.iter().filter(|body| body.glass.is_some()) {
-                    self.body(gl, body);
+                    self.body(gl, body, if body.xray { BodyPart::Glass } else { BodyPart::All });
                 }
             }
-            self.marks.upload(gl, &drawing.marks, glow::STREAM_DRAW);
             self.matrix(gl, &self.uniforms.model_view, &DMat4::IDENTITY);
             gl.uniform_4_f32(self.uniforms.colour.as_ref(), 0.0, 0.0, 0.0, 0.0);
             gl.uniform_1_f32(self.uniforms.wire.as_ref(), 0.0);
+            gl.uniform_1_i32(self.uniforms.part.as_ref(), BodyPart::Patch as i32);
+            gl.disable(glow::CULL_FACE);
+            self.marks.upload(gl, &drawing.patches, glow::STREAM_DRAW);
+            self.marks.draw(gl);
+            gl.enable(glow::CULL_FACE);
+            self.marks.upload(gl, &drawing.marks, glow::STREAM_DRAW);
+            gl.uniform_1_i32(self.uniforms.part.as_ref(), BodyPart::All as i32);
             gl.cull_face(glow::BACK);
             for (test, covered, keeps) in [(glow::GREATER, HIDDEN, false), (glow::LEQUAL, 1.0, true)] {
                 gl.depth_func(test);
@@ -274,10 +342,11 @@ impl Artist {
 
     /// # Safety
     /// The context is current and the program in use.
-    unsafe fn body(&self, gl: &glow::Context, body: &DrawnBody) {
+    unsafe fn body(&self, gl: &glow::Context, body: &DrawnBody, part: BodyPart) {
         let Some(held) = self.solids.get(body.solid) else { return };
         let colour = linear(body.colour).as_vec3();
-        let (square, along) = body.glass.unwrap_or((1.0, 1.0));
+        let is_glass = part != BodyPart::Solid;
+        let (square, along) = body.glass.filter(|_| is_glass).unwrap_or((1.0, 1.0));
         // SAFETY: the caller's.
         unsafe {
             self.matrix(gl, &self.uniforms.model_view, &body.model_view);
@@ -285,7 +354,26 @@ impl Artist {
             gl.uniform_4_f32(self.uniforms.colour.as_ref(), colour.x, colour.y, colour.z, own);
             gl.uniform_2_f32(self.uniforms.glass.as_ref(), square as f32, along as f32);
             gl.uniform_1_f32(self.uniforms.wire.as_ref(), if body.wireframe { 1.0 } else { 0.0 });
+            gl.uniform_1_i32(self.uniforms.part.as_ref(), part as i32);
             held.apart.as_ref().filter(|_| body.wireframe).unwrap_or(&held.shared).draw(gl);
+        }
+    }
+
+    /// # Safety
+    /// The context is current and the program in use.
+    unsafe fn xrays(&self, gl: &glow::Context, xrays: &[XRay]) {
+        // Those that are not there are far from every pixel.
+        let (mut ends, mut sizes) = ([-1e6f32; 6 * XRAYS], [0.0; 2 * XRAYS]);
+        for (k, xray) in xrays.iter().take(XRAYS).enumerate() {
+            for (end, place) in xray.ends.iter().enumerate() {
+                ends[6 * k + 3 * end..][..3].copy_from_slice(&place.as_vec3().to_array());
+            }
+            sizes[2 * k..][..2].copy_from_slice(&[xray.radius as f32, xray.reach as f32]);
+        }
+        // SAFETY: the caller's.
+        unsafe {
+            gl.uniform_3_f32_slice(self.uniforms.ends.as_ref(), &ends);
+            gl.uniform_2_f32_slice(self.uniforms.sizes.as_ref(), &sizes);
         }
     }
 
@@ -301,6 +389,9 @@ impl Artist {
         // SAFETY: as in `new`; nothing is drawn any more.
         unsafe {
             gl.delete_program(self.program);
+            if let Some(canvas) = &self.canvas {
+                canvas.destroy(gl);
+            }
             let solids = self.solids.iter().flat_map(|solid| [Some(&solid.shared), solid.apart.as_ref()]).flatten();
             for held in solids.chain([&self.marks]) {
                 gl.delete_vertex_array(held.array);

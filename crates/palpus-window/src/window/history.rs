@@ -1,26 +1,15 @@
-//! The last seconds of the numbers, for the plots.
+//! The last seconds of a run, tick by tick, for the plots; and what they had to show, frame by
+//! frame.
 
 use std::collections::VecDeque;
 
+use super::run::{ComparedTick, SeenTick};
+use crate::moment::Moment;
+
 /// s that the plots reach back.
 pub(crate) const SPAN: f64 = 10.0;
-
-/// One frame's numbers.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Sample {
-    /// s since the run began.
-    pub(crate) time: f64,
-    /// N.
-    pub(crate) force: f64,
-    /// mN·m.
-    pub(crate) torque: f64,
-    /// µs.
-    pub(crate) query: f64,
-    /// µs.
-    pub(crate) force_time: f64,
-    pub(crate) contacts: f64,
-    pub(crate) state: State,
-}
+/// Most moments that are kept: those of the span, at the fastest that a window is drawn.
+const MOST_MOMENTS: usize = 700;
 
 /// How the bodies are: the D and P of the paper's Figure 5.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,6 +23,16 @@ pub(crate) enum State {
     Penetrating,
 }
 
+impl State {
+    fn of(tick: &SeenTick) -> Self {
+        match tick.separation {
+            separation if separation < 0.0 => Self::Penetrating,
+            _ if tick.contacts > 0 => Self::Disjoint,
+            _ => Self::Free,
+        }
+    }
+}
+
 /// A time in which the state stayed the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Interval {
@@ -42,50 +41,95 @@ pub(crate) struct Interval {
     pub(crate) state: State,
 }
 
-/// Samples of the last [`SPAN`] seconds, oldest first.
+/// Everything of the last [`SPAN`] seconds, oldest first.
 #[derive(Debug, Default)]
-pub(crate) struct History(VecDeque<Sample>);
+pub(crate) struct History {
+    ticks: VecDeque<SeenTick>,
+    /// The same ticks by other settings.
+    compared: VecDeque<ComparedTick>,
+    moments: VecDeque<Moment>,
+}
 
 impl History {
-    /// Adds a sample that is newer than all others, and forgets what is too old; an older one
-    /// begins anew.
-    pub(crate) fn push(&mut self, sample: Sample) {
-        match self.0.back() {
-            Some(last) if last.time == sample.time => return,
-            Some(last) if last.time > sample.time => self.0.clear(),
-            _ => {}
+    /// Adds a tick that is newer than all others, and forgets what is too old; an older one begins
+    /// anew.
+    pub(crate) fn push(&mut self, tick: SeenTick) {
+        if self.ticks.back().is_some_and(|last| last.time >= tick.time) {
+            self.clear();
         }
-        self.0.push_back(sample);
-        while self.0.front().is_some_and(|first| first.time < sample.time - SPAN) {
-            self.0.pop_front();
+        self.ticks.push_back(tick);
+        let first = tick.time - SPAN;
+        while self.ticks.front().is_some_and(|tick| tick.time < first) {
+            self.ticks.pop_front();
+        }
+        while self.compared.front().is_some_and(|tick| tick.time < first) {
+            self.compared.pop_front();
+        }
+        while self.moments.front().is_some_and(|moment| moment.time < first) {
+            self.moments.pop_front();
         }
     }
 
-    /// Of the newest sample, s.
+    /// Adds what a tick is by other settings.
+    pub(crate) fn push_compared(&mut self, tick: ComparedTick) {
+        self.compared.push_back(tick);
+    }
+
+    /// Adds what a tick has to show.
+    pub(crate) fn push_moment(&mut self, moment: &Moment) {
+        if self.moments.back().is_none_or(|last| last.time < moment.time) && self.moments.len() < MOST_MOMENTS {
+            self.moments.push_back(moment.clone());
+        }
+    }
+
+    /// Of the newest tick, s.
     pub(crate) fn end(&self) -> f64 {
-        self.0.back().map_or(0.0, |sample| sample.time)
+        self.ticks.back().map_or(0.0, |tick| tick.time)
     }
 
     /// Forgets everything: another scene begins.
     pub(crate) fn clear(&mut self) {
-        self.0.clear();
+        *self = Self::default();
     }
 
-    /// The newest sample.
-    pub(crate) fn last(&self) -> Option<&Sample> {
-        self.0.back()
+    /// Forgets what was compared.
+    pub(crate) fn clear_compared(&mut self) {
+        self.compared.clear();
     }
 
-    /// All samples, oldest first.
-    pub(crate) fn samples(&self) -> impl Iterator<Item = &Sample> {
-        self.0.iter()
+    /// All ticks, oldest first.
+    pub(crate) fn ticks(&self) -> impl Iterator<Item = &SeenTick> {
+        self.ticks.iter()
+    }
+
+    /// The same by other settings.
+    pub(crate) fn compared(&self) -> impl Iterator<Item = &ComparedTick> {
+        self.compared.iter()
+    }
+
+    /// The first tick that is not before `time`, or the newest.
+    pub(crate) fn at(&self, time: Option<f64>) -> Option<&SeenTick> {
+        let found = time.and_then(|time| self.ticks.get(self.ticks.partition_point(|tick| tick.time < time)));
+        found.or(self.ticks.back())
+    }
+
+    /// The same of what is compared.
+    pub(crate) fn compared_at(&self, time: Option<f64>) -> Option<&ComparedTick> {
+        let found = time.and_then(|time| self.compared.get(self.compared.partition_point(|tick| tick.time < time)));
+        found.or(self.compared.back())
+    }
+
+    /// What was there to be seen at `time`.
+    pub(crate) fn moment(&self, time: f64) -> Option<&Moment> {
+        let after = self.moments.partition_point(|moment| moment.time < time);
+        self.moments.get(after).or(self.moments.back())
     }
 
     /// The times of contact, oldest first.
     pub(crate) fn intervals(&self) -> Vec<Interval> {
         let mut intervals: Vec<Interval> = Vec::new();
-        for sample in &self.0 {
-            let (time, state) = (sample.time, sample.state);
+        for tick in &self.ticks {
+            let (time, state) = (tick.time, State::of(tick));
             if let Some(last) = intervals.last_mut() {
                 last.to = time;
                 if last.state == state {
@@ -103,21 +147,27 @@ impl History {
 mod tests {
     use super::*;
 
-    fn at(time: f64, state: State) -> Sample {
-        Sample { time, force: 1.0, torque: 0.0, query: 0.0, force_time: 0.0, contacts: 0.0, state }
+    fn at(time: f64, state: State) -> SeenTick {
+        let contacts = u32::from(state != State::Free);
+        let separation = if state == State::Penetrating { -1e-3 } else { 1e-3 };
+        SeenTick { time, contacts, separation, ..SeenTick::default() }
     }
 
     #[test]
     fn what_is_too_old_is_forgotten() {
         let mut history = History::default();
-        for k in 0..2000 {
-            let sample = at(f64::from(k) * 0.1, State::Free);
-            history.push(sample);
-            history.push(sample);
+        for k in 0..200 {
+            history.push(at(f64::from(k) * 0.1, State::Free));
+            history.push_moment(&Moment { time: f64::from(k) * 0.1, ..Moment::new(1) });
         }
-        assert_eq!(history.samples().count(), 101);
-        let first = history.samples().next().expect("there are some").time;
+        assert_eq!(history.ticks().count(), 101);
+        let first = history.ticks().next().expect("there are some").time;
         assert!((first - (history.end() - SPAN)).abs() < 1e-9);
+        assert!((history.moment(15.0).expect("it is kept").time - 15.0).abs() < 0.11);
+        assert!((history.at(Some(15.0)).expect("it is kept").time - 15.0).abs() < 0.11);
+        // Time begins anew with another run.
+        history.push(at(0.0, State::Free));
+        assert_eq!(history.ticks().count(), 1);
     }
 
     #[test]

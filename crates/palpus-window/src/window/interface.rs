@@ -6,18 +6,21 @@ use glam::DVec3;
 use palpus_device::Newest;
 
 use super::bar::{self, Bar};
+use super::beside::{self, Beside};
 use super::dress::dress;
 use super::feel::Feel;
 use super::hand::Hand;
-use super::history::{History, Sample, State};
+use super::history::History;
 use super::keys::SceneAction;
 use super::opening::Opening;
 use super::overlay::{self, Notices};
+use super::plots::{Asked, Plots};
 use super::run::{Loading, Run};
 use super::run_keys::{self, Action};
+use super::scale::Scale;
+use super::shot;
 use super::status::Status;
 use super::view3d::View3d;
-use super::{plots, shot};
 use crate::moment::Moment;
 use crate::scene::Scene;
 use crate::style::{Style, Theme};
@@ -41,6 +44,10 @@ pub(super) struct Interface<'a> {
     feel: Feel,
     status: Status,
     history: History,
+    plots: Plots,
+    beside: Option<Beside>,
+    force_scale: Scale,
+    torque_scale: Scale,
     opening: Option<Opening>,
     notices: Notices,
     /// The failure that has been told.
@@ -77,6 +84,10 @@ impl<'a> Interface<'a> {
             run,
             status: Status::default(),
             history: History::default(),
+            plots: Plots::default(),
+            beside: None,
+            force_scale: Scale::default(),
+            torque_scale: Scale::default(),
             opening: None,
             notices,
             failure: None,
@@ -124,19 +135,52 @@ impl<'a> Interface<'a> {
             Some(shown) => shown.clone_from(moment),
             none => *none = Some(moment.clone()),
         }
-        self.history.push(Sample {
-            time: now.time,
-            force: now.force,
-            torque: now.torque * 1e3,
-            query: now.query * 1e6,
-            force_time: now.force_time * 1e6,
-            contacts: f64::from(now.contacts),
-            state: match now.separation {
-                separation if separation < 0.0 => State::Penetrating,
-                _ if now.contacts > 0 => State::Disjoint,
-                _ => State::Free,
-            },
-        });
+        let limits = self.run.settings().limits;
+        self.scene.force_scale = self.force_scale.follow(now.force, now.time, limits.force);
+        self.scene.torque_scale = self.torque_scale.follow(now.torque, now.time, limits.torque);
+        let Self { history, beside, run, scene, .. } = self;
+        run.ticks(&mut |tick| history.push(tick));
+        history.push_moment(self.moments.get());
+        if let Some(beside) = beside {
+            beside.take_newest(scene, history, *run);
+        }
+    }
+
+    /// Shows what was there at the time that is looked back at.
+    fn look_back(&mut self) {
+        let found = self.plots.cursor.and_then(|time| self.history.moment(time));
+        if let Some(moment) = found {
+            let moment = moment.clone();
+            self.scene.pose_probes(&moment);
+            self.scene.moment = Some(moment);
+        }
+    }
+
+    /// A person looks at another time, or at other curves.
+    fn ask_plots(&mut self, asked: Asked) {
+        match asked {
+            Asked::Nothing => {}
+            Asked::NextKind => self.plots.kind = self.plots.kind.next(),
+            Asked::LookAt(time) => {
+                if !self.frozen {
+                    self.frozen = true;
+                    self.notices.tell("looking back; the loop goes on (Z returns to it)");
+                }
+                self.plots.cursor = Some(time);
+                self.look_back();
+            }
+        }
+    }
+
+    /// What is felt beside what it would be, or no longer.
+    fn turn_beside(&mut self) {
+        if self.beside.take().is_some() {
+            beside::end(self.run, &mut self.history, &self.notices);
+            return;
+        }
+        let (names, settings) = self.feel.other(&self.run.settings());
+        let begun = Beside::begin(names, &settings, &self.scene, self.run);
+        self.beside = self.notices.check(begun);
     }
 
     /// Another scene, seen in the way that the last one was.
@@ -152,7 +196,7 @@ impl<'a> Interface<'a> {
         self.hand.forget();
         self.feel = Feel::of(self.run);
         self.history.clear();
-        self.frozen = false;
+        (self.frozen, self.plots.cursor, self.beside) = (false, None, None);
         self.notices.tell(format!("now: {}", self.scene.title));
     }
 
@@ -172,12 +216,21 @@ impl<'a> Interface<'a> {
             Action::Open => self.opening = Some(Opening::new(None, self.run)),
             Action::Script if self.help => self.help = false,
             Action::Script => self.hand.give_back(self.run),
-            Action::Freeze => self.frozen ^= true,
+            Action::Freeze => {
+                self.frozen ^= true;
+                self.plots.cursor = None;
+            }
+            Action::Beside => self.turn_beside(),
+            Action::Keep => {
+                self.feel.keep(&self.run.settings());
+                self.notices.tell("kept: Y compares with these settings");
+            }
+            Action::PlotKind => self.plots.kind = self.plots.kind.next(),
             Action::Contacts => self.style.contacts ^= true,
             Action::Clusters => self.style.clusters ^= true,
             Action::Wrench => self.style.wrench ^= true,
             Action::Anchors => self.style.anchors ^= true,
-            Action::Glass => self.scene.toggle_glass(),
+            Action::Glass => self.scene.turn_glass(),
             Action::Scene(action) => self.act_on_scene(context, action),
             of_settings => {
                 self.notices.check(self.feel.act(of_settings, self.run));
@@ -234,7 +287,7 @@ impl<'a> Interface<'a> {
 
     /// Step 3, in the middle. `is_free`: no control is chosen, no dialog is open.
     fn middle(&mut self, ui: &mut Ui, is_free: bool, actions: &mut Vec<Action>) {
-        let area = self.view.place(ui, &self.scene);
+        let (area, other) = self.view.place_beside(ui, &self.scene, self.beside.is_some());
         self.view_id = Some(area.response.id);
         let has_focus = area.response.has_focus();
         if has_focus {
@@ -245,11 +298,17 @@ impl<'a> Interface<'a> {
         let is_taken = self.hand.act(ui, &area, &self.view, &self.scene, is_free, self.run);
         if !is_taken {
             self.view.navigate(ui, &area);
+            if let Some(other) = &other {
+                self.view.navigate(ui, other);
+            }
         }
         if self.hand.touches() {
             ui.set_cursor_icon(if is_taken { egui::CursorIcon::Grabbing } else { egui::CursorIcon::Grab });
         }
         self.view.draw(ui, &area, &self.scene, &self.style, &[]);
+        if let (Some(other), Some(beside)) = (&other, &self.beside) {
+            self.view.draw(ui, other, &beside.scene, &self.style, &[]);
+        }
         self.hand.draw(ui, &area, &self.view, &self.scene, self.style.theme.colours().ink);
         if let Some(way) = self.way_out {
             overlay::way_out(ui, &area, &self.view, &self.scene, way, self.style.theme.colours().ink);
@@ -259,7 +318,15 @@ impl<'a> Interface<'a> {
             ui.painter().rect_stroke(area.rect, 0.0, stroke, egui::StrokeKind::Inside);
         }
         overlay::legend(ui, area.rect, &self.scene, &self.style);
-        overlay::whose(ui, area.rect, self.run.can_guide(), self.hand.holds(), self.hand.cap_trouble(), actions);
+        match (&other, &self.beside) {
+            (Some(other), Some(beside)) => {
+                beside::title(ui, area.rect, beside.names[0], true, &self.style);
+                beside::title(ui, other.rect, beside.names[1], false, &self.style);
+            }
+            _ => {
+                overlay::whose(ui, area.rect, self.run.can_guide(), self.hand.holds(), self.hand.cap_trouble(), actions)
+            }
+        }
         overlay::told(ui, area.rect, self.run, &self.notices);
         if ui.input(|input| !input.raw.hovered_files.is_empty()) {
             overlay::drop_here(ui, area.rect, &self.style);
@@ -308,7 +375,9 @@ impl eframe::App for Interface<'_> {
         });
         let plots_height = if height < LOW { LOW_PLOTS } else { PLOTS };
         Panel::bottom("plots").exact_size(plots_height).resizable(false).frame(of_plots).show(ui, |ui| {
-            plots::show(ui, &self.history, self.style.theme);
+            let names = self.beside.as_ref().map(|beside| beside.names);
+            let asked = self.plots.show(ui, &self.history, self.style.theme, names);
+            self.ask_plots(asked);
         });
         let frame = Frame::NONE.corner_radius(CornerRadius::ZERO);
         egui::CentralPanel::default().frame(frame).show(ui, |ui| {

@@ -14,8 +14,14 @@
 
 mod bar;
 mod behind;
+mod beside;
+mod canvas;
+mod chart;
+mod columns;
+mod compass;
 mod dress;
 mod feel;
+mod floor;
 mod gl;
 mod hand;
 mod history;
@@ -30,9 +36,11 @@ mod plots;
 mod quantity;
 mod run;
 mod run_keys;
+mod scale;
 mod shader;
 mod shell;
 mod shot;
+mod spectrum;
 mod status;
 mod view3d;
 mod viewer;
@@ -43,7 +51,7 @@ use crate::moment::Moment;
 use crate::scene::Scene;
 use interface::Interface;
 pub use player::{Replayed, ReplayedTick, show_recording};
-pub use run::{Cap, FileKind, Loading, Numbers, Painted, Part, Preset, Run, Wanted};
+pub use run::{Cap, ComparedTick, FileKind, Loading, Numbers, Painted, Part, Preset, Run, SeenTick, Wanted};
 pub use viewer::{Viewed, view};
 
 /// Why there is no window.

@@ -1,15 +1,18 @@
 //! The last seconds as curves: force, torque, times, contacts, newest at the right.
 //!
+//! Every tick is in them: a column of pixels shows the least and the largest value of its ticks.
 //! Behind the curves stands how the bodies were, as in the paper's Figure 5: green while there were
 //! contacts and no overlap (D), red while they overlapped (P). Above each stands its newest value,
-//! large.
+//! or that at the cursor, which goes through all of them. A drag holds them and looks back.
 
-use eframe::egui::{self, Align2, FontId, Pos2, Rect, Sense, Shape, Stroke, Ui, pos2, vec2};
+use eframe::egui::{self, Align2, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, pos2};
 
+use super::chart::{Chart, Kind, Series, charts};
+use super::columns::{Column, columns, extent};
 use super::dress::{large_font, thin};
-use super::history::{History, Interval, SPAN, Sample, State};
+use super::history::{History, Interval, SPAN, State};
+use super::spectrum::{LENGTH, amplitudes};
 use super::view3d::colour;
-use crate::picture::Rgb;
 use crate::style::{Colours, Theme};
 
 /// Points.
@@ -17,167 +20,227 @@ const HEAD: f32 = 34.0;
 const MARGIN: f32 = 10.0;
 const SCALE: f32 = 11.5;
 const TITLE: f32 = 14.0;
-/// How much of a state's colour stands behind the curves, and of a curve's below it.
+const VALUE: f32 = 17.0;
+/// Narrower charts than this leave those of times and contacts out.
+const NARROW: f32 = 130.0;
+/// How much of a state's colour stands behind the curves.
 const STATE: f32 = 0.13;
-const BELOW: f32 = 0.16;
-/// s between two marks of time.
+/// s between two marks of time, and Hz between two of frequency.
 const MARK: f64 = 2.0;
+const MARK_HZ: f64 = 100.0;
 
-/// What of a sample, and its colour.
-type Curve = (fn(&Sample) -> f64, Rgb);
-
-/// One chart: what it is called, its curves, and how its newest value is told.
-struct Chart {
-    title: &'static str,
-    /// What the second curve is.
-    second: Option<&'static str>,
-    curves: Vec<Curve>,
-    said: fn(&Sample) -> String,
-    /// The scale reaches at least so far, so that noise about zero does not fill it.
-    least: f64,
+/// How the plots are looked at.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Plots {
+    pub(super) kind: Kind,
+    /// s: the time that is looked back at.
+    pub(super) cursor: Option<f64>,
 }
 
-fn charts(colours: &Colours) -> [Chart; 4] {
-    [
-        Chart {
-            title: "force",
-            second: None,
-            curves: vec![(|s| s.force, colours.force)],
-            said: |s| format!("{:.2} N", s.force),
-            least: 0.5,
-        },
-        Chart {
-            title: "torque",
-            second: None,
-            curves: vec![(|s| s.torque, colours.torque)],
-            said: |s| format!("{:.1} mN·m", s.torque),
-            least: 5.0,
-        },
-        Chart {
-            title: "query",
-            second: Some("forces"),
-            curves: vec![(|s| s.query, colours.cluster), (|s| s.force_time, colours.sliding)],
-            said: |s| format!("{:.0} µs", s.query),
-            least: 20.0,
-        },
-        Chart {
-            title: "contacts",
-            second: None,
-            curves: vec![(|s| s.contacts, colours.ink)],
-            said: |s| format!("{:.0}", s.contacts),
-            least: 4.0,
-        },
-    ]
+/// What a person did with the plots.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Asked {
+    Nothing,
+    /// Looks at this time, s.
+    LookAt(f64),
+    /// A click on what names a chart.
+    NextKind,
 }
 
-/// All charts, side by side.
-pub(super) fn show(ui: &mut Ui, history: &History, theme: Theme) {
-    let colours = theme.colours();
-    let (whole, response) = ui.allocate_exact_size(ui.available_size(), Sense::hover());
-    let charts = charts(&colours);
-    let width = (whole.width() - MARGIN) / charts.len() as f32;
-    let intervals = history.intervals();
-    for (k, chart) in charts.iter().enumerate() {
-        let left = whole.left() + MARGIN + width * k as f32;
-        let rect = Rect::from_min_size(pos2(left, whole.top()), vec2(width - MARGIN, whole.height()));
-        let hovered = response.hover_pos().filter(|at| rect.contains(*at));
-        draw(ui, rect, chart, history, &intervals, &colours, hovered);
+impl Plots {
+    /// All charts, side by side. `names`: what is felt, and what it is compared with, if it is.
+    pub(super) fn show(&self, ui: &mut Ui, history: &History, theme: Theme, names: Option<[&str; 2]>) -> Asked {
+        let colours = theme.colours();
+        let (whole, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+        let mut charts = charts(self.kind, &colours, names);
+        if (whole.width() - MARGIN) / (charts.len() as f32) < NARROW {
+            charts.truncate(2);
+        }
+        let width = (whole.width() - MARGIN) / charts.len() as f32;
+        let field = |k: usize| {
+            let left = whole.left() + MARGIN + width * k as f32;
+            Rect::from_min_max(pos2(left, whole.top() + HEAD), pos2(left + width - MARGIN, whole.bottom() - 4.0))
+        };
+        let end = history.end().max(SPAN);
+        let time_at = |at: Pos2| {
+            let field = (0..charts.len()).map(field).find(|field| field.x_range().contains(at.x))?;
+            Some(end - SPAN * f64::from((field.right() - at.x) / field.width()))
+        };
+        let hovered = response.hover_pos().and_then(time_at);
+        let seen = Seen { history, intervals: &history.intervals(), end, cursor: hovered.or(self.cursor), colours };
+        for (k, chart) in charts.iter().enumerate() {
+            seen.chart(ui, field(k), chart);
+        }
+        let at = response.interact_pointer_pos();
+        match at {
+            Some(at) if response.clicked() && at.y < whole.top() + HEAD => Asked::NextKind,
+            Some(at) if at.y >= whole.top() + HEAD && (response.dragged() || response.clicked()) => {
+                time_at(at).map_or(Asked::Nothing, Asked::LookAt)
+            }
+            _ => Asked::Nothing,
+        }
     }
 }
 
-fn draw(
-    ui: &Ui,
-    rect: Rect,
-    chart: &Chart,
-    history: &History,
-    intervals: &[Interval],
-    colours: &Colours,
-    hovered: Option<Pos2>,
-) {
-    let painter = ui.painter_at(rect.expand(1.0));
-    let field = Rect::from_min_max(pos2(rect.left(), rect.top() + HEAD), rect.max - vec2(0.0, 4.0));
-    let (ink, faint) = (colour(colours.ink), colour(colours.faint));
-    let end = history.end().max(SPAN);
-    let x = |time: f64| field.right() - field.width() * ((end - time) / SPAN) as f32;
-    let at = hovered.map(|at| end - SPAN * f64::from((field.right() - at.x) / field.width()));
-    let newest = at.and_then(|time| history.samples().find(|sample| sample.time >= time)).or(history.last());
+/// What all charts show something of.
+struct Seen<'a> {
+    history: &'a History,
+    intervals: &'a [Interval],
+    /// s, at the right.
+    end: f64,
+    /// s.
+    cursor: Option<f64>,
+    colours: Colours,
+}
 
-    let title_font = FontId::proportional(TITLE);
-    let base = rect.top() + HEAD - 5.0;
-    let (_, first_curve) = chart.curves[0];
-    let mut after = painter.text(
-        pos2(rect.left(), base),
-        Align2::LEFT_BOTTOM,
-        chart.title,
-        title_font.clone(),
-        colour(first_curve),
-    );
-    if let (Some(second), Some((_, rgb))) = (chart.second, chart.curves.get(1)) {
-        after =
-            painter.text(after.right_bottom() + vec2(8.0, 0.0), Align2::LEFT_BOTTOM, second, title_font, colour(*rgb));
-    }
-    if let Some(sample) = newest {
-        let room = rect.right() - after.right() - 6.0;
-        let galley = painter.layout_no_wrap((chart.said)(sample), large_font(), ink);
-        if galley.size().x <= room {
-            painter.galley(pos2(rect.right(), base + 4.0) - galley.size(), galley, ink);
-        } else {
-            painter.text(
-                pos2(rect.right(), base),
-                Align2::RIGHT_BOTTOM,
-                (chart.said)(sample),
-                FontId::proportional(TITLE + 3.0),
-                ink,
-            );
+impl Seen<'_> {
+    fn chart(&self, ui: &Ui, field: Rect, chart: &Chart) {
+        self.head(ui, field, chart);
+        let painter = ui.painter_at(field);
+        painter.rect_filled(field, 3.0, ui.visuals().faint_bg_color);
+        let width = field.width().max(1.0) as usize;
+        match chart.kind {
+            Kind::Spectrum if chart.has_spectrum => self.spectra(&painter, field, width, chart),
+            _ => self.curves(&painter, field, width, chart),
         }
     }
 
-    painter.rect_filled(field, 3.0, ui.visuals().faint_bg_color);
-    let painter = painter.with_clip_rect(field);
-    for interval in intervals {
-        let rgb = if interval.state == State::Penetrating { colours.penetrating } else { colours.disjoint };
-        let span = Rect::from_x_y_ranges(x(interval.from)..=x(interval.to), field.y_range());
-        painter.rect_filled(span, 0.0, thin(rgb, STATE));
+    fn x(&self, field: &Rect, time: f64) -> f32 {
+        field.right() - field.width() * ((self.end - time) / SPAN) as f32
     }
-    let largest = history.samples().flat_map(|s| chart.curves.iter().map(|(of, _)| of(s))).fold(chart.least, f64::max);
-    let top = round_up(largest);
-    let y = |value: f64| field.bottom() - field.height() * (0.94 * value / top) as f32;
-    let line = Stroke::new(1.0, thin(colours.faint, 0.25));
-    for part in [0.5, 1.0] {
-        painter.hline(field.x_range(), y(top * part), line);
-    }
-    let mut mark = (end / MARK).floor() * MARK;
-    while mark > end - SPAN {
-        painter.vline(x(mark), field.y_range(), line);
-        mark -= MARK;
-    }
-    for (k, (of, rgb)) in chart.curves.iter().enumerate() {
-        let points: Vec<Pos2> = history.samples().map(|s| pos2(x(s.time), y(of(s)))).collect();
-        if k == 0 {
-            painter.add(below(&points, field.bottom(), thin(*rgb, BELOW)));
-        }
-        painter.add(Shape::line(points, Stroke::new(1.6, colour(*rgb))));
-    }
-    let scale = FontId::proportional(SCALE);
-    painter.text(pos2(field.left() + 4.0, y(top)), Align2::LEFT_TOP, number(top), scale, faint);
-    if let Some(at) = hovered {
-        painter.vline(at.x, field.y_range(), Stroke::new(1.0, faint));
-    }
-}
 
-/// What is below a curve, as one mesh.
-fn below(points: &[Pos2], bottom: f32, colour: egui::Color32) -> egui::Mesh {
-    let mut mesh = egui::Mesh::default();
-    for (k, point) in points.iter().enumerate() {
-        mesh.colored_vertex(*point, colour);
-        mesh.colored_vertex(pos2(point.x, bottom), colour);
-        if k > 0 {
-            let first = 2 * (k as u32 - 1);
-            mesh.add_triangle(first, first + 1, first + 2);
-            mesh.add_triangle(first + 1, first + 2, first + 3);
+    fn values<'s>(&'s self, series: &'s Series) -> Box<dyn Iterator<Item = (f64, f64)> + 's> {
+        match series {
+            Series::Felt { of, .. } => Box::new(self.history.ticks().map(|tick| (tick.time, of(tick)))),
+            Series::Compared { of, .. } => Box::new(self.history.compared().map(|tick| (tick.time, of(tick)))),
         }
     }
-    mesh
+
+    fn curves(&self, painter: &Painter, field: Rect, width: usize, chart: &Chart) {
+        for interval in self.intervals {
+            let rgb =
+                if interval.state == State::Penetrating { self.colours.penetrating } else { self.colours.disjoint };
+            let span = self.x(&field, interval.from)..=self.x(&field, interval.to);
+            painter.rect_filled(Rect::from_x_y_ranges(span, field.y_range()), 0.0, thin(rgb, STATE));
+        }
+        let place = |time: f64| 1.0 - (self.end - time) / SPAN;
+        let shown: Vec<Vec<Column>> = (chart.series.iter())
+            .map(|series| columns(self.values(series).map(|(time, value)| (place(time), value)), width))
+            .collect();
+        let lines = |painter: &Painter, stroke: Stroke| {
+            let mut mark = (self.end / MARK).floor() * MARK;
+            while mark > self.end - SPAN {
+                painter.vline(self.x(&field, mark), field.y_range(), stroke);
+                mark -= MARK;
+            }
+        };
+        self.draw(painter, field, chart, &shown, lines);
+        if let Some(time) = self.cursor {
+            let stroke = Stroke::new(1.0, colour(self.colours.ink));
+            painter.vline(self.x(&field, time), field.y_range(), stroke);
+        }
+    }
+
+    fn spectra(&self, painter: &Painter, field: Rect, width: usize, chart: &Chart) {
+        let half_rate = 0.5 * self.rate();
+        let shown: Vec<Vec<Column>> = (chart.series.iter())
+            .map(|series| {
+                let values: Vec<f64> = self.values(series).map(|(_, value)| value).collect();
+                let amplitudes = amplitudes(&values).unwrap_or_default();
+                let last = (LENGTH / 2) as f64;
+                columns(amplitudes.into_iter().enumerate().map(|(k, a)| (k as f64 / last, a)), width)
+            })
+            .collect();
+        let lines = |painter: &Painter, stroke: Stroke| {
+            let font = FontId::proportional(SCALE);
+            let mut mark = MARK_HZ;
+            while mark < half_rate {
+                let x = field.left() + field.width() * (mark / half_rate) as f32;
+                painter.vline(x, field.y_range(), stroke);
+                if field.width() / (half_rate / MARK_HZ) as f32 > 3.5 * SCALE {
+                    let words = format!("{mark:.0} Hz");
+                    painter.text(pos2(x + 2.0, field.top()), Align2::LEFT_TOP, words, font.clone(), stroke.color);
+                }
+                mark += MARK_HZ;
+            }
+        };
+        self.draw(painter, field, chart, &shown, lines);
+    }
+
+    /// Ticks per second.
+    fn rate(&self) -> f64 {
+        let mut ticks = self.history.ticks();
+        let (first, second) = (ticks.next(), ticks.next());
+        let period = first.zip(second).map_or(1e-3, |(first, second)| second.time - first.time);
+        1.0 / period.max(1e-6)
+    }
+
+    fn draw(
+        &self,
+        painter: &Painter,
+        field: Rect,
+        chart: &Chart,
+        shown: &[Vec<Column>],
+        lines: impl Fn(&Painter, Stroke),
+    ) {
+        let [low, high] = shown.iter().map(|columns| extent(columns)).fold([0.0f64, chart.least], |[low, high], of| {
+            [low.min(of[0]), high.max(of[1]).max(-of[0] * f64::from(u8::from(of[0] < 0.0)))]
+        });
+        let top = round_up(high.max(-low));
+        // Parts of a vector are as far below zero as above it.
+        let bottom = if low < 0.0 { -top } else { 0.0 };
+        let y = |value: f64| field.bottom() - field.height() * (0.94 * (value - bottom) / (top - bottom)) as f32;
+        let faint = colour(self.colours.faint);
+        let line = Stroke::new(1.0, thin(self.colours.faint, 0.25));
+        for part in [0.5, 1.0] {
+            painter.hline(field.x_range(), y(bottom + (top - bottom) * part), line);
+        }
+        lines(painter, line);
+        for (columns, series) in shown.iter().zip(&chart.series) {
+            let mut mesh = egui::Mesh::default();
+            let ink = colour(series.colour());
+            for (k, column) in columns.iter().enumerate() {
+                let Some([low, high]) = *column else { continue };
+                let x = field.left() + k as f32;
+                let range = Rect::from_min_max(pos2(x, y(high) - 0.8), pos2(x + 1.0, y(low) + 0.8));
+                mesh.add_colored_rect(range, ink);
+            }
+            painter.add(mesh);
+        }
+        let font = FontId::proportional(SCALE);
+        painter.text(pos2(field.left() + 4.0, y(top)), Align2::LEFT_TOP, number(top), font, faint);
+    }
+
+    /// What the chart is, and its value: as large as there is room for both.
+    fn head(&self, ui: &Ui, field: Rect, chart: &Chart) {
+        let base = field.top() - 5.0;
+        let painter = ui.painter();
+        let ink = colour(self.colours.ink);
+        let names: Vec<_> = (chart.names.iter())
+            .map(|(name, rgb)| painter.layout_no_wrap(name.clone(), FontId::proportional(TITLE), colour(*rgb)))
+            .collect();
+        let wide = |count: usize| names.iter().take(count).map(|name| name.size().x + 8.0).sum::<f32>();
+        let value = (chart.said)(self.history.at(self.cursor), self.history.compared_at(self.cursor));
+        let galley = |font: FontId| painter.layout_no_wrap(value.clone(), font, ink);
+        let (large, small) = (galley(large_font()), galley(FontId::proportional(VALUE)));
+        let fits = |galley: &egui::Galley, count: usize| wide(count) + galley.size().x <= field.width();
+        let all = names.len();
+        let (shown, galley) = match () {
+            () if fits(&large, all) => (all, large),
+            () if fits(&small, all) => (all, small),
+            () if fits(&small, 1) => (1, small),
+            () => (0, small),
+        };
+        let mut left = field.left();
+        for name in names.into_iter().take(shown) {
+            let width = name.size().x;
+            painter.galley(pos2(left, base - name.size().y), name, ink);
+            left += width + 8.0;
+        }
+        if galley.size().x <= field.width() {
+            painter.galley(pos2(field.right(), base + 3.0) - galley.size(), galley, ink);
+        }
+    }
 }
 
 /// The next of 1, 2, 5, 10, 20, 50 …
@@ -188,7 +251,11 @@ fn round_up(value: f64) -> f64 {
 }
 
 fn number(value: f64) -> String {
-    if value < 1.0 { format!("{value:.1}") } else { format!("{value:.0}") }
+    match value {
+        small if small < 0.095 => format!("{small:.3}"),
+        below_one if below_one < 0.95 => format!("{below_one:.1}"),
+        value => format!("{value:.0}"),
+    }
 }
 
 #[cfg(test)]
@@ -202,5 +269,6 @@ mod tests {
         {
             assert!((round_up(value) - top).abs() < 1e-9, "{value} {}", round_up(value));
         }
+        assert_eq!([0.002, 0.5, 1.0, 200.0].map(number), ["0.002", "0.5", "1", "200"]);
     }
 }

@@ -22,6 +22,20 @@ pub trait Run {
     /// when the scene is replaced.
     fn numbers(&mut self) -> Numbers;
 
+    /// Every tick since the last call, oldest first; those for which there was no room are left out.
+    fn ticks(&mut self, each: &mut dyn FnMut(SeenTick));
+
+    /// Has the same ticks computed by other settings too, from now on: on the same poses of the
+    /// device, which gets nothing of it. `None` ends that.
+    ///
+    /// # Errors
+    /// In words, when it cannot be.
+    fn compare(&mut self, with: Option<&Settings>) -> Result<(), String>;
+
+    /// What was computed by them since the last call, oldest first, and what the newest of it has
+    /// to show, if there is something.
+    fn compared(&mut self, each: &mut dyn FnMut(ComparedTick)) -> Option<&Moment>;
+
     /// What is held, for its name, its limits and its workspace.
     fn device(&self) -> &DeviceSpec;
 
@@ -33,6 +47,9 @@ pub trait Run {
     /// # Errors
     /// In words, when they cannot be; the run then goes on as it was.
     fn set_settings(&mut self, settings: &Settings) -> Result<(), String>;
+
+    /// They as lines of a scene file.
+    fn settings_as_toml(&self) -> String;
 
     /// Places to begin from: first palpus's own settings for this scene on this device, second the
     /// paper's; more are shown as they come.
@@ -124,6 +141,8 @@ pub struct Painted {
     pub renderer: String,
     /// Triangles of the bodies, as they are drawn.
     pub triangles: usize,
+    /// Samples in each pixel of them.
+    pub samples: u32,
 }
 
 /// What the window says in words and plots, of one tick.
@@ -190,6 +209,36 @@ impl Default for Numbers {
             way_out: None,
         }
     }
+}
+
+/// One tick, for the plots.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SeenTick {
+    /// s since the run began, counted in ticks.
+    pub time: f64,
+    /// N, as the device got it, world.
+    pub force: DVec3,
+    /// N·m, about the grip, world.
+    pub torque: DVec3,
+    /// s: what finding contacts and depths took.
+    pub query: f64,
+    /// s: what computing forces took.
+    pub force_time: f64,
+    /// Contacts nearer than the tolerance.
+    pub contacts: u32,
+    /// m: of the deepest contact, negative where the bodies overlap.
+    pub separation: f64,
+}
+
+/// The same by other settings.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ComparedTick {
+    /// s since the run began.
+    pub time: f64,
+    /// N, world: what the device would get, before its safety chain.
+    pub force: DVec3,
+    /// N·m, about the grip, world.
+    pub torque: DVec3,
 }
 
 /// Settings by name.

@@ -19,6 +19,12 @@ pub(super) enum Action {
     Wrench,
     Anchors,
     Glass,
+    /// What is felt beside what it would be by other settings.
+    Beside,
+    /// These settings are what is compared with.
+    Keep,
+    Undo,
+    PlotKind,
     Preset(usize),
     Coupling,
     Clustering,
@@ -59,7 +65,7 @@ const fn held(group: Group, key: Key, action: Action, name: &'static str, words:
 }
 
 /// The window's own. A second key for the same has no words.
-const SHORTCUTS: [Shortcut; 24] = [
+const SHORTCUTS: [Shortcut; 28] = [
     once(Group::Run, Key::Space, Action::Pause, "Space", "pause, go on"),
     held(Group::Run, Key::Period, Action::Tick, ".", "one tick, while it stands"),
     once(Group::Run, Key::E, Action::Record, "E", "begin and end a recording"),
@@ -67,6 +73,9 @@ const SHORTCUTS: [Shortcut; 24] = [
     once(Group::Run, Key::Escape, Action::Script, "Esc", "the hand goes back to its script"),
     once(Group::Run, Key::Z, Action::Freeze, "Z", "hold the picture; the loop goes on"),
     once(Group::Run, Key::F1, Action::Scene(SceneAction::Keys), "F1", ""),
+    once(Group::Settings, Key::Y, Action::Beside, "Y", "the paper's way beside it, same hand"),
+    once(Group::Settings, Key::N, Action::Keep, "N", "keep these settings to compare with"),
+    once(Group::Settings, Key::U, Action::Undo, "U", "undo the last change"),
     once(Group::Settings, Key::B, Action::Preset(0), "B", "settings: palpus's own"),
     once(Group::Settings, Key::V, Action::Preset(1), "V", "settings: the paper's"),
     once(Group::Settings, Key::D, Action::Coupling, "D", "coupled or direct"),
@@ -79,11 +88,12 @@ const SHORTCUTS: [Shortcut; 24] = [
     held(Group::Settings, Key::Plus, Action::More, "+", "more of it"),
     held(Group::Settings, Key::Equals, Action::More, "=", ""),
     once(Group::View, Key::Home, Action::Scene(SceneAction::Everything), "Home", ""),
+    once(Group::View, Key::Q, Action::PlotKind, "Q", "plots: size, axes, spectrum"),
     once(Group::View, Key::C, Action::Contacts, "C", "contacts"),
     once(Group::View, Key::A, Action::Clusters, "A", "the force of each cluster"),
     once(Group::View, Key::F, Action::Wrench, "F", "force and torque on the hand"),
     once(Group::View, Key::H, Action::Anchors, "H", "where friction holds"),
-    once(Group::View, Key::T, Action::Glass, "T", "see through the environment"),
+    once(Group::View, Key::T, Action::Glass, "T", "environment: x-ray, glass, solid"),
 ];
 
 /// Where a device's button is to be held for force, this may be held instead.

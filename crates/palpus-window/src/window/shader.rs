@@ -4,7 +4,7 @@
 use eframe::egui_glow::ShaderVersion;
 use eframe::glow::{self, HasContext};
 
-/// Both shaders, compiled and linked; where `by_processor`, light is worked out for corners.
+/// The program that draws bodies and marks; where `by_processor`, light is worked out for corners.
 ///
 /// # Errors
 /// What the graphics library says.
@@ -12,6 +12,26 @@ use eframe::glow::{self, HasContext};
 /// # Safety
 /// The context is current.
 pub(super) unsafe fn program(gl: &glow::Context, by_processor: bool) -> Result<glow::Program, String> {
+    let per_corner = if by_processor { PER_CORNER } else { "" };
+    let before = format!("#define XRAYS {XRAYS}\n{per_corner}{LIT}");
+    // SAFETY: the caller's.
+    unsafe { compiled(gl, [VERTEX, FRAGMENT], &before, &["a_point", "a_normal", "a_colour", "a_sides"]) }
+}
+
+/// A vertex and a fragment shader, compiled and linked; `before` comes before both, `attributes`
+/// are numbered as they come.
+///
+/// # Errors
+/// What the graphics library says.
+///
+/// # Safety
+/// The context is current.
+pub(super) unsafe fn compiled(
+    gl: &glow::Context,
+    sources: [&str; 2],
+    before: &str,
+    attributes: &[&str],
+) -> Result<glow::Program, String> {
     let version = ShaderVersion::get(gl);
     if !version.is_new_shader_interface() {
         return Err("OpenGL 3.0 or OpenGL ES 3.0 is needed".to_owned());
@@ -19,17 +39,13 @@ pub(super) unsafe fn program(gl: &glow::Context, by_processor: bool) -> Result<g
     // SAFETY: the caller's.
     unsafe {
         let program = gl.create_program()?;
-        for (slot, name) in ["a_point", "a_normal", "a_colour", "a_sides"].into_iter().enumerate() {
+        for (slot, name) in attributes.iter().enumerate() {
             gl.bind_attrib_location(program, slot as u32, name);
         }
         let mut shaders = Vec::new();
-        for (kind, source) in [(glow::VERTEX_SHADER, VERTEX), (glow::FRAGMENT_SHADER, FRAGMENT)] {
+        for (kind, source) in [glow::VERTEX_SHADER, glow::FRAGMENT_SHADER].into_iter().zip(sources) {
             let shader = gl.create_shader(kind)?;
-            let per_corner = if by_processor { PER_CORNER } else { "" };
-            gl.shader_source(
-                shader,
-                &format!("{}\n{PRECISION}{per_corner}{LIT}{source}", version.version_declaration()),
-            );
+            gl.shader_source(shader, &format!("{}\n{PRECISION}{before}{source}", version.version_declaration()));
             gl.compile_shader(shader);
             if !gl.get_shader_compile_status(shader) {
                 return Err(gl.get_shader_info_log(shader));
@@ -49,7 +65,10 @@ pub(super) unsafe fn program(gl: &glow::Context, by_processor: bool) -> Result<g
     }
 }
 
-const PRECISION: &str = "#ifdef GL_ES\nprecision highp float;\n#endif\n";
+const PRECISION: &str = "#ifdef GL_ES\nprecision highp float;\nprecision highp int;\n#endif\n";
+
+/// Most capsules that a body is seen through at: two hands' probes.
+pub(super) const XRAYS: usize = 2;
 
 /// Where a processor draws: light is worked out for corners, not for every pixel of every small
 /// triangle.
@@ -65,11 +84,13 @@ vec4 lit(vec3 point, vec3 normal, vec3 colour) {
     if (dot(n, eye) < 0.0) { n = -n; }
     vec3 key = vec3(-0.45, 0.62, 0.64);
     vec3 fill = vec3(0.80, 0.05, 0.60);
-    float diffuse = 0.32 + 0.16 * n.y + 0.66 * max(dot(n, key), 0.0) + 0.26 * max(dot(n, fill), 0.0);
-    vec3 own = mix(colour, u_colour.rgb, u_colour.a);
-    float gloss = pow(max(dot(n, normalize(key + eye)), 0.0), 40.0);
     float slant = 1.0 - clamp(dot(n, eye), 0.0, 1.0);
-    return vec4(own * diffuse + vec3(0.16 * gloss), mix(u_glass.x, u_glass.y, slant * slant));
+    vec3 light = vec3(0.27, 0.285, 0.31) + vec3(0.15, 0.16, 0.18) * n.y;
+    light += vec3(0.70, 0.68, 0.64) * max(dot(n, key), 0.0) + vec3(0.22, 0.24, 0.27) * max(dot(n, fill), 0.0);
+    vec3 own = mix(colour, u_colour.rgb, u_colour.a);
+    float gloss = pow(max(dot(n, normalize(key + eye)), 0.0), 48.0);
+    float rim = slant * slant * slant;
+    return vec4(own * light + vec3(0.15 * gloss) + vec3(0.06, 0.065, 0.07) * rim, mix(u_glass.x, u_glass.y, slant * slant));
 }
 ";
 
@@ -106,6 +127,11 @@ void main() {
 
 const FRAGMENT: &str = "
 uniform float u_wire;
+// Of capsules that are seen through a body: ends (pixels, and m from the eye), radius (pixels) and
+// reach (m). What is drawn: all of a body, what of it is solid, what is not; or a patch.
+uniform vec3 u_ends[2 * XRAYS];
+uniform vec2 u_sizes[XRAYS];
+uniform int u_part;
 in vec3 v_sides;
 #ifdef PER_CORNER
 in vec4 v_lit;
@@ -115,6 +141,15 @@ in vec3 v_normal;
 in vec3 v_colour;
 #endif
 out vec4 f_colour;
+// As `XRay::solidity`.
+float solidity(vec3 one, vec3 other, vec2 sizes) {
+    vec2 along = other.xy - one.xy;
+    float part = clamp(dot(gl_FragCoord.xy - one.xy, along) / max(dot(along, along), 1e-6), 0.0, 1.0);
+    vec3 nearest = mix(one, other, part);
+    float beside = smoothstep(sizes.x, 1.45 * sizes.x, length(gl_FragCoord.xy - nearest.xy));
+    float behind = smoothstep(nearest.z - 0.4 * sizes.y, nearest.z + sizes.y, 1.0 / gl_FragCoord.w);
+    return max(beside, behind);
+}
 void main() {
 #ifdef PER_CORNER
     vec4 seen = v_lit;
@@ -122,6 +157,17 @@ void main() {
     vec4 seen = lit(v_point, v_normal, v_colour);
     seen.rgb = sqrt(clamp(seen.rgb, 0.0, 1.0));
 #endif
+    if (u_part == 3) {
+        seen.a = v_sides.x;
+    } else if (u_part > 0) {
+        float solid = 1.0;
+        for (int k = 0; k < XRAYS; k++) {
+            solid = min(solid, solidity(u_ends[2 * k], u_ends[2 * k + 1], u_sizes[k]));
+        }
+        if ((solid < 1.0) == (u_part == 1)) { discard; }
+        seen.a = mix(seen.a, 1.0, solid);
+        if (u_part == 1) { seen.a = 1.0; }
+    }
     if (u_wire > 0.5) {
         vec3 sides = v_sides / max(fwidth(v_sides), vec3(1e-6));
         if (min(sides.x, min(sides.y, sides.z)) < 0.8) {

@@ -14,18 +14,20 @@
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{self, Color32, Key, PointerButton, Pos2, Rect, Response, Sense};
+use eframe::egui::{self, Align2, Color32, FontId, Key, PointerButton, Pos2, Rect, Response, Sense};
 use eframe::{egui_glow, glow};
 use glam::{DMat4, DVec3};
 use palpus::algebra::Pose;
 
 use super::gl::{Artist, Drawing, DrawnBody, projection, view};
 use super::run::Painted;
+use super::{compass, floor};
 use crate::camera::{Camera, View};
-use crate::marks::{self, Marks, NOMINAL_HEIGHT, Triangles};
+use crate::ground::Ground;
+use crate::marks::{self, Label, Marks, NOMINAL_HEIGHT, Triangles};
 use crate::paint::{COVER_ALONG, COVER_SQUARE, GHOST_COVER};
 use crate::picture::Rgb;
-use crate::scene::Scene;
+use crate::scene::{Look, Scene, ShownBody};
 use crate::solid::Solid;
 use crate::style::Style;
 
@@ -43,11 +45,16 @@ const KEY_ZOOM: f32 = 1.0;
 const LONGEST_FRAME: f32 = 0.1;
 /// Most balls that are drawn: a thousand dots say as much.
 const MOST_DOTS: usize = 1000;
+/// Points.
+const LETTERS: f32 = 14.0;
 
 /// See the module's outline.
 pub(super) struct View3d {
     camera: Camera,
     framed: bool,
+    ground: Option<Ground>,
+    /// The bodies in few triangles, for their shadow.
+    shadowed: Vec<Arc<Solid>>,
     easel: Arc<Mutex<Easel>>,
     frame: Duration,
 }
@@ -102,6 +109,8 @@ impl View3d {
         Ok(Self {
             camera: Camera::framing(scene.corners(), View::Oblique, 1.5),
             framed: false,
+            ground: None,
+            shadowed: shadowed(scene),
             frame: if artist.by_processor { FRAME_OF_PROCESSOR } else { FRAME },
             easel: Arc::new(Mutex::new(Easel {
                 artist,
@@ -142,6 +151,7 @@ impl View3d {
 
     /// The bodies are others from now on, or in other colours; the eye stays where it is.
     pub(super) fn replace(&mut self, scene: &Scene, style: &Style) {
+        self.shadowed = shadowed(scene);
         if let Ok(mut easel) = self.easel.lock() {
             easel.piece_lightness = style.theme.colours().piece_lightness;
             easel.wanted = Some(scene.bodies.iter().map(|body| Arc::clone(&body.solid)).collect());
@@ -162,6 +172,7 @@ impl View3d {
             rate_hz: if seconds > 0.0 { (easel.frames - 1) as f64 / seconds } else { 0.0 },
             renderer: easel.artist.renderer.clone(),
             triangles: easel.artist.triangles(),
+            samples: easel.artist.samples() as u32,
         }
     }
 
@@ -178,9 +189,27 @@ impl View3d {
         let area = Area { rect, response };
         if !self.framed {
             self.camera.frame(scene.corners(), area.aspect());
+            self.ground = Ground::below(scene);
             self.framed = true;
         }
         area
+    }
+
+    /// The same, or for two pictures of the same size beside each other, seen by the same eye.
+    pub(super) fn place_beside(&mut self, ui: &mut egui::Ui, scene: &Scene, two: bool) -> (Area, Option<Area>) {
+        if !two {
+            return (self.place(ui, scene), None);
+        }
+        let whole = ui.available_rect_before_wrap();
+        let [left, right] = [0.0, 0.5].map(|part| {
+            let low = whole.min + egui::vec2((part * whole.width()).floor(), 0.0);
+            Rect::from_min_size(low, egui::vec2((0.5 * whole.width()).floor(), whole.height()))
+        });
+        let mut first = ui.new_child(egui::UiBuilder::new().max_rect(left));
+        let area = self.place(&mut first, scene);
+        let response = ui.interact(right, ui.scope_id().with("beside"), Sense::click_and_drag());
+        ui.allocate_rect(whole, Sense::hover());
+        (area, Some(Area { rect: right, response }))
     }
 
     /// The mouse moves the eye: a drag turns it, with Shift or another button it moves it, the
@@ -242,37 +271,49 @@ impl View3d {
     /// Draws `scene`, and `more` marks in the world.
     pub(super) fn draw(&self, ui: &egui::Ui, area: &Area, scene: &Scene, style: &Style, more: &[(Triangles, Rgb)]) {
         background(ui, area.rect, style);
-        let mut drawing = self.drawing(area, scene, style);
+        if let Some(ground) = &self.ground {
+            let bodies = self.shadowed.iter().zip(&scene.bodies).map(|(solid, body)| (&**solid, body.pose));
+            floor::draw(ui, area, &self.camera, ground, &ground.shadow(bodies), style);
+        }
+        let (mut drawing, labels) = self.drawing(area, scene, style, f64::from(ui.pixels_per_point()));
         let view = view(&self.camera);
         for (triangles, colour) in more {
             drawing.mark(&view, triangles, *colour);
         }
         let easel = Arc::clone(&self.easel);
-        let callback = egui_glow::CallbackFn::new(move |_, painter| {
+        let callback = egui_glow::CallbackFn::new(move |info, painter| {
             if let Ok(mut easel) = easel.lock() {
-                easel.draw(painter.gl(), &drawing);
+                let seen = info.viewport_in_pixels();
+                easel.draw(painter.gl(), &drawing, [seen.left_px, seen.from_bottom_px, seen.width_px, seen.height_px]);
             }
         });
         ui.painter().add(egui::PaintCallback { rect: area.rect, callback: Arc::new(callback) });
+        compass::draw(ui, area, &self.camera, scene, style);
+        self.label(ui, area, &labels, style);
     }
 
     /// What the graphics library is told of the scene.
-    fn drawing(&self, area: &Area, scene: &Scene, style: &Style) -> Drawing {
+    fn drawing(&self, area: &Area, scene: &Scene, style: &Style, pixels: f64) -> (Drawing, Vec<Label>) {
         let view = view(&self.camera);
-        let mut drawing = Drawing { projection: projection(&self.camera, area.aspect()), ..Drawing::default() };
+        let size = [area.size().0 * pixels, area.size().1 * pixels];
+        let mut xrays = scene.xrays(&self.camera, size, pixels);
+        // The graphics library counts from below.
+        xrays.iter_mut().flat_map(|xray| &mut xray.ends).for_each(|end| end.y = size[1] - end.y);
+        let projection = projection(&self.camera, area.aspect());
+        let mut drawing = Drawing { projection, xrays, ..Drawing::default() };
         let placed = |pose: &Pose| view * DMat4::from_rotation_translation(pose.rotation, pose.translation);
         for (solid, body) in scene.bodies.iter().enumerate() {
-            let glass = body.look.translucent.then_some((COVER_SQUARE, COVER_ALONG));
-            let (pieces, wireframe) = (body.look.pieces, body.look.wireframe);
-            let model_view = placed(&body.pose);
-            drawing.bodies.push(DrawnBody { solid, model_view, colour: body.colour, pieces, wireframe, glass });
+            let Look { pieces, wireframe, translucent, xray } = body.look;
+            let glass = (translucent || xray).then_some((COVER_SQUARE, COVER_ALONG));
+            let (model_view, colour, xray) = (placed(&body.pose), body.colour, xray && !translucent);
+            drawing.bodies.push(DrawnBody { solid, model_view, colour, pieces, wireframe, glass, xray });
         }
         if let (Some(moment), Some(probe)) = (&scene.moment, scene.bodies.first())
             && scene.is_device_apart(moment, probe)
         {
             let model_view = placed(&(scene.moment_pose * moment.device));
             let glass = Some((0.5 * GHOST_COVER, GHOST_COVER));
-            drawing.bodies.push(DrawnBody { model_view, glass, wireframe: false, ..drawing.bodies[0] });
+            drawing.bodies.push(DrawnBody { model_view, glass, wireframe: false, xray: false, ..drawing.bodies[0] });
         }
         let (_, height) = area.size();
         let metres = |point: DVec3, pixels: f64| {
@@ -280,6 +321,9 @@ impl View3d {
             self.camera.metres_per_pixel(self.depth(point), NOMINAL_HEIGHT) * pixels * least
         };
         let marks = Marks::of(scene, style, &metres);
+        for patch in marks.patches.iter().take(MOST_DOTS) {
+            drawing.patch(&view, patch, metres(patch.point, patch.radius));
+        }
         for dot in marks.dots.iter().take(MOST_DOTS) {
             let radius = metres(dot.point, dot.radius);
             drawing.mark(&view, &marks::ball(dot.point, radius), dot.colour);
@@ -287,24 +331,58 @@ impl View3d {
         for (triangles, colour) in &marks.solids {
             drawing.mark(&view, triangles, *colour);
         }
-        drawing
+        (drawing, marks.labels)
+    }
+
+    /// Values beside the marks, each at the right of its point.
+    fn label(&self, ui: &egui::Ui, area: &Area, labels: &[Label], style: &Style) {
+        let painter = ui.painter_at(area.rect);
+        let halo = colour(style.theme.colours().below).gamma_multiply(0.75);
+        for label in labels {
+            let Some(at) = self.seen_at(area, label.point) else { continue };
+            let words =
+                painter.layout_no_wrap(label.words.clone(), FontId::proportional(LETTERS), colour(label.colour));
+            // Within the picture, whatever the arrow does.
+            let room = area.rect.shrink(4.0);
+            let place = Align2::LEFT_CENTER.anchor_size(at + egui::vec2(9.0, 0.0), words.size());
+            let place = place.translate(room.clamp(place.min) - place.min);
+            let place = place.translate((room.max - place.max).min(egui::Vec2::ZERO));
+            painter.rect_filled(place.expand2(egui::vec2(4.0, 1.0)), 4.0, halo);
+            painter.galley(place.min, words, colour(label.colour));
+        }
     }
 }
 
 impl Easel {
-    fn draw(&mut self, gl: &glow::Context, drawing: &Drawing) {
+    fn draw(&mut self, gl: &glow::Context, drawing: &Drawing, viewport: [i32; 4]) {
         if let Some(solids) = self.wanted.take() {
             match Artist::new(gl, &solids, self.piece_lightness) {
                 Ok(artist) => std::mem::replace(&mut self.artist, artist).destroy(gl),
                 Err(error) => self.trouble = Some(error),
             }
         }
-        self.artist.draw(gl, drawing);
+        self.artist.draw(gl, drawing, viewport);
         let now = Instant::now();
         self.frames += 1;
         self.drawn.get_or_insert([now, now])[1] = now;
     }
 }
+
+/// The bodies of a scene in so few triangles that their shadow is found in every frame.
+fn shadowed(scene: &Scene) -> Vec<Arc<Solid>> {
+    let few = |solid: &Arc<Solid>| solid.coarse(MOST_SHADOWING).map_or_else(|| Arc::clone(solid), Arc::new);
+    let mut known: Vec<(*const Solid, Arc<Solid>)> = Vec::new();
+    let of_body = |body: &ShownBody| {
+        let alike = known.iter().find(|(whole, _)| *whole == Arc::as_ptr(&body.solid));
+        let found = alike.map_or_else(|| few(&body.solid), |(_, few)| Arc::clone(few));
+        known.push((Arc::as_ptr(&body.solid), Arc::clone(&found)));
+        found
+    };
+    scene.bodies.iter().map(of_body).collect()
+}
+
+/// Triangles of a body.
+const MOST_SHADOWING: usize = 3000;
 
 /// Lighter above than below, as in pictures.
 fn background(ui: &egui::Ui, rect: Rect, style: &Style) {

@@ -7,6 +7,7 @@ use super::tolerance::WELL_FORMED_ROUNDING;
 /// A rigid placement of one frame in another: `pose_ab * p_b` is the point `p_b` of frame b written
 /// in frame a.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Pose {
     /// Unit quaternion.
     pub rotation: DQuat,

@@ -7,6 +7,7 @@ use super::Pose;
 /// The velocity of a rigid body: angular in rad/s, linear in m/s of the point that the holder
 /// states.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Twist {
     /// rad/s.
     pub angular: DVec3,
@@ -23,6 +24,7 @@ impl Twist {
 
 /// A force in newtons and a torque in newton-metres about the point that the holder states.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Wrench {
     /// N·m about the stated point.
     pub torque: DVec3,

@@ -805,6 +805,12 @@ pub const RECENT_HOLDERS: usize = 6;
 /// Only speed depends on it.
 pub const DEPTH_NEAR: f64 = 0.02;
 
+/// Relative to the smaller body's size: the pairs of cells that may block a cone are listed anew if the body has moved
+/// farther since.
+///
+/// Only speed depends on it: a list that lacks a pair makes a new cell grow, a list costs a tenth of a millisecond.
+pub const DEPTH_LISTED: f64 = 0.1;
+
 /// Of the last translation: near it, no longer ones are looked for.
 ///
 /// The next one is hardly longer. Larger places more cells that block nothing; smaller begins anew more often.
@@ -856,6 +862,11 @@ pub const BELIEVED_SHARE: f64 = 0.8;
 /// At right-angled edges by the root of one half. Larger drops true contacts of sharp edges; smaller believes depths that another
 /// surface denies.
 pub const BELIEVED_EDGE_SHARE: f64 = 0.65;
+
+/// Radians: an overlap without a normal that both pieces own is left alone if the bodies must turn by as much to change that.
+///
+/// Only speed depends on it: less than that lasts a few ticks, and the walk begins anew afterwards.
+pub const BARREN_LEAST: f64 = 0.004;
 
 // detect: the guard against tunnelling (guard, sub_step)
 

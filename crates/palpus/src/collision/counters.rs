@@ -27,6 +27,10 @@ pub struct TraversalCounters {
     pub crowded: u32,
     /// Pairs of the front that were due or awake and were left for the next query, since the work allowed was done.
     pub postponed: u32,
+    /// Node pairs in the tree down to the front's cut.
+    pub front: u32,
+    /// Leaf pairs of the front within tolerance.
+    pub near: u32,
     /// 1 if the front began anew: in the first query, after a jump, or when it was told to forget.
     pub restarted: u32,
 }
@@ -53,6 +57,8 @@ impl std::ops::AddAssign for TraversalCounters {
             merged,
             crowded,
             postponed,
+            front,
+            near,
             restarted,
         } = other;
         self.node_pairs += node_pairs;
@@ -66,6 +72,8 @@ impl std::ops::AddAssign for TraversalCounters {
         self.merged += merged;
         self.crowded += crowded;
         self.postponed += postponed;
+        self.front += front;
+        self.near += near;
         self.restarted += restarted;
     }
 }

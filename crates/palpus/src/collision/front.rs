@@ -6,8 +6,8 @@
 //!
 //! 1. A pair on the cut at distance D more than the tolerance t *sleeps*. It cannot matter before the bodies have moved D − t
 //!    against each other; the [`Odometer`] sums up the motion, and the [`WakeBoard`] knows who is due.
-//! 2. A pair that is due is measured again: by spheres, by boxes when these promise a short sleep only, by hulls when those do. When
-//!    it is still apart, it goes on sleeping; otherwise it is split and its halves are measured.
+//! 2. A pair that is due is measured again: by spheres, by the gap along the normal that separated it last, by boxes when these promise a
+//!    short sleep only, by hulls when those do. When it is still apart, it goes on sleeping; otherwise it is split and its halves are measured.
 //! 3. A pair of leaves within tolerance is *awake*: it is marched every tick, from the features on which it ended last time.
 //! 4. Halves that both sleep long are *merged*: the pair that they came from is measured, and when it is far enough it sleeps
 //!    in their place. When it is not, it says itself after how much motion it makes sense to try again.
@@ -41,7 +41,9 @@ use super::march::{initial_features, march};
 use super::odometer::Odometer;
 use super::thickness::Thickness;
 use super::wakes::{BLOCK, WakeBoard};
-use super::{LeafPair, LeafPairs, March, PlacedPair, Side, StopReason, TraversalCounters, WarmStart};
+use super::{
+    Closest, LeafPair, LeafPairs, March, PlacedPair, Proximity, Side, StopReason, TraversalCounters, WarmStart,
+};
 use crate::algebra::tolerance::{JUMP, PACE_FADE};
 use crate::algebra::{Placement, Quota, Work};
 use crate::body::{FeaturePair, NodeKind};
@@ -150,6 +152,8 @@ impl Front {
             counters.postponed += self.wakes.count_below(self.blocks(), self.odometer.sum());
         }
         counters.dropped = found.dropped();
+        counters.front = self.node_pairs() as u32;
+        counters.near = self.awake.len() as u32;
         debug_assert_eq!(self.validate_some(query), Ok(()));
         counters
     }
@@ -220,6 +224,21 @@ impl Front {
         if let Some(place) = pair.place {
             self.memories[place as usize].admissible = admissible;
         }
+    }
+
+    /// The pair has no normal that both pieces own before the bodies have turned by `angle` (rad) more, wherever they are.
+    pub(crate) fn remember_barren(&mut self, pair: &LeafPair, angle: f64) {
+        if let Some(place) = pair.place {
+            let barren_until = self.odometer.turned() + angle;
+            // No walk follows the pair meanwhile.
+            let memory = &mut self.memories[place as usize];
+            *memory = WarmStart { barren_until, facet: None, ..*memory };
+        }
+    }
+
+    /// True if that is known of the pair, and still holds.
+    pub(crate) fn is_barren(&self, pair: &LeafPair) -> bool {
+        pair.memory.is_some_and(|memory| memory.barren_until >= self.odometer.turned())
     }
 
     /// Node pairs in the tree down to the cut.
@@ -293,10 +312,17 @@ impl Front {
         let start = before.map_or_else(|| initial_features(polytope_a, polytope_b, query.pose_ba), |m| m.features);
         let answer = march(polytope_a, polytope_b, query.pose_ba, start);
         if !pair.known {
-            *memory = WarmStart { normal: DVec3::ZERO, facet: None, admissible: None, ..*memory };
+            *memory = WarmStart::BLANK;
             pair.known = true;
         }
         memory.features = answer.features;
+        // When two that are apart overlap again, their depth may be anywhere.
+        if let Proximity::Disjoint(Closest { normal, features, distance, .. }) = answer.proximity
+            && distance >= query.tolerance
+        {
+            let hub = [features.a.some_vertex(polytope_a), features.b.some_vertex(polytope_b)];
+            *memory = WarmStart { normal, hub, facet: None, ..*memory };
+        }
         counters.march_steps += answer.steps;
         counters.march_fallbacks += u32::from(answer.stop != StopReason::Converged);
         (answer, before)

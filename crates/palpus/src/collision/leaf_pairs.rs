@@ -104,7 +104,7 @@ fn likely_separation(pair: &LeafPair, placed: &PlacedPair<'_>) -> f64 {
         Proximity::Overlapping(overlap) => overlap,
     };
     let (piece_a, piece_b) = (&placed.a.pieces[pair.piece_a as usize], &placed.b.pieces[pair.piece_b as usize]);
-    let remembered = pair.memory.filter(|memory| memory.normal != DVec3::ZERO);
+    let remembered = pair.memory.filter(|memory| memory.facet.is_some());
     let direction = remembered.map_or(overlap.direction, |memory| memory.normal).normalize_or(DVec3::Z);
     let hub = remembered.map_or([0; 2], |memory| memory.hub);
     support_gap(piece_a, piece_b, placed.pose_ba, direction, hub).0

@@ -6,6 +6,8 @@
 //!    is added to the sum S.
 //! 3. A pair that is `D` apart while the sum is S₀ cannot be nearer than `t` before the sum exceeds S₀ + (D − t).
 //!
+//! Turns are summed up beside it, in radians.
+//!
 //! S counts whole *quanta*, a fixed small fraction of the bodies' size. A motion is rounded up to whole quanta and one more is added, a
 //! clearance is rounded down; so that the sum is exact however long it runs, and the added quantum outweighs the rounding of
 //! placed points a thousandfold.
@@ -26,6 +28,8 @@ pub(super) struct Odometer {
     size: f64,
     last: Option<Placement>,
     sum: u64,
+    /// rad.
+    turned: f64,
 }
 
 impl Odometer {
@@ -33,7 +37,7 @@ impl Odometer {
     pub(super) fn new(box_a: OrientedBox, box_b: OrientedBox) -> Self {
         let size = box_a.half.length() + box_b.half.length();
         let quantum = (ODOMETER_QUANTUM * size).max(f64::MIN_POSITIVE);
-        Self { box_a, box_b, quantum, size, last: None, sum: 0 }
+        Self { box_a, box_b, quantum, size, last: None, sum: 0, turned: 0.0 }
     }
 
     /// The sum, quanta.
@@ -52,9 +56,18 @@ impl Odometer {
     /// exhausted: then nothing that was known of distances holds any more.
     pub(super) fn advance(&mut self, pose_ba: &Placement) -> Option<f64> {
         let moved = self.motion_to(pose_ba);
+        if let Some(last) = &self.last {
+            self.turned += angle_between(&last.rotation, &pose_ba.rotation) + ODOMETER_NOISE;
+        }
         self.last = Some(*pose_ba);
         let moved = moved?;
         self.spend(moved + ODOMETER_NOISE * (self.size + pose_ba.translation.length())).then_some(moved)
+    }
+
+    /// The sum of all turns so far, rad: by no more have the bodies turned against each other in between.
+    #[inline]
+    pub(super) fn turned(&self) -> f64 {
+        self.turned
     }
 
     /// The motion since the last call of [`Self::advance`], model units; `None` before the first call.
@@ -91,6 +104,14 @@ impl Odometer {
 
 /// Far above any journey, far below the end of the integers.
 const EXHAUSTED: u64 = 1 << 61;
+
+/// The angle from one rotation to another, rad.
+fn angle_between(from: &DMat3, to: &DMat3) -> f64 {
+    let change = *to - *from;
+    let squares = change.x_axis.length_squared() + change.y_axis.length_squared() + change.z_axis.length_squared();
+    // The Frobenius norm of the difference is √8 sin(θ / 2).
+    2.0 * (squares / 8.0).sqrt().min(1.0).asin()
+}
 
 /// The farthest that a point of the box moves from one placement to another.
 fn displacement(held: &OrientedBox, from: &Placement, to: &Placement) -> f64 {

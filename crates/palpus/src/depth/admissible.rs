@@ -116,6 +116,33 @@ pub fn half_admissible_depth(
     search.answer(&mut walk.clip)
 }
 
+/// The angle (rad) by which the pieces may turn against each other without coming to own a normal of a facet together, wherever they are; 0
+/// where that is not known.
+///
+/// Each normal of one piece must come to what the other owns, or the ends of an arc to an arc of the other: these ends are normals.
+pub(crate) fn barren_angle(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f64 {
+    let mut least = f64::INFINITY;
+    for normal in normals(b) {
+        least = least.min(a.angle_to(-pose_ba.inverse_vector(normal)));
+        if least <= 0.0 {
+            return 0.0;
+        }
+    }
+    for normal in normals(a) {
+        least = least.min(b.angle_to(-pose_ba.vector(normal)));
+        if least <= 0.0 {
+            return 0.0;
+        }
+    }
+    least
+}
+
+/// Of the faces that a piece owns, and those it borrows.
+fn normals<'n>(own: &'n OwnNormals<'_>) -> impl Iterator<Item = DVec3> + 'n {
+    let faces = own.faces().iter().map(|face| own.plane(face.face).normal);
+    faces.chain(own.borrowed().iter().map(|borrowed| borrowed.plane.normal))
+}
+
 /// True if the pieces own the normal on which a walk has ended.
 pub fn is_admissible(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement, walked: &Depth) -> bool {
     match walked.antipodal {

@@ -36,11 +36,14 @@ mod surfaces;
 mod tests;
 mod way_out;
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use glam::DVec3;
 
-use crate::algebra::tolerance::{DEPTH_BUDGET, DEPTH_GAP, DEPTH_HAIR, DEPTH_NEAR, DEPTH_REACH, DEPTH_ROUNDING};
+use crate::algebra::tolerance::{
+    DEPTH_BUDGET, DEPTH_GAP, DEPTH_HAIR, DEPTH_LISTED, DEPTH_NEAR, DEPTH_REACH, DEPTH_ROUNDING,
+};
 use crate::algebra::{Pose, Workers, map_in_order};
 use crate::body::Body;
 use cell::Cell;
@@ -49,7 +52,8 @@ pub use containment::Containment;
 pub use containment_query::ContainmentQuery;
 use convex::{ConvexMemory, convex_depth};
 pub use interior::Interior;
-use scene::{Leaf, Scene};
+use obstacle::Gate;
+use scene::{Leaf, Ray, Scene};
 use way_out::{project, slide};
 
 /// Bounds the penetration depth of two bodies.
@@ -106,8 +110,11 @@ pub struct DepthBracket {
 pub struct GlobalMemory {
     translation: Option<DVec3>,
     pose_ba: Option<Pose>,
+    /// Where the candidates of the leaves were listed.
+    listed_ba: Option<Pose>,
     leaves: Vec<Leaf>,
     kept: Vec<(Cell, Cell)>,
+    gates: BTreeMap<Ray, Gate>,
     /// Leaves after the last search from nothing.
     fresh: usize,
     convex: Option<Box<ConvexMemory>>,
@@ -166,7 +173,7 @@ impl<'a> GlobalDepth<'a> {
         memory.translation = Some(translation);
         memory.pose_ba = Some(*pose_ba);
         let evaluations = scene.evaluations;
-        memory.kept = scene.keep(&mut memory.leaves);
+        (memory.kept, memory.gates) = scene.keep(&mut memory.leaves);
         let upper = translation.length();
         let rounding = DEPTH_ROUNDING * self.a.size().max(self.b.size());
         let lower = (lower - rounding).clamp(0.0, upper);
@@ -182,13 +189,17 @@ impl<'a> GlobalDepth<'a> {
         pose_ba: &Pose,
         memory: &mut GlobalMemory,
     ) -> (f64, DVec3) {
-        if !self.is_near(pose_ba, memory) {
+        if !self.is_near(pose_ba, memory.pose_ba.as_ref(), DEPTH_NEAR) {
             *memory = GlobalMemory { convex: memory.convex.take(), ..GlobalMemory::default() };
+        }
+        if memory.leaves.is_empty() || !self.is_near(pose_ba, memory.listed_ba.as_ref(), DEPTH_LISTED) {
+            memory.leaves.iter_mut().for_each(|leaf| leaf.candidates = None);
+            memory.listed_ba = Some(*pose_ba);
         }
         let last = memory.translation.map(|last| (last, DEPTH_REACH * last.length()));
         let apart = last.is_none().then(|| self.boxes_apart(scene));
         scene.place_cells(last.map_or_else(|| apart.unwrap_or_default().length(), |(_, reach)| reach));
-        scene.restore(&memory.kept, &memory.leaves);
+        scene.restore(&memory.kept, &memory.leaves, std::mem::take(&mut memory.gates));
         let near = last.and_then(|(last, reach)| project(scene, last, reach)).filter(|&t| scene.verified(t));
         let free = near.unwrap_or_else(|| {
             let apart = apart.unwrap_or_else(|| self.boxes_apart(scene));
@@ -205,13 +216,13 @@ impl<'a> GlobalDepth<'a> {
         (lower, translation)
     }
 
-    /// True if `memory` is of a pose so near that its cones are worth beginning with.
-    fn is_near(&self, pose_ba: &Pose, memory: &GlobalMemory) -> bool {
-        let reach = DEPTH_NEAR * self.a.size().min(self.b.size());
+    /// True if a moved by no more than `share` of the smaller body from `last` to `pose_ba`.
+    fn is_near(&self, pose_ba: &Pose, last: Option<&Pose>, share: f64) -> bool {
+        let reach = share * self.a.size().min(self.b.size());
         let bounds = self.a.tree().bounds();
         let middle = 0.5 * (bounds.min + bounds.max);
         let half = 0.5 * self.a.size();
-        memory.pose_ba.is_some_and(|last| {
+        last.is_some_and(|last| {
             let turn = 2.0 * pose_ba.rotation.dot(last.rotation).abs().min(1.0).acos();
             turn * half + pose_ba.point(middle).distance(last.point(middle)) <= reach
         })

@@ -20,6 +20,7 @@ mod tests;
 mod walk;
 mod witness;
 
+pub(crate) use admissible::barren_angle;
 pub use admissible::{AdmissibleDepth, AdmissibleScratch, admissible_depth, half_admissible_depth, is_admissible};
 pub use answer::{Antipodal, Certainty, Depth, HubPair};
 pub use certificate::{CertificateMemory, ProofScratch, depth_proven, prove};

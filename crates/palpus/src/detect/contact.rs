@@ -8,6 +8,7 @@ use crate::body::FeaturePair;
 ///
 /// `point_a − point_b = separation · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Contact {
     /// Index of the convex piece of a.
     pub piece_a: u32,

@@ -3,11 +3,12 @@
 use super::contact::points_about;
 use super::search::{Asked, PairSearch};
 use super::{Contact, QueryCounters};
+use crate::algebra::tolerance::BARREN_LEAST;
 use crate::collision::{Closest, LeafPair, Overlap, Proximity, StopReason, WarmStart};
 use crate::depth::{
-    AdmissibleDepth, Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, depth, half_admissible_depth,
+    AdmissibleDepth, Antipodal, Certainty, Depth, HubPair, Seed, Touch, admissible_depth, barren_angle, depth,
+    half_admissible_depth,
 };
-use glam::DVec3;
 
 /// What a pair of pieces within tolerance comes to.
 pub(super) enum Found {
@@ -43,8 +44,11 @@ impl PairSearch {
         overlap: &Overlap,
         counters: &mut QueryCounters,
     ) -> Found {
-        let Asked { a, b, place, .. } = asked;
-        let memory = leaf.memory.filter(|memory| memory.normal != DVec3::ZERO);
+        if self.front.is_barren(leaf) {
+            return Found::Inadmissible;
+        }
+        let place = &asked.place;
+        let memory = leaf.memory.filter(|memory| memory.facet.is_some());
         let walked = self.walk(asked, leaf, overlap, memory);
         // The walk goes on from where it ended, whatever is admissible.
         self.front.remember_depth(leaf, walked.normal, [walked.hub.a, walked.hub.b], walked.antipodal.features());
@@ -52,7 +56,7 @@ impl PairSearch {
         counters.walk_steps += walked.steps;
         counters.walk_stops += u32::from(walked.stop != StopReason::Converged);
         counters.unproven += u32::from(walked.certainty != Certainty::GloballyOptimal);
-        let (normals_a, normals_b) = (a.own_normals(leaf.piece_a), b.own_normals(leaf.piece_b));
+        let [normals_a, normals_b] = asked.own_normals(leaf);
         let (admissible, walk) = (&mut self.admissible, &mut self.scratch);
         let last = memory.and_then(|memory| memory.admissible);
         let real = admissible_depth(&normals_a, &normals_b, place, &walked, last, admissible, walk);
@@ -60,7 +64,13 @@ impl PairSearch {
         if moved != last {
             self.front.remember_admissible(leaf, moved);
         }
-        let Some(real) = real else { return Found::Inadmissible };
+        let Some(real) = real else {
+            let angle = barren_angle(&normals_a, &normals_b, place);
+            if angle >= BARREN_LEAST {
+                self.front.remember_barren(leaf, angle);
+            }
+            return Found::Inadmissible;
+        };
         counters.moved += u32::from(real.moved);
         counters.admissible_stops += u32::from(real.moved && real.stop != StopReason::Converged);
         let contact = at(leaf, &real);

@@ -29,8 +29,8 @@ use super::prover::Prover;
 use super::{Contact, Proof, QueryCounters, QuerySettings};
 use crate::algebra::tolerance::WORK_ANSWER;
 use crate::algebra::{Clock, Placement, Pose, Quota};
-use crate::body::{Body, Polytope};
-use crate::collision::{Front, LeafPairs, PlacedPair, Proximity, Side};
+use crate::body::{Body, OwnNormals, Polytope};
+use crate::collision::{Front, LeafPair, LeafPairs, PlacedPair, Proximity, Side};
 use crate::depth::{AdmissibleScratch, Patch, WalkScratch};
 
 /// Working memory of the queries between two bodies, and what they remember from query to query.
@@ -270,6 +270,11 @@ impl<'q> Asked<'q> {
     /// The pieces of a and of b at these indices.
     pub(super) fn pieces(&self, piece_a: u32, piece_b: u32) -> (&'q Polytope, &'q Polytope) {
         (&self.a.polytopes()[piece_a as usize], &self.b.polytopes()[piece_b as usize])
+    }
+
+    /// The normals that the pieces of a leaf pair own.
+    pub(super) fn own_normals(&self, leaf: &LeafPair) -> [OwnNormals<'q>; 2] {
+        [self.a.own_normals(leaf.piece_a), self.b.own_normals(leaf.piece_b)]
     }
 
     /// The same as the front sees it.

@@ -84,6 +84,23 @@ impl Crowding {
         &self.shares
     }
 
+    /// What each contact of the last run's crowd is left to bear where `bears` says what one of an engagement and a separation (both in m) would
+    /// bear alone: all that push the same way bear together as much as the one that bears most.
+    pub fn loads<'a>(
+        &'a self,
+        crowd: &'a [Tilted],
+        bears: impl Fn(f64, f64) -> f64 + Copy + 'a,
+    ) -> impl Iterator<Item = f64> + 'a {
+        crowd.iter().zip(self.tilts.shares()).map(move |(one, &tilt)| {
+            let alone = bears(one.engagement, one.separation);
+            if tilt <= 0.0 || alone <= 0.0 {
+                return 0.0;
+            }
+            let (most, sum) = felt(one, &self.seen, |other| bears(other.engagement, other.separation));
+            alone * tilt * (most / sum)
+        })
+    }
+
     /// The shares of the last run, parallel to its crowd.
     pub fn shares(&self) -> &[f64] {
         &self.shares

@@ -38,7 +38,8 @@
 //!
 //! **An implicit step** (behind a coupling) presses contacts that did not touch at its beginning: a tool that slides over the edge of a
 //! facet is off the surface for a tick, and pressed all the same. So there the load of a contact is at least its share of what was
-//! pressed at the end of the last step; what it really comes to hold is found in the step.
+//! pressed at the end of the last step; what it really comes to hold is found in the step. However many contacts bear a load, together they are
+//! as stiff as one.
 //!
 //! Deviations from HA00: static and dynamic coefficients, with the slip between (their elasto-plastic transition blends them); and
 //! both points are taken along, strain kept, where the contact wanders farther than the reach from x (the probe rolls).
@@ -52,6 +53,8 @@ use crate::detect::Contact;
 
 /// How surfaces hold each other.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct FrictionSettings {
     /// μ of a contact that sticks; at least the dynamic one.
     pub static_coefficient: f64,
@@ -95,16 +98,10 @@ pub struct Grasp<'a> {
     pub weights: &'a [f64],
     /// Where the members hold, in b's frame.
     pub holds: &'a [DVec3],
-    /// N: the normal force of each cluster.
-    pub normal_forces: &'a [f64],
-    /// N/m: how fast that grows, of each cluster, and of one that has no other beside it.
-    pub stiffnesses: &'a [f64],
-    /// N/m.
-    pub stiffness: f64,
-    /// N: what the hardest pressed contact bore alone at the end of the last step, where that step was implicit; else 0.
-    pub pressed: f64,
-    /// m: contacts that are so much farther than the nearest may come to bear in the step.
-    pub ahead: f64,
+    /// N: the normal force that the friction of each cluster rests on.
+    pub loads: &'a [f64],
+    /// N: the largest normal force that a cluster would have alone, before others that push the same way leave it a share.
+    pub most: f64,
     /// m: how far a contact may be from its predecessor or from its own holding point.
     pub reach: f64,
     /// a placed in b's frame.
@@ -192,10 +189,8 @@ impl FrictionTracker {
         let mut looks = FRICTION_LOOKS;
         self.current.clear();
         self.grips.clear();
-        let most = grasp.most_pressed().max(grasp.pressed);
-        let nearest = grasp.clusters.iter().map(|cluster| cluster.separation).fold(f64::INFINITY, f64::min);
-        for (c, cluster) in grasp.clusters.iter().enumerate() {
-            let load = grasp.load_of(c, nearest);
+        let most = grasp.most;
+        for (cluster, load) in grasp.clusters.iter().zip(grasp.loads) {
             let stiffness = if most > 0.0 { settings.tangential_stiffness * load / most } else { 0.0 };
             let load = Load { most, stiffness };
             for k in cluster.members() {
@@ -276,23 +271,6 @@ impl FrictionTracker {
 }
 
 impl Grasp<'_> {
-    /// N: the largest normal force that a cluster has, before the crowd leaves it a share of it.
-    fn most_pressed(&self) -> f64 {
-        let alone = |(&force, &stiffness): (&f64, &f64)| {
-            if stiffness > 0.0 { force * (self.stiffness / stiffness) } else { 0.0 }
-        };
-        self.normal_forces.iter().zip(self.stiffnesses).map(alone).fold(0.0, f64::max)
-    }
-
-    /// N: the load of cluster `k`: its normal force, or what it may bear of what was pressed in the last step; `nearest` (m) is the least separation.
-    fn load_of(&self, k: usize, nearest: f64) -> f64 {
-        if self.pressed <= 0.0 {
-            return self.normal_forces[k];
-        }
-        let near = (1.0 - (self.clusters[k].separation - nearest) / self.ahead).max(0.0);
-        self.normal_forces[k].max(self.pressed * near * self.stiffnesses[k] / self.stiffness)
-    }
-
     /// What of the load of its cluster member `k` bears; all of it if it is the only one.
     fn share_of(&self, k: usize, cluster: &Cluster) -> f64 {
         if cluster.member_count == 1 {

@@ -40,10 +40,10 @@ pub struct NetWrench {
 }
 
 /// The size of the cluster's normal force, N, never negative; `separating_speed` is that of a from b at the midpoint
-/// along the normal, m/s.
-pub fn normal_force(cluster: &Cluster, separating_speed: f64, settings: &PenaltySettings) -> f64 {
-    let elastic = settings.stiffness * cluster.engagement;
-    elastic + (-settings.damping * separating_speed).clamp(-elastic, elastic)
+/// along the normal, m/s. The cluster has this `share` of stiffness and damping: 1 if no other pushes the same way.
+pub fn normal_force(cluster: &Cluster, share: f64, separating_speed: f64, settings: &PenaltySettings) -> f64 {
+    let elastic = settings.stiffness * (share * cluster.engagement);
+    elastic + (-settings.damping * share * separating_speed).clamp(-elastic, elastic)
 }
 
 impl NetWrench {
@@ -97,10 +97,10 @@ mod tests {
         let cluster = alone(contact((0, 0), DVec3::ZERO, DVec3::Z, 5e-4));
         let elastic = 0.4;
         for (speed, force) in [(0.0, elastic), (-0.1, 0.6), (0.1, 0.2), (-9.0, 0.8), (9.0, 0.0)] {
-            assert!((normal_force(&cluster, speed, &SETTINGS) - force).abs() < 1e-12, "at {speed} m/s");
+            assert!((normal_force(&cluster, 1.0, speed, &SETTINGS) - force).abs() < 1e-12, "at {speed} m/s");
         }
         let entering = alone(contact((0, 0), DVec3::ZERO, DVec3::Z, T * (1.0 - 1e-12)));
-        assert!(normal_force(&entering, -9.0, &SETTINGS) < 1e-11);
+        assert!(normal_force(&entering, 1.0, -9.0, &SETTINGS) < 1e-11);
     }
 
     /// A vertex of a, at `vertex` in a's frame, over b's plane z = 0.
@@ -125,7 +125,7 @@ mod tests {
             // a's centre of mass is its origin.
             let centers = Centers { a: pose.translation, b: DVec3::ZERO };
             let mut net = NetWrench::default();
-            net.add(cluster.normal * normal_force(&cluster, 0.0, &SETTINGS), cluster.midpoint, &centers);
+            net.add(cluster.normal * normal_force(&cluster, 1.0, 0.0, &SETTINGS), cluster.midpoint, &centers);
             let h = 1e-7;
             for axis in DVec3::AXES {
                 for (turn, push) in [(DVec3::ZERO, axis), (axis, DVec3::ZERO)] {

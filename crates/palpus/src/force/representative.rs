@@ -1,7 +1,7 @@
 //! One contact for each cluster \[K02 §4.2, eq. 3–5\].
 //!
-//! The weights are the engagements t − d, so that deeper contacts count more; of the corners of a patch, times their tilt
-//! shares, so that all of them together count as one. Normals that cancel leave eq. 3 without an
+//! The weights are t − d with t the tolerance of the query, so that deeper contacts count more; of the corners of a patch, times
+//! their tilt shares, so that all of them together count as one. Normals that cancel leave eq. 3 without an
 //! answer; the deepest member's direction then stands in, and the caller is told. Clusters cut by normals
 //! ([`super::LinkageSettings::split_angle`]) cannot cancel.
 
@@ -12,6 +12,7 @@ use crate::detect::Contact;
 
 /// The representative contact of a cluster, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Cluster {
     /// p̂ (eq. 4).
     pub midpoint: DVec3,
@@ -19,8 +20,7 @@ pub struct Cluster {
     pub normal: DVec3,
     /// d (eq. 5): the separation of the deepest member, m.
     pub separation: f64,
-    /// m, what the normal force is in proportion to: t − d as [`represent`] makes it. The force stage puts in its place what smooth
-    /// clustering and the tool's skin leave of it, which may be 0.
+    /// t − d, m, with t the separation from which contacts push: the tolerance, or the skin of a coupling. 0 beyond it.
     pub engagement: f64,
     /// Sum of the members' weights, m.
     pub weight: f64,
@@ -78,8 +78,8 @@ impl Cluster {
     }
 }
 
-/// The representative of the contacts that `members` names: indices into `contacts`, at least one, each nearer than
-/// `tolerance`; parallel to `members` are their force `directions` and `weights` (m).
+/// The representative of the contacts that `members` names: indices into `contacts`, at least one; parallel to `members` are
+/// their force `directions` and positive `weights` (m). Contacts push from a separation of `offset` (m) on.
 ///
 /// The sums run in the order of `members`. `first_member` is stored as it is given.
 pub fn represent(
@@ -88,7 +88,7 @@ pub fn represent(
     directions: &[DVec3],
     weights: &[f64],
     first_member: u32,
-    tolerance: f64,
+    offset: f64,
 ) -> Cluster {
     debug_assert!(!members.is_empty() && members.len() == directions.len());
     let separation = |k: usize| contacts[members[k] as usize].separation;
@@ -111,7 +111,7 @@ pub fn represent(
     let cancelled = length <= CANCELLED_NORMAL * weight;
     let normal = if cancelled { directions[deepest] } else { weighted_normal / length }; // Eq. 3
     let midpoint = origin + weighted_midpoint / weight; // Eq. 4
-    let engagement = tolerance - separation(deepest);
+    let engagement = (offset - separation(deepest)).max(0.0);
     let cluster = Cluster {
         midpoint,
         normal,

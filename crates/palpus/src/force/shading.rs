@@ -21,6 +21,8 @@ use glam::DVec3;
 
 /// Which normals may stand in for the true one.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct ShadingSettings {
     /// rad: edges where the mesh bends by more stay sharp.
     pub crease_angle: f64,

@@ -34,6 +34,8 @@ use crate::force::FrictionSettings;
 /// A spring and damper for translation between the grip of the device and that of the tool, another for rotation, and the
 /// mass of the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct VirtualCoupling {
     /// N/m; positive.
     pub stiffness: f64,

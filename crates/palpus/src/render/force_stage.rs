@@ -1,9 +1,9 @@
 //! From contacts to the wrenches on both bodies \[K02 §4.2–4.4\].
 //!
 //! 1. *Cluster* the contacts, by their midpoints and (shaded) directions.
-//! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents itself, by the share of its
-//!    engagement that the crowd of those that push the same way leaves to it.
-//! 3. *Push*: the normal force of each cluster, at its midpoint.
+//! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents itself.
+//! 3. *Push*: the normal force of each cluster, at its midpoint; with smooth clustering, by the share of the stiffness that the
+//!    crowd of those that push the same way leaves to it.
 //! 4. *Rub*: the friction of each member, where it holds. Corners of a patch stand for all of it, and hold where an
 //!    evenly loaded patch would: nearer to its middle, by [`FRICTION_SPREAD`].
 //!
@@ -16,8 +16,7 @@ use crate::algebra::tolerance::FRICTION_SPREAD;
 use crate::algebra::{Pose, Twist};
 use crate::detect::Contact;
 use crate::force::{
-    Centers, Cluster, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, PenaltySettings, Tilted, normal_force,
-    represent,
+    Centers, Cluster, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, Tilted, normal_force, represent,
 };
 
 /// Where the bodies are and how the probe moves, in b's frame.
@@ -131,9 +130,8 @@ pub fn force(
         let smooth = settings.clustering == Clustering::Smooth;
         let (members, directions) = (&forces.members[range.clone()], &forces.directions[range.clone()]);
         let (weights, first) = (&forces.weights[range.clone()], range.start as u32);
-        let mut cluster = represent(contacts, members, directions, weights, first, settings.contact_tolerance);
+        let cluster = represent(contacts, members, directions, weights, first, settings.skin());
         let share = if smooth { scratch.crowding.shares()[k] } else { 1.0 };
-        cluster.engagement = share * (settings.skin() - cluster.separation).max(0.0);
         forces.stiffnesses.push(settings.stiffness * share);
         forces.cancelled_normals += u32::from(cluster.cancelled);
         push(&cluster, motion, share, settings, forces);
@@ -186,9 +184,7 @@ fn patches(contacts: &[Contact], members: &[u32]) -> impl Iterator<Item = std::o
 /// Step 3.
 fn push(cluster: &Cluster, motion: &Motion, share: f64, settings: &Settings, forces: &mut Forces) {
     let velocity = motion.twist.at(cluster.midpoint - motion.centers.a);
-    let PenaltySettings { stiffness, damping } = settings.penalty();
-    let penalty = PenaltySettings { stiffness, damping: damping * share };
-    let size = normal_force(cluster, velocity.dot(cluster.normal), &penalty);
+    let size = normal_force(cluster, share, velocity.dot(cluster.normal), &settings.penalty());
     forces.normal_forces.push(size);
     forces.net.add(size * cluster.normal, cluster.midpoint, &motion.centers); // Eq. 6
 }
@@ -207,17 +203,15 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
             .fold((0.0, DVec3::ZERO), |(weight, sum), (tilt, corner)| (weight + tilt, sum + corner.place * tilt));
         holds.extend(corners.iter().map(|corner| (sum / weight).lerp(corner.place, FRICTION_SPREAD)));
     }
+    let most = bear(motion, settings, scratch, forces);
     let grasp = Grasp {
         contacts,
         members: &forces.members,
         weights: &forces.weights,
         holds: &forces.holds,
         clusters: &forces.clusters,
-        normal_forces: &forces.normal_forces,
-        stiffnesses: &forces.stiffnesses,
-        stiffness: settings.stiffness,
-        pressed: motion.pressed,
-        ahead: AHEAD * settings.skin(),
+        loads: &scratch.loads,
+        most,
         reach: settings.cluster_radius.max(settings.contact_tolerance),
         pose_ba: motion.pose_ba,
     };
@@ -226,4 +220,33 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
     for grip in &forces.grips {
         forces.net.add(grip.force, grip.point, &motion.centers);
     }
+}
+
+/// N: what the friction of each cluster rests on, into `scratch.loads`; answers what the hardest pressed one would bear alone.
+///
+/// After an implicit step a contact bears at least what falls to it where all together are pressed as at the end of that step. At rest that is
+/// its own force, so that all let go at once.
+fn bear(motion: &Motion, settings: &Settings, scratch: &mut Scratch, forces: &Forces) -> f64 {
+    let Forces { clusters, normal_forces, stiffnesses, .. } = forces;
+    let hard = settings.stiffness;
+    let alone = |(&force, &stiffness): (&f64, &f64)| if stiffness > 0.0 { force * (hard / stiffness) } else { 0.0 };
+    let most = normal_forces.iter().zip(stiffnesses).map(alone).fold(motion.pressed, f64::max);
+    let Scratch { crowd, crowding, loads, .. } = scratch;
+    loads.clear();
+    if motion.pressed <= 0.0 {
+        loads.extend_from_slice(normal_forces);
+        return most;
+    }
+    let nearest = clusters.iter().map(|cluster| cluster.separation).fold(f64::INFINITY, f64::min);
+    let pressed = nearest + motion.pressed / hard;
+    let bears = |engagement: f64, separation: f64| engagement.max(pressed - separation);
+    match settings.clustering {
+        Clustering::Smooth => loads.extend(crowding.loads(crowd, bears).map(|load| hard * load)),
+        Clustering::Linkage => {
+            let own =
+                |(cluster, &force): (&Cluster, &f64)| force.max(hard * bears(cluster.engagement, cluster.separation));
+            loads.extend(clusters.iter().zip(normal_forces).map(own));
+        }
+    }
+    most
 }

@@ -200,3 +200,18 @@ fn numbers_that_are_none_do_not_reach_the_wrench() {
     assert_eq!(forces.linkage.non_finite, 3);
     assert!(forces.net.on_a.is_finite() && forces.net.on_b.is_finite());
 }
+
+/// Load sharing divides the stiffness, and friction the loads; the engagement is t − d of the cluster whatever is beside it.
+#[test]
+fn engagement_is_that_of_the_cluster_alone() {
+    let mut random = Random::new(SEED ^ 9);
+    for (round, settings) in turns(50) {
+        let (first, second, motions) = scene(&mut random);
+        let answer = two_ticks(&first, &second, &motions, &settings);
+        for (cluster, &stiffness) in answer.clusters.iter().zip(&answer.stiffnesses) {
+            let expected = (settings.skin() - cluster.separation).max(0.0);
+            assert_eq!(cluster.engagement, expected, "seed {SEED:#x}, round {round}");
+            assert!((0.0..=settings.stiffness).contains(&stiffness), "seed {SEED:#x}, round {round}");
+        }
+    }
+}

@@ -7,6 +7,8 @@ use crate::algebra::tolerance::SATURATION_ROUNDING;
 
 /// The most that the device may be asked for; infinite for no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Limits {
     /// N.
     pub force: f64,
@@ -21,6 +23,8 @@ impl Limits {
 
 /// How a wrench beyond the limits is brought within.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Saturation {
     /// Force and torque each keep their direction and lose only size: the paper's rule.
     #[default]

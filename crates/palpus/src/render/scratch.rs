@@ -11,6 +11,8 @@ pub struct Scratch {
     /// Of one patch after the other.
     pub(super) tilts: TiltShares,
     pub(super) friction: FrictionTracker,
+    /// N: what the friction of each cluster rests on.
+    pub(super) loads: Vec<f64>,
 }
 
 impl Scratch {
@@ -22,6 +24,7 @@ impl Scratch {
             crowding: Crowding::new(capacity),
             tilts: TiltShares::new(capacity),
             friction: FrictionTracker::new(capacity),
+            loads: Vec::with_capacity(capacity),
         }
     }
 

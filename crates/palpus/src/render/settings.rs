@@ -8,6 +8,8 @@ use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSe
 
 /// Everything that can be chosen about rendering; checked before it is taken up, by [`Settings::validate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Settings {
     /// t of \[K02\], m: contacts are looked for up to this separation, and push from it on. With a coupling they push from
     /// its skin on, and are looked for as far beyond as the tool can move in the next step.
@@ -15,6 +17,9 @@ pub struct Settings {
     /// δ of \[K02\], m: contacts nearer than this share one force. 0: every contact has its own.
     pub cluster_radius: f64,
     /// How contacts nearer than δ share their force.
+    ///
+    /// With serde, linkage where nothing is said: there was nothing else in the recordings that say nothing.
+    #[cfg_attr(feature = "serde", serde(default = "Clustering::linkage"))]
     pub clustering: Clustering,
     /// rad: opening of the cone that holds the normals of a cluster, 60° to 170°; `None`: no cut, as in the paper.
     pub split_angle: Option<f64>,
@@ -24,6 +29,7 @@ pub struct Settings {
     pub damping: f64,
     /// rad: flush and nearly flush pieces touch at the corners of their overlap, which fade out as they open to this angle (see
     /// [`crate::depth::Patch`]). `None`: one exact witness point for each pair of pieces, which jumps.
+    #[cfg_attr(feature = "serde", serde(alias = "blend_angle"))]
     pub patch_angle: Option<f64>,
     /// Force directions from smoothed normals; `None`: from the contact normals.
     pub shading: Option<ShadingSettings>,
@@ -74,6 +80,8 @@ impl Default for Settings {
 
 /// How contacts that are near each other share their force.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Clustering {
     /// Exact single linkage, each cluster with the force of its deepest member: the paper's. The force jumps when clusters
     /// meet or part.
@@ -84,6 +92,13 @@ pub enum Clustering {
     /// The default, since it measures better wherever the two differ (`docs/feel.md`).
     #[default]
     Smooth,
+}
+
+#[cfg(feature = "serde")]
+impl Clustering {
+    fn linkage() -> Self {
+        Self::Linkage
+    }
 }
 
 /// A setting that cannot be.

@@ -15,6 +15,7 @@ use crate::force::{FrictionCounters, LinkageCounters};
 
 /// Where the probe is and how it moves, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct ProbeState {
     /// a placed in b's frame: the origin is that of the probe's mesh, not the grip.
     pub pose_ba: Pose,

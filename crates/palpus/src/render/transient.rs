@@ -18,6 +18,8 @@ use crate::algebra::tolerance::{IMPACT_CONE, IMPACT_REST, TRANSIENT_MOST, TRANSI
 
 /// How a material rings when it is hit.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Material {
     /// Hz: of the vibration.
     pub frequency: f64,

@@ -12,8 +12,8 @@
 
 mod growth;
 mod hurried;
-mod motion;
-mod pairs;
+pub(super) mod motion;
+pub(super) mod pairs;
 mod timing;
 
 use std::fs;
@@ -167,7 +167,7 @@ fn text(rows: &[Row]) -> String {
 }
 
 /// Two bodies, shared with a renderer.
-struct Bodies {
-    a: Arc<Body>,
-    b: Arc<Body>,
+pub(super) struct Bodies {
+    pub(super) a: Arc<Body>,
+    pub(super) b: Arc<Body>,
 }

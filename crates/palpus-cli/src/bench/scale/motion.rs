@@ -35,7 +35,7 @@ pub(super) enum Motion {
 }
 
 /// Ticks in which a hand goes to and fro: two a second.
-pub(super) const PERIOD: f64 = 500.0;
+pub(in crate::bench) const PERIOD: f64 = 500.0;
 /// Ticks of a stretch, at the most.
 pub(super) const STRETCH: usize = 2000;
 
@@ -82,7 +82,7 @@ pub(super) fn stretches(
 }
 
 /// Returns the query that [`Orbit::touching`] asks: for the nearest points, whatever the distance.
-pub(super) fn nearest_query(a: &Arc<Body>, b: &Arc<Body>) -> ContactQuery {
+pub(in crate::bench) fn nearest_query(a: &Arc<Body>, b: &Arc<Body>) -> ContactQuery {
     let settings = QuerySettings { tolerance: 0.0, capacity: 1 << 14, ..QuerySettings::default() };
     ContactQuery::new(a.clone(), b.clone(), settings)
 }

@@ -16,15 +16,15 @@ use crate::{bodies, query};
 use palpus::algebra::Random;
 
 /// A model of a pair.
-pub(super) struct Model {
+pub(in crate::bench) struct Model {
     pub(super) file: &'static str,
     /// Metres per unit of the file.
     scale: f64,
 }
 
 /// Two models and how they meet.
-pub(super) struct Pair {
-    pub(super) name: &'static str,
+pub(in crate::bench) struct Pair {
+    pub(in crate::bench) name: &'static str,
     pub(super) a: Model,
     pub(super) b: Model,
     motion: Motion,
@@ -41,7 +41,7 @@ const SEED: u64 = 0x5ca1_e001;
 const TEA: f64 = 0.08;
 
 /// What is timed. Sizes are those of hand-held things; tolerances what a user would choose for them.
-pub(super) const PAIRS: [Pair; 6] = [
+pub(in crate::bench) const PAIRS: [Pair; 6] = [
     // As the paper has it, at about 1 % of the smaller body.
     Pair {
         name: "spoon-cup",
@@ -111,7 +111,7 @@ pub(super) const PAIRS: [Pair; 6] = [
 
 impl Pair {
     /// Both files, if both are there.
-    pub(super) fn files(&self, models: &Path) -> Option<[PathBuf; 2]> {
+    pub(in crate::bench) fn files(&self, models: &Path) -> Option<[PathBuf; 2]> {
         Some([find(models, self.a.file)?, find(models, self.b.file)?])
     }
 }
@@ -130,7 +130,11 @@ pub(super) struct Repeat {
 }
 
 /// The bodies of a pair, and `ticks` of its motion.
-pub(super) fn posed(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow::Result<(Bodies, Vec<Vec<Pose>>)> {
+pub(in crate::bench) fn posed(
+    pair: &Pair,
+    files: &[PathBuf; 2],
+    ticks: usize,
+) -> anyhow::Result<(Bodies, Vec<Vec<Pose>>)> {
     let prepare = |model: &Model, file: &Path| {
         let settings = BodySettings { scale: model.scale, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
         anyhow::Ok(Arc::new(bodies::prepare_file(file, &settings)?.body))

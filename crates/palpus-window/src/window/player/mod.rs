@@ -178,7 +178,7 @@ impl Player {
             Action::Clusters => self.style.clusters ^= true,
             Action::Wrench => self.style.wrench ^= true,
             Action::Anchors => self.style.anchors ^= true,
-            Action::Glass => self.scene.toggle_glass(),
+            Action::Glass => self.scene.turn_glass(),
             Action::Scene(action) => self.act_on_scene(context, action),
         }
     }

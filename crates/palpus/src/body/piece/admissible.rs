@@ -22,6 +22,7 @@
 //! Deviation from \[K02\], which knows original and virtual features and nothing of where an edge's
 //! arc ends.
 
+mod apart;
 mod build;
 mod cap;
 #[cfg(test)]

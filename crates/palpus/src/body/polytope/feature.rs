@@ -4,6 +4,8 @@ use crate::body::Polytope;
 
 /// A vertex, edge or face of one polytope, by its index there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Feature {
     /// Index into the polytope's vertices.
     Vertex(u32),
@@ -27,6 +29,7 @@ impl Feature {
 
 /// One feature on each body of a pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct FeaturePair {
     /// On the polytope of body a.
     pub a: Feature,

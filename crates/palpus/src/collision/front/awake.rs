@@ -1,7 +1,5 @@
 //! Step 3 of the front: the pairs within tolerance, marched every tick.
 
-use glam::DVec3;
-
 use super::super::{LeafPairs, TraversalCounters};
 use super::{Front, PlacedPair};
 use crate::algebra::Quota;
@@ -35,8 +33,6 @@ impl Front {
                 kept += 1;
                 found.push(self.leaf_pair(query, place, answer, memory), query);
             } else {
-                // When they meet again it may be anywhere.
-                self.memories[place as usize].normal = DVec3::ZERO;
                 self.sleep(query, place, answer.distance());
             }
         }

@@ -1,8 +1,10 @@
 //! Step 2 of the front: the pairs that are due, measured again; they go on sleeping, wake, or are split.
 
+use glam::DVec3;
+
 use super::super::bounds::{box_gap, sphere_gap};
 use super::super::wakes::{BLOCK, NEVER};
-use super::super::{LeafPairs, March, TraversalCounters, WarmStart};
+use super::super::{LeafPairs, March, TraversalCounters, WarmStart, support_gap};
 use super::{Front, Pair, PlacedPair, State};
 use crate::algebra::Quota;
 use crate::algebra::tolerance::{BOX_NAP, SPHERE_NAP};
@@ -118,6 +120,12 @@ impl Front {
         if gap > query.tolerance + SPHERE_NAP * self.pace {
             return Measured::Apart(gap);
         }
+        // Parts that slide along each other keep their distance, however far they go.
+        if let Some(gap) = self.gap_along_last(query, place)
+            && gap > query.tolerance
+        {
+            return Measured::Apart(gap);
+        }
         let enough = query.tolerance + BOX_NAP * self.pace;
         let gap = gap.max(box_gap(&node_a.oriented_box, &node_b.oriented_box, query.pose_ba, 2.0 * enough));
         if gap > enough {
@@ -132,6 +140,19 @@ impl Front {
             (false, apart) if apart <= query.tolerance => Measured::Near,
             (_, apart) => Measured::Apart(apart),
         }
+    }
+
+    /// The gap along the normal that separated the pair at its last march, never above its distance; `None` without one.
+    fn gap_along_last(&mut self, query: &PlacedPair<'_>, place: u32) -> Option<f64> {
+        let Pair { a, b, known, .. } = self.pairs[place as usize];
+        let memory = &mut self.memories[place as usize];
+        if !known || memory.facet.is_some() || memory.normal == DVec3::ZERO {
+            return None;
+        }
+        let (hull_a, hull_b) = query.polytopes([a, b]);
+        let (gap, hub) = support_gap(hull_a, hull_b, query.pose_ba, memory.normal, memory.hub);
+        memory.hub = hub;
+        Some(gap)
     }
 
     /// Puts both halves of a pair onto the stack; false if there is no room for them.
@@ -160,5 +181,36 @@ impl Front {
                 first
             })
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::Side;
+    use super::super::super::oracle::cuboid;
+    use super::*;
+    use crate::algebra::Pose;
+    use crate::body::Hierarchy;
+
+    #[test]
+    fn pieces_sliding_past_each_other_are_not_marched_again() {
+        let pieces = [cuboid(DVec3::new(1.0, 1.0, 0.1))];
+        let hierarchy = Hierarchy::build(&pieces, 1e-9).unwrap();
+        let side = Side { hierarchy: &hierarchy, pieces: &pieces };
+        let (mut front, mut found) = (Front::new(side, side, 100), LeafPairs::new(10));
+        let mut marched = 0;
+        for tick in 0..100 {
+            // One above the other, less than a tick's way beyond the tolerance.
+            let pose_ba = Pose::from_translation(DVec3::new(0.005 * f64::from(tick), 0.0, 0.212)).placement();
+            let query = PlacedPair::new(side, side, &pose_ba, 0.01);
+            let counters = front.within(&query, &mut found);
+            assert!(found.as_slice().is_empty());
+            marched += counters.leaf_tests;
+        }
+        assert_eq!(marched, 1);
+        // And they are found as soon as they are near.
+        let pose_ba = Pose::from_translation(DVec3::new(0.5, 0.0, 0.209)).placement();
+        front.within(&PlacedPair::new(side, side, &pose_ba, 0.01), &mut found);
+        assert_eq!(found.as_slice().len(), 1);
     }
 }

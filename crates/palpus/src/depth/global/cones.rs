@@ -20,7 +20,7 @@
 
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
-use std::rc::Rc;
+use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -45,7 +45,7 @@ struct Cone {
     bound: f64,
     /// Pairs of cells that may block more of the cone; those of the cone that it was cut from until
     /// they are needed. `None`: all.
-    candidates: Option<Rc<[Pair]>>,
+    candidates: Option<Arc<[Pair]>>,
     filtered: bool,
     /// Obstacles that held points of the cone, in the order in which they did.
     chain: Vec<Key>,
@@ -112,8 +112,10 @@ pub(super) struct Search<'s, 'a> {
     /// A verified free translation, the shortest known.
     best: DVec3,
     /// Obstacles that may hold the origin; looked for when first needed.
-    first_tries: Option<Rc<[Key]>>,
+    first_tries: Option<Arc<[Key]>>,
     numbered: u64,
+    /// It began with the cones of an earlier search.
+    warm: bool,
 }
 
 impl<'s, 'a> Search<'s, 'a> {
@@ -122,7 +124,15 @@ impl<'s, 'a> Search<'s, 'a> {
     /// It begins with `leaves`, the cones that an earlier search at a near pose ended with, or
     /// without any from nothing.
     pub(super) fn new(scene: &'s mut Scene<'a>, goal: Goal, free: DVec3, leaves: &[Leaf]) -> Self {
-        let mut search = Self { scene, goal, cones: BinaryHeap::new(), best: free, first_tries: None, numbered: 0 };
+        let mut search = Self {
+            scene,
+            goal,
+            cones: BinaryHeap::new(),
+            best: free,
+            first_tries: None,
+            numbered: 0,
+            warm: !leaves.is_empty(),
+        };
         search.resume(leaves);
         for along in icosahedron().into_iter().filter(|_| leaves.is_empty()) {
             search.push(along, [0.0; 3], None, Vec::new());
@@ -187,11 +197,15 @@ impl<'s, 'a> Search<'s, 'a> {
             self.cut(&cone);
         }
         let open = stuck.min(self.cones.peek().map_or(f64::INFINITY, |Reverse(cone)| cone.bound));
-        let leaves = self.cones.into_iter().map(|Reverse(cone)| Leaf { along: cone.along, chain: cone.chain });
+        let leaves = self.cones.into_iter().map(|Reverse(cone)| Leaf {
+            along: cone.along,
+            chain: cone.chain,
+            candidates: cone.candidates,
+        });
         (open.min(self.best.length()), self.best, leaves.collect())
     }
 
-    fn push(&mut self, along: [DVec3; 3], reach: [f64; 3], candidates: Option<Rc<[Pair]>>, chain: Vec<Key>) {
+    fn push(&mut self, along: [DVec3; 3], reach: [f64; 3], candidates: Option<Arc<[Pair]>>, chain: Vec<Key>) {
         self.numbered += 1;
         let number = self.numbered;
         let (foot, bound, filtered) = (DVec3::ZERO, 0.0, false);
@@ -216,15 +230,16 @@ impl<'s, 'a> Search<'s, 'a> {
                 // Neighbours share directions.
                 let key = leaf.chain[first];
                 reach = leaf.along.map(|along| {
-                    let ask = || self.scene.obstacle(key).exit(DVec3::ZERO, along).map_or(0.0, |exit| exit.distance);
+                    let ask = || self.scene.run_inside(key, DVec3::ZERO, along);
                     let exit = *exits.entry((key, along.to_array().map(f64::to_bits))).or_insert_with(ask);
                     (exit * (1.0 - DEPTH_ROUNDING)).min(1.5 * self.best.length())
                 });
                 chain.push(key);
                 self.scene.evaluations += 1;
             }
-            self.push(leaf.along, reach, None, chain);
+            self.push(leaf.along, reach, leaf.candidates.clone(), chain);
             let Some(Reverse(mut cone)) = self.cones.pop() else { continue };
+            cone.filtered = cone.candidates.is_some();
             for &key in &leaf.chain[first.map_or(0, |first| first + 1)..] {
                 self.advance_within(&mut cone, &[key]);
             }
@@ -240,6 +255,14 @@ impl<'s, 'a> Search<'s, 'a> {
         if gain >= CONE_GAIN * self.goal.gap {
             return gain;
         }
+        if self.warm {
+            // What blocked a near pose mostly blocks this one; where it does not, a smaller cone may do.
+            let known = self.scene.promising(Candidates::Known, &cone.corners(), CONE_FIRST_TRIES);
+            gain += self.advance_within(cone, &known);
+            if gain > 0.0 || cone.bound > 0.0 && self.scene.holder(Candidates::Known, cone.foot).is_some() {
+                return gain;
+            }
+        }
         let tries = self.tries(cone);
         let (first, rest) = tries.split_at(tries.len().min(CONE_FIRST_TRIES));
         gain += self.advance_within(cone, first);
@@ -253,11 +276,11 @@ impl<'s, 'a> Search<'s, 'a> {
     }
 
     /// The obstacles that may hold the cone's triangle, the most promising first.
-    fn tries(&mut self, cone: &mut Cone) -> Rc<[Key]> {
+    fn tries(&mut self, cone: &mut Cone) -> Arc<[Key]> {
         if cone.reach == [0.0; 3] {
             // All cones begin with the same point.
             let tries = || self.scene.promising(Candidates::All, &[DVec3::ZERO], CONE_TRIES).into();
-            return Rc::clone(self.first_tries.get_or_insert_with(tries));
+            return Arc::clone(self.first_tries.get_or_insert_with(tries));
         }
         let candidates = self.candidates(cone);
         self.scene.promising(Candidates::Some(&candidates), &cone.corners(), CONE_TRIES).into()
@@ -276,7 +299,7 @@ impl<'s, 'a> Search<'s, 'a> {
             }
             let mut moved = cone.clone();
             for ((reach, &corner), &along) in moved.reach.iter_mut().zip(&corners).zip(&cone.along) {
-                let exit = obstacle.exit(corner, along).map_or(0.0, |exit| exit.distance);
+                let exit = self.scene.run_inside(k, corner, along);
                 *reach = reach.max((*reach + exit * (1.0 - DEPTH_ROUNDING)).min(enough));
             }
             moved.measure();
@@ -289,6 +312,7 @@ impl<'s, 'a> Search<'s, 'a> {
         if gain > 0.0 {
             *cone = best;
             cone.add(k);
+            self.scene.note(k);
         }
         gain
     }
@@ -350,10 +374,10 @@ impl<'s, 'a> Search<'s, 'a> {
     }
 
     /// The candidates of a cone: pairs of cells whose obstacles come into it, beyond its triangle.
-    fn candidates(&mut self, cone: &mut Cone) -> Rc<[Pair]> {
+    fn candidates(&mut self, cone: &mut Cone) -> Arc<[Pair]> {
         let before = cone.candidates.as_ref();
         if let Some(before) = before.filter(|before| cone.filtered || before.len() < CONE_FILTER) {
-            return Rc::clone(before);
+            return Arc::clone(before);
         }
         let (directions, reaches) = (&cone.along, &cone.reach);
         // The cone from the old triangle to the length of what is known to be free.
@@ -362,11 +386,11 @@ impl<'s, 'a> Search<'s, 'a> {
         let inner = [0, 1, 2].map(|k| directions[k] * reaches[k]);
         let outer = directions.map(|along| along * (limit / widest));
         let slabs = Slabs::around(inner.into_iter().chain(outer));
-        let meeting: Rc<[Pair]> = match before {
+        let meeting: Arc<[Pair]> = match before {
             Some(before) => before.iter().copied().filter(|&pair| self.scene.may_meet(pair, &slabs)).collect(),
             None => self.scene.pairs_meeting(&slabs).into(),
         };
-        cone.candidates = Some(Rc::clone(&meeting));
+        cone.candidates = Some(Arc::clone(&meeting));
         cone.filtered = true;
         meeting
     }

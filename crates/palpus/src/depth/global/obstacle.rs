@@ -43,15 +43,24 @@ pub(super) struct Exit {
     pub(super) offset: f64,
 }
 
+/// A support point as the corners of both cells, by their numbers: the moving one's, the fixed one's.
+type Name = [u32; 2];
+
+/// Three support points by name: the triangle through which a ray was found to leave an obstacle.
+pub(super) type Gate = [Name; 3];
+
 /// Three support points about a ray, relative to its start.
 struct Portal {
     v: [DVec3; 3],
+    names: Gate,
 }
 
 impl Obstacle<'_> {
     /// Returns the point of the set farthest along `direction`.
-    fn support(&self, direction: DVec3) -> DVec3 {
-        farthest(self.fixed, direction) - farthest(self.moving, -direction)
+    fn support(&self, direction: DVec3) -> (DVec3, Name) {
+        let (moving, p) = farthest(self.moving, -direction);
+        let (fixed, q) = farthest(self.fixed, direction);
+        (q - p, [moving, fixed])
     }
 
     /// True if `t` is proven to lie in the interior.
@@ -70,17 +79,36 @@ impl Obstacle<'_> {
     /// True if the ray from `from`, which lies inside, runs inside for more than `distance`.
     fn passes(&self, from: DVec3, along: DVec3, distance: f64) -> bool {
         let Some(portal) = self.portal(from, along) else { return false };
-        self.refine(portal, from, along, Some(distance)).is_some_and(|exit| exit.distance > distance)
+        self.refine(portal, from, along, Some(distance)).is_some_and(|(exit, _)| exit.distance > distance)
     }
 
     /// Returns where the ray along `along` (unit) from `from`, which must lie inside, leaves the
     /// set.
     pub(super) fn exit(&self, from: DVec3, along: DVec3) -> Option<Exit> {
+        self.exit_by(from, along, &mut None)
+    }
+
+    /// The same. Begins at `gate`, the one of a near ray or pose, if the ray passes it, and leaves the one found there.
+    pub(super) fn exit_by(&self, from: DVec3, along: DVec3, gate: &mut Option<Gate>) -> Option<Exit> {
         if self.moving.is_empty() {
             return self.exit_of_ball(from, along);
         }
-        let portal = self.portal(from, along)?;
-        self.refine(portal, from, along, None)
+        let begin = gate.and_then(|gate| self.portal_at(gate, from, along));
+        let found = begin.and_then(|portal| self.refine(portal, from, along, None));
+        let (exit, names) = match found {
+            Some(found) => found,
+            None => self.refine(self.portal(from, along)?, from, along, None)?,
+        };
+        *gate = Some(names);
+        Some(exit)
+    }
+
+    /// The portal of these support points, if the ray passes it.
+    fn portal_at(&self, names: Gate, from: DVec3, along: DVec3) -> Option<Portal> {
+        let v = names.map(|[moving, fixed]| self.fixed[fixed as usize] - self.moving[moving as usize] - from);
+        let sides = [v[0].cross(v[1]).dot(along), v[1].cross(v[2]).dot(along), v[2].cross(v[0]).dot(along)];
+        let passes = sides.iter().all(|&side| side > 0.0) || sides.iter().all(|&side| side < 0.0);
+        passes.then_some(Portal { v, names })
     }
 
     /// Returns the exit along the normal of a facet near `from`, which must lie inside: a local
@@ -111,7 +139,11 @@ impl Obstacle<'_> {
     /// Three support points whose triangle the ray passes; `None` if `from` turns out not to lie
     /// inside.
     fn portal(&self, from: DVec3, along: DVec3) -> Option<Portal> {
-        let mut v1 = self.support(along) - from;
+        let support = |direction: DVec3| {
+            let (point, name) = self.support(direction);
+            (point - from, name)
+        };
+        let (mut v1, mut name1) = support(along);
         if v1.dot(along) <= 0.0 {
             return None;
         }
@@ -120,31 +152,31 @@ impl Obstacle<'_> {
             // The ray meets the support point itself; any side will do.
             aside = along.any_orthogonal_vector();
         }
-        let mut v2 = self.support(aside) - from;
+        let (mut v2, mut name2) = support(aside);
         if v2.dot(aside) <= 0.0 {
             return None;
         }
         for _ in 0..PORTAL_STEPS {
             let side = v2.cross(v1);
-            let v3 = self.support(side) - from;
+            let (v3, name3) = support(side);
             if v3.dot(side) <= 0.0 {
                 return None;
             }
             if v1.cross(v3).dot(along) < 0.0 {
-                v2 = v3;
+                (v2, name2) = (v3, name3);
             } else if v3.cross(v2).dot(along) < 0.0 {
-                v1 = v3;
+                (v1, name1) = (v3, name3);
             } else {
-                return Some(Portal { v: [v1, v2, v3] });
+                return Some(Portal { v: [v1, v2, v3], names: [name1, name2, name3] });
             }
         }
         None
     }
 
     /// Moves the portal outwards; with `wanted` only until it is clear on which side of that
-    /// distance the exit lies.
-    fn refine(&self, portal: Portal, from: DVec3, along: DVec3, wanted: Option<f64>) -> Option<Exit> {
-        let mut v = portal.v;
+    /// distance the exit lies. Returns the last portal too.
+    fn refine(&self, portal: Portal, from: DVec3, along: DVec3, wanted: Option<f64>) -> Option<(Exit, Gate)> {
+        let Portal { mut v, mut names } = portal;
         let mut best: Option<Exit> = None;
         for _ in 0..PORTAL_STEPS {
             let mut normal = (v[1] - v[0]).cross(v[2] - v[0]).normalize_or_zero();
@@ -156,7 +188,8 @@ impl Obstacle<'_> {
                 break;
             }
             let height = normal.dot(v[0]);
-            let next = self.support(normal) - from;
+            let (next, name) = self.support(normal);
+            let next = next - from;
             let beyond = normal.dot(next);
             let exit = Exit { distance: height / slope, normal, offset: beyond + normal.dot(from) };
             if best.is_none_or(|best| exit.distance >= best.distance) {
@@ -166,9 +199,10 @@ impl Obstacle<'_> {
             if decided || beyond - height <= PORTAL_ROUNDING * self.outer {
                 break;
             }
-            v[sub_portal(&v, next, along)] = next;
+            let replaced = sub_portal(&v, next, along);
+            (v[replaced], names[replaced]) = (next, name);
         }
-        best.filter(|exit| exit.distance > 0.0)
+        best.filter(|exit| exit.distance > 0.0).map(|exit| (exit, names))
     }
 }
 
@@ -187,14 +221,46 @@ fn sub_portal(v: &[DVec3; 3], next: DVec3, along: DVec3) -> usize {
     best.1
 }
 
-/// The point farthest along `direction`.
-fn farthest(points: &[DVec3], direction: DVec3) -> DVec3 {
-    let mut best = (f64::NEG_INFINITY, DVec3::ZERO);
-    for &p in points {
+/// The number of the point farthest along `direction`, and the point.
+fn farthest(points: &[DVec3], direction: DVec3) -> (u32, DVec3) {
+    let mut best = (f64::NEG_INFINITY, 0);
+    for (k, &p) in points.iter().enumerate() {
         let along = p.dot(direction);
         if along > best.0 {
-            best = (along, p);
+            best = (along, k);
         }
     }
-    best.1
+    (best.1 as u32, points.get(best.1).copied().unwrap_or_default())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::algebra::Random;
+
+    const SEED: u64 = 0x6a7e_0001;
+
+    #[test]
+    fn remembered_gate_changes_no_exit() {
+        let mut random = Random::new(SEED);
+        let (mut same, mut other) = (0, 0);
+        for case in 0..200 {
+            let mut cloud = |n: usize| (0..n).map(|_| random.direction()).collect::<Vec<DVec3>>();
+            let (moving, fixed) = (cloud(20), cloud(30));
+            let obstacle = Obstacle { moving: &moving, fixed: &fixed, center: DVec3::ZERO, inner: 0.1, outer: 2.0 };
+            let mut gate = None;
+            let along = random.direction();
+            if obstacle.exit_by(DVec3::ZERO, along, &mut gate).is_none() {
+                continue;
+            }
+            let first = gate;
+            let near = (along + random.vector() * 0.1).normalize();
+            let known = obstacle.exit_by(DVec3::ZERO, near, &mut gate).map(|exit| exit.distance);
+            let cold = obstacle.exit(DVec3::ZERO, near).map(|exit| exit.distance);
+            let (known, cold) = (known.unwrap_or_default(), cold.unwrap_or_default());
+            assert!((known - cold).abs() <= 1e-9, "seed {SEED:#x}, case {case}: {known} for {cold}");
+            *if gate == first { &mut same } else { &mut other } += 1;
+        }
+        assert!(same > 20 && other > 20, "both ways are tested: {same} and {other}");
+    }
 }

@@ -3,13 +3,15 @@
 mod added;
 
 use std::cell::{Cell as Shared, OnceCell};
+use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use glam::DVec3;
 
 use self::added::Added;
 use super::cell::Cell;
 use super::interior::Interior;
-use super::obstacle::Obstacle;
+use super::obstacle::{Exit, Gate, Obstacle};
 use super::slabs::Slabs;
 use super::surfaces::Surfaces;
 use super::{Containment, GlobalDepth};
@@ -33,6 +35,9 @@ pub(super) enum Key {
     Added(u32),
 }
 
+/// A pair of cells, and the direction of a ray from the origin by its bits.
+pub(super) type Ray = (Pair, [u64; 3]);
+
 /// Classification of a translation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Place {
@@ -50,6 +55,8 @@ pub(super) struct Leaf {
     pub(super) along: [DVec3; 3],
     /// The obstacles that blocked it, in order.
     pub(super) chain: Vec<Key>,
+    /// The pairs of cells that might have blocked more of it.
+    pub(super) candidates: Option<Arc<[Pair]>>,
 }
 
 /// A cell of the moving body in b's frame.
@@ -59,6 +66,8 @@ struct PlacedCell {
     near: bool,
     /// Placed when first needed.
     corners: OnceCell<Vec<DVec3>>,
+    /// Of these corners, made when first needed.
+    slabs: OnceCell<Slabs>,
 }
 
 /// Both bodies at one relative pose.
@@ -71,8 +80,6 @@ pub(super) struct Scene<'a> {
     pub(super) surfaces: Surfaces<'a>,
     /// The cells of a in b's frame.
     cells: Vec<PlacedCell>,
-    /// Made when first needed.
-    slabs: OnceCell<Vec<Slabs>>,
     added: Vec<Added>,
     /// Length that is neither blocked nor free: a free translation keeps at least so far off.
     pub(super) hair: f64,
@@ -83,8 +90,10 @@ pub(super) struct Scene<'a> {
     scores: Vec<(f64, u32, Key)>,
     /// The obstacles that held the last translations asked for, the newest first.
     recent: Vec<Key>,
-    /// The obstacles that blocked a near pose.
+    /// The obstacles that blocked something at this pose or at a near one, in order.
     known: Vec<Key>,
+    /// Where rays through the origin left obstacles, at a near pose and at this one.
+    gates: [BTreeMap<Ray, Gate>; 2],
     /// The last translation that the surfaces found free.
     free: Shared<Option<DVec3>>,
 }
@@ -102,7 +111,6 @@ impl<'a> Scene<'a> {
             placement,
             surfaces,
             cells: Vec::new(),
-            slabs: OnceCell::new(),
             added: Vec::new(),
             hair,
             outside,
@@ -110,6 +118,7 @@ impl<'a> Scene<'a> {
             scores: Vec::new(),
             recent: Vec::new(),
             known: Vec::new(),
+            gates: [BTreeMap::new(), BTreeMap::new()],
             free: Shared::new(None),
         }
     }
@@ -120,7 +129,7 @@ impl<'a> Scene<'a> {
         let place = |cell: &Cell| {
             let center = self.placement.point(cell.center);
             let near = bounds.distance_squared(center) <= (reach + cell.outer).powi(2);
-            PlacedCell { center, near, corners: OnceCell::new() }
+            PlacedCell { center, near, corners: OnceCell::new(), slabs: OnceCell::new() }
         };
         self.cells = self.interior_a.cells.iter().map(place).collect();
     }
@@ -131,18 +140,15 @@ impl<'a> Scene<'a> {
         self.cells[k].corners.get_or_init(place)
     }
 
-    fn slabs(&self) -> &[Slabs] {
-        self.slabs.get_or_init(|| {
-            let of = |k: usize| Slabs::around(if self.cells[k].near { self.corners(k) } else { &[] }.iter().copied());
-            (0..self.cells.len()).map(of).collect()
-        })
+    fn slabs(&self, k: usize) -> &Slabs {
+        self.cells[k].slabs.get_or_init(|| Slabs::around(self.corners(k).iter().copied()))
     }
 
     /// Calls `visit` with the pairs of cells whose boxes overlap if a is moved by some translation
     /// between `low` and `high`.
     fn visit_pairs(&self, low: DVec3, high: DVec3, mut visit: impl FnMut(Pair)) {
-        for (moving, slabs) in self.slabs().iter().enumerate() {
-            let (least, most) = slabs.bounds();
+        for (moving, _) in self.cells.iter().enumerate().filter(|(_, cell)| cell.near) {
+            let (least, most) = self.slabs(moving).bounds();
             self.interior_b.tree.visit(least + low, most + high, &mut |fixed| {
                 visit(Pair { moving: moving as u32, fixed });
             });
@@ -169,7 +175,7 @@ impl<'a> Scene<'a> {
 
     /// The slabs of a pair of cells: the moving one's, the fixed one's.
     fn pair_slabs(&self, pair: Pair) -> (&Slabs, &Slabs) {
-        (&self.slabs()[pair.moving as usize], &self.interior_b.slabs[pair.fixed as usize])
+        (self.slabs(pair.moving as usize), &self.interior_b.slabs[pair.fixed as usize])
     }
 
     /// Center, inner and outer radius of an obstacle.
@@ -198,6 +204,24 @@ impl<'a> Scene<'a> {
         Obstacle { moving, fixed, center, inner, outer }
     }
 
+    /// How far the ray along `along` (unit) from the origin runs inside of the obstacle from `from` on, a point of
+    /// both.
+    pub(super) fn run_inside(&mut self, key: Key, from: DVec3, along: DVec3) -> f64 {
+        let mut gate = None;
+        let ray = match key {
+            Key::Pair(pair) => Some((pair, along.to_array().map(f64::to_bits))),
+            Key::Added(_) => None,
+        };
+        if let Some(ray) = ray {
+            gate = self.gates[1].get(&ray).or_else(|| self.gates[0].get(&ray)).copied();
+        }
+        let exit: Option<Exit> = self.obstacle(key).exit_by(from, along, &mut gate);
+        if let (Some(ray), Some(gate)) = (ray, gate) {
+            self.gates[1].insert(ray, gate);
+        }
+        exit.map_or(0.0, |exit| exit.distance)
+    }
+
     /// Up to `most` obstacles, out of `candidates` and those added, that may hold all `points`; the
     /// deepest first, as far as their slabs tell.
     pub(super) fn promising(&mut self, candidates: Candidates<'_>, points: &[DVec3], most: usize) -> Vec<Key> {
@@ -217,6 +241,13 @@ impl<'a> Scene<'a> {
                 self.visit_pairs(low, high, &mut look);
             }
             Candidates::Some(list) => list.iter().copied().for_each(&mut look),
+            Candidates::Known => {
+                for key in &self.known {
+                    if let Key::Pair(pair) = *key {
+                        look(pair);
+                    }
+                }
+            }
         }
         for (k, added) in self.added.iter().enumerate() {
             let depth = if added.moving.is_empty() {
@@ -238,6 +269,13 @@ impl<'a> Scene<'a> {
         let answer = scores.iter().map(|&(.., key)| key).collect();
         self.scores = scores;
         answer
+    }
+
+    /// Remembers that `key` blocked something.
+    pub(super) fn note(&mut self, key: Key) {
+        if let Err(place) = self.known.binary_search(&key) {
+            self.known.insert(place, key);
+        }
     }
 
     /// An obstacle that holds `t`, if there is any among `candidates` and those added.
@@ -361,4 +399,6 @@ impl<'a> Scene<'a> {
 pub(super) enum Candidates<'a> {
     All,
     Some(&'a [Pair]),
+    /// Those that blocked something at this pose or at a near one.
+    Known,
 }

@@ -3,9 +3,9 @@
 //! The host says pose and velocity when it has them. In between the body goes on, so that no update
 //! is felt as a step:
 //!
-//! 1. *Chase*: from where it is, with the velocity it has, to where it will be by what was said, in
-//!    [`CHASE`] times the time between the last two updates; position and velocity are continuous
-//!    (Hermite's cubic). A body that moves as it was said to stays exactly on its way.
+//! 1. *Chase*: from where the last step took it, with that step's velocity, to where it will be by
+//!    what was said, in [`CHASE`] times the time between the last two updates; position and velocity
+//!    are continuous (Hermite's cubic). A body that moves as it was said to stays exactly on its way.
 //! 2. *Go on* with the velocity that was said, until the next update.
 //! 3. *Stop*: where none comes for [`DRIVEN_PATIENCE`], the body slows down to rest in as long again.
 //!
@@ -24,13 +24,18 @@ const CHASE: f64 = 1.5;
 /// See the module's description. Twists are of the frame's origin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Driven {
-    /// Where the chase began.
+    /// Where the last step takes the body, and its velocity in that step.
+    next: (Pose, Twist),
+    /// s: the length of the last step.
+    step: f64,
+    /// Where the chase begins, and the time of it after the last update (s).
     from: (Pose, Twist),
-    /// What was said.
+    begins: f64,
+    /// The last update.
     said: (Pose, Twist),
-    /// s since it was said.
+    /// s since the last update.
     since: f64,
-    /// s: of the chase.
+    /// s: the duration of the chase.
     lasts: f64,
 }
 
@@ -38,19 +43,22 @@ impl Driven {
     /// At rest.
     pub(super) fn at(pose: Pose) -> Self {
         let still = (pose, Twist::default());
-        Self { from: still, said: still, since: 0.0, lasts: DRIVEN_PERIOD }
+        Self { next: still, step: 0.0, from: still, begins: 0.0, said: still, since: 0.0, lasts: DRIVEN_PERIOD }
     }
 
-    /// The host says where the body is now and how it moves; it was thought to be in the pose `now`, moving with `twist`.
-    pub(super) fn say(&mut self, pose: Pose, velocity: Twist, now: (Pose, Twist)) {
+    /// Takes the host's word for where the body is now and how it moves.
+    pub(super) fn say(&mut self, pose: Pose, velocity: Twist) {
         let lasts =
             if self.said.1 == Twist::default() && self.since > DRIVEN_PATIENCE { DRIVEN_PERIOD } else { self.since };
         *self = Self {
-            from: now,
+            // The implicit step has reckoned with the body being there, one step after the pose that it was told.
+            from: self.next,
+            begins: self.step,
             said: (pose, velocity),
             since: 0.0,
             // Two updates in one tick are one.
             lasts: if lasts > 0.0 { CHASE * lasts.min(DRIVEN_PATIENCE) } else { self.lasts },
+            ..*self
         };
     }
 
@@ -58,12 +66,14 @@ impl Driven {
     pub(super) fn advance(&mut self, dt: f64) -> (Pose, Twist) {
         self.since += dt;
         let pose = self.pose(self.since);
-        if dt == 0.0 {
-            return (pose, Twist::default());
+        let (mut next, mut twist) = (pose, Twist::default());
+        if dt > 0.0 {
+            next = self.pose(self.since + dt);
+            twist.angular = rotation_between(pose.rotation, next.rotation) / dt;
+            twist.linear = (next.translation - pose.translation) / dt;
         }
-        let next = self.pose(self.since + dt);
-        let angular = rotation_between(pose.rotation, next.rotation) / dt;
-        (pose, Twist { angular, linear: (next.translation - pose.translation) / dt })
+        (self.next, self.step) = ((next, twist), dt);
+        (pose, twist)
     }
 
     /// True while the host has not said anything for longer than it is waited for.
@@ -73,13 +83,14 @@ impl Driven {
 
     /// The pose `since` s after what was said.
     fn pose(&self, since: f64) -> Pose {
-        if since >= self.lasts {
+        let ends_at = self.begins + self.lasts;
+        if since >= ends_at {
             return self.said_then(since);
         }
-        let end = self.said_then(self.lasts);
+        let end = self.said_then(ends_at);
         let ((from, begins), (_, ends)) = (self.from, self.said);
         let turn = rotation_between(from.rotation, end.rotation);
-        let share = since / self.lasts;
+        let share = ((since - self.begins) / self.lasts).max(0.0);
         let cubic = |way: DVec3, begins: DVec3, ends: DVec3| {
             // Hermite's cubic from 0 to `way`.
             let (square, cube) = (share * share, share * share * share);
@@ -129,7 +140,7 @@ mod tests {
         for k in 0..2000 {
             let t = f64::from(k) * DT;
             if t >= next {
-                driven.say(pose(t), twist(t), now);
+                driven.say(pose(t), twist(t));
                 next += 1.0 / 60.0;
             }
             let before = now;
@@ -148,17 +159,16 @@ mod tests {
     fn a_body_that_moves_as_it_was_said_to_stays_on_its_way() {
         let velocity = Twist { angular: DVec3::ZERO, linear: DVec3::X * 2.0 };
         let mut driven = Driven::at(Pose::IDENTITY);
-        let mut now = (Pose::IDENTITY, Twist::default());
-        driven.say(Pose::IDENTITY, velocity, now);
+        driven.say(Pose::IDENTITY, velocity);
         for k in 1..=1000 {
-            now = driven.advance(DT);
+            let now = driven.advance(DT);
             if k % 17 == 0 {
                 let place = Pose::from_translation(DVec3::X * 2.0 * f64::from(k) * DT);
                 if k > 51 {
                     assert!(now.0.translation.distance(place.translation) < 1e-9, "{now:?}");
                     assert!((now.1.linear.x - 2.0).abs() < 1e-9, "{now:?}");
                 }
-                driven.say(place, velocity, now);
+                driven.say(place, velocity);
             }
         }
     }
@@ -167,12 +177,15 @@ mod tests {
     fn a_host_that_falls_silent_leaves_its_body_at_rest() {
         let mut driven = Driven::at(Pose::IDENTITY);
         let velocity = Twist { angular: DVec3::Y, linear: DVec3::X };
-        driven.say(Pose::IDENTITY, velocity, (Pose::IDENTITY, velocity));
+        driven.say(Pose::IDENTITY, velocity);
         let mut fastest = 0.0f64;
         let mut last = (Pose::IDENTITY, velocity);
-        for _ in 0..500 {
+        for tick in 0..500 {
             let now = driven.advance(DT);
-            fastest = fastest.max((now.1.linear - last.1.linear).length());
+            // It was at rest at first, and hurries.
+            if tick > 50 {
+                fastest = fastest.max((now.1.linear - last.1.linear).length());
+            }
             last = now;
         }
         assert!(last.1.linear.length() < 1e-12 && driven.is_overdue(), "{last:?}");

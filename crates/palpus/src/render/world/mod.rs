@@ -224,9 +224,7 @@ impl World {
         if !(pose.is_valid() && is_finite) {
             return false;
         }
-        let to_origin = thing.pose.vector(-thing.body.mass().center_of_mass);
-        let twist = Twist { angular: thing.twist.angular, linear: thing.twist.at(to_origin) };
-        driven.say(pose.unstretched(), velocity, (thing.pose, twist));
+        driven.say(pose.unstretched(), velocity);
         true
     }
 

@@ -80,6 +80,13 @@ impl World {
             self.things[self.islands.body(k)].part.slot = slot;
         }
         let group = self.islands.group(self.islands.body(of.start));
+        // What slides in one step mostly slides in the next: to begin with sticking would take all rounds to let go.
+        for &k in &self.near {
+            let pair = &mut self.pairs[k as usize];
+            if pair.group == group && pair.settings().friction.is_some() {
+                pair.revise(&relative_to(&self.things, pair.bodies), h);
+            }
+        }
         for round in 1..=COUPLING_ROUNDS {
             if !self.solve_once(of.clone(), group, h) {
                 return false;

@@ -1,7 +1,8 @@
 //! An L-shaped block: which normals its two pieces own.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
+use crate::algebra::Random;
 use crate::body::{Body, BodySettings, Feature, PolygonSoup};
 
 /// A block in the shape of an L, one unit thick.
@@ -83,4 +84,40 @@ fn nothing_faces_into_the_notch_from_its_inner_edge() {
         }
     }
     assert!(inner_edges > 0);
+}
+
+/// Of the directions that are asked for.
+const SEED: u64 = 0xa9_a27;
+
+#[test]
+fn no_direction_nearer_than_the_angle_is_owned() {
+    let body = l_block();
+    let mut random = Random::new(SEED);
+    let mut apart = 0;
+    for k in 0..body.pieces().len() as u32 {
+        let own = body.own_normals(k);
+        let polytope = own.polytope();
+        for _ in 0..2000 {
+            let direction = random.direction();
+            let angle = own.angle_to(direction);
+            if angle <= 0.0 {
+                continue;
+            }
+            apart += 1;
+            let axis = direction.cross(random.direction()).normalize();
+            let turned = DQuat::from_axis_angle(axis, angle * random.unit()) * direction;
+            let what = format!("seed {SEED:#x}, piece {k}: {direction}, {angle}, {turned}");
+            let vertices = 0..polytope.vertices().len() as u32;
+            assert!(!vertices.into_iter().any(|v| own.vertex_owns(v, turned)), "{what}");
+            // An edge is asked for directions across it only.
+            for (e, edge) in polytope.edges().enumerate() {
+                let along = (polytope.vertex(edge.head) - polytope.vertex(edge.tail)).normalize();
+                let across = (turned - along * along.dot(turned)).normalize();
+                let is_near = across.angle_between(direction) < angle;
+                assert!(!is_near || !own.edge_faces(e as u32, across), "{what}: edge {e}");
+            }
+            assert!(own.faces().iter().all(|face| own.plane(face.face).normal.distance(turned) > 0.0), "{what}");
+        }
+    }
+    assert!(apart > 500, "seed {SEED:#x}: {apart}");
 }

@@ -1,13 +1,14 @@
 //! Obstacles that are made for one translation, and kept for the next pose.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use glam::DVec3;
 
 use super::super::cell::Cell;
+use super::super::obstacle::Gate;
 use super::super::slabs::Slabs;
 use super::super::surfaces::Crossing;
-use super::{Key, Leaf, Scene};
+use super::{Key, Leaf, Ray, Scene};
 use crate::algebra::tolerance::DEPTH_LENSES;
 use crate::body::Body;
 
@@ -69,8 +70,10 @@ impl Scene<'_> {
         }
     }
 
-    /// Adds the obstacles of earlier searches, in this pose; `leaves` name what blocked there.
-    pub(in super::super) fn restore(&mut self, kept: &[(Cell, Cell)], leaves: &[Leaf]) {
+    /// Adds the obstacles of earlier searches, in this pose; `leaves` name what blocked there, and `gates` where rays
+    /// left it.
+    pub(in super::super) fn restore(&mut self, kept: &[(Cell, Cell)], leaves: &[Leaf], gates: BTreeMap<Ray, Gate>) {
+        self.gates[0] = gates;
         let of_leaves = leaves.iter().flat_map(|leaf| leaf.chain.iter().copied());
         let known: BTreeSet<Key> = of_leaves.chain((0..kept.len() as u32).map(Key::Added)).collect();
         self.known.extend(known);
@@ -81,8 +84,9 @@ impl Scene<'_> {
     }
 
     /// Takes out the cells of the added obstacles that `leaves` name or that were met at this pose,
-    /// and names them by their new order.
-    pub(in super::super) fn keep(self, leaves: &mut [Leaf]) -> Vec<(Cell, Cell)> {
+    /// and names them by their new order. Returns where rays left obstacles, too.
+    pub(in super::super) fn keep(self, leaves: &mut [Leaf]) -> (Vec<(Cell, Cell)>, BTreeMap<Ray, Gate>) {
+        let [_, gates] = self.gates;
         let mut used: Vec<bool> = self.added.iter().map(|added| added.used).collect();
         for key in leaves.iter().flat_map(|leaf| &leaf.chain) {
             if let Key::Added(k) = key {
@@ -109,6 +113,6 @@ impl Scene<'_> {
                 },
             });
         }
-        kept
+        (kept, gates)
     }
 }

@@ -1,0 +1,38 @@
+//! Processor time of the calling thread.
+
+use palpus::algebra::Clock;
+
+/// A clock that stands still while the thread does not run. Where the system has none, the clock on the wall.
+pub(super) struct CpuClock {
+    #[cfg(not(unix))]
+    wall: crate::clock::WallClock,
+}
+
+#[cfg(unix)]
+impl CpuClock {
+    pub(super) fn new() -> Self {
+        Self {}
+    }
+}
+
+#[cfg(unix)]
+impl Clock for CpuClock {
+    fn now_ns(&self) -> u64 {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+        time.tv_sec as u64 * 1_000_000_000 + time.tv_nsec as u64
+    }
+}
+
+#[cfg(not(unix))]
+impl CpuClock {
+    pub(super) fn new() -> Self {
+        Self { wall: crate::clock::WallClock::new() }
+    }
+}
+
+#[cfg(not(unix))]
+impl Clock for CpuClock {
+    fn now_ns(&self) -> u64 {
+        self.wall.now_ns()
+    }
+}

@@ -1,0 +1,260 @@
+//! The ticks of a case: time, work, and the wrench beside the truth.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use palpus::algebra::{NoClock, Pose, Wrench, quantile_of_sorted};
+use palpus::detect::QueryCounters;
+use palpus::render::{Limits, ProbeState, Renderer, Settings, VirtualCoupling};
+use serde::Serialize;
+
+use super::cases::{Analytic, Case};
+use super::cpu::CpuClock;
+use crate::bench::{TICK, settings};
+
+/// Units of work that a coupled step may do.
+const ALLOWED: u64 = 6000;
+/// Contacts that the truth may have.
+const TRUE_CAPACITY: usize = 1 << 15;
+
+/// What came of a case. Times in µs.
+#[derive(Debug, Serialize)]
+pub(super) struct Row {
+    pub(super) name: String,
+    /// m.
+    pub(super) tolerance: f64,
+    pub(super) ticks: usize,
+    pub(super) contacts: f64,
+    pub(super) p50: f64,
+    pub(super) p99: f64,
+    pub(super) p999: f64,
+    /// Means of the stages.
+    pub(super) query: f64,
+    pub(super) depth: f64,
+    pub(super) force: f64,
+    /// Share of the ticks in which the work that is allowed did not suffice.
+    pub(super) late: f64,
+    pub(super) each: PerTick,
+    pub(super) wrench: Accuracy,
+}
+
+impl Row {
+    pub(super) fn line(&self) -> String {
+        let Self { name, contacts, p50, p99, p999, .. } = self;
+        format!("{name}: {contacts:.0} contacts, {p50:.0} µs, {p99:.0} at 99 %, {p999:.0} at 99.9 %")
+    }
+}
+
+/// Means of the counters.
+#[derive(Clone, Copy, Debug, Default, Serialize)]
+pub(super) struct PerTick {
+    front: f64,
+    near: f64,
+    marched: f64,
+    march_steps: f64,
+    carried: f64,
+    virtual_closest: f64,
+    inadmissible: f64,
+    walks: f64,
+    moved: f64,
+    disbelieved: f64,
+    patches: f64,
+    dropped: f64,
+}
+
+impl PerTick {
+    fn add(&mut self, counters: &QueryCounters) {
+        let descent = &counters.traversal;
+        for (sum, count) in self.all().into_iter().zip([
+            descent.front,
+            descent.near,
+            descent.leaf_tests,
+            descent.march_steps,
+            counters.held,
+            counters.virtual_closest,
+            counters.inadmissible,
+            counters.walks,
+            counters.moved,
+            counters.disbelieved,
+            counters.patches,
+            descent.dropped,
+        ]) {
+            *sum += f64::from(count);
+        }
+    }
+
+    fn all(&mut self) -> [&mut f64; 12] {
+        let Self { front, near, marched, march_steps, carried, virtual_closest, .. } = self;
+        let Self { inadmissible, walks, moved, disbelieved, patches, dropped, .. } = self;
+        [
+            front,
+            near,
+            marched,
+            march_steps,
+            carried,
+            virtual_closest,
+            inadmissible,
+            walks,
+            moved,
+            disbelieved,
+            patches,
+            dropped,
+        ]
+    }
+
+    /// In the order of the table's columns.
+    pub(super) fn values(self) -> impl Iterator<Item = f64> {
+        let mut copy = self;
+        copy.all().map(|value| *value).into_iter()
+    }
+}
+
+/// Of the net force and torque on the probe, at the 99th percentile of the poses that were compared.
+#[derive(Debug, Serialize)]
+pub(super) struct Accuracy {
+    /// °: how far the force turns in a tick.
+    pub(super) turn: f64,
+    /// ° : the same of the truth.
+    pub(super) true_turn: f64,
+    /// °: from the truth's direction.
+    pub(super) direction: f64,
+    /// Of the truth's size.
+    pub(super) size: f64,
+    /// Of the truth's force times the probe's size.
+    pub(super) torque: f64,
+    /// ° and share, from what is known by analysis.
+    pub(super) analytic: Option<[f64; 2]>,
+}
+
+/// Runs a case, and compares about `truths` of its poses with the truth.
+pub(super) fn measure(case: &Case, truths: usize) -> anyhow::Result<Row> {
+    let plain = settings(case.tolerance);
+    let limits: Limits = Settings::default().limits;
+    let coupled = Settings {
+        coupling: Some(VirtualCoupling::tuned(&limits, TICK, case.tolerance)),
+        stiffness: VirtualCoupling::contact_stiffness(&limits, case.tolerance).unwrap_or(plain.stiffness),
+        contact_tolerance: case.tolerance,
+        ..Settings::default()
+    };
+    let settings = if case.coupled { coupled } else { plain };
+    let mut renderer = Renderer::new(Arc::clone(&case.a), Arc::clone(&case.b), settings)?;
+    let mut truth = Truth::new(case, plain)?;
+    let clock = CpuClock::new();
+    let (mut times, mut turns, mut errors) = (Vec::new(), Vec::new(), Errors::default());
+    let (mut each, mut late, mut contacts, mut stages) = (PerTick::default(), 0_u32, 0.0, [0.0; 3]);
+    let all: usize = case.stretches.iter().map(|stretch| stretch.len() - 1).sum();
+    let every = all.checked_div(truths).map_or(usize::MAX, |every| every.max(2));
+    for stretch in &case.stretches {
+        renderer.clear();
+        renderer.allow(None);
+        let mut last = renderer.step(&ProbeState::at(stretch[0]), TICK, &NoClock).commanded;
+        if case.coupled {
+            renderer.allow(Some(ALLOWED));
+        }
+        for (k, pose) in stretch.iter().enumerate().skip(1) {
+            let tick = renderer.step(&ProbeState::at(*pose), TICK, &clock);
+            times.push(tick.times.total as f64 / 1e3);
+            for (sum, time) in stages.iter_mut().zip([tick.times.query, tick.times.depth, tick.times.force]) {
+                *sum += time as f64 / 1e3;
+            }
+            each.add(&tick.counters.query);
+            late += u32::from(tick.is_late());
+            contacts += tick.contacts.len() as f64;
+            let now = tick.commanded;
+            turns.extend(angle(last.force, now.force));
+            last = now;
+            if !case.coupled && k % every == 0 {
+                let expected = truth.at(pose);
+                errors.compare(&now, &expected, case, pose, plain.stiffness);
+                errors.true_turns.extend(angle(truth.at(&stretch[k - 1]).force, expected.force));
+            }
+        }
+    }
+    let ticks = times.len() as f64;
+    each.all().into_iter().for_each(|sum| *sum /= ticks);
+    let at = |values: &mut Vec<f64>, share| {
+        values.sort_by(f64::total_cmp);
+        quantile_of_sorted(values, share).unwrap_or(0.0)
+    };
+    let analytic =
+        case.analytic.is_some().then(|| [at(&mut errors.known_turns, 0.99), at(&mut errors.known_sizes, 0.99)]);
+    Ok(Row {
+        name: case.name.to_owned(),
+        tolerance: case.tolerance,
+        ticks: times.len(),
+        contacts: contacts / ticks,
+        p50: at(&mut times, 0.5),
+        p99: at(&mut times, 0.99),
+        p999: at(&mut times, 0.999),
+        query: stages[0] / ticks,
+        depth: stages[1] / ticks,
+        force: stages[2] / ticks,
+        late: f64::from(late) / ticks,
+        each,
+        wrench: Accuracy {
+            turn: at(&mut turns, 0.99),
+            true_turn: at(&mut errors.true_turns, 0.99),
+            direction: at(&mut errors.directions, 0.99),
+            size: at(&mut errors.sizes, 0.99),
+            torque: at(&mut errors.torques, 0.99),
+            analytic,
+        },
+    })
+}
+
+/// The same law at single poses: nothing is remembered, carried or dropped.
+struct Truth {
+    renderer: Renderer,
+}
+
+impl Truth {
+    fn new(case: &Case, settings: Settings) -> anyhow::Result<Self> {
+        let settings = Settings { capacity: TRUE_CAPACITY, ..settings };
+        Ok(Self { renderer: Renderer::new(Arc::clone(&case.a), Arc::clone(&case.b), settings)? })
+    }
+
+    fn at(&mut self, pose: &Pose) -> Wrench {
+        self.renderer.clear();
+        self.renderer.step(&ProbeState::at(*pose), TICK, &NoClock).commanded
+    }
+}
+
+#[derive(Default)]
+struct Errors {
+    true_turns: Vec<f64>,
+    directions: Vec<f64>,
+    sizes: Vec<f64>,
+    torques: Vec<f64>,
+    known_turns: Vec<f64>,
+    known_sizes: Vec<f64>,
+}
+
+impl Errors {
+    fn compare(&mut self, found: &Wrench, truth: &Wrench, case: &Case, pose: &Pose, stiffness: f64) {
+        let size = truth.force.length();
+        if size <= 0.0 {
+            return;
+        }
+        self.directions.extend(angle(found.force, truth.force));
+        self.sizes.push((found.force.length() - size).abs() / size);
+        self.torques.push(found.torque.distance(truth.torque) / (size * case.a.size()));
+        match case.analytic {
+            Some(Analytic::ToAxis) => {
+                let inward = -pose.translation.with_z(0.0);
+                self.known_turns.extend(angle(found.force, inward));
+                self.known_sizes.push(0.0);
+            }
+            Some(Analytic::Up(depth)) => {
+                let known = stiffness * (case.tolerance + depth);
+                self.known_turns.extend(angle(found.force, DVec3::Z));
+                self.known_sizes.push((found.force.length() - known).abs() / known);
+            }
+            None => {}
+        }
+    }
+}
+
+/// °; none without a force.
+fn angle(one: DVec3, other: DVec3) -> Option<f64> {
+    (one.length() > 0.0 && other.length() > 0.0).then(|| one.angle_between(other).to_degrees())
+}

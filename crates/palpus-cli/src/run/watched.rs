@@ -1,0 +1,55 @@
+//! Every tick of the first device for whoever watches: through a queue of which the servo thread
+//! never waits. A watcher that is too slow misses ticks.
+
+use palpus::algebra::Wrench;
+use palpus_device::{DeviceState, ServoTick};
+
+use crate::engine::Detail;
+
+/// Ticks that may wait: at 1 kHz, those of several seconds.
+const ROOM: usize = 1 << 12;
+
+/// What a watcher learns of a tick.
+#[derive(Clone, Copy)]
+#[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window watches"))]
+pub(crate) struct WatchedTick {
+    /// s.
+    pub(crate) time: f64,
+    /// What the engine was given.
+    pub(crate) state: DeviceState,
+    /// What was written, world.
+    pub(crate) wrench: Wrench,
+    /// Of the engine; 0 in ticks whose step gave no answer.
+    pub(crate) query_ns: u64,
+    pub(crate) force_ns: u64,
+    pub(crate) contacts: u32,
+    /// m; infinite without contact.
+    pub(crate) separation: f64,
+}
+
+/// Both ends of a queue.
+pub(super) fn queue() -> (Watched, rtrb::Consumer<WatchedTick>) {
+    let (producer, consumer) = rtrb::RingBuffer::new(ROOM);
+    (Watched(producer), consumer)
+}
+
+/// The servo thread's end.
+pub(super) struct Watched(rtrb::Producer<WatchedTick>);
+
+impl Watched {
+    /// Obtains no memory, and does not wait.
+    pub(super) fn see(&mut self, tick: &ServoTick, detail: Option<&Detail>) {
+        let engine = detail.map(|detail| &detail.tick);
+        let watched = WatchedTick {
+            time: tick.time,
+            state: tick.state,
+            wrench: tick.wrench,
+            query_ns: engine.map_or(0, |engine| engine.times.query + engine.times.depth),
+            force_ns: engine.map_or(0, |engine| engine.times.force),
+            contacts: engine.map_or(0, |engine| engine.contacts),
+            separation: engine.map_or(f64::INFINITY, |engine| engine.separation),
+        };
+        // Without room, the watcher misses it.
+        let _ = self.0.push(watched);
+    }
+}

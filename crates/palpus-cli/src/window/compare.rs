@@ -1,0 +1,129 @@
+//! The same run by other settings: a second engine that is given the poses of the device that the
+//! first was given, tick by tick, on a thread of its own. The device gets nothing of it.
+//!
+//! The hand does not feel the second engine, so it goes where the first one lets it go: what is
+//! compared is the wrench for one and the same motion.
+
+use std::sync::mpsc::{Receiver, SyncSender, channel, sync_channel};
+use std::thread::JoinHandle;
+
+use anyhow::{Context, bail};
+use palpus::render::Settings;
+use palpus_device::{Newest, latest_of};
+use palpus_window::{ComparedTick, Moment};
+
+use crate::engine::Engine;
+use crate::run::WatchedTick;
+use crate::stage::Stage;
+
+/// Batches of ticks that may wait: those of so many frames of the window.
+const MOST_BATCHES: usize = 16;
+
+/// See the module's description.
+pub(super) struct Comparison {
+    /// None while it ends.
+    ticks: Option<SyncSender<Vec<WatchedTick>>>,
+    answers: Receiver<Vec<ComparedTick>>,
+    moments: Newest<Moment>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Comparison {
+    /// Begins with the next tick that it is given.
+    pub(super) fn begin(stage: &Stage, settings: &Settings, rate_hz: f64) -> anyhow::Result<Self> {
+        if stage.tools().count() > 1 {
+            bail!("scenes with several devices cannot be compared");
+        }
+        let mut engine = Engine::new(stage, &[*settings])?;
+        let capacity = engine.capacity();
+        let (publisher, moments) = latest_of(move || Moment::new(capacity));
+        engine.publish(publisher);
+        let (ticks, given) = sync_channel::<Vec<WatchedTick>>(MOST_BATCHES);
+        let (answer, answers) = channel();
+        let work = move || {
+            let mut outcome = [None];
+            for batch in given {
+                let compared = |tick: &WatchedTick| {
+                    engine.step(&[tick.state], 1.0 / rate_hz, &mut outcome);
+                    let wrench = outcome[0].as_ref().map_or_else(Default::default, |outcome| outcome.wrench);
+                    ComparedTick { time: tick.time, force: wrench.force, torque: wrench.torque }
+                };
+                if answer.send(batch.iter().map(compared).collect()).is_err() {
+                    return;
+                }
+            }
+        };
+        let thread = std::thread::Builder::new().name("compare".to_owned()).spawn(work);
+        let thread = thread.context("no thread to compare on")?;
+        Ok(Self { ticks: Some(ticks), answers, moments, thread: Some(thread) })
+    }
+
+    /// Has it compute these; leaves them out while it has enough to do.
+    pub(super) fn give(&self, batch: Vec<WatchedTick>) {
+        if let Some(ticks) = &self.ticks {
+            let _ = ticks.try_send(batch);
+        }
+    }
+
+    /// What it has computed since the last call, and what the newest of it has to show.
+    pub(super) fn take(&mut self, each: &mut dyn FnMut(ComparedTick)) -> &Moment {
+        self.answers.try_iter().flatten().for_each(each);
+        self.moments.get()
+    }
+}
+
+impl Drop for Comparison {
+    fn drop(&mut self) {
+        self.ticks = None;
+        if let Some(thread) = self.thread.take() {
+            // It has nothing to say.
+            let _ = thread.join();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, Instant};
+
+    use palpus::algebra::Wrench;
+    use palpus_device::{DeviceState, SimulationSettings};
+    use palpus_io::scene::{CouplingMode, FilePolicy};
+
+    use super::*;
+    use crate::stage;
+
+    /// How long a busy machine may take.
+    const PATIENCE: Duration = Duration::from_secs(60);
+
+    #[test]
+    fn the_second_engine_answers_for_the_same_poses() {
+        crate::bodies::use_cache(false);
+        let stage = stage::prepare("box-table", FilePolicy::Inside).expect("a built-in scene");
+        let (spec, rate) = (SimulationSettings::default().spec, 1000.0);
+        let settings = stage.settings_in(CouplingMode::Direct, &spec, rate);
+        let mut comparison = Comparison::begin(&stage, &settings, rate).expect("it begins");
+        let tick = |k: u32| {
+            let time = f64::from(k) / rate;
+            let state = DeviceState { pose: stage.grip(stage.path.pose(time)), ..DeviceState::default() };
+            let wrench = Wrench::ZERO;
+            WatchedTick { time, state, wrench, query_ns: 0, force_ns: 0, contacts: 0, separation: f64::INFINITY }
+        };
+        let ticks: Vec<WatchedTick> = (0..2000).map(tick).collect();
+        comparison.give(ticks.clone());
+        let (mut compared, begin) = (Vec::new(), Instant::now());
+        while compared.len() < ticks.len() && begin.elapsed() < PATIENCE {
+            comparison.take(&mut |tick| compared.push(tick));
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        // An engine of its own answers the same, to the bit.
+        let mut engine = Engine::new(&stage, &[settings]).expect("valid settings");
+        let mut outcome = [None];
+        for (tick, compared) in ticks.iter().zip(&compared) {
+            engine.step(&[tick.state], 1.0 / rate, &mut outcome);
+            let wrench = outcome[0].as_ref().expect("an answer").wrench;
+            assert_eq!((compared.time, compared.force, compared.torque), (tick.time, wrench.force, wrench.torque));
+        }
+        assert!(compared.len() == ticks.len() && compared.iter().any(|tick| tick.force.length() > 0.1), "it touches");
+    }
+}

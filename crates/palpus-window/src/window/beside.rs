@@ -1,0 +1,83 @@
+//! The same hand by other settings, beside what is felt: two engines get the device's poses, and
+//! only one of them its wrench.
+
+use eframe::egui::{Align2, FontId, Rect, Stroke, Ui, pos2, vec2};
+use palpus::render::Settings;
+
+use super::dress::thin;
+use super::history::History;
+use super::overlay::Notices;
+use super::run::Run;
+use super::view3d::colour;
+use crate::scene::Scene;
+use crate::style::Style;
+
+/// Points.
+const LETTERS: f32 = 15.0;
+const MARGIN: f32 = 12.0;
+
+/// What is compared.
+pub(super) struct Beside {
+    /// What is felt, and what it is compared with.
+    pub(super) names: [&'static str; 2],
+    /// As it would be by the other settings.
+    pub(super) scene: Scene,
+}
+
+impl Beside {
+    /// Begins to compare with `settings`.
+    ///
+    /// # Errors
+    /// What the run says against it.
+    pub(super) fn begin(
+        names: [&'static str; 2],
+        settings: &Settings,
+        scene: &Scene,
+        run: &mut dyn Run,
+    ) -> Result<Self, String> {
+        run.compare(Some(settings))?;
+        let mut scene = scene.clone();
+        scene.moment = None;
+        Ok(Self { names, scene })
+    }
+
+    /// Takes in what has been computed since the last frame.
+    pub(super) fn take_newest(&mut self, felt: &Scene, history: &mut History, run: &mut dyn Run) {
+        self.scene.force_scale = felt.force_scale;
+        self.scene.torque_scale = felt.torque_scale;
+        for (body, felt) in self.scene.bodies.iter_mut().zip(&felt.bodies) {
+            (body.look, body.colour) = (felt.look, felt.colour);
+        }
+        if let Some(moment) = run.compared(&mut |tick| history.push_compared(tick)) {
+            self.scene.pose_probes(moment);
+            match &mut self.scene.moment {
+                Some(shown) => shown.clone_from(moment),
+                none => *none = Some(moment.clone()),
+            }
+        }
+    }
+}
+
+/// Ends it.
+pub(super) fn end(run: &mut dyn Run, history: &mut History, notices: &Notices) {
+    notices.check(run.compare(None));
+    history.clear_compared();
+}
+
+/// Says above each half whose it is.
+pub(super) fn title(ui: &Ui, rect: Rect, name: &str, is_felt: bool, style: &Style) {
+    let colours = style.theme.colours();
+    let painter = ui.painter_at(rect);
+    let (rgb, words) = if is_felt {
+        (colours.force, format!("A: {name}, felt"))
+    } else {
+        (colours.compared, format!("B: {name}, same hand, not felt"))
+    };
+    let words = painter.layout(words, FontId::proportional(LETTERS), colour(rgb), rect.width() - 2.0 * MARGIN);
+    let at = Align2::CENTER_TOP.anchor_size(pos2(rect.center().x, rect.top() + MARGIN), words.size());
+    painter.rect_filled(at.expand2(vec2(8.0, 3.0)), 5.0, thin(colours.below, 0.8));
+    painter.galley(at.min, words, colour(rgb));
+    if !is_felt {
+        painter.vline(rect.left(), rect.y_range(), Stroke::new(1.0, thin(colours.faint, 0.6)));
+    }
+}

@@ -1,0 +1,221 @@
+//! Where bodies are drawn before they come to the window: a picture of its own with several samples
+//! in each pixel, so that edges are smooth.
+//!
+//! Several samples cost an adapter little, and a processor much. So a canvas begins with
+//! [`SAMPLES`], and goes on with one if frames then take longer than [`SLOW`].
+#![allow(unsafe_code)] // As in `gl`.
+
+use std::time::{Duration, Instant};
+
+use eframe::glow::{self, HasContext};
+
+use super::shader::compiled;
+
+/// In each pixel.
+const SAMPLES: i32 = 4;
+/// Frames that come more seldom have one sample in each pixel.
+const SLOW: Duration = Duration::from_millis(42);
+/// Over so many frames.
+const FRAMES: u32 = 24;
+
+/// A picture that the graphics library draws into, as large as the part of the window that it
+/// fills.
+pub(super) struct Canvas {
+    program: glow::Program,
+    array: glow::VertexArray,
+    samples: i32,
+    target: Option<Target>,
+    /// When the frames that are counted began, and how many there were.
+    counted: Option<(Instant, u32)>,
+}
+
+struct Target {
+    size: [i32; 2],
+    samples: i32,
+    /// What is drawn into: several samples in each pixel.
+    drawn: glow::Framebuffer,
+    buffers: [glow::Renderbuffer; 2],
+    /// The same with one.
+    resolved: glow::Framebuffer,
+    texture: glow::Texture,
+}
+
+impl Canvas {
+    /// # Errors
+    /// What the graphics library says.
+    ///
+    /// # Safety
+    /// The context is current.
+    pub(super) unsafe fn new(gl: &glow::Context) -> Result<Self, String> {
+        // SAFETY: the caller's.
+        unsafe {
+            let most = gl.get_parameter_i32(glow::MAX_SAMPLES);
+            let program = compiled(gl, [VERTEX, FRAGMENT], "", &[])?;
+            let array = gl.create_vertex_array()?;
+            Ok(Self { program, array, samples: SAMPLES.min(most), target: None, counted: None })
+        }
+    }
+
+    /// Samples in each pixel.
+    pub(super) fn samples(&self) -> i32 {
+        self.samples.max(1)
+    }
+
+    /// Has `draw` fill a canvas of `size` pixels, and lays that over what is in the window's
+    /// `viewport`. Without a canvas of that size `draw` draws into the window.
+    ///
+    /// # Safety
+    /// The context is current.
+    pub(super) unsafe fn show(&mut self, gl: &glow::Context, viewport: [i32; 4], draw: impl FnOnce()) {
+        self.count();
+        let [left, below, width, height] = viewport;
+        // SAFETY: the caller's; what is bound here is unbound before the end.
+        unsafe {
+            self.fit(gl, [width, height]);
+            let Some(target) = &self.target else { return draw() };
+            let window = gl.get_parameter_framebuffer(glow::DRAW_FRAMEBUFFER_BINDING);
+            gl.bind_framebuffer(glow::FRAMEBUFFER, Some(target.drawn));
+            gl.viewport(0, 0, width, height);
+            gl.disable(glow::SCISSOR_TEST);
+            gl.clear_color(0.0, 0.0, 0.0, 0.0);
+            gl.clear(glow::COLOR_BUFFER_BIT);
+            draw();
+            gl.bind_framebuffer(glow::READ_FRAMEBUFFER, Some(target.drawn));
+            gl.bind_framebuffer(glow::DRAW_FRAMEBUFFER, Some(target.resolved));
+            gl.blit_framebuffer(0, 0, width, height, 0, 0, width, height, glow::COLOR_BUFFER_BIT, glow::NEAREST);
+            gl.bind_framebuffer(glow::FRAMEBUFFER, window);
+            gl.viewport(left, below, width, height);
+            gl.enable(glow::SCISSOR_TEST);
+            gl.use_program(Some(self.program));
+            gl.active_texture(glow::TEXTURE0);
+            gl.bind_texture(glow::TEXTURE_2D, Some(target.texture));
+            gl.enable(glow::BLEND);
+            gl.blend_func(glow::ONE, glow::ONE_MINUS_SRC_ALPHA);
+            gl.bind_vertex_array(Some(self.array));
+            gl.draw_arrays(glow::TRIANGLES, 0, 3);
+            gl.bind_vertex_array(None);
+            gl.bind_texture(glow::TEXTURE_2D, None);
+        }
+    }
+
+    /// Goes on with fewer samples where frames come too seldom.
+    fn count(&mut self) {
+        let now = Instant::now();
+        let (since, frames) = self.counted.get_or_insert((now, 0));
+        if *frames < FRAMES {
+            *frames += 1;
+            return;
+        }
+        if self.samples > 1 && (now - *since) / FRAMES > SLOW {
+            self.samples = 1;
+        }
+        self.counted = Some((now, 0));
+    }
+
+    /// # Safety
+    /// The context is current.
+    unsafe fn fit(&mut self, gl: &glow::Context, size: [i32; 2]) {
+        let wanted = (size, self.samples);
+        if self.target.as_ref().is_some_and(|target| (target.size, target.samples) == wanted) {
+            return;
+        }
+        // SAFETY: the caller's.
+        unsafe {
+            if let Some(target) = self.target.take() {
+                target.destroy(gl);
+            }
+            // Without room for one, bodies are drawn into the window.
+            self.target = Target::new(gl, size, self.samples).ok();
+        }
+    }
+
+    /// Gives everything back.
+    ///
+    /// # Safety
+    /// The context is current.
+    pub(super) unsafe fn destroy(&self, gl: &glow::Context) {
+        // SAFETY: the caller's.
+        unsafe {
+            gl.delete_program(self.program);
+            gl.delete_vertex_array(self.array);
+            if let Some(target) = &self.target {
+                target.destroy(gl);
+            }
+        }
+    }
+}
+
+impl Target {
+    /// # Safety
+    /// The context is current.
+    unsafe fn new(gl: &glow::Context, size: [i32; 2], samples: i32) -> Result<Self, String> {
+        let [width, height] = size;
+        // SAFETY: the caller's.
+        unsafe {
+            let window = gl.get_parameter_framebuffer(glow::DRAW_FRAMEBUFFER_BINDING);
+            let drawn = gl.create_framebuffer()?;
+            gl.bind_framebuffer(glow::FRAMEBUFFER, Some(drawn));
+            let parts = [(glow::RGBA8, glow::COLOR_ATTACHMENT0), (glow::DEPTH_COMPONENT24, glow::DEPTH_ATTACHMENT)];
+            let mut buffers = Vec::new();
+            for (format, attachment) in parts {
+                let buffer = gl.create_renderbuffer()?;
+                gl.bind_renderbuffer(glow::RENDERBUFFER, Some(buffer));
+                let samples = if samples > 1 { samples } else { 0 };
+                gl.renderbuffer_storage_multisample(glow::RENDERBUFFER, samples, format, width, height);
+                gl.framebuffer_renderbuffer(glow::FRAMEBUFFER, attachment, glow::RENDERBUFFER, Some(buffer));
+                buffers.push(buffer);
+            }
+            let complete =
+                |gl: &glow::Context| gl.check_framebuffer_status(glow::FRAMEBUFFER) == glow::FRAMEBUFFER_COMPLETE;
+            let is_drawn_complete = complete(gl);
+            let texture = gl.create_texture()?;
+            gl.bind_texture(glow::TEXTURE_2D, Some(texture));
+            gl.tex_storage_2d(glow::TEXTURE_2D, 1, glow::RGBA8, width, height);
+            for filter in [glow::TEXTURE_MIN_FILTER, glow::TEXTURE_MAG_FILTER] {
+                gl.tex_parameter_i32(glow::TEXTURE_2D, filter, glow::NEAREST as i32);
+            }
+            let resolved = gl.create_framebuffer()?;
+            gl.bind_framebuffer(glow::FRAMEBUFFER, Some(resolved));
+            gl.framebuffer_texture_2d(glow::FRAMEBUFFER, glow::COLOR_ATTACHMENT0, glow::TEXTURE_2D, Some(texture), 0);
+            let is_complete = is_drawn_complete && complete(gl);
+            gl.bind_framebuffer(glow::FRAMEBUFFER, window);
+            gl.bind_texture(glow::TEXTURE_2D, None);
+            let target = Self { size, samples, drawn, buffers: [buffers[0], buffers[1]], resolved, texture };
+            if is_complete {
+                return Ok(target);
+            }
+            target.destroy(gl);
+            Err("no canvas of this size".to_owned())
+        }
+    }
+
+    /// # Safety
+    /// The context is current.
+    unsafe fn destroy(&self, gl: &glow::Context) {
+        // SAFETY: the caller's.
+        unsafe {
+            gl.delete_framebuffer(self.drawn);
+            gl.delete_framebuffer(self.resolved);
+            self.buffers.iter().for_each(|buffer| gl.delete_renderbuffer(*buffer));
+            gl.delete_texture(self.texture);
+        }
+    }
+}
+
+/// A triangle over all of the viewport.
+const VERTEX: &str = "
+out vec2 v_place;
+void main() {
+    v_place = vec2(float((gl_VertexID & 1) * 2), float((gl_VertexID & 2)));
+    gl_Position = vec4(2.0 * v_place - 1.0, 0.0, 1.0);
+}
+";
+
+const FRAGMENT: &str = "
+uniform sampler2D u_canvas;
+in vec2 v_place;
+out vec4 f_colour;
+void main() {
+    f_colour = texture(u_canvas, v_place);
+}
+";

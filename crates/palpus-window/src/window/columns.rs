@@ -1,0 +1,53 @@
+//! Many values in few columns of pixels: each column shows the least and the largest of its values,
+//! so that no peak is lost however many there are.
+
+/// What a column shows: its least and its largest value; `None` where there is nothing yet.
+pub(super) type Column = Option<[f64; 2]>;
+
+/// Puts `values`, each with its place from 0 (left) to 1 (right), in rising order, into `width`
+/// columns. Columns without a value show the one before. Values that are no numbers are left out.
+pub(super) fn columns(values: impl Iterator<Item = (f64, f64)>, width: usize) -> Vec<Column> {
+    let mut columns: Vec<Column> = vec![None; width];
+    let values = values.filter(|(place, value)| value.is_finite() && *place >= 0.0);
+    let mut last: Option<(usize, f64)> = None;
+    for (place, value) in values {
+        let column = ((place * width as f64) as usize).min(width.saturating_sub(1));
+        if let Some((before, held)) = last {
+            columns[(before + 1).min(column)..column].fill(Some([held; 2]));
+        }
+        if let Some(slot) = columns.get_mut(column) {
+            let range = slot.get_or_insert([value; 2]);
+            *range = [range[0].min(value), range[1].max(value)];
+        }
+        last = Some((column, value));
+    }
+    columns
+}
+
+/// The least and the largest of all columns, and of 0.
+pub(super) fn extent(columns: &[Column]) -> [f64; 2] {
+    columns.iter().flatten().fold([0.0, 0.0], |[low, high], range| [low.min(range[0]), high.max(range[1])])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_peak_is_lost_at_any_width() {
+        let values = |k: usize| if k == 4321 { 9.0 } else { 1.0 };
+        for width in [1, 37, 640, 20_000] {
+            let found = columns((0..10_000).map(|k| (k as f64 / 9999.0, values(k))), width);
+            assert_eq!(extent(&found), [0.0, 9.0]);
+            assert!(found.iter().all(Option::is_some), "{width}");
+        }
+    }
+
+    #[test]
+    fn gaps_hold_the_value_before_them() {
+        let found = columns([(0.25, 1.0), (0.5, f64::NAN), (0.8, 3.0)].into_iter(), 10);
+        assert_eq!(&found[..2], [None, None]);
+        assert!(found[2..8].iter().all(|column| *column == Some([1.0; 2])), "{found:?}");
+        assert_eq!(&found[8..], [Some([3.0; 2]), None]);
+    }
+}

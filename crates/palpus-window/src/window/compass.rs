@@ -1,0 +1,55 @@
+//! In the lower right corner of a scene: which way the world's axes point, and how long a length in
+//! the middle of the picture is.
+
+use eframe::egui::{Align2, Color32, FontId, Painter, Pos2, Rect, Stroke, Ui, pos2, vec2};
+use glam::DVec3;
+
+use super::view3d::{Area, colour};
+use crate::camera::Camera;
+use crate::paint::round_length;
+use crate::scene::Scene;
+use crate::style::Style;
+
+/// Points: the margin, the length of an axis, about that of the scale, and the letters.
+const MARGIN: f32 = 16.0;
+const AXIS: f32 = 26.0;
+const SCALE: f64 = 110.0;
+const LETTERS: f32 = 12.5;
+/// An axis that is seen shorter than this part of its length has no name: it would lie on the
+/// others.
+const SEEN: f32 = 0.25;
+
+/// Draws both.
+pub(super) fn draw(ui: &Ui, area: &Area, camera: &Camera, scene: &Scene, style: &Style) {
+    let painter = ui.painter_at(area.rect);
+    let colours = style.theme.colours();
+    let corner = area.rect.right_bottom() - vec2(MARGIN, MARGIN);
+    scale(&painter, corner, area.rect, camera, scene, colour(colours.faint));
+    let middle = corner - vec2(AXIS + LETTERS, AXIS + 3.2 * LETTERS);
+    let [right, up, back] = camera.axes();
+    let mut axes =
+        [("x", DVec3::X), ("y", DVec3::Y), ("z", DVec3::Z)].into_iter().zip(colours.axes).collect::<Vec<_>>();
+    // Those that point away come first, so that the others cover them.
+    axes.sort_by(|((_, one), _), ((_, other), _)| one.dot(back).total_cmp(&other.dot(back)));
+    for ((name, axis), rgb) in axes {
+        let way = vec2(axis.dot(right) as f32, -axis.dot(up) as f32) * AXIS;
+        painter.line_segment([middle, middle + way], Stroke::new(2.0, colour(rgb)));
+        if way.length() > SEEN * AXIS {
+            let beyond = middle + way + way.normalized() * (0.65 * LETTERS);
+            painter.text(beyond, Align2::CENTER_CENTER, name, FontId::proportional(LETTERS), colour(rgb));
+        }
+    }
+}
+
+fn scale(painter: &Painter, corner: Pos2, rect: Rect, camera: &Camera, scene: &Scene, ink: Color32) {
+    let metres = camera.metres_per_pixel(camera.distance, f64::from(rect.height()).max(1.0));
+    let (length, name) = round_length(metres * SCALE, scene.unit);
+    let left = corner - vec2((length / metres) as f32, 0.0);
+    let stroke = Stroke::new(1.5, ink);
+    painter.line_segment([left, corner], stroke);
+    for end in [left, corner] {
+        painter.line_segment([end, end - vec2(0.0, 5.0)], stroke);
+    }
+    let above = pos2(corner.x, corner.y - 5.0);
+    painter.text(above, Align2::RIGHT_BOTTOM, name, FontId::proportional(LETTERS), ink);
+}

@@ -1,0 +1,39 @@
+//! How long arrows are: for what is felt of late, so that a light touch on a strong device is seen.
+
+/// s in which what was felt is forgotten, by a factor of e.
+const MEMORY: f64 = 6.0;
+/// Of the device's limit: less does not make an arrow as long as it may be.
+const LEAST: f64 = 0.02;
+
+/// The largest value of late.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Scale {
+    peak: f64,
+    time: f64,
+}
+
+impl Scale {
+    /// The value of the longest arrow, after `value` at `time` (s), on a device that gives `limit`.
+    pub(super) fn follow(&mut self, value: f64, time: f64, limit: f64) -> f64 {
+        let passed = (time - self.time).max(0.0);
+        self.time = time;
+        let least = if limit.is_finite() { LEAST * limit } else { 0.0 };
+        self.peak = value.max(self.peak * (-passed / MEMORY).exp()).max(least).max(f64::MIN_POSITIVE);
+        self.peak
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrows_follow_what_is_felt_of_late() {
+        let mut scale = Scale::default();
+        assert_eq!(scale.follow(0.0, 0.0, 10.0), 0.2, "noise is not magnified");
+        assert_eq!(scale.follow(3.0, 1.0, 10.0), 3.0);
+        let after = scale.follow(0.5, 2.0, 10.0);
+        assert!(after > 2.0 && after < 3.0, "{after}");
+        assert_eq!(scale.follow(0.5, 60.0, 10.0), 0.5);
+    }
+}

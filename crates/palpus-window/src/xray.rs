@@ -1,0 +1,103 @@
+//! Where a body is seen through: around a probe that it hides.
+//!
+//! The probe is a capsule in the picture, about its longest axis. A body is glass where it is
+//! nearer to the eye than the capsule and covers it, and solid beyond a soft edge. So it is seen
+//! what is touched, and the body keeps its shape.
+
+use glam::{DVec2, DVec3};
+use palpus::algebra::Pose;
+
+use crate::camera::Camera;
+use crate::solid::Solid;
+
+/// Pixels (of a nominal picture) that are seen around the probe.
+const AROUND: f64 = 16.0;
+/// The radius at which a body is solid again, relative to that at which it is glass.
+const SOFT: f64 = 1.45;
+/// Pixels.
+const EDGE: f64 = 3.0;
+
+/// A capsule in a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct XRay {
+    /// Pixels from the upper left corner, and m from the eye along the line of sight.
+    pub(crate) ends: [DVec3; 2],
+    /// Pixels: glass within this.
+    pub(crate) radius: f64,
+    /// m: how far the probe reaches towards the eye and away from it.
+    pub(crate) reach: f64,
+}
+
+impl XRay {
+    /// Around a probe at `pose` (world), in a picture of so many pixels of which `nominal` make one
+    /// of a nominal picture; `None` if it is not ahead of the eye.
+    pub(crate) fn around(
+        solid: &Solid,
+        pose: &Pose,
+        camera: &Camera,
+        [width, height]: [f64; 2],
+        nominal: f64,
+    ) -> Option<Self> {
+        let (low, high) = solid.bounds();
+        let half = 0.5 * (high - low);
+        if !half.is_finite() || half.min_element() < 0.0 {
+            return None;
+        }
+        let axes = [(half.x, DVec3::X), (half.y, DVec3::Y), (half.z, DVec3::Z)];
+        let (longest, axis) = axes.into_iter().max_by(|one, other| one.0.total_cmp(&other.0))?;
+        let reach = axes.iter().filter(|other| other.1 != axis).map(|other| other.0).fold(0.0, f64::max);
+        let along = axis * (longest - reach).max(0.0);
+        let middle = 0.5 * (low + high);
+        let ends = [middle - along, middle + along].map(|end| camera.project(pose.point(end), width, height));
+        let [Some(one), Some(other)] = ends else { return None };
+        let pixels = reach / camera.metres_per_pixel(0.5 * (one.depth + other.depth), height);
+        let ends = [one, other].map(|end| DVec3::new(end.x, end.y, end.depth));
+        Some(Self { ends, radius: pixels + AROUND * nominal, reach })
+    }
+
+    /// True near the edge beyond which a body is solid.
+    pub(crate) fn is_edge(&self, pixel: DVec2) -> bool {
+        ((pixel - self.nearest(pixel).truncate()).length() - SOFT * self.radius).abs() < EDGE
+    }
+
+    /// The point of the capsule's axis that is nearest in the picture.
+    fn nearest(&self, pixel: DVec2) -> DVec3 {
+        let [one, other] = self.ends;
+        let along = (other - one).truncate();
+        let part = (pixel - one.truncate()).dot(along) / along.length_squared().max(1e-9);
+        one.lerp(other, part.clamp(0.0, 1.0))
+    }
+
+    /// How solid a body is at a pixel, where it is so far from the eye (m): 0 is glass, 1 solid.
+    pub(crate) fn solidity(&self, pixel: DVec2, depth: f64) -> f64 {
+        let nearest = self.nearest(pixel);
+        let beside = smooth(self.radius, SOFT * self.radius, (pixel - nearest.truncate()).length());
+        let behind = smooth(nearest.z - 0.4 * self.reach, nearest.z + self.reach, depth);
+        beside.max(behind)
+    }
+}
+
+/// 0 below `low`, 1 above `high`.
+fn smooth(low: f64, high: f64, value: f64) -> f64 {
+    let part = ((value - low) / (high - low)).clamp(0.0, 1.0);
+    part * part * (3.0 - 2.0 * part)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::camera::View;
+
+    #[test]
+    fn bodies_are_glass_before_the_probe_and_solid_elsewhere() {
+        let solid = Solid { vertices: vec![-DVec3::new(0.1, 0.1, 1.0), DVec3::new(0.1, 0.1, 1.0)], ..Solid::default() };
+        let camera = Camera::framing(solid.vertices.iter().copied(), View::Front, 1.0);
+        let xray = XRay::around(&solid, &Pose::IDENTITY, &camera, [800.0; 2], 1.0).expect("it is seen");
+        let (middle, depth) = (DVec2::splat(400.0), camera.distance);
+        assert_eq!(xray.solidity(middle, depth - 1.0), 0.0, "before the probe");
+        assert_eq!(xray.solidity(middle, depth + 1.0), 1.0, "behind it");
+        assert_eq!(xray.solidity(middle + DVec2::new(300.0, 0.0), depth - 1.0), 1.0, "beside it");
+        let end = xray.ends[1].truncate();
+        assert_eq!(xray.solidity(end, depth - 1.0), 0.0, "along all of it");
+    }
+}
