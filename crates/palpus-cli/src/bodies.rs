@@ -1,4 +1,5 @@
-//! From a mesh, file or scene, to a prepared body: out of the user's cache, or with a bar that moves while it is prepared.
+//! From a mesh, file or scene, to a prepared body: out of the user's cache, or with a bar that
+//! moves while it is prepared.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -15,7 +16,7 @@ use crate::output;
 pub(crate) struct Prepared {
     /// The body.
     pub(crate) body: Body,
-    /// Of the polygons as read.
+    /// Content hash of the polygons as read.
     pub(crate) hash: ContentHash,
     /// From polygons to body.
     pub(crate) seconds: f64,
@@ -23,7 +24,7 @@ pub(crate) struct Prepared {
     pub(crate) kept: bool,
 }
 
-/// Where bodies are kept, for the whole program; none with `--no-cache`.
+/// Cache of prepared bodies for the whole program; `None` with `--no-cache`.
 static CACHE: OnceLock<Option<BodyCache>> = OnceLock::new();
 
 /// Says, before the first body is prepared, whether bodies are kept.
@@ -35,7 +36,7 @@ pub(crate) fn use_cache(yes: bool) {
 pub(crate) enum Teller<'a> {
     /// By a bar in the terminal.
     Bar,
-    /// By calls, with the name of what is prepared and the part that is done, 0 to 1.
+    /// By calls, with the name of the body and the share that is done, 0 to 1.
     Calls(&'a dyn Fn(&str, f64)),
 }
 
@@ -114,7 +115,8 @@ pub(crate) fn prepare_soup_telling(
 
 const BAR_STEPS: f64 = 1000.0;
 
-/// A bar on standard error; it stays hidden for the first moments, so that small models do not flicker.
+/// A bar on standard error; it stays hidden for the first moments, so that small models do not
+/// flicker.
 fn bar(name: &str) -> ProgressBar {
     let target = if output::is_quiet() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
     let bar = ProgressBar::with_draw_target(Some(BAR_STEPS as u64), target);

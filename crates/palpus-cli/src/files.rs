@@ -9,7 +9,7 @@ use anyhow::Context;
 use palpus::algebra::Pose;
 use palpus_io::query::read_poses_from;
 
-/// `base`, or if there is such a file, the first of `base-2`, `base-3`, … that is not there.
+/// Returns `base`, or if that file exists, the first free name of `base-2`, `base-3`, ….
 pub(crate) fn free(base: &Path) -> PathBuf {
     first_free(base, |path| !path.exists())
 }
@@ -43,12 +43,12 @@ pub(crate) fn read_poses(file: &Path) -> anyhow::Result<Vec<Pose>> {
     Ok(read_poses_from(&bytes, "standard input")?)
 }
 
-/// Makes a folder, and those that it is to be in, unless it is there.
+/// Creates a folder and its parents, if they do not exist.
 pub(crate) fn make_folder(folder: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(folder).with_context(|| format!("{} could not be created", folder.display()))
 }
 
-/// The same with the folder in which `file` is to be.
+/// Creates the folder of `file`.
 pub(crate) fn make_folder_of(file: &Path) -> anyhow::Result<()> {
     file.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or(Ok(()), make_folder)
 }

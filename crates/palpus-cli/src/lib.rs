@@ -1,8 +1,10 @@
 //! The palpus program: what was typed → what it means → one call.
 //!
-//! Exit status: 0 done, 1 it failed (one error line on standard error says what, where and what to do), 2 wrong use.
+//! Exit status: 0 done, 1 it failed (one error line on standard error says what, where and what to
+//! do), 2 wrong use.
 //!
-//! A library with one function, for the program itself and for the package of Python, which has it too.
+//! A library with one function, for the program itself and for the package of Python, which has it
+//! too.
 
 mod approach;
 mod args;
@@ -68,7 +70,8 @@ use args::{Arguments, Command};
 #[global_allocator]
 static ALLOCATOR: palpus_alloc::CountingAllocator = palpus_alloc::CountingAllocator;
 
-/// Runs the program with these arguments, the first of which is its name, and returns its exit status.
+/// Runs the program with these arguments, the first of which is its name, and returns its exit
+/// status.
 ///
 /// The counts of allocations that it shows are right if the caller's global allocator is
 /// [`palpus_alloc::CountingAllocator`].

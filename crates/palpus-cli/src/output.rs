@@ -1,4 +1,4 @@
-//! Where words go: answers to standard output, everything else to standard error.
+//! Output: answers go to standard output, everything else to standard error.
 
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -51,14 +51,16 @@ fn to_user(text: impl std::fmt::Display) {
     let _ = writeln!(std::io::stderr(), "{begin}{text}");
 }
 
-/// Prints a line of the answer. The program ends with success if the reader has closed the pipe (`| head`).
+/// Prints a line of the answer. The program ends with success if the reader has closed the pipe
+/// (`| head`).
 pub(crate) fn line(text: impl std::fmt::Display) {
     if let Err(error) = writeln!(std::io::stdout(), "{text}") {
         unprinted(&error);
     }
 }
 
-/// Standard output as a place for a table. The program ends with success if the reader has closed the pipe.
+/// Standard output as a place for a table. The program ends with success if the reader has closed
+/// the pipe.
 pub(crate) struct Answer(std::io::Stdout);
 
 impl Answer {
@@ -94,7 +96,8 @@ pub(crate) fn json(document: &impl Serialize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// True if standard error is a terminal and the program is not quiet, so that a line may be drawn over.
+/// True if standard error is a terminal and the program is not quiet, so that a line may be drawn
+/// over.
 pub(crate) fn watched() -> bool {
     !is_quiet() && std::io::stderr().is_terminal()
 }

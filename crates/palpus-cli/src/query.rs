@@ -20,7 +20,7 @@ use serde::Serialize;
 use crate::args::QueryArguments;
 use crate::{bodies, files, output};
 
-/// Of the smaller model's diagonal: the tolerance when none is given.
+/// Default tolerance, as a share of the smaller model's diagonal.
 const DEFAULT_TOLERANCE: f64 = 0.01;
 /// Leaf contacts that one pose can have.
 const CAPACITY: usize = 1 << 16;
@@ -144,7 +144,7 @@ pub(crate) fn create(path: &Path) -> anyhow::Result<BufWriter<Box<dyn Write>>> {
     Ok(BufWriter::new(Box::new(file)))
 }
 
-/// What is found at one pose.
+/// Results at one pose.
 struct Answer {
     /// `None` if a model has no pieces.
     row: Option<QueryRow>,
@@ -172,7 +172,8 @@ fn answer(
         point_a: nearest.point_a,
         point_b: nearest.point_b,
         contacts: contacts.len() as u32,
-        // Closest points prove themselves by the planes through them; depths were proven or are counted as unproven.
+        // Closest points prove themselves by the planes through them; depths were proven or are
+        // counted as unproven.
         certified: counters.unproven == 0,
         query_us,
         contained: containment.run(pose_ba),

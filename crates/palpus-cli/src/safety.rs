@@ -12,14 +12,14 @@ use crate::output;
 /// Under this name the chain stands in a recording's header.
 const SECTION: &str = "safety";
 
-/// What a summary says of safety.
+/// Safety part of a summary.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct SafetyReport {
     /// Ticks by what was cut in them.
     cuts: serde_json::Map<String, serde_json::Value>,
     /// Thresholds by name, in SI units.
     limits: serde_json::Map<String, serde_json::Value>,
-    /// What the operating system granted.
+    /// Real-time features that the operating system granted.
     real_time: Option<serde_json::Map<String, serde_json::Value>>,
 }
 

@@ -30,13 +30,14 @@ pub(crate) struct Load {
     p50: f64,
     p99: f64,
     p999: f64,
-    /// Share of the ticks in which the work of a step was bounded, so that some contacts were carried from the tick before.
+    /// Share of the ticks in which the work of a step was bounded, so that some contacts were
+    /// carried from the tick before.
     bounded_ticks: f64,
     /// Share of all contacts that were.
     carried_contacts: f64,
 }
 
-/// What a run was like; the names are a contract with those who read `--json`.
+/// Summary of a run; the names are an interface of `--json`.
 #[derive(Debug, Serialize)]
 pub(crate) struct Summary {
     pub(crate) ticks: u64,
@@ -66,7 +67,7 @@ pub(crate) struct Summary {
     energy_generated_j: f64,
     pub(crate) allocations: u64,
     safety: SafetyReport,
-    /// What the device itself counted, by name.
+    /// Counts of the device itself, by name.
     device: serde_json::Map<String, serde_json::Value>,
     trouble: Trouble,
     end: String,
@@ -79,7 +80,8 @@ pub(crate) struct Trouble {
     march_fallbacks: u64,
     /// Depth walks that ended for another reason than having converged.
     walk_stops: u64,
-    /// Depths whose direction is not the unconstrained one, since not both pieces own that on their meshes.
+    /// Depths whose direction is not the unconstrained one, since not both pieces own that on their
+    /// meshes.
     moved_depths: u64,
     /// Moved depths that the solids' own surfaces deny, left out.
     disbelieved_depths: u64,
@@ -89,7 +91,7 @@ pub(crate) struct Trouble {
     cancelled_normals: u64,
     /// Contacts for which there was no room.
     dropped_contacts: u64,
-    /// Ticks with a probe pose that was none.
+    /// Ticks with an invalid probe pose.
     bad_states: u64,
     /// Ticks in which the tool's step still changed which contacts press and slide when it ended.
     tool_unsettled: u64,
@@ -97,7 +99,7 @@ pub(crate) struct Trouble {
     tool_resets: u64,
 }
 
-/// Gathers what the loop itself does not know, on the servo thread, in memory that is there from the start.
+/// Gathers what the loop does not count, on the servo thread, in memory allocated before.
 pub(crate) struct Gatherer {
     query_ns: Histogram<u64>,
     force_ns: Histogram<u64>,
@@ -114,12 +116,12 @@ pub(crate) struct Gatherer {
 /// Durations to 10 s, to three digits.
 const LONGEST_NS: u64 = 10_000_000_000;
 
-/// Of its rate: a loop that made fewer ticks than this did not hold it.
+/// Share of the rate below which a loop did not hold it.
 const HELD: f64 = 0.98;
 
 impl Summary {
-    /// Why the run is not one to be content with, though it came to its end: faults, and in real time a rate that was not held. `rate_hz` is
-    /// what was asked for.
+    /// Why the run is not one to be content with, though it came to its end: faults, and in real
+    /// time a rate that was not held. `rate_hz` is the asked one.
     pub(crate) fn complaint(&self, rate_hz: f64) -> Option<String> {
         if self.faults > 0 {
             return Some(format!("{} faults", self.faults));
@@ -183,7 +185,8 @@ impl Gatherer {
         }
     }
 
-    /// The summary of the run whose loop says `statistics`, within `limits`, with what the system granted it.
+    /// The summary of the run whose loop says `statistics`, within `limits`, with what the system
+    /// granted it.
     pub(crate) fn finish(
         self,
         statistics: &RunStatistics,
@@ -257,7 +260,7 @@ fn pace(summary: &Summary) -> String {
     )
 }
 
-/// Of the period the step, and what of it was put off.
+/// Describes the step as a share of the period, and the work that was put off.
 fn load(load: &Load) -> String {
     let percent = |x: f64| format!("{:.0} %", 100.0 * x);
     let Load { p50, p99, p999, bounded_ticks, carried_contacts } = load;

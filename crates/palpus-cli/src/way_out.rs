@@ -1,4 +1,4 @@
-//! Where a probe has to go that stands inside the part: until it is nearly out, no force comes.
+//! Motion that takes a probe out of the part: there is no force until it is nearly out.
 
 use glam::DVec3;
 use palpus::render::{Settings, Tick};
@@ -9,15 +9,17 @@ use crate::engine::Frame;
 /// An overlap, and the way out of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WayOut {
-    /// m: how deep the deepest contact is; 0 where the tool has left the part already and the device has not.
+    /// m: how deep the deepest contact is; 0 where the tool has left the part already and the
+    /// device has not.
     pub(crate) depth: f64,
     /// World, m.
     pub(crate) way: DVec3,
 }
 
 impl WayOut {
-    /// Of the probe that a device in `state` holds, after the engine's tick; `None` if it is outside. With a coupling the tool leaves the
-    /// part first, and shows where the device is to go.
+    /// Of the probe that a device in `state` holds, after the engine's tick; `None` if it is
+    /// outside. With a coupling the tool leaves the part first, and shows where the device is to
+    /// go.
     pub(crate) fn of(tick: &Tick, settings: &Settings, frame: &Frame, state: &DeviceState) -> Option<Self> {
         let deepest = tick.contacts.iter().min_by(|a, b| a.separation.total_cmp(&b.separation))?;
         if deepest.separation < 0.0 {

@@ -1,4 +1,4 @@
-//! What holds for the command line as a whole: its page, man pages, standard input and output, how much is said.
+//! The command line as a whole: its page, man pages, standard input and output, quiet and verbose.
 
 mod program_run;
 

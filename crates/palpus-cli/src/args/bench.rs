@@ -74,7 +74,8 @@ pub(crate) enum BenchCommand {
         #[arg(long, value_name = "NAME")]
         only: Option<String>,
     },
-    /// Measures close-fitting contact: a nut pressed on its thread, gears, a peg in its hole, scans; time, work and truth of the wrench.
+    /// Measures close-fitting contact: a nut pressed on its thread, gears, a peg in its hole,
+    /// scans; time, work and truth of the wrench.
     #[command(
         after_help = "Example:\n  palpus bench conformal --models models --out conformal\n\nTimes are processor time of one thread. docs/conformal.md says what the columns mean."
     )]
@@ -88,7 +89,8 @@ pub(crate) enum BenchCommand {
         /// Ticks per case.
         #[arg(long, value_name = "N", default_value_t = 2000, value_parser = ticks)]
         ticks: usize,
-        /// Poses of each case at which the wrench is compared with the truth; it takes seconds each on a thread.
+        /// Poses of each case at which the wrench is compared with the truth; it takes seconds each
+        /// on a thread.
         #[arg(long, value_name = "N", default_value_t = 24)]
         truths: usize,
         /// Only the cases whose names begin so.

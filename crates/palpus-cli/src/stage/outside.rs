@@ -1,4 +1,5 @@
-//! Scene files that name meshes outside their own folder: the user is asked before such a file is read.
+//! Scene files that name meshes outside their own folder: the user is asked before such a file is
+//! read.
 
 use std::io::{BufRead, IsTerminal, Write};
 use std::path::Path;
@@ -6,15 +7,15 @@ use std::path::Path;
 use anyhow::{Context, bail};
 use palpus_io::scene::{FilePolicy, SceneFile, read_scene};
 
-/// Reads a scene file. If it names files outside its folder and `policy` does not allow that, the user is asked; where there
-/// is no terminal to ask in, that is an error.
+/// Reads a scene file. If it names files outside its folder and `policy` does not allow that, the
+/// user is asked; where there is no terminal to ask in, that is an error.
 pub(super) fn read_asking(path: &Path, policy: FilePolicy) -> anyhow::Result<SceneFile> {
     let terminal = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
     let answer = || terminal.then(|| ask(&mut std::io::stdin().lock(), &mut std::io::stderr()));
     read(path, policy, &answer)
 }
 
-/// See [`read_asking`]; `answer` puts the question, and returns `None` if there is nobody to ask.
+/// See [`read_asking`]; `answer` asks the question, and returns `None` without a terminal.
 fn read(path: &Path, policy: FilePolicy, answer: &dyn Fn() -> Option<bool>) -> anyhow::Result<SceneFile> {
     let inside = match (read_scene(path, policy), policy) {
         (Err(error), FilePolicy::Inside) => error,

@@ -138,13 +138,13 @@ pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<
 /// A body of a scene file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
-    /// What the first hand holds.
+    /// The probe.
     Probe,
-    /// What is touched.
+    /// The environment.
     Environment,
-    /// What another hand holds: the tool of this number beside the probe.
+    /// Another tool: its number after the probe.
     Other(usize),
-    /// What nobody holds: the object of this number.
+    /// An object, by its number.
     Object(usize),
 }
 
@@ -157,7 +157,7 @@ pub(crate) fn of_file(
 ) -> anyhow::Result<Stage> {
     let mut known: Vec<(SceneBody, Arc<Body>, ContentHash)> = Vec::new();
     let mut prepare = |part: Part, body: &SceneBody| -> anyhow::Result<(Arc<Body>, ContentHash)> {
-        // What is alike shares its body.
+        // Equal meshes share a body.
         let alike =
             |(other, ..): &&(SceneBody, _, _)| other.mesh == body.mesh && other.metres_per_unit == body.metres_per_unit;
         if let Some((_, shape, hash)) = known.iter().find(alike) {
@@ -229,7 +229,7 @@ fn absolute(path: &Path) -> String {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
 }
 
-/// Where the scene's file says that a hand moves a body which it holds.
+/// Path that the scene file gives a hand.
 fn intended(
     file: &SceneFile,
     hand: &SceneHand,

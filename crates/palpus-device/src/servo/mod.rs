@@ -139,9 +139,9 @@ pub trait TickObserver<T = ()> {
     /// `detail` is what the step answered beside its wrench.
     fn observe(&mut self, tick: &ServoTick, detail: &T);
 
-    /// A tick in which the step answered nothing: it panicked ([`crate::Cut::Panic`] is among the cuts),
-    /// or the loop damps the grip for a moment after that or after a last fault, and did not ask
-    /// it.
+    /// A tick in which the step answered nothing: it panicked ([`crate::Cut::Panic`] is among the
+    /// cuts), or the loop damps the grip for a moment after that or after a last fault, and did not
+    /// ask it.
     fn unanswered(&mut self, _: &ServoTick) {}
 }
 

@@ -25,7 +25,8 @@ pub struct TraversalCounters {
     pub merged: u32,
     /// Pairs that were searched without memory since the front had no room to split them.
     pub crowded: u32,
-    /// Pairs of the front that were due or awake and were left for the next query, since the work allowed was done.
+    /// Pairs of the front that were due or awake and were left for the next query, since the work
+    /// allowed was done.
     pub postponed: u32,
     /// Node pairs in the tree down to the front's cut.
     pub front: u32,

@@ -1,4 +1,5 @@
-//! Step 2 of the front: the pairs that are due, measured again; they go on sleeping, wake, or are split.
+//! Step 2 of the front: the pairs that are due, measured again; they go on sleeping, wake, or are
+//! split.
 
 use glam::DVec3;
 
@@ -110,8 +111,8 @@ impl Front {
         }
     }
 
-    /// The pair's distance, or a bound of it from below that lets it sleep for a while: the cheaper the bound the longer must the sleep be that
-    /// it promises, or the next is tried.
+    /// The pair's distance, or a bound of it from below that lets it sleep for a while: the cheaper
+    /// the bound the longer must the sleep be that it promises, or the next is tried.
     fn measure(&mut self, query: &PlacedPair<'_>, place: u32, counters: &mut TraversalCounters) -> Measured {
         counters.node_pairs += 1;
         let Pair { a, b, .. } = self.pairs[place as usize];
@@ -142,7 +143,8 @@ impl Front {
         }
     }
 
-    /// The gap along the normal that separated the pair at its last march, never above its distance; `None` without one.
+    /// The gap along the normal that separated the pair at its last march, never above its
+    /// distance; `None` without one.
     fn gap_along_last(&mut self, query: &PlacedPair<'_>, place: u32) -> Option<f64> {
         let Pair { a, b, known, .. } = self.pairs[place as usize];
         let memory = &mut self.memories[place as usize];

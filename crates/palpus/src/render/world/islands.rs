@@ -1,4 +1,5 @@
-//! Which bodies one implicit step moves together: those that touch each other, directly or through others that it moves.
+//! Which bodies one implicit step moves together: those that touch each other, directly or through
+//! others that it moves.
 
 /// Groups of bodies; sized when the world is made.
 #[derive(Clone, Debug, Default)]
@@ -7,7 +8,8 @@ pub(super) struct Islands {
     parent: Vec<u32>,
     /// Neighbours that are moved as well.
     neighbours: Vec<u32>,
-    /// The moved bodies, group by group; in a group by the number of their neighbours, then in the order in which they were added.
+    /// The moved bodies, group by group; in a group by the number of their neighbours, then in the
+    /// order in which they were added.
     order: Vec<u32>,
 }
 
