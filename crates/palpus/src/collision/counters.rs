@@ -1,8 +1,8 @@
-//! What the search for near pairs cost.
+//! Cost of the search for near pairs.
 
 use crate::algebra::tolerance::{WORK_MARCH, WORK_STEP};
 
-/// What a search for near pairs cost.
+/// Cost of a search for near pairs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalCounters {
     /// Node pairs looked at, by bounds or hulls.
@@ -37,7 +37,7 @@ pub struct TraversalCounters {
 }
 
 impl TraversalCounters {
-    /// What all this comes to, in units of [`crate::algebra::Work`].
+    /// Total cost, in units of [`crate::algebra::Work`].
     pub fn work(&self) -> u64 {
         let marches = WORK_MARCH * (u64::from(self.hull_tests) + u64::from(self.leaf_tests));
         u64::from(self.node_pairs) + marches + WORK_STEP * u64::from(self.march_steps)

@@ -68,7 +68,7 @@ pub struct Front {
     memories: Vec<WarmStart>,
     wakes: WakeBoard,
     odometer: Odometer,
-    /// Of a and of b.
+    /// Thicknesses of a and of b.
     thickness: [Thickness; 2],
     /// Places of leaf pairs within tolerance.
     awake: Vec<u32>,

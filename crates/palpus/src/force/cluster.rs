@@ -39,7 +39,7 @@ use super::tilt::{TiltShares, Tilted};
 use crate::detect::Contact;
 use link::{Cell, Run};
 
-/// What makes contacts one cluster.
+/// Parameters of clustering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkageSettings {
     /// t of \[K02\], m: contacts at this separation or farther are none.
@@ -54,7 +54,7 @@ pub struct LinkageSettings {
     pub most: usize,
 }
 
-/// What happened to the contacts of one run.
+/// Counts of one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LinkageCounters {
     /// Contacts that found a cluster.
@@ -182,7 +182,7 @@ impl Linkage {
         self.len() == 0
     }
 
-    /// Where the members of cluster `k` stand in [`Self::members`] and [`Self::directions`].
+    /// Range of the members of cluster `k` in [`Self::members`] and [`Self::directions`].
     pub fn range(&self, k: usize) -> std::ops::Range<usize> {
         self.starts[k] as usize..self.starts[k + 1] as usize
     }

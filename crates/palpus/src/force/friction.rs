@@ -73,7 +73,7 @@ pub struct FrictionSettings {
     pub tangential_stiffness: f64,
 }
 
-/// Where a contact holds.
+/// Anchor of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adhesion {
     /// Piece of a.
@@ -105,7 +105,7 @@ pub struct Grasp<'a> {
     pub clusters: &'a [Cluster],
     /// Weights of the members in their clusters, m.
     pub weights: &'a [f64],
-    /// Where the members hold, in b's frame.
+    /// Anchors of the members, in b's frame.
     pub holds: &'a [DVec3],
     /// N: the normal force that the friction of each cluster rests on.
     pub loads: &'a [f64],
@@ -133,7 +133,7 @@ pub struct Grip {
     pub sliding: bool,
 }
 
-/// What happened to the adhesions in one tick.
+/// Counts of the adhesions in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrictionCounters {
     /// Contacts that slide.
@@ -291,7 +291,7 @@ impl Grasp<'_> {
     }
 }
 
-/// What a cluster's friction rests on.
+/// Load that a cluster's friction rests on.
 #[derive(Clone, Copy, Debug)]
 struct Load {
     /// N: of the cluster that is pressed hardest.

@@ -13,12 +13,12 @@ use glam::DVec3;
 use super::Cluster;
 use crate::algebra::Wrench;
 
-/// What a cluster's normal force is made of.
+/// Parameters of a cluster's normal force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PenaltySettings {
     /// k, N/m.
     pub stiffness: f64,
-    /// Of the normal motion, N·s/m; 0 for none.
+    /// Damping of the normal motion, N·s/m; 0 for none.
     pub damping: f64,
 }
 

@@ -28,7 +28,7 @@ pub struct Cluster {
     pub weight: f64,
     /// Index of the deepest member among the contacts.
     pub deepest: u32,
-    /// Where the cluster's members begin in the list of all members.
+    /// Begin of the cluster's members in the list of all members.
     pub first_member: u32,
     /// How many members it has.
     pub member_count: u32,
@@ -43,7 +43,7 @@ impl Cluster {
     }
 }
 
-/// What is wrong with a representative.
+/// A fault of a representative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 enum ClusterFault {
     /// The normal is not unit.

@@ -12,7 +12,7 @@ use super::smooth_surface::SmoothSurface;
 use crate::algebra::tolerance::SHADING_IN_FACE;
 use crate::body::{Body, Feature, Piece, Polytope, Provenance, ShadingNormals};
 
-/// What shading has to know of a body.
+/// Data of a body for shading.
 #[derive(Clone, Debug)]
 pub struct SmoothBody {
     surface: SmoothSurface,
@@ -23,7 +23,7 @@ pub struct SmoothBody {
     vertices: Vec<Option<SmoothNormal>>,
 }
 
-/// Where a piece's faces and vertices begin among those of all pieces.
+/// Begin of a piece's faces and vertices among those of all pieces.
 #[derive(Clone, Copy, Debug)]
 struct First {
     face: u32,

@@ -38,10 +38,10 @@ use glam::{DVec2, DVec3};
 use crate::algebra::tolerance::TILT_SAME;
 use crate::detect::Contact;
 
-/// What a contact brings to the tilt shares.
+/// Data of a contact for the tilt shares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tilted {
-    /// Where it is, b's frame.
+    /// Position, b's frame.
     pub place: DVec3,
     /// Unit: where it pushes a.
     pub direction: DVec3,
@@ -76,7 +76,7 @@ impl Tilted {
 pub struct TiltShares {
     /// By their first coordinate: those at one place stand near each other.
     sorted: Vec<u32>,
-    /// Where the patch of each contact begins and ends.
+    /// Begin and end of the patch of each contact.
     patches: Vec<[u32; 2]>,
     shares: Vec<f64>,
     cell: Cell,
@@ -137,7 +137,7 @@ impl TiltShares {
         &self.shares
     }
 
-    /// Those of the last run.
+    /// Shares of the last run.
     pub fn shares(&self) -> &[f64] {
         &self.shares
     }

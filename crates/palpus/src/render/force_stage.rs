@@ -21,7 +21,7 @@ use crate::force::{
     Centers, Cluster, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, Tilted, normal_force, represent,
 };
 
-/// Where the bodies are and how the probe moves, in b's frame.
+/// Pose of the bodies and motion of the probe, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// a placed in b's frame.
@@ -50,7 +50,7 @@ pub struct Forces {
     pub directions: Vec<DVec3>,
     /// Weights of the members in their clusters, m: what [`represent`] was told.
     pub weights: Vec<f64>,
-    /// Where each member holds by friction, b's frame; empty without friction.
+    /// Anchors of the members, b's frame; empty without friction.
     pub holds: Vec<DVec3>,
     /// N, of each cluster, along its normal on a; not negative.
     pub normal_forces: Vec<f64>,
@@ -60,9 +60,9 @@ pub struct Forces {
     pub grips: Vec<Grip>,
     /// On both bodies.
     pub net: NetWrench,
-    /// What happened to the contacts.
+    /// Counts of the contacts.
     pub linkage: LinkageCounters,
-    /// What happened to the adhesions.
+    /// Counts of the adhesions.
     pub adhesion: FrictionCounters,
     /// Clusters whose normals cancelled, so that their deepest member's stood in.
     pub cancelled_normals: u32,

@@ -18,7 +18,7 @@ pub(super) struct Touches {
     rubs: Vec<Rub>,
 }
 
-/// What a cluster bears.
+/// Load of a cluster.
 #[derive(Clone, Copy, Debug)]
 struct Load {
     /// N/m.

@@ -1,4 +1,4 @@
-//! What the crates' manifests import of each other.
+//! Imports of the crates, from their manifests.
 
 use std::collections::BTreeMap;
 use std::fs;

@@ -9,7 +9,7 @@ use super::source::{Token, tokens, without_tests};
 pub(crate) struct Named {
     pub(crate) segments: Vec<String>,
     pub(crate) line: usize,
-    /// What the path is called in its module, if a `use` names it.
+    /// Name of the path in its module, if a `use` gives one.
     binding: Option<String>,
     /// A `pub use`: it shows where something is, and needs nothing of it.
     pub(crate) is_shown: bool,

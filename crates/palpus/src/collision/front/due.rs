@@ -11,7 +11,7 @@ use crate::algebra::Quota;
 use crate::algebra::tolerance::{BOX_NAP, SPHERE_NAP};
 use crate::body::NodeKind;
 
-/// What measuring a pair found.
+/// Result of measuring a pair.
 enum Measured {
     /// At least this distance, not less than the tolerance.
     Apart(f64),
@@ -166,7 +166,7 @@ impl Front {
         let parent = place;
         for (half, place) in halves.into_iter().zip([first, first + 1]) {
             self.pairs[place as usize] = Pair::of(half[0], half[1], parent);
-            // What held for the whole holds for its halves: they are as overdue.
+            // The halves keep the wake time of the whole.
             self.wakes.set(place, wake);
             self.stack.push(place);
         }

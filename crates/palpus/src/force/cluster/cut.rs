@@ -60,7 +60,7 @@ impl Linkage {
     }
 }
 
-/// Whether the normals fit into a cone of the given half opening.
+/// Returns true if the normals fit into a cone of the given half opening.
 ///
 /// The cone's axis walks from the mean toward the farthest normal in ever shorter steps (Bădoiu and
 /// Clarkson's smallest enclosing ball, on the sphere), so that the answer follows the set of

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::Linkage;
 use crate::algebra::tolerance::CLUSTER_CELLS;
 
-/// Where a contact lies; sorting these puts the contacts of one cell side by side.
+/// Grid cell of a contact; sorting puts the contacts of one cell side by side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Cell {
     label: u32,

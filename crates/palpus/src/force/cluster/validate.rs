@@ -11,7 +11,7 @@ use super::cut::fits_a_cone;
 use super::{Linkage, LinkageSettings};
 use crate::algebra::tolerance::VALIDATED_CONTACTS;
 
-/// What is broken in clusters.
+/// A broken invariant of clusters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum ClusterFault {
     /// The clusters' ranges do not follow each other over all admitted contacts, or one is empty.

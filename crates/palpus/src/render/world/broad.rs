@@ -14,7 +14,7 @@ use crate::body::Aabb;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Broad {
     boxes: Vec<Aabb>,
-    /// Where each body was when its box was made, and the box's margin, m.
+    /// Pose of each body when its box was made, and the box's margin, m.
     made: Vec<(Pose, f64)>,
     /// A box changed since pairs were last looked for.
     is_stale: bool,
@@ -62,7 +62,7 @@ impl Broad {
         self.is_stale = true;
     }
 
-    /// Body `i` is not there.
+    /// Removes body `i`.
     pub(super) fn take_away(&mut self, i: usize) {
         self.is_stale |= std::mem::replace(&mut self.there[i], false);
     }

@@ -26,7 +26,7 @@ const CHASE: f64 = 1.5;
 /// See the module's description. Twists are of the frame's origin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Driven {
-    /// Where the last step takes the body, and its velocity in that step.
+    /// Pose after the last step, and the velocity in that step.
     next: (Pose, Twist),
     /// s: the length of the last step.
     step: f64,

@@ -1,4 +1,4 @@
-//! A body that moves under gravity, contact and friction, and is held by nobody.
+//! A free body, which moves under gravity, contact and friction.
 //!
 //! Its momentum is kept, not its velocity: what contacts give one body they take from another in
 //! the same numbers, so that the momentum of all bodies together is conserved, and a body that

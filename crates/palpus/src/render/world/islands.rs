@@ -4,7 +4,7 @@
 /// Groups of bodies; sized when the world is made.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Islands {
-    /// Of each body one of its group; at the end of the way, itself.
+    /// For each body another one of its group; at the end of the path, itself.
     parent: Vec<u32>,
     /// Neighbours that are moved as well.
     neighbours: Vec<u32>,

@@ -94,7 +94,7 @@ pub use object::{BodyId, Object, ToolId};
 /// Renders the contact of tools with objects and with each other. See the module's description.
 #[derive(Clone, Debug)]
 pub struct World {
-    /// Of contacts between objects.
+    /// Settings of contacts between objects.
     settings: Settings,
     /// m/s².
     gravity: DVec3,
@@ -119,12 +119,12 @@ pub struct World {
     counters: WorldCounters,
 }
 
-/// What happened in a world's step, beside what stands in the ticks of its tools.
+/// Counts of a world's step, beside the ticks of its tools.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorldCounters {
     /// Pairs of bodies that were looked at.
     pub pairs: u32,
-    /// Of these, pairs with contacts.
+    /// Pairs among these with contacts.
     pub touching: u32,
     /// Groups of bodies that were moved together.
     pub islands: u32,
@@ -183,7 +183,7 @@ impl World {
     /// Adds an object.
     ///
     /// # Errors
-    /// When its pose is none, or its density or mass not positive.
+    /// Fails if its pose is invalid, or its density or mass not positive.
     pub fn add(&mut self, object: Object) -> Result<BodyId, SettingsError> {
         let Object { body, pose, kind } = object;
         let refused = |field, value, rule| Err(SettingsError { field, value, rule });
@@ -303,7 +303,7 @@ impl World {
         contacts.iter().map(move |contact| if turned { mirrored(contact) } else { *contact })
     }
 
-    /// What happened in the last step.
+    /// Counts of the last step.
     pub fn counters(&self) -> &WorldCounters {
         &self.counters
     }

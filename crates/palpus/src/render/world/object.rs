@@ -1,4 +1,4 @@
-//! What a world is made of: what a user adds, and what becomes of it.
+//! Objects of a world: as a user adds them, and their state.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ impl ToolId {
     }
 }
 
-/// A body that nobody holds, to be added to a [`World`](super::World).
+/// A body that no hand holds, to be added to a [`World`](super::World).
 #[derive(Clone, Debug)]
 pub struct Object {
     pub(super) body: Arc<Body>,

@@ -37,7 +37,7 @@ pub(super) struct Pair {
     /// In the step under way: a placed in b's frame, and how near contacts are looked for, m.
     pose_ba: Pose,
     within: f64,
-    /// What shading needs, whether or not it is on.
+    /// Data for shading, whether or not it is on.
     surfaces: Option<Surfaces>,
     query: ContactQuery,
     scratch: Scratch,

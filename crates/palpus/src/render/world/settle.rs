@@ -131,7 +131,7 @@ impl World {
             let (mut between, mut given) = (SpatialMatrix::ZERO, Wrench::ZERO);
             pair.add_to(&mut between, &mut given, h);
             let shift = things[a].center - things[b].center;
-            // What is known of the velocities stands on the right side.
+            // Terms with known velocities are on the right side.
             let still = |i: usize| if things[i].part.is_moved { Twist::default() } else { things[i].twist };
             given = given + -between.times(&relative_twist(&still(a), &still(b), shift));
             if moved[0] {

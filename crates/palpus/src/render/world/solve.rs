@@ -17,7 +17,7 @@ const ZERO: Block = [[0.0; 6]; 6];
 /// See the module's description.
 #[derive(Clone, Debug)]
 pub(super) struct BlockSystem {
-    /// Of the lower triangle, row by row.
+    /// Lower triangle, row by row.
     blocks: Vec<Block>,
     /// Which of them are there.
     filled: Vec<bool>,
@@ -123,7 +123,7 @@ impl BlockSystem {
     }
 }
 
-/// Of block (i, j), with j not after i.
+/// Index of block (i, j), with j not after i.
 fn place(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
 }

@@ -85,7 +85,7 @@ fn a_block_on_a_table_and_a_stack_of_three_come_to_rest_and_stay() {
             assert!(drift < 1e-9, "{count} blocks: {drift} m in two seconds");
             assert!(speed(&world, block) < 1e-9, "{count} blocks: {:?}", world.twist(block));
         }
-        // What the table bears is the weight of all.
+        // The table bears the weight of all.
         let weight = f64::from(count) * 700.0 * 0.04f64.powi(3) * -G.z;
         let borne = world.pairs[0].impulse(&Twist::default(), DT).force.z / DT;
         assert!((borne - weight).abs() < 1e-6 * weight, "{borne} N of {weight}");

@@ -1,4 +1,4 @@
-//! What a world says of its tools, and what can be changed of them between two steps.
+//! State of a world's tools, and changes between two steps.
 
 use super::{BodyId, ToolId, World};
 use crate::force::ShadingSettings;
@@ -10,7 +10,7 @@ impl World {
         BodyId(self.tools[tool.0].thing)
     }
 
-    /// What a tool felt in the last step.
+    /// Answer for a tool in the last step.
     pub fn tick(&self, tool: ToolId) -> &Tick {
         &self.tools[tool.0].tick
     }

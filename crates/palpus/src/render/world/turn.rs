@@ -16,7 +16,7 @@ impl World {
     /// One turn of the loop: what the states of all tools feel like, in the order in which the
     /// tools were added. `dt` is the time since the last step, s.
     ///
-    /// A tool whose pose is none feels nothing and is not there for the others.
+    /// A tool with an invalid pose feels nothing, and the others do not feel it.
     pub fn step(&mut self, probes: &[ProbeState], dt: f64, clock: &impl Clock) {
         let begin = clock.now_ns();
         self.begin(probes, dt);
