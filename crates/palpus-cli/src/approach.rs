@@ -9,9 +9,9 @@ use palpus::detect::{ContactQuery, QuerySettings};
 use palpus_io::scene::CouplingMode;
 use palpus_scenes::{HandPath, Key};
 
-/// A hand for a scene without a path: from the start towards the environment until the bodies touch, a little deeper, and
-/// back, again and again. It heads for the environment's middle, or if that leads past it, for its nearest point. Poses are
-/// those of the probe's mesh, world.
+/// A hand for a scene without a path: from the start towards the environment until the bodies
+/// touch, a little deeper, and back, again and again. It heads for the environment's middle, or if
+/// that leads past it, for its nearest point. Poses are those of the probe's mesh, world.
 pub(crate) fn approach(
     a: &Arc<Body>,
     b: &Arc<Body>,
@@ -51,7 +51,8 @@ pub(crate) fn approach(
     HandPath::cyclic(&[Key::rest(0.0, start), Key::rest(period, pressed), Key::rest(2.0 * period, start)])
 }
 
-/// Steps of the search for first touch; it converges linearly, and a grazing approach may be cut short.
+/// Steps of the search for first touch; it converges linearly, and a grazing approach may be cut
+/// short.
 const MOST_ADVANCES: usize = 200;
 /// How far the hand presses beyond touch, in contact tolerances.
 const PRESS_TOLERANCES: f64 = 3.0;

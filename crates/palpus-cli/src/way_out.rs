@@ -1,7 +1,7 @@
-//! Where a probe has to go that stands inside the part: until it is nearly out, no force comes.
+//! Motion that takes a probe out of the part: there is no force until it is nearly out.
 //!
-//! Before a run begins, the penetration depth of the whole bodies is computed where the simulated operator starts, and
-//! its translation is the way out. In the loop, the deepest contact tells.
+//! Before a run begins, the penetration depth of the whole bodies is computed at the start pose, and its
+//! translation is the way out. In the loop, the deepest contact gives it.
 
 use glam::DVec3;
 use palpus::algebra::Pose;
@@ -23,15 +23,17 @@ const AT_START: f64 = 1e-3;
 /// An overlap, and the way out of it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WayOut {
-    /// m: how deep the deepest contact is; 0 where the tool has left the part already and the device has not.
+    /// m: how deep the deepest contact is; 0 where the tool has left the part already and the
+    /// device has not.
     pub(crate) depth: f64,
     /// World, m.
     pub(crate) way: DVec3,
 }
 
 impl WayOut {
-    /// Of the probe that a device in `state` holds, after the engine's tick; `None` if it is outside. With a coupling the tool leaves the
-    /// part first, and shows where the device is to go.
+    /// Of the probe that a device in `state` holds, after the engine's tick; `None` if it is
+    /// outside. With a coupling the tool leaves the part first, and shows where the device is to
+    /// go.
     pub(crate) fn of(tick: &Tick, settings: &Settings, frame: &Frame, state: &DeviceState) -> Option<Self> {
         let deepest = tick.contacts.iter().min_by(|a, b| a.separation.total_cmp(&b.separation))?;
         if deepest.separation < 0.0 {

@@ -12,7 +12,8 @@ use palpus_device::Phase;
 use palpus_io::read_recording;
 use program_run::{Folder, command, json, palpus, text};
 
-/// A run of ten minutes that gets this signal once it has written a recording; what it says, and its exit status.
+/// A run of ten minutes that gets this signal once it has written a recording; what it says, and
+/// its exit status.
 fn stopped_by(signal: &str) {
     let folder = Folder::new(&format!("stopped-{signal}"));
     let file = folder.0.join("run.csv");
@@ -54,7 +55,7 @@ fn limits_can_be_lowered_and_not_raised() {
     };
     let (usual, lowered) = (limits(&[]), limits(&["--max-force", "2", "--max-torque", "0.05"]));
     assert_eq!((&lowered["force_peak"], &lowered["torque_peak"]), (&2.0.into(), &0.05.into()));
-    // What follows from the peaks follows from the lower ones.
+    // Thresholds that follow from the peaks follow from the lowered ones.
     assert_eq!((&lowered["force_slew"], &lowered["rest_force"]), (&1000.0.into(), &0.2.into()));
     assert_eq!(limits(&["--max-force", "100", "--max-torque", "3"]), usual);
     for bad in ["0", "-1", "nan", "inf", "much"] {

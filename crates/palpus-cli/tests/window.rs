@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use display::{Display, Part, WHOLE, orange, palpus};
 
-/// Where the window shows the scene, without its legend.
+/// Part of the window that shows the scene, without its legend.
 const SCENE: Part = Part { low: [210, 80], high: [940, 670] };
 
 /// The same without the axes of the world.
@@ -39,7 +39,8 @@ fn drag(display: &Display, from: [usize; 2], by: [i32; 2], steps: i32) {
 #[ignore = "needs Xvfb and Mesa (apt-get install xvfb libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6)"]
 fn the_window_shows_the_run_and_goes_with_it() {
     let display = Display::open("run");
-    // Whether the machine holds the rate beside a window drawn by the processor is not the question.
+    // This test does not ask whether the machine holds the rate beside a window drawn by the
+    // processor.
     let arguments = ["run", "spoon-cup", "--duration", "6", "--no-record", "--no-realtime", "--lenient"];
     let mut run = display.palpus(&arguments).stderr(Stdio::piped()).spawn().expect("it starts");
     let patience = Instant::now() + Duration::from_secs(60);
@@ -115,8 +116,9 @@ fn forces(lines: &[String]) -> Vec<f64> {
     .collect()
 }
 
-/// The spoon is taken by the mouse and pressed onto the bottom of the cup; meanwhile a recording is written, and a picture; then a slider is
-/// moved. All of it must be in the files, and a contact and its arrows on the screen.
+/// The spoon is taken by the mouse and pressed onto the bottom of the cup; meanwhile a recording is
+/// written, and a picture; then a slider is moved. All of it must be in the files, and a contact
+/// and its arrows on the screen.
 #[test]
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn the_probe_is_dragged_into_contact_and_sliders_act() {
@@ -212,7 +214,8 @@ fn cores_of_threads(process: u32) -> Vec<(String, String)> {
     status.map(|status| (line(&status, "Name:"), line(&status, "Cpus_allowed_list:"))).collect()
 }
 
-/// True where the loop is granted a core of its own: there are two, and real-time priority is to be had (`CAP_SYS_NICE`, or a limit above 0).
+/// True if the loop can have a core of its own: two cores, and real-time priority (`CAP_SYS_NICE`,
+/// or a limit above 0).
 fn may_have_a_core() -> bool {
     let of = |file: &str, name: &str| {
         let text = fs::read_to_string(file).expect("the kernel says it");
@@ -238,6 +241,6 @@ fn threads_that_draw_leave_the_loops_core_and_the_watchdog_has_all() {
     }
     assert!(core.parse::<u32>().is_ok(), "the loop has no core: {threads:?}");
     assert!(of("palpus") != core && of("llvmpipe") == of("palpus"), "{threads:?}");
-    // It may have what the process was given, which is what this test has.
+    // It may use all cores of the process, which is what this test has.
     assert_eq!(of("watchdog"), given, "{threads:?}");
 }

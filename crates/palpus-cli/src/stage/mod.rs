@@ -1,6 +1,7 @@
 //! A scene, built-in or from a file, made ready to run: bodies prepared, settings in SI, a hand
-//! that knows where to go.
+//! and a simulated hand with a path.
 
+mod outside;
 mod prepare;
 
 use std::path::Path;
@@ -21,7 +22,7 @@ use crate::hand_path::{Following, follow};
 
 #[cfg(feature = "window")]
 pub(crate) use prepare::prepare_telling;
-pub(crate) use prepare::{Part, of_built_in, of_file, prepare};
+pub(crate) use prepare::{Part, no_scene, of_built_in, of_file, prepare};
 
 /// Everything that a run needs.
 pub(crate) struct Stage {
@@ -29,11 +30,12 @@ pub(crate) struct Stage {
     pub(crate) probe: Arc<Body>,
     /// Body b.
     pub(crate) environment: Arc<Body>,
-    /// Of b in the world, which is also the device's frame.
+    /// Pose of b in the world, which is also the device's frame.
     pub(crate) environment_pose: Pose,
-    /// Of the engine, for direct rendering without a device's limits; see [`Stage::settings_for`].
+    /// Settings of the engine for direct rendering without a device's limits; see
+    /// [`Stage::settings_for`].
     pub(crate) settings: Settings,
-    /// What the scene says of the coupling.
+    /// Coupling that the scene asks for.
     pub(crate) coupling: SceneCoupling,
     /// Where the simulated hand intends the probe (the frame of its mesh), in the world. The hand
     /// itself holds the grip: see [`Stage::intent`].
@@ -44,19 +46,19 @@ pub(crate) struct Stage {
     pub(crate) hand: Option<&'static str>,
     /// Ticks per second that the scene asks for, if it does.
     pub(crate) rate_hz: Option<f64>,
-    /// What a recording says of the scene.
+    /// Description of the scene in a recording.
     pub(crate) recorded: RecordedScene,
-    /// What was chosen where the scene's file says nothing.
+    /// Notes on values that the scene file leaves out.
     pub(crate) notes: Vec<String>,
-    /// What other hands hold.
+    /// Tools beside the probe.
     pub(crate) others: Vec<OtherTool>,
-    /// What nobody holds, beside the environment.
+    /// Objects beside the environment.
     pub(crate) objects: Vec<StageObject>,
     /// m/s², along the world's axes.
     pub(crate) gravity: DVec3,
 }
 
-/// A body that nobody holds.
+/// An object.
 #[derive(Clone)]
 pub(crate) struct StageObject {
     pub(crate) body: Arc<Body>,
@@ -91,7 +93,8 @@ impl Stage {
         };
         let mut settings = Settings { limits, ..self.settings };
         if limits.torque <= 0.0 {
-            // A torque that nobody can feel is shown, and not missed every tick.
+            // A torque that the device cannot give is shown, and is not counted as saturated in
+            // every tick.
             settings.saturation = Saturation::UnderActuated;
         }
         if mode == CouplingMode::Direct {
@@ -166,7 +169,7 @@ impl Stage {
         }
     }
 
-    /// What all hands hold, the probe first, and where each begins (world).
+    /// Returns all tools, the probe first, with their start poses (world).
     pub(crate) fn tools(&self) -> impl Iterator<Item = (&Arc<Body>, Pose)> {
         let others = self.others.iter().map(|tool| (&tool.probe, tool.path.pose(0.0)));
         std::iter::once((&self.probe, self.path.pose(0.0))).chain(others)
@@ -186,7 +189,7 @@ impl Stage {
             hand: *hand,
             rate_hz: self.rate_hz,
             recorded: RecordedScene { probe: recorded.clone(), ..self.recorded.clone() },
-            // Told of with the first.
+            // The notes belong to the first one.
             notes: Vec::new(),
             others: Vec::new(),
             objects: self.objects.clone(),
@@ -223,7 +226,7 @@ pub(crate) fn scripted(path: &HandPath, grip_a: DVec3, time: f64) -> ProbeState 
     ProbeState { pose_ba, twist: Twist { angular, linear: linear + angular.cross(to_grip) } }
 }
 
-/// Ticks per second when nobody says.
+/// Default rate, ticks per second.
 const DEFAULT_RATE_HZ: f64 = 1000.0;
 
 /// As scene files have it that do not say.

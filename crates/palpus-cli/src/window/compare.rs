@@ -119,7 +119,7 @@ mod tests {
             comparison.take(&mut |tick| compared.push(tick));
             std::thread::sleep(Duration::from_millis(5));
         }
-        // An engine of its own answers the same, to the bit.
+        // Another engine gives the same bits.
         let mut engine = Engine::new(&stage, &[settings]).expect("valid settings");
         let mut outcome = [None];
         for (tick, compared) in ticks.iter().zip(&compared) {

@@ -1,4 +1,5 @@
-//! Figures of an earlier run, from the documents. The page shows them, marked as such, where this machine cannot measure them.
+//! Figures of an earlier run, from the documents. The page shows them, marked as such, where this
+//! machine cannot measure them.
 
 use super::super::html::Table;
 
@@ -7,7 +8,8 @@ pub(super) const PAIRS_MEASURED: &str = include_str!("../../../../../docs/benchm
 /// Depth and distance of convex pairs beside parry, Coal and MuJoCo.
 pub(super) const CONVEX: &str = include_str!("../../../../../docs/benchmarks/convex/convex.md");
 
-/// The tables of a Markdown text that stand under the heading `section`, or all if it is empty. A table's title is the line before it.
+/// The tables of a Markdown text that stand under the heading `section`, or all if it is empty. A
+/// table's title is the line before it.
 pub(super) fn tables(text: &str, section: &str) -> Vec<Table> {
     let mut tables: Vec<Table> = Vec::new();
     let (mut within, mut before, mut open) = (section.is_empty(), "", false);

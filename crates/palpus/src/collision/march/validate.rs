@@ -2,8 +2,9 @@
 //!
 //! 1. The normal is unit and leads over the distance from point b to point a.
 //! 2. Each point lies on its feature.
-//! 3. The planes through the points, square to the normal, keep the bodies apart: no vertex of either reaches farther, but for the
-//!    rounding that the march excuses. The fallback, which may stop short of the closest points, still proves the bodies apart.
+//! 3. The planes through the points, square to the normal, keep the bodies apart: no vertex of
+//!    either reaches farther, but for the rounding that the march excuses. The fallback, which may
+//!    stop short of the closest points, still proves the bodies apart.
 
 use glam::DVec3;
 
@@ -40,7 +41,8 @@ pub(super) enum MarchFault {
 }
 
 impl March {
-    /// True for one answer in [`VALIDATED_ANSWERS`], chosen by the last digits of the distance, so that it is always the same one.
+    /// True for one answer in [`VALIDATED_ANSWERS`], chosen by the last digits of the distance, so
+    /// that it is always the same one.
     pub(super) fn is_sampled(&self) -> bool {
         match self.proximity {
             Proximity::Disjoint(Closest { distance, .. }) => {
@@ -60,7 +62,8 @@ impl March {
         if off.is_nan() || off > 2.0 * scale.noise + WELL_FORMED_ROUNDING * distance {
             return Err(MarchFault::Points(off));
         }
-        // Merged faces are flat within their bulge; what is nearly parallel has its points where rounding puts them.
+        // Merged faces are flat within their bulge; what is nearly parallel has its points where
+        // rounding puts them.
         let allowed = scale.noise + COPLANAR * scale.size + a.bulge() + b.bulge();
         let on_a = (a, features.a, pose_ab.point(point_a), "a");
         for (polytope, feature, point, body) in [on_a, (b, features.b, point_b, "b")] {

@@ -6,7 +6,8 @@ use super::{DT, MU, at, cuboid, settings};
 use crate::algebra::NoClock;
 use crate::render::{Object, ProbeState, World};
 
-/// Sideways motion of the foot of a tool that sticks, over its friction force and the stated stiffness, as a share of what it is to be.
+/// Sideways motion of the foot of a tool that sticks, over its friction force and the stated
+/// stiffness, as a share of what it is to be.
 ///
 /// The hand presses from `press` (m) below the contact, and then pulls by `pull` (m).
 fn give(press: f64, pull: f64) -> f64 {
@@ -19,7 +20,8 @@ fn give(press: f64, pull: f64) -> f64 {
         (0..ticks).for_each(|_| world.step(&[ProbeState::at(at(x, 0.0, z))], DT, &NoClock));
         (foot(&world).x, world.tick(tool).commanded.force)
     };
-    // From the air: a tool that begins inside the plate holds at points in the middle of the overlap.
+    // From the air: a tool that begins inside the plate holds at points in the middle of the
+    // overlap.
     hold(0.0, 0.0102, 20);
     let (before, _) = hold(0.0, 0.01 - press, 500);
     let (after, felt) = hold(pull, 0.01 - press, 500);
