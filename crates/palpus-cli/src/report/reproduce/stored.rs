@@ -3,9 +3,9 @@
 use super::super::html::Table;
 
 /// What a step costs beside Coal.
-pub(super) const SCALE: &str = include_str!("../../../../../docs/scale.md");
+pub(super) const SCALE: &str = include_str!("scale.md");
 /// Depth and distance of convex pairs beside parry, Coal and MuJoCo.
-pub(super) const CONVEX: &str = include_str!("../../../../../benches/peers/convex_peers.md");
+pub(super) const CONVEX: &str = include_str!("convex_peers.md");
 /// Day on which the figures in both were measured; on a 2-core x86-64 machine.
 pub(super) const MEASURED_ON: &str = "2026-11-21";
 
