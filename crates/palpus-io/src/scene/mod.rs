@@ -97,8 +97,10 @@
 //!    the caller says [`FilePolicy::Anywhere`]: a scene from elsewhere must not make the program
 //!    read other files.
 
+mod coupling;
 mod keys;
 mod objects;
+mod open;
 mod read;
 mod unit;
 
@@ -109,6 +111,7 @@ use palpus::algebra::{Pose, Twist};
 use palpus::render::{Limits, Saturation, Settings};
 use serde::{Deserialize, Serialize};
 
+pub use open::{OpenError, SceneWorld};
 pub use read::{parse_scene, read_scene};
 pub use unit::metres;
 
