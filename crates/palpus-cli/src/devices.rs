@@ -44,7 +44,10 @@ pub(crate) const NAMES: &str = "sim, replay:FILE, haply[#ARM][:ws://HOST:PORT], 
 ///
 /// `notes` gets what is worth writing down of it; with `real_time`, threads of the device ask for
 /// priority like the loop does.
-pub(crate) fn open(
+///
+/// # Errors
+/// Fails if the name is wrong, or the device is not there or fails its self test.
+pub fn open(
     name: &str,
     start: Pose,
     real_time: bool,

@@ -3,8 +3,8 @@
 //! Exit status: 0 done, 1 it failed (one error line on standard error says what, where and what to
 //! do), 2 wrong use.
 //!
-//! A library with one function, for the program itself and for the package of Python, which has it
-//! too.
+//! A library for the program itself and for the Python package, which has the program too, and
+//! devices by the program's names.
 
 mod approach;
 mod args;
@@ -64,6 +64,10 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use args::{Arguments, Command};
+
+pub use clock::WallClock;
+pub use devices::open as open_device;
+pub use summary::end as end_in_words;
 
 /// Tests count what the servo path allocates.
 #[cfg(test)]

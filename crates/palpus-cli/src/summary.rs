@@ -235,7 +235,8 @@ fn of_loop(times: &Percentiles) -> Micros {
     Micros { p50: times.p50, p99: times.p99, p999: times.p999, max: times.max }
 }
 
-fn end(end: &RunEnd) -> String {
+/// Why a run ended, in words.
+pub fn end(end: &RunEnd) -> String {
     match end {
         RunEnd::Duration => "ended after the set duration".to_owned(),
         RunEnd::Stopped => "it was stopped".to_owned(),

@@ -22,6 +22,6 @@ pub use mesh::{
 };
 pub use query::{ContactWriter, DepthWriter, QueryRow, QueryWriter, pose_of, read_poses};
 pub use record::{RecordRow, Recording, RecordingHeader, RecordingWriter, read_recording};
-pub use scene::{FilePolicy, SceneError, SceneFile, read_scene, similar_name};
+pub use scene::{FilePolicy, OpenError, SceneError, SceneFile, SceneWorld, read_scene, similar_name};
 pub use table::TableError;
 pub use threads::Threads;

@@ -11,7 +11,7 @@ use anyhow::bail;
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist};
 use palpus::body::Body;
-use palpus::render::{Limits, ProbeState, Saturation, Settings, VirtualCoupling};
+use palpus::render::{Limits, ProbeState, Settings};
 use palpus_device::{DeviceSpec, HandImpedance, hand_preset};
 use palpus_io::RecordingHeader;
 use palpus_io::record::{FORMAT, RecordedBody, RecordedScene};
@@ -91,31 +91,8 @@ impl Stage {
             force: self.settings.limits.force.min(spec.force_max),
             torque: self.settings.limits.torque.min(spec.torque_max),
         };
-        let mut settings = Settings { limits, ..self.settings };
-        if limits.torque <= 0.0 {
-            // A torque that the device cannot give is shown, and is not counted as saturated in
-            // every tick.
-            settings.saturation = Saturation::UnderActuated;
-        }
-        if mode == CouplingMode::Direct {
-            return settings;
-        }
-        let SceneCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass, .. } = self.coupling;
-        let tuned = VirtualCoupling::tuned(&limits, 1.0 / rate_hz, settings.contact_tolerance);
-        settings.coupling = Some(VirtualCoupling {
-            stiffness: stiffness.unwrap_or(tuned.stiffness),
-            damping: damping.unwrap_or(tuned.damping),
-            angular_stiffness: angular_stiffness.unwrap_or(tuned.angular_stiffness),
-            angular_damping: angular_damping.unwrap_or(tuned.angular_damping),
-            skin: skin.unwrap_or(tuned.skin).min(settings.contact_tolerance),
-            mass: mass.unwrap_or(tuned.mass),
-        });
-        let of_device = VirtualCoupling::contact_stiffness(&limits, settings.contact_tolerance);
-        settings.stiffness = self.coupling.contact_stiffness.or(of_device).unwrap_or(settings.stiffness);
-        if let Some(friction) = &mut settings.friction {
-            friction.tangential_stiffness = self.coupling.friction_stiffness.unwrap_or(settings.stiffness);
-        }
-        settings
+        let coupling = SceneCoupling { mode, ..self.coupling };
+        coupling.settings(&Settings { limits, ..self.settings }, 1.0 / rate_hz)
     }
 
     /// Ticks per second: what was typed, or what the scene asks for.

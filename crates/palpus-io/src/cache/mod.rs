@@ -24,7 +24,7 @@ use std::time::SystemTime;
 
 use etcetera::BaseStrategy;
 use palpus::algebra::{Workers, both};
-use palpus::body::{Body, BodySettings, Ground, PolygonSoup};
+use palpus::body::{Body, BodyError, BodySettings, Ground, PolygonSoup};
 
 use crate::ContentHash;
 
@@ -91,6 +91,29 @@ pub enum CacheMiss {
 #[derive(Clone, Debug)]
 pub struct BodyCache {
     folder: PathBuf,
+}
+
+/// Returns the body of `soup`: the one that `cache` has, or a new one that is then kept there.
+/// `progress` gets the part that is done, 0 to 1.
+///
+/// # Errors
+/// Fails if no body can be made of the polygons.
+pub fn prepared(
+    soup: &PolygonSoup,
+    settings: &BodySettings,
+    cache: Option<&BodyCache>,
+    workers: &dyn Workers,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Body, BodyError> {
+    let Some(cache) = cache else { return Body::from_soup_with(soup, settings, workers, progress) };
+    let key = BodyKey::new(&ContentHash::of_soup(soup), settings);
+    if let Ok(body) = cache.load(&key, soup, settings, workers) {
+        return Ok(body);
+    }
+    let body = Body::from_soup_with(soup, settings, workers, progress)?;
+    // A folder that cannot be written to only costs the time to prepare the body again.
+    let _ = cache.store(&key, &body);
+    Ok(body)
 }
 
 impl BodyCache {

@@ -97,8 +97,10 @@
 //!    the caller says [`FilePolicy::Anywhere`]: a scene from elsewhere must not make the program
 //!    read other files.
 
+mod coupling;
 mod keys;
 mod objects;
+mod open;
 mod read;
 mod unit;
 
@@ -110,6 +112,7 @@ use palpus::render::{Limits, Saturation, Settings};
 use serde::{Deserialize, Serialize};
 
 pub use keys::similar_name;
+pub use open::{OpenError, SceneWorld};
 pub use read::{parse_scene, read_scene};
 pub use unit::metres;
 

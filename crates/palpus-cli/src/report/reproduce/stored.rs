@@ -4,9 +4,9 @@
 use super::super::html::Table;
 
 /// The step on real pairs, beside Coal.
-pub(super) const PAIRS_MEASURED: &str = include_str!("../../../../../docs/benchmarks.md");
+pub(super) const PAIRS_MEASURED: &str = include_str!("benchmarks.md");
 /// Depth and distance of convex pairs beside parry, Coal and MuJoCo.
-pub(super) const CONVEX: &str = include_str!("../../../../../docs/benchmarks/convex/convex.md");
+pub(super) const CONVEX: &str = include_str!("convex_peers.md");
 
 /// The tables of a Markdown text that stand under the heading `section`, or all if it is empty. A
 /// table's title is the line before it.
