@@ -64,7 +64,6 @@ fn updates_are_not_felt_as_steps() {
     for (name, (at_update, between, force), most) in
         [("conveyor", steady, 1e-6), ("conveyor, jittery host", jittery, 1e-6), ("press", press, 0.025)]
     {
-        println!("{name}: {at_update} N at updates, {between} N between");
         assert!(at_update <= between.max(1e-6), "{name}: {at_update} N at updates, {between} N between");
         assert!(between <= most, "{name}: {between} N from tick to tick");
         assert!(force.z > 0.3, "{name}: the tool touches: {force}, seed {SEED:#x}");

@@ -35,7 +35,6 @@ fn give(press: f64, pull: f64) -> f64 {
 fn coupled_tool_sticks_as_stiffly_as_stated() {
     for (press, pull) in [(0.004, 5e-4), (0.006, 2e-4), (0.002, -4e-4), (0.007, 1e-3)] {
         let share = give(press, pull);
-        println!("pressed {press} m, pulled {pull} m: gives way {share} of what is stated");
         assert!((share - 1.0).abs() < 0.02, "pressed {press} m, pulled {pull} m: {share}");
     }
 }
