@@ -1,4 +1,5 @@
-//! A scene file of your own in a loop of your own: the world that it describes, and a way down into the part.
+//! A scene file of your own in a loop of your own: the world that it describes, and a way down into
+//! the part.
 //!
 //! `cargo run --release -p palpus-examples --example own_scene -- SCENE.toml`
 

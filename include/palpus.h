@@ -16,8 +16,8 @@
 #include <stdint.h>
 
 /**
- * Number of this header's ABI: raised whenever a structure, or a function that was there, changes. New
- * functions do not raise it.
+ * Number of this header's ABI: raised whenever a structure, or a function that was there, changes.
+ * New functions do not raise it.
  */
 #define PALPUS_ABI_VERSION 2
 
@@ -86,13 +86,15 @@ typedef struct {
      */
     double flatness;
     /**
-     * 1: pieces reach into the solid, so that deep penetration is seen. 0: they are as thick as their patch.
+     * 1: pieces reach into the solid, so that deep penetration is seen. 0: they are as thick as
+     * their patch.
      */
     uint32_t thick;
 } palpus_body_settings;
 
 /**
- * A body. Any number of threads, queries and worlds may use it at once, also after it was destroyed.
+ * A body. Any number of threads, queries and worlds may use it at once, also after it was
+ * destroyed.
  */
 typedef struct {
     /**
@@ -118,7 +120,8 @@ typedef struct {
      */
     uint32_t is_closed;
     /**
-     * 1 if each edge has one or two triangles that agree, and parts of the surface do not touch in a vertex.
+     * 1 if each edge has one or two triangles that agree, and parts of the surface do not touch in
+     * a vertex.
      */
     uint32_t is_manifold;
     /**
@@ -374,8 +377,8 @@ typedef struct {
 } palpus_limits;
 
 /**
- * How contact is rendered. Begin with palpus_settings_coupled or palpus_settings_default, and change
- * what you need.
+ * How contact is rendered. Begin with palpus_settings_coupled or palpus_settings_default, and
+ * change what you need.
  */
 typedef struct {
     /**
@@ -399,8 +402,8 @@ typedef struct {
      */
     double split_angle;
     /**
-     * rad, 0.1 to 20 degrees: flush pieces touch at the corners of their overlap, for tilts up to this.
-     * 0: one contact for each pair of pieces.
+     * rad, 0.1 to 20 degrees: flush pieces touch at the corners of their overlap, for tilts up to
+     * this. 0: one contact for each pair of pieces.
      */
     double patch_angle;
     /**
@@ -436,7 +439,8 @@ typedef struct {
      */
     uint32_t smooth_clusters;
     /**
-     * 0: force and torque are limited each by itself. 1: by one factor. 2: the device gives no torque.
+     * 0: force and torque are limited each by itself. 1: by one factor. 2: the device gives no
+     * torque.
      */
     uint32_t saturation;
     /**
@@ -458,7 +462,8 @@ typedef struct {
 } palpus_settings;
 
 /**
- * Tools and objects, and the contacts between them. One thread at a time; any number of worlds at once.
+ * Tools and objects, and the contacts between them. One thread at a time; any number of worlds at
+ * once.
  */
 typedef struct {
     /**
@@ -546,8 +551,8 @@ typedef struct {
      */
     palpus_wrench computed;
     /**
-     * Of the tool's frame, in the world: where contacts were looked for. With a coupling the tool is
-     * not where the device is.
+     * Of the tool's frame, in the world: where contacts were looked for. With a coupling the tool
+     * is not where the device is.
      */
     palpus_pose tool;
     /**
@@ -559,7 +564,8 @@ typedef struct {
      */
     uint64_t work;
     /**
-     * m: what the step did not look at, to keep to its work, is at least this far apart; else infinite.
+     * m: what the step did not look at, to keep to its work, is at least this far apart; else
+     * infinite.
      */
     double unseen_separation;
     /**
@@ -595,8 +601,8 @@ const char *palpus_version(void);
 uint32_t palpus_abi_version(void);
 
 /**
- * Fails with PALPUS_ERROR_ABI if the library is of another ABI than the header that you compiled with.
- * Call `palpus_check_abi(PALPUS_ABI_VERSION)` first of all.
+ * Fails with PALPUS_ERROR_ABI if the library is of another ABI than the header that you compiled
+ * with. Call `palpus_check_abi(PALPUS_ABI_VERSION)` first of all.
  */
 palpus_result palpus_check_abi(uint32_t header_version);
 
@@ -612,10 +618,10 @@ const char *palpus_last_error(void);
 palpus_result palpus_body_settings_default(palpus_body_settings *settings);
 
 /**
- * Makes a body of triangles. `vertices` has x, y, z of `vertex_count` vertices in the model's unit;
- * `triangles` has the three vertex numbers of `triangle_count` triangles, counter-clockwise seen from
- * outside. `settings` may be NULL for the defaults. Both arrays are copied.
- * Takes seconds for 100 000 triangles, on all cores.
+ * Makes a body of triangles. `vertices` has x, y, z of `vertex_count` vertices in the model's
+ * unit; `triangles` has the three vertex numbers of `triangle_count` triangles, counter-clockwise
+ * seen from outside. `settings` may be NULL for the defaults. Both arrays are copied. Takes
+ * seconds for 100 000 triangles, on all cores.
  */
 palpus_result palpus_body_from_triangles(const double *vertices,
                                          size_t vertex_count,
@@ -630,8 +636,8 @@ palpus_result palpus_body_from_triangles(const double *vertices,
 palpus_result palpus_body_from_convex(const double *points, size_t point_count, palpus_body *body);
 
 /**
- * Makes a body of a mesh file (OBJ, STL, PLY, OFF, glTF, GLB, also packed by gzip). `path` is UTF-8.
- * `settings` may be NULL for the defaults; a model in mm has the scale 0.001.
+ * Makes a body of a mesh file (OBJ, STL, PLY, OFF, glTF, GLB, also packed by gzip). `path` is
+ * UTF-8. `settings` may be NULL for the defaults; a model in mm has the scale 0.001.
  */
 palpus_result palpus_body_from_file(const char *path,
                                     const palpus_body_settings *settings,
@@ -661,9 +667,10 @@ palpus_result palpus_query_create(palpus_body a,
                                   palpus_query *query);
 
 /**
- * Finds all contacts nearer than the tolerance with a at `pose_ba` in b's frame; they are in b's frame.
- * Writes the first `capacity` of them to `contacts`, and how many there are to `count`. `contacts` may
- * be NULL with a capacity of 0. Poses near the last one are answered fastest. Obtains no memory.
+ * Finds all contacts nearer than the tolerance with a at `pose_ba` in b's frame; they are in b's
+ * frame. Writes the first `capacity` of them to `contacts`, and how many there are to `count`.
+ * `contacts` may be NULL with a capacity of 0. Poses near the last one are answered fastest.
+ * Obtains no memory.
  */
 palpus_result palpus_query_contacts(palpus_query query,
                                     const palpus_pose *pose_ba,
@@ -672,8 +679,8 @@ palpus_result palpus_query_contacts(palpus_query query,
                                     size_t *count);
 
 /**
- * Finds the nearest pair of points with a at `pose_ba` in b's frame, whatever the distance; where the
- * bodies overlap, the deepest contact. It is in b's frame.
+ * Finds the nearest pair of points with a at `pose_ba` in b's frame, whatever the distance; where
+ * the bodies overlap, the deepest contact. It is in b's frame.
  */
 palpus_result palpus_query_nearest(palpus_query query,
                                    const palpus_pose *pose_ba,
@@ -711,8 +718,8 @@ palpus_result palpus_depth_create(palpus_body a,
                                   palpus_depth *depth);
 
 /**
- * Bounds the depth with a at `pose_ba` in b's frame. Takes milliseconds, and obtains memory: not for a
- * haptic loop.
+ * Bounds the depth with a at `pose_ba` in b's frame. Takes milliseconds, and obtains memory: not
+ * for a haptic loop.
  */
 palpus_result palpus_depth_bound(palpus_depth depth,
                                  const palpus_pose *pose_ba,
@@ -729,9 +736,9 @@ palpus_result palpus_depth_destroy(palpus_depth depth);
 palpus_result palpus_settings_default(palpus_settings *settings);
 
 /**
- * Fills in a tool that is coupled to a device, as hard as the device can show: `force` (N) and `torque`
- * (N m) are the device's limits, `period` (s) is the loop's, and contacts are looked for within
- * `tolerance` (m). Without friction; for that, set has_friction and the coefficients.
+ * Fills in a tool that is coupled to a device, as hard as the device can show: `force` (N) and
+ * `torque` (N m) are the device's limits, `period` (s) is the loop's, and contacts are looked for
+ * within `tolerance` (m). Without friction; for that, set has_friction and the coefficients.
  */
 palpus_result palpus_settings_coupled(double force,
                                       double torque,
@@ -751,10 +758,10 @@ palpus_result palpus_world_create(const palpus_settings *settings, palpus_world 
 palpus_result palpus_world_destroy(palpus_world world);
 
 /**
- * Sets what pulls at free objects: three numbers x, y, z in m/s^2, along the world's axes. 0 at first.
+ * Sets what pulls at free objects: three numbers x, y, z in m/s^2, along the world's axes. 0 at
+ * first.
  */
-palpus_result palpus_world_set_gravity(palpus_world world,
-                                       const double *gravity);
+palpus_result palpus_world_set_gravity(palpus_world world, const double *gravity);
 
 /**
  * Adds an object that never moves, its frame at `pose` in the world.
@@ -773,7 +780,8 @@ palpus_result palpus_world_add_driven(palpus_world world,
                                       palpus_object *object);
 
 /**
- * Adds an object of `mass` (kg) that moves under contact, friction and gravity. At `pose`, at rest.
+ * Adds an object of `mass` (kg) that moves under contact, friction and gravity. At `pose`, at
+ * rest.
  */
 palpus_result palpus_world_add_free(palpus_world world,
                                     palpus_body body,
@@ -790,13 +798,14 @@ palpus_result palpus_world_add_tool(palpus_world world,
                                     palpus_tool *tool);
 
 /**
- * One step: `dt` s have gone by since the last. `probes` has the state of each tool's device, in the
- * order in which tools were added, and `wrenches` (NULL if you do not need them) is what each device
- * is to give: about its grip, along the world's axes, within its limits. `count` is the number of tools.
+ * One step: `dt` s have gone by since the last. `probes` has the state of each tool's device, in
+ * the order in which tools were added, and `wrenches` (NULL if you do not need them) is what each
+ * device is to give: about its grip, along the world's axes, within its limits. `count` is the
+ * number of tools.
  *
- * A device whose state is not valid gets no force and the others go on: PALPUS_ERROR_VALUE after the
- * step. Of any other error nothing was done, and all wrenches are zero.
- * Obtains no memory, and waits for nobody.
+ * A device whose state is not valid gets no force and the others go on: PALPUS_ERROR_VALUE after
+ * the step. Of any other error nothing was done, and all wrenches are zero. Obtains no memory, and
+ * waits for nobody.
  */
 palpus_result palpus_world_step(palpus_world world,
                                 const palpus_probe *probes,
@@ -845,8 +854,8 @@ palpus_result palpus_world_get_pose(palpus_world world, palpus_object object, pa
 palpus_result palpus_world_get_twist(palpus_world world, palpus_object object, palpus_twist *twist);
 
 /**
- * Says where a driven object is now and how it moves (`twist` of its frame's origin, along the world's
- * axes), at your own rate: between two updates it goes on.
+ * Says where a driven object is now and how it moves (`twist` of its frame's origin, along the
+ * world's axes), at your own rate: between two updates it goes on.
  */
 palpus_result palpus_world_drive(palpus_world world,
                                  palpus_object object,
@@ -874,11 +883,10 @@ palpus_result palpus_world_set_tool_settings(palpus_world world,
                                              const palpus_settings *settings);
 
 /**
- * The queries of each step may do about `work` units of work; what is not reached is felt as it was,
- * and comes first in the next. 0: as much as there is. palpus_tick.work has what a step took.
+ * The queries of each step may do about `work` units of work; what is not reached is felt as it
+ * was, and comes first in the next. 0: as much as there is. palpus_tick.work has what a step took.
  */
-palpus_result palpus_world_allow(palpus_world world,
-                                 uint64_t work);
+palpus_result palpus_world_allow(palpus_world world, uint64_t work);
 
 /**
  * Forgets the past, but for where objects are and how they move.

@@ -1,4 +1,5 @@
-//! Values out of an input's bytes: small changes of the bytes are small changes of the values, and special cases are common.
+//! Values out of an input's bytes: small changes of the bytes are small changes of the values, and
+//! special cases are common.
 
 use glam::{DQuat, DVec3};
 use palpus::algebra::{Pose, Twist};
@@ -137,8 +138,8 @@ impl<'a> Bytes<'a> {
         soup
     }
 
-    /// A small body: the hull of some points, a prism over a star, or what some polygons give, times `unit`. `None` if they give
-    /// none.
+    /// A small body: the hull of some points, a prism over a star, or what some polygons give,
+    /// times `unit`. `None` if they give none.
     pub fn body(&mut self, unit: f64) -> Option<Body> {
         match self.byte() % 4 {
             0 => {

@@ -33,11 +33,12 @@ pub fn body(body: &Body) {
     assert!(mass.volume.is_finite() && mass.center_of_mass.is_finite(), "{mass:?}");
 }
 
-/// How far rounding may be from `point_a − point_b = separation · normal`, relative to the size of what is looked at.
+/// How far rounding may be from `point_a − point_b = separation · normal`, relative to the size of
+/// what is looked at.
 const IDENTITY_SLACK: f64 = 1e-9;
 
-/// Contacts are finite, nearer than `tolerance`, and `point_a − point_b = separation · normal`; `size` is that of bodies and
-/// pose together.
+/// Contacts are finite, nearer than `tolerance`, and `point_a − point_b = separation · normal`;
+/// `size` is that of bodies and pose together.
 pub fn contacts(contacts: &[Contact], tolerance: f64, size: f64) {
     for contact in contacts {
         let Contact { point_a, point_b, normal, separation, slope, .. } = *contact;

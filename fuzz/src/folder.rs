@@ -2,7 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-/// A folder for files that a reader is to open: in memory where the system has that, gone when dropped.
+/// A folder for files that a reader is to open: in memory where the system has that, gone when
+/// dropped.
 pub struct Folder(PathBuf);
 
 impl Folder {

@@ -1,7 +1,9 @@
 //! What the fuzz targets share.
 //!
-//! * [`target!`] — a target: what is done with an input, what an input may cost in memory, and the inputs to begin with.
-//! * `memory` — an allocator that keeps the books, so that "memory is bounded by the input's size" is held on every input.
+//! * [`target!`] — a target: what is done with an input, what an input may cost in memory, and the
+//!   inputs to begin with.
+//! * `memory` — an allocator that keeps the books, so that "memory is bounded by the input's size"
+//!   is held on every input.
 //! * [`Bytes`] — numbers, points, poses, bodies and settings out of an input's bytes.
 //! * [`check`] — what readers and the engine promise.
 //! * [`drive`] — what drives a renderer.
@@ -10,7 +12,8 @@
 //! * [`sample`] — a recording to begin with.
 //! * [`Folder`] — files for readers that want a path.
 //!
-//! A target says its seeds itself: with `PALPUS_FUZZ_SEEDS=FOLDER` in the environment it writes them there and ends.
+//! A target says its seeds itself: with `PALPUS_FUZZ_SEEDS=FOLDER` in the environment it writes
+//! them there and ends.
 
 mod bytes;
 pub mod check;
@@ -37,8 +40,8 @@ pub fn mesh_samples() -> Vec<(&'static str, Vec<u8>)> {
     samples::all(&samples::prism())
 }
 
-/// Makes a target of `run`, which must not panic on any bytes, may hold `allowance` of memory at any time, and begins with
-/// `seeds`.
+/// Makes a target of `run`, which must not panic on any bytes, may hold `allowance` of memory at
+/// any time, and begins with `seeds`.
 #[macro_export]
 macro_rules! target {
     (run: $run:path, allowance: $allowance:expr, seeds: $seeds:path) => {

@@ -3,7 +3,8 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// The most that an input may hold at any time, bytes: so many for each of its own, and so many whatever it is.
+/// The most that an input may hold at any time, bytes: so many for each of its own, and so many
+/// whatever it is.
 pub struct Allowance {
     /// For each byte of the input.
     pub per_byte: usize,

@@ -14,14 +14,15 @@ const FORMATS: [RecordingFormat; 3] = [RecordingFormat::Csv, RecordingFormat::Pa
 pub fn read_and_write(data: &[u8]) {
     match read_recording_from(data, "run.csv") {
         Ok(recording) => {
-            // In CSV all bits can be compared: numbers that are none differ from themselves, and how the other formats are cut into pieces
-            // is a matter of time.
+            // In CSV all bits can be compared: numbers that are none differ from themselves, and
+            // how the other formats are cut into pieces is a matter of time.
             let first = written(&recording, RecordingFormat::Csv);
             for format in FORMATS {
                 let again = read_recording_from(written(&recording, format).as_slice(), "again");
                 let again = again.expect("what is written can be read");
                 assert_eq!(again.notice, None);
-                // A change behind the last row is of no tick, and of two for the same tick only the last is.
+                // A change behind the last row is of no tick, and of two for the same tick only the
+                // last is.
                 assert!(again.changes.len() <= recording.changes.len());
                 assert!(written(&again, RecordingFormat::Csv) == first, "{format:?} keeps no bits");
             }

@@ -1,4 +1,5 @@
-//! Frames of the bridge: a frame that is accepted has numbers in their ranges, and reads back as it was.
+//! Frames of the bridge: a frame that is accepted has numbers in their ranges, and reads back as it
+//! was.
 #![no_main]
 
 use palpus_device::bridge_frames::{

@@ -1,4 +1,5 @@
-//! Files of prepared bodies: as they are, and with batches of any content behind a header and hashes that are right.
+//! Files of prepared bodies: as they are, and with batches of any content behind a header and
+//! hashes that are right.
 #![no_main]
 
 use std::cell::OnceCell;

@@ -1,4 +1,5 @@
-//! Files that a hand follows: poses, recorded hands in CSV, and as TUM's benchmark writes them; and on to the path through them.
+//! Files that a hand follows: poses, recorded hands in CSV, and as TUM's benchmark writes them; and
+//! on to the path through them.
 #![no_main]
 
 use palpus::algebra::Pose;

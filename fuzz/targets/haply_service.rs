@@ -1,8 +1,10 @@
-//! A service that says anything: palpus's own client on a loopback connection, from the handshake on.
+//! A service that says anything: palpus's own client on a loopback connection, from the handshake
+//! on.
 //!
-//! The input is cut into what the service says after the handshake (its inventory, then an answer to each message) and what it
-//! answers when asked for its version. The first byte says whether messages are framed as they should be, or bytes go out as
-//! they are; also in the handshake's place.
+//! The input is cut into what the service says after the handshake (its inventory, then an answer
+//! to each message) and what it answers when asked for its version. The first byte says whether
+//! messages are framed as they should be, or bytes go out as they are; also in the handshake's
+//! place.
 #![no_main]
 
 use std::io::{Read, Write};

@@ -1,4 +1,5 @@
-//! glTF and GLB files, read and made bodies of. Buffers beside the file are asked for, and are not there.
+//! glTF and GLB files, read and made bodies of. Buffers beside the file are asked for, and are not
+//! there.
 #![no_main]
 
 use palpus_fuzz::{Allowance, Seed, mesh_file, target};

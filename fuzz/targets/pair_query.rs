@@ -1,5 +1,5 @@
-//! Two small bodies on a way of any poses: contacts are finite and true to themselves, with and without proofs, patches and a
-//! bounded work; and the nearest pair is.
+//! Two small bodies on a way of any poses: contacts are finite and true to themselves, with and
+//! without proofs, patches and a bounded work; and the nearest pair is.
 #![no_main]
 
 use std::sync::Arc;

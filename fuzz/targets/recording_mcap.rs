@@ -1,4 +1,5 @@
-//! Recordings in MCAP: what is read is written in each format, and then read again to the same bits.
+//! Recordings in MCAP: what is read is written in each format, and then read again to the same
+//! bits.
 #![no_main]
 
 use palpus_fuzz::{Allowance, Seed, recording, target};

@@ -1,5 +1,5 @@
-//! A renderer under any settings that are valid, changed between steps, driven with any states: the wrench that it commands is
-//! finite and within the limits, in every tick.
+//! A renderer under any settings that are valid, changed between steps, driven with any states: the
+//! wrench that it commands is finite and within the limits, in every tick.
 #![no_main]
 
 use palpus::render::{ProbeState, Renderer, Settings};

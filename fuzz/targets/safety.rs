@@ -1,5 +1,6 @@
-//! The gate and the safety chain, on a device that says anything of itself and gives any states, for any wrenches: what comes
-//! out is finite, within the peaks, and nothing while nobody is engaged.
+//! The gate and the safety chain, on a device that says anything of itself and gives any states,
+//! for any wrenches: what comes out is finite, within the peaks, and nothing while nobody is
+//! engaged.
 #![no_main]
 
 use std::borrow::Cow;
@@ -12,7 +13,8 @@ use palpus_device::{
 };
 use palpus_fuzz::{Allowance, Bytes, Seed, check, target};
 
-/// By how much a wrench may be beyond a limit, relatively; and absolutely, where numbers are so small that they have few digits.
+/// By how much a wrench may be beyond a limit, relatively; and absolutely, where numbers are so
+/// small that they have few digits.
 const ROUNDING: f64 = 1e-12;
 const SMALLEST: f64 = 1e-300;
 

@@ -1,5 +1,5 @@
-//! Scene files: what is read keeps to its ranges, and with [`FilePolicy::Inside`] no file outside the scene's folder is named,
-//! neither by the text alone nor, behind links, on the disk.
+//! Scene files: what is read keeps to its ranges, and with [`FilePolicy::Inside`] no file outside
+//! the scene's folder is named, neither by the text alone nor, behind links, on the disk.
 #![no_main]
 
 use std::cell::OnceCell;
@@ -13,7 +13,8 @@ thread_local! {
     static FOLDER: OnceCell<Folder> = const { OnceCell::new() };
 }
 
-/// A scene's folder with a mesh, a folder below, and links to both, to itself and out of it; and a mesh beside it.
+/// A scene's folder with a mesh, a folder below, and links to both, to itself and out of it; and a
+/// mesh beside it.
 fn folder() -> Folder {
     let folder = Folder::new("scene");
     let scenes = folder.path().join("scenes");

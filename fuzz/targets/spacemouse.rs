@@ -1,4 +1,5 @@
-//! Reports of a SpaceMouse: whatever comes, its state is a pose of unit quaternion and a velocity within its limits.
+//! Reports of a SpaceMouse: whatever comes, its state is a pose of unit quaternion and a velocity
+//! within its limits.
 #![no_main]
 
 use std::io::{self, Read};

@@ -1,4 +1,5 @@
-//! Two tools in one scene, under any settings and driven with any states: both wrenches are finite and within their limits.
+//! Two tools in one scene, under any settings and driven with any states: both wrenches are finite
+//! and within their limits.
 #![no_main]
 
 use palpus::algebra::Pose;

@@ -18,7 +18,8 @@ pub const PALPUS_FLATNESS_EXACT: f64 = 3e-8;
 /// Flatness for touching: planes that a file wrote with six digits are one face each.
 pub const PALPUS_FLATNESS_HAPTIC: f64 = 3e-5;
 
-/// A body. Any number of threads, queries and worlds may use it at once, also after it was destroyed.
+/// A body. Any number of threads, queries and worlds may use it at once, also after it was
+/// destroyed.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct palpus_body {
@@ -34,7 +35,8 @@ pub struct palpus_body_settings {
     pub scale: f64,
     /// How far a piece may deviate from the surface, as a share of the model's size, 0 to 0.001.
     pub flatness: f64,
-    /// 1: pieces reach into the solid, so that deep penetration is seen. 0: they are as thick as their patch.
+    /// 1: pieces reach into the solid, so that deep penetration is seen. 0: they are as thick as
+    /// their patch.
     pub thick: u32,
 }
 
@@ -48,7 +50,8 @@ pub struct palpus_body_facts {
     pub piece_count: u64,
     /// 1 if the surface has no boundary.
     pub is_closed: u32,
-    /// 1 if each edge has one or two triangles that agree, and parts of the surface do not touch in a vertex.
+    /// 1 if each edge has one or two triangles that agree, and parts of the surface do not touch in
+    /// a vertex.
     pub is_manifold: u32,
     /// m^3.
     pub volume: f64,
@@ -131,10 +134,10 @@ pub unsafe extern "C" fn palpus_body_settings_default(settings: *mut palpus_body
     entry(|| settings.put(BodySettings::default().into()))
 }
 
-/// Makes a body of triangles. `vertices` has x, y, z of `vertex_count` vertices in the model's unit;
-/// `triangles` has the three vertex numbers of `triangle_count` triangles, counter-clockwise seen from
-/// outside. `settings` may be NULL for the defaults. Both arrays are copied.
-/// Takes seconds for 100 000 triangles, on all cores.
+/// Makes a body of triangles. `vertices` has x, y, z of `vertex_count` vertices in the model's
+/// unit; `triangles` has the three vertex numbers of `triangle_count` triangles, counter-clockwise
+/// seen from outside. `settings` may be NULL for the defaults. Both arrays are copied. Takes
+/// seconds for 100 000 triangles, on all cores.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_body_from_triangles(
     vertices: *const f64,
@@ -181,8 +184,8 @@ pub unsafe extern "C" fn palpus_body_from_convex(
     })
 }
 
-/// Makes a body of a mesh file (OBJ, STL, PLY, OFF, glTF, GLB, also packed by gzip). `path` is UTF-8.
-/// `settings` may be NULL for the defaults; a model in mm has the scale 0.001.
+/// Makes a body of a mesh file (OBJ, STL, PLY, OFF, glTF, GLB, also packed by gzip). `path` is
+/// UTF-8. `settings` may be NULL for the defaults; a model in mm has the scale 0.001.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_body_from_file(
     path: *const c_char,

@@ -106,8 +106,8 @@ pub unsafe extern "C" fn palpus_depth_create(
     })
 }
 
-/// Bounds the depth with a at `pose_ba` in b's frame. Takes milliseconds, and obtains memory: not for a
-/// haptic loop.
+/// Bounds the depth with a at `pose_ba` in b's frame. Takes milliseconds, and obtains memory: not
+/// for a haptic loop.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_depth_bound(
     depth: palpus_depth,

@@ -1,9 +1,9 @@
 //! What C holds: numbers that name the library's values.
 //!
-//! * A number says its kind, its place in the kind's table, and how often the place was taken before. So an old
-//!   handle, one of another kind and any other number are known as wrong.
-//! * Each place has a lock that is only ever tried: two threads that use one world at once are told so, and
-//!   nobody waits. This is an atomic exchange and not a call of the system.
+//! * A number says its kind, its place in the kind's table, and how often the place was taken
+//!   before. So an old handle, one of another kind and any other number are known as wrong.
+//! * Each place has a lock that is only ever tried: two threads that use one world at once are told
+//!   so, and nobody waits. This is an atomic exchange and not a call of the system.
 //! * A panic poisons the lock of what it left half done, which can then only be destroyed.
 //! * Places stay where they are; tables only grow, by chunks of twice the size.
 
@@ -120,7 +120,8 @@ impl<T> Table<T> {
             }
             slot.generation += 1;
             place.clear_poison();
-            // A place that was taken so often that an old handle would be right again is not taken any more.
+            // A place that was taken so often that an old handle would be right again is not taken
+            // any more.
             if slot.generation < MOST_GENERATIONS {
                 self.free().0.push(handle as u32);
             }

@@ -59,8 +59,8 @@ impl<T: Copy> In<T> {
 
 impl<T: Copy> InArray<T> {
     /// # Safety
-    /// While this lives, `pointer` is null, is misaligned, or points to `count` values that nobody writes. `T` has no
-    /// bit patterns that are not values.
+    /// While this lives, `pointer` is null, is misaligned, or points to `count` values that nobody
+    /// writes. `T` has no bit patterns that are not values.
     pub(crate) unsafe fn new(pointer: *const T, count: usize, name: &'static str) -> Self {
         Self { pointer, count, name }
     }
@@ -77,7 +77,8 @@ impl<T: Copy> InArray<T> {
 
     fn at(&self, k: usize) -> T {
         assert!(k < self.count && check(self.pointer, self.count, self.name).is_ok(), "values that were not checked");
-        // SAFETY: the pointer is aligned, not null, and by the contract of `new` points to more than k values.
+        // SAFETY: the pointer is aligned, not null, and by the contract of `new` points to more
+        // than k values.
         unsafe { self.pointer.add(k).read() }
     }
 }
@@ -105,7 +106,8 @@ impl<T> Out<T> {
 
 impl<T> OutArray<T> {
     /// # Safety
-    /// While this lives, `pointer` is null, is misaligned, or points to `count` places that nobody else reads or writes.
+    /// While this lives, `pointer` is null, is misaligned, or points to `count` places that nobody
+    /// else reads or writes.
     pub(crate) unsafe fn new(pointer: *mut T, count: usize, name: &'static str) -> Self {
         Self { pointer, count, name }
     }
@@ -128,15 +130,16 @@ impl<T> OutArray<T> {
     /// Writes a value. Only after a check.
     pub(crate) fn put(&self, k: usize, value: T) {
         assert!(k < self.count && check(self.pointer, self.count, self.name).is_ok(), "places that were not checked");
-        // SAFETY: the pointer is aligned, not null, and by the contract of `new` points to more than k places.
+        // SAFETY: the pointer is aligned, not null, and by the contract of `new` points to more
+        // than k places.
         unsafe { self.pointer.add(k).write(value) };
     }
 }
 
 impl Text {
     /// # Safety
-    /// While this lives, `pointer` is null or points to bytes up to a zero, or to `LONGEST_TEXT` of them, that nobody
-    /// writes.
+    /// While this lives, `pointer` is null or points to bytes up to a zero, or to `LONGEST_TEXT` of
+    /// them, that nobody writes.
     pub(crate) unsafe fn new(pointer: *const c_char, name: &'static str) -> Self {
         Self { pointer, name }
     }
@@ -146,7 +149,8 @@ impl Text {
         check(self.pointer, 1, self.name)?;
         let mut bytes = Vec::new();
         for k in 0..LONGEST_TEXT {
-            // SAFETY: the bytes before this one were not zero, and by the contract of `new` the text goes on.
+            // SAFETY: the bytes before this one were not zero, and by the contract of `new` the
+            // text goes on.
             let byte = unsafe { self.pointer.add(k).read() } as u8;
             if byte == 0 {
                 return String::from_utf8(bytes).map_err(|_| Fault::value(format!("{} is not UTF-8", self.name)));

@@ -101,9 +101,10 @@ pub unsafe extern "C" fn palpus_query_create(
     })
 }
 
-/// Finds all contacts nearer than the tolerance with a at `pose_ba` in b's frame; they are in b's frame.
-/// Writes the first `capacity` of them to `contacts`, and how many there are to `count`. `contacts` may
-/// be NULL with a capacity of 0. Poses near the last one are answered fastest. Obtains no memory.
+/// Finds all contacts nearer than the tolerance with a at `pose_ba` in b's frame; they are in b's
+/// frame. Writes the first `capacity` of them to `contacts`, and how many there are to `count`.
+/// `contacts` may be NULL with a capacity of 0. Poses near the last one are answered fastest.
+/// Obtains no memory.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_query_contacts(
     query: palpus_query,
@@ -128,8 +129,8 @@ pub unsafe extern "C" fn palpus_query_contacts(
     })
 }
 
-/// Finds the nearest pair of points with a at `pose_ba` in b's frame, whatever the distance; where the
-/// bodies overlap, the deepest contact. It is in b's frame.
+/// Finds the nearest pair of points with a at `pose_ba` in b's frame, whatever the distance; where
+/// the bodies overlap, the deepest contact. It is in b's frame.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_query_nearest(
     query: palpus_query,

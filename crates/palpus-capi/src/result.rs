@@ -110,7 +110,8 @@ mod tests {
     use super::*;
 
     fn last() -> &'static str {
-        // SAFETY: the text ends with a zero and lives as long as the thread, which reads it before its next error.
+        // SAFETY: the text ends with a zero and lives as long as the thread, which reads it before
+        // its next error.
         unsafe { CStr::from_ptr(palpus_last_error()) }.to_str().unwrap()
     }
 

@@ -69,8 +69,8 @@ pub struct palpus_material {
     pub gain: f64,
 }
 
-/// How contact is rendered. Begin with palpus_settings_coupled or palpus_settings_default, and change
-/// what you need.
+/// How contact is rendered. Begin with palpus_settings_coupled or palpus_settings_default, and
+/// change what you need.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct palpus_settings {
@@ -84,8 +84,8 @@ pub struct palpus_settings {
     pub damping: f64,
     /// rad, 60 to 170 degrees: opening of the cone that holds a cluster's normals. 0: no cut.
     pub split_angle: f64,
-    /// rad, 0.1 to 20 degrees: flush pieces touch at the corners of their overlap, for tilts up to this.
-    /// 0: one contact for each pair of pieces.
+    /// rad, 0.1 to 20 degrees: flush pieces touch at the corners of their overlap, for tilts up to
+    /// this. 0: one contact for each pair of pieces.
     pub patch_angle: f64,
     /// If has_coupling is 1.
     pub coupling: palpus_coupling,
@@ -103,7 +103,8 @@ pub struct palpus_settings {
     pub capacity: u64,
     /// 1: contacts share force smoothly. 0: exact single linkage, which jumps.
     pub smooth_clusters: u32,
-    /// 0: force and torque are limited each by itself. 1: by one factor. 2: the device gives no torque.
+    /// 0: force and torque are limited each by itself. 1: by one factor. 2: the device gives no
+    /// torque.
     pub saturation: u32,
     /// 1: a spring ties the tool to the device. 0: the tool is where the device is.
     pub has_coupling: u32,
@@ -212,9 +213,9 @@ pub unsafe extern "C" fn palpus_settings_default(settings: *mut palpus_settings)
     entry(|| settings.put((&Settings::default()).into()))
 }
 
-/// Fills in a tool that is coupled to a device, as hard as the device can show: `force` (N) and `torque`
-/// (N m) are the device's limits, `period` (s) is the loop's, and contacts are looked for within
-/// `tolerance` (m). Without friction; for that, set has_friction and the coefficients.
+/// Fills in a tool that is coupled to a device, as hard as the device can show: `force` (N) and
+/// `torque` (N m) are the device's limits, `period` (s) is the loop's, and contacts are looked for
+/// within `tolerance` (m). Without friction; for that, set has_friction and the coefficients.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_settings_coupled(
     force: f64,

@@ -4,8 +4,8 @@ use std::ffi::c_char;
 
 use crate::result::{Fault, entry, palpus_result};
 
-/// Number of this header's ABI: raised whenever a structure, or a function that was there, changes. New
-/// functions do not raise it.
+/// Number of this header's ABI: raised whenever a structure, or a function that was there, changes.
+/// New functions do not raise it.
 pub const PALPUS_ABI_VERSION: u32 = 2;
 
 /// The library's version as text, such as "0.1.0".
@@ -20,8 +20,8 @@ pub extern "C" fn palpus_abi_version() -> u32 {
     PALPUS_ABI_VERSION
 }
 
-/// Fails with PALPUS_ERROR_ABI if the library is of another ABI than the header that you compiled with.
-/// Call `palpus_check_abi(PALPUS_ABI_VERSION)` first of all.
+/// Fails with PALPUS_ERROR_ABI if the library is of another ABI than the header that you compiled
+/// with. Call `palpus_check_abi(PALPUS_ABI_VERSION)` first of all.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_check_abi(header_version: u32) -> palpus_result {
     entry(|| {

@@ -11,7 +11,8 @@ use crate::pointer::InArray;
 use crate::result::{Fault, palpus_result};
 use crate::value::{palpus_pose, palpus_twist, palpus_wrench};
 
-/// Tools and objects, and the contacts between them. One thread at a time; any number of worlds at once.
+/// Tools and objects, and the contacts between them. One thread at a time; any number of worlds at
+/// once.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct palpus_world {
@@ -55,14 +56,15 @@ pub struct palpus_tick {
     pub wrench: palpus_wrench,
     /// The same before the limits.
     pub computed: palpus_wrench,
-    /// Of the tool's frame, in the world: where contacts were looked for. With a coupling the tool is
-    /// not where the device is.
+    /// Of the tool's frame, in the world: where contacts were looked for. With a coupling the tool
+    /// is not where the device is.
     pub tool: palpus_pose,
     /// See palpus_world_contacts.
     pub contact_count: u64,
     /// Units of work that the step's query did.
     pub work: u64,
-    /// m: what the step did not look at, to keep to its work, is at least this far apart; else infinite.
+    /// m: what the step did not look at, to keep to its work, is at least this far apart; else
+    /// infinite.
     pub unseen_separation: f64,
     /// 1 if the force was cut to its limit.
     pub saturated_force: u32,

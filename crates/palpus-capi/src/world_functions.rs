@@ -31,7 +31,8 @@ pub extern "C" fn palpus_world_destroy(world: palpus_world) -> palpus_result {
     entry(|| WORLDS.remove(world.id))
 }
 
-/// Sets what pulls at free objects: three numbers x, y, z in m/s^2, along the world's axes. 0 at first.
+/// Sets what pulls at free objects: three numbers x, y, z in m/s^2, along the world's axes. 0 at
+/// first.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_set_gravity(world: palpus_world, gravity: *const f64) -> palpus_result {
     // SAFETY: the caller keeps to the header.
@@ -93,7 +94,8 @@ pub unsafe extern "C" fn palpus_world_add_driven(
     entry(|| add(world, body, &pose, &object, Motion::Driven, 0.0))
 }
 
-/// Adds an object of `mass` (kg) that moves under contact, friction and gravity. At `pose`, at rest.
+/// Adds an object of `mass` (kg) that moves under contact, friction and gravity. At `pose`, at
+/// rest.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_add_free(
     world: palpus_world,
@@ -124,13 +126,14 @@ pub unsafe extern "C" fn palpus_world_add_tool(
     })
 }
 
-/// One step: `dt` s have gone by since the last. `probes` has the state of each tool's device, in the
-/// order in which tools were added, and `wrenches` (NULL if you do not need them) is what each device
-/// is to give: about its grip, along the world's axes, within its limits. `count` is the number of tools.
+/// One step: `dt` s have gone by since the last. `probes` has the state of each tool's device, in
+/// the order in which tools were added, and `wrenches` (NULL if you do not need them) is what each
+/// device is to give: about its grip, along the world's axes, within its limits. `count` is the
+/// number of tools.
 ///
-/// A device whose state is not valid gets no force and the others go on: PALPUS_ERROR_VALUE after the
-/// step. Of any other error nothing was done, and all wrenches are zero.
-/// Obtains no memory, and waits for nobody.
+/// A device whose state is not valid gets no force and the others go on: PALPUS_ERROR_VALUE after
+/// the step. Of any other error nothing was done, and all wrenches are zero. Obtains no memory, and
+/// waits for nobody.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_step(
     world: palpus_world,
@@ -256,8 +259,8 @@ pub unsafe extern "C" fn palpus_world_get_twist(
     entry(|| WORLDS.read(world.id, |hosted| twist.put(hosted.world.twist(hosted.object(object)?.0).into())))
 }
 
-/// Says where a driven object is now and how it moves (`twist` of its frame's origin, along the world's
-/// axes), at your own rate: between two updates it goes on.
+/// Says where a driven object is now and how it moves (`twist` of its frame's origin, along the
+/// world's axes), at your own rate: between two updates it goes on.
 #[unsafe(no_mangle)]
 pub unsafe extern "C" fn palpus_world_drive(
     world: palpus_world,
@@ -338,8 +341,8 @@ pub unsafe extern "C" fn palpus_world_set_tool_settings(
     })
 }
 
-/// The queries of each step may do about `work` units of work; what is not reached is felt as it was,
-/// and comes first in the next. 0: as much as there is. palpus_tick.work has what a step took.
+/// The queries of each step may do about `work` units of work; what is not reached is felt as it
+/// was, and comes first in the next. 0: as much as there is. palpus_tick.work has what a step took.
 #[unsafe(no_mangle)]
 pub extern "C" fn palpus_world_allow(world: palpus_world, work: u64) -> palpus_result {
     entry(|| {

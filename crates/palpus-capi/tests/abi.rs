@@ -1,10 +1,10 @@
-//! `include/palpus.abi` lists the functions of the library, and size and place of every field of the
-//! header's structures as a C compiler lays them out (64 bits). A program that was compiled with an
-//! older header goes on working as long as no line of the list changes; lines that are only added are
-//! new functions.
+//! `include/palpus.abi` lists the functions of the library, and size and place of every field of
+//! the header's structures as a C compiler lays them out (64 bits). A program that was compiled
+//! with an older header goes on working as long as no line of the list changes; lines that are only
+//! added are new functions.
 //!
-//! After a change: `PALPUS_WRITE_ABI=1 cargo test -p palpus-capi --test abi`. If a line has changed or
-//! gone, raise `PALPUS_ABI_VERSION` and the library's version in Cargo.toml too.
+//! After a change: `PALPUS_WRITE_ABI=1 cargo test -p palpus-capi --test abi`. If a line has changed
+//! or gone, raise `PALPUS_ABI_VERSION` and the library's version in Cargo.toml too.
 #![allow(clippy::print_stderr, reason = "a test that is skipped says so")]
 
 use std::fmt::Write as _;

@@ -1,7 +1,7 @@
 //! Motion that takes a probe out of the part: there is no force until it is nearly out.
 //!
-//! Before a run begins, the penetration depth of the whole bodies is computed at the start pose, and its
-//! translation is the way out. In the loop, the deepest contact gives it.
+//! Before a run begins, the penetration depth of the whole bodies is computed at the start pose,
+//! and its translation is the way out. In the loop, the deepest contact gives it.
 
 use glam::DVec3;
 use palpus::algebra::Pose;
@@ -64,7 +64,8 @@ pub(crate) struct InsideStart {
 }
 
 impl InsideStart {
-    /// Of the probe where the stage's hand path begins; `None` if it is outside of the environment there.
+    /// Of the probe where the stage's hand path begins; `None` if it is outside of the environment
+    /// there.
     pub(crate) fn of(stage: &Stage) -> Option<Self> {
         let start = stage.path.pose(0.0);
         let pose_ba = stage.environment_pose.inverse() * start;

@@ -174,8 +174,8 @@ const LEFT: Part = Part { low: [20, 110], high: [460, 660] };
 const RIGHT: Part = Part { low: [480, 110], high: [930, 660] };
 const FORCE_CHART: Part = Part { low: [12, 722], high: [236, 855] };
 
-/// One key shows the paper's way beside what is felt, on the same hand, and its force in the same plot; a drag on the
-/// plots looks back while the loop goes on.
+/// One key shows the paper's way beside what is felt, on the same hand, and its force in the same
+/// plot; a drag on the plots looks back while the loop goes on.
 #[test]
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn the_papers_way_is_seen_beside_and_plots_look_back() {

@@ -1,4 +1,5 @@
-//! Which way a query has out of a wall, held against a known answer and the proven depth of the whole bodies.
+//! Which way a query has out of a wall, held against a known answer and the proven depth of the
+//! whole bodies.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -32,7 +33,8 @@ fn of_wall(contacts: &[Contact]) -> Option<&Contact> {
     contacts.iter().find(|contact| contact.normal.x.abs() > 0.9)
 }
 
-/// The wall is 6 mm thick. Beyond its middle, its far side is nearer to the rim; the way out of the peg is still the near side.
+/// The wall is 6 mm thick. Beyond its middle, its far side is nearer to the rim; the way out of the
+/// peg is still the near side.
 #[test]
 fn peg_beyond_the_middle_of_a_wall_comes_out_where_it_went_in() {
     let (peg, bracket) = (example("peg.obj"), example("bracket.obj"));

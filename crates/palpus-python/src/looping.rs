@@ -154,9 +154,9 @@ impl Loop {
         self.running.as_ref().is_some_and(|running| !running.thread.is_finished())
     }
 
-    /// What the newest tick was like: `tick`, `time` (s), `tool` (7, its frame in the world), `grip`
-    /// (7, as the device said), `wrench` (6, as written to the device), `contacts` (how many),
-    /// `phase` of the engagement ("engaged" when the whole wrench is given) and `running`.
+    /// What the newest tick was like: `tick`, `time` (s), `tool` (7, its frame in the world),
+    /// `grip` (7, as the device said), `wrench` (6, as written to the device), `contacts` (how
+    /// many), `phase` of the engagement ("engaged" when the whole wrench is given) and `running`.
     fn status<'py>(&mut self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let is_running = self.is_running();
         if let Some(running) = &mut self.running {

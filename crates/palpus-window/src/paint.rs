@@ -3,9 +3,9 @@
 //! 1. Every pixel is four samples.
 //! 2. The *ground*: its grid, and the shadow of the bodies.
 //! 3. *Bodies* into a layer, with outlines where they end.
-//! 4. *Translucent bodies*, bodies around the probes that they hide, and where the device holds the probe if the proxy is elsewhere: their
-//!    nearest inner sides, then their nearest outer sides, each over what is there. What looks
-//!    along the surface sees more of it, as with glass.
+//! 4. *Translucent bodies*, bodies around the probes that they hide, and where the device holds the
+//!    probe if the proxy is elsewhere: their nearest inner sides, then their nearest outer sides,
+//!    each over what is there. What looks along the surface sees more of it, as with glass.
 //! 5. *Marks* into a layer of their own. What a body hides of them stays visible, paler.
 //! 6. Samples become pixels, and words stand above.
 //!

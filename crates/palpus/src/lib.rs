@@ -1,4 +1,5 @@
-//! palpus: what a hand feels when the tool it holds touches another object, both being arbitrary triangle meshes.
+//! palpus: what a hand feels when the tool it holds touches another object, both being arbitrary
+//! triangle meshes.
 //!
 //! ```sh
 //! cargo add palpus palpus-io palpus-device    # the engine; mesh and scene files; devices, the loop and the safety chain
@@ -6,7 +7,8 @@
 //!
 //! # Contacts of two meshes
 //!
-//! A [`Body`] is made of a mesh once; a [`ContactQuery`] then answers where two bodies touch, at any pose.
+//! A [`Body`] is made of a mesh once; a [`ContactQuery`] then answers where two bodies touch, at
+//! any pose.
 //!
 //! ```
 //! use std::sync::Arc;
@@ -27,8 +29,9 @@
 //!
 //! # The wrench of a tick
 //!
-//! A [`World`] has tools, which follow devices, and objects, which are fixed, driven by a host or free. Its step says what each hand
-//! is to feel. (The crate `palpus-device` has the loop that calls it a thousand times a second, devices, and the safety chain.)
+//! A [`World`] has tools, which follow devices, and objects, which are fixed, driven by a host or
+//! free. Its step says what each hand is to feel. (The crate `palpus-device` has the loop that
+//! calls it a thousand times a second, devices, and the safety chain.)
 //!
 //! ```
 //! use std::sync::Arc;
@@ -58,21 +61,22 @@
 //!
 //! # Conventions
 //!
-//! The engine is a set of pure functions of values: no input or output, no thread, no clock, no global. Units are SI (metres, seconds,
-//! newtons, newton-metres, radians) unless a name says otherwise; frames are right-handed. Body **a** is the probe, body **b** the
-//! environment; a contact normal is unit and points from b into a; `point_a − point_b = separation · normal`.
+//! The engine is a set of pure functions of values: no input or output, no thread, no clock, no
+//! global. Units are SI (metres, seconds, newtons, newton-metres, radians) unless a name says
+//! otherwise; frames are right-handed. Body **a** is the probe, body **b** the environment; a
+//! contact normal is unit and points from b into a; `point_a − point_b = separation · normal`.
 //!
 //! With the feature `serde`, settings, poses, wrenches and contacts can be serialized.
 //!
 //! # The rooms
 //!
-//! What a program needs is at the top of the crate. Everything else is in rooms, which in alphabetical order follow the paper's sections
-//! and may import only rooms that sort before them:
+//! What a program needs is at the top of the crate. Everything else is in rooms, which in
+//! alphabetical order follow the paper's sections and may import only rooms that sort before them:
 //!
 //! `algebra` → `body` → `collision` → `depth` → `detect` → `force` → `render`
 //!
-//! Source: Kim, Otaduy, Lin, Manocha, *Six-Degree-of-Freedom Haptic Display Using Localized Contact Computations*,
-//! 2002, cited as \[K02\].
+//! Source: Kim, Otaduy, Lin, Manocha, *Six-Degree-of-Freedom Haptic Display Using Localized Contact
+//! Computations*, 2002, cited as \[K02\].
 #![forbid(unsafe_code)]
 #![deny(missing_docs)]
 

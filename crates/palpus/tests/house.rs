@@ -1,11 +1,13 @@
 //! The house's laws, held.
 //!
 //! 1. A room of the engine imports only rooms that sort before it.
-//! 2. Members of a folder, which are a file and the folder of its name, do not need each other in circles. Tests are not looked at.
+//! 2. Members of a folder, which are a file and the folder of its name, do not need each other in
+//!    circles. Tests are not looked at.
 //! 3. A crate imports only those that the drawing in ARCHITECTURE.md has an arrow to.
 //!
-//! What a file needs are the paths in it: of `use` in all its forms, and in the code. A `pub use` needs nothing, it shows where
-//! something is; a path that ends there leads on to where it is defined.
+//! What a file needs are the paths in it: of `use` in all its forms, and in the code. A `pub use`
+//! needs nothing, it shows where something is; a path that ends there leads on to where it is
+//! defined.
 
 mod house {
     pub(crate) mod circles;
@@ -89,7 +91,8 @@ fn against_the_order(modules: &Modules, rooms: &[&str]) -> Vec<String> {
     broken
 }
 
-/// Within one folder, which of its members needs which. A file and the folder of its name are one member, told in several files.
+/// Within one folder, which of its members needs which. A file and the folder of its name are one
+/// member, told in several files.
 fn needs(modules: &Modules, folder: &[String]) -> Needs {
     let mut needs = Needs::new();
     let member = |path: &[String]| path.starts_with(folder).then(|| path.get(folder.len()).cloned()).flatten();
@@ -151,7 +154,8 @@ fn crates_import_along_the_arrows_of_the_drawing() {
     assert_eq!(found.len(), ARROWS.len(), "the drawing has a crate that is not there");
 }
 
-/// A crate of the rooms `body` and `depth` with the given text in `body/first.rs`, `body/second.rs`, `body/second/inner.rs`.
+/// A crate of the rooms `body` and `depth` with the given text in `body/first.rs`,
+/// `body/second.rs`, `body/second/inner.rs`.
 fn example(first: &str, second: &str, inner: &str) -> Modules {
     let text_of = |file: &str| {
         let text = match file {

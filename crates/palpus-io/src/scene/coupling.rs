@@ -6,7 +6,8 @@ use super::{CouplingMode, SceneCoupling};
 
 impl SceneCoupling {
     /// Returns `render` with this coupling, for a loop that turns every `period` seconds.
-    /// `render.limits` are those of device and scene together; they give what the scene leaves open.
+    /// `render.limits` are those of device and scene together; they give what the scene leaves
+    /// open.
     pub fn settings(&self, render: &Settings, period: f64) -> Settings {
         let mut settings = *render;
         let limits = settings.limits;

@@ -213,7 +213,8 @@ fn number_of(value: &DeValue<'_>) -> Option<f64> {
     }
 }
 
-/// Returns the one of `known` that `name` is probably a misspelling of; `None` if all are too different.
+/// Returns the one of `known` that `name` is probably a misspelling of; `None` if all are too
+/// different.
 pub fn similar_name<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
     let most = 1 + name.chars().count() / 3;
     nearest_name(name, known).filter(|nearest| edits(name, nearest) <= most)

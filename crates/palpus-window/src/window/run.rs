@@ -22,7 +22,8 @@ pub trait Run {
     /// when the scene is replaced.
     fn numbers(&mut self) -> Numbers;
 
-    /// Every tick since the last call, oldest first; those for which there was no room are left out.
+    /// Every tick since the last call, oldest first; those for which there was no room are left
+    /// out.
     fn ticks(&mut self, each: &mut dyn FnMut(SeenTick));
 
     /// Has the same ticks computed by other settings too, from now on: on the same poses of the

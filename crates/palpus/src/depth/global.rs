@@ -144,9 +144,9 @@ impl<'a> GlobalDepth<'a> {
     /// Poses that one worker answers one after the other: see [`Self::run_all`].
     pub const RUN: usize = 25;
 
-    /// Calls `answer` for each run of [`Self::RUN`] of the poses numbered from 0 to `count`, with a memory that is
-    /// empty when the run begins, and returns its answers in order. So they are the same for any number of workers.
-    /// `progress` is told the fraction done.
+    /// Calls `answer` for each run of [`Self::RUN`] of the poses numbered from 0 to `count`, with a
+    /// memory that is empty when the run begins, and returns its answers in order. So they are the
+    /// same for any number of workers. `progress` is told the fraction done.
     pub fn run_all<T: Send + Sync>(
         count: usize,
         workers: &dyn Workers,

@@ -1,26 +1,32 @@
 //! Whether a depth is to be believed, and what stands in for one that is not.
 //!
-//! A piece is not the solid that it is part of. A probe that has come in through the near wall of a thin part overlaps pieces of
-//! the far wall from behind, whose own way out leads through the whole part; a large piece may bridge a hollow, and report its
-//! own long way out where another piece's surface is near. In a hand that is a kick.
+//! A piece is not the solid that it is part of. A probe that has come in through the near wall of a
+//! thin part overlaps pieces of the far wall from behind, whose own way out leads through the whole
+//! part; a large piece may bridge a hollow, and report its own long way out where another piece's
+//! surface is near. In a hand that is a kick.
 //!
-//! A depth D along n says that one body's witness point lies D inside the other. So it is believed only if
+//! A depth D along n says that one body's witness point lies D inside the other. So it is believed
+//! only if
 //!
 //! 1. a's point lies inside b, and no surface of b is nearer than nearly D, or
 //! 2. b's point lies inside a, and no surface of a is nearer than nearly D.
 //!
-//! Of a depth that is the least of its two pieces along any direction, surfaces of the piece itself deny nothing: the way out through one that is
-//! nearer to the point is longer for the other piece as a whole. A peg in a wall that its middle has passed is still pushed out to the side
-//! that it came from. (Of a depth that was moved to an admissible normal that cannot be said: the nearer surface may not have been tried.)
+//! Of a depth that is the least of its two pieces along any direction, surfaces of the piece itself
+//! deny nothing: the way out through one that is nearer to the point is longer for the other piece
+//! as a whole. A peg in a wall that its middle has passed is still pushed out to the side that it
+//! came from. (Of a depth that was moved to an admissible normal that cannot be said: the nearer
+//! surface may not have been tried.)
 //!
-//! Depths that rest on the pieces' first choice of a direction are asked only when they are larger than the contact tolerance: a
-//! smaller one is within the skin that contacts have anyway, and asking costs a search for the nearest surface. A body that is
-//! not closed has no inside to ask about and is believed.
+//! Depths that rest on the pieces' first choice of a direction are asked only when they are larger
+//! than the contact tolerance: a smaller one is within the skin that contacts have anyway, and
+//! asking costs a search for the nearest surface. A body that is not closed has no inside to ask
+//! about and is believed.
 //!
-//! Bodies that overlap must not be let go of. When no depth is believed, the shallowest is *corrected*: its witness point is inside
-//! the solid, and the nearest surface is the way out from there. And when no pieces overlap at all, since the probe is between
-//! pieces, the witness of the last overlap is looked up in the same way ([`LastOverlap`]): if it still is inside, the
-//! bodies still overlap, by at least that much.
+//! Bodies that overlap must not be let go of. When no depth is believed, the shallowest is
+//! *corrected*: its witness point is inside the solid, and the nearest surface is the way out from
+//! there. And when no pieces overlap at all, since the probe is between pieces, the witness of the
+//! last overlap is looked up in the same way ([`LastOverlap`]): if it still is inside, the bodies
+//! still overlap, by at least that much.
 //!
 //! Deviation from \[K02\], which moves a depth to original features without asking.
 
@@ -38,8 +44,8 @@ pub(super) fn is_believed(asked: &Asked<'_>, contact: &Contact) -> bool {
     has_depth(asked, contact, BELIEVED_SHARE * -contact.separation, false)
 }
 
-/// The same of a contact along the least depth of its pieces: where it is deeper than the tolerance, and one of the bodies has
-/// several pieces.
+/// The same of a contact along the least depth of its pieces: where it is deeper than the
+/// tolerance, and one of the bodies has several pieces.
 ///
 /// The point of an edge that lies D beyond another edge is nearer than that to the faces at either.
 pub(super) fn is_believed_beyond(asked: &Asked<'_>, contact: &Contact) -> bool {
@@ -53,8 +59,8 @@ pub(super) fn is_believed_beyond(asked: &Asked<'_>, contact: &Contact) -> bool {
     has_depth(asked, contact, share * depth, true)
 }
 
-/// True if one of the contact's points is inside the other body, and `depth` from its surface or farther; `but_of_piece`: from its surface but
-/// that of the contact's piece.
+/// True if one of the contact's points is inside the other body, and `depth` from its surface or
+/// farther; `but_of_piece`: from its surface but that of the contact's piece.
 fn has_depth(asked: &Asked<'_>, contact: &Contact, depth: f64, but_of_piece: bool) -> bool {
     let Asked { a, b, place, .. } = asked;
     let [own_a, own_b] = [(a, contact.piece_a), (b, contact.piece_b)]
@@ -66,7 +72,8 @@ fn has_depth(asked: &Asked<'_>, contact: &Contact, depth: f64, but_of_piece: boo
     lies_within(b, own_b, point_a, depth) || lies_within(a, own_a, place.inverse_point(point_b), depth)
 }
 
-/// The points of the contact's features that are nearest to its witness points, which may lie beside them; in b's frame.
+/// The points of the contact's features that are nearest to its witness points, which may lie
+/// beside them; in b's frame.
 fn on_features(asked: &Asked<'_>, contact: &Contact) -> [DVec3; 2] {
     let (piece_a, piece_b) = asked.pieces(contact.piece_a, contact.piece_b);
     let point_a = on_feature(piece_a, contact.features.a, asked.place.inverse_point(contact.point_a));
@@ -92,14 +99,15 @@ fn on_feature(piece: &Polytope, feature: Feature, point: DVec3) -> DVec3 {
     }
 }
 
-/// True if `point` (in the body's frame) is inside the body, and `depth` or farther from all of its triangles but those of `own`.
+/// True if `point` (in the body's frame) is inside the body, and `depth` or farther from all of its
+/// triangles but those of `own`.
 fn lies_within(body: &Body, own: &[u32], point: DVec3, depth: f64) -> bool {
     let denies = |triangle: u32| own.binary_search(&triangle).is_err();
     body.mesh().is_closed() && body.tree().nearest_among(point, depth, denies).is_none() && body.tree().inside(point)
 }
 
-/// The same contact as the solids themselves have it: the deeper of its witness points, out to the nearest surface. As it is if
-/// neither point is inside the other body.
+/// The same contact as the solids themselves have it: the deeper of its witness points, out to the
+/// nearest surface. As it is if neither point is inside the other body.
 pub(super) fn corrected(asked: &Asked<'_>, contact: &Contact) -> Contact {
     let Asked { a, b, place, .. } = asked;
     let [point_a, point_b] = on_features(asked, contact);

@@ -1,28 +1,36 @@
-//! The virtual coupling: what ties the tool to the device, and how strong it may be \[Colgate, Stanley, Brown 1995\].
+//! The virtual coupling: what ties the tool to the device, and how strong it may be \[Colgate,
+//! Stanley, Brown 1995\].
 //!
-//! A device samples, holds and delays; what it renders is stable only up to a stiffness and a damping that its own mass and
-//! damping allow, and contacts are far stiffer than that. So the device holds a spring and damper, its other end
-//! holds the *tool* — the probe as a body of its own (`tool.rs`) — and the tool alone meets the contacts. What the hand feels
-//! has the coupling's stiffness at most, however many contacts there are.
+//! A device samples, holds and delays; what it renders is stable only up to a stiffness and a
+//! damping that its own mass and damping allow, and contacts are far stiffer than that. So the
+//! device holds a spring and damper, its other end holds the *tool* — the probe as a body of its
+//! own (`tool.rs`) — and the tool alone meets the contacts. What the hand feels has the coupling's
+//! stiffness at most, however many contacts there are.
 //!
 //! [`VirtualCoupling::tuned`] derives one from the device, in this order:
 //!
-//! 1. *Stiffness* so that the largest force comes at a stretch of 8 mm (the largest torque at 0.2 rad), but no more than
-//!    a hundredth of apparent mass over the square of the period. The damped and delayed loop of a bare device with
-//!    dry friction stays quiet up to twice that (simulated over stiffness and damping with hands from none to firm).
-//! 2. *Damping* of three periods times the stiffness. A held force and one tick of delay lag by one and a half, which turns
-//!    that much of the stiffness into negative damping; the rest is margin, for the lag of the velocity's filter.
-//! 3. *Mass*: none. The tool is where all forces balance, so that it follows the device in free air without any force,
-//!    however coarse the encoders are, and stores no energy that contacts could give back to the hand. (A mass is
-//!    of no use to stability either: the step is implicit, and flush contacts resist turning at their corners.)
-//! 4. *Skin*: contacts push from a tenth of the tolerance on, so that a peg goes into a hole with little play; beyond it
-//!    they are only looked ahead at, as far as the tool can come in the next step, and push if it would come that near.
-//! 5. *Contact stiffness* so that the largest force comes half way into the skin: the bodies then never overlap, and distances
-//!    decide, not depths.
+//! 1. *Stiffness* so that the largest force comes at a stretch of 8 mm (the largest torque at 0.2
+//!    rad), but no more than a hundredth of apparent mass over the square of the period. The damped
+//!    and delayed loop of a bare device with dry friction stays quiet up to twice that (simulated
+//!    over stiffness and damping with hands from none to firm).
+//! 2. *Damping* of three periods times the stiffness. A held force and one tick of delay lag by one
+//!    and a half, which turns that much of the stiffness into negative damping; the rest is margin,
+//!    for the lag of the velocity's filter.
+//! 3. *Mass*: none. The tool is where all forces balance, so that it follows the device in free air
+//!    without any force, however coarse the encoders are, and stores no energy that contacts could
+//!    give back to the hand. (A mass is of no use to stability either: the step is implicit, and
+//!    flush contacts resist turning at their corners.)
+//! 4. *Skin*: contacts push from a tenth of the tolerance on, so that a peg goes into a hole with
+//!    little play; beyond it they are only looked ahead at, as far as the tool can come in the next
+//!    step, and push if it would come that near.
+//! 5. *Contact stiffness* so that the largest force comes half way into the skin: the bodies then
+//!    never overlap, and distances decide, not depths.
 //!
-//! A scene may ask for softer contacts ([`Settings::stiffness`](super::Settings::stiffness)). That is how they feel, not how far the tool sinks in: the
-//! tool is held as hard as by 5, and the coupling is softened so that both in a row are as stiff as that contact and the coupling
-//! would have been. A tool that sinks into a wall by millimetres would leave a thin part on its other side.
+//! A scene may ask for softer contacts ([`Settings::stiffness`](super::Settings::stiffness)). That
+//! is how they feel, not how far the tool sinks in: the tool is held as hard as by 5, and the
+//! coupling is softened so that both in a row are as stiff as that contact and the coupling would
+//! have been. A tool that sinks into a wall by millimetres would leave a thin part on its other
+//! side.
 
 use super::Limits;
 use crate::algebra::tolerance::{
@@ -30,8 +38,8 @@ use crate::algebra::tolerance::{
     COUPLING_TURN, TOOL_SINKS, TOOL_SKIN,
 };
 
-/// A spring and damper for translation between the grip of the device and that of the tool, another for rotation, and the
-/// mass of the tool.
+/// A spring and damper for translation between the grip of the device and that of the tool, another
+/// for rotation, and the mass of the tool.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
@@ -46,8 +54,8 @@ pub struct VirtualCoupling {
     pub angular_damping: f64,
     /// m, positive and at most the contact tolerance: contacts push from this separation on.
     pub skin: f64,
-    /// Of the tool, kg. Its inertia is that of the probe's mesh with this mass. 0: the tool has none and is where all
-    /// forces balance.
+    /// Of the tool, kg. Its inertia is that of the probe's mesh with this mass. 0: the tool has
+    /// none and is where all forces balance.
     pub mass: f64,
 }
 
@@ -56,7 +64,8 @@ impl VirtualCoupling {
     pub(super) const SLACK: Self =
         Self { stiffness: 0.0, damping: 0.0, angular_stiffness: 0.0, angular_damping: 0.0, skin: 0.0, mass: 0.0 };
 
-    /// For a device of these limits whose loop turns every `period` seconds, and contacts of this tolerance (m).
+    /// For a device of these limits whose loop turns every `period` seconds, and contacts of this
+    /// tolerance (m).
     pub fn tuned(limits: &Limits, period: f64, contact_tolerance: f64) -> Self {
         let per_square = COUPLING_SAMPLED / (period * period);
         let stiffness = (limits.force / COUPLING_STRETCH).min(per_square * APPARENT_MASS);
@@ -74,13 +83,15 @@ impl VirtualCoupling {
         Self { stiffness, damping, angular_stiffness, angular_damping, skin, mass: 0.0 }
     }
 
-    /// N/m: the contact stiffness that goes with a coupling, for contacts of this tolerance (m); `None` without a force limit.
+    /// N/m: the contact stiffness that goes with a coupling, for contacts of this tolerance (m);
+    /// `None` without a force limit.
     pub fn contact_stiffness(limits: &Limits, contact_tolerance: f64) -> Option<f64> {
         let stiffness = limits.force / (TOOL_SINKS * TOOL_SKIN * contact_tolerance);
         (stiffness.is_finite() && stiffness > 0.0).then_some(stiffness)
     }
 
-    /// The coupling that in a row with contacts of `hard` (N/m) is as stiff as this one with contacts of `stiffness` (N/m).
+    /// The coupling that in a row with contacts of `hard` (N/m) is as stiff as this one with
+    /// contacts of `stiffness` (N/m).
     pub(super) fn softened(self, stiffness: f64, hard: f64) -> Self {
         let compliance = 1.0 / self.stiffness + 1.0 / stiffness - 1.0 / hard;
         let share = 1.0 / (self.stiffness * compliance);

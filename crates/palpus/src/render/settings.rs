@@ -6,29 +6,34 @@ use super::{Limits, Material, Saturation, VirtualCoupling};
 use crate::algebra::tolerance::{CROWD_MOST, TOOL_SINKS};
 use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSettings};
 
-/// Everything that can be chosen about rendering; checked before it is taken up, by [`Settings::validate`].
+/// Everything that can be chosen about rendering; checked before it is taken up, by
+/// [`Settings::validate`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(deny_unknown_fields))]
 pub struct Settings {
-    /// t of \[K02\], m: contacts are looked for up to this separation, and push from it on. With a coupling they push from
-    /// its skin on, and are looked for as far beyond as the tool can move in the next step.
+    /// t of \[K02\], m: contacts are looked for up to this separation, and push from it on. With a
+    /// coupling they push from its skin on, and are looked for as far beyond as the tool can move
+    /// in the next step.
     pub contact_tolerance: f64,
     /// δ of \[K02\], m: contacts nearer than this share one force. 0: every contact has its own.
     pub cluster_radius: f64,
     /// How contacts nearer than δ share their force.
     ///
-    /// With serde, linkage where nothing is said: there was nothing else in the recordings that say nothing.
+    /// With serde, linkage where nothing is said: there was nothing else in the recordings that say
+    /// nothing.
     #[cfg_attr(feature = "serde", serde(default = "Clustering::linkage"))]
     pub clustering: Clustering,
-    /// rad: opening of the cone that holds the normals of a cluster, 60° to 170°; `None`: no cut, as in the paper.
+    /// rad: opening of the cone that holds the normals of a cluster, 60° to 170°; `None`: no cut,
+    /// as in the paper.
     pub split_angle: Option<f64>,
     /// k, N/m, of each cluster. With a coupling, how stiff a contact feels in a row with it.
     pub stiffness: f64,
     /// Of the normal motion of each cluster, N·s/m; 0 for none.
     pub damping: f64,
-    /// rad: flush and nearly flush pieces touch at the corners of their overlap, which fade out as they open to this angle (see
-    /// [`crate::depth::Patch`]). `None`: one exact witness point for each pair of pieces, which jumps.
+    /// rad: flush and nearly flush pieces touch at the corners of their overlap, which fade out as
+    /// they open to this angle (see [`crate::depth::Patch`]). `None`: one exact witness point for
+    /// each pair of pieces, which jumps.
     #[cfg_attr(feature = "serde", serde(alias = "blend_angle"))]
     pub patch_angle: Option<f64>,
     /// Force directions from smoothed normals; `None`: from the contact normals.
@@ -37,7 +42,8 @@ pub struct Settings {
     pub friction: Option<FrictionSettings>,
     /// How impacts ring in the hand; `None`: not at all.
     pub material: Option<Material>,
-    /// What ties the tool to the device; `None`: nothing, the probe is where the device is (direct rendering, the paper's).
+    /// What ties the tool to the device; `None`: nothing, the probe is where the device is (direct
+    /// rendering, the paper's).
     pub coupling: Option<VirtualCoupling>,
     /// The most that the device may be asked for.
     pub limits: Limits,
@@ -49,13 +55,15 @@ pub struct Settings {
     pub grip_a: DVec3,
     /// The most contacts that one tick can hold; of more, the deepest are kept.
     pub capacity: usize,
-    /// ns: what a step should take; `None`: a share of the loop's period. The engine does not look at it; whoever runs the loop gives it
-    /// to a [`super::Pacer`], which says how much work each step may do.
+    /// ns: what a step should take; `None`: a share of the loop's period. The engine does not look
+    /// at it; whoever runs the loop gives it to a [`super::Pacer`], which says how much work each
+    /// step may do.
     pub time_budget: Option<u64>,
 }
 
 impl Default for Settings {
-    /// For a hand-sized probe on a Phantom Premium 1.5/6DOF: 1 mm tolerance, 4 mm clusters, 800 N/m.
+    /// For a hand-sized probe on a Phantom Premium 1.5/6DOF: 1 mm tolerance, 4 mm clusters, 800
+    /// N/m.
     fn default() -> Self {
         Self {
             contact_tolerance: 1e-3,
@@ -83,11 +91,12 @@ impl Default for Settings {
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[cfg_attr(feature = "serde", serde(rename_all = "snake_case"))]
 pub enum Clustering {
-    /// Exact single linkage, each cluster with the force of its deepest member: the paper's. The force jumps when clusters
-    /// meet or part.
+    /// Exact single linkage, each cluster with the force of its deepest member: the paper's. The
+    /// force jumps when clusters meet or part.
     Linkage,
-    /// Every contact with the share of its force that the crowd of those that push the same way leaves to it, however far apart
-    /// they are: continuous, and as stiff for any mesh of a surface ([`crate::force::Crowding`]).
+    /// Every contact with the share of its force that the crowd of those that push the same way
+    /// leaves to it, however far apart they are: continuous, and as stiff for any mesh of a surface
+    /// ([`crate::force::Crowding`]).
     ///
     /// The default, since it measures better wherever the two differ (`docs/feel.md`).
     #[default]
@@ -120,8 +129,9 @@ const MOST_CONTACTS: usize = 1 << 20;
 const LEAST_BUDGET: u64 = 1000;
 
 impl Settings {
-    /// For a tool on a device of these limits, whose loop turns every `period` seconds, with contacts of this tolerance (m):
-    /// coupled, and as hard as the device can show. What a scene that names two meshes and nothing else gets.
+    /// For a tool on a device of these limits, whose loop turns every `period` seconds, with
+    /// contacts of this tolerance (m): coupled, and as hard as the device can show. What a scene
+    /// that names two meshes and nothing else gets.
     ///
     /// A good tolerance is a hundredth of the smaller body.
     #[must_use]
@@ -134,7 +144,8 @@ impl Settings {
         Self { contact_tolerance, stiffness, coupling, limits, saturation, ..default }
     }
 
-    /// The same with friction of these coefficients, which holds what sticks as hard as contacts push.
+    /// The same with friction of these coefficients, which holds what sticks as hard as contacts
+    /// push.
     #[must_use]
     pub fn with_friction(self, static_coefficient: f64, dynamic_coefficient: f64) -> Self {
         let tangential_stiffness = self.stiffness;
@@ -142,8 +153,9 @@ impl Settings {
         Self { friction: Some(friction), ..self }
     }
 
-    /// The settings of contacts as they hold. With a coupling, at least so hard that the largest force comes half way into
-    /// the skin, sideways too; what is softer of it is in the coupling ([`VirtualCoupling::softened`]).
+    /// The settings of contacts as they hold. With a coupling, at least so hard that the largest
+    /// force comes half way into the skin, sideways too; what is softer of it is in the coupling
+    /// ([`VirtualCoupling::softened`]).
     pub(super) fn held(&self) -> Self {
         let hard = self.coupling.map_or(0.0, |coupling| self.limits.force / (TOOL_SINKS * coupling.skin));
         if !(hard.is_finite() && hard > self.stiffness) {

@@ -1,10 +1,11 @@
 //! Everything that one turn of the loop produced.
 //!
-//! **Frames.** Contacts, clusters, forces and wrenches are written in b's frame, which is the scene's: the environment does
-//! not move; in a [`World`](super::World), in the world's frame. The probe's pose is a's in b, `pose_ba`; whoever has a device or a camera in another frame converts there.
-//! A device holds the grip: [`ProbeState::of_grip`] turns the grip's pose into the probe's.
-//! Wrenches that the device is told are about the grip ([`super::Settings::grip_a`]), those in [`Forces::net`] about each
-//! body's centre of mass.
+//! **Frames.** Contacts, clusters, forces and wrenches are written in b's frame, which is the
+//! scene's: the environment does not move; in a [`World`](super::World), in the world's frame. The
+//! probe's pose is a's in b, `pose_ba`; whoever has a device or a camera in another frame converts
+//! there. A device holds the grip: [`ProbeState::of_grip`] turns the grip's pose into the probe's.
+//! Wrenches that the device is told are about the grip ([`super::Settings::grip_a`]), those in
+//! [`Forces::net`] about each body's centre of mass.
 
 use glam::DVec3;
 
@@ -88,7 +89,8 @@ pub struct Counters {
     pub saturated_torque: u32,
     /// 1 if the computed wrench was not finite, and none was commanded.
     pub non_finite_wrench: u32,
-    /// 1 if the probe's pose was no pose (nothing was queried), or its twist not finite (taken as rest).
+    /// 1 if the probe's pose was no pose (nothing was queried), or its twist not finite (taken as
+    /// rest).
     pub bad_state: u32,
 }
 
@@ -101,7 +103,8 @@ pub struct Tick {
     pub dt: f64,
     /// As given; a twist that was not finite stands here as rest.
     pub probe: ProbeState,
-    /// Where the contacts were looked for: a placed in b's frame. The tool's pose with a coupling, else the probe's.
+    /// Where the contacts were looked for: a placed in b's frame. The tool's pose with a coupling,
+    /// else the probe's.
     pub tool_ba: Pose,
     /// For the device: about the grip, within the limits.
     pub commanded: Wrench,
@@ -115,18 +118,22 @@ pub struct Tick {
     pub work: u64,
     /// How much it was allowed; `None`: as much as there is.
     pub work_allowed: Option<u64>,
-    /// m: whatever the step did not look at since it did all the work that it was allowed ([`super::Renderer::allow`]) is at least this far
-    /// apart. Infinite when it looked at everything.
+    /// m: whatever the step did not look at since it did all the work that it was allowed
+    /// ([`super::Renderer::allow`]) is at least this far apart. Infinite when it looked at
+    /// everything.
     pub unseen_separation: f64,
     /// Clusters, their forces, and the wrenches on both bodies.
     pub forces: Forces,
-    /// Of the contacts, so many are with other tools: what stands there for the piece of b is that tool's.
+    /// Of the contacts, so many are with other tools: what stands there for the piece of b is that
+    /// tool's.
     pub contacts_between: u32,
     /// What other tools do to this one, about this one's centre of mass; part of [`Forces::net`].
     pub from_other: Wrench,
-    /// J: what they gave this one in this step, by moving it at the grip and by turning it. With a coupling at the step's end, else since the last.
+    /// J: what they gave this one in this step, by moving it at the grip and by turning it. With a
+    /// coupling at the step's end, else since the last.
     pub work_from_other: [f64; 2],
-    /// What driven and free objects do to the tool, about its centre of mass; part of [`Forces::net`].
+    /// What driven and free objects do to the tool, about its centre of mass; part of
+    /// [`Forces::net`].
     pub from_objects: Wrench,
     /// J: what they gave it in this step; as [`Self::work_from_other`].
     pub work_from_objects: [f64; 2],
@@ -176,7 +183,8 @@ pub struct TickSummary {
 }
 
 impl TickSummary {
-    /// Share of the contacts that were carried from the step before, since the work allowed did not suffice.
+    /// Share of the contacts that were carried from the step before, since the work allowed did not
+    /// suffice.
     pub fn carried(&self) -> f64 {
         if self.contacts > 0 { f64::from(self.counters.query.held) / f64::from(self.contacts) } else { 0.0 }
     }
@@ -213,7 +221,8 @@ impl Tick {
         self.forces.clusters.iter().map(|cluster| cluster.separation).fold(f64::INFINITY, f64::min)
     }
 
-    /// True if the work allowed did not suffice: some contacts are carried from the last step, or something was not looked at.
+    /// True if the work allowed did not suffice: some contacts are carried from the last step, or
+    /// something was not looked at.
     pub fn is_late(&self) -> bool {
         self.counters.query.traversal.postponed > 0
     }

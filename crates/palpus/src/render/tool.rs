@@ -1,28 +1,38 @@
-//! The tool: the probe as a rigid body between device and contacts, moved implicitly \[Colgate 1995; Otaduy and Lin 2006,
-//! "OL06"\].
+//! The tool: the probe as a rigid body between device and contacts, moved implicitly \[Colgate
+//! 1995; Otaduy and Lin 2006, "OL06"\].
 //!
-//! Once a tick, after the contacts at the tool's present pose are known, one step of backward Euler over h seconds with one
-//! Newton iteration. Every force is linearised in the velocity V′ that the tool has at the end of the step:
+//! Once a tick, after the contacts at the tool's present pose are known, one step of backward Euler
+//! over h seconds with one Newton iteration. Every force is linearised in the velocity V′ that the
+//! tool has at the end of the step:
 //!
-//! 1. *Inertia*: M (V′ − V) / h, with M from nothing at the contact tolerance to the whole tool at the skin. A tool in free air
-//!    has no mass: each step of the device's encoders would throw it, and the hand would feel that. Mass that comes in is at rest
-//!    and mass that goes takes its momentum along, so that neither brings energy.
-//! 2. *Coupling*: k (e − h v′) + b (v_d − v′) at the grip, the same for rotation, with e from the tool's grip to the device's.
-//! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal, with b in proportion to k. One that would pull has let go and is left out, and one
-//!    that does not push yet is in when the tool comes near enough; which ones press is found by solving again, a bounded number of times.
-//! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, with c the contact's k_t while it
-//!    sticks, and so small that both together are μ F_n when it slides. The same rounds find c.
-//! 5. *Solve* the 6 × 6 system, move the tool, but no point of it farther than contacts were looked ahead for: that is at least
-//!    two skins, and twice the way of the last step. So nothing can be jumped over, at any speed. Where the query's work is bounded and
-//!    nothing is near, it does not come nearer than the skin to what was not looked at, and waits for it; among contacts it goes on
-//!    slowly, since a force that holds it back there is one that no contact makes. The coupling's force in V′, reversed, is what the device feels.
+//! 1. *Inertia*: M (V′ − V) / h, with M from nothing at the contact tolerance to the whole tool at
+//!    the skin. A tool in free air has no mass: each step of the device's encoders would throw it,
+//!    and the hand would feel that. Mass that comes in is at rest and mass that goes takes its
+//!    momentum along, so that neither brings energy.
+//! 2. *Coupling*: k (e − h v′) + b (v_d − v′) at the grip, the same for rotation, with e from the
+//!    tool's grip to the device's.
+//! 3. *Contacts*: k w − (h k + b) n·v′ along each cluster's normal, with b in proportion to k. One
+//!    that would pull has let go and is left out, and one that does not push yet is in when the
+//!    tool comes near enough; which ones press is found by solving again, a bounded number of
+//!    times.
+//! 4. *Friction*: −c (z + h v′) in the tangent plane and −c R² (φ + h ω′) about the normal, with c
+//!    the contact's k_t while it sticks, and so small that both together are μ F_n when it slides.
+//!    The same rounds find c.
+//! 5. *Solve* the 6 × 6 system, move the tool, but no point of it farther than contacts were looked
+//!    ahead for: that is at least two skins, and twice the way of the last step. So nothing can be
+//!    jumped over, at any speed. Where the query's work is bounded and nothing is near, it does not
+//!    come nearer than the skin to what was not looked at, and waits for it; among contacts it goes
+//!    on slowly, since a force that holds it back there is one that no contact makes. The
+//!    coupling's force in V′, reversed, is what the device feels.
 //!
-//! All matrices that are added are positive semi-definite, the coupling's is definite: the step has a solution at any stiffness,
-//! mass 0 included, and no gain of it grows. The spring's force levels off at what the device can give as of now, so that a hand that presses
-//! harder than the device can answer does not press the tool into the wall.
+//! All matrices that are added are positive semi-definite, the coupling's is definite: the step has
+//! a solution at any stiffness, mass 0 included, and no gain of it grows. The spring's force levels
+//! off at what the device can give as of now, so that a hand that presses harder than the device
+//! can answer does not press the tool into the wall.
 //!
-//! Deviations from OL06: the derivatives of normals and lever arms are left out (they can make the matrix indefinite, and
-//! are small over a tick), and so is the gyroscopic torque (at the speeds of a hand, less than a device's friction).
+//! Deviations from OL06: the derivatives of normals and lever arms are left out (they can make the
+//! matrix indefinite, and are small over a tick), and so is the gyroscopic torque (at the speeds of
+//! a hand, less than a device's friction).
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -93,7 +103,8 @@ impl Tool {
         tool
     }
 
-    /// Goes on with another coupling and other settings of the same capacity, where it is and as it moves.
+    /// Goes on with another coupling and other settings of the same capacity, where it is and as it
+    /// moves.
     pub(super) fn set(&mut self, probe: &Body, coupling: VirtualCoupling, settings: &Settings) {
         let hard = settings.held().stiffness;
         self.coupling = coupling.softened(settings.stiffness, hard);
@@ -126,8 +137,8 @@ impl Tool {
         self.pose_ba = None;
     }
 
-    /// Begins a step of `h` s at the tool's pose: its matrix and right side as far as they do not depend on which contacts press and which
-    /// slide. `free`: nothing is near.
+    /// Begins a step of `h` s at the tool's pose: its matrix and right side as far as they do not
+    /// depend on which contacts press and which slide. `free`: nothing is near.
     pub(super) fn begin(&mut self, device: &ProbeState, free: bool, h: f64) -> (SpatialMatrix, Wrench) {
         let pose = self.pose_ba(device);
         if free {
@@ -137,8 +148,8 @@ impl Tool {
         self.unhindered(&pose, h)
     }
 
-    /// Moves the tool with `twist`, the step's solution; answers the wrench on the device about its grip. `pose` and `center` (its centre of
-    /// mass) are those with which the step began.
+    /// Moves the tool with `twist`, the step's solution; answers the wrench on the device about its
+    /// grip. `pose` and `center` (its centre of mass) are those with which the step began.
     pub(super) fn end(&mut self, pose: &Pose, center: DVec3, twist: Twist, h: f64) -> Wrench {
         let felt = -self.bond.wrench(&twist, h);
         self.advance(pose, center, twist, h);
@@ -213,7 +224,8 @@ pub(super) fn radius(body: &Body) -> f64 {
     (bounds.max - center).max(center - bounds.min).length()
 }
 
-/// The stiffness with which a spring of `stiffness` stretched to `stretch` pulls with no more than `most`.
+/// The stiffness with which a spring of `stiffness` stretched to `stretch` pulls with no more than
+/// `most`.
 fn levelled(stiffness: f64, stretch: DVec3, most: f64) -> f64 {
     let length = stretch.length();
     if stiffness * length > most { most / length } else { stiffness }

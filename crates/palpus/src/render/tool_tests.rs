@@ -124,7 +124,8 @@ fn a_hand_that_presses_harder_than_the_device_does_not_press_the_tool_in() {
 
 #[test]
 fn one_step_is_what_many_small_ones_are() {
-    // The same equations with a thousandth of the step: backward Euler converges with the first order.
+    // The same equations with a thousandth of the step: backward Euler converges with the first
+    // order.
     let device = |time: f64| {
         let swing = (TAU * 3.0 * time).sin();
         let pose = Pose::new(
@@ -164,7 +165,8 @@ fn friction_holds_within_its_cone_and_slides_at_its_edge() {
     for _ in 0..300 {
         renderer.step(&pressed(0.0), DT, &NoClock);
     }
-    // 1 mm sideways: 5000 against 1000 N/m would hold 0.83 N of 3.3 N, which sticks; the block leans a little.
+    // 1 mm sideways: 5000 against 1000 N/m would hold 0.83 N of 3.3 N, which sticks; the block
+    // leans a little.
     for k in 0..300 {
         renderer.step(&pressed((f64::from(k) * 1e-5).min(1e-3)), DT, &NoClock);
     }
@@ -186,7 +188,8 @@ fn friction_holds_within_its_cone_and_slides_at_its_edge() {
 
 #[test]
 fn tilting_through_flat_no_tick_jumps() {
-    // The torque's step is bounded by what the coupling makes of the motion of one tick, times a few.
+    // The torque's step is bounded by what the coupling makes of the motion of one tick, times a
+    // few.
     let mut renderer = coupled(|settings| settings.clustering = Clustering::Smooth);
     let coupling = renderer.settings().coupling.unwrap();
     let rate = 0.5;

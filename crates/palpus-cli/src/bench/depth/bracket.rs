@@ -1,6 +1,7 @@
 //! The plots of docs/global-depth.md: a ring that is moved through another one.
 //!
-//! 1. *Along a path*: both bounds of the depth, and the evaluations that each pose took, after the pose before and from nothing.
+//! 1. *Along a path*: both bounds of the depth, and the evaluations that each pose took, after the
+//!    pose before and from nothing.
 //! 2. *Over the budget*: how both bounds at one pose come nearer to each other.
 
 use std::f64::consts::FRAC_PI_2;

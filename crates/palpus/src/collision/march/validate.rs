@@ -84,10 +84,11 @@ impl March {
     }
 }
 
-/// About how far a point is from a feature: for a face, off its plane or above those of its neighbours.
+/// About how far a point is from a feature: for a face, off its plane or above those of its
+/// neighbours.
 ///
-/// Above, and not beyond the edge: where a merged face bends by its bulge and a neighbour is nearly as flat, their edge is not where
-/// their planes meet, by far more than the bulge.
+/// Above, and not beyond the edge: where a merged face bends by its bulge and a neighbour is nearly
+/// as flat, their edge is not where their planes meet, by far more than the bulge.
 fn from_feature(polytope: &Polytope, feature: Feature, point: DVec3) -> f64 {
     match feature {
         Vertex(v) => polytope.vertex(v).distance(point),

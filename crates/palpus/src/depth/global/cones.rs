@@ -256,7 +256,8 @@ impl<'s, 'a> Search<'s, 'a> {
             return gain;
         }
         if self.warm {
-            // What blocked a near pose mostly blocks this one; where it does not, a smaller cone may do.
+            // What blocked a near pose mostly blocks this one; where it does not, a smaller cone
+            // may do.
             let known = self.scene.promising(Candidates::Known, &cone.corners(), CONE_FIRST_TRIES);
             gain += self.advance_within(cone, &known);
             if gain > 0.0 || cone.bound > 0.0 && self.scene.holder(Candidates::Known, cone.foot).is_some() {

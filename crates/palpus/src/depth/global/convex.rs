@@ -1,7 +1,8 @@
 //! Two convex solids: the certified depth, or the distance, of their pieces is the answer.
 //!
-//! A plane between all vertices of the two meshes verifies each free translation. A piece may reach beyond its solid by
-//! rounding of the file. The cell lies within the solid, and the lower bound is that of the cells.
+//! A plane between all vertices of the two meshes verifies each free translation. A piece may reach
+//! beyond its solid by rounding of the file. The cell lies within the solid, and the lower bound is
+//! that of the cells.
 
 use glam::DVec3;
 
@@ -74,7 +75,8 @@ pub(super) fn convex_pair(
     })
 }
 
-/// True if a plane across `normal` lies between all vertices of b's mesh and those of a's, with a moved by `t`.
+/// True if a plane across `normal` lies between all vertices of b's mesh and those of a's, with a
+/// moved by `t`.
 fn parted(query: &GlobalDepth<'_>, pose_ba: &Pose, normal: DVec3, t: DVec3) -> bool {
     let normal_a = pose_ba.inverse().vector(normal);
     let (a, b) = (query.a.mesh().vertices(), query.b.mesh().vertices());
@@ -83,7 +85,8 @@ fn parted(query: &GlobalDepth<'_>, pose_ba: &Pose, normal: DVec3, t: DVec3) -> b
     low + normal.dot(pose_ba.translation + t) > high
 }
 
-/// True if a vertex of `body`, placed at `pose` in the frame of `other`, clearly lies outside of that.
+/// True if a vertex of `body`, placed at `pose` in the frame of `other`, clearly lies outside of
+/// that.
 fn sticks_out(body: &Body, other: &Polytope, pose: &Pose) -> bool {
     let hair = DEPTH_HAIR * body.size();
     let place = pose.placement();

@@ -78,11 +78,13 @@ impl Interior {
     }
 }
 
-/// How far the one piece of a convex body reaches beyond its solid at most; `None` for other bodies.
+/// How far the one piece of a convex body reaches beyond its solid at most; `None` for other
+/// bodies.
 ///
-/// If the piece reaches beyond the planes of the triangles by no more than e, the surface lies within e of the piece's,
-/// and the solid holds the piece without its outermost e. That holds the piece drawn towards its centroid by the share
-/// e / r, where r is the radius of a ball about the centroid in the piece.
+/// If the piece reaches beyond the planes of the triangles by no more than e, the surface lies
+/// within e of the piece's, and the solid holds the piece without its outermost e. That holds the
+/// piece drawn towards its centroid by the share e / r, where r is the radius of a ball about the
+/// centroid in the piece.
 fn shortfall(body: &Body) -> Option<f64> {
     let mesh = body.mesh();
     let [piece] = body.polytopes() else { return None };
