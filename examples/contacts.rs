@@ -1,6 +1,7 @@
 //! Where two meshes touch, and how deep they are in each other.
 //!
-//! `cargo run --release -p palpus-examples --example contacts -- TOOL PART`: two mesh files in millimetres.
+//! `cargo run --release -p palpus-examples --example contacts -- TOOL PART`: two mesh files in
+//! millimetres.
 
 use std::error::Error;
 use std::path::Path;
@@ -34,7 +35,8 @@ fn print_contacts(files: [&str; 2]) -> Result<(), Box<dyn Error>> {
     });
     let mut query = ContactQuery::new(tool?, part?, QuerySettings { tolerance: 1e-3, ..QuerySettings::default() });
 
-    // The tool leans in the part's inner corner. Poses that follow each other closely are answered fastest.
+    // The tool leans in the part's inner corner. Poses that follow each other closely are answered
+    // fastest.
     for height in [8.0, 6.9, 6.4] {
         let lean = DQuat::from_rotation_y(-0.2);
         let pose = Pose::new(lean, DVec3::new(17.2, 15.0, height) * 1e-3);

@@ -1,4 +1,5 @@
-//! A haptic loop: a simulated device in a simulated hand presses a peg on a plate, a thousand times a second, in real time.
+//! A haptic loop: a simulated device in a simulated hand presses a peg on a plate, a thousand times
+//! a second, in real time.
 //!
 //! `cargo run --release -p palpus-examples --example haptic_loop`
 

@@ -1,4 +1,5 @@
-//! Many bodies: two blocks lie on a table, a belt carries another one, and a tool pushes the lower from the side.
+//! Many bodies: two blocks lie on a table, a belt carries another one, and a tool pushes the lower
+//! from the side.
 //!
 //! `cargo run --release -p palpus-examples --example many_bodies`
 

@@ -1,4 +1,5 @@
-//! A device of your own: what palpus asks of it, and the test that it passes before anybody is given a force by it.
+//! A device of your own: what palpus asks of it, and the test that it passes before anybody is
+//! given a force by it.
 //!
 //! `cargo run --release -p palpus-examples --example own_device`
 
@@ -41,7 +42,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let spec = DeviceSpec { name: "swing".into(), force_max: 3.0, ..SimulationSettings::default().spec };
     let mut device = Swing { spec, since: Instant::now(), told: Wrench::default() };
 
-    // Something to feel: a spring towards the middle. The safety chain stands behind it, as behind anything.
+    // Something to feel: a spring towards the middle. The safety chain stands behind it, as behind
+    // anything.
     let spring = |state: &DeviceState, _dt: f64| {
         StepOutcome::of(Wrench { force: state.pose.translation * -100.0, torque: DVec3::ZERO })
     };

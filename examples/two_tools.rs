@@ -1,4 +1,5 @@
-//! Two tools take a free block between them and lift it: each hand feels the other one through the block.
+//! Two tools take a free block between them and lift it: each hand feels the other one through the
+//! block.
 //!
 //! `cargo run --release -p palpus-examples --example two_tools`
 
@@ -21,7 +22,8 @@ fn main() -> Result<(), Box<dyn Error>> {
 
     for tick in 0..3000 {
         let time = f64::from(tick) * PERIOD;
-        // Both hands close in the first second, 5 mm farther than the block lets them, and then go up.
+        // Both hands close in the first second, 5 mm farther than the block lets them, and then go
+        // up.
         let apart = 0.035 - 0.015 * time.min(1.0);
         let height = 0.02 + 0.02 * (time - 1.0).clamp(0.0, 1.0);
         let hands = [-apart, apart].map(|x| ProbeState::at(at(x, height)));

@@ -19,7 +19,7 @@
  * Number of this header's ABI: raised whenever a structure, or a function that was there, changes. New
  * functions do not raise it.
  */
-#define PALPUS_ABI_VERSION 1
+#define PALPUS_ABI_VERSION 2
 
 /**
  * Flatness for measuring: distances are exact to this share of the model's size.
@@ -342,6 +342,24 @@ typedef struct {
 } palpus_friction;
 
 /**
+ * How a material rings when it is hit: a vibration that decays.
+ */
+typedef struct {
+    /**
+     * Hz.
+     */
+    double frequency;
+    /**
+     * 1/s: it falls to 1/e in one over this.
+     */
+    double decay;
+    /**
+     * N for each m/s of approach.
+     */
+    double gain;
+} palpus_material;
+
+/**
  * The most that a device may be asked for; infinite for no limit.
  */
 typedef struct {
@@ -398,6 +416,10 @@ typedef struct {
      */
     palpus_friction friction;
     /**
+     * If has_material is 1. At first that of wood.
+     */
+    palpus_material material;
+    /**
      * Of the device.
      */
     palpus_limits limits;
@@ -430,9 +452,9 @@ typedef struct {
      */
     uint32_t has_friction;
     /**
-     * 0.
+     * 1: impacts ring, as much as the device's limits leave room for.
      */
-    uint32_t reserved;
+    uint32_t has_material;
 } palpus_settings;
 
 /**

@@ -1,4 +1,5 @@
-//! What a report says of the build: the compiler, the target, and in a release build the commit. Never fails for want of them.
+//! Build information for reports: the compiler, the target, and in a release build the commit.
+//! Missing information is no error.
 
 #![allow(clippy::print_stdout, reason = "this is how a build script talks to cargo")]
 
@@ -27,7 +28,7 @@ fn commit() -> Option<String> {
     let branch = said("git", &["symbolic-ref", "-q", "HEAD"]);
     for name in ["HEAD"].into_iter().chain(branch.as_deref()) {
         let path = said("git", &["rev-parse", "--git-path", name])?;
-        // Cargo runs this again and again for a file that is not there.
+        // Cargo would run this every time for a file that does not exist.
         if Path::new(&path).exists() {
             println!("cargo::rerun-if-changed={path}");
         }

@@ -1,5 +1,5 @@
-//! Hashes the sources that decide which pieces a mesh gives, so that prepared bodies on disk are never those of another
-//! engine, and nobody has to remember to raise a number.
+//! Hashes the sources that decide which pieces a mesh gives, so that prepared bodies on disk are
+//! never those of another engine, and nobody has to remember to raise a number.
 
 use std::fs;
 use std::path::{Path, PathBuf};

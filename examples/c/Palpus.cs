@@ -32,6 +32,7 @@ namespace Palpus
     public struct Coupling { public double Stiffness, Damping, AngularStiffness, AngularDamping, Skin, Mass; }
     [StructLayout(LayoutKind.Sequential)] public struct Shading { public double CreaseAngle, MostTurn; }
     [StructLayout(LayoutKind.Sequential)] public struct Friction { public double Static, Dynamic, TangentialStiffness; }
+    [StructLayout(LayoutKind.Sequential)] public struct Material { public double Frequency, Decay, Gain; }
     [StructLayout(LayoutKind.Sequential)] public struct Limits { public double Force, Torque; }
 
     [StructLayout(LayoutKind.Sequential)]
@@ -41,10 +42,11 @@ namespace Palpus
         public Coupling Coupling;
         public Shading Shading;
         public Friction Friction;
+        public Material Material;
         public Limits Limits;
         public Vector Grip;
         public ulong Capacity;
-        public uint SmoothClusters, Saturation, HasCoupling, HasShading, HasFriction, Reserved;
+        public uint SmoothClusters, Saturation, HasCoupling, HasShading, HasFriction, HasMaterial;
 
         /// A tool as hard as a device of these limits (N, N m) can show; period in s, tolerance in m.
         public static Settings Coupled(double force, double torque, double period, double tolerance)
@@ -99,7 +101,7 @@ namespace Palpus
 
         public World(Settings settings)
         {
-            PalpusException.Check(Native.palpus_check_abi(1));
+            PalpusException.Check(Native.palpus_check_abi(2));
             PalpusException.Check(Native.palpus_world_create(ref settings, out handle));
         }
 

@@ -1,4 +1,4 @@
-//! What [K02] claims against [16] and [30], as figures: every method along the same slow scripted
+//! Measures the claims of [K02] against [16] and [30]: every method along the same slow scripted
 //! motions, rendered directly.
 //!
 //! `cargo run --release -p palpus-baselines --example claims [SCENE…]` prints one table a scene:
@@ -115,7 +115,7 @@ fn methods(a: &Arc<Body>, b: &Arc<Body>, scene: &Scene) -> Result<Vec<Row>, Box<
 /// The baselines' coupling in palpus's words, critically damped alike.
 fn virtual_coupling(settings: &CouplingSettings, tolerance: f64, a: &Body) -> VirtualCoupling {
     let CouplingSettings { mass, stiffness, angular_stiffness, damping_ratio } = *settings;
-    // Of the probe's mesh with that mass.
+    // Inertia of the probe's mesh with that mass.
     let inertia = a.mass().inertia * (mass / a.mass().volume);
     let moment = (inertia.x_axis.x + inertia.y_axis.y + inertia.z_axis.z) / 3.0;
     VirtualCoupling {
@@ -128,7 +128,7 @@ fn virtual_coupling(settings: &CouplingSettings, tolerance: f64, a: &Body) -> Vi
     }
 }
 
-/// What one method felt along the path.
+/// Measures of one method along the path.
 #[derive(Default)]
 struct Figures {
     forces: Vec<f64>,

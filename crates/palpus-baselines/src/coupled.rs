@@ -28,13 +28,13 @@ use crate::{Baseline, BaselineError, Felt, positive};
 /// A spring and a damper for each of the two ways to move.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CouplingSettings {
-    /// Of the simulated probe, kg.
+    /// Mass of the simulated probe, kg.
     pub mass: f64,
     /// N/m.
     pub stiffness: f64,
     /// N·m/rad.
     pub angular_stiffness: f64,
-    /// Of critical damping; 1 by default.
+    /// Share of critical damping; 1 by default.
     pub damping_ratio: f64,
 }
 
@@ -58,7 +58,7 @@ pub struct Coupled<B> {
     body: Option<Simulated>,
 }
 
-/// Where the simulated probe is and how its centre moves, in b's frame.
+/// Pose and velocity of the simulated probe's centre, in b's frame.
 #[derive(Clone, Copy, Debug)]
 struct Simulated {
     rotation: DQuat,
@@ -66,7 +66,7 @@ struct Simulated {
     twist: Twist,
 }
 
-/// Of a ball of mass m and radius r: 2/5 m r².
+/// Inertia of a ball of mass m and radius r: 2/5 m r².
 const BALL: f64 = 0.4;
 /// A probe's radius as a share of its bounding diagonal.
 const RADIUS: f64 = 0.25;

@@ -60,7 +60,7 @@ struct Face {
     corners: [usize; 3],
     /// Unit, outward.
     normal: DVec3,
-    /// Of its plane from the origin, positive when the origin is inside.
+    /// Distance of its plane from the origin, positive if the origin is inside.
     distance: f64,
 }
 
@@ -96,7 +96,7 @@ fn start(support: &impl Fn(DVec3) -> Corner, size: f64) -> Option<[Corner; 4]> {
     let (p, q) = (support(DVec3::X), support(DVec3::NEG_X));
     let line = (q.w - p.w).try_normalize()?;
     let across = line.any_orthonormal_vector();
-    // Of three directions around the line, one at least leaves it.
+    // At least one of three directions around the line leaves it.
     let around = [across, line.cross(across), -across, across.cross(line)].map(support);
     let off_line = |c: &Corner| (c.w - p.w).cross(line).length();
     let r = around.into_iter().max_by(|c, d| off_line(c).total_cmp(&off_line(d)))?;
@@ -137,7 +137,7 @@ fn grow(corners: &[Corner], faces: &mut Vec<Face>) -> bool {
     true
 }
 
-/// The boundary point nearest to the origin, and what it is on a and b.
+/// The boundary point nearest to the origin, with its points on a and b.
 fn witness(corners: &[Corner], faces: &[Face], size: f64) -> Option<Penetration> {
     let least = faces.iter().map(|f| f.distance).min_by(f64::total_cmp)?;
     let miss = |f: &Face| {

@@ -43,19 +43,19 @@ pub use expand::{Penetration, penetration};
 pub use predicted::{Change, Predicted, PredictedSettings};
 pub use voxel::{Beyond, Voxel, VoxelSettings};
 
-/// What every method is told of the contact; the same words as in `palpus::render::Settings`.
+/// Contact settings of every method; the names are those of `palpus::render::Settings`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Settings {
     /// t, m: bodies push each other from this separation on.
     pub tolerance: f64,
     /// k, N/m.
     pub stiffness: f64,
-    /// Where the hand holds the probe, in the probe's frame, m.
+    /// Grip, in the probe's frame, m.
     pub grip_a: DVec3,
 }
 
 impl Default for Settings {
-    /// Those of `palpus::render::Settings::default`.
+    /// The values of `palpus::render::Settings::default`.
     fn default() -> Self {
         Self { tolerance: 1e-3, stiffness: 800.0, grip_a: DVec3::ZERO }
     }
@@ -73,7 +73,7 @@ impl Settings {
     }
 }
 
-/// What a step feels like.
+/// Answer of a method in one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Felt {
     /// On the probe, in b's frame, about the grip.
@@ -119,9 +119,9 @@ pub enum BaselineError {
     Setting {
         /// Its name.
         field: &'static str,
-        /// What it was.
+        /// The value.
         value: f64,
-        /// What it must be.
+        /// The rule that it breaks.
         rule: &'static str,
     },
     /// Voxels that take more memory than allowed.
@@ -129,9 +129,9 @@ pub enum BaselineError {
     TooLarge {
         /// Side of a voxel, m.
         voxel: f64,
-        /// What they take.
+        /// Memory that is needed, MB.
         megabytes: f64,
-        /// What is allowed.
+        /// Memory that is allowed, MB.
         allowed: f64,
     },
 }

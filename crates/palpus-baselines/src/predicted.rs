@@ -51,10 +51,10 @@ use crate::{Baseline, BaselineError, Felt, Settings, positive};
 /// Tolerances from which pairs are watched: a hand at 1 m/s goes one usual tolerance (1 mm) a step.
 const WATCH: f64 = 4.0;
 
-/// What the method is told.
+/// Settings of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PredictedSettings {
-    /// Of the contact.
+    /// Contact settings.
     pub contact: Settings,
     /// m: contacts nearer than this to a deeper one share its force. 0: every contact has its own.
     pub cluster_radius: f64,
@@ -275,7 +275,7 @@ fn look_back(a: &Body, b: &Body, pair: &LeafPair, before: &Placement) -> Option<
     }
 }
 
-/// Where the probe came from.
+/// Previous pose of the probe.
 fn earlier(pose_ba: &Pose, twist: &Twist, dt: f64, grip: DVec3) -> Placement {
     let back = DQuat::from_scaled_axis(-twist.angular * dt);
     let translation = grip + back * (pose_ba.translation - grip) - twist.linear * dt;

@@ -1,4 +1,4 @@
-//! What the methods' tests share: bodies and cases with a known answer.
+//! Bodies and cases with known answers, for the tests of all methods.
 
 use std::sync::Arc;
 

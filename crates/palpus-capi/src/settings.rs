@@ -1,6 +1,6 @@
 //! Settings of tools and of contacts between objects.
 
-use palpus::render::{Clustering, Saturation};
+use palpus::render::{Clustering, Material, Saturation};
 use palpus::{FrictionSettings, Limits, Settings, ShadingSettings, VirtualCoupling};
 
 use crate::body::flag;
@@ -57,6 +57,18 @@ pub struct palpus_friction {
     pub tangential_stiffness: f64,
 }
 
+/// How a material rings when it is hit: a vibration that decays.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct palpus_material {
+    /// Hz.
+    pub frequency: f64,
+    /// 1/s: it falls to 1/e in one over this.
+    pub decay: f64,
+    /// N for each m/s of approach.
+    pub gain: f64,
+}
+
 /// How contact is rendered. Begin with palpus_settings_coupled or palpus_settings_default, and change
 /// what you need.
 #[repr(C)]
@@ -81,6 +93,8 @@ pub struct palpus_settings {
     pub shading: palpus_shading,
     /// If has_friction is 1.
     pub friction: palpus_friction,
+    /// If has_material is 1. At first that of wood.
+    pub material: palpus_material,
     /// Of the device.
     pub limits: palpus_limits,
     /// m: where the hand holds the tool, in the tool's frame.
@@ -97,8 +111,8 @@ pub struct palpus_settings {
     pub has_shading: u32,
     /// 1: contacts have friction.
     pub has_friction: u32,
-    /// 0.
-    pub reserved: u32,
+    /// 1: impacts ring, as much as the device's limits leave room for.
+    pub has_material: u32,
 }
 
 impl palpus_settings {
@@ -109,9 +123,7 @@ impl palpus_settings {
         let palpus_shading { crease_angle, most_turn } = self.shading;
         let palpus_friction { static_coefficient, dynamic_coefficient, tangential_stiffness } = self.friction;
         let friction = FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness };
-        if self.reserved != 0 {
-            return Err(Fault::value("reserved is not 0; fill the settings by palpus_settings_coupled first"));
-        }
+        let palpus_material { frequency, decay, gain } = self.material;
         Ok(Settings {
             contact_tolerance: self.contact_tolerance,
             cluster_radius: self.cluster_radius,
@@ -136,8 +148,7 @@ impl palpus_settings {
             grip_a: self.grip.into(),
             capacity: usize::try_from(self.capacity).unwrap_or(usize::MAX),
             time_budget: None,
-            // Impacts do not ring from C yet.
-            material: None,
+            material: flag("has_material", self.has_material)?.then_some(Material { frequency, decay, gain }),
         })
     }
 }
@@ -153,6 +164,7 @@ impl From<&Settings> for palpus_settings {
             dynamic_coefficient: 0.0,
             tangential_stiffness: settings.stiffness,
         });
+        let material = settings.material.unwrap_or(Material::WOOD);
         Self {
             contact_tolerance: settings.contact_tolerance,
             cluster_radius: settings.cluster_radius,
@@ -174,6 +186,7 @@ impl From<&Settings> for palpus_settings {
                 dynamic_coefficient: friction.dynamic_coefficient,
                 tangential_stiffness: friction.tangential_stiffness,
             },
+            material: palpus_material { frequency: material.frequency, decay: material.decay, gain: material.gain },
             limits: palpus_limits { force: settings.limits.force, torque: settings.limits.torque },
             grip: settings.grip_a.to_array(),
             capacity: settings.capacity as u64,
@@ -186,7 +199,7 @@ impl From<&Settings> for palpus_settings {
             has_coupling: settings.coupling.is_some().into(),
             has_shading: settings.shading.is_some().into(),
             has_friction: settings.friction.is_some().into(),
-            reserved: 0,
+            has_material: settings.material.is_some().into(),
         }
     }
 }

@@ -6,7 +6,7 @@ use crate::result::{Fault, entry, palpus_result};
 
 /// Number of this header's ABI: raised whenever a structure, or a function that was there, changes. New
 /// functions do not raise it.
-pub const PALPUS_ABI_VERSION: u32 = 1;
+pub const PALPUS_ABI_VERSION: u32 = 2;
 
 /// The library's version as text, such as "0.1.0".
 #[unsafe(no_mangle)]

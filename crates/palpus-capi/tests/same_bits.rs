@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use palpus::glam::{DQuat, DVec3};
+use palpus::render::Material;
 use palpus::{Body, ContactQuery, Limits, NoClock, Object, Pose, ProbeState, QuerySettings, Settings, Twist, World};
 use palpus_alloc::{CountingAllocator, allocations_of_this_thread};
 use palpus_capi::body::{palpus_body, palpus_body_destroy, palpus_body_from_convex};
@@ -85,7 +86,8 @@ fn steps_have_the_bits_of_rust_and_obtain_no_memory() {
     let [plate, finger, cube] =
         [DVec3::new(0.1, 0.1, 0.02), DVec3::new(0.01, 0.01, 0.04), DVec3::splat(0.01)].map(block);
     let limits = Limits { force: 8.5, torque: 0.19 };
-    let settings = Settings::coupled(limits, PERIOD, 2e-4).with_friction(0.4, 0.3);
+    let ringing = Some(Material::STEEL);
+    let settings = Settings { material: ringing, ..Settings::coupled(limits, PERIOD, 2e-4).with_friction(0.4, 0.3) };
     let mut world = World::new(settings).unwrap();
     world.set_gravity(DVec3::Z * -9.81);
     world.add(Object::fixed(plate.0.clone(), Pose::IDENTITY)).unwrap();
@@ -122,6 +124,7 @@ fn steps_have_the_bits_of_rust_and_obtain_no_memory() {
         assert_eq!(place, world.pose(free).into(), "step {k}");
     }
     assert!(world.tick(tool).commanded.force.length() > 1.0);
+    assert_eq!((settings_c.has_material, settings_c.material.gain), (1, Material::STEEL.gain));
 }
 
 #[test]
@@ -142,5 +145,5 @@ fn settings_survive_the_way_to_c_and_back() {
 
 /// Settings to be overwritten.
 fn settings_with_noise() -> palpus_settings {
-    palpus_settings { capacity: 7, reserved: 9, ..palpus_settings::from(&Settings::default()) }
+    palpus_settings { capacity: 7, has_material: 9, ..palpus_settings::from(&Settings::default()) }
 }

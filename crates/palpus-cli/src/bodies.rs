@@ -1,4 +1,5 @@
-//! From a mesh, file or scene, to a prepared body: out of the user's cache, or with a bar that moves while it is prepared.
+//! From a mesh, file or scene, to a prepared body: out of the user's cache, or with a bar that
+//! moves while it is prepared.
 
 use std::path::Path;
 use std::sync::OnceLock;
@@ -7,7 +8,7 @@ use std::time::{Duration, Instant};
 use anyhow::Context;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use palpus::body::{Body, BodySettings, PolygonSoup};
-use palpus_io::{BodyCache, BodyKey, CacheMiss, ContentHash, Threads, read_mesh};
+use palpus_io::{BodyCache, BodyKey, CacheMiss, ContentHash, MeshFileError, Threads, read_mesh_noting};
 
 use crate::output;
 
@@ -15,7 +16,7 @@ use crate::output;
 pub(crate) struct Prepared {
     /// The body.
     pub(crate) body: Body,
-    /// Of the polygons as read.
+    /// Content hash of the polygons as read.
     pub(crate) hash: ContentHash,
     /// From polygons to body.
     pub(crate) seconds: f64,
@@ -23,7 +24,7 @@ pub(crate) struct Prepared {
     pub(crate) kept: bool,
 }
 
-/// Where bodies are kept, for the whole program; none with `--no-cache`.
+/// Cache of prepared bodies for the whole program; `None` with `--no-cache`.
 static CACHE: OnceLock<Option<BodyCache>> = OnceLock::new();
 
 /// Says, before the first body is prepared, whether bodies are kept.
@@ -35,8 +36,13 @@ pub(crate) fn use_cache(yes: bool) {
 pub(crate) enum Teller<'a> {
     /// By a bar in the terminal.
     Bar,
-    /// By calls, with the name of what is prepared and the part that is done, 0 to 1.
+    /// By calls, with the name of the body and the share that is done, 0 to 1.
     Calls(&'a dyn Fn(&str, f64)),
+}
+
+/// Reads a mesh file, and says so if it is of another format than its name says.
+pub(crate) fn read_mesh(path: &Path) -> Result<PolygonSoup, MeshFileError> {
+    read_mesh_noting(path, &mut |notice| output::note(format!("note: {notice}")))
 }
 
 /// Reads and prepares a model file, in model units.
@@ -73,7 +79,13 @@ pub(crate) fn prepare_soup_telling(
     let hash = ContentHash::of_soup(soup);
     let key = BodyKey::new(&hash, settings);
     let cache = CACHE.get().and_then(Option::as_ref);
-    let prepared = |body, kept| Prepared { body, hash, seconds: begin.elapsed().as_secs_f64(), kept };
+    let prepared = |body: Body, kept| {
+        let seconds = begin.elapsed().as_secs_f64();
+        let (triangles, pieces) = (body.mesh().triangles().len(), body.pieces().len());
+        let whence = if kept { "from the cache" } else { "prepared" };
+        output::detail(format!("{name}: {triangles} triangles, {pieces} convex pieces, {whence} in {seconds:.2} s"));
+        Prepared { body, hash, seconds, kept }
+    };
     match cache.map(|cache| cache.load(&key, soup, settings, &threads)) {
         Some(Ok(body)) => return Ok(prepared(body, true)),
         Some(Err(miss)) if !matches!(miss, CacheMiss::Absent) => {
@@ -103,9 +115,11 @@ pub(crate) fn prepare_soup_telling(
 
 const BAR_STEPS: f64 = 1000.0;
 
-/// A bar on standard error; it stays hidden for the first moments, so that small models do not flicker.
+/// A bar on standard error; it stays hidden for the first moments, so that small models do not
+/// flicker.
 fn bar(name: &str) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(BAR_STEPS as u64), ProgressDrawTarget::stderr_with_hz(10));
+    let target = if output::is_quiet() { ProgressDrawTarget::hidden() } else { ProgressDrawTarget::stderr_with_hz(10) };
+    let bar = ProgressBar::with_draw_target(Some(BAR_STEPS as u64), target);
     if let Ok(style) = ProgressStyle::with_template("{msg:24!} [{bar:40}] {percent:>3} % {elapsed}") {
         bar.set_style(style.progress_chars("=> "));
     }

@@ -1,5 +1,5 @@
-//! `palpus clearance`: how far apart two models are, or how deep in each other, along a path or over
-//! a set of placements, and where it is tightest.
+//! `palpus clearance`: how far apart two models are, or how deep in each other, along a path or
+//! over a set of placements, and where it is tightest.
 
 use std::path::Path;
 use std::process::ExitCode;

@@ -5,13 +5,14 @@ use std::time::Instant;
 use palpus::algebra::Clock;
 
 /// The operating system's monotonic clock.
-pub(crate) struct WallClock {
+pub struct WallClock {
     origin: Instant,
 }
 
 impl WallClock {
     /// A clock that begins now.
-    pub(crate) fn new() -> Self {
+    #[expect(clippy::new_without_default, reason = "a clock that begins when it is made has no default")]
+    pub fn new() -> Self {
         Self { origin: Instant::now() }
     }
 }

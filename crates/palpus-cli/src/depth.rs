@@ -13,11 +13,11 @@ use palpus::algebra::{Pose, Workers, both, quantile_of_sorted};
 use palpus::body::{Body, BodySettings, Health, Notice};
 use palpus::depth::{Containment, DepthBracket, GlobalDepth, GlobalMemory, GlobalSettings, Interior};
 use palpus_io::scene::metres;
-use palpus_io::{DepthWriter, Threads, read_poses};
+use palpus_io::{DepthWriter, Threads};
 use serde::Serialize;
 
 use crate::args::{DepthArguments, PairArguments};
-use crate::{bodies, output, query};
+use crate::{bodies, files, output, query};
 
 /// The document of `--json`; lengths are in model units.
 #[derive(Serialize)]
@@ -64,7 +64,7 @@ pub(crate) struct Answers {
 
 impl Pair {
     pub(crate) fn read(arguments: &PairArguments) -> anyhow::Result<Self> {
-        let poses = read_poses(&arguments.poses)?;
+        let poses = files::read_poses(&arguments.poses)?;
         let settings = BodySettings::default();
         let a = bodies::prepare_file(&arguments.a, &settings)?.body;
         let b = bodies::prepare_file(&arguments.b, &settings)?.body;

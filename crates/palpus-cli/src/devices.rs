@@ -1,4 +1,5 @@
-//! `palpus devices`: what is there, and what it would take to have the rest; and `--device`, by name.
+//! `palpus devices`: what is there, and what it would take to have the rest; and `--device`, by
+//! name.
 
 mod conformance;
 mod page;
@@ -33,7 +34,7 @@ pub(crate) fn devices(arguments: &DevicesArguments) -> anyhow::Result<ExitCode> 
     Ok(ExitCode::SUCCESS)
 }
 
-/// What `--device` can be, for who typed something else.
+/// Lists the values of `--device`, for error messages.
 pub(crate) const NAMES: &str = "sim, replay:FILE, haply[#ARM][:ws://HOST:PORT], spacemouse[:/dev/hidrawN], \
     force-dimension[#1][:LIBRARY], force-dimension-simulator[:LIBRARY], openhaptics[#NAME][:LIBRARY], \
     bridge:/path/to.sock, bridge:udp:127.0.0.1:PORT";
@@ -41,8 +42,12 @@ pub(crate) const NAMES: &str = "sim, replay:FILE, haply[#ARM][:ws://HOST:PORT], 
 /// The hardware called `name`, tested, and set down so that the grip begins at `start` (world);
 /// `None` when it is no hardware's name.
 ///
-/// `notes` gets what is worth writing down of it; with `real_time`, threads of the device ask for priority like the loop does.
-pub(crate) fn open(
+/// `notes` gets what is worth writing down of it; with `real_time`, threads of the device ask for
+/// priority like the loop does.
+///
+/// # Errors
+/// Fails if the name is wrong, or the device is not there or fails its self test.
+pub fn open(
     name: &str,
     start: Pose,
     real_time: bool,
@@ -88,7 +93,7 @@ pub(crate) fn open(
     Ok(Some(Box::new(PlacedDevice::new(device, start))))
 }
 
-/// What is typed behind `--device`: `KIND`, `KIND#WHICH`, `KIND:PLACE` or `KIND#WHICH:PLACE`.
+/// Value of `--device`: `KIND`, `KIND#WHICH`, `KIND:PLACE` or `KIND#WHICH:PLACE`.
 #[derive(Debug, PartialEq)]
 struct Wanted<'a> {
     kind: &'a str,
@@ -128,7 +133,7 @@ fn library(place: Option<&str>) -> Place {
     place.map_or(Place::Usual, |file| Place::File(file.into()))
 }
 
-/// Who names a service may name one on another machine.
+/// A user who names a service may name one on another machine.
 fn haply(which: Option<&str>, place: Option<&str>, real_time: bool) -> HaplyOptions {
     HaplyOptions {
         address: place.unwrap_or(HAPLY_ADDRESS).to_owned(),

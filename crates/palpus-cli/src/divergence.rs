@@ -1,4 +1,4 @@
-//! Where a replay first differs from its recording, and the state around it.
+//! Finds where a replay first differs from its recording, and the state around it.
 
 use std::collections::VecDeque;
 
@@ -26,7 +26,7 @@ pub(crate) struct Comparison<'a> {
     around: VecDeque<Replayed>,
 }
 
-/// What came out of a tick now.
+/// Results of a tick of the replay.
 #[derive(Clone, Copy)]
 struct Replayed {
     row: usize,
@@ -54,7 +54,7 @@ impl<'a> Comparison<'a> {
         self.around.push_back(Replayed { row, wrench: *wrench, contacts });
     }
 
-    /// What there is to say.
+    /// The lines to print.
     pub(crate) fn report(&self) -> Report {
         Report {
             ticks: self.recording.rows.len(),
@@ -68,7 +68,7 @@ impl<'a> Comparison<'a> {
         let rows = &self.recording.rows;
         let near = |tick: &u64| tick.abs_diff(rows[first].tick) <= CHANGES_NEAR;
         let changes = &self.recording.changes;
-        // What a change changes is told beside what was before it.
+        // A change is described together with the settings before it.
         let before = std::iter::once(self.recording.header.scene.render).chain(changes.iter().map(|(_, after)| *after));
         let settings_changes = changes
             .iter()
@@ -84,7 +84,7 @@ impl<'a> Comparison<'a> {
     }
 }
 
-/// What `palpus replay --json` says.
+/// Document of `palpus replay --json`.
 #[derive(Serialize)]
 pub(crate) struct Report {
     ticks: usize,
@@ -133,7 +133,7 @@ struct Compared {
     same: bool,
     force_difference_n: f64,
     torque_difference_nm: f64,
-    /// What the safety chain cut, as recorded.
+    /// Interventions of the safety chain, as recorded.
     cuts: Vec<&'static str>,
 }
 
@@ -187,7 +187,8 @@ fn changed(before: &Settings, after: &Settings) -> String {
     if differ.is_empty() { "nothing".to_owned() } else { differ.join(", ") }
 }
 
-/// The fields of a value as `Debug` writes them, without taking apart those that have fields themselves.
+/// The fields of a value as `Debug` writes them, without taking apart those that have fields
+/// themselves.
 fn outer_fields(text: &str) -> Vec<String> {
     let mut fields = vec![String::new()];
     let mut depth = 0u32;

@@ -34,7 +34,7 @@ impl FromStr for Span {
             number.clear();
         }
         if !number.is_empty() {
-            // What comes last needs no letter when it comes alone.
+            // A number alone, without a letter, is in seconds.
             let alone = number.len() == text.len();
             seconds += number.parse::<f64>().ok().filter(|_| alone).ok_or_else(problem)?;
         }
@@ -62,7 +62,8 @@ pub(crate) fn spoken(seconds: f64) -> String {
     said.join(" ")
 }
 
-/// How long work took or is about to take: below a hundred seconds two digits that matter, from there on minutes and seconds.
+/// How long work took or is about to take: below a hundred seconds two digits that matter, from
+/// there on minutes and seconds.
 pub(crate) fn duration(seconds: f64) -> String {
     if seconds < 100.0 {
         return format!("{} s", said(seconds, 2));

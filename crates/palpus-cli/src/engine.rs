@@ -18,7 +18,7 @@ use crate::way_out::WayOut;
 pub(crate) struct Engine {
     world: World,
     tools: Vec<Tool>,
-    /// Of the tools, as the world gets them.
+    /// Settings of the tools, as the world gets them.
     probes: Vec<ProbeState>,
     objects: Objects,
     frame: Frame,
@@ -32,19 +32,19 @@ pub(crate) struct Engine {
 struct Tool {
     id: ToolId,
     asked: Option<Newest<Settings>>,
-    /// Settings of which no detail has told yet.
+    /// Settings that no detail has reported yet.
     untold: Option<Settings>,
 }
 
-/// What the engine answers the loop.
+/// Answer of the engine to the loop.
 pub(crate) type Answer = Option<StepOutcome<Detail>>;
 
-/// What a step says beside its wrench.
+/// Results of a step beside its wrench.
 #[derive(Clone, Copy)]
 pub(crate) struct Detail {
     /// Of the engine's tick.
     pub(crate) tick: TickSummary,
-    /// Where the engine rendered the probe, world.
+    /// Pose at which the engine rendered the probe, world.
     pub(crate) tool: Pose,
     /// Times that the step obtained memory.
     pub(crate) allocations: u64,
@@ -151,7 +151,7 @@ impl Engine {
     /// step is as the first was.
     pub(crate) fn forget(&mut self) {
         self.world.clear();
-        // Whether that step took up others, nobody was told.
+        // It is unknown whether that step applied other settings.
         for tool in &mut self.tools {
             tool.untold = Some(*self.world.tool_settings(tool.id));
         }

@@ -14,14 +14,14 @@ use palpus_scenes::{HandPath, Motion, Scene};
 
 use crate::args::ExportArguments;
 use crate::hand_path::POSE_PERIOD;
+use crate::stage::no_scene;
 use crate::{files, output};
 
 /// Files are in millimetres, as most meshes are.
 const UNITS_PER_METRE: f64 = 1e3;
 
 pub(crate) fn export(arguments: &ExportArguments) -> anyhow::Result<ExitCode> {
-    let scene = palpus_scenes::scene(&arguments.scene)
-        .ok_or_else(|| anyhow!("there is no built-in scene `{}`; see palpus run --list", arguments.scene))?;
+    let scene = palpus_scenes::scene(&arguments.scene).ok_or_else(|| anyhow!("{}", no_scene(&arguments.scene)))?;
     let folder = &arguments.folder;
     let problem = || format!("{} could not be made; name another folder", folder.display());
     fs::create_dir_all(folder).with_context(problem)?;
@@ -53,7 +53,7 @@ pub(crate) fn export(arguments: &ExportArguments) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Writes a file that is not there yet: what someone has changed is not overwritten.
+/// Writes a new file; fails if the file exists, so that no edited file is lost.
 fn write_new(file: &Path, content: &str) -> anyhow::Result<()> {
     if file.exists() {
         bail!("{} is there already; name another folder, or move it away", file.display());
@@ -128,7 +128,7 @@ fn shape_file(k: usize) -> String {
     format!("object-{}.obj", k + 1)
 }
 
-/// What nobody holds.
+/// The objects.
 fn objects(scene: &Scene, shapes: &[Arc<PolygonSoup>]) -> String {
     let mut text = String::new();
     for object in &scene.objects {
@@ -150,7 +150,7 @@ fn objects(scene: &Scene, shapes: &[Arc<PolygonSoup>]) -> String {
     text
 }
 
-/// Where a tool begins, in two lines.
+/// Start pose of a tool, in two lines.
 fn place(start: &Pose) -> String {
     let ([x, y, z], q) = ((start.translation * UNITS_PER_METRE).to_array(), start.rotation);
     format!(

@@ -100,7 +100,7 @@ impl FaultLog {
         Some((watch, Self { path, thread, lines }))
     }
 
-    /// Writes what is still on its way; answers what there is to say, if anything was logged.
+    /// Writes the remaining lines; returns the messages for the user, if anything was logged.
     pub(crate) fn finish(self) -> Option<String> {
         let written = self.thread.finish();
         let (path, lines) = (self.path.display(), self.lines.load(Ordering::Relaxed));
@@ -115,7 +115,7 @@ impl FaultLog {
     }
 }
 
-/// Where the logs of the user are.
+/// The user's folder for logs.
 fn of_user() -> Option<PathBuf> {
     let base = etcetera::choose_base_strategy().ok()?;
     Some(base.state_dir().unwrap_or_else(|| base.data_dir()).join("palpus").join("faults.jsonl"))
@@ -172,7 +172,7 @@ impl Sink<Entry> for Pen {
     }
 }
 
-/// What was run: the same in all lines of a run.
+/// Description of the run: the same in all lines of a run.
 #[derive(Serialize)]
 struct Run {
     /// Which of the hands.
@@ -180,7 +180,7 @@ struct Run {
     palpus: String,
     device: String,
     scene: String,
-    /// Of meshes and scene file: the same for the same scene.
+    /// Hash of meshes and scene file: the same for the same scene.
     scene_hash: String,
     rate_hz: f64,
 }
@@ -210,7 +210,7 @@ struct Line<'a> {
     event: &'static str,
     tick: u64,
     time_s: f64,
-    /// What took the force away.
+    /// The reasons for which the force was removed.
     faults: Vec<&'static str>,
     phase_before: &'static str,
     phase: &'static str,

@@ -32,7 +32,8 @@ const LATE: Duration = Duration::from_millis(100);
 /// More than a period at 1 kHz, for which no watchdog bites.
 const SLOW: Duration = Duration::from_millis(3);
 
-/// Out of words such as `pose-jump@1.5`: what happens, and after how many seconds. In simulated time (`fast`) nothing is late.
+/// Out of words such as `pose-jump@1.5`: what happens, and after how many seconds. In simulated
+/// time (`fast`) nothing is late.
 pub(crate) fn script(words: &[String], rate_hz: f64, fast: bool) -> anyhow::Result<Script> {
     if let Some(word) = words.iter().find(|word| fast && word.starts_with("late-")) {
         bail!("in simulated time nothing comes late, and so `{word}` does nothing; leave --fast out");

@@ -2,11 +2,14 @@
 
 use std::fmt::Display;
 use std::fs;
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use anyhow::Context;
+use palpus::algebra::Pose;
+use palpus_io::query::read_poses_from;
 
-/// `base`, or if there is such a file, the first of `base-2`, `base-3`, … that is not there.
+/// Returns `base`, or if that file exists, the first free name of `base-2`, `base-3`, ….
 pub(crate) fn free(base: &Path) -> PathBuf {
     first_free(base, |path| !path.exists())
 }
@@ -25,12 +28,27 @@ pub(crate) fn beside(base: &Path, addition: impl Display) -> PathBuf {
     base.with_file_name(format!("{stem}-{addition}{dot}{extension}"))
 }
 
-/// Makes a folder, and those that it is to be in, unless it is there.
+/// The name that means standard input or output in place of a file.
+pub(crate) const STANDARD: &str = "-";
+/// The longest list of poses that is read from standard input, bytes.
+const MOST_INPUT: u64 = 1 << 32;
+
+/// Reads a list of poses from a file, or from standard input for `-`.
+pub(crate) fn read_poses(file: &Path) -> anyhow::Result<Vec<Pose>> {
+    if file != Path::new(STANDARD) {
+        return Ok(palpus_io::read_poses(file)?);
+    }
+    let mut bytes = Vec::new();
+    std::io::stdin().take(MOST_INPUT).read_to_end(&mut bytes).context("standard input cannot be read")?;
+    Ok(read_poses_from(&bytes, "standard input")?)
+}
+
+/// Creates a folder and its parents, if they do not exist.
 pub(crate) fn make_folder(folder: &Path) -> anyhow::Result<()> {
     fs::create_dir_all(folder).with_context(|| format!("{} could not be created", folder.display()))
 }
 
-/// The same with the folder in which `file` is to be.
+/// Creates the folder of `file`.
 pub(crate) fn make_folder_of(file: &Path) -> anyhow::Result<()> {
     file.parent().filter(|folder| !folder.as_os_str().is_empty()).map_or(Ok(()), make_folder)
 }

@@ -1,4 +1,4 @@
-//! What a scene file leaves open, chosen after its meshes.
+//! Chooses values that a scene file leaves out, to suit its meshes.
 //!
 //! 1. *Tolerance*: 1 mm, or a hundredth of the smaller body where that is less; on bodies of a
 //!    millimetre, 1 mm would be all of them.
@@ -18,12 +18,12 @@ use palpus_io::scene::SceneFile;
 /// m: smaller and larger things are seldom meant to be felt by hand.
 const SMALL: f64 = 5e-3;
 const LARGE: f64 = 2.0;
-/// Of the smaller body's size.
+/// Tolerance, as a share of the smaller body's size.
 const TOLERANCE_SHARE: f64 = 0.01;
 /// How far above the environment's box the probe begins, in its own reach.
 const CLEARANCE: f64 = 0.25;
 
-/// Fills in what `file` leaves open; says what was chosen, if it is not what is usual.
+/// Fills in what `file` leaves out; returns notes about values other than the defaults.
 pub(crate) fn fill(file: &mut SceneFile, probe: &Body, environment: &Body) -> Vec<String> {
     let mut notes = Vec::new();
     let [smaller, larger] = [probe.size().min(environment.size()), probe.size().max(environment.size())];
@@ -77,7 +77,7 @@ fn boxes_overlap(probe: &Body, environment: &Body) -> bool {
     a.min.cmple(b.max).all() && b.min.cmple(a.max).all()
 }
 
-/// Where the middle of the probe stands above the middle of the environment.
+/// Returns the start position of the probe's middle relative to the environment's.
 fn above(probe: &Body, environment: &Body) -> DVec3 {
     let (a, b) = (probe.mesh().bounds(), environment.mesh().bounds());
     let reach = 0.5 * (a.max - a.min).length();
@@ -127,7 +127,9 @@ mod tests {
                 let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
                 query.nearest(&pose).map_or(f64::INFINITY, |contact| contact.separation)
             };
-            assert!(felt(0.0) > 0.0 && felt(0.5 * stage.path.duration()) < 0.0, "it begins apart and comes into touch");
+            // The hand may intend to go all through a small body.
+            let mut on_its_way = (0..4000).map(|k| felt(0.5 * stage.path.duration() * f64::from(k) / 4000.0));
+            assert!(felt(0.0) > 0.0 && on_its_way.any(|gap| gap < 0.0), "it begins apart and comes into touch");
         }
         let _ = std::fs::remove_dir_all(&folder);
     }

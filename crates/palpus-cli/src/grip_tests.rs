@@ -42,12 +42,12 @@ fn write_box(file: &Path, low: DVec3, high: DVec3) {
 /// m: the bar's corners in a frame whose origin is in the middle of its tip, and where it is held.
 const BAR: [DVec3; 2] = [DVec3::new(-0.005, -0.006, 0.0), DVec3::new(0.005, 0.006, 0.06)];
 const HELD: DVec3 = DVec3::new(0.001, 0.002, 0.05);
-/// Of the block below it, world.
+/// Pose of the block below it, world.
 const BLOCK: Pose =
     Pose { rotation: DQuat::from_xyzw(0.0, 0.0, 0.6, 0.8), translation: DVec3::new(0.005, -0.003, 0.002) };
 
-/// A bar over a block, in a file whose mesh of the bar is shifted by `shift` (m); `more` is appended
-/// to the bar's section.
+/// A bar over a block, in a file whose mesh of the bar is shifted by `shift` (m); `more` is
+/// appended to the bar's section.
 fn bar_over_block(folder: &Folder, name: &str, shift: DVec3, more: &str) -> Stage {
     crate::bodies::use_cache(false);
     write_box(&folder.0.join(format!("{name}.obj")), BAR[0] + shift, BAR[1] + shift);
@@ -64,7 +64,7 @@ fn bar_over_block(folder: &Folder, name: &str, shift: DVec3, more: &str) -> Stag
     stage::prepare(&scene.display().to_string(), FilePolicy::Inside).expect("a scene")
 }
 
-/// What a hand feels that presses the bar onto the block by its grip and tilts it, for two seconds.
+/// Forces on a hand that presses the bar onto the block by its grip and tilts it, for two seconds.
 fn pressed(stage: &Stage, mode: CouplingMode) -> Vec<Wrench> {
     let settings = SimulationSettings::default();
     let mut engine = Engine::new(stage, &[stage.settings_in(mode, &settings.spec, 1000.0)]).expect("an engine");
@@ -105,7 +105,7 @@ fn wrench_does_not_depend_on_mesh_origin() {
     }
 }
 
-/// What the engine answers all devices.
+/// Answers of the engine to all devices.
 fn stepped<const N: usize>(engine: &mut Engine, states: [DeviceState; N]) -> [StepOutcome<Detail>; N] {
     let mut answers = [const { None }; N];
     engine.step(&states, 1e-3, &mut answers);

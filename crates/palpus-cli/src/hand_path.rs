@@ -11,21 +11,22 @@ use crate::output;
 
 /// Seconds from one pose of a file without times to the next.
 pub(crate) const POSE_PERIOD: f64 = 0.5;
-/// A hand that goes so many sizes of the probe away from where it begins is said so: it will hardly touch anything.
+/// A hand that goes so many sizes of the probe away from where it begins is said so: it will hardly
+/// touch anything.
 const FAR_SIZES: f64 = 20.0;
 
 /// How a file is followed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Following {
-    /// Where a recorded hand begins; poses without times stand where they stand.
+    /// Start pose of a recorded hand; poses without times are not moved.
     pub(crate) start: Pose,
     /// Metres for each unit of poses without times.
     pub(crate) metres_per_unit: f64,
-    /// Of a recorded hand's way.
+    /// Factor of the translations of a recorded hand.
     pub(crate) scale: f64,
     /// Times as fast.
     pub(crate) speed: f64,
-    /// Of the probe, m.
+    /// Size of the probe, m.
     pub(crate) size: f64,
 }
 

@@ -10,7 +10,7 @@ use crate::args::{InspectArguments, PictureArguments};
 use crate::sweeps::Sweeps;
 use crate::{bodies, output, picture};
 
-/// What `--json` says; lengths are in model units.
+/// Document of `--json`; lengths are in model units.
 #[derive(Serialize)]
 struct Report {
     model: String,

@@ -1,8 +1,10 @@
 //! The palpus program: what was typed → what it means → one call.
 //!
-//! Exit status: 0 done, 1 it failed (one error line on standard error says what, where and what to do), 2 wrong use.
+//! Exit status: 0 done, 1 it failed (one error line on standard error says what, where and what to
+//! do), 2 wrong use.
 //!
-//! A library with one function, for the program itself and for the package of Python, which has it too.
+//! A library for the program itself and for the Python package, which has the program too, and
+//! devices by the program's names.
 
 mod approach;
 mod args;
@@ -27,6 +29,7 @@ mod grip_tests;
 mod hand_path;
 mod inspect;
 mod interrupt;
+mod man;
 mod markup;
 mod numbers;
 mod objects;
@@ -62,12 +65,17 @@ use clap::Parser;
 
 use args::{Arguments, Command};
 
+pub use clock::WallClock;
+pub use devices::open as open_device;
+pub use summary::end as end_in_words;
+
 /// Tests count what the servo path allocates.
 #[cfg(test)]
 #[global_allocator]
 static ALLOCATOR: palpus_alloc::CountingAllocator = palpus_alloc::CountingAllocator;
 
-/// Runs the program with these arguments, the first of which is its name, and returns its exit status.
+/// Runs the program with these arguments, the first of which is its name, and returns its exit
+/// status.
 ///
 /// The counts of allocations that it shows are right if the caller's global allocator is
 /// [`palpus_alloc::CountingAllocator`].
@@ -90,8 +98,9 @@ pub fn main(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
 }
 
 fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
+    output::set_level(arguments.quiet, arguments.verbose);
     let command = arguments.command.unwrap_or_else(Command::demonstration);
-    // What is measured is done.
+    // Benchmarks time preparation, so they bypass the cache.
     bodies::use_cache(!arguments.no_cache && !matches!(command, Command::Bench(_)));
     match command {
         Command::Run(run) => run::run(&run),
@@ -109,6 +118,7 @@ fn execute(arguments: Arguments) -> anyhow::Result<ExitCode> {
         Command::Doctor(doctor) => doctor::doctor(&doctor),
         Command::Soak(arguments) => soak::soak(&arguments),
         Command::Bench(bench) => bench::bench(&bench),
+        Command::Man(arguments) => man::man(&arguments),
         Command::Completions { shell } => {
             args::completions(shell);
             Ok(ExitCode::SUCCESS)

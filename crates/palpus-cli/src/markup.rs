@@ -1,6 +1,7 @@
 //! Text in documents of tags: HTML and SVG.
 
-/// Text as it may stand in XML, between tags and in attributes; control characters, which may not, become a mark.
+/// Text as it may stand in XML, between tags and in attributes; control characters, which may not,
+/// become a mark.
 pub(crate) fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for c in text.chars() {
@@ -12,7 +13,8 @@ pub(crate) fn escaped(text: &str) -> String {
             '\'' => safe.push_str("&#39;"),
             '\n' | '\t' => safe.push(c),
             c if c.is_control() || matches!(c, '\u{fffe}' | '\u{ffff}') => safe.push('\u{fffd}'),
-            // What turns the direction of writing could make a name look like another one.
+            // Characters that change the direction of writing could make a name look like another
+            // one.
             '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' => safe.push('\u{fffd}'),
             c => safe.push(c),
         }

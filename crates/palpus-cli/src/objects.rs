@@ -24,7 +24,7 @@ pub(crate) struct Objects {
 struct Driven {
     body: BodyId,
     start: Pose,
-    /// Of the frame's origin.
+    /// Twist of the frame's origin.
     velocity: Twist,
 }
 
@@ -63,7 +63,7 @@ impl Objects {
         self.time += dt;
     }
 
-    /// Where the objects are, in the engine's frame.
+    /// Poses of the objects, in the engine's frame.
     pub(crate) fn poses<'a>(&'a self, world: &'a World) -> impl Iterator<Item = Pose> {
         self.ids.iter().map(|&id| world.pose(id))
     }

@@ -1,33 +1,93 @@
-//! Where words go: answers to standard output, everything else to standard error.
+//! Output: answers go to standard output, everything else to standard error.
 
 use std::io::{ErrorKind, IsTerminal, Write};
+use std::sync::atomic::{AtomicU8, Ordering};
 
 use serde::Serialize;
 
-/// One error on one screen: the outermost sentence, then its causes.
+/// How much is said beside answers and errors: one of the three below.
+static LEVEL: AtomicU8 = AtomicU8::new(USUAL);
+const QUIET: u8 = 0;
+const USUAL: u8 = 1;
+const VERBOSE: u8 = 2;
+
+/// Sets how much is said, as `--quiet` and `--verbose` ask for.
+pub(crate) fn set_level(quiet: bool, verbose: bool) {
+    let level = if quiet { QUIET } else { USUAL + u8::from(verbose) };
+    LEVEL.store(level, Ordering::Relaxed);
+}
+
+/// True with `--quiet`.
+pub(crate) fn is_quiet() -> bool {
+    LEVEL.load(Ordering::Relaxed) == QUIET
+}
+
+/// Prints an error: the outermost sentence, then its causes.
 pub(crate) fn error(error: &anyhow::Error) {
-    note(format_args!("error: {error}"));
+    to_user(format_args!("error: {error}"));
     for cause in error.chain().skip(1) {
-        note(format_args!("  because: {cause}"));
+        to_user(format_args!("  because: {cause}"));
     }
 }
 
-/// A line for the user that is not the answer. Does nothing if there is no terminal any more: a run goes on to its end all the same.
+/// Prints a line that is not the answer, unless the program is quiet.
 pub(crate) fn note(text: impl std::fmt::Display) {
+    if !is_quiet() {
+        to_user(text);
+    }
+}
+
+/// Prints a line of detail, with `--verbose`.
+pub(crate) fn detail(text: impl std::fmt::Display) {
+    if LEVEL.load(Ordering::Relaxed) == VERBOSE {
+        to_user(text);
+    }
+}
+
+/// Prints a line to standard error. A terminal that is gone is no error: a run goes on to its end.
+fn to_user(text: impl std::fmt::Display) {
     // A live line may stand there.
     let begin = if watched() { "\r\x1b[2K" } else { "" };
     let _ = writeln!(std::io::stderr(), "{begin}{text}");
 }
 
-/// A line of the answer. Who reads may stop reading (`| head`): that ends the program, and is no failure of it.
+/// Prints a line of the answer. The program ends with success if the reader has closed the pipe
+/// (`| head`).
 pub(crate) fn line(text: impl std::fmt::Display) {
     if let Err(error) = writeln!(std::io::stdout(), "{text}") {
-        if error.kind() == ErrorKind::BrokenPipe {
-            std::process::exit(0);
-        }
-        note(format_args!("error: the answer could not be printed: {error}"));
-        std::process::exit(1);
+        unprinted(&error);
     }
+}
+
+/// Standard output as a place for a table. The program ends with success if the reader has closed
+/// the pipe.
+pub(crate) struct Answer(std::io::Stdout);
+
+impl Answer {
+    pub(crate) fn new() -> Self {
+        Self(std::io::stdout())
+    }
+}
+
+impl Write for Answer {
+    fn write(&mut self, bytes: &[u8]) -> std::io::Result<usize> {
+        self.0.write(bytes).inspect_err(unprinted)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.0.flush().inspect_err(unprinted)
+    }
+}
+
+/// Ends the program, since its answer cannot be printed.
+fn unprinted(error: &std::io::Error) {
+    match error.kind() {
+        ErrorKind::Interrupted => return,
+        ErrorKind::BrokenPipe => std::process::exit(0),
+        _ => {}
+    }
+    to_user(format_args!("error: the answer could not be printed: {error}"));
+    std::process::exit(1);
 }
 
 /// The answer as one JSON document.
@@ -36,9 +96,10 @@ pub(crate) fn json(document: &impl Serialize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// True when someone watches standard error, so that a line may be drawn over.
+/// True if standard error is a terminal and the program is not quiet, so that a line may be drawn
+/// over.
 pub(crate) fn watched() -> bool {
-    std::io::stderr().is_terminal()
+    !is_quiet() && std::io::stderr().is_terminal()
 }
 
 /// Draws over the last live line (only where [`watched`]).

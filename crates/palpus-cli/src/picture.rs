@@ -1,4 +1,5 @@
-//! Pictures of runs and models, for those who have no display or want a file: what was asked for → a scene → PNG.
+//! Pictures of runs and models, for those who have no display or want a file: what was asked for →
+//! a scene → PNG.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -42,7 +43,7 @@ pub(crate) fn write_model(
     write(&scene, asked, &style, file)
 }
 
-/// What a model file is called in pictures.
+/// Name of a model file in pictures.
 pub(crate) fn model_name(model: &Path) -> String {
     model.file_name().unwrap_or(model.as_os_str()).to_string_lossy().into_owned()
 }

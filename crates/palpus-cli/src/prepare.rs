@@ -13,7 +13,7 @@ use serde::Serialize;
 use crate::args::PrepareArguments;
 use crate::{bodies, output};
 
-/// What `--json` says of one model.
+/// Entry of `--json` for one model.
 #[derive(Serialize)]
 struct Report {
     model: String,

@@ -1,7 +1,7 @@
 //! `palpus query`: contacts of two models for a list of poses, on all cores.
 
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Write};
 use std::ops::Range;
 use std::path::Path;
 use std::process::ExitCode;
@@ -13,12 +13,14 @@ use palpus::algebra::Pose;
 use palpus::body::{Body, BodySettings};
 use palpus::depth::ContainmentQuery;
 use palpus::detect::{Contact, ContactBatch, ContactQuery, Proof, QuerySettings};
-use palpus_io::{ContactWriter, QueryRow, QueryWriter, Threads, read_poses};
+use palpus_io::query::containment_number;
+use palpus_io::{ContactWriter, QueryRow, QueryWriter, Threads};
+use serde::Serialize;
 
 use crate::args::QueryArguments;
-use crate::{bodies, output};
+use crate::{bodies, files, output};
 
-/// Of the smaller model's diagonal: the tolerance when none is given.
+/// Default tolerance, as a share of the smaller model's diagonal.
 const DEFAULT_TOLERANCE: f64 = 0.01;
 /// Leaf contacts that one pose can have.
 const CAPACITY: usize = 1 << 16;
@@ -26,12 +28,18 @@ const CAPACITY: usize = 1 << 16;
 const BLOCK: usize = 32 * ContactBatch::RUN;
 
 pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
-    let poses = read_poses(&arguments.poses)?;
+    let poses = files::read_poses(&arguments.poses)?;
     let settings = BodySettings::default();
     let a = bodies::prepare_file(&arguments.a, &settings)?.body;
     let b = bodies::prepare_file(&arguments.b, &settings)?.body;
     let tolerance = tolerance_of(arguments.tolerance, &a, &b)?;
-    let mut rows = QueryWriter::new(create(&arguments.out)?)?;
+    // The table goes to standard output unless a file, or a document instead, is asked for.
+    let to_stdout = (!arguments.json).then_some(Path::new(files::STANDARD));
+    let mut rows = match arguments.out.as_deref().or(to_stdout) {
+        Some(path) => Some(QueryWriter::new(create(path)?)?),
+        None => None,
+    };
+    let mut results = Vec::new();
     let mut contact_rows = match &arguments.contacts {
         Some(path) => Some(ContactWriter::new(create(path)?)?),
         None => None,
@@ -50,14 +58,22 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
         let frames = begin..poses.len().min(begin + BLOCK);
         let answers = batch.run(frames.clone(), &Threads::all(), &mut |_| (), of_run);
         for (frame, answer) in frames.zip(answers.into_iter().flatten()) {
-            rows.write(&answer.row.with_context(|| format!("frame {frame} has no answer: a model has no pieces"))?)?;
+            let row = answer.row.with_context(|| format!("frame {frame} has no answer: a model has no pieces"))?;
+            if let Some(rows) = &mut rows {
+                rows.write(&row)?;
+            }
+            if arguments.json {
+                results.push(ResultRow::of(&row));
+            }
             if let Some(file) = &mut contact_rows {
                 file.write(frame as u64, &answer.contacts)?;
             }
             dropped += answer.dropped;
         }
     }
-    rows.finish()?;
+    if let Some(rows) = rows {
+        rows.finish()?;
+    }
     if let Some(file) = contact_rows {
         file.finish()?;
     }
@@ -66,7 +82,47 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
             "note: {dropped} contacts over {CAPACITY} in a frame were left out; a smaller --tolerance has fewer"
         ));
     }
+    if arguments.json {
+        output::json(&Document { tolerance, results })?;
+    }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The document of `--json`, in model units and B's frame.
+#[derive(Serialize)]
+struct Document {
+    tolerance: f64,
+    results: Vec<ResultRow>,
+}
+
+/// A row of the table, under the same names.
+#[derive(Serialize)]
+struct ResultRow {
+    frame: u64,
+    separation: f64,
+    normal: [f64; 3],
+    point_a: [f64; 3],
+    point_b: [f64; 3],
+    contacts: u32,
+    certified: bool,
+    contained: u8,
+    query_us: f64,
+}
+
+impl ResultRow {
+    fn of(row: &QueryRow) -> Self {
+        Self {
+            frame: row.frame,
+            separation: row.separation,
+            normal: row.normal.to_array(),
+            point_a: row.point_a.to_array(),
+            point_b: row.point_b.to_array(),
+            contacts: row.contacts,
+            certified: row.certified,
+            contained: containment_number(row.contained),
+            query_us: row.query_us,
+        }
+    }
 }
 
 /// The tolerance that was typed, or the default for these two models.
@@ -78,14 +134,17 @@ pub(crate) fn tolerance_of(typed: Option<f64>, a: &Body, b: &Body) -> anyhow::Re
     }
 }
 
-/// A buffered file to write to; the error names it.
-pub(crate) fn create(path: &Path) -> anyhow::Result<BufWriter<File>> {
+/// A buffered file to write to, or standard output for `-`; the error names the file.
+pub(crate) fn create(path: &Path) -> anyhow::Result<BufWriter<Box<dyn Write>>> {
+    if path == Path::new(files::STANDARD) {
+        return Ok(BufWriter::new(Box::new(output::Answer::new())));
+    }
     let file =
         File::create(path).with_context(|| format!("{} could not be created; check the folder", path.display()))?;
-    Ok(BufWriter::new(file))
+    Ok(BufWriter::new(Box::new(file)))
 }
 
-/// What is found at one pose.
+/// Results at one pose.
 struct Answer {
     /// `None` if a model has no pieces.
     row: Option<QueryRow>,
@@ -113,7 +172,8 @@ fn answer(
         point_a: nearest.point_a,
         point_b: nearest.point_b,
         contacts: contacts.len() as u32,
-        // Closest points prove themselves by the planes through them; depths were proven or are counted as unproven.
+        // Closest points prove themselves by the planes through them; depths were proven or are
+        // counted as unproven.
         certified: counters.unproven == 0,
         query_us,
         contained: containment.run(pose_ba),

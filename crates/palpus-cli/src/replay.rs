@@ -50,7 +50,7 @@ pub(crate) fn replay(arguments: &ReplayArguments) -> anyhow::Result<ExitCode> {
     Ok(if identical { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// What `--json` says: of the named recording, and of those of the other tools by their names.
+/// Document of `--json`: of the named recording, and of those of the other tools by their names.
 #[derive(Serialize)]
 struct Reports<'a> {
     #[serde(flatten)]

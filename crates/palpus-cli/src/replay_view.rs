@@ -42,7 +42,7 @@ fn chosen_tick(recording: &Recording, at: Option<f64>) -> anyhow::Result<usize> 
     }
 }
 
-/// What the recorded scene is called.
+/// Name of the recorded scene.
 fn name(recording: &Recording) -> String {
     use palpus_io::record::SceneSource;
     match &recording.header.scene.source {
@@ -51,7 +51,7 @@ fn name(recording: &Recording) -> String {
     }
 }
 
-/// What can be had where there is no window.
+/// Alternatives without a window.
 #[cfg(feature = "window")]
 const INSTEAD: &str = "--screenshot FILE --at S makes a picture without one";
 

@@ -1,7 +1,7 @@
 //! The safety chain as it is printed, recorded and made again for a replay.
 
 use palpus_device::{
-    AfterFault, AfterPanic, Claimed, DeviceSpec, Engagement, LimitLine, RealTimeClaims, Rearm, SafetyChain,
+    AfterFault, AfterPanic, Claimed, Cut, DeviceSpec, Engagement, LimitLine, RealTimeClaims, Rearm, SafetyChain,
     SafetyCounters, SafetyLimits, SafetyOptions,
 };
 use serde::Serialize;
@@ -12,14 +12,14 @@ use crate::output;
 /// Under this name the chain stands in a recording's header.
 const SECTION: &str = "safety";
 
-/// What a summary says of safety.
+/// Safety part of a summary.
 #[derive(Debug, Default, Serialize)]
 pub(crate) struct SafetyReport {
     /// Ticks by what was cut in them.
     cuts: serde_json::Map<String, serde_json::Value>,
     /// Thresholds by name, in SI units.
     limits: serde_json::Map<String, serde_json::Value>,
-    /// What the operating system granted.
+    /// Real-time features that the operating system granted.
     real_time: Option<serde_json::Map<String, serde_json::Value>>,
 }
 
@@ -44,10 +44,15 @@ impl SafetyReport {
 /// Ticks by what was cut in them, in words.
 pub(crate) fn cuts_in_words(cuts: &serde_json::Map<String, serde_json::Value>) -> String {
     if cuts.is_empty() {
-        return "nothing".to_owned();
+        return "no interventions".to_owned();
     }
-    let each = cuts.iter().map(|(name, ticks)| format!("{} {ticks}", name.replace('_', " ")));
-    format!("{} (ticks)", each.collect::<Vec<_>>().join(", "))
+    // Every run begins with the ramp of the engagement: it is no sign of trouble.
+    let start_up = Cut::Engagement.name();
+    let each = cuts.iter().map(|(name, ticks)| match name.as_str() {
+        name if name == start_up => format!("start-up ramp: {ticks} ticks (normal)"),
+        name => format!("{}: {ticks} ticks", name.replace('_', " ")),
+    });
+    each.collect::<Vec<_>>().join(", ")
 }
 
 /// Prints the thresholds for a device, one a line.

@@ -19,7 +19,7 @@ pub(crate) struct Seen<'a> {
     stage: &'a Stage,
     probe: Arc<Solid>,
     environment: Arc<Solid>,
-    /// The other tools and the objects, with where they are while nobody says.
+    /// The other tools and the objects, with their poses at the start.
     others: Vec<(BodyPart, Arc<Solid>, Pose)>,
 }
 

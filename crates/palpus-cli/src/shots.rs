@@ -13,12 +13,12 @@ struct Shot {
 }
 
 impl Shots {
-    /// Tick number `tick` is to be kept, in `moment`, which has room for it.
+    /// Tick number `tick` is kept in `moment`, which has room for it.
     pub(crate) fn keep(&mut self, tick: u64, moment: Moment) {
         self.0.push(Shot { tick, taken: false, moment });
     }
 
-    /// If tick `index`, which is this one, is to be kept, `fill` writes it. Obtains no memory.
+    /// Calls `fill` if tick `index`, the current one, is to be kept. Allocates no memory.
     pub(crate) fn take(&mut self, index: u64, fill: impl Fn(&mut Moment)) {
         for shot in self.0.iter_mut().filter(|shot| shot.tick == index) {
             fill(&mut shot.moment);

@@ -30,13 +30,14 @@ pub(crate) struct Load {
     p50: f64,
     p99: f64,
     p999: f64,
-    /// Share of the ticks in which the work of a step was bounded, so that some contacts were carried from the tick before.
+    /// Share of the ticks in which the work of a step was bounded, so that some contacts were
+    /// carried from the tick before.
     bounded_ticks: f64,
     /// Share of all contacts that were.
     carried_contacts: f64,
 }
 
-/// What a run was like; the names are a contract with those who read `--json`.
+/// Summary of a run; the names are an interface of `--json`.
 #[derive(Debug, Serialize)]
 pub(crate) struct Summary {
     pub(crate) ticks: u64,
@@ -66,7 +67,7 @@ pub(crate) struct Summary {
     energy_generated_j: f64,
     pub(crate) allocations: u64,
     safety: SafetyReport,
-    /// What the device itself counted, by name.
+    /// Counts of the device itself, by name.
     device: serde_json::Map<String, serde_json::Value>,
     trouble: Trouble,
     end: String,
@@ -79,7 +80,8 @@ pub(crate) struct Trouble {
     march_fallbacks: u64,
     /// Depth walks that ended for another reason than having converged.
     walk_stops: u64,
-    /// Depths whose direction is not the unconstrained one, since not both pieces own that on their meshes.
+    /// Depths whose direction is not the unconstrained one, since not both pieces own that on their
+    /// meshes.
     moved_depths: u64,
     /// Moved depths that the solids' own surfaces deny, left out.
     disbelieved_depths: u64,
@@ -89,7 +91,7 @@ pub(crate) struct Trouble {
     cancelled_normals: u64,
     /// Contacts for which there was no room.
     dropped_contacts: u64,
-    /// Ticks with a probe pose that was none.
+    /// Ticks with an invalid probe pose.
     bad_states: u64,
     /// Ticks in which the tool's step still changed which contacts press and slide when it ended.
     tool_unsettled: u64,
@@ -97,7 +99,7 @@ pub(crate) struct Trouble {
     tool_resets: u64,
 }
 
-/// Gathers what the loop itself does not know, on the servo thread, in memory that is there from the start.
+/// Gathers what the loop does not count, on the servo thread, in memory allocated before.
 pub(crate) struct Gatherer {
     query_ns: Histogram<u64>,
     force_ns: Histogram<u64>,
@@ -114,12 +116,12 @@ pub(crate) struct Gatherer {
 /// Durations to 10 s, to three digits.
 const LONGEST_NS: u64 = 10_000_000_000;
 
-/// Of its rate: a loop that made fewer ticks than this did not hold it.
+/// Share of the rate below which a loop did not hold it.
 const HELD: f64 = 0.98;
 
 impl Summary {
-    /// Why the run is not one to be content with, though it came to its end: faults, and in real time a rate that was not held. `rate_hz` is
-    /// what was asked for.
+    /// Why the run is not one to be content with, though it came to its end: faults, and in real
+    /// time a rate that was not held. `rate_hz` is the asked one.
     pub(crate) fn complaint(&self, rate_hz: f64) -> Option<String> {
         if self.faults > 0 {
             return Some(format!("{} faults", self.faults));
@@ -183,7 +185,8 @@ impl Gatherer {
         }
     }
 
-    /// The summary of the run whose loop says `statistics`, within `limits`, with what the system granted it.
+    /// The summary of the run whose loop says `statistics`, within `limits`, with what the system
+    /// granted it.
     pub(crate) fn finish(
         self,
         statistics: &RunStatistics,
@@ -232,9 +235,10 @@ fn of_loop(times: &Percentiles) -> Micros {
     Micros { p50: times.p50, p99: times.p99, p999: times.p999, max: times.max }
 }
 
-fn end(end: &RunEnd) -> String {
+/// Why a run ended, in words.
+pub fn end(end: &RunEnd) -> String {
     match end {
-        RunEnd::Duration => "the time was up".to_owned(),
+        RunEnd::Duration => "ended after the set duration".to_owned(),
         RunEnd::Stopped => "it was stopped".to_owned(),
         RunEnd::DeviceEnded => "the recording ended".to_owned(),
         RunEnd::DeviceFailed(error) => format!("the device failed: {error}"),
@@ -248,16 +252,16 @@ fn end(end: &RunEnd) -> String {
 
 /// How well the clock was kept.
 fn pace(summary: &Summary) -> String {
-    let Some(lateness) = &summary.lateness_us else { return "in simulated time".to_owned() };
+    let Some(lateness) = &summary.lateness_us else { return "simulated time".to_owned() };
     let Micros { p50, p99, max, .. } = lateness;
     let share = 100.0 * summary.late_ticks as f64 / summary.ticks.max(1) as f64;
     format!(
-        "late by p50 {p50:.1}  p99 {p99:.1}  max {max:.1} µs; {} ticks ({share:.2} %) by over half a millisecond",
+        "lateness p50 {p50:.1}  p99 {p99:.1}  max {max:.1} µs; {} ticks ({share:.2} %) late by more than 0.5 ms",
         summary.late_ticks
     )
 }
 
-/// Of the period the step, and what of it was put off.
+/// Describes the step as a share of the period, and the work that was put off.
 fn load(load: &Load) -> String {
     let percent = |x: f64| format!("{:.0} %", 100.0 * x);
     let Load { p50, p99, p999, bounded_ticks, carried_contacts } = load;
@@ -265,7 +269,7 @@ fn load(load: &Load) -> String {
         format!("step p50 {}  p99 {}  p99.9 {} of the period", percent(*p50), percent(*p99), percent(*p999));
     if *bounded_ticks > 0.0 {
         words += &format!(
-            "; work bounded in {} of the ticks, {} of the contacts carried",
+            "; work limited in {} of the ticks, {} of the contacts extrapolated",
             percent(*bounded_ticks),
             percent(*carried_contacts)
         );
@@ -291,34 +295,38 @@ pub(crate) fn print(summary: &Summary) {
         (
             "contacts",
             format!(
-                "mean {:.1}, most {}; clusters mean {:.1}, most {}",
+                "mean {:.1}, at most {}; clusters mean {:.1}, at most {}",
                 summary.contacts.mean, summary.contacts.max, summary.clusters.mean, summary.clusters.max
             ),
         ),
-        ("deepest", format!("{:.3} mm", summary.depth_max_m * 1e3)),
+        ("overlap", format!("at most {:.3} mm", summary.depth_max_m * 1e3)),
         (
-            "felt",
+            "wrench",
             format!(
-                "force to {:.2} N, torque to {:.1} mN·m, in {} ticks cut to the device's limits",
+                "peak force {:.2} N, peak torque {:.1} mN·m; saturated in {} ticks",
                 summary.force_max_n,
                 summary.torque_max_nm * 1e3,
                 summary.saturated_ticks
             ),
         ),
         (
-            "largest step",
-            format!("{:.3} N, {:.2} mN·m in one tick", summary.force_step_max_n, summary.torque_step_max_nm * 1e3),
+            "force change",
+            format!(
+                "at most {:.3} N, {:.2} mN·m in one tick",
+                summary.force_step_max_n,
+                summary.torque_step_max_nm * 1e3
+            ),
         ),
         (
             "health",
             format!(
-                "{} faults, {} allocations in the loop, {:.2} mJ generated",
+                "{} faults, {} allocations in the loop, {:.2} mJ given to the hand",
                 summary.faults,
                 summary.allocations,
                 summary.energy_generated_j * 1e3
             ),
         ),
-        ("cut for safety", summary.safety.cuts()),
+        ("safety", summary.safety.cuts()),
     ];
     for (name, text) in rows {
         if let (Some(summary), "step") = (&summary.load, name) {

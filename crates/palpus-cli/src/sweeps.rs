@@ -13,7 +13,7 @@ const SEED: u64 = 0x2002_0809;
 /// Characters of a histogram's longest bar.
 const BAR: usize = 40;
 
-/// What `--json` says of the sweeps; shares are from 0 to 1, angles in degrees.
+/// Sweeps in the document of `--json`; shares are from 0 to 1, angles in degrees.
 #[derive(Serialize)]
 pub(crate) struct Sweeps {
     pop_through: Pushes,
@@ -27,7 +27,8 @@ struct Pushes {
     pushed_share: f64,
     held: f64,
     grew: f64,
-    /// Pushes by the share of the way at which they lost contact, in equal bins; last, those that did not.
+    /// Pushes by the share of the way at which they lost contact, in equal bins; last, those that
+    /// did not.
     lost_in: Vec<usize>,
 }
 

@@ -19,16 +19,16 @@ pub(crate) fn name(which: usize) -> Cow<'static, str> {
     NAMES.get(which).map_or_else(|| format!("{}th", which + 1).into(), |name| (*name).into())
 }
 
-/// What was typed for one tool.
+/// Arguments for one tool.
 pub(crate) struct ToolArguments<'a> {
     pub(crate) device: &'a str,
     pub(crate) hand: Option<&'a str>,
-    /// What is to go wrong.
+    /// Faults to inject.
     pub(crate) faults: &'a [String],
 }
 
 impl<'a> ToolArguments<'a> {
-    /// What `arguments` say of each of so many tools of a scene.
+    /// Returns the arguments for each tool of a scene.
     pub(crate) fn of(arguments: &'a RunArguments, tools: usize) -> anyhow::Result<Vec<Self>> {
         let RunArguments { scene, device, second_device, hand, second_hand, fault, .. } = arguments;
         if tools < 2 {

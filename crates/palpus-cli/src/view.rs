@@ -1,4 +1,5 @@
-//! `palpus view`: a model, its pieces, the Gauss map of one of them, how deep it is felt; as a picture or in a window.
+//! `palpus view`: a model, its pieces, the Gauss map of one of them, how deep it is felt; as a
+//! picture or in a window.
 
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -29,7 +30,7 @@ pub(crate) fn view(arguments: &ViewArguments) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What can be had where there is no window.
+/// Alternatives without a window.
 const INSTEAD: &str = "--screenshot FILE makes a picture without one";
 
 #[cfg(feature = "window")]

@@ -1,8 +1,10 @@
-//! Windows on what stands still, a model or a recording, where there is a display and the program was built with windows.
+//! Windows that show a model or a recording, if there is a display and the program was built with
+//! windows.
 
 use anyhow::bail;
 
-/// Ends the command with a line that says why there is no window and what can be had instead, if there is none.
+/// Ends the command with the reason why there is no window, and with the alternatives; does nothing
+/// if there is one.
 pub(crate) fn expect_one(instead: &str) -> anyhow::Result<()> {
     match here::reason_for_none() {
         Some(reason) => bail!("there is no window here ({reason}); {instead}"),

@@ -12,7 +12,8 @@ pub(crate) fn now() -> String {
     said(utc_ns() / SECOND)
 }
 
-/// Returns so many nanoseconds after 1970-01-01 UTC as RFC 3339 has it: `2026-11-21T10:30:00.123456Z`.
+/// Returns so many nanoseconds after 1970-01-01 UTC as RFC 3339 has it:
+/// `2026-11-21T10:30:00.123456Z`.
 pub(crate) fn rfc_3339(utc_ns: u64) -> String {
     let seconds = utc_ns / SECOND;
     let (year, month, day) = date(seconds / 86_400);
@@ -29,7 +30,8 @@ fn said(seconds: u64) -> String {
     format!("{year}-{month:02}-{day:02} {:02}:{:02} UTC", minutes / 60 % 24, minutes % 60)
 }
 
-/// The Gregorian date so many days after 1970-01-01. Years begin in March, so that the leap day is a year's last.
+/// The Gregorian date so many days after 1970-01-01. Years begin in March, so that the leap day is
+/// a year's last.
 fn date(days: u64) -> (u64, u64, u64) {
     let days = days + DAYS_TO_1970;
     let era = days / DAYS_OF_400_YEARS;

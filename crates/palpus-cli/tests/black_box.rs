@@ -1,4 +1,4 @@
-//! What a run leaves when something went wrong: recordings that nothing overwrites or makes useless, and the fault log.
+//! Recordings and fault log of runs with faults: nothing overwrites them or makes them useless.
 
 mod program_run;
 
@@ -260,7 +260,7 @@ fn a_run_of_bounded_work_replays_bit_for_bit() {
     let folder = Folder::new("bounded");
     assert_success(&palpus(&folder.0, &["export", "gears", "scene"]));
     let scene = folder.0.join("scene/scene.toml");
-    // Of a step, µs: less than the gears need.
+    // Time budget of a step, µs: less than the gears need.
     let text = fs::read_to_string(&scene).expect("a scene").replace("[contact]", "[contact]\ntime_budget = 5");
     fs::write(&scene, text).expect("a scene");
     let run = ["run", "scene/scene.toml", "--headless", "--no-realtime", "--duration", "2", "--record", "run.csv"];

@@ -79,6 +79,6 @@ fn a_driver_of_ones_own_is_tested_and_runs() {
     let page = text(&tested.stdout);
     assert!(tested.status.success() && page.contains("conforms: palpus run"), "{page}{}", text(&tested.stderr));
     assert_eq!(page.matches("passed  ").count(), 11, "{page}");
-    // Whether the machine held the rate is not this test's question.
+    // This test does not ask whether the machine held the rate.
     assert_eq!(document(&run)["ticks"].as_u64().map(|ticks| ticks > 0), Some(true), "{}", text(&run.stderr));
 }

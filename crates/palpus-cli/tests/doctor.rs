@@ -81,7 +81,7 @@ fn the_loop_runs_on_a_makers_library() {
         let summary = document(&output);
         assert!(output.status.success() && summary["ticks"].as_u64().is_some_and(|ticks| ticks > 0), "{summary}");
     }
-    // What it passed is said, and one whose own watchdog does not bite is not used.
+    // The output names the passed test, and a device whose own watchdog does not act is not used.
     let device = format!("force-dimension:{}", stand_in("dhd"));
     let run = ["run", "peg-hole", "--device", &device, "--duration", "0.3", "--no-record"];
     let output = command_without_cache(&run).env("STAND_IN", begin).output().expect("the program starts");

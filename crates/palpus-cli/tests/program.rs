@@ -239,7 +239,8 @@ fn a_heavy_pair_is_said_before_the_run() {
     for (scene, is_heavy) in [("gears", true), ("torus-torus", false)] {
         assert_success(&palpus(&folder.0, &["export", scene, scene]));
         let file = folder.0.join(scene).join("scene.toml");
-        // Of a step, µs: less than any contact needs, so that one patch fits into the least work.
+        // Time budget of a step, µs: less than any contact needs, so that the smallest allowance
+        // must do for one patch.
         let text = fs::read_to_string(&file).expect("a scene").replace("[contact]", "[contact]\ntime_budget = 1");
         fs::write(&file, text).expect("a scene");
         let file = file.to_str().expect("a path of text");

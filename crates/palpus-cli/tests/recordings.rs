@@ -1,4 +1,5 @@
-//! Recordings as a user meets them: every format is replayed bit for bit, also after the program was killed.
+//! Recordings as a user meets them: every format is replayed bit for bit, also after the program
+//! was killed.
 
 mod program_run;
 
@@ -11,7 +12,8 @@ use program_run::{Folder, command, document, palpus, text};
 
 const FORMATS: [&str; 3] = ["csv", "parquet", "mcap"];
 
-/// Without the header's name of the device, the columns of times and what the loop knew, which differ from run to run.
+/// Without the header's name of the device, the columns of times and what the loop knew, which
+/// differ from run to run.
 fn rows(file: &Path) -> Vec<String> {
     let recording = fs::read_to_string(file).expect("a recording");
     let row = |line: &str| {
@@ -117,7 +119,8 @@ fn recorded_tool_pose_is_the_device_pose_less_the_grip() {
     }
 }
 
-/// The same recording in an older format: 1 has no pose of the tool, and 2 nothing that only the loop knew.
+/// The same recording in an older format: 1 has no pose of the tool, and 2 nothing that only the
+/// loop knew.
 fn as_format(version: usize, text: &str) -> String {
     let columns = [32, 39][version - 1];
     let old = |line: &str| match line.strip_prefix('#') {

@@ -1,4 +1,5 @@
-//! Pages: what must be in them, that a browser can read them, that they load nothing, and that a stranger's text stays text.
+//! Pages: what must be in them, that a browser can read them, that they load nothing, and that a
+//! stranger's text stays text.
 
 mod program_run;
 
@@ -21,7 +22,8 @@ type Attribute = (String, String);
 /// Elements that have no end.
 const VOID: [&str; 6] = ["meta", "link", "img", "source", "br", "hr"];
 
-/// Reads the page as strictly as XML would, but for void elements, and hands every tag with its attributes to `each`.
+/// Reads the page as strictly as XML would, but for void elements, and hands every tag with its
+/// attributes to `each`.
 fn read(page: &str, each: &mut dyn FnMut(&str, &[Attribute])) {
     let mut rest = page.strip_prefix("<!doctype html>").expect("it begins as HTML does");
     let mut open: Vec<String> = Vec::new();
@@ -186,7 +188,7 @@ fn a_reproduction_says_what_was_measured_and_what_was_not() {
     ] {
         assert!(first.contains(part), "{part} is not in the page");
     }
-    // Where it was made is nobody's business.
+    // A page must not tell where it was made.
     assert!(!first.contains(&*folder.0.to_string_lossy()));
     // Once more from the files alone: the same.
     fs::remove_file(folder.0.join("out/report.html")).expect("it was there");

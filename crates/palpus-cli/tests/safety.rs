@@ -1,4 +1,5 @@
-//! What the safety chain does, as a user sees it: nothing in an undisturbed run, and every fault by its name.
+//! The safety chain as a user sees it: no interventions in an undisturbed run, and every fault by
+//! its name.
 
 mod program_run;
 
@@ -50,7 +51,7 @@ fn every_fault_is_named_in_the_summary_and_replayed_bit_for_bit() {
         assert_eq!(output.status.success(), !["panic", "dropped"].contains(&fault), "{fault}");
         let summary = document(&output);
         assert_eq!(summary["faults"], faults, "{fault}: {}", summary["safety"]["cuts"]);
-        // What is beyond the peak may be held back by the slew limit for all of its one tick.
+        // A wrench beyond the peak may be reduced by the slew limit during its single tick.
         let cuts = &summary["safety"]["cuts"];
         let is_named = cuts[cut].as_u64().is_some_and(|ticks| ticks > 0) || faults == 0 && cuts["slew"].is_u64();
         assert!(is_named, "{fault}: {cuts}");

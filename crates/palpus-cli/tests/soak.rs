@@ -1,4 +1,4 @@
-//! `palpus soak`, as who leaves it running meets it.
+//! `palpus soak` as its user sees it.
 
 mod program_run;
 
@@ -20,7 +20,7 @@ fn a_soak_leaves_its_report() {
     let arguments = ["--duration", "2s", "--timer", "0.2", "--out", out, "--record", &record, "--json"];
     let output = palpus(&[&["soak", "peg-hole"][..], &arguments].concat());
     let report = document(&output);
-    // Whether a loop holds is up to the machine that the test runs on; what it says of it is not.
+    // The machine decides whether a loop holds; only the report is tested.
     assert_eq!(output.status.code(), Some(i32::from(report["held"] != true)));
     assert_eq!(report["failures"].as_array().map(Vec::is_empty), report["held"].as_bool());
     assert_eq!((&report["scene"], &report["finished"]), (&"peg-hole".into(), &true.into()));

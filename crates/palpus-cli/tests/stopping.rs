@@ -4,6 +4,7 @@
 mod program_run;
 
 use std::fs;
+use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
@@ -11,7 +12,8 @@ use palpus_device::Phase;
 use palpus_io::read_recording;
 use program_run::{Folder, command, json, palpus, text};
 
-/// A run of ten minutes that gets this signal once it has written a recording; what it says, and its exit status.
+/// A run of ten minutes that gets this signal once it has written a recording; what it says, and
+/// its exit status.
 fn stopped_by(signal: &str) {
     let folder = Folder::new(&format!("stopped-{signal}"));
     let file = folder.0.join("run.csv");
@@ -53,7 +55,7 @@ fn limits_can_be_lowered_and_not_raised() {
     };
     let (usual, lowered) = (limits(&[]), limits(&["--max-force", "2", "--max-torque", "0.05"]));
     assert_eq!((&lowered["force_peak"], &lowered["torque_peak"]), (&2.0.into(), &0.05.into()));
-    // What follows from the peaks follows from the lower ones.
+    // Thresholds that follow from the peaks follow from the lowered ones.
     assert_eq!((&lowered["force_slew"], &lowered["rest_force"]), (&1000.0.into(), &0.2.into()));
     assert_eq!(limits(&["--max-force", "100", "--max-torque", "3"]), usual);
     for bad in ["0", "-1", "nan", "inf", "much"] {
@@ -88,21 +90,41 @@ fn three_faults_latch_unless_asked_otherwise() {
     assert_eq!(phases, (Phase::Latched as u32, Phase::Engaged as u32));
 }
 
-#[test]
-fn a_start_inside_the_part_is_said_with_the_way_out() {
-    let folder = Folder::new("inside");
-    assert!(palpus(&folder.0, &["export", "box-table", "mine"]).status.success());
-    // The hand's path, 37 mm lower.
-    let path = folder.0.join("mine/hand.csv");
+/// Moves the path of the hand in `mine` down by so many mm.
+fn lower_the_hand(folder: &Path, by: f64) {
+    let path = folder.join("mine/hand.csv");
     let lines = fs::read_to_string(&path).expect("it was written");
     let lower = |line: &str| {
         let mut values: Vec<String> = line.split(',').map(str::to_owned).collect();
         if let Ok(z) = values[2].parse::<f64>() {
-            values[2] = (z - 37.0).to_string();
+            values[2] = (z - by).to_string();
         }
         values.join(",")
     };
     fs::write(&path, lines.lines().map(lower).collect::<Vec<_>>().join("\n")).expect("it can be written");
+}
+
+#[test]
+fn start_buried_in_the_part_is_said() {
+    let folder = Folder::new("buried");
+    assert!(palpus(&folder.0, &["export", "box-table", "mine"]).status.success());
+    // A cube of 4 mm, 6 mm below the table's top: no contact comes near to a surface.
+    let corners = (0..8).map(|k| format!("v {} {} {}\n", 4 * (k & 1) - 2, 2 * (k & 2) - 2, (k & 4) - 2));
+    let faces = "f 1 3 4 2\nf 5 6 8 7\nf 1 2 6 5\nf 3 7 8 4\nf 1 5 7 3\nf 2 4 8 6\n";
+    fs::write(folder.0.join("mine/tool.obj"), corners.collect::<String>() + faces).expect("it can be written");
+    lower_the_hand(&folder.0, 48.0);
+    let output =
+        palpus(&folder.0, &["run", "mine/scene.toml", "--fast", "--headless", "--duration", "0.3", "--no-record"]);
+    let said = text(&output.stderr);
+    assert!(said.contains("the probe overlaps the part by 8.") && said.contains("to enable force"), "{said}");
+    assert!(said.contains("along (0.00, 0.00, 1.00)"), "{said}");
+}
+
+#[test]
+fn a_start_inside_the_part_is_said_with_the_way_out() {
+    let folder = Folder::new("inside");
+    assert!(palpus(&folder.0, &["export", "box-table", "mine"]).status.success());
+    lower_the_hand(&folder.0, 37.0);
     let output =
         palpus(&folder.0, &["run", "mine/scene.toml", "--fast", "--headless", "--duration", "0.3", "--no-record"]);
     let said = text(&output.stderr);

@@ -31,7 +31,7 @@ fn both_hands_are_felt_summed_up_recorded_and_replayed_bit_for_bit() {
         let page = fs::read_to_string(folder.0.join(file).with_extension("html")).expect("a page");
         assert!(page.contains("replays bit for bit"), "{file}");
     }
-    // The same run is the same, to the bit.
+    // The same run gives the same bits.
     let again = ["run", "two-hands", "--fast", "--duration", "8", "--second-hand", "firm", "--record", "again.csv"];
     json(&palpus(&folder.0, &[&again[..], &["--json"]].concat()));
     let forces = |name: &str| -> Vec<String> {

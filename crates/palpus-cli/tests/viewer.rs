@@ -1,4 +1,5 @@
-//! The windows on a model and on a recording as their user meets them, on a display in memory (Xvfb).
+//! The windows on a model and on a recording as their user meets them, on a display in memory
+//! (Xvfb).
 #![cfg(all(feature = "window", target_os = "linux"))]
 
 mod display;

@@ -10,8 +10,11 @@ use std::time::{Duration, Instant};
 
 use display::{Display, Part, WHOLE, orange, palpus};
 
-/// Where the window shows the scene, without its legend.
+/// Part of the window that shows the scene, without its legend.
 const SCENE: Part = Part { low: [210, 80], high: [940, 670] };
+
+/// The same without the axes of the world.
+const ARROWS: Part = Part { low: SCENE.low, high: [840, 560] };
 
 /// Moves the mouse or presses a key, as a hand would.
 fn drive(display: &Display, words: &str) {
@@ -36,7 +39,8 @@ fn drag(display: &Display, from: [usize; 2], by: [i32; 2], steps: i32) {
 #[ignore = "needs Xvfb and Mesa (apt-get install xvfb libgl1-mesa-dri libxkbcommon-x11-0 libxcursor1 libxi6)"]
 fn the_window_shows_the_run_and_goes_with_it() {
     let display = Display::open("run");
-    // Whether the machine holds the rate beside a window drawn by the processor is not the question.
+    // This test does not ask whether the machine holds the rate beside a window drawn by the
+    // processor.
     let arguments = ["run", "spoon-cup", "--duration", "6", "--no-record", "--no-realtime", "--lenient"];
     let mut run = display.palpus(&arguments).stderr(Stdio::piped()).spawn().expect("it starts");
     let patience = Instant::now() + Duration::from_secs(60);
@@ -112,13 +116,14 @@ fn forces(lines: &[String]) -> Vec<f64> {
     .collect()
 }
 
-/// The spoon is taken by the mouse and pressed onto the bottom of the cup; meanwhile a recording is written, and a picture; then a slider is
-/// moved. All of it must be in the files, and a contact and its arrows on the screen.
+/// The spoon is taken by the mouse and pressed onto the bottom of the cup; meanwhile a recording is
+/// written, and a picture; then a slider is moved. All of it must be in the files, and a contact
+/// and its arrows on the screen.
 #[test]
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn the_probe_is_dragged_into_contact_and_sliders_act() {
     let display = Display::open("drag");
-    let _run = display.show(&["run", "spoon-cup", "--no-record", "--no-realtime"]);
+    let _run = display.show(&["run", "spoon-cup", "--no-record"]);
     display.wait_for("spoon", 300, &SCENE, orange);
     display.focus();
     mouse_to(&display, [600, 120]);
@@ -142,7 +147,7 @@ fn the_probe_is_dragged_into_contact_and_sliders_act() {
     }
     std::thread::sleep(Duration::from_millis(1500));
     // Arrows of clusters are violet, those of the hand's force blue.
-    let arrows = display.seen(&SCENE, |[r, g, b]| b > 180 && b > g + 50 && b > r + 25);
+    let arrows = display.seen(&ARROWS, |[r, g, b]| b > 180 && b > g + 50 && b > r + 25);
     drive(&display, "key s");
     drive(&display, "mouseup 1");
     // The first slider: stiffness.
@@ -164,6 +169,40 @@ fn the_probe_is_dragged_into_contact_and_sliders_act() {
     assert!(arrows.len() > 60, "no arrows are shown");
 }
 
+/// Halves of the scene, and the first chart.
+const LEFT: Part = Part { low: [20, 110], high: [460, 660] };
+const RIGHT: Part = Part { low: [480, 110], high: [930, 660] };
+const FORCE_CHART: Part = Part { low: [12, 722], high: [236, 855] };
+
+/// One key shows the paper's way beside what is felt, on the same hand, and its force in the same plot; a drag on the
+/// plots looks back while the loop goes on.
+#[test]
+#[ignore = "needs Xvfb, Mesa and xdotool"]
+fn the_papers_way_is_seen_beside_and_plots_look_back() {
+    let display = Display::open("beside");
+    let _run = display.show(&["run", "box-table", "--no-record", "--no-realtime", "--lenient"]);
+    display.wait_for("box", 300, &SCENE, orange);
+    display.focus();
+    mouse_to(&display, [600, 120]);
+    drive(&display, "key y");
+    display.wait_for("box that is felt", 300, &LEFT, orange);
+    display.wait_for("box by the paper", 300, &RIGHT, orange);
+    display.wait_for("force by the paper", 40, &FORCE_CHART, orange);
+    // Looking back: the picture stands still.
+    drag(&display, [60, 800], [20, 0], 2);
+    drive(&display, "mouseup 1");
+    let stands = || {
+        let before = display.seen(&LEFT, orange);
+        std::thread::sleep(Duration::from_millis(2500));
+        before == display.seen(&LEFT, orange)
+    };
+    // A busy machine takes a while to see the mouse.
+    assert!((0..20).any(|_| stands()), "the past moves");
+    drive(&display, "key z");
+    drive(&display, "key y");
+    display.wait_for("one box alone", 300, &SCENE, orange);
+}
+
 /// The cores that each thread of a process may have, by the thread's name.
 fn cores_of_threads(process: u32) -> Vec<(String, String)> {
     let threads = fs::read_dir(format!("/proc/{process}/task")).expect("it runs");
@@ -175,7 +214,8 @@ fn cores_of_threads(process: u32) -> Vec<(String, String)> {
     status.map(|status| (line(&status, "Name:"), line(&status, "Cpus_allowed_list:"))).collect()
 }
 
-/// True where the loop is granted a core of its own: there are two, and real-time priority is to be had (`CAP_SYS_NICE`, or a limit above 0).
+/// True if the loop can have a core of its own: two cores, and real-time priority (`CAP_SYS_NICE`,
+/// or a limit above 0).
 fn may_have_a_core() -> bool {
     let of = |file: &str, name: &str| {
         let text = fs::read_to_string(file).expect("the kernel says it");
@@ -201,6 +241,6 @@ fn threads_that_draw_leave_the_loops_core_and_the_watchdog_has_all() {
     }
     assert!(core.parse::<u32>().is_ok(), "the loop has no core: {threads:?}");
     assert!(of("palpus") != core && of("llvmpipe") == of("palpus"), "{threads:?}");
-    // It may have what the process was given, which is what this test has.
+    // It may use all cores of the process, which is what this test has.
     assert_eq!(of("watchdog"), given, "{threads:?}");
 }

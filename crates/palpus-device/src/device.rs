@@ -16,7 +16,7 @@ use crate::safety::DEVICE_BUTTONS;
 /// in the axes of the device's frame. Everything is in SI units. Both calls are made from the servo
 /// thread once per tick and must not allocate or wait longer than a tick.
 pub trait HapticDevice {
-    /// What the device can do.
+    /// Description of the device.
     fn spec(&self) -> &DeviceSpec;
 
     /// The newest state.
@@ -72,7 +72,7 @@ pub trait Brake: Send + Sync {
     /// From now on the device gives no force but damping, whatever it was or will be told.
     fn apply(&self);
 
-    /// What the device is told counts again. Called from the servo thread only.
+    /// Enables forces again after a brake. Called from the servo thread only.
     fn release(&self);
 
     /// True between the two.
@@ -127,7 +127,7 @@ impl<D: HapticDevice + ?Sized> HapticDevice for Box<D> {
     }
 }
 
-/// What a device senses at an instant.
+/// State of a device at an instant.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceState {
     /// The grip in the device's frame.
@@ -147,7 +147,7 @@ pub struct DeviceState {
 }
 
 impl DeviceState {
-    /// Of a device that has not had a state yet: its place is not a number.
+    /// State of a device that has not reported one yet: its pose is NaN.
     pub(crate) const UNKNOWN: Self = Self {
         pose: Pose { rotation: DQuat::IDENTITY, translation: DVec3::NAN },
         twist: Twist { angular: DVec3::ZERO, linear: DVec3::ZERO },
@@ -194,7 +194,7 @@ impl Axes {
     pub const FULL: Self = Self { translation: 3, rotation: 3, gripper: 0 };
 }
 
-/// What a device can do.
+/// Capabilities and limits of a device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeviceSpec {
     /// As its maker writes it.

@@ -16,7 +16,7 @@ use crate::device::{Brake, DeviceError, DeviceSpec, DeviceState, HapticDevice};
 use crate::safety::Cut;
 use crate::servo::{StepOutcome, VirtualTime};
 
-/// What goes wrong in a tick.
+/// A fault in a tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fault {
     /// A coordinate of the pose is not a number.
@@ -152,7 +152,7 @@ pub struct StepFaults {
 }
 
 impl StepFaults {
-    /// What the script has for this tick happens to the `outcome` of its step.
+    /// Applies the script's fault of this tick to the `outcome` of its step.
     pub fn act<T>(&mut self, outcome: &mut StepOutcome<T>) {
         let Self { script, slow, long, gain } = self;
         for fault in script.now() {
@@ -236,7 +236,7 @@ impl<D: HapticDevice> FaultyDevice<D> {
         self
     }
 
-    /// What is wrapped.
+    /// The wrapped device.
     pub fn device(&self) -> &D {
         &self.device
     }
@@ -262,7 +262,7 @@ impl<D: HapticDevice> FaultyDevice<D> {
         }
     }
 
-    /// What lasts from the tick of the fault on.
+    /// Starts the faults that last from this tick on.
     fn begin(&mut self, fault: Fault) {
         match fault {
             Fault::PoseJump(by) => self.moved += by,

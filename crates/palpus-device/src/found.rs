@@ -8,7 +8,7 @@
 use crate::device::{DeviceSpec, known_devices};
 use crate::simulated::SimulationSettings;
 
-/// What a back end has to say of one device.
+/// Finding of a back end about one device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Finding {
     /// The back end's name, as people know it.
@@ -19,14 +19,14 @@ pub struct Finding {
     pub state: FindingState,
 }
 
-/// Whether a device is there.
+/// Result of the search for a device.
 #[derive(Clone, Debug, PartialEq)]
 pub enum FindingState {
     /// It can be used.
     Found {
-        /// What to type behind `--device`.
+        /// Value for `--device`.
         device: String,
-        /// What it can do.
+        /// Its description.
         spec: DeviceSpec,
         /// At which it likes to be driven, Hz.
         rate_hz: f64,
@@ -35,9 +35,9 @@ pub enum FindingState {
     },
     /// It cannot.
     Missing {
-        /// What was looked for, and where.
+        /// The searched items and places.
         looked_for: String,
-        /// What is not there: a library, a service, a permission, a device.
+        /// The missing item: a library, a service, a permission, a device.
         why: String,
         /// One line that mends it: a command, or what to install from where.
         mend: String,
@@ -75,7 +75,7 @@ impl Finding {
     }
 }
 
-/// What the back ends of this crate see.
+/// Findings of the back ends of this crate.
 pub fn look() -> Vec<Finding> {
     let mut findings = vec![simulated()];
     findings.extend(crate::haply::look());

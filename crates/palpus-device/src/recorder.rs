@@ -78,7 +78,7 @@ pub struct Recording {
     dropped: Arc<AtomicU64>,
 }
 
-/// What became of a recording.
+/// Outcome of a recording.
 #[derive(Debug)]
 pub struct RecordingSummary {
     /// Rows handed to the sink without an error.

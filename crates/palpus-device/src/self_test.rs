@@ -33,7 +33,7 @@ const FRESH_TIME: Duration = Duration::from_millis(500);
 /// machine.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// What a device passed.
+/// Tests that a device passed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SelfTest {
     /// The device has a brake, which passed its test.
@@ -226,7 +226,7 @@ mod tests {
     use crate::device::{BrakeFlag, DeviceSpec, OwnWatchdog, known_devices};
     use crate::servo::VirtualTime;
 
-    /// What is wrong with a device.
+    /// A failed test.
     #[derive(Clone, Copy, Debug, PartialEq)]
     enum Wrong {
         Nothing,

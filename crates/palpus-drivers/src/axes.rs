@@ -1,4 +1,4 @@
-//! One frame for all makers: x to the right of whoever holds the device, y away from them, z up.
+//! One frame for all makers: x to the user's right, y away from the user, z up.
 //!
 //! Axes are only renamed and negated, so that no digit is lost. A grip's own axes are renamed
 //! alike, so that a grip that its maker calls unturned is unturned here too.
@@ -9,9 +9,9 @@ use palpus::algebra::Pose;
 /// How a maker's axes lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Axes {
-    /// x to whoever holds it, y to their right, z up.
+    /// x towards the user, y to the user's right, z up.
     ForceDimension,
-    /// x to the right, y up, z to whoever holds it.
+    /// x to the right, y up, z towards the user.
     OpenHaptics,
 }
 

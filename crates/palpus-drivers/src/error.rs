@@ -11,7 +11,7 @@ pub enum DriverError {
     LibraryMissing {
         /// Which files, where.
         looked_for: String,
-        /// What to do about it, in one line.
+        /// Advice, in one line.
         mend: String,
     },
     /// There is a file, but the system cannot load it.
@@ -21,7 +21,7 @@ pub enum DriverError {
         path: PathBuf,
         /// As the system says.
         why: String,
-        /// What to do about it, in one line.
+        /// Advice, in one line.
         mend: String,
     },
     /// The library lacks a function.
@@ -31,27 +31,27 @@ pub enum DriverError {
         path: PathBuf,
         /// The function's name.
         symbol: &'static str,
-        /// What to do about it, in one line.
+        /// Advice, in one line.
         mend: String,
     },
     /// The library is there and sees no device, or not one that can be used.
     #[error("{why}; {mend}")]
     NoDevice {
-        /// What the library says, in words.
+        /// Message of the library.
         why: String,
-        /// What to do about it, in one line.
+        /// Advice, in one line.
         mend: String,
     },
 }
 
 impl DriverError {
-    /// What is wrong, without what mends it.
+    /// The problem, without advice.
     pub fn why(&self) -> String {
         let all = self.to_string();
         all.strip_suffix(self.mend()).map_or(all.clone(), |why| why.trim_end_matches("; ").to_owned())
     }
 
-    /// What to do about it, in one line.
+    /// Advice, in one line.
     pub fn mend(&self) -> &str {
         match self {
             Self::LibraryMissing { mend, .. }

@@ -1,4 +1,4 @@
-//! What the makers' libraries see.
+//! Devices that the makers' libraries see.
 
 use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};

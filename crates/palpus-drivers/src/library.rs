@@ -1,4 +1,4 @@
-//! Where a maker's library may be.
+//! Search for a maker's library.
 //!
 //! 1. Where the user says, and nowhere else.
 //! 2. Else by its usual names, as the system's loader finds them (`LD_LIBRARY_PATH`,
@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use crate::error::DriverError;
 use crate::ffi::{self, Loaded};
 
-/// Where to look for a library.
+/// Places to search for a library.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Place {
     /// In the usual places.
@@ -21,17 +21,17 @@ pub enum Place {
     File(PathBuf),
 }
 
-/// What is known of a library.
+/// Names and places of a library.
 pub(crate) struct Known {
     /// File names, the best first.
     pub(crate) names: &'static [&'static str],
     /// A variable that leads to the unpacked kit, and folders with libraries below it.
     pub(crate) kit: (&'static str, &'static [&'static str]),
-    /// What to do when it is nowhere.
+    /// Advice if it is not found.
     pub(crate) mend: &'static str,
 }
 
-/// Where libraries are put by hand.
+/// Folders for libraries that are installed by hand.
 #[cfg(unix)]
 const FOLDERS: [&str; 5] =
     ["/usr/local/lib", "/usr/lib", "/usr/lib64", "/usr/lib/x86_64-linux-gnu", "/usr/lib/aarch64-linux-gnu"];

@@ -18,7 +18,7 @@ use stand_in::{StandIn, build, keys::*};
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// What the stand-in's `dhdOpen` answers.
+/// Return value of the stand-in's `dhdOpen`.
 const ID: f64 = 3.0;
 
 fn ready() -> StandIn {
@@ -166,7 +166,7 @@ fn velocities_that_the_library_does_not_know_are_estimated() {
         fastest = fastest.min(state.twist.linear);
     }
     assert!(fastest.y < -0.02 && fastest.x.abs() < 1e-9, "{fastest}");
-    // A pose that is none spoils no velocity but its own.
+    // An invalid pose affects only its own velocity.
     stand_in.set(X, f64::NAN);
     assert!(!device.read().unwrap().pose.is_valid());
     stand_in.set(X, 0.01);
@@ -239,7 +239,7 @@ fn the_device_passes_its_self_test_or_is_not_used() {
     stand_in.set(WATCHDOG_SLEEPS, 1.0);
     let failed = self_test(&mut device, &WallTime::new()).unwrap_err();
     assert!(matches!(failed, SelfTestError::OwnWatchdog(_)), "{failed}");
-    // Switched off by the person who holds it, it passes, and it is said.
+    // A device that the user has switched off passes, with a note.
     stand_in.set(WATCHDOG_SLEEPS, 0.0).set(SWITCHED_OFF, 1.0);
     let mut device = open(&stand_in).unwrap();
     assert!(self_test(&mut device, &WallTime::new()).unwrap().withheld);

@@ -19,7 +19,7 @@ use stand_in::{StandIn, build, keys::*};
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// What the stand-in's `hdInitDevice` answers.
+/// Return value of the stand-in's `hdInitDevice`.
 const HANDLE: f64 = 7.0;
 
 /// One at a time: there is one scheduler in a process.

@@ -17,9 +17,11 @@ mod threads;
 
 pub use cache::{BodyCache, BodyKey, CacheMiss};
 pub use hand::{HandFile, RecordedHand, read_hand};
-pub use mesh::{ContentHash, MeshFileError, MeshFormat, MeshProblem, Place, read_mesh, write_obj_groups};
+pub use mesh::{
+    ContentHash, MeshFileError, MeshFormat, MeshProblem, Place, read_mesh, read_mesh_noting, write_obj_groups,
+};
 pub use query::{ContactWriter, DepthWriter, QueryRow, QueryWriter, pose_of, read_poses};
 pub use record::{RecordRow, Recording, RecordingHeader, RecordingWriter, read_recording};
-pub use scene::{FilePolicy, SceneError, SceneFile, read_scene};
+pub use scene::{FilePolicy, OpenError, SceneError, SceneFile, SceneWorld, read_scene, similar_name};
 pub use table::TableError;
 pub use threads::Threads;

@@ -15,7 +15,7 @@ pub struct TableError {
     pub line: u64,
     /// Name of the column, if it is about one.
     pub column: Option<String>,
-    /// What is wrong and what to do.
+    /// The problem, and what to do.
     pub problem: String,
 }
 
@@ -41,7 +41,7 @@ impl TableError {
 
 /// A value that stands in a cell.
 pub(crate) trait Cell: Sized {
-    /// What the cell should hold, for errors.
+    /// Expected content of the cell, for errors.
     const KIND: &'static str;
 
     /// The value that the text spells.

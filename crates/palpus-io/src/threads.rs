@@ -5,7 +5,8 @@ use std::thread;
 
 use palpus::algebra::Workers;
 
-/// As many threads as are said, the calling one among them; each takes the next part as soon as it is free.
+/// As many threads as are said, the calling one among them; each takes the next part as soon as it
+/// is free.
 #[derive(Clone, Copy, Debug)]
 pub struct Threads {
     count: usize,

@@ -1,4 +1,5 @@
-//! Recordings of every format: what is written reads back bit for bit, also after a crash, and no bytes do harm.
+//! Recordings of every format: what is written reads back bit for bit, also after a crash, and no
+//! bytes do harm.
 
 mod recorded;
 
@@ -172,7 +173,7 @@ fn a_file_cut_anywhere_is_read_up_to_its_last_whole_piece() {
     }
 }
 
-/// What the system writes of a piece before it ends the program, over what stood there.
+/// The system writes only a part of a piece, over the old end, before the program ends.
 #[test]
 fn a_piece_half_written_over_the_old_end_is_left_out() {
     for format in FORMATS {
@@ -267,7 +268,7 @@ fn what_is_no_recording_is_refused_in_one_line() {
     }
     let comments = "# a = \"0123456789\"\n".repeat(100_000);
     assert!(read(comments.as_bytes()).unwrap_err().to_string().starts_with("run: the header is far too long"));
-    // A list in the footer that claims to go on for ever.
+    // A list in the footer that claims an endless length.
     let endless =
         [&b"PAR1"[..], &[0x29, 0xFC, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0x01], b"\x0b\0\0\0PAR1"].concat();
     assert_eq!(read(&endless).unwrap_err().to_string(), "run: the footer is damaged");

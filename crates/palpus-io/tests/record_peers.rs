@@ -1,4 +1,5 @@
-//! Recordings against the crates of the formats' own makers, `parquet` (arrow-rs) and `mcap` (Foxglove).
+//! Recordings against the crates of the formats' own makers, `parquet` (arrow-rs) and `mcap`
+//! (Foxglove).
 
 mod recorded;
 
@@ -110,7 +111,8 @@ fn mcaps_own_reader_finds_every_message() {
     assert!(counts.iter().map(|(topic, count)| (topic.as_str(), *count)).eq(expected), "{counts:?}");
 }
 
-/// The recording as the crate `mcap` writes it, with its end or as a program leaves it that is killed.
+/// The recording as the crate `mcap` writes it, with its end or as a program leaves it that is
+/// killed.
 fn rewritten(is_finished: bool) -> Vec<u8> {
     let own = written(RecordingFormat::Mcap);
     let mut file = Cursor::new(Vec::new());
@@ -127,12 +129,12 @@ fn rewritten(is_finished: bool) -> Vec<u8> {
     if is_finished {
         writer.finish().unwrap();
     }
-    // Without an end: what the system has of a program that is killed.
+    // Without an end: the file of a program that was killed.
     let _ = writer.into_inner();
     file.into_inner()
 }
 
-/// What stands in the metadata record.
+/// Content of the metadata record.
 fn header_text(file: &[u8]) -> String {
     let summary = mcap::Summary::read(file).unwrap().unwrap();
     let record = mcap::read::metadata(file, &summary.metadata_indexes[0]).unwrap();
@@ -148,11 +150,13 @@ fn what_mcaps_own_writer_writes_is_read() {
     let killed = rewritten(false);
     let read = read_recording_from(killed.as_slice(), "theirs").unwrap();
     assert!(read.rows.len() + 15 > TICKS as usize && read.rows == rows()[..read.rows.len()]);
-    // There is no index then for readers that begin with it, which is why palpus writes an end after each piece.
+    // There is no index then for readers that begin with it, which is why palpus writes an end
+    // after each piece.
     assert!(!matches!(mcap::Summary::read(&killed), Ok(Some(_))));
 }
 
-/// Why palpus has a reader of its own: if this fails, `parquet` may have learnt it. docs/recordings.md has the whole comparison.
+/// Why palpus has a reader of its own: if this fails, `parquet` may have learnt it.
+/// docs/recordings.md has the whole comparison.
 #[test]
 fn parquets_own_reader_panics_on_a_damaged_footer() {
     let good = written(RecordingFormat::Parquet);

@@ -133,7 +133,8 @@ fn objects_are_free_driven_or_fixed() {
     }
 }
 
-/// Three tools: the first says nothing of itself, the second all that it can, the third where it is.
+/// Three tools: the first says nothing of itself, the second all that it can, the third where it
+/// is.
 const TOOLS: &str = r#"unit = "mm"
 [coupling]
 stiffness = 700

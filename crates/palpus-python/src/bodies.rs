@@ -9,8 +9,9 @@ use palpus::algebra::Workers;
 use palpus::body::MassSource;
 use palpus::depth::Interior;
 use palpus::{BodySettings, Health, PolygonSoup};
+use palpus_io::cache::prepared;
 use palpus_io::scene::metres;
-use palpus_io::{BodyCache, BodyKey, ContentHash, Threads, read_mesh};
+use palpus_io::{BodyCache, Threads, read_mesh};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -57,24 +58,15 @@ impl Wanted {
     }
 
     fn prepare(&self, py: Python<'_>, name: &str, soup: &PolygonSoup) -> PyResult<Body> {
-        let key = BodyKey::new(&ContentHash::of_soup(soup), &self.settings);
-        let prepared = detached(py, |_, look| {
+        let made = detached(py, |_, look| {
             let cache = BodyCache::of_user().filter(|_| self.cache);
-            if let Some(body) = cache.as_ref().and_then(|c| c.load(&key, soup, &self.settings, &self.threads).ok()) {
-                return Ok(body);
-            }
-            let body = palpus::Body::from_soup_with(soup, &self.settings, &self.threads, look);
-            if let (Some(cache), Ok(body)) = (cache, &body) {
-                // A folder that cannot be written to only costs the time to prepare the body again.
-                let _ = cache.store(&key, body);
-            }
-            body
+            prepared(soup, &self.settings, cache.as_ref(), &self.threads, look)
         })?;
-        let prepared = prepared.map_err(|error| {
+        let made = made.map_err(|error| {
             let cause = failed(&error);
             refused(format!("{name} cannot be prepared: {}", cause.value(py)))
         })?;
-        Ok(Body { body: Arc::new(prepared), interior: OnceLock::new() })
+        Ok(Body { body: Arc::new(made), interior: OnceLock::new() })
     }
 }
 

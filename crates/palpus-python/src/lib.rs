@@ -8,10 +8,12 @@
 mod arrays;
 mod bodies;
 mod depth;
+mod looping;
 mod program;
 mod query;
 mod refused;
 mod rows;
+mod servo_thread;
 mod settings;
 mod workers;
 mod world;
@@ -23,6 +25,8 @@ mod native {
     use crate::bodies::Body;
     #[pymodule_export]
     use crate::depth::depth;
+    #[pymodule_export]
+    use crate::looping::Loop;
     #[pymodule_export]
     use crate::program::main;
     #[pymodule_export]

@@ -17,7 +17,8 @@ use crate::settings::Settings;
 /// Bodies have the numbers in which they were added, from 0.
 #[pyclass(module = "palpus")]
 pub(crate) struct World {
-    world: palpus::World,
+    /// `None` while a loop has it.
+    world: Option<palpus::World>,
     members: Vec<Member>,
     probes: Vec<ProbeState>,
 }
@@ -26,6 +27,7 @@ pub(crate) struct World {
 struct Member {
     body: BodyId,
     tool: Option<ToolId>,
+    is_driven: bool,
 }
 
 #[pymethods]
@@ -38,17 +40,17 @@ impl World {
         if let Some(gravity) = gravity {
             world.set_gravity(vector("gravity", gravity)?);
         }
-        Ok(Self { world, members: Vec::new(), probes: Vec::new() })
+        Ok(Self { world: Some(world), members: Vec::new(), probes: Vec::new() })
     }
 
     /// Adds a body that never moves, and returns its number.
     fn add_fixed(&mut self, body: &Bound<'_, Body>, pose: &Bound<'_, PyAny>) -> PyResult<usize> {
-        self.add(Object::fixed(body.get().shared().clone(), self::pose("pose", pose)?))
+        self.add(Object::fixed(body.get().shared().clone(), self::pose("pose", pose)?), false)
     }
 
     /// Adds a body that the host moves by `drive`, and returns its number.
     fn add_driven(&mut self, body: &Bound<'_, Body>, pose: &Bound<'_, PyAny>) -> PyResult<usize> {
-        self.add(Object::driven(body.get().shared().clone(), self::pose("pose", pose)?))
+        self.add(Object::driven(body.get().shared().clone(), self::pose("pose", pose)?), true)
     }
 
     /// Adds a body that moves under contact, friction and gravity, and returns its number. Give its
@@ -63,17 +65,17 @@ impl World {
     ) -> PyResult<usize> {
         let (body, pose) = (body.get().shared().clone(), self::pose("pose", pose)?);
         match (density, mass) {
-            (Some(density), None) => self.add(Object::free(body, pose, density)),
-            (None, Some(mass)) => self.add(Object::free_of_mass(body, pose, mass)),
+            (Some(density), None) => self.add(Object::free(body, pose, density), false),
+            (None, Some(mass)) => self.add(Object::free_of_mass(body, pose, mass), false),
             _ => Err(refused("a free body must have either a density or a mass")),
         }
     }
 
     /// Adds a tool, and returns its number. Its row among the poses of `step` is the next.
     fn add_tool(&mut self, body: &Bound<'_, Body>, settings: &Bound<'_, Settings>) -> PyResult<usize> {
-        let added = self.world.add_tool(body.get().shared().clone(), settings.get().settings);
+        let added = self.inner_mut()?.add_tool(body.get().shared().clone(), settings.get().settings);
         let tool = added.map_err(|error| failed(&error))?;
-        self.members.push(Member { body: self.world.body_of(tool), tool: Some(tool) });
+        self.members.push(Member { body: self.inner()?.body_of(tool), tool: Some(tool), is_driven: false });
         self.probes.push(ProbeState::at(palpus::Pose::IDENTITY));
         Ok(self.members.len() - 1)
     }
@@ -109,11 +111,11 @@ impl World {
         for (k, (probe, pose_ba)) in self.probes.iter_mut().zip(poses).enumerate() {
             *probe = ProbeState { pose_ba, twist: given.get(k).copied().unwrap_or_default() };
         }
-        let (world, probes) = (&mut self.world, &self.probes);
+        let (world, probes) = (self.world.as_mut().ok_or_else(lent)?, &self.probes);
         py.detach(|| world.step(probes, dt, &NoClock));
         let mut wrenches = Vec::with_capacity(6 * count);
         for tool in self.members.iter().filter_map(|member| member.tool) {
-            let commanded = &self.world.tick(tool).commanded;
+            let commanded = &self.inner()?.tick(tool).commanded;
             wrenches.extend(of_pair(commanded.force, commanded.torque));
         }
         wrenches.into_pyarray(py).reshape([count, 6])
@@ -125,7 +127,7 @@ impl World {
         let Some(id) = member.tool else {
             return Err(refused(format!("body {tool} is an object; only tools feel a wrench")));
         };
-        let commanded = &self.world.tick(id).commanded;
+        let commanded = &self.inner()?.tick(id).commanded;
         Ok(row(py, of_pair(commanded.force, commanded.torque)))
     }
 
@@ -133,7 +135,8 @@ impl World {
     /// a: an array of CONTACT.
     fn contacts<'py>(&self, py: Python<'py>, of: usize, other: usize) -> PyResult<Bound<'py, PyArray1<ContactRow>>> {
         let (of, with) = (self.member(of)?.body, self.member(other)?.body);
-        let rows: Vec<ContactRow> = self.world.contacts(of, with).map(|contact| ContactRow::new(0, &contact)).collect();
+        let rows: Vec<ContactRow> =
+            self.inner()?.contacts(of, with).map(|contact| ContactRow::new(0, &contact)).collect();
         Ok(rows.into_pyarray(py))
     }
 
@@ -142,14 +145,15 @@ impl World {
     #[pyo3(signature = (body, pose, twist=None))]
     fn drive(&mut self, body: usize, pose: &Bound<'_, PyAny>, twist: Option<&Bound<'_, PyAny>>) -> PyResult<()> {
         let (id, pose) = (self.member(body)?.body, self::pose("pose", pose)?);
-        let is_driven = self.world.drive(id, pose, self::twist("twist", twist)?);
+        let twist = self::twist("twist", twist)?;
+        let is_driven = self.inner_mut()?.drive(id, pose, twist);
         if is_driven { Ok(()) } else { Err(refused(format!("body {body} is not driven"))) }
     }
 
     /// Puts an object somewhere else, at rest.
     fn put(&mut self, body: usize, pose: &Bound<'_, PyAny>) -> PyResult<()> {
         let (id, pose) = (self.member(body)?.body, self::pose("pose", pose)?);
-        if self.world.put(id, pose) {
+        if self.inner_mut()?.put(id, pose) {
             Ok(())
         } else {
             Err(refused(format!("body {body} is a tool; its device moves it")))
@@ -159,24 +163,25 @@ impl World {
     /// Gives a free body a velocity, of its centre of mass.
     fn throw(&mut self, body: usize, twist: &Bound<'_, PyAny>) -> PyResult<()> {
         let (id, twist) = (self.member(body)?.body, self::twist("twist", Some(twist))?);
-        if self.world.throw(id, twist) { Ok(()) } else { Err(refused(format!("body {body} is not free"))) }
+        if self.inner_mut()?.throw(id, twist) { Ok(()) } else { Err(refused(format!("body {body} is not free"))) }
     }
 
     /// Where a body is (7,); of a coupled tool, the tool and not the device.
     fn pose<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        Ok(row(py, of_pose(&self.world.pose(self.member(body)?.body))))
+        Ok(row(py, of_pose(&self.inner()?.pose(self.member(body)?.body))))
     }
 
     /// How a body moves (6,), at its centre of mass.
     fn twist<'py>(&self, py: Python<'py>, body: usize) -> PyResult<Bound<'py, PyArray1<f64>>> {
-        let Twist { linear, angular } = self.world.twist(self.member(body)?.body);
+        let Twist { linear, angular } = self.inner()?.twist(self.member(body)?.body);
         Ok(row(py, of_pair(linear, angular)))
     }
 
     /// Forgets contacts and friction: the next step is as the first was. Objects stay where they
     /// are.
-    fn clear(&mut self) {
-        self.world.clear();
+    fn clear(&mut self) -> PyResult<()> {
+        self.inner_mut()?.clear();
+        Ok(())
     }
 
     fn __repr__(&self) -> String {
@@ -185,10 +190,46 @@ impl World {
 }
 
 impl World {
-    fn add(&mut self, object: Object) -> PyResult<usize> {
-        let body = self.world.add(object).map_err(|error: SettingsError| failed(&error))?;
-        self.members.push(Member { body, tool: None });
+    fn add(&mut self, object: Object, is_driven: bool) -> PyResult<usize> {
+        let body = self.inner_mut()?.add(object).map_err(|error: SettingsError| failed(&error))?;
+        self.members.push(Member { body, tool: None, is_driven });
         Ok(self.members.len() - 1)
+    }
+
+    fn inner(&self) -> PyResult<&palpus::World> {
+        self.world.as_ref().ok_or_else(lent)
+    }
+
+    fn inner_mut(&mut self) -> PyResult<&mut palpus::World> {
+        self.world.as_mut().ok_or_else(lent)
+    }
+
+    /// Hands the world over to a loop, with its tool; refuses if there is not exactly one.
+    pub(crate) fn lend(&mut self) -> PyResult<(palpus::World, ToolId)> {
+        let tools: Vec<ToolId> = self.members.iter().filter_map(|member| member.tool).collect();
+        let [tool] = tools[..] else {
+            return Err(refused(format!("the world has {} tools, but a loop needs exactly one", tools.len())));
+        };
+        Ok((self.world.take().ok_or_else(lent)?, tool))
+    }
+
+    /// Takes the world back from a loop.
+    pub(crate) fn give_back(&mut self, world: palpus::World) {
+        self.world = Some(world);
+    }
+
+    /// The settings of the only tool.
+    pub(crate) fn tool_settings(&self) -> PyResult<palpus::Settings> {
+        let world = self.inner()?;
+        let tool = self.members.iter().find_map(|member| member.tool);
+        let tool = tool.ok_or_else(|| refused("the world has no tool; add one before the loop starts"))?;
+        Ok(*world.tool_settings(tool))
+    }
+
+    /// The driven body with this number.
+    pub(crate) fn driven(&self, number: usize) -> PyResult<BodyId> {
+        let member = self.member(number)?;
+        if member.is_driven { Ok(member.body) } else { Err(refused(format!("body {number} is not driven"))) }
     }
 
     fn member(&self, number: usize) -> PyResult<&Member> {
@@ -198,6 +239,10 @@ impl World {
     }
 }
 
-fn row<const N: usize>(py: Python<'_>, numbers: [f64; N]) -> Bound<'_, PyArray1<f64>> {
+fn lent() -> PyErr {
+    refused("a loop is running this world; read it by the loop's status, or stop the loop")
+}
+
+pub(crate) fn row<const N: usize>(py: Python<'_>, numbers: [f64; N]) -> Bound<'_, PyArray1<f64>> {
     numbers.to_vec().into_pyarray(py)
 }

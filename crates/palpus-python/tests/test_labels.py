@@ -59,6 +59,27 @@ def test_labels_are_the_answers(tmp_path: pathlib.Path, peg: palpus.Body, bracke
     assert np.abs(np.array(table["upper"]) - upper).max() < 0.02 * peg.size, "other runs, other bounds within the gap"
 
 
+def test_wrenches_are_those_of_a_world(tmp_path: pathlib.Path, poses: Array) -> None:
+    scaled = poses * ([1e-3] * 3 + [1] * 4)
+    parts = write(tmp_path / "poses.parquet", scaled, 300)
+    meshes = str(MESHES / "peg.obj"), str(MESHES / "bracket.obj")
+    label = Labeller(Job(*meshes, str(tmp_path / "out"), unit="mm", tolerance=5e-4, stiffness=500))
+    for block in blocks(parts):
+        label(block)
+    table = pq.read_table(tmp_path / "out" / "wrench")
+    settings = palpus.Settings.direct(tolerance=5e-4, stiffness=500)
+    world = palpus.World(settings)
+    tool, part = (palpus.Body.load(name, unit="mm") for name in meshes)
+    world.add_fixed(part, [0, 0, 0, 0, 0, 0, 1])
+    world.add_tool(tool, settings)
+    expected = np.concatenate([world.step(pose) for pose in scaled[:300]])
+    names = [f"{kind}_{axis}" for kind in ("force", "torque") for axis in "xyz"]
+    found = np.stack([table[name].to_numpy()[:300] for name in names], axis=1)
+    assert found.tobytes() == expected.tobytes() and np.abs(expected).max() > 0.1
+    with pytest.raises(palpus.Error, match="wrenches need a unit"):
+        Labeller(Job(*meshes, str(tmp_path / "none"), stiffness=500))
+
+
 def test_a_job_goes_on_where_it_was_stopped(tmp_path: pathlib.Path, poses: Array) -> None:
     parts = write(tmp_path / "poses.parquet", poses, 100)
     expected = by_loop(tmp_path / "all", parts)
@@ -112,7 +133,9 @@ def kill_an_actor() -> None:
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for the actors where Linux lists processes")
 def test_actors_change_no_byte(tmp_path: pathlib.Path, poses: Array) -> None:
     ray = pytest.importorskip("ray")
-    from palpus.ray import label
+    from palpus.parts import parts as parts_of
+    from palpus.parts import prepare as prepare_part
+    from palpus.ray import label, prepare
 
     parts = write(tmp_path / "poses.parquet", np.tile(poses, (40, 1)), 700)
     expected = by_loop(tmp_path / "loop", parts)
@@ -131,12 +154,27 @@ def test_actors_change_no_byte(tmp_path: pathlib.Path, poses: Array) -> None:
         list(rows)
         assert files(out) == expected
         assert list(label(job(out), parts, actors=2)) == [], "all is done"
+
+        library = tmp_path / "library"
+        library.mkdir()
+        for mesh in MESHES.glob("*.obj"):
+            (library / mesh.name).write_bytes(mesh.read_bytes())
+        (library / "flat.obj").write_text("v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n")
+        healths = [prepare_part(file) for file in parts_of(library)]
+        assert [bool(row["error"]) for row in healths] == ["flat.obj" in row["file"] for row in healths]
+        for actors in (1, 2):
+            table = tmp_path / f"health-{actors}.parquet"
+            assert len(list(prepare(str(library), str(table), actors=actors))) == len(healths)
+            assert pq.read_table(table).to_pylist() == healths, actors
     finally:
         ray.shutdown()
 
 
 def test_command(tmp_path: pathlib.Path, poses: Array) -> None:
     pytest.importorskip("ray")
+    command = [sys.executable, "-m", "palpus.ray", "prepare", "nothing", "--out", "table.parquet"]
+    told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)
+    assert told.returncode == 1 and "there are no meshes" in told.stderr
     command = [sys.executable, "-m", "palpus.ray", "label", "none.parquet", str(MESHES / "peg.obj")]
     command += [str(MESHES / "bracket.obj"), "--out", "out"]
     told = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True)

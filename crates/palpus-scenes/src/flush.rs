@@ -174,7 +174,7 @@ impl FlushCase {
         if self.fit == Fit::Key { KEY_BLOCK_HEIGHT } else { PEG_BLOCK_HEIGHT }
     }
 
-    /// Where the part is free in its play, before it is turned.
+    /// Pose in which the part is free in its play, before it is turned.
     pub fn free(&self) -> Pose {
         self.keys()[1].pose
     }

@@ -1,4 +1,4 @@
-//! What a scene is made of.
+//! Parts of a scene.
 
 use std::sync::Arc;
 
@@ -28,9 +28,9 @@ pub struct Scene {
     pub start: Pose,
     /// The scripted hand; `path.pose(0.0)` is `start`.
     pub path: HandPath,
-    /// What a second hand holds, if there is one.
+    /// A second tool, if there is one.
     pub second: Option<SecondTool>,
-    /// What nobody holds, beside the environment.
+    /// Objects beside the environment.
     pub objects: Vec<Object>,
     /// m/s².
     pub gravity: DVec3,
@@ -43,10 +43,10 @@ impl Scene {
     }
 }
 
-/// A body that nobody holds.
+/// A body that no hand holds.
 #[derive(Clone, Debug)]
 pub struct Object {
-    /// What it is, m; objects of one scene that are alike share it.
+    /// Its shape, m; equal objects of one scene share it.
     pub shape: Arc<PolygonSoup>,
     /// Its pose when the scene starts.
     pub start: Pose,

@@ -22,15 +22,15 @@ use crate::path::{HandPath, Key};
 const PLACES: usize = 40;
 /// Tries for the next place, before the walk ends.
 const TRIES: usize = 30;
-/// Of the tolerance: how far the probe is lifted off.
+/// Height to which the probe is lifted off, in tolerances.
 const LIFT: f64 = 6.0;
-/// Of the lift: how far it goes sideways, at least and at most.
+/// Smallest and largest sideways motion, in lifts.
 const SIDEWAYS: [f64; 2] = [1.0, 6.0];
 /// rad: how far it turns on the way.
 const TURN: f64 = 0.4;
-/// Of the tolerance: how deep the hand means to press, at least and at most.
+/// Smallest and largest intended depth, in tolerances.
 const PRESS: [f64; 2] = [1.0, 4.0];
-/// Of the tolerance: how far it rubs.
+/// Length of the sliding motion, in tolerances.
 const RUB: f64 = 4.0;
 /// m/s.
 const SPEED: f64 = 0.04;
@@ -38,7 +38,7 @@ const SPEED: f64 = 0.04;
 const SHORTEST: f64 = 0.25;
 /// Steps of an advance; it converges linearly, and a grazing one may be cut short.
 const MOST_ADVANCES: usize = 200;
-/// Of the tolerance: a gap that counts as touching.
+/// Gap that counts as touching, in tolerances.
 const TOUCHING: f64 = 0.1;
 /// Poses of a way that are looked at.
 const LOOKS: usize = 6;
@@ -65,7 +65,7 @@ pub fn tour(a: &Arc<Body>, b: &Arc<Body>, start: Pose, tolerance: f64, seed: u64
     Some(HandPath::through(&keys))
 }
 
-/// Where the bodies touch.
+/// Poses in which the bodies touch.
 struct Place {
     touch: Pose,
     lifted: Pose,
@@ -86,7 +86,7 @@ impl Walk {
         Some((nearest.separation, nearest.normal))
     }
 
-    /// Where the probe touches, coming `from` there along `way`, which is of length 1.
+    /// Returns the pose in which the probe touches, coming from `from` along `way`, a unit vector.
     fn advance(&mut self, from: Pose, way: DVec3, most: f64) -> Option<Place> {
         let mut travel = 0.0;
         for _ in 0..MOST_ADVANCES {

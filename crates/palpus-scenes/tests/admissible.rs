@@ -141,7 +141,7 @@ fn touches(p: [DVec3; 3], q: DVec3, near: f64) -> bool {
         })
 }
 
-/// What a contact's normal breaks; none if it is one that both meshes have.
+/// Returns the rule that a contact's normal breaks; `None` if both meshes admit it.
 fn violation(a: &Body, b: &Body, place: &Placement, contact: &Contact) -> Option<&'static str> {
     let [half_a, half_b] = halves(a, b, place, contact);
     if contact.separation > 0.0 {
@@ -167,7 +167,7 @@ struct Tally {
     rescued: usize,
     /// Poses apart, within tolerance.
     apart: usize,
-    /// Of these, such that the nearest pair of points is not among the contacts.
+    /// Poses among these in which the nearest pair of points is not among the contacts.
     lost: Vec<String>,
 }
 
@@ -226,7 +226,7 @@ fn no_normal_points_out_through_a_virtual_face_and_no_nearest_pair_is_lost() {
     }
 }
 
-/// Of the poses of real models.
+/// Results for poses of real models.
 const SEED: u64 = 0xad15_51b1;
 
 /// A point of a body's surface and the normal there.

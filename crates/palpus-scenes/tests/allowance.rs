@@ -14,7 +14,7 @@ use palpus::detect::{Contact, ContactQuery, QuerySettings};
 use palpus::render::{Limits, ProbeState, Renderer, Settings, Tick, VirtualCoupling};
 use palpus_scenes::scene;
 
-/// What came of a run with an allowance beside one without.
+/// Differences of a run with an allowance from one without.
 #[derive(Debug, Default)]
 struct Outcome {
     ticks: u32,
@@ -41,7 +41,7 @@ fn compare_contacts(tick: &Tick, full: &Tick, outcome: &mut Outcome) {
         outcome.contacts += 1;
         let same = |held: &&Contact| (held.piece_a, held.piece_b) == (contact.piece_a, contact.piece_b);
         match tick.contacts.iter().find(same) {
-            // Where pieces overlap, both answers are depths along normals that may differ.
+            // For overlapping pieces, both answers are depths along normals, which may differ.
             Some(held) if contact.separation > 0.0 => {
                 outcome.too_far = outcome.too_far.max(held.separation - contact.separation);
             }

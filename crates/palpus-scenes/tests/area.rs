@@ -191,7 +191,7 @@ fn cut(levels: usize) -> Vec<Case> {
     ]
 }
 
-/// What a step of a motion feels like.
+/// Wrench and size of a step of a motion.
 struct Felt {
     /// N.
     force: DVec3,
@@ -222,7 +222,7 @@ struct Change {
 }
 
 fn change(coarse: &[Felt], fine: &[Felt], fairly: bool) -> Change {
-    // A shallow touch on the way in is a matter of where exactly the surface lies.
+    // A shallow touch at the start depends on where exactly the surface lies.
     const LEAST: f64 = 0.3e-3;
     let force = |felt: &Felt| if fairly { felt.force / felt.engagement } else { felt.force };
     let both = coarse.iter().zip(fine).filter(|(x, y)| x.engagement.min(y.engagement) > LEAST);

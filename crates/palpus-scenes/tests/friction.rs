@@ -15,7 +15,7 @@ use palpus::force::FrictionSettings;
 use palpus::render::{Clustering, Settings};
 use palpus_scenes::shape;
 
-/// Of the block, m.
+/// Size of the block, m.
 const SIZE: DVec3 = DVec3::new(0.060, 0.040, 0.016);
 /// kg.
 const MASS: f64 = 0.1;
@@ -138,7 +138,7 @@ fn trials() -> Vec<Trial> {
     pairs.into_iter().flat_map(|pair| ways.map(|way| trial(pair, way))).collect()
 }
 
-/// Those where all normals are upright.
+/// Cases in which all normals are upright.
 fn level_trials() -> impl Iterator<Item = Trial> {
     trials().into_iter().filter(|trial| !trial.name.contains("ribs"))
 }

@@ -13,7 +13,7 @@ use palpus::body::Body;
 use palpus::collision::{Front, LeafPairs, PlacedPair, Side, TraversalCounters};
 use palpus_scenes::{Scene, scene, scenes};
 
-/// Of everything random here.
+/// Seed of everything random here.
 const SEED: u64 = 0xf207_7e57;
 
 /// Relative to the bodies' size: hulls shave their merge distance off, so that a distance within
@@ -36,7 +36,7 @@ fn sorted(mut pairs: Vec<(u32, u32, f64)>) -> Vec<(u32, u32, f64)> {
     pairs
 }
 
-/// What both searches found, held against each other tick by tick.
+/// Compares the results of both searches tick by tick.
 struct Duel<'a> {
     a: &'a Body,
     b: &'a Body,

@@ -1,4 +1,4 @@
-//! What must hold of every answer on every scene, whatever the answer is.
+//! Identities that hold for every answer on every scene.
 
 mod bodies;
 
@@ -13,7 +13,7 @@ use palpus::detect::{ContactQuery, QuerySettings};
 use palpus::render::{ProbeState, Renderer, Settings};
 use palpus_scenes::{Scene, scene, scenes};
 
-/// Of everything random here.
+/// Seed of everything random here.
 const SEED: u64 = 0x1de7_717e;
 
 fn settings(scene: &Scene) -> Settings {
@@ -36,7 +36,7 @@ fn shuffled(count: usize) -> Vec<usize> {
     order
 }
 
-/// What a leaf pair answers, without the order in which it was found.
+/// Answer of a leaf pair, regardless of the order in which it was found.
 fn answers(found: &[LeafPair], name_a: &[usize], name_b: &[usize]) -> Vec<(usize, usize, Option<f64>)> {
     let mut answers: Vec<_> = found
         .iter()

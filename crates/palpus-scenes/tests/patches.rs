@@ -83,7 +83,7 @@ fn ring(corners: u32, radius: f64) -> Vec<DVec2> {
         .collect()
 }
 
-/// What a path is called, how much it may step, the probe, the ground, and the path.
+/// Name of a path, its largest step, the probe, the ground, and the path.
 type Case = (&'static str, f64, Arc<Body>, Arc<Body>, Box<dyn Fn(f64) -> Pose>);
 
 const SIZE: DVec3 = DVec3::new(0.06, 0.04, 0.02);
@@ -171,7 +171,7 @@ fn search(rounds: u32, most: f64) {
             let wrench = felt(&mut renderer, pose);
             (wrench, deepest_normal(&renderer))
         });
-        // Where two directions are as deep, the normal must jump, and everything with it.
+        // If two directions are equally deep, the normal must jump, and everything with it.
         if before.1.dot(after.1) < 0.99 {
             flips += 1;
             continue;

@@ -72,7 +72,7 @@ impl XRay {
     pub(crate) fn solidity(&self, pixel: DVec2, depth: f64) -> f64 {
         let nearest = self.nearest(pixel);
         let beside = smooth(self.radius, SOFT * self.radius, (pixel - nearest.truncate()).length());
-        let behind = smooth(nearest.z - 0.4 * self.reach, nearest.z + self.reach, depth);
+        let behind = smooth(nearest.z - 0.2 * self.reach, nearest.z + 2.0 * self.reach, depth);
         beside.max(behind)
     }
 }

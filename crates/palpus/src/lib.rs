@@ -1,5 +1,9 @@
 //! palpus: what a hand feels when the tool it holds touches another object, both being arbitrary triangle meshes.
 //!
+//! ```sh
+//! cargo add palpus palpus-io palpus-device    # the engine; mesh and scene files; devices, the loop and the safety chain
+//! ```
+//!
 //! # Contacts of two meshes
 //!
 //! A [`Body`] is made of a mesh once; a [`ContactQuery`] then answers where two bodies touch, at any pose.

@@ -48,7 +48,8 @@ fn the_force_stage_does_not_allocate() {
         twist: Twist::default(),
         pressed: 0.0,
     };
-    // None, a few, as many as fit, and far too many; clusters that are cut; contacts that come and go.
+    // None, a few, as many as fit, and far too many; clusters that are cut; contacts that come and
+    // go.
     let ticks: Vec<_> = [0, 3, 40, 300, 900, 2000, 7, 0, 150].iter().zip(0..).map(|(&n, t)| contacts(n, t)).collect();
     let before = allocations_of_this_thread();
     assert!(before > 0, "the counter is not installed");

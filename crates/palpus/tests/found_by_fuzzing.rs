@@ -60,7 +60,8 @@ fn a_limit_of_next_to_nothing_is_kept() {
     }
 }
 
-/// Where tolerances and states may be anything, bodies may be in contact at distances whose squares are no numbers.
+/// Where tolerances and states may be anything, bodies may be in contact at distances whose squares
+/// are no numbers.
 #[test]
 fn contacts_at_absurd_distances_are_finite_or_left_out() {
     for exponent in (20..308).step_by(4) {
@@ -75,7 +76,8 @@ fn contacts_at_absurd_distances_are_finite_or_left_out() {
     }
 }
 
-/// A quaternion that is of unit length for single precision only stretched the bodies, and normals with them.
+/// A quaternion that is of unit length for single precision only stretched the bodies, and normals
+/// with them.
 #[test]
 fn a_quaternion_of_single_precision_stretches_nothing() {
     let mut renderer = Renderer::new(cube(), cube(), Settings::default()).expect("valid settings");
@@ -92,8 +94,8 @@ fn a_quaternion_of_single_precision_stretches_nothing() {
     }
 }
 
-/// Two vertices a hair apart, and a merged face between them and the one that reaches farthest: the march ended at the hair, and
-/// was 1 % too far.
+/// Two vertices a hair apart, and a merged face between them and the one that reaches farthest: the
+/// march ended at the hair, and was 1 % too far.
 #[test]
 fn a_march_does_not_end_at_a_hair() {
     let points = |list: &[[f64; 3]]| list.iter().map(|&p| DVec3::from(p)).collect::<Vec<_>>();
@@ -128,7 +130,8 @@ fn a_march_does_not_end_at_a_hair() {
     }
 }
 
-/// The same with two vertices that are one but for rounding, so that nothing bulges by more than that: 2.6 % too far.
+/// The same with two vertices that are one but for rounding, so that nothing bulges by more than
+/// that: 2.6 % too far.
 #[test]
 fn a_march_does_not_end_at_a_vertex_that_is_there_twice() {
     let points = |list: &[[f64; 3]]| list.iter().map(|&p| DVec3::from(p)).collect::<Vec<_>>();

@@ -8,7 +8,7 @@ use palpus::body::Body;
 use super::grid::Grid;
 use crate::BaselineError;
 
-/// What a voxel is.
+/// Kind of a voxel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// Nothing is near.
@@ -54,7 +54,8 @@ impl Voxmap {
         Ok(Self { grid, kinds, field })
     }
 
-    /// What is at a point, and the centre of the voxel of the force field that speaks for it.
+    /// Returns the kind at a point, and the centre of the voxel of the force field that applies to
+    /// it.
     pub(super) fn at(&self, p: DVec3) -> (Kind, DVec3) {
         let Some(voxel) = self.grid.holding(p) else { return (Kind::Free, p) };
         match self.field[voxel] {

@@ -56,10 +56,10 @@ const ALONG: f64 = 100.0;
 /// m: the largest voxel unless it is said otherwise; the usual contact tolerance.
 const LARGEST: f64 = 1e-3;
 
-/// What the method is told.
+/// Settings of the method.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VoxelSettings {
-    /// Of the contact.
+    /// Contact settings.
     pub contact: Settings,
     /// Side of a voxel, m; `None`: a hundredth of the environment's longest side, at most 1 mm.
     pub voxel: Option<f64>,
@@ -69,15 +69,15 @@ pub struct VoxelSettings {
     /// Points in contact beyond which the sum of their forces grows no more: 10 \[MPT99\]. Each has
     /// this share of the stiffness.
     pub full: u32,
-    /// What points behind the force field feel.
+    /// Force on points behind the force field.
     pub beyond: Beyond,
-    /// Of each point that approaches in the layer outside the field, N·s/m; 0 for none.
+    /// Damping of each point that approaches in the layer outside the field, N·s/m; 0 for none.
     pub braking: f64,
     /// The most that a map may take, bytes.
     pub memory: usize,
 }
 
-/// What points feel that have passed the force field.
+/// Treatment of points that have passed the force field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Beyond {
     /// Nothing more.

@@ -6,29 +6,31 @@ use clap::Subcommand;
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum BenchCommand {
-    /// Writes the paper's Table 1 and Figures 4, 5 and 6, measured here, as PNG, SVG, CSV, text and JSON.
+    /// Measures the paper's Table 1 and Figures 4, 5 and 6, and writes them as PNG, SVG, CSV, text
+    /// and JSON.
     #[command(after_help = "Example:\n  palpus bench figures --out figures")]
     Figures {
-        /// Where the files go.
+        /// The folder for the files.
         #[arg(long, value_name = "DIR", default_value = "palpus-out/figures")]
         out: PathBuf,
-        /// A folder with other meshes at the paper's triangle counts, set beside the scenes' own in Table 1.
+        /// A folder with other meshes of the paper's triangle counts, as further rows of Table 1.
         #[arg(long, value_name = "DIR")]
         models: Option<PathBuf>,
     },
-    /// Writes the plots of docs/penetration-depth.md, as SVG.
+    /// Writes the plots of docs/penetration-depth.md and docs/global-depth.md, as SVG.
     #[command(after_help = "Example:\n  palpus bench depth --out plots")]
     Depth {
-        /// Where the files go.
+        /// The folder for the files.
         #[arg(long, value_name = "DIR", default_value = "palpus-out/depth")]
         out: PathBuf,
     },
-    /// Measures what contact feels like: steps of force and torque, truth, energy, stability; every method on every scene in every hand.
+    /// Measures what contact feels like (steps of force and torque, errors, energy, stability) for
+    /// every method, scene and hand.
     #[command(
-        after_help = "Examples:\n  palpus bench feel --out feel\n  palpus bench feel --scene v-groove --method smooth --quick\n  palpus bench feel --sweep 200\n\nWrites feel.md, feel.html (with plots), feel.csv and feel.json. The same numbers come out of every run."
+        after_help = "Examples:\n  palpus bench feel --out feel\n  palpus bench feel --scene v-groove --method smooth --quick\n  palpus bench feel --sweep 200\n\nWrites feel.md, feel.html (with plots), feel.csv and feel.json. Every run gives the same numbers."
     )]
     Feel {
-        /// Where the files go.
+        /// The folder for the files.
         #[arg(long, value_name = "DIR", default_value = "palpus-out/feel")]
         out: PathBuf,
         /// Only this scene.
@@ -37,38 +39,43 @@ pub(crate) enum BenchCommand {
         /// Only this method.
         #[arg(long, value_name = "NAME")]
         method: Option<String>,
-        /// Parts of the scripts, one hand, a coarse search: half a minute.
+        /// Measures less, in half a minute: parts of the scripts, one hand, a coarse search.
         #[arg(long)]
         quick: bool,
-        /// Runs only the flush sweep: so many random cases of parts in play, judged by hum, energy and true overlap.
+        /// Runs only the flush sweep: this many random cases of parts with play, tested for hum,
+        /// energy and true overlap.
         #[arg(long, value_name = "N", conflicts_with_all = ["scene", "method", "quick"])]
         sweep: Option<usize>,
         /// Seed of the sweep's first case, decimal or hexadecimal (0x…).
         #[arg(long, value_name = "SEED", requires = "sweep", value_parser = seed)]
         seed: Option<u64>,
     },
-    /// Times the engine step against the number of triangles and of contacts, and on real pairs; plots, CSV, JSON and text.
+    /// Times the engine step against the number of triangles and of contacts, and on real pairs;
+    /// plots, CSV, JSON and text.
     #[command(
-        after_help = "Example:\n  palpus bench scale --models models --out scale\n\nbenches/peers/coal_scale.py runs this and sets Coal's tolerance query on the same poses beside it."
+        after_help = "Example:\n  palpus bench scale --models models --out scale\n\nbenches/peers/coal_scale.py runs this and times Coal's tolerance query on the same poses."
     )]
     Scale {
-        /// Where the files go.
+        /// The folder for the files.
         #[arg(long, value_name = "DIR", default_value = "palpus-out/scale")]
         out: PathBuf,
-        /// A folder with the real meshes of the pairs; pairs whose meshes are not there are left out.
+        /// A folder with the real meshes of the pairs; pairs without meshes are skipped.
         #[arg(long, value_name = "DIR")]
         models: Option<PathBuf>,
         /// Ticks of contact per pair.
         #[arg(long, value_name = "N", default_value_t = 20_000)]
         ticks: usize,
-        /// Of each tick the least time of so many passes is kept: what differs is what the operating system did meanwhile.
+        /// Number of passes over the same ticks. The smallest time of each tick counts, which
+        /// removes what the operating system did.
         #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..))]
         passes: u32,
-        /// Only the pair of this name; or `triangles` or `contacts` for one of the two sweeps, or `hurried` for steps with bounded work beside others.
+        /// Only the pair of this name, or one of `triangles`, `contacts` (the two sweeps) and
+        /// `hurried` (steps with and without bounded work).
         #[arg(long, value_name = "NAME")]
         only: Option<String>,
     },
-    /// Measures close-fitting contact: a nut pressed on its thread, gears, a peg in its hole, scans; time, work and truth of the wrench.
+    /// Measures close-fitting contact: a nut pressed on its thread, gears, a peg in its hole,
+    /// scans; time, work and truth of the wrench.
     #[command(
         after_help = "Example:\n  palpus bench conformal --models models --out conformal\n\nTimes are processor time of one thread. docs/conformal.md says what the columns mean."
     )]
@@ -82,7 +89,8 @@ pub(crate) enum BenchCommand {
         /// Ticks per case.
         #[arg(long, value_name = "N", default_value_t = 2000, value_parser = ticks)]
         ticks: usize,
-        /// Poses of each case at which the wrench is compared with the truth; it takes seconds each on a thread.
+        /// Poses of each case at which the wrench is compared with the truth; it takes seconds each
+        /// on a thread.
         #[arg(long, value_name = "N", default_value_t = 24)]
         truths: usize,
         /// Only the cases whose names begin so.
@@ -101,10 +109,11 @@ pub(crate) enum BenchCommand {
         /// Poses of A in B's frame (CSV), as for `palpus query`.
         #[arg(long, value_name = "F.csv")]
         poses: PathBuf,
-        /// Where the times go (CSV).
+        /// The file of the times (CSV).
         #[arg(long, value_name = "R.csv")]
         out: PathBuf,
-        /// Contacts are pairs of pieces nearer than this, in model units [default: 1 % of the smaller model's diagonal].
+        /// Distance below which pieces are in contact, model units [default: 1 % of the smaller
+        /// model's diagonal].
         #[arg(long, value_name = "T")]
         tolerance: Option<f64>,
     },

@@ -1,4 +1,4 @@
-//! Arguments of what is kept of a run: its recording and the fault log.
+//! Arguments for the recording and the fault log of a run.
 
 use std::path::{Path, PathBuf};
 
@@ -7,27 +7,28 @@ use clap::Args;
 /// See the module's description.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct KeepArguments {
-    /// Writes over a recording of the same name. Without this, the new one gets a number: run-2.csv.
+    /// Overwrites a recording of the same name. By default the new one gets a number: run-2.csv.
     #[arg(long)]
     pub(crate) force: bool,
-    /// The most that a recording may take on the disk, such as 500MB, or `none`. The beginning is kept in the file (half of
-    /// it), the newest in parts beside it: run-part2.csv and on.
+    /// The largest size of a recording on disk, such as 500MB, or `none`. Half of it keeps the
+    /// beginning of the run in the file, the other half its newest part in files beside it:
+    /// run-part2.csv and so on.
     #[arg(long, value_name = "SIZE", default_value = "2GB", value_parser = size)]
     pub(crate) record_limit: Size,
-    /// Where faults are logged, with or without a recording: a line of JSON each; or `none` [default: palpus/faults.jsonl in
-    /// the user's folder for state, such as ~/.local/state].
+    /// The file of the fault log (one line of JSON for each fault), or `none` [default:
+    /// palpus/faults.jsonl in the user's folder for state, such as ~/.local/state].
     #[arg(long, value_name = "FILE")]
     pub(crate) fault_log: Option<PathBuf>,
 }
 
-/// A size in bytes, if there is one.
+/// A size in bytes; `None` for no limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Size(pub(crate) Option<u64>);
 
-/// The least that a recording can do with: some seconds in each part.
+/// Bytes: smallest limit of a recording, some seconds in each part.
 const LEAST: u64 = 16_000_000;
 
-/// A number and a unit.
+/// Reads a size: a number and a unit.
 fn size(text: &str) -> Result<Size, String> {
     if text == "none" {
         return Ok(Size(None));
@@ -47,7 +48,7 @@ fn size(text: &str) -> Result<Size, String> {
 }
 
 impl KeepArguments {
-    /// The file of the fault log that was asked for: `Some(None)` for the usual one, `None` for no log.
+    /// The file of the fault log: `Some(None)` for the default one, `None` for no log.
     pub(crate) fn fault_log(&self) -> Option<Option<&Path>> {
         match self.fault_log.as_deref() {
             Some(file) if file == Path::new("none") => None,

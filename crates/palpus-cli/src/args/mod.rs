@@ -1,4 +1,4 @@
-//! What can be typed: the commands, and in a file for each family of them, their arguments.
+//! The command line: the commands, and in a file for each group of them, their arguments.
 
 mod bench;
 mod keep;
@@ -24,7 +24,8 @@ pub(crate) use run::{ExportArguments, RunArguments};
 
 /// 6-degree-of-freedom haptic rendering between triangle meshes.
 ///
-/// Without a command: a spoon in a cup, felt by a simulated hand at 1 kHz (`palpus run spoon-cup`).
+/// Without a command it runs a spoon in a cup in a simulated hand at 1 kHz
+/// (`palpus run spoon-cup`).
 #[derive(Debug, Parser)]
 #[command(
     name = "palpus",
@@ -37,57 +38,89 @@ pub(crate) struct Arguments {
     /// What to do.
     #[command(subcommand)]
     pub(crate) command: Option<Command>,
-    /// Neither takes prepared bodies from the user's cache folder nor keeps any there.
+    /// Does not use the user's cache folder for prepared bodies.
     #[arg(long, global = true)]
     pub(crate) no_cache: bool,
+    /// Prints answers and errors only: no notes, no progress.
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub(crate) quiet: bool,
+    /// Also says what each step did: models, their pieces, times, and whether they came from the
+    /// cache.
+    #[arg(short, long, global = true)]
+    pub(crate) verbose: bool,
 }
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
     /// Runs the closed loop: device, contacts, wrench, device, a thousand times a second.
     Run(Box<RunArguments>),
-    /// Answers contacts of two models for a list of poses.
+    /// Computes distances and contacts of two models for a list of poses.
     Query(QueryArguments),
-    /// Bounds how deep two models of any shape are in each other: the least translation that frees them, with proof.
+    /// Computes how deep two models of any shape overlap, with proven bounds: the shortest
+    /// translation that separates them.
     Depth(DepthArguments),
-    /// Tells how far apart two models are along a path, or how deep in each other, and where it is tightest.
+    /// Computes the clearance of two models along a path, and where it is tightest.
     Clearance(ClearanceArguments),
-    /// Decomposes models into convex pieces, builds their hierarchies of hulls and keeps both for the next time.
+    /// Decomposes models into convex pieces, builds their hierarchies and caches both.
     Prepare(PrepareArguments),
-    /// Tells the health, mass properties and pieces of a model.
+    /// Reports the defects, mass properties and convex pieces of a model.
     Inspect(InspectArguments),
-    /// Shows a model: its convex pieces together or apart, the Gauss map of a piece, how deep it is felt; in a window or as a picture.
+    /// Shows a model in a window or as a picture: its convex pieces, the Gauss map of a piece, the
+    /// depth that is felt.
     View(ViewArguments),
-    /// Runs a recording again and compares every wrench bit for bit; or shows it.
+    /// Runs a recording again and compares every wrench bit for bit, or shows the recording.
     Replay(ReplayArguments),
-    /// Writes a recording in another format: CSV, Parquet or MCAP.
+    /// Converts a recording to CSV, Parquet or MCAP.
     Convert(ConvertArguments),
-    /// Writes a built-in scene as files (meshes, scene file, the hand's poses), to start your own from.
+    /// Writes a built-in scene as files (meshes, scene file, poses of the hand), as a start for
+    /// your own.
     Export(ExportArguments),
-    /// Makes one HTML page of a recorded run, or of the whole reproduction of the paper; it needs no network and can be mailed.
+    /// Makes a self-contained HTML page of a recorded run, or of the reproduction of the paper.
     Report(ReportArguments),
-    /// Tells which haptic devices are there, and what it would take to have the others.
+    /// Lists the haptic devices that were found, and what is missing to use the others.
     Devices(DevicesArguments),
-    /// Tells whether this machine can hold the loop, and what would help.
+    /// Measures whether this machine can hold 1 kHz, and says what would help.
     Doctor(DoctorArguments),
-    /// Runs the loop in real time for hours, in a hand that wanders, and reports how it held.
+    /// Runs the loop in real time for a long time, with a hand that keeps moving, and reports how
+    /// well it held.
     Soak(SoakArguments),
-    /// Reproduces the paper's table and figures on this machine, and times the engine step.
+    /// Measures the paper's table and figures, contact feel, and the time of an engine step.
     #[command(subcommand)]
     Bench(BenchCommand),
-    /// Prints completions for a shell.
+    /// Prints a completion script for a shell.
     #[command(after_help = "Example:\n  palpus completions bash > ~/.local/share/bash-completion/completions/palpus")]
     Completions {
         /// The shell.
         shell: clap_complete::Shell,
     },
+    /// Prints the man page, or writes one for every command.
+    #[command(after_help = "Examples:\n  palpus man | man -l -\n  palpus man --out ~/.local/share/man/man1")]
+    Man(ManArguments),
 }
 
 impl Command {
-    /// What runs when nothing is typed.
+    /// The command that runs if none is given.
     pub(crate) fn demonstration() -> Self {
         Self::Run(Box::new(RunArguments { scene: "spoon-cup".into(), ..RunArguments::parse_from(["run"]) }))
     }
+}
+
+/// Where man pages go.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ManArguments {
+    /// A folder for the man pages of all commands.
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<std::path::PathBuf>,
+    /// Prints the help of all commands as one Markdown page instead: docs/command-line.md.
+    #[arg(long, conflicts_with = "out")]
+    pub(crate) markdown: bool,
+}
+
+/// The program's commands, as a tree.
+pub(crate) fn command_tree() -> clap::Command {
+    let mut tree = Arguments::command();
+    tree.build();
+    tree
 }
 
 /// Prints the completions of `shell` on standard output.
@@ -95,7 +128,7 @@ pub(crate) fn completions(shell: clap_complete::Shell) {
     clap_complete::generate(shell, &mut Arguments::command(), "palpus", &mut std::io::stdout());
 }
 
-/// What a scene file may name, by `--allow-outside`.
+/// Which files a scene may name, by `--allow-outside`.
 pub(crate) fn file_policy(allow_outside: bool) -> FilePolicy {
     if allow_outside { FilePolicy::Anywhere } else { FilePolicy::Inside }
 }

@@ -1,4 +1,4 @@
-//! Arguments of what needs models alone, without a scene.
+//! Arguments of the commands that take models without a scene.
 
 use std::path::PathBuf;
 
@@ -9,26 +9,31 @@ use super::PictureArguments;
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  palpus query spoon.obj cup.obj --poses poses.csv --out result.csv --tolerance 0.01\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row a pose, in B's frame; separation is the nearest distance, or minus the depth of the deepest contact; point_a - point_b = separation * normal.\nColumn certified: the distance, or the depth of every overlapping pair of convex pieces, is proven the least there is."
+    after_help = "Examples:\n  palpus query spoon.obj cup.obj --poses poses.csv --out result.csv --tolerance 0.01\n  make-poses | palpus query spoon.obj cup.obj --poses - | head\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row for each pose, in B's frame. separation is the distance, or minus the depth of the deepest contact; point_a - point_b = separation * normal.\ncertified: the distance, or the depth of every overlapping pair of convex pieces, is proven to be the smallest. contained: 1 A lies inside B's solid, 2 B inside A's, 0 neither."
 )]
 pub(crate) struct QueryArguments {
     /// The model of body A (obj, stl, ply, off, gltf, glb).
     pub(crate) a: PathBuf,
     /// The model of body B.
     pub(crate) b: PathBuf,
-    /// Poses of A in B's frame (CSV).
+    /// Poses of A in B's frame (CSV); `-` reads standard input.
     #[arg(long, value_name = "F.csv")]
     pub(crate) poses: PathBuf,
-    /// Where the results go (CSV).
+    /// Where the results go (CSV) [default: standard output, as for `-`].
     #[arg(long, value_name = "R.csv")]
-    pub(crate) out: PathBuf,
-    /// Contacts are pairs of pieces nearer than this, in model units [default: 1 % of the smaller model's diagonal].
+    pub(crate) out: Option<PathBuf>,
+    /// Prints one JSON document with the same results.
+    #[arg(long)]
+    pub(crate) json: bool,
+    /// Distance below which pieces are in contact, model units [default: 1 % of the smaller model's
+    /// diagonal].
     #[arg(long, value_name = "T")]
     pub(crate) tolerance: Option<f64>,
-    /// Where every single contact goes (CSV).
+    /// Writes every single contact to this file (CSV).
     #[arg(long, value_name = "C.csv")]
     pub(crate) contacts: Option<PathBuf>,
-    /// The haptic walk alone, without proof that a depth is globally the least; column certified is then false in overlap.
+    /// Uses the haptic walk alone, without proof that a depth is the smallest; certified is then
+    /// false in overlap.
     #[arg(long)]
     pub(crate) local: bool,
 }
@@ -36,55 +41,57 @@ pub(crate) struct QueryArguments {
 #[derive(Debug, Args)]
 #[command(
     mut_arg("out", |out| out.required(true)),
-    after_help = "Examples:\n  palpus depth spoon.obj cup.obj --poses poses.csv --out depths.csv\n  palpus depth peg.stl hole.stl --poses path.csv --out depths.csv --gap 0.01mm --unit mm\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row a pose, in B's frame: no translation shorter than lower frees the bodies; moving A by (tx, ty, tz), of length upper, does.\nColumn certified: upper - lower is no more than the gap. contained: 1 A lies inside B's solid, 2 B inside A's, 0 neither. distance: of the surfaces of free bodies; with a minus, if one body lies inside the other; empty if the surfaces cross."
+    after_help = "Examples:\n  palpus depth spoon.obj cup.obj --poses poses.csv --out depths.csv\n  palpus depth peg.stl hole.stl --poses path.csv --out depths.csv --gap 0.01mm --unit mm\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The result has one row for each pose, in B's frame. No translation shorter than lower separates the bodies; moving A by (tx, ty, tz), of length upper, does.\ncertified: upper - lower is at most the gap. contained: 1 A lies inside B's solid, 2 B inside A's, 0 neither. distance: between the surfaces; negative if one body lies inside the other, empty if the surfaces cross."
 )]
 pub(crate) struct DepthArguments {
     #[command(flatten)]
     pub(crate) depth: PairArguments,
 }
 
-/// Two models, their placements, and how near the bounds of their depth shall come.
+/// Two models, their poses, and how close the bounds of their depth must be.
 #[derive(Debug, Args)]
 pub(crate) struct PairArguments {
     /// The model of body A (obj, stl, ply, off, gltf, glb).
     pub(crate) a: PathBuf,
     /// The model of body B.
     pub(crate) b: PathBuf,
-    /// Poses of A in B's frame (CSV).
+    /// Poses of A in B's frame (CSV); `-` reads standard input.
     #[arg(long, value_name = "F.csv")]
     pub(crate) poses: PathBuf,
-    /// Where the results go (CSV).
+    /// The file of the results (CSV); `-` writes to standard output.
     #[arg(long, value_name = "R.csv")]
     pub(crate) out: Option<PathBuf>,
-    /// How near the bounds shall come: a share of the smaller model's diagonal (1%), or a length (0.01mm, or 0.01 in model units).
+    /// Largest difference of the bounds: a share of the smaller model's diagonal (1%), or a length
+    /// (0.01mm, or 0.01 in model units).
     #[arg(long, value_name = "GAP", default_value = "1%")]
     pub(crate) gap: String,
     /// The unit of the models' coordinates, for a gap with a unit: m, cm, mm, inch, …
     #[arg(long, value_name = "UNIT", default_value = "mm")]
     pub(crate) unit: String,
-    /// Evaluations that a pose may take; beyond, the bounds stay apart and certified is false.
+    /// Largest number of evaluations for a pose; beyond it the bounds stay apart and certified is
+    /// false.
     #[arg(long, value_name = "N", default_value_t = DEPTH_BUDGET)]
     pub(crate) budget: u64,
-    /// Counts only translations as free from which A can leave B in a straight line; not the pockets of B. The lower bound is that of
-    /// all free translations.
+    /// Accepts only translations from which A can leave B in a straight line, not those into
+    /// pockets of B. The lower bound is that of all separating translations.
     #[arg(long)]
     pub(crate) outside: bool,
-    /// Prints one JSON document and nothing else: a summary.
+    /// Prints a summary as one JSON document.
     #[arg(long)]
     pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  palpus clearance peg.obj hole.obj --poses path.csv --html clearance.html\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The clearance is the distance of free bodies, and minus the depth (its upper bound) of others. Of placements next to each other in the file only the tightest is listed."
+    after_help = "Example:\n  palpus clearance peg.obj hole.obj --poses path.csv --html clearance.html\n\nPOSES has the columns tx,ty,tz,qx,qy,qz,qw: A placed in B's frame, in model units. The clearance is the distance of separate bodies, and minus the depth (its upper bound) of overlapping ones. Of neighbouring poses in the file only the tightest is listed."
 )]
 pub(crate) struct ClearanceArguments {
     #[command(flatten)]
     pub(crate) depth: PairArguments,
-    /// Where a page with pictures of the tightest places goes (HTML).
+    /// Writes a page with pictures of the tightest places (HTML).
     #[arg(long, value_name = "PAGE.html")]
     pub(crate) html: Option<PathBuf>,
-    /// How many of the tightest places are listed and shown.
+    /// Number of the tightest places to list and show.
     #[arg(long, value_name = "N", default_value_t = 5)]
     pub(crate) tightest: usize,
 }
@@ -95,10 +102,10 @@ pub(crate) struct PrepareArguments {
     /// The models.
     #[arg(required = true)]
     pub(crate) models: Vec<PathBuf>,
-    /// Where every convex piece goes, as a group of an OBJ file (one model only).
+    /// Writes every convex piece as a group of an OBJ file (one model only).
     #[arg(long, value_name = "OUT.obj")]
     pub(crate) pieces: Option<PathBuf>,
-    /// Prints one JSON document and nothing else.
+    /// Prints one JSON document.
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -110,50 +117,51 @@ pub(crate) struct PrepareArguments {
 pub(crate) struct InspectArguments {
     /// The model.
     pub(crate) model: PathBuf,
-    /// Sweeps a closed model with small probes as well: how deep it can be felt, and how truly.
+    /// Also sweeps a closed model with small probes: how deep it can be felt, and how exactly.
     #[arg(long)]
     pub(crate) sweeps: bool,
-    /// Probes of each sweep.
+    /// Number of probes of each sweep.
     #[arg(long, default_value_t = 1000, value_name = "N", requires = "sweeps")]
     pub(crate) samples: usize,
-    /// Makes a picture (PNG) of the model, its convex pieces in colours.
+    /// Writes a picture (PNG) of the model with its convex pieces in colours.
     #[arg(long, value_name = "FILE")]
     pub(crate) picture: Option<PathBuf>,
-    /// Prints one JSON document and nothing else.
+    /// Prints one JSON document.
     #[arg(long)]
     pub(crate) json: bool,
 }
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Examples:\n  palpus view cup.obj                                    a window\n  palpus view cup.obj --screenshot cup.png\n  palpus view cup.obj --exploded --dark --screenshot pieces.png\n  palpus view cup.obj --gauss 3 --screenshot gauss.png\n  palpus view cup.obj --depth --axis z --offset 12.5 --screenshot depth.png\n\nDepth: at each point of the plane a probe as small as a point asks the query of the servo loop for its deepest contact. Beside it the distance to the mesh, and what is missing between the two."
+    after_help = "Examples:\n  palpus view cup.obj                                    a window\n  palpus view cup.obj --screenshot cup.png\n  palpus view cup.obj --exploded --dark --screenshot pieces.png\n  palpus view cup.obj --gauss 3 --screenshot gauss.png\n  palpus view cup.obj --depth --axis z --offset 12.5 --screenshot depth.png\n\nDepth: at each point of the plane, the depth that the servo loop computes for a probe as small as a point, the distance to the mesh, and the difference of the two."
 )]
 pub(crate) struct ViewArguments {
     /// The model.
     pub(crate) model: PathBuf,
-    /// Where the picture goes (PNG); without, a window opens.
+    /// Writes a picture (PNG) instead of opening a window.
     #[arg(long, value_name = "FILE")]
     pub(crate) screenshot: Option<PathBuf>,
-    /// Shows the convex pieces apart, by this part of their distance from the middle.
+    /// Shows the convex pieces apart, moved by this share of their distance from the middle.
     #[arg(long, value_name = "FACTOR", num_args = 0..=1, default_missing_value = "0.6")]
     pub(crate) exploded: Option<f64>,
-    /// Shows a piece and its Gauss map: which directions it owns of the mesh, and which only its hull has. Pieces count from 0
-    /// [default piece: the one with most faces].
+    /// Shows a piece and its Gauss map: the normals of the mesh, and those that only the hull has.
+    /// Pieces count from 0 [default piece: the one with most faces].
     #[arg(long, value_name = "PIECE", num_args = 0..=1, conflicts_with_all = ["exploded", "depth"])]
     pub(crate) gauss: Option<Option<u32>>,
-    /// Shows how deep the body is felt on a plane through it, beside the true depth where the mesh is closed.
+    /// Shows the depth that is felt on a plane through the body, and for closed meshes the true
+    /// depth.
     #[arg(long, conflicts_with = "exploded")]
     pub(crate) depth: bool,
-    /// Across which axis of the model the plane lies.
+    /// Axis of the model that is normal to the plane.
     #[arg(long, value_enum, default_value_t = AxisName::Y, value_name = "AXIS")]
     pub(crate) axis: AxisName,
-    /// Where on the axis, in model units [default: the middle of the model].
+    /// Position of the plane on the axis, model units [default: the middle of the model].
     #[arg(long, value_name = "OFFSET", allow_negative_numbers = true, requires = "depth")]
     pub(crate) offset: Option<f64>,
-    /// Points along the plane's longer side at which the body is felt.
+    /// Number of points along the longer side of the plane.
     #[arg(long, default_value_t = 320, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=4096), requires = "depth")]
     pub(crate) fineness: u32,
-    /// How the picture looks.
+    /// Look of the picture.
     #[command(flatten)]
     pub(crate) picture: PictureArguments,
 }

@@ -1,39 +1,39 @@
-//! Arguments of whatever makes pictures.
+//! Arguments of the commands that make pictures.
 
 use clap::{Args, ValueEnum};
 
-/// How pictures look.
+/// Look of pictures.
 #[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Pictures")]
 pub(crate) struct PictureArguments {
     /// Width and height, pixels.
     #[arg(long, default_value = "1280x800", value_name = "WxH")]
     pub(crate) size: Size,
-    /// From where.
+    /// The side from which the picture is taken.
     #[arg(long, value_enum, default_value_t = Direction::Oblique, value_name = "SIDE")]
     pub(crate) from: Direction,
-    /// How much nearer than where everything is in the picture.
+    /// Zoom; at 1 everything is in the picture.
     #[arg(long, default_value_t = 1.0, value_name = "FACTOR")]
     pub(crate) zoom: f64,
-    /// Light on dark.
+    /// Uses the dark theme.
     #[arg(long)]
     pub(crate) dark: bool,
-    /// Each convex piece in a colour of its own, also in pictures of runs.
+    /// Gives each convex piece a colour of its own, also in pictures of runs.
     #[arg(long)]
     pub(crate) pieces: bool,
-    /// One colour a body, and nothing to be seen through it.
+    /// Gives each body one opaque colour.
     #[arg(long, conflicts_with = "pieces")]
     pub(crate) plain: bool,
-    /// The sides of the triangles.
+    /// Draws the edges of the triangles.
     #[arg(long)]
     pub(crate) wireframe: bool,
-    /// Neither numbers nor legend.
+    /// Draws no numbers and no legend.
     #[arg(long)]
     pub(crate) no_words: bool,
 }
 
 impl Default for PictureArguments {
-    /// As when nothing is said.
+    /// The same as without any option.
     fn default() -> Self {
         let size = Size([1280, 800]);
         let from = Direction::Oblique;
@@ -60,7 +60,7 @@ const MIN_SIDE: usize = 16;
 /// Pixels: larger ones need more memory than most machines have.
 const MAX_SIDE: usize = 8192;
 
-/// From where a picture is taken.
+/// The side from which a picture is taken.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub(crate) enum Direction {
     /// From the front, the right and above.

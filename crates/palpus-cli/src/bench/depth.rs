@@ -1,8 +1,12 @@
-//! `palpus bench depth`: the plots of docs/penetration-depth.md.
+//! `palpus bench depth`: the plots of docs/penetration-depth.md and docs/global-depth.md.
 //!
-//! 1. *How often the walk is only local*: random overlapping poses of two rounded hulls, the depth of the walk from a cold
-//!    start over the proven one.
-//! 2. *What a tilting box feels*: the contact point of a box that tilts through flat on a table, of the exact witness and in the middle of the patch.
+//! 1. *How often the walk is only local*: random overlapping poses of two rounded hulls, the depth
+//!    of the walk from a cold start over the proven one.
+//! 2. *What a tilting box feels*: the contact point of a box that tilts through flat on a table, of
+//!    the exact witness and in the middle of the patch.
+//! 3. *Depths of whole bodies* ([`bracket`]).
+
+mod bracket;
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -21,7 +25,7 @@ use crate::plots::{BLUE, Drawn, Figure, Panel, Series, VERMILION, write_svg};
 use crate::{files, output};
 use palpus::algebra::Random;
 
-/// Of the shapes and poses of the first plot.
+/// Seed of the shapes and poses of the first plot.
 const SEED: u64 = 0xdeb7_0001;
 const VERTICES: usize = 100;
 const POSES: usize = 3000;
@@ -30,7 +34,9 @@ pub(super) fn depth(out: &Path) -> anyhow::Result<ExitCode> {
     files::make_folder(out)?;
     local(&out.join("depth_local.svg"))?;
     tilting(&out.join("depth_witness.svg"))?;
-    output::line(format!("written to {}: depth_local.svg and depth_witness.svg", out.display()));
+    bracket::write(out)?;
+    let names = "depth_local.svg, depth_witness.svg, depth_path.svg and depth_budget.svg";
+    output::line(format!("written to {}: {names}", out.display()));
     Ok(ExitCode::SUCCESS)
 }
 
@@ -89,7 +95,8 @@ const PRESSED: f64 = 0.0005;
 /// m.
 const TOLERANCE: f64 = 0.002;
 
-/// Where the load acts: the mean of the contacts, by tilt share and engagement; `None` without contacts.
+/// Returns the point where the load acts: the mean of the contacts, by tilt share and engagement;
+/// `None` without contacts.
 fn middle(contacts: &[Contact]) -> Option<DVec3> {
     let corners: Vec<Tilted> = contacts
         .iter()

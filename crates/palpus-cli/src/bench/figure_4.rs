@@ -1,5 +1,5 @@
-//! Figure 4 of the paper: a moment in which a spoon touches a cup in several clusters, some penetrating, some within the tolerance, as a
-//! picture with the force of each.
+//! Figure 4 of the paper: a moment in which a spoon touches a cup in several clusters, some
+//! penetrating, some within the tolerance, as a picture with the force of each.
 
 use std::fs;
 use std::path::Path;
@@ -16,7 +16,7 @@ use crate::files;
 use crate::report::{Frame, Shot, of_moment};
 use crate::stage::{self, Stage};
 
-/// What is to be seen in the picture.
+/// Content of the picture.
 #[derive(Debug, Serialize)]
 struct Description {
     tick: usize,
@@ -33,7 +33,7 @@ struct Cluster {
     contacts: u32,
 }
 
-/// What the paper's picture has: one penetrating cluster, and three within the tolerance.
+/// Clusters of the paper's picture: one penetrating, and three within the tolerance.
 const PENETRATING: usize = 1;
 const DISJOINT: usize = 3;
 
@@ -67,7 +67,8 @@ fn choose(stage: &Stage, renderer: &mut Renderer) -> (Moment, Description) {
         let forces = &tick.forces;
         let penetrating = forces.clusters.iter().filter(|cluster| cluster.separation < 0.0).count();
         let disjoint = forces.clusters.len() - penetrating;
-        // Of ticks as far from the paper's, the one with the largest of its least forces: every arrow is seen.
+        // Of ticks equally close to the paper's, takes the one whose smallest force is largest, so
+        // that every arrow is seen.
         let least = forces.normal_forces.iter().copied().fold(f64::INFINITY, f64::min);
         let badness = (penetrating.abs_diff(PENETRATING) + disjoint.abs_diff(DISJOINT)) as f64 - least.min(0.5);
         if tick.contacts.is_empty() || best.as_ref().is_some_and(|known| known.0 <= badness) {

@@ -1,7 +1,7 @@
 //! `palpus bench figures`: Table 1, Figures 4, 5 and 6 of the paper.
 //!
-//! The scripted hands move the probe directly, without a device between, so that the same poses are queried on every
-//! machine. Times are this machine's.
+//! The scripted hands move the probe directly, without a device between, so that the same poses are
+//! queried on every machine. Times are this machine's.
 
 use std::fs;
 use std::io::Write;
@@ -93,8 +93,8 @@ fn figure_5(out: &Path) -> anyhow::Result<()> {
     write_svg(&figure, &out.join("figure5.svg"))
 }
 
-/// Every pass computes the same; of each stage of each tick the shortest time is kept, so that what the operating system
-/// did meanwhile does not stand in the figure.
+/// Every pass computes the same; of each stage of each tick the shortest time is kept, so that what
+/// the operating system did meanwhile does not stand in the figure.
 const PASSES: usize = 5;
 
 /// The ticks of one way along the scripted path.
@@ -164,7 +164,7 @@ fn figure_6(out: &Path) -> anyhow::Result<()> {
     write_svg(&figure, &out.join("figure6.svg"))
 }
 
-/// Of the scene's script.
+/// Returns the number of ticks of the scene's script.
 pub(super) fn ticks(stage: &Stage) -> usize {
     (stage.path.duration() / TICK).round() as usize
 }

@@ -1,5 +1,5 @@
-//! `palpus bench`: the paper's table and figures as measured here, and the time of the engine step against everything that
-//! it could depend on.
+//! `palpus bench`: the paper's table and figures as measured here, and the time of the engine step
+//! against everything that it could depend on.
 
 mod conformal;
 mod depth;

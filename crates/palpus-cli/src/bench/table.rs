@@ -24,7 +24,7 @@ pub(super) struct Row {
     seconds: f64,
 }
 
-/// What the paper's Table 1 says.
+/// Values of the paper's Table 1.
 const PAPER: [(&str, usize, usize); 5] = [
     ("torus", 2000, 67),
     ("cup", 500, 190),

@@ -1,4 +1,4 @@
-//! The palpus program; what it does is in the library beside it.
+//! The palpus program; see the library beside it.
 
 use std::process::ExitCode;
 

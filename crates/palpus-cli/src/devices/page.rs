@@ -1,4 +1,4 @@
-//! What `palpus devices` prints: a page for people, a document for programs.
+//! Output of `palpus devices`: a page for people, a document for programs.
 
 use palpus_device::{Axes, DeviceSpec, Finding, FindingState, SafetyLimits};
 use serde_json::{Map, Value, json};
@@ -33,7 +33,7 @@ pub(super) fn page(findings: &[Finding]) -> Vec<String> {
     lines
 }
 
-/// In a sentence: what there is, and that nothing is needed.
+/// Opening sentence: which devices were found, and that none is needed.
 fn opening(findings: &[Finding]) -> String {
     let hardware = |finding: &&Finding| finding.is_found() && finding.backend != "simulated";
     match findings.iter().filter(hardware).count() {
@@ -44,7 +44,7 @@ fn opening(findings: &[Finding]) -> String {
     .to_owned()
 }
 
-/// What it takes to have one, first of all; then what was looked for.
+/// Says what is needed to use a device, and then what was looked for.
 fn missing(lines: &mut Vec<String>, backend: &str, (looked_for, why): (&str, &str), mend: &str) {
     if is_command(mend) {
         // On a line of its own, to be copied.

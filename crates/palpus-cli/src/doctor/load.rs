@@ -1,4 +1,4 @@
-//! What else the machine was busy with. Known on Linux; `None` elsewhere.
+//! Load of the machine by other programs. Known on Linux; `None` elsewhere.
 
 use std::fs::read_to_string;
 
@@ -24,7 +24,7 @@ pub(crate) struct Program {
     cores: f64,
 }
 
-/// What else the machine did during the measurement.
+/// Load by other programs during the measurement.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Load {
     pub(crate) cores: u64,
@@ -54,7 +54,7 @@ impl Load {
         format!("others kept {others_cores:.1} of {cores} cores busy{}{stolen}{average}", self.busiest_in_words())
     }
 
-    /// In brackets, the busiest first; nothing when there is none.
+    /// Lists the programs in brackets, the busiest first; empty if there is none.
     pub(crate) fn busiest_in_words(&self) -> String {
         let each: Vec<String> = self.busiest.iter().map(|p| format!("{} {:.1}", p.name, p.cores)).collect();
         if each.is_empty() { String::new() } else { format!(" ({})", each.join(", ")) }
@@ -84,7 +84,8 @@ impl Snapshot {
     }
 }
 
-/// Name and time out of a program's line. The name stands in brackets and may hold anything; times are the 14th and 15th word.
+/// Name and time out of a program's line. The name stands in brackets and may hold anything; times
+/// are the 14th and 15th word.
 fn program(line: &str) -> Option<(&str, u64)> {
     let (name, rest) = line.split_once('(')?.1.rsplit_once(')')?;
     let words: Vec<&str> = rest.split_whitespace().collect();
@@ -106,7 +107,7 @@ fn programs() -> Vec<(u32, String, u64)> {
 /// The programs that did the most, in cores' worth; those of one name as one.
 fn busiest(before: &Snapshot, after: &Snapshot, ticks_per_core: f64) -> Vec<Program> {
     let spent = |(number, name, time): &(u32, String, u64)| {
-        // Whoever came meanwhile has spent all of its time meanwhile.
+        // A program that started meanwhile has used all of its time meanwhile.
         let then = before.programs.iter().find(|then| then.0 == *number).map_or(0, |then| then.2);
         Program { name: name.clone(), cores: time.saturating_sub(then) as f64 / ticks_per_core }
     };
@@ -123,7 +124,7 @@ fn busiest(before: &Snapshot, after: &Snapshot, ticks_per_core: f64) -> Vec<Prog
     all
 }
 
-/// What others did between two instants.
+/// Load by other programs between two instants.
 pub(crate) fn between(before: Option<Snapshot>, after: Option<Snapshot>) -> Option<Load> {
     let (before, after) = before.zip(after)?;
     let all = after.all.saturating_sub(before.all).max(1) as f64;

@@ -1,10 +1,11 @@
-//! What the machine is, as far as the operating system says it. On other systems than Linux little is known.
+//! Describes the machine as far as the operating system says. On other systems than Linux little is
+//! known.
 
 use std::fs::read_to_string;
 
 use serde::Serialize;
 
-/// What matters of a machine for a loop that must not be late.
+/// Properties of a machine that matter for a real-time loop.
 #[derive(Clone, Debug, Default, Serialize)]
 pub(super) struct Machine {
     pub(super) system: &'static str,
@@ -107,7 +108,7 @@ fn real_time_kernel() -> Option<bool> {
     }
 }
 
-/// Whether the program holds the capabilities to set priorities and to lock memory.
+/// Returns true if the program may set priorities and lock memory.
 fn is_above_limits(status: &str) -> Option<bool> {
     const IPC_LOCK: u64 = 1 << 14;
     const SYS_NICE: u64 = 1 << 23;
@@ -116,7 +117,7 @@ fn is_above_limits(status: &str) -> Option<bool> {
     Some(held & (IPC_LOCK | SYS_NICE) == IPC_LOCK | SYS_NICE)
 }
 
-/// Whether the processor says that there is a machine around this one; `None` when it is of a kind that does not say.
+/// Returns true if the processor reports a hypervisor; `None` if it cannot tell.
 fn is_virtual(cpuinfo: &str) -> Option<bool> {
     let flags = cpuinfo.lines().find_map(|line| line.strip_prefix("flags")?.split_once(':'))?.1;
     Some(flags.split_whitespace().any(|flag| flag == "hypervisor"))

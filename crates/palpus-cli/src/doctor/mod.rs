@@ -1,13 +1,15 @@
 //! `palpus doctor`: can this machine hold the loop, and what would help.
 //!
-//! 1. What the machine is: cores, governor, limits, kernel ([`machine`]).
-//! 2. A bare loop with absolute deadlines at 1 kHz, with the claims that `palpus run` makes: how late it is woken ([`timer`]).
+//! 1. The machine: cores, governor, limits, kernel ([`machine`]).
+//! 2. A bare loop with absolute deadlines at 1 kHz, with the claims that `palpus run` makes: how
+//!    late it is woken ([`timer`]).
 //! 3. The scene's closed loop on the simulated device: how long a step takes ([`scene`]).
 //! 4. The bare loop at other rates, and so how fast the scene's loop could be ([`rates`]).
 //! 5. What else the machine was busy with meanwhile ([`load`]).
 //! 6. A verdict in words, and a line for each thing that would help ([`verdict`]).
 //!
-//! Exit status 1 when the machine is not fit. Nothing needs root; what cannot be known here is said to be so.
+//! Exit status 1 when the machine is not fit. Nothing needs root; what cannot be known here is said
+//! to be so.
 
 pub(crate) mod load;
 mod machine;
@@ -53,7 +55,7 @@ struct Report {
     load: Option<Load>,
 }
 
-/// What became of a claim.
+/// Outcome of a claim.
 #[derive(Clone, Debug, Serialize)]
 struct ClaimLine {
     name: &'static str,

@@ -9,25 +9,25 @@ use super::timer::{self, Timer};
 
 /// Rates at which devices are driven, Hz.
 const RATES: [f64; 7] = [500.0, 1000.0, 2000.0, 4000.0, 5000.0, 8000.0, 10_000.0];
-/// Of all turns: at most so many may be late by more than half a period.
+/// Largest share of turns that may be late by more than half a period.
 const MOST_LATE: f64 = 1e-2;
 
 /// A rate, and whether it can be held.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Rate {
     pub(super) hz: f64,
-    /// Of a bare timer at this rate, µs.
+    /// Lateness of a bare timer at this rate, µs.
     p50_us: f64,
     p99_us: f64,
     p999_us: f64,
     max_us: f64,
-    /// Of its turns, those later than half a period.
+    /// Share of its turns that are late by more than half a period.
     late_share: f64,
     /// Left of the period for a step when 99 % of turns are not later than that, µs.
     room_us: f64,
     /// 99.9 % of the steps fit into that room, and the timer is not too late.
     pub(super) holds: bool,
-    /// What stands in the way.
+    /// The reason why the rate does not hold.
     why: Option<String>,
 }
 

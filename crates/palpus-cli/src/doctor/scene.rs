@@ -19,7 +19,7 @@ use crate::stage::{self, Stage};
 /// writes.
 pub(super) const PERIOD_SHARE: f64 = 0.8;
 
-/// What the steps of a scene took, µs.
+/// Times of the steps of a scene, µs.
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct SceneTimes {
     pub(super) name: String,
@@ -31,7 +31,7 @@ pub(super) struct SceneTimes {
     /// Of all ticks, those whose work was bounded, so that some contacts were carried from the tick
     /// before.
     pub(super) bounded_share: f64,
-    /// Of all ticks, those that wrote their wrench more than a period after they were due.
+    /// Share of the ticks that wrote their wrench more than a period late.
     pub(super) overrun_share: f64,
     /// The fastest usual rate that is held ([`super::rates`]); `None`: not even 500 Hz, or not
     /// looked at yet.

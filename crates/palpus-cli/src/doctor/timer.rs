@@ -15,7 +15,7 @@ pub(super) struct Timer {
     pub(super) p99_us: f64,
     pub(super) p999_us: f64,
     pub(super) max_us: f64,
-    /// Of all turns, those that began more than half a millisecond late.
+    /// Share of the turns that began more than half a millisecond late.
     pub(super) late_share: f64,
 }
 
@@ -30,13 +30,14 @@ impl Timer {
     }
 }
 
-/// Runs the bare loop for `duration` seconds on a thread of its own, with all that `palpus run` claims for its loop.
+/// Runs the bare loop for `duration` seconds on a thread of its own, with all that `palpus run`
+/// claims for its loop.
 pub(super) fn measure(duration: f64, rate_hz: f64) -> anyhow::Result<(Timer, Option<RealTimeClaims>)> {
     let (lateness, claims) = lateness(duration, rate_hz, Some(RealTimeOptions::default()))?;
     Ok((of(lateness), claims))
 }
 
-/// How late each turn of a bare loop began, ns, and what the system granted it of what was asked for.
+/// Lateness of each turn of a bare loop, ns, and what the system granted it.
 pub(crate) fn lateness(
     duration: f64,
     rate_hz: f64,

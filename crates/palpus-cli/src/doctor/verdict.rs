@@ -23,7 +23,7 @@ pub(super) struct Verdict {
     pub(super) fitness: Fitness,
     /// In one sentence.
     pub(super) words: String,
-    /// What speaks against it; what is the cheapest to mend first.
+    /// Problems, the one that is cheapest to solve first.
     pub(super) notes: Vec<Note>,
 }
 
@@ -31,12 +31,12 @@ pub(super) struct Verdict {
 #[derive(Clone, Debug, Serialize)]
 pub(super) struct Note {
     pub(super) what: String,
-    /// What helps, in one line each.
+    /// Advice, one line each.
     pub(super) mends: Vec<String>,
 }
 
 impl Verdict {
-    /// What would help, without repetition.
+    /// Returns all advice without repetition.
     pub(super) fn mends(&self) -> Vec<&str> {
         let mut mends: Vec<&str> = Vec::new();
         for mend in self.notes.iter().flat_map(|note| &note.mends) {
@@ -48,11 +48,11 @@ impl Verdict {
     }
 }
 
-/// Of all turns: late by more than this share is noted. A hand does not feel a late tick in a thousand.
+/// Share of late turns that is worth a note. A hand does not feel one late tick in a thousand.
 const NOTED_LATE: f64 = 1e-3;
 /// And more than this is not fit: ten late ticks a second are felt as roughness.
 const UNFIT_LATE: f64 = 1e-2;
-/// Of the ticks: more of them bounded in work are worth a note.
+/// Share of ticks with bounded work that is worth a note.
 const NOTED_BOUNDED: f64 = 0.01;
 /// Cores' worth of other work that may stand in the way of a loop without priority.
 const NOTED_LOAD: f64 = 0.5;
@@ -74,7 +74,7 @@ pub(super) fn of(
 ) -> Verdict {
     let too_slow = scene.p999_us > PERIOD_SHARE * 1e6 / RATE_HZ;
     let unfit = timer.late_share > UNFIT_LATE || too_slow;
-    // What costs a line in a file comes first.
+    // Problems that a line in a file solves come first.
     let missing = claims.iter().filter(|claim| !claim.granted && claim.mend.as_deref() != Some(FOLLOWS));
     let mut notes: Vec<Note> = missing.map(not_granted).collect();
     if timer.late_share > NOTED_LATE {

@@ -1,4 +1,4 @@
-//! Where an axis has its ticks, and what stands there.
+//! Places and labels of the ticks of an axis.
 
 use std::ops::Range;
 
@@ -29,7 +29,7 @@ pub(super) fn even(range: &Range<f64>, wanted: usize) -> Vec<Tick> {
     (first..=last).map(tick).collect()
 }
 
-/// What a step between ticks is, times a power of ten; and the digits that it has more than one of 1: 2.5 has one.
+/// Steps between ticks, times a power of ten, and their digits beyond the first: 2.5 has one.
 const STEPS: [(f64, f64); 5] = [(1.0, 0.0), (2.0, 0.0), (2.5, 1.0), (5.0, 0.0), (10.0, 0.0)];
 
 /// Ticks of an axis of logarithms: powers of ten, and 2 and 5 times them where there are few.

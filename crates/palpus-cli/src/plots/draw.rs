@@ -1,4 +1,5 @@
-//! A figure as SVG text. Colours stand in attributes, for white paper, and in a style that goes by the reader's system.
+//! A figure as SVG text. Colours stand in attributes, for white paper, and in a style that goes by
+//! the reader's system.
 
 use std::fmt::Write;
 use std::ops::Range;
@@ -17,7 +18,7 @@ impl Svg {
     }
 }
 
-/// Of everything, in the drawing's units, pixels at its natural size.
+/// Width of a drawing, in its own units: pixels at its natural size.
 const WIDTH: f64 = 820.0;
 const LEFT: f64 = 66.0;
 const RIGHT: f64 = 18.0;
@@ -33,7 +34,8 @@ const LETTER: f64 = 6.7;
 const SWATCH: f64 = 18.0;
 /// Curves of no more points show each of them.
 const FEW_POINTS: usize = 20;
-/// Of a long curve; each shows its least and its largest value. Two a pixel of a phone.
+/// Columns of a long curve; each shows its smallest and its largest value. Two for each pixel of a
+/// phone.
 const BINS: usize = 400;
 /// Fewer pixels of a band are not seen.
 const LEAST_BAND: f64 = 0.75;
@@ -124,7 +126,7 @@ fn legend_rows(series: &[Series]) -> Vec<Vec<(usize, f64)>> {
     rows
 }
 
-/// Of a figure, at which a panel stands.
+/// Whether a panel is the first or the last of its figure.
 #[derive(Clone, Copy)]
 struct Ends {
     first: bool,

@@ -26,7 +26,7 @@ const INKS: [[&str; 2]; 10] = [
     ["#000000", "#f0f0f0"],
 ];
 
-/// What a plot has beside curves: its class, which property the colour is of, on white, and on black.
+/// Inks of a plot beside curves: class, coloured property, colour on white, and on black.
 const REST: [(&str, &str, [&str; 2]); 6] = [
     ("paper", "fill", ["#ffffff", "#171a20"]),
     ("ink", "fill", ["#1c212b", "#e6e9ee"]),

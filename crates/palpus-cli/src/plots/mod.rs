@@ -1,9 +1,11 @@
-//! Plots as SVG: stacked panels over a common horizontal axis, with the penetrating intervals shaded.
+//! Plots as SVG: stacked panels over a common horizontal axis, with the penetrating intervals
+//! shaded.
 //!
 //! 1. *What is plotted* is said by values: a [`Figure`] of [`Panel`]s of [`Series`] ([`mod@self`]).
 //! 2. *Ticks* at round numbers, or at 1, 2 and 5 times powers of ten ([`axis`]).
-//! 3. *Drawing* ([`draw`]): long curves are thinned to the least and the largest value of each bin, so that no peak is lost and a figure
-//!    stays small. Colours are light by themselves and dark where the reader's system is ([`ink`]).
+//! 3. *Drawing* ([`draw`]): long curves are thinned to the least and the largest value of each bin,
+//!    so that no peak is lost and a figure stays small. Colours are light by themselves and dark
+//!    where the reader's system is ([`ink`]).
 
 mod axis;
 mod draw;
@@ -21,7 +23,7 @@ use crate::files;
 
 /// One curve of a panel.
 pub(crate) struct Series {
-    /// What it is, with its unit.
+    /// Name of the quantity, with its unit.
     pub(crate) label: &'static str,
     /// Its colour.
     pub(crate) color: Ink,
@@ -56,7 +58,7 @@ pub(crate) struct Panel {
 pub(crate) struct Mark {
     /// Where.
     pub(crate) x: f64,
-    /// What is there; a letter or two, above the first panel.
+    /// Label: a letter or two, above the first panel.
     pub(crate) label: String,
 }
 
@@ -98,10 +100,11 @@ pub(crate) fn bands(samples: impl Iterator<Item = (f64, bool)>) -> Vec<Range<f64
 /// Bins of a histogram.
 const BINS: usize = 60;
 
-/// What is smaller than the largest by more powers of ten is counted with the smallest that are shown: it is rounding.
+/// Powers of ten below the largest value beyond which values count as rounding.
 const DECADES: f64 = 5.0;
 
-/// How many of the positive `values` lie in each of even bins of their logarithm: the middles, and the numbers.
+/// How many of the positive `values` lie in each of even bins of their logarithm: the middles, and
+/// the numbers.
 pub(crate) fn histogram(values: impl Iterator<Item = f64> + Clone) -> Vec<(f64, f64)> {
     let logs = values.filter(|value| *value > 0.0 && value.is_finite()).map(f64::log10);
     let (low, high) = logs.clone().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
@@ -130,7 +133,7 @@ impl Figure {
         points.iter().map(|&(x, y)| (self.place(x), y)).collect()
     }
 
-    /// Where x lies on the horizontal axis.
+    /// Position of x on the horizontal axis.
     fn place(&self, x: f64) -> f64 {
         if self.log_x { x.log10() } else { x }
     }
@@ -166,7 +169,7 @@ impl Panel {
     }
 }
 
-/// Where bars stand on, so that one sample is seen.
+/// Base line of bars, so that a single sample is visible.
 const LEAST_COUNT: f64 = 0.7;
 
 #[cfg(test)]

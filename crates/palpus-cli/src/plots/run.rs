@@ -6,7 +6,7 @@ use palpus_io::RecordRow;
 
 use super::{BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION, bands, histogram};
 
-/// What a run felt like: force, torque, contacts, separation, times.
+/// Plots of a run: force, torque, contacts, separation, times.
 pub(crate) fn run_figure(name: &str, rows: &[RecordRow]) -> Figure {
     let curve = |value: &dyn Fn(&RecordRow) -> f64| -> Vec<(f64, f64)> {
         rows.iter().map(|row| (seconds(row), value(row))).collect()
@@ -89,7 +89,8 @@ pub(crate) fn seconds(row: &RecordRow) -> f64 {
     row.time_ns as f64 * 1e-9
 }
 
-/// The curve without what sticks out of it: the operating system's pauses would flatten all the rest.
+/// The curve without what sticks out of it: the operating system's pauses would flatten all the
+/// rest.
 fn cut(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     let mut values: Vec<f64> = points.iter().map(|point| point.1).collect();
     if let Some(ceiling) = quantile(&mut values, 0.99) {

@@ -34,7 +34,7 @@ use pen::{Pen, Told};
 /// Entries that may wait for the writer: half a second at the highest rate.
 const QUEUED: usize = 1 << 15;
 
-/// What goes through the queue.
+/// Items of the queue.
 #[derive(Clone, Copy)]
 #[allow(clippy::large_enum_variant, reason = "the servo thread may not obtain memory for a box")]
 enum Entry {
@@ -187,7 +187,7 @@ impl Writing {
         &self.path
     }
 
-    /// What went wrong with writing, if something did: the file ends there.
+    /// The error of writing, if any: the file ends there.
     #[cfg(feature = "window")]
     pub(crate) fn trouble(&self) -> Option<String> {
         self.told.trouble()

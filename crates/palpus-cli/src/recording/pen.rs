@@ -1,7 +1,8 @@
 //! The writer of a recording: its file, and further parts when that becomes too large.
 //!
-//! **Limit.** The first file takes half of what all may take. It begins with the run, so that it can be replayed. What comes after it goes
-//! into parts of a quarter, `run-part2.csv` and on, of which the newest two are kept: what a fault leaves is at the end.
+//! **Limit.** The first file takes half of what all may take. It begins with the run, so that it
+//! can be replayed. What comes after it goes into parts of a quarter, `run-part2.csv` and on, of
+//! which the newest two are kept: what a fault leaves is at the end.
 
 use std::collections::VecDeque;
 use std::fs::File;
@@ -22,7 +23,7 @@ const SECTION: &str = "part";
 /// Later parts that are kept.
 const KEPT: usize = 2;
 
-/// What the writer has to say while it writes.
+/// Messages of the writer while it writes.
 #[derive(Default)]
 pub(super) struct Told(Mutex<Words>);
 
@@ -40,7 +41,7 @@ impl Told {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).trouble.clone()
     }
 
-    /// Where the later parts are, in words.
+    /// Names the files of the later parts.
     pub(super) fn parts(&self) -> Option<String> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).parts.clone()
     }
@@ -55,7 +56,7 @@ pub(super) struct Pen {
     /// `None` when it is over.
     writer: Option<RecordingWriter<File>>,
     path: PathBuf,
-    /// That of the next part: with the settings in force.
+    /// Header of the next part, with the current settings.
     header: RecordingHeader,
     limit: Option<u64>,
     /// The number of this part, from 1.

@@ -1,7 +1,7 @@
-//! HTML of which only this file and the plots write the tags: every other text is escaped on its way in.
+//! HTML. Only this file and the plots write tags; all other text is escaped.
 //!
-//! Names in recordings are strangers' text. A page also carries a content policy under which nothing is loaded and nothing is run,
-//! whatever stands in it.
+//! Names in recordings are strangers' text. A page also carries a content policy under which
+//! nothing is loaded and nothing is run, whatever stands in it.
 
 use data_encoding::BASE64;
 
@@ -59,7 +59,7 @@ impl Html {
         self
     }
 
-    /// Our text, in which what stands between backticks is code.
+    /// Our own text; text between backticks is code.
     pub(super) fn prose(&mut self, text: &str) -> &mut Self {
         for (k, part) in text.split('`').enumerate() {
             match k % 2 {
@@ -72,7 +72,7 @@ impl Html {
         self
     }
 
-    /// An element about whatever `inner` writes. An empty class is none.
+    /// Writes an element around what `inner` writes. An empty class is left out.
     pub(super) fn element(
         &mut self,
         tag: &'static str,
@@ -145,7 +145,7 @@ impl Html {
         self
     }
 
-    /// Numbers that are to be seen first: what, how much with its unit, and how that is meant.
+    /// Key numbers: name, value with its unit, and tone.
     pub(super) fn tiles(&mut self, tiles: &[(String, String, Tone)]) -> &mut Self {
         self.element("div", "tiles", |all| {
             for (what, value, tone) in tiles {
@@ -206,7 +206,7 @@ impl Html {
         });
     }
 
-    /// What is there for those who want to see it.
+    /// A folded part of the page.
     pub(super) fn folded(&mut self, title: &str, inner: impl FnOnce(&mut Self)) -> &mut Self {
         self.element("details", "", |details| {
             details.element("summary", "", |summary| {
@@ -221,7 +221,7 @@ impl Html {
         self.figure(caption, |scroll| scroll.0 += svg.as_str())
     }
 
-    /// What a program said.
+    /// Output of a program.
     pub(super) fn said(&mut self, text: &str) -> &mut Self {
         self.element("pre", "", |pre| {
             pre.text(text.trim_end());
@@ -269,7 +269,7 @@ impl Html {
         self.0 += "\">";
     }
 
-    /// What colours mean: a class of the style each, and what it is.
+    /// Legend of colours: a class of the style each, and its meaning.
     pub(super) fn key(&mut self, entries: &[(&'static str, &str)]) -> &mut Self {
         self.element("p", "key", |all| {
             for (class, meaning) in entries {

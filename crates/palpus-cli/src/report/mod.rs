@@ -1,6 +1,8 @@
-//! `palpus report`: one HTML page that needs nothing else: of a recorded run, or of the whole reproduction of the paper.
+//! `palpus report`: one HTML page that needs nothing else: of a recorded run, or of the whole
+//! reproduction of the paper.
 //!
-//! * `html`, `style.css` — the only place that writes tags; whatever stands in a recording is a stranger's text.
+//! * `html`, `style.css` — the only place that writes tags; whatever stands in a recording is a
+//!   stranger's text.
 //! * `pictures` — moments as pictures of few colours, light and dark.
 //! * `run` — the page of one recording.
 //! * `reproduce` — everything is run and measured, and the page of that.
@@ -53,10 +55,10 @@ pub(crate) fn report(arguments: &ReportArguments) -> anyhow::Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Where recordings go when nobody says.
+/// Default folder of recordings.
 const RUNS: &str = "palpus-out";
 
-/// Where a reproduction goes when nobody says.
+/// Default folder of a reproduction.
 const REPRODUCTION: &str = "palpus-out/report";
 
 /// The recordings in a folder, by name.
@@ -68,7 +70,8 @@ fn recordings_in(folder: &Path) -> anyhow::Result<Vec<PathBuf>> {
     Ok(files)
 }
 
-/// True if the file begins as recordings of one of the three formats do; other tables may lie beside them.
+/// True if the file begins as recordings of one of the three formats do; other tables may lie
+/// beside them.
 fn is_recording(path: &Path) -> bool {
     use std::io::Read;
     let mut begin = Vec::new();
@@ -80,7 +83,8 @@ fn is_recording(path: &Path) -> bool {
 const BEGINS: [&[u8]; 3] = [b"# format = ", b"PAR1", b"\x89MCAP0\r\n"];
 const LONGEST_BEGIN: u64 = 16;
 
-/// The page of a recording stands beside it; of several recordings of one name, which differ in their format, each has its own.
+/// The page of a recording stands beside it; of several recordings of one name, which differ in
+/// their format, each has its own.
 fn beside(recording: &Path, all: &[PathBuf]) -> PathBuf {
     let page = recording.with_extension("html");
     if all.iter().filter(|other| other.with_extension("html") == page).count() < 2 {

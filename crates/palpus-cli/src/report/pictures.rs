@@ -16,32 +16,33 @@ pub(crate) struct Shots {
     pub(crate) dark: Vec<u8>,
 }
 
-/// What of a scene is in the picture.
+/// Part of a scene that the picture shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Frame {
     /// Both bodies.
     Whole,
-    /// What is about the contacts.
+    /// The neighbourhood of the contacts.
     Contacts,
 }
 
-/// How a moment is to be seen.
+/// View of a moment.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shot {
     pub(crate) frame: Frame,
     pub(crate) view: View,
-    /// Of the longest turning arrow, N·m.
+    /// Torque of the longest arrow, N·m.
     pub(crate) torque_max: f64,
-    /// As the paper's Figure 4 has it: forces of clusters in the colours of contacts, and nothing else.
+    /// As the paper's Figure 4 has it: forces of clusters in the colours of contacts, and nothing
+    /// else.
     pub(crate) as_in_the_paper: bool,
 }
 
 /// Pixels.
 const WIDTH: usize = 960;
 const HEIGHT: usize = 600;
-/// Of the probe's size: at least so much about the contacts is in the picture to each side.
+/// Smallest half width of the picture about the contacts, as a share of the probe's size.
 const LEAST_REACH: f64 = 0.16;
-/// Of the farthest contact: so much farther reaches the picture.
+/// Margin beyond the farthest contact, as a factor of its distance.
 const MARGIN: f64 = 1.4;
 
 /// Paints `moment` of the stage.
@@ -71,7 +72,8 @@ pub(crate) fn of_moment(stage: &Stage, moment: &Moment, shot: &Shot) -> anyhow::
     Ok(Shots { light: paint_in(Theme::Light)?, dark: paint_in(Theme::Dark)? })
 }
 
-/// Turns the eye so that forces that push sideways lie across the picture, and those that push up or down stand in it.
+/// Turns the eye so that forces that push sideways lie across the picture, and those that push up
+/// or down stand in it.
 fn look_across(camera: &mut Camera, stage: &Stage, moment: &Moment) {
     let forces = moment.clusters.iter().map(|cluster| stage.environment_pose.vector(cluster.force));
     let sideways = forces.sum::<DVec3>().with_z(0.0);
@@ -80,7 +82,7 @@ fn look_across(camera: &mut Camera, stage: &Stage, moment: &Moment) {
         return;
     }
     let across = [FRAC_PI_2, -FRAC_PI_2].map(|turn| sideways.y.atan2(sideways.x) + turn);
-    // Of the two sides the one that is less of a turn.
+    // Takes the side that needs the smaller turn.
     let from = camera.yaw;
     let turn = |yaw: f64| (yaw - from).sin().atan2((yaw - from).cos()).abs();
     camera.yaw = if turn(across[0]) <= turn(across[1]) { across[0] } else { across[1] };
@@ -88,7 +90,7 @@ fn look_across(camera: &mut Camera, stage: &Stage, moment: &Moment) {
 
 /// rad above the horizon, from near.
 const PITCH: f64 = 0.3;
-/// Of the least force that has an arrow: less sideways force does not turn the eye.
+/// Smallest sideways force that turns the view, as a share of the smallest force with an arrow.
 const SIDEWAYS: f64 = 0.2;
 
 /// Corners of a box about all contacts, world.
@@ -103,7 +105,7 @@ fn about_contacts(stage: &Stage, moment: &Moment) -> Option<Vec<DVec3>> {
     Some((0..8).map(|k| middle + DVec3::new(sign(k & 1), sign(k & 2), sign(k & 4))).collect())
 }
 
-/// What is to be seen, in words.
+/// Description of the picture.
 pub(super) fn caption(moment: &Moment) -> String {
     format!(
         "{} s: {} in {}, {} N and {} mN·m at the grip",

@@ -28,10 +28,10 @@ type Each<'a> = &'a mut dyn FnMut(usize, usize, &Wrench, u32) -> ControlFlow<()>
 
 /// A recording, those that belong to it, and the engine on which they are run again.
 pub(crate) struct Rerun<'a> {
-    /// Of which tool the named recording is.
+    /// Number of the tool of the named recording.
     pub(crate) which: usize,
     named: &'a Recording,
-    /// Those of the other tools, in their order.
+    /// Recordings of the other tools, in their order.
     others: Vec<Recording>,
     engine: Engine,
 }
@@ -102,7 +102,7 @@ impl<'a> Rerun<'a> {
         self.engine.kept(period)
     }
 
-    /// What the kept tick has to show, or the last one; `period` is a tick's, s.
+    /// Returns the moment of the kept tick, or of the last one; `period` is a tick's, s.
     pub(crate) fn shown(self, period: f64) -> Moment {
         self.engine.shown(period)
     }
@@ -165,7 +165,7 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
     let mut works = vec![[0.0; 2]; recordings.len()];
     let ticks = recordings.iter().map(|recording| recording.rows.len()).max().unwrap_or_default();
     for k in 0..ticks {
-        // Of those that are not over: a device that was lost has no more rows, and stays where it
+        // Only recordings with rows left: a lost device has no more rows, and stays where it
         // was.
         let rows = || recordings.iter().filter_map(|recording| recording.rows.get(k));
         for (held, recording) in states.iter_mut().zip(recordings) {
@@ -200,7 +200,7 @@ fn run_again(recordings: &[&Recording], engine: &mut Engine, each: Each<'_>) -> 
                 let own = answer.map_or([0.0; 2], |answer| answer.received);
                 chain.receive([works[which][0] + own[0], works[which][1] + own[1]]);
                 let shaped = chain.shape(&states[which], &computed, told, elapsed(row));
-                // Of a device that was lost in the tick, the brake had the last word.
+                // The last wrench of a device that was lost in this tick was its brake's.
                 let lost = told.has(Cut::Device);
                 engine.set_available(which, if lost { &Limits::UNLIMITED } else { &shaped.available });
                 wrench = if lost { Wrench::ZERO } else { shaped.wrench };

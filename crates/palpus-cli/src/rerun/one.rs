@@ -37,7 +37,7 @@ pub(crate) fn check_rows(recording: &Recording) -> anyhow::Result<()> {
     check_gaps(recording)
 }
 
-/// rad: the crease angle at which a change in the recording has shading on, if one has.
+/// rad: crease angle of a recorded change that turns shading on, if there is one.
 pub(crate) fn crease_angle(recording: &Recording) -> Option<f64> {
     recording.changes.iter().find_map(|(_, settings)| Some(settings.shading?.crease_angle))
 }
@@ -78,7 +78,7 @@ pub(crate) fn is_late(servo: Option<&ServoRecord>) -> bool {
     servo.is_some_and(|servo| servo.lateness_s > LATE.as_secs_f64())
 }
 
-/// Since the last tick, s, as the chain was told: in older formats the nominal period.
+/// Time since the previous tick, s, for the chain; in older formats the nominal period.
 pub(crate) fn elapsed(row: &RecordRow) -> f64 {
     row.servo.map_or(row.dt, |servo| servo.elapsed_s)
 }
@@ -102,7 +102,7 @@ pub(super) fn stage_of(recording: &Recording, others: &[ContentHash], places: &P
     Ok(stage)
 }
 
-/// What came before a tick decides its answer, so a replay needs every tick.
+/// Earlier ticks affect the answer, so a replay needs every tick.
 fn check_gaps(recording: &Recording) -> anyhow::Result<()> {
     let header = &recording.header;
     if let Some(first) = first_part(header) {

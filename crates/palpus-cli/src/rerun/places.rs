@@ -9,7 +9,7 @@
 //! 3. in the folders that the user names: the same two, then all meshes in them and in their
 //!    folders.
 //!
-//! What has changed since is said before anything is run again.
+//! Changes since the recording are reported before anything is run again.
 
 use std::path::{Path, PathBuf};
 
@@ -33,7 +33,7 @@ pub(crate) struct Places<'a> {
     pub(crate) recording: &'a Path,
     /// Folders with meshes that the user names.
     pub(crate) meshes: &'a [PathBuf],
-    /// What the recorded scene file may name.
+    /// Files that the recorded scene file may name.
     pub(crate) policy: FilePolicy,
 }
 

@@ -1,4 +1,4 @@
-//! Whether a pair of bodies is heavy for this machine, found out before the run begins.
+//! Finds out before a run whether its pair of bodies is heavy for this machine.
 //!
 //! A short rehearsal: the engine follows the scripted hand's way in a small part of its time, with
 //! its work bounded as in the run, and now and then the hand rests. A pair is heavy if most
@@ -16,7 +16,7 @@ const RESTS: u32 = 9;
 const GOING: u32 = 30;
 /// Ticks of a rest: with the way to it, at worst a quarter of a second in all.
 const RESTING: u32 = 15;
-/// Of a rest's ticks, those at its end that count.
+/// Ticks at the end of a rest that count.
 const SETTLED: u32 = 5;
 /// Rests in which most contacts are carried to their end, of a heavy pair.
 const HEAVY_RESTS: u32 = 2;
@@ -25,9 +25,9 @@ const WAY: f64 = 10.0;
 
 /// Share of the contacts: a pair of which more are carried is heavy.
 pub(super) const HEAVY: f64 = 0.5;
-/// What is said of it.
-pub(super) const IN_WORDS: &str = "note: this pair is heavy for this machine: to hold the rate, most contacts are carried from tick to tick and looked at \
-     again in turns. What helps: meshes with fewer convex pieces where they touch (`palpus inspect`), a lower --rate; `palpus doctor --scene` measures it";
+/// Message for a heavy pair.
+pub(super) const IN_WORDS: &str = "note: this pair is heavy for this machine: to hold the rate, most contacts are extrapolated from tick to tick and \
+     computed again in turns. Meshes with fewer convex pieces where they touch (`palpus inspect`) or a lower --rate help; `palpus doctor --scene` measures it";
 
 /// True if the pair is heavy; see the module's description.
 pub(super) fn is_heavy(plan: &Plan) -> anyhow::Result<bool> {

@@ -1,4 +1,4 @@
-//! What a person says at the terminal of a run without a window.
+//! Keys at the terminal of a run without a window.
 
 use std::io::{IsTerminal, stdin};
 use std::sync::Arc;
@@ -10,7 +10,7 @@ pub(super) fn take(reins: Arc<Reins>) {
     if !stdin().is_terminal() {
         return;
     }
-    // Nobody waits for this thread: it may stand in a read for ever.
+    // This thread is never joined: it may block in a read for ever.
     std::thread::spawn(move || {
         if !is_left_alone() {
             return;
@@ -20,7 +20,8 @@ pub(super) fn take(reins: Arc<Reins>) {
     });
 }
 
-/// Has a read fail where a shell runs the program in the background: the terminal would stop it, and the loop with it.
+/// Has a read fail where a shell runs the program in the background: the terminal would stop it,
+/// and the loop with it.
 #[cfg(unix)]
 fn is_left_alone() -> bool {
     use nix::sys::signal::{SigSet, Signal};

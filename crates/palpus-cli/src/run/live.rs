@@ -1,4 +1,4 @@
-//! What is shown of a run while it goes: the newest numbers, and the line in the terminal.
+//! Newest values of a running loop, and the line in the terminal.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -8,9 +8,9 @@ use palpus_device::{Cuts, Phase, ServoTick};
 use super::{Session, heavy, keys};
 use crate::engine::Detail;
 use crate::output;
-use crate::way_out::WayOut;
+use crate::way_out::{InsideStart, WayOut};
 
-/// What the live line and the window show.
+/// Values that the live line and the window show.
 #[derive(Clone, Copy)]
 #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window shows all of it"))]
 pub(crate) struct Live {
@@ -31,15 +31,17 @@ pub(crate) struct Live {
     pub(crate) faults: u64,
     pub(crate) cuts: Cuts,
     pub(crate) phase: Phase,
-    /// Where the probe has to go before force comes: while that is waited for.
+    /// Motion of the probe that enables the force, while the engagement waits for it.
     pub(crate) way_out: Option<WayOut>,
     /// The same of the first tick.
     pub(crate) start: Option<WayOut>,
+    /// What was computed of the start before the run, as long as the device began there.
+    pub(super) inside: Option<InsideStart>,
 }
 
 impl Live {
-    /// Before the first tick.
-    pub(crate) fn new(rate_hz: f64) -> Self {
+    /// Before the first tick of a run that begins so.
+    pub(crate) fn new(rate_hz: f64, inside: Option<InsideStart>) -> Self {
         Self {
             ticks: 0,
             rate_hz,
@@ -59,10 +61,11 @@ impl Live {
             phase: Phase::default(),
             way_out: None,
             start: None,
+            inside,
         }
     }
 
-    /// What to say of a probe that begins inside the part.
+    /// Message for a probe that starts inside the part.
     pub(crate) fn start_in_words(&self) -> Option<String> {
         let start = self.start.filter(|start| start.depth > 0.0)?;
         Some(format!("the probe overlaps the part by {:.1} mm: {} to enable force", start.depth * 1e3, start.words()))
@@ -85,14 +88,19 @@ impl Live {
             ..*self
         };
         let Some(Detail { tick: engine, way_out, .. }) = detail else { return now };
+        let grip = tick.state.pose.translation;
+        let inside = self.inside.filter(|inside| tick.index > 0 || inside.is_at(grip));
+        let left = inside.and_then(|inside| inside.left(grip));
+        let contained = inside.is_some_and(|inside| inside.contained);
         Self {
+            inside: inside.filter(|_| left.is_some()),
             query_ns: engine.times.query + engine.times.depth,
             force_ns: engine.times.force,
             contacts: engine.contacts,
             clusters: engine.clusters,
             separation: engine.separation,
-            way_out: way_out.filter(|_| tick.phase == Phase::Waiting),
-            start: if tick.index == 0 { *way_out } else { self.start },
+            way_out: left.or(*way_out).filter(|_| tick.phase == Phase::Waiting || (contained && left.is_some())),
+            start: if tick.index == 0 { inside.map(|inside| inside.out).or(*way_out) } else { self.start },
             ..now
         }
     }
@@ -104,8 +112,8 @@ const OF_LATE: f64 = 0.02;
 /// Between two live lines.
 const LIVE_PERIOD: Duration = Duration::from_millis(100);
 
-/// Shows the newest values until the run is over: a line drawn over on a terminal, nothing elsewhere. Stops it at `end`. `said_heavy`: that the pair is
-/// heavy was said before.
+/// Shows the newest values until the run is over: a line drawn over on a terminal, nothing
+/// elsewhere. Stops it at `end`. `said_heavy`: that the pair is heavy was said before.
 pub(super) fn watch(session: &mut Session, stop: &AtomicBool, end: Option<Instant>, said_heavy: bool) {
     let shown = output::watched();
     keys::take(session.reins());
@@ -152,11 +160,11 @@ fn tell_start(live: &Live, told: &mut bool) {
 fn said(phase: Phase) -> &'static str {
     match phase {
         Phase::Engaged => "",
-        Phase::Idle => "hold a button to feel it",
-        Phase::Waiting => "out of contact first",
-        Phase::Ramping => "engaging",
-        Phase::Faulted => "a fault: no force",
+        Phase::Idle => "hold a button to enable force",
+        Phase::Waiting => "move clear of the part to enable force",
+        Phase::Ramping => "force is rising",
+        Phase::Faulted => "fault: no force",
         Phase::Stopped => "stopped by a fault",
-        Phase::Latched => "three faults in ten seconds: press a button, or r and Enter, for force",
+        Phase::Latched => "three faults in ten seconds: press a button, or r and Enter, to enable force",
     }
 }

@@ -5,7 +5,7 @@
 //! 2. That becomes a [`Session`], which owns the servo thread and is steered by newest values.
 //! 3. A window or a line in the terminal shows it ([`live`]); the window may have it followed by
 //!    another one ([`crate::window`]).
-//! 4. What it was like is printed and plotted.
+//! 4. The summary is printed and the recording plotted.
 
 mod heavy;
 mod keys;
@@ -84,7 +84,7 @@ pub(crate) fn run(arguments: &RunArguments) -> anyhow::Result<ExitCode> {
     finish(arguments, ended)
 }
 
-/// How long a run without a window goes when nobody says, s.
+/// Default length of a run without a window, s.
 const DEFAULT_SECONDS: f64 = 10.0;
 
 /// The tick that `--at` names, in a run of so many seconds.
@@ -132,7 +132,7 @@ pub(crate) fn go_on_without_window(
     session.wait()
 }
 
-/// Says what the runs were like, one after the other.
+/// Prints the summaries of the runs, one after the other.
 fn finish(arguments: &RunArguments, ended: Vec<Ended>) -> anyhow::Result<ExitCode> {
     let mut failed = false;
     let strict = !arguments.lenient && arguments.fault.is_empty();
@@ -210,7 +210,7 @@ fn told(name: &str, file: &Path, with_replay: bool) {
             Err(error) => format!("(no plot: {error:#})"),
         };
         output::line(format!("{:>14}  {} {plotted}", "recorded", file.display()));
-        // What came before its first tick is not in it.
+        // A recording from a later tick on cannot be replayed.
         if with_replay && recording.rows[0].tick == 0 {
             output::line(format!("{:>14}  palpus replay {}", "again", file.display()));
         }

@@ -1,4 +1,4 @@
-//! What a run is to be, before it begins: a stage, a device, thresholds and settings.
+//! Plan of a run: a stage, a device, thresholds and settings.
 
 use std::path::Path;
 
@@ -17,11 +17,12 @@ use crate::engine::Engine;
 use crate::rerun::one::{check_poses, state};
 use crate::stage::Stage;
 use crate::tools::ToolArguments;
+use crate::way_out::InsideStart;
 use crate::{devices, faults, output, safety};
 
 /// A run that can begin.
 pub(crate) struct Plan {
-    /// Of the scene.
+    /// Name of the scene.
     pub(crate) name: String,
     pub(crate) stage: Stage,
     pub(crate) rate_hz: f64,
@@ -32,7 +33,9 @@ pub(crate) struct Plan {
     /// Moves the simulated hand, if there is one that can be moved.
     pub(crate) guide: Option<Publisher<Guide>>,
     pub(crate) script: Script,
-    /// Of a recording from the beginning.
+    /// Set if the probe begins inside the part.
+    pub(super) inside: Option<InsideStart>,
+    /// Header of a recording from the beginning.
     pub(crate) header: RecordingHeader,
     pub(super) engagement: Engagement,
     notes: Vec<String>,
@@ -85,11 +88,25 @@ impl Plan {
         safety::recorded(&limits, engagement, &options.safety, &mut header.scene.more);
         devices::recorded(&notes, &mut header.scene.more);
         replayed::record_spec(device.spec(), &mut header.scene.more);
-        let name = name.to_owned();
-        Ok(Self { name, stage, rate_hz, options, limits, settings, device, guide, script, header, engagement, notes })
+        let (name, inside) = (name.to_owned(), InsideStart::of(&stage));
+        Ok(Self {
+            name,
+            stage,
+            rate_hz,
+            options,
+            limits,
+            settings,
+            device,
+            guide,
+            script,
+            inside,
+            header,
+            engagement,
+            notes,
+        })
     }
 
-    /// What the device says of itself.
+    /// Description of the device.
     pub(crate) fn spec(&self) -> &DeviceSpec {
         self.device.spec()
     }
@@ -152,7 +169,7 @@ impl Plan {
     }
 }
 
-/// What a device says of itself, with the limits that were asked for where they are lower.
+/// Description of the device, with the limits that the user lowered.
 fn lowered(spec: &DeviceSpec, arguments: &RunArguments) -> DeviceSpec {
     let lower = |stated: f64, asked: Option<f64>| asked.map_or(stated, |asked| stated.min(asked));
     DeviceSpec {
@@ -164,7 +181,7 @@ fn lowered(spec: &DeviceSpec, arguments: &RunArguments) -> DeviceSpec {
     }
 }
 
-/// A device and what there is to know of it.
+/// A device with its description.
 struct Opened {
     device: Box<dyn HapticDevice + Send>,
     guide: Option<Publisher<Guide>>,
@@ -195,7 +212,7 @@ fn open(
     let (publisher, guide) = latest(Guide::Script);
     let intent = Guided::new(stage.intent(), guide);
     let device = Box::new(SimulatedDevice::new(settings, intent)?);
-    // Who holds nothing cannot be led by it.
+    // With zero hand stiffness the target has no effect, so guidance is off.
     Ok(Opened { device, guide: Some(publisher).filter(|_| hand.stiffness > 0.0), notes })
 }
 

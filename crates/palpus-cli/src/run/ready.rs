@@ -19,6 +19,8 @@ impl Ready {
     /// said how long, and with all that changes of settings may need later on.
     pub(crate) fn new(arguments: &RunArguments, name: &str, stage: Stage, in_window: bool) -> anyhow::Result<Self> {
         let typed = ToolArguments::of(arguments, stage.tools().count())?;
+        // Hands that work together have paths of their own lengths, which would drift apart.
+        let stage = Stage { to_and_fro: in_window && stage.others.is_empty(), ..stage };
         let others: Vec<Stage> = stage.of_others().collect();
         let stages = std::iter::once(stage).chain(others);
         let plan = |(stage, typed)| Plan::new(arguments, &typed, name, stage, in_window);

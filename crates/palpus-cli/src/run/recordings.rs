@@ -32,7 +32,7 @@ pub(super) type Ends = (rtrb::Consumer<Order>, rtrb::Producer<Rows>);
 const PATIENCE: Duration = Duration::from_millis(50);
 
 impl Recordings {
-    /// Those of device `which`. `header` is that of a recording from the beginning.
+    /// Recordings of device `which`. `header` is that of a recording from the beginning.
     pub(super) fn new(header: RecordingHeader, which: usize, keep: Keep) -> (Self, Ends) {
         let (orders, ordered) = rtrb::RingBuffer::new(ORDERS);
         // One more than can be ordered: the first is not ordered.
@@ -95,7 +95,7 @@ impl Recordings {
         Ok(Some(path))
     }
 
-    /// The files, and what there is to say of them, when the loop is over.
+    /// Returns the files and the messages for the user, after the loop has ended.
     pub(super) fn finish(mut self) -> (Vec<PathBuf>, Vec<String>) {
         if let Some(writing) = self.writing.take() {
             let path = writing.path().to_owned();

@@ -1,4 +1,4 @@
-//! What a recording says of the device with which it was made.
+//! Description of the recorded device, for replays.
 
 use glam::DVec3;
 use palpus_device::{Axes, DeviceSpec, SafetyLimits, SimulationSettings};
@@ -7,7 +7,8 @@ use toml::{Table, Value};
 /// Under this name the device's spec stands in a recording's header.
 const SECTION: &str = "device_spec";
 
-/// For a recording's header: what the device said of itself. Infinite limits are what TOML calls `inf`.
+/// For a recording's header: what the device said of itself. Infinite limits are what TOML calls
+/// `inf`.
 pub(super) fn record_spec(spec: &DeviceSpec, into: &mut Table) {
     let mut table = Table::new();
     table.insert("name".into(), spec.name.as_ref().into());
@@ -33,7 +34,8 @@ pub(super) fn record_spec(spec: &DeviceSpec, into: &mut Table) {
     into.insert(SECTION.into(), Value::Table(table));
 }
 
-/// The device of a recording, as far as its header says: else with the limits of its safety chain, else the simulated one.
+/// The device of a recording, as far as its header says: else with the limits of its safety chain,
+/// else the simulated one.
 pub(super) fn spec_of(more: &Table) -> DeviceSpec {
     let simulated = SimulationSettings::default().spec;
     if let Some(spec) = more.get(SECTION).and_then(Value::as_table).and_then(|table| written(table, &simulated)) {
@@ -55,7 +57,7 @@ pub(super) fn spec_of(more: &Table) -> DeviceSpec {
     }
 }
 
-/// What [`record_spec`] wrote; `None` when it is not all there, or no device.
+/// Reads what [`record_spec`] wrote; `None` if it is incomplete or not a valid device.
 fn written(table: &Table, simulated: &DeviceSpec) -> Option<DeviceSpec> {
     let number = |name: &str| table.get(name).and_then(Value::as_float).filter(|value| *value >= 0.0);
     let counts = |name: &str| -> Option<Axes> {
@@ -113,7 +115,7 @@ mod tests {
         more.insert("safety".into(), Value::Table(chain));
         let spec = spec_of(&more);
         assert!((spec.force_max - touch.force_max).abs() < 1e-12 && spec.actuated == Axes::TRANSLATION);
-        // What is damaged is not believed.
+        // Damaged values are refused.
         more.insert(SECTION.into(), Value::Table(Table::from_iter([("name".to_owned(), Value::from("arm"))])));
         assert_eq!(spec_of(&more), spec);
     }

@@ -1,4 +1,4 @@
-//! One device of a session: what it is steered by, what is known of it, and what it leaves behind.
+//! One device of a session: its controls, its newest values, and its results.
 
 use std::path::PathBuf;
 
@@ -18,7 +18,7 @@ use crate::summary::{Gatherer, Summary};
 pub(super) struct Seat {
     pub(super) spec: DeviceSpec,
     limits: SafetyLimits,
-    /// Those of the next tick.
+    /// Settings of the next tick.
     pub(super) settings: Settings,
     /// The coupling that fits the device.
     coupling: Option<VirtualCoupling>,
@@ -32,7 +32,7 @@ pub(super) struct Seat {
     faults: Option<FaultLog>,
 }
 
-/// What a run was like for one device.
+/// Results of a run for one device.
 pub(crate) struct EndedSeat {
     pub(crate) summary: Summary,
     pub(crate) end: RunEnd,
@@ -40,7 +40,7 @@ pub(crate) struct EndedSeat {
     pub(crate) recordings: Vec<PathBuf>,
 }
 
-/// What [`Seat::take`] makes of a plan.
+/// Parts that [`Seat::take`] makes of a plan.
 pub(super) struct Taken {
     pub(super) seat: Seat,
     /// The servo thread's part.
@@ -61,11 +61,11 @@ impl Seat {
         crease_angle: Option<f64>,
         beginning: &Beginning<'_>,
     ) -> anyhow::Result<Taken> {
-        let Plan { stage, rate_hz, limits, settings, device, guide, header, .. } = plan;
+        let Plan { stage, rate_hz, limits, settings, device, guide, header, inside, .. } = plan;
         let spec = device.spec().clone();
         let coupling = preset(&stage, &spec, rate_hz, CouplingMode::Coupled).coupling;
         let (asked, newest) = latest(settings);
-        let (publisher, live) = latest(Live::new(rate_hz));
+        let (publisher, live) = latest(Live::new(rate_hz, inside));
         let logged = beginning.fault_log.and_then(|file| FaultLog::start(file, &header, which));
         let (watch, faults) = logged.map_or((None, None), |(watch, log)| (Some(watch), Some(log)));
         let (mut recordings, (orders, over)) = Recordings::new(header, which, beginning.keep);
@@ -76,7 +76,7 @@ impl Seat {
             device,
             gatherer: Gatherer::new()?,
             log: Log { rows, in_force: settings, orders, over },
-            live: (publisher, Live::new(rate_hz)),
+            live: (publisher, Live::new(rate_hz, inside)),
             faults: watch,
             watched: watching,
         };
@@ -115,7 +115,7 @@ impl Seat {
         Ok(())
     }
 
-    /// What it was like, when the loop is over; and what there is to say of it.
+    /// Returns the results after the loop has ended, with messages for the user.
     pub(super) fn end(self, worked: Worked, claims: Option<&RealTimeClaims>, rate_hz: f64) -> (EndedSeat, Vec<String>) {
         let Worked { statistics, gatherer } = worked;
         let (recordings, mut notes) = self.recordings.finish();

@@ -25,13 +25,13 @@ use crate::summary::Gatherer;
 /// A recording to go on with, and the settings that its header tells of; `None`: none.
 pub(super) type Order = Option<(Rows, Settings)>;
 
-/// Orders that may wait: while a run is paused nobody takes them, and people press buttons.
+/// Capacity of the queue of orders: a paused run does not take them while people press buttons.
 pub(super) const ORDERS: usize = 64;
 
 /// All that the thread needs.
 pub(super) struct ServoThread {
     pub(super) servo: Servo,
-    /// Of each device.
+    /// One for each device.
     pub(super) working: Vec<Working>,
     pub(super) engine: Engine,
     pub(super) script: Script,
@@ -39,7 +39,7 @@ pub(super) struct ServoThread {
     pub(super) stop: Arc<AtomicBool>,
 }
 
-/// What one device needs.
+/// Parts of the loop for one device.
 pub(super) struct Working {
     pub(super) device: FaultyDevice<Box<dyn HapticDevice + Send>>,
     pub(super) gatherer: Gatherer,
@@ -49,19 +49,19 @@ pub(super) struct Working {
     pub(super) watched: Option<Watched>,
 }
 
-/// What the thread leaves behind.
+/// Results of the thread.
 pub(super) struct Turned {
     pub(super) worked: Vec<Worked>,
     pub(super) engine: Engine,
 }
 
-/// What it leaves of one device.
+/// Results for one device.
 pub(super) struct Worked {
     pub(super) statistics: RunStatistics,
     pub(super) gatherer: Gatherer,
 }
 
-/// What a thread of a servo loop leaves behind when it is joined.
+/// Returns the results of a servo thread.
 pub(crate) fn joined<T>(result: thread::Result<T>) -> anyhow::Result<T> {
     result.map_err(|_| anyhow!("the servo thread failed outside of a step; please report this"))
 }
@@ -71,7 +71,7 @@ impl ServoThread {
     /// system grants.
     pub(super) fn turn(self, granted: &mpsc::Sender<Option<RealTimeClaims>>) -> Turned {
         let Self { mut servo, working, mut engine, script, claims, stop } = self;
-        // The other end is there until it was told.
+        // The receiver exists until it has got this message.
         let _ = granted.send(claims.as_ref().map(claim));
         let told = Told::of(working.len());
         let seat = |Working { device, gatherer, log, live, faults, watched }| {
@@ -87,7 +87,7 @@ impl ServoThread {
                 engine.set_available(which, &available.get());
             }
             engine.step(states, dt, answers);
-            // What goes wrong in the step on purpose does so around that of the first tool.
+            // Injected faults of the step occur around that of the first tool.
             if let Some(answer) = &mut answers[0] {
                 faults.act(answer);
             }
@@ -100,9 +100,9 @@ impl ServoThread {
     }
 }
 
-/// What the next step is told of the last tick.
+/// Facts of the last tick for the next step.
 struct Told {
-    /// Of each device.
+    /// One for each device.
     available: Vec<Cell<Limits>>,
     panicked: Cell<bool>,
 }
@@ -139,7 +139,7 @@ impl TickObserver<Detail> for Watcher<'_> {
     }
 }
 
-/// What sees every tick of a device; without a detail, ticks whose step gave no answer.
+/// Observer of every tick of a device; ticks without an answer have no detail.
 struct Sight {
     gatherer: Gatherer,
     log: Log,
@@ -166,7 +166,7 @@ impl Sight {
     }
 }
 
-/// What is recorded of the ticks.
+/// Recorder of the ticks.
 pub(super) struct Log {
     pub(super) rows: Option<Rows>,
     /// The engine's settings.

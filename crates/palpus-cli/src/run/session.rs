@@ -1,4 +1,4 @@
-//! A run under way: the servo thread, and what it is steered by.
+//! A running session: the servo thread and its controls.
 //!
 //! Whoever has the session sets the newest settings, guides the simulated hand, pauses and steps,
 //! begins and ends recordings, reads the newest numbers, and ends the run. None of it makes the
@@ -31,7 +31,7 @@ use crate::recording::{self, Keep};
 use crate::safety;
 use crate::stage::Stage;
 
-/// s for which a key is taken to be held after it was told: several frames of a window.
+/// s for which a key counts as held after each message: several frames of a window.
 const HOLD_TIME: f64 = 0.3;
 
 /// A run under way.
@@ -52,7 +52,7 @@ pub(crate) struct Beginning<'a> {
     /// Recorded to this file, or to one with a number if there is such a file and it is not to be
     /// written over; other devices to files beside it.
     pub(crate) record: Option<&'a Path>,
-    /// What the servo thread asks of the system.
+    /// Real-time options that the servo thread asks for.
     pub(crate) claims: Option<RealTimeOptions>,
     /// It waits before its first tick.
     pub(crate) paused: bool,
@@ -60,22 +60,22 @@ pub(crate) struct Beginning<'a> {
     pub(crate) watched: bool,
     /// How recordings are kept.
     pub(crate) keep: Keep,
-    /// Where faults are logged: `None` for no log, `Some(None)` for that of the user.
+    /// File of the fault log: `None` for no log, `Some(None)` for the user's default.
     pub(crate) fault_log: Option<Option<&'a Path>>,
 }
 
-/// What a run was like.
+/// Results of a run.
 pub(crate) struct Ended {
     pub(crate) name: String,
     pub(crate) stage: Stage,
     pub(crate) rate_hz: f64,
-    /// Of the first device's tool.
+    /// Engine settings of the first device's tool.
     pub(crate) settings: Settings,
-    /// What it was like for each device.
+    /// Results for each device.
     pub(crate) seats: Vec<EndedSeat>,
     /// As it is after its last step.
     pub(crate) engine: Engine,
-    /// What else there is to say.
+    /// Further messages.
     pub(crate) notes: Vec<String>,
 }
 
@@ -132,7 +132,7 @@ impl Session {
         self.thread.is_finished()
     }
 
-    /// What it was like, when it is over.
+    /// Waits for the end and returns the results.
     pub(crate) fn wait(self) -> anyhow::Result<Ended> {
         let Turned { worked, engine } = joined(self.thread.join())?;
         let settings = self.seats[0].settings;
@@ -147,7 +147,7 @@ impl Session {
     }
 }
 
-/// What only who has more than a terminal asks for.
+/// Functions for the window.
 #[cfg_attr(not(feature = "window"), allow(dead_code, reason = "a terminal steers nothing"))]
 impl Session {
     /// Keeps the calling thread, and all that it starts from now on, off the servo thread's core,
@@ -158,7 +158,7 @@ impl Session {
         }
     }
 
-    /// Ends the loop before its next tick, and answers what it was like.
+    /// Ends the loop before its next tick, and returns the results.
     pub(crate) fn end(self) -> anyhow::Result<Ended> {
         self.reins.end();
         self.wait()
@@ -174,12 +174,12 @@ impl Session {
         self.rate_hz
     }
 
-    /// What the first device says of itself.
+    /// Description of the first device.
     pub(crate) fn spec(&self) -> &DeviceSpec {
         &self.seats[0].spec
     }
 
-    /// What is run.
+    /// The stage.
     pub(crate) fn stage(&self) -> &Stage {
         &self.stage
     }
@@ -240,7 +240,7 @@ impl Session {
         self.seats[0].recordings.path()
     }
 
-    /// What went wrong with the recording, if something did.
+    /// The error of the recording, if any.
     #[cfg(feature = "window")]
     pub(crate) fn trouble(&self) -> Option<String> {
         self.seats.iter().find_map(|seat| seat.recordings.trouble())

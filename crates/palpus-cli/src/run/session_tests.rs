@@ -63,7 +63,7 @@ fn run_to(session: &mut Session, ticks: u64) {
     }
 }
 
-/// Replays `file`: how many of its wrenches come out the same, of how many.
+/// Replays `file`; returns the number of equal wrenches and of all.
 fn replayed(file: &std::path::Path) -> anyhow::Result<(usize, usize)> {
     let recording = read_recording(file)?;
     let mut same = 0;
@@ -154,7 +154,7 @@ fn settings_that_cannot_be_are_refused_and_the_run_goes_on() {
     let usual = *session.settings();
     assert!(session.set_settings(&Settings { stiffness: -1.0, ..usual }).is_err());
     assert_eq!(*session.settings(), usual);
-    // What memory and device decide stays.
+    // Settings that engine state and device fix do not change.
     let other = Settings { capacity: 7, limits: palpus::render::Limits { force: 1e3, torque: 1e3 }, ..usual };
     session.set_settings(&other).expect("the rest can be");
     assert_eq!(*session.settings(), usual);

@@ -9,17 +9,17 @@ use crate::engine::Detail;
 /// Ticks that may wait: at 1 kHz, those of several seconds.
 const ROOM: usize = 1 << 12;
 
-/// What a watcher learns of a tick.
+/// A tick as a watcher gets it.
 #[derive(Clone, Copy)]
 #[cfg_attr(not(feature = "window"), expect(dead_code, reason = "only the window watches"))]
 pub(crate) struct WatchedTick {
     /// s.
     pub(crate) time: f64,
-    /// What the engine was given.
+    /// Input of the engine.
     pub(crate) state: DeviceState,
-    /// What was written, world.
+    /// Wrench that was written, world.
     pub(crate) wrench: Wrench,
-    /// Of the engine; 0 in ticks whose step gave no answer.
+    /// Of the engine; 0 in ticks without an answer.
     pub(crate) query_ns: u64,
     pub(crate) force_ns: u64,
     pub(crate) contacts: u32,

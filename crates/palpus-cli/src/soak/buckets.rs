@@ -1,10 +1,11 @@
-//! Durations counted in buckets that are there from the start and can be copied: 64 to an octave, so that each is known to 1.6 %.
+//! Durations counted in buckets that are there from the start and can be copied: 64 to an octave,
+//! so that each is known to 1.6 %.
 
 /// Buckets of an octave.
 const PARTS: u64 = 64;
 /// log₂ of it.
 const PARTS_LOG: u32 = 6;
-/// log₂ of the longest duration that is told apart, ns: 17 s.
+/// log₂ of the longest duration with a bucket of its own, ns: 17 s.
 const LONGEST_LOG: u32 = 34;
 const COUNT: usize = (PARTS * (LONGEST_LOG - PARTS_LOG + 1) as u64) as usize;
 

@@ -1,4 +1,5 @@
-//! What the machine did meanwhile: the program's memory, the cores' frequency, other load. Known on Linux; `None` elsewhere.
+//! State of the machine during the run: memory of the program, frequency of the cores, other load.
+//! Linux only; `None` elsewhere.
 
 use std::fs::read_to_string;
 use std::time::Duration;
@@ -12,7 +13,7 @@ use crate::doctor::load::load_average;
 pub(super) struct Sample {
     /// Memory of the program that is in the machine's, bytes.
     pub(super) resident: Option<u64>,
-    /// Of the cores, in the mean.
+    /// Mean frequency of the cores.
     pub(super) mhz: Option<f64>,
     /// Running or waiting threads, over the last minute.
     pub(super) load_average: Option<f64>,
@@ -35,7 +36,8 @@ fn resident(statm: &str) -> Option<u64> {
     Some(pages * PAGE)
 }
 
-/// Of the processors that palpus runs on with Linux; others have larger pages, and then less is said than there is.
+/// Page size on the processors that palpus runs on with Linux; on those with larger pages, the
+/// memory is underestimated.
 const PAGE: u64 = 4096;
 
 /// As the kernel steers the cores, MHz.
@@ -56,12 +58,13 @@ fn mean_mhz(cpuinfo: &str) -> Option<f64> {
     mean(&all)
 }
 
-/// None of none.
+/// `None` if there are no values.
 pub(super) fn mean(all: &[f64]) -> Option<f64> {
     (!all.is_empty()).then(|| all.iter().sum::<f64>() / all.len() as f64)
 }
 
-/// Samples over a run of any length in memory that is there from the start: when it is full, every second one goes, and the next ones come half as often.
+/// Samples over a run of any length in memory that is there from the start: when it is full, every
+/// second one goes, and the next ones come half as often.
 #[derive(Debug)]
 pub(super) struct Watch {
     every: Duration,

@@ -196,7 +196,7 @@ impl Run {
         Ok((statistics, claims))
     }
 
-    /// What a recording says of itself.
+    /// Description of the device in the recording.
     fn header(&self, stage: &Stage, settings: Settings, spec: &DeviceSpec, safety: &SafetyOptions) -> RecordingHeader {
         let mut header = stage.header(settings, "sim", self.rate_hz);
         let (limits, engagement) = (safety.limits(spec, self.rate_hz), safety.engagement(spec));

@@ -1,4 +1,4 @@
-//! Where the hand wanders.
+//! Scene and motion of a soak run.
 //!
 //! Scenes with a path of their own, the built-in ones and files with `[hand] path`, are wandered
 //! about along it. In a scene file without one the hand finds its places itself
@@ -24,13 +24,13 @@ const STRAY_TURN: f64 = 0.25;
 
 /// The paper's pair, and how it is placed here: metres per unit of each file.
 const PAIR: [(&str, f64); 2] = [("armadillo_31240.obj", 0.15), ("intestine_colon_male_24846.obj", 1.0)];
-/// What it is called.
+/// Name of the scene.
 const PAIR_NAME: &str = "armadillo-intestine";
 
 /// A scene and the hands in it.
 pub(super) struct Ground {
     pub(super) name: String,
-    /// Of each tool.
+    /// One path for each tool.
     pub(super) hands: Vec<Hand>,
 }
 

@@ -8,7 +8,7 @@ use palpus_device::{LATE, Phase, Publisher, SafetyCounters, ServoTick};
 use super::buckets::Buckets;
 use crate::engine::Detail;
 
-/// What happened in an interval.
+/// Counts of an interval.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Interval {
     /// s on the wall since the loop began, at its beginning and its end.
@@ -49,12 +49,12 @@ pub(super) struct Tally {
     end: Duration,
     now: Interval,
     touching: bool,
-    /// Of each device.
+    /// One for each device.
     faulted: Vec<bool>,
 }
 
 impl Tally {
-    /// Of so many devices.
+    /// Creates the counts for a number of devices.
     pub(super) fn new(length: Duration, devices: usize, publisher: Publisher<Interval>) -> Self {
         Self {
             length,
@@ -92,7 +92,7 @@ impl Tally {
         }
     }
 
-    /// What is the loop's, and what is counted of the first tool only.
+    /// Counts of the loop, and of the first tool only.
     fn add_first(&mut self, tick: &ServoTick, detail: &Detail) {
         let now = &mut self.now;
         now.ticks += 1;
@@ -116,7 +116,7 @@ impl Tally {
         }
     }
 
-    /// What there is of the last interval.
+    /// Returns the last, incomplete interval.
     pub(super) fn finish(mut self) -> Interval {
         let elapsed = self.begun.elapsed();
         self.finish_at(elapsed)

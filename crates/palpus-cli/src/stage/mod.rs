@@ -1,6 +1,7 @@
 //! A scene, built-in or from a file, made ready to run: bodies prepared, settings in SI, a hand
-//! that knows where to go.
+//! and a simulated hand with a path.
 
+mod outside;
 mod prepare;
 
 use std::path::Path;
@@ -10,7 +11,7 @@ use anyhow::bail;
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist};
 use palpus::body::Body;
-use palpus::render::{Limits, ProbeState, Saturation, Settings, VirtualCoupling};
+use palpus::render::{Limits, ProbeState, Settings};
 use palpus_device::{DeviceSpec, HandImpedance, hand_preset};
 use palpus_io::RecordingHeader;
 use palpus_io::record::{FORMAT, RecordedBody, RecordedScene};
@@ -21,7 +22,7 @@ use crate::hand_path::{Following, follow};
 
 #[cfg(feature = "window")]
 pub(crate) use prepare::prepare_telling;
-pub(crate) use prepare::{Part, of_built_in, of_file, prepare};
+pub(crate) use prepare::{Part, no_scene, of_built_in, of_file, prepare};
 
 /// Everything that a run needs.
 pub(crate) struct Stage {
@@ -29,32 +30,35 @@ pub(crate) struct Stage {
     pub(crate) probe: Arc<Body>,
     /// Body b.
     pub(crate) environment: Arc<Body>,
-    /// Of b in the world, which is also the device's frame.
+    /// Pose of b in the world, which is also the device's frame.
     pub(crate) environment_pose: Pose,
-    /// Of the engine, for direct rendering without a device's limits; see [`Stage::settings_for`].
+    /// Settings of the engine for direct rendering without a device's limits; see
+    /// [`Stage::settings_for`].
     pub(crate) settings: Settings,
-    /// What the scene says of the coupling.
+    /// Coupling that the scene asks for.
     pub(crate) coupling: SceneCoupling,
     /// Where the simulated hand intends the probe (the frame of its mesh), in the world. The hand
     /// itself holds the grip: see [`Stage::intent`].
     pub(crate) path: HandPath,
+    /// A path that ends is gone back, and again.
+    pub(crate) to_and_fro: bool,
     /// The hand that the scene asks for, if it does.
     pub(crate) hand: Option<&'static str>,
     /// Ticks per second that the scene asks for, if it does.
     pub(crate) rate_hz: Option<f64>,
-    /// What a recording says of the scene.
+    /// Description of the scene in a recording.
     pub(crate) recorded: RecordedScene,
-    /// What was chosen where the scene's file says nothing.
+    /// Notes on values that the scene file leaves out.
     pub(crate) notes: Vec<String>,
-    /// What other hands hold.
+    /// Tools beside the probe.
     pub(crate) others: Vec<OtherTool>,
-    /// What nobody holds, beside the environment.
+    /// Objects beside the environment.
     pub(crate) objects: Vec<StageObject>,
     /// m/s², along the world's axes.
     pub(crate) gravity: DVec3,
 }
 
-/// A body that nobody holds.
+/// An object.
 #[derive(Clone)]
 pub(crate) struct StageObject {
     pub(crate) body: Arc<Body>,
@@ -87,30 +91,8 @@ impl Stage {
             force: self.settings.limits.force.min(spec.force_max),
             torque: self.settings.limits.torque.min(spec.torque_max),
         };
-        let mut settings = Settings { limits, ..self.settings };
-        if limits.torque <= 0.0 {
-            // A torque that nobody can feel is shown, and not missed every tick.
-            settings.saturation = Saturation::UnderActuated;
-        }
-        if mode == CouplingMode::Direct {
-            return settings;
-        }
-        let SceneCoupling { stiffness, damping, angular_stiffness, angular_damping, skin, mass, .. } = self.coupling;
-        let tuned = VirtualCoupling::tuned(&limits, 1.0 / rate_hz, settings.contact_tolerance);
-        settings.coupling = Some(VirtualCoupling {
-            stiffness: stiffness.unwrap_or(tuned.stiffness),
-            damping: damping.unwrap_or(tuned.damping),
-            angular_stiffness: angular_stiffness.unwrap_or(tuned.angular_stiffness),
-            angular_damping: angular_damping.unwrap_or(tuned.angular_damping),
-            skin: skin.unwrap_or(tuned.skin).min(settings.contact_tolerance),
-            mass: mass.unwrap_or(tuned.mass),
-        });
-        let of_device = VirtualCoupling::contact_stiffness(&limits, settings.contact_tolerance);
-        settings.stiffness = self.coupling.contact_stiffness.or(of_device).unwrap_or(settings.stiffness);
-        if let Some(friction) = &mut settings.friction {
-            friction.tangential_stiffness = self.coupling.friction_stiffness.unwrap_or(settings.stiffness);
-        }
-        settings
+        let coupling = SceneCoupling { mode, ..self.coupling };
+        coupling.settings(&Settings { limits, ..self.settings }, 1.0 / rate_hz)
     }
 
     /// Ticks per second: what was typed, or what the scene asks for.
@@ -141,7 +123,8 @@ impl Stage {
     /// that the probe follows [`Stage::path`].
     pub(crate) fn intent(&self) -> impl Fn(f64) -> Pose + Send + use<> {
         let (path, grip_a) = (self.path.clone(), self.settings.grip_a);
-        move |time| path.pose(time).with_origin(grip_a)
+        let again = self.to_and_fro && !path.is_cyclic();
+        move |time| path.pose(if again { to_and_fro(time, path.duration()) } else { time }).with_origin(grip_a)
     }
 
     /// Returns the probe's state at `time` (s) on the path, world.
@@ -163,7 +146,7 @@ impl Stage {
         }
     }
 
-    /// What all hands hold, the probe first, and where each begins (world).
+    /// Returns all tools, the probe first, with their start poses (world).
     pub(crate) fn tools(&self) -> impl Iterator<Item = (&Arc<Body>, Pose)> {
         let others = self.others.iter().map(|tool| (&tool.probe, tool.path.pose(0.0)));
         std::iter::once((&self.probe, self.path.pose(0.0))).chain(others)
@@ -179,10 +162,11 @@ impl Stage {
             settings: *settings,
             coupling: *coupling,
             path: path.clone(),
+            to_and_fro: self.to_and_fro,
             hand: *hand,
             rate_hz: self.rate_hz,
             recorded: RecordedScene { probe: recorded.clone(), ..self.recorded.clone() },
-            // Told of with the first.
+            // The notes belong to the first one.
             notes: Vec::new(),
             others: Vec::new(),
             objects: self.objects.clone(),
@@ -205,6 +189,12 @@ impl Stage {
     }
 }
 
+/// Returns the time (s) on a path of this duration that is gone to its end, back, and again.
+fn to_and_fro(time: f64, duration: f64) -> f64 {
+    let lap = time.rem_euclid(2.0 * duration);
+    lap.min(2.0 * duration - lap)
+}
+
 /// Returns the state at `time` (s) on `path` (world) of a probe that is held at `grip_a` (in its
 /// frame).
 pub(crate) fn scripted(path: &HandPath, grip_a: DVec3, time: f64) -> ProbeState {
@@ -213,7 +203,7 @@ pub(crate) fn scripted(path: &HandPath, grip_a: DVec3, time: f64) -> ProbeState 
     ProbeState { pose_ba, twist: Twist { angular, linear: linear + angular.cross(to_grip) } }
 }
 
-/// Ticks per second when nobody says.
+/// Default rate, ticks per second.
 const DEFAULT_RATE_HZ: f64 = 1000.0;
 
 /// As scene files have it that do not say.

@@ -9,8 +9,8 @@ use palpus::body::{Body, BodySettings, PolygonSoup};
 use palpus::force::{FrictionSettings, ShadingSettings};
 use palpus::render::Settings;
 use palpus_io::record::{MOST_SCENE_TEXT, RecordedBody, RecordedScene, SceneSource};
-use palpus_io::scene::{FilePolicy, ObjectMotion, SceneBody, SceneCoupling, SceneFile, SceneHand, read_scene};
-use palpus_io::{ContentHash, read_mesh};
+use palpus_io::scene::{FilePolicy, ObjectMotion, SceneBody, SceneCoupling, SceneFile, SceneHand};
+use palpus_io::{ContentHash, similar_name};
 use palpus_scenes::{HandPath, Motion, Scene, Tremor};
 
 use super::{OtherTool, Stage, StageObject};
@@ -18,6 +18,8 @@ use crate::approach::approach;
 use crate::bodies::{self, Teller};
 use crate::hand_path::{Following, follow};
 use crate::{gaps, tools};
+
+use super::outside::read_asking;
 
 /// Force shading turns a direction by no more than this, so that it cannot push into the surface.
 const MOST_SHADING_TURN_DEGREES: f64 = 45.0;
@@ -34,11 +36,18 @@ pub(crate) fn prepare_telling(name: &str, policy: FilePolicy, teller: &Teller<'_
     }
     let path = Path::new(name);
     if path.exists() || path.extension().is_some() {
-        let file = read_scene(path, policy)?;
-        return of_file(path, file, &|_, body| Ok(read_mesh(&body.mesh)?), teller);
+        let file = read_asking(path, policy)?;
+        return of_file(path, file, &|_, body| Ok(bodies::read_mesh(&body.mesh)?), teller);
     }
-    let names: Vec<&str> = palpus_scenes::scenes().iter().map(|scene| scene.name).collect();
-    bail!("there is no scene called `{name}`; built-in scenes are {}, or name a scene file (TOML)", names.join(", "))
+    bail!("{}, or name a scene file (TOML)", no_scene(name))
+}
+
+/// Error text for an unknown scene: suggests a similar name and lists all.
+pub(crate) fn no_scene(name: &str) -> String {
+    let scenes = palpus_scenes::scenes();
+    let names: Vec<&str> = scenes.iter().map(|scene| scene.name).collect();
+    let similar = similar_name(name, &names).map_or(String::new(), |similar| format!("did you mean `{similar}`? "));
+    format!("there is no scene called `{name}`; {similar}built-in scenes are {}", names.join(", "))
 }
 
 /// Prepares a scene that code has made.
@@ -116,6 +125,7 @@ pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<
         settings,
         coupling: SceneCoupling::default(),
         path: scene.path.clone(),
+        to_and_fro: false,
         hand: None,
         rate_hz: None,
         recorded,
@@ -129,13 +139,13 @@ pub(crate) fn of_built_in(scene: &Scene, teller: &Teller<'_>) -> anyhow::Result<
 /// A body of a scene file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
-    /// What the first hand holds.
+    /// The probe.
     Probe,
-    /// What is touched.
+    /// The environment.
     Environment,
-    /// What another hand holds: the tool of this number beside the probe.
+    /// Another tool: its number after the probe.
     Other(usize),
-    /// What nobody holds: the object of this number.
+    /// An object, by its number.
     Object(usize),
 }
 
@@ -148,7 +158,7 @@ pub(crate) fn of_file(
 ) -> anyhow::Result<Stage> {
     let mut known: Vec<(SceneBody, Arc<Body>, ContentHash)> = Vec::new();
     let mut prepare = |part: Part, body: &SceneBody| -> anyhow::Result<(Arc<Body>, ContentHash)> {
-        // What is alike shares its body.
+        // Equal meshes share a body.
         let alike =
             |(other, ..): &&(SceneBody, _, _)| other.mesh == body.mesh && other.metres_per_unit == body.metres_per_unit;
         if let Some((_, shape, hash)) = known.iter().find(alike) {
@@ -205,6 +215,7 @@ pub(crate) fn of_file(
         settings: file.render,
         coupling: file.coupling,
         path: path_of_hand,
+        to_and_fro: false,
         hand: Some(hand),
         rate_hz: Some(file.rate_hz),
         recorded,
@@ -220,7 +231,7 @@ fn absolute(path: &Path) -> String {
     std::path::absolute(path).unwrap_or_else(|_| path.to_owned()).display().to_string()
 }
 
-/// Where the scene's file says that a hand moves a body which it holds.
+/// Path that the scene file gives a hand.
 fn intended(
     file: &SceneFile,
     hand: &SceneHand,
@@ -239,7 +250,10 @@ fn intended(
                 size: probe.size(),
             },
         )?,
-        None => approach(probe, environment, held.pose, file.environment.pose, file.render.contact_tolerance),
+        None => {
+            let (tolerance, mode) = (file.render.contact_tolerance, file.coupling.mode);
+            approach(probe, environment, held.pose, file.environment.pose, tolerance, mode)
+        }
     };
     let trembles = hand.tremor > 0.0;
     Ok(if trembles { path.with_tremor(Tremor::new(hand.tremor, u64::from(hand.seed))) } else { path })

@@ -86,7 +86,8 @@ impl Drop for Comparison {
 mod tests {
     use std::time::{Duration, Instant};
 
-    use palpus::algebra::Wrench;
+    use glam::DVec3;
+    use palpus::algebra::{Twist, Wrench};
     use palpus_device::{DeviceState, SimulationSettings};
     use palpus_io::scene::{CouplingMode, FilePolicy};
 
@@ -105,7 +106,9 @@ mod tests {
         let mut comparison = Comparison::begin(&stage, &settings, rate).expect("it begins");
         let tick = |k: u32| {
             let time = f64::from(k) / rate;
-            let state = DeviceState { pose: stage.grip(stage.path.pose(time)), ..DeviceState::default() };
+            let (pose, twist) =
+                (stage.grip(stage.path.pose(time)), Twist { linear: DVec3::ZERO, angular: DVec3::ZERO });
+            let state = DeviceState { pose, twist, buttons: 0, time, withheld: false };
             let wrench = Wrench::ZERO;
             WatchedTick { time, state, wrench, query_ns: 0, force_ns: 0, contacts: 0, separation: f64::INFINITY }
         };
@@ -116,7 +119,7 @@ mod tests {
             comparison.take(&mut |tick| compared.push(tick));
             std::thread::sleep(Duration::from_millis(5));
         }
-        // An engine of its own answers the same, to the bit.
+        // Another engine gives the same bits.
         let mut engine = Engine::new(&stage, &[settings]).expect("valid settings");
         let mut outcome = [None];
         for (tick, compared) in ticks.iter().zip(&compared) {

@@ -1,12 +1,14 @@
-//! A mesh that was dropped on the window: a scene of it and of one of the two bodies that are there.
+//! A mesh that was dropped on the window: a scene of it and of one of the two bodies that are
+//! there.
 //!
-//! The scene is a folder of its own beside the recordings: both meshes and a scene file. So it is prepared, recorded, replayed and edited
-//! like any other.
+//! The scene is a folder of its own beside the recordings: both meshes and a scene file. So it is
+//! prepared, recorded, replayed and edited like any other.
 //!
-//! 1. The dropped mesh is read and moved so that the middle of its box is its origin: meshes out of CAD lie anywhere, and the hand holds a probe at its
-//!    origin.
+//! 1. The dropped mesh is read and moved so that the middle of its box is its origin: meshes out of
+//!    CAD lie anywhere, and the hand holds a probe at its origin.
 //! 2. The other body is written as it was read, so that it is not prepared again.
-//! 3. The probe starts above the environment, at a distance from it; without a path of its own, the hand feels its way from there.
+//! 3. The probe starts above the environment, at a distance from it; without a path of its own, the
+//!    hand feels its way from there.
 
 use std::fs::{self, File};
 use std::io::BufWriter;
@@ -19,16 +21,16 @@ use palpus::body::PolygonSoup;
 use palpus::render::Settings;
 use palpus_io::record::SceneSource;
 use palpus_io::scene::FilePolicy;
-use palpus_io::{read_mesh, read_scene, write_obj_groups};
+use palpus_io::{read_scene, write_obj_groups};
 use palpus_window::{FileKind, Part};
 
 use crate::stage::Stage;
-use crate::{files, gaps};
+use crate::{bodies, files, gaps};
 
-/// What of the run under way goes on in the next one.
+/// Parts of the current run that the next one keeps.
 pub(super) struct Present {
     source: SceneSource,
-    /// Where the probe started, and where the environment is, in the world.
+    /// Start pose of the probe and pose of the environment, in the world.
     probe: Pose,
     environment: Pose,
     settings: Settings,
@@ -40,13 +42,13 @@ struct Shape {
     metres_per_unit: f64,
 }
 
-/// Says what a file is, for whoever is about to load it.
+/// Finds out what kind of file is about to be loaded.
 pub(super) fn kind(path: &Path) -> Result<FileKind, String> {
     if is_scene(path) {
-        // Whether it may name files elsewhere is asked when it is loaded.
+        // Files elsewhere are asked for when the scene is loaded.
         return read_scene(path, FilePolicy::Anywhere).map(|_| FileKind::Scene).map_err(|error| error.to_string());
     }
-    let soup = read_mesh(path).map_err(|error| error.to_string())?;
+    let soup = bodies::read_mesh(path).map_err(|error| error.to_string())?;
     let [low, high] = bounds(soup.vertices.iter().copied()).ok_or("there is nothing in it")?;
     let triangles = (0..soup.face_count()).map(|face| soup.face(face).len().saturating_sub(2)).sum();
     Ok(FileKind::Mesh { size: high - low, triangles })
@@ -66,12 +68,13 @@ impl Present {
         }
     }
 
-    /// Makes a scene in which the mesh `file` is `part`, in a new folder below `folder`; answers its scene file.
+    /// Makes a scene in which the mesh `file` is `part`, in a new folder below `folder`; answers
+    /// its scene file.
     pub(super) fn with(&self, file: &Path, part: Part, metres_per_unit: f64, folder: &Path) -> anyhow::Result<PathBuf> {
         if !(metres_per_unit > 0.0 && metres_per_unit.is_finite()) {
             bail!("{metres_per_unit} m is no unit");
         }
-        let mut soup = read_mesh(file)?;
+        let mut soup = bodies::read_mesh(file)?;
         let [low, high] = bounds(soup.vertices.iter().copied()).context("there is nothing in it")?;
         soup.vertices.iter_mut().for_each(|vertex| *vertex -= 0.5 * (low + high));
         let dropped = Shape { soup, metres_per_unit };
@@ -104,7 +107,7 @@ impl Present {
             SceneSource::File(path) => {
                 let scene = read_scene(Path::new(path), FilePolicy::Anywhere)?;
                 let body = if part == Part::Probe { scene.probe } else { scene.environment };
-                Ok(Shape { soup: read_mesh(&body.mesh)?, metres_per_unit: body.metres_per_unit })
+                Ok(Shape { soup: bodies::read_mesh(&body.mesh)?, metres_per_unit: body.metres_per_unit })
             }
         }
     }
@@ -121,7 +124,7 @@ impl Shape {
     }
 }
 
-/// Where a probe is clear of the environment however it is turned.
+/// A pose in which the probe is clear of the environment in any orientation.
 fn above(probe: &Shape, environment: &Shape, standing: &Pose) -> DVec3 {
     let reach = probe.points().map(DVec3::length).fold(0.0, f64::max);
     let box_of = bounds(environment.points().map(|point| standing.point(point)));
@@ -165,7 +168,7 @@ mod tests {
 
     #[test]
     fn a_dropped_mesh_and_a_body_that_stays_are_a_scene() {
-        crate::bodies::use_cache(false);
+        bodies::use_cache(false);
         let folder = std::env::temp_dir().join(format!("palpus-dropped-{}", std::process::id()));
         fs::create_dir_all(&folder).expect("a temporary folder");
         // A cube of 20 mm, far from its origin.

@@ -1,4 +1,4 @@
-//! What is to be felt next, prepared on a thread of its own while the present run goes on.
+//! Prepares the next scene on a background job while the current run goes on.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;

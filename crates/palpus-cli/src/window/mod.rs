@@ -82,7 +82,7 @@ mod here {
         Ok((session, scene, moments))
     }
 
-    /// What there is to see of a plan before it runs.
+    /// Content of the window before the run.
     fn scene(plan: &Plan) -> Scene {
         let (stage, limits) = (&plan.stage, &plan.settings.limits);
         let look = Look { xray: true, ..Look::default() };

@@ -1,4 +1,4 @@
-//! What the window asks for, done: the session behind it, and the one that follows.
+//! Carries out what the window asks for: controls the session, and starts the next one.
 //!
 //! A scene or mesh that is wanted is prepared while the present run goes on ([`Loader`]). Then this
 //! ends in order, and the next one begins: with a recording if there was one. A simulated device is
@@ -13,6 +13,7 @@ use std::time::{Duration, Instant};
 use anyhow::anyhow;
 use palpus::render::Settings;
 use palpus_device::{DeviceSpec, Guide, HapticDevice, Newest, SpaceMouse, SpaceMouseError};
+use palpus_io::record::SceneSource;
 use palpus_io::scene::FilePolicy;
 use palpus_window::{
     Cap, ComparedTick, FileKind, Loading, Moment, Numbers, Painted, Preset, Run, Scene, SeenTick, Wanted,
@@ -39,7 +40,7 @@ pub(super) struct Steered<'a> {
     loader: Loader<Next>,
     /// For the window to take.
     next: Option<(Scene, Newest<Moment>)>,
-    /// What was known last.
+    /// Last values shown.
     spec: DeviceSpec,
     settings: Settings,
     live: Live,
@@ -48,9 +49,9 @@ pub(super) struct Steered<'a> {
     cap: Caps,
 }
 
-/// What was prepared.
+/// Result of a preparation.
 enum Next {
-    /// A stage, by name: the device is to be opened.
+    /// A stage, by name; its device is not open yet.
     Stage(String, Box<Stage>),
     /// Everything.
     Run(Box<Ready>),
@@ -101,7 +102,7 @@ impl<'a> Steered<'a> {
             Next::Stage(name, stage) => Ready::new(self.arguments, &name, *stage, true)?,
         };
         let record = recorded.then_some(self.arguments.record.as_path());
-        // What was recorded before in this window stays.
+        // Earlier recordings of this window are kept.
         let mut beginning = Beginning { record, ..run::beginning(self.arguments) };
         beginning.keep.overwrite = false;
         let (session, scene, moments) = begin(ready, &beginning, self.stop)?;
@@ -300,6 +301,14 @@ impl Run for Steered<'_> {
             Wanted::SceneFile(file) | Wanted::Mesh { file, .. } => format!("reading {}", file.display()),
         };
         self.loader.begin(&words, move |tell| prepared(&wanted, &present, &arguments, tell))
+    }
+
+    fn restart(&mut self) -> Result<(), String> {
+        let session = self.session.as_ref().ok_or("the run is over")?;
+        self.load(match &session.stage().recorded.source {
+            SceneSource::BuiltIn(name) => Wanted::Scene(name.clone()),
+            SceneSource::File(path) => Wanted::SceneFile(PathBuf::from(path)),
+        })
     }
 
     fn loading(&mut self) -> Loading {

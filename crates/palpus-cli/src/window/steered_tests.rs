@@ -1,4 +1,4 @@
-//! What a window asks for, without a window.
+//! Requests of a window, tested without a window.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -61,7 +61,7 @@ fn a_run_is_steered_and_followed_by_another_scene_and_by_a_dropped_mesh() {
         assert!(run.is_paused());
         run.pause(false).expect("it goes on");
 
-        // What cannot be prepared is one line, and the run goes on.
+        // A scene that cannot be prepared gives one line, and the run goes on.
         let nowhere = Wanted::SceneFile(folder.join("nowhere.toml"));
         run.load(nowhere).expect("it begins");
         until(&mut run, |run| matches!(run.loading(), Loading::Failed(_)));

@@ -1,4 +1,5 @@
-//! A display in memory (Xvfb), with a program in it that is driven by synthetic keys and a synthetic mouse (xdotool).
+//! A display in memory (Xvfb), with a program in it that is driven by synthetic keys and a
+//! synthetic mouse (xdotool).
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -44,7 +45,8 @@ const PATIENCE: Duration = Duration::from_secs(120);
 const LOOK: Duration = Duration::from_millis(200);
 
 impl Display {
-    /// `name` is the test's; the display's number is the first that is free, so that tests may run side by side.
+    /// `name` is the test's; the display's number is the first that is free, so that tests may run
+    /// side by side.
     pub(crate) fn open(name: &str) -> Self {
         static DISPLAYS: AtomicU32 = AtomicU32::new(0);
         let number = DISPLAYS.fetch_add(1, Ordering::Relaxed);
@@ -81,12 +83,12 @@ impl Display {
         assert!(status.expect("xdotool is installed").success(), "xdotool {words}");
     }
 
-    /// Gives the window the keyboard: nobody manages the windows of this display.
+    /// Gives the window the keyboard: this display has no window manager.
     pub(crate) fn focus(&self) {
         self.input("search --name palpus windowfocus");
     }
 
-    /// Where in `part` pixels are as `wanted` says.
+    /// Returns where pixels of `part` are as `wanted` says.
     pub(crate) fn seen(&self, part: &Part, wanted: impl Fn([i32; 3]) -> bool) -> Vec<[usize; 2]> {
         let pixels = self.pixels().into_iter().filter(|(place, _)| part.contains(*place));
         pixels.filter(|(_, pixel)| wanted(pixel.map(i32::from))).map(|(place, _)| place).collect()
@@ -114,7 +116,8 @@ impl Display {
         }
     }
 
-    /// Place, and red, green and blue, of every pixel, out of the file's format (XWD: a header of 32-bit numbers, colours, rows).
+    /// Place, and red, green and blue, of every pixel, out of the file's format (XWD: a header of
+    /// 32-bit numbers, colours, rows).
     fn pixels(&self) -> Vec<([usize; 2], [u8; 3])> {
         let file = fs::read(self.folder.join("Xvfb_screen0")).expect("the screen");
         let number = |k: usize| u32::from_be_bytes(file[4 * k..4 * k + 4].try_into().expect("four bytes")) as usize;

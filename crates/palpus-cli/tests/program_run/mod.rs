@@ -1,4 +1,5 @@
-//! The program as a test runs it: in a folder of its own, with bodies kept there, and without a display.
+//! The program as a test runs it: in a folder of its own, with bodies kept there, and without a
+//! display.
 #![allow(dead_code, reason = "each test file uses a part of it")]
 
 use std::fs;
@@ -34,7 +35,7 @@ fn program() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_palpus"));
     // Faults of tests are not the user's.
     command.env("XDG_STATE_HOME", env!("CARGO_TARGET_TMPDIR"));
-    // Nobody closes the windows of a test.
+    // A test must not open a window.
     command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
     command
 }

@@ -21,7 +21,7 @@ use peer::{Numbered, Peer};
 /// One thing that the specification asks for, and whether the driver does it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Check {
-    /// What is asked for.
+    /// The tested rule.
     pub name: &'static str,
     /// `Ok` with what was seen, or `Err` with what to mend.
     pub outcome: Result<String, String>,
@@ -29,7 +29,7 @@ pub struct Check {
 
 /// N: the most that the device is pushed with.
 const PUSH: f64 = 0.5;
-/// Of the peak, likewise.
+/// Largest push, as a share of the peak force.
 const PUSH_SHARE: f64 = 0.1;
 /// N: what a driver says that it applies may be rounded, or measured.
 const FORCE_SLACK: f64 = 0.05;
@@ -39,7 +39,7 @@ const REST: (f64, f64) = (0.02, 1e-3);
 const NO_FORCE: &str = "not tested: the device gives no force, or hardly any";
 /// States over which the rate is measured.
 const RATE_STATES: u64 = 500;
-/// Of the stated rate that a driver may be off.
+/// Allowed error of the stated rate, as a share of it.
 const RATE_SLACK: f64 = 0.2;
 /// µs for which wrenches of the tester are valid.
 const VALID_FOR_US: u32 = 20_000;
@@ -105,7 +105,7 @@ impl Report {
     }
 }
 
-/// What the tester pushes with; `None` if the device gives no force.
+/// Wrench of the tester's push; `None` if the device gives no force.
 fn push(peer: &Peer) -> Option<Wrench> {
     let force = PUSH.min(PUSH_SHARE * peer.welcome.spec.force_max);
     (force > 2.0 * REST.0).then_some(Wrench { force: DVec3::Z * force, torque: DVec3::ZERO })

@@ -15,7 +15,7 @@ use crate::device::{Axes, DeviceSpec};
 
 /// First bytes of every frame.
 pub const MAGIC: [u8; 4] = *b"PLPB";
-/// Of the protocol. Frames of another version are not read.
+/// Version of the protocol. Frames of another version are not read.
 pub const VERSION: u16 = 1;
 /// Bytes of the largest frame.
 pub const LONGEST: usize = 208;
@@ -29,7 +29,7 @@ pub const READY: u32 = 1;
 pub const WITHHELD: u32 = 2;
 
 const HEADER: usize = 32;
-/// Where the header's CRC-32 stands.
+/// Offset of the header's CRC-32.
 const CHECK: std::ops::Range<usize> = 12..16;
 const NAME: usize = 64;
 const REASON: usize = 96;
@@ -41,7 +41,7 @@ const LARGEST: f64 = 1e9;
 /// A frame's sender, place and content.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Frame {
-    /// Of the session; in [`Body::Hello`] and [`Body::Welcome`], of the hello.
+    /// Nonce of the session; in [`Body::Hello`] and [`Body::Welcome`], of the hello.
     pub nonce: u64,
     /// Counts the sender's frames of a session from 1.
     pub sequence: u64,
@@ -74,11 +74,11 @@ pub struct Welcome {
     pub session: u64,
     /// Rate at which the driver sends states, Hz.
     pub rate_hz: f64,
-    /// What the device can do.
+    /// Description of the device.
     pub spec: DeviceSpec,
 }
 
-/// What the device is to push with.
+/// Wrench for the device.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Command {
     /// Sequence of the newest state that the wrench knows; 0 before the first.
@@ -91,16 +91,16 @@ pub struct Command {
     pub valid_for_us: u32,
 }
 
-/// What the device senses and does.
+/// State of the device.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct State {
     /// By the device's own clock, ns; its origin is free.
     pub time_ns: u64,
     /// The grip in the device's frame (m).
     pub pose: Pose,
-    /// Of the grip about its origin, in the device's frame (m/s, rad/s).
+    /// Twist of the grip about its origin, in the device's frame (m/s, rad/s).
     pub twist: Twist,
-    /// What the device pushes with now (N, N·m).
+    /// Wrench that the device applies now (N, N·m).
     pub applied: Wrench,
     /// Sequence of the newest command that the driver has accepted; 0 before the first.
     pub echo: u64,
@@ -116,7 +116,7 @@ pub enum Refusal {
     /// The first bytes are not [`MAGIC`].
     #[error("it does not begin with PLPB")]
     Magic,
-    /// Of another version of the protocol.
+    /// It is of another version of the protocol.
     #[error("it is of version {0} of the protocol; this palpus speaks version 1")]
     Version(u16),
     /// There is no such kind of frame.

@@ -28,7 +28,7 @@ pub(super) struct Sensed {
     pub(super) arrived: Instant,
 }
 
-/// What the loop and the thread have in common.
+/// State that the loop and the thread share.
 #[derive(Debug)]
 pub(super) struct Shared {
     pub(super) session: Session,

@@ -62,7 +62,7 @@ const PAUSE: Duration = Duration::from_millis(100);
 /// How to find a driver.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BridgeOptions {
-    /// Where it listens.
+    /// Address at which it listens.
     pub address: BridgeAddress,
     /// `SCHED_FIFO` priority of the thread that receives, where it is allowed; best one above the
     /// loop's. `None` does not ask.
@@ -86,7 +86,7 @@ pub enum BridgeError {
     NoDriver {
         /// Where.
         address: String,
-        /// What happened instead.
+        /// The reason.
         why: String,
     },
     /// Somebody listens, but does not follow the protocol.
@@ -94,7 +94,7 @@ pub enum BridgeError {
     NotUnderstood {
         /// Where.
         address: String,
-        /// What it did.
+        /// The reason.
         why: String,
     },
     /// The driver's device cannot be used.
@@ -102,12 +102,12 @@ pub enum BridgeError {
     Unusable {
         /// Where.
         address: String,
-        /// What stands against it.
+        /// The reason.
         why: String,
     },
 }
 
-/// What happened on the line so far.
+/// Counts of the line so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct BridgeCounts {
     /// States that were taken.
@@ -187,12 +187,12 @@ impl BridgeDevice {
         })
     }
 
-    /// What is worth writing down of the driver.
+    /// Facts about the driver for the recording.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// What happened on the line so far.
+    /// Counts of the line so far.
     pub fn counts(&self) -> BridgeCounts {
         let read = |count: &AtomicU64| count.load(Ordering::Relaxed);
         let counts = &self.shared.counts;

@@ -27,7 +27,7 @@ pub(super) enum Socket {
     Packets(std::os::fd::OwnedFd),
 }
 
-/// What came of a receive.
+/// Result of a receive.
 #[derive(Debug, PartialEq, Eq)]
 pub(super) enum Heard {
     /// So many bytes.

@@ -4,7 +4,7 @@ use std::net::{SocketAddr, ToSocketAddrs};
 
 use super::{HaplyError, HaplyOptions};
 
-/// Where the service listens unless it was configured otherwise.
+/// Default address of the service.
 pub const HAPLY_ADDRESS: &str = "ws://localhost:10001";
 
 const PORT: u16 = 10001;

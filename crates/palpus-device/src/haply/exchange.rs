@@ -48,7 +48,7 @@ pub(super) struct Sensed {
     pub(super) gap: u64,
 }
 
-/// What the loop wants.
+/// Command of the loop.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Command {
     /// 1, 2, 3, …; 0 before the first.
@@ -68,7 +68,7 @@ impl Sensed {
     }
 }
 
-/// What came of waiting for a state.
+/// Result of waiting for a state.
 enum Answer {
     State(Sample),
     Late,

@@ -33,12 +33,12 @@ pub(super) struct GripFilter {
     /// The last sample, and when it came.
     sample: DQuat,
     sampled: f64,
-    /// Where the rate is measured from.
+    /// Time from which the rate is measured.
     anchor: DQuat,
     anchored: f64,
     /// rad/s.
     rate: DVec3,
-    /// What came out last, and when.
+    /// Last result and its time.
     out: DQuat,
     out_rate: DVec3,
     time: f64,

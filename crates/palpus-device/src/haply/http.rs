@@ -10,7 +10,7 @@ use super::wire::Line;
 /// Bytes of an answer that are read.
 const MOST: u64 = 1 << 16;
 
-/// What the service answers to `GET path`; `None` if it does not answer with an object.
+/// Answer of the service to `GET path`; `None` if it is not an object.
 pub(super) fn get(address: &Address, path: &str) -> Option<Value> {
     let mut line = Line::connect(&address.sockets).ok()?;
     let request = format!(

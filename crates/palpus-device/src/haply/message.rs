@@ -35,11 +35,11 @@ const TRANSFORM_SLACK: f64 = 1e-4;
 /// An arm of the inventory.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Arm {
-    /// What it is called in messages; 1 to 64 bytes.
+    /// Its name in messages; 1 to 64 bytes.
     pub id: String,
     /// Which it is.
     pub kind: ArmKind,
-    /// What keeps it from being used.
+    /// The reason why it cannot be used.
     pub trouble: Option<&'static str>,
     /// A session uses it; before palpus's first message, another program's.
     pub in_use: bool,
@@ -63,7 +63,7 @@ pub enum ArmKind {
 /// A grip of the inventory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Grip {
-    /// What it is called in messages; 1 to 64 bytes.
+    /// Its name in messages; 1 to 64 bytes.
     pub id: String,
     /// The array that it was found in first.
     pub kind: &'static str,
@@ -89,9 +89,9 @@ pub struct Sample {
     pub position: DVec3,
     /// m/s.
     pub velocity: DVec3,
-    /// Of the grip, when the message has it.
+    /// Orientation of the grip, if the message has it.
     pub rotation: Option<DQuat>,
-    /// Of the grip, likewise.
+    /// Buttons of the grip, likewise.
     pub buttons: Option<u32>,
     /// Why the arm does not push now, whatever it is told.
     pub trouble: Option<&'static str>,
@@ -135,7 +135,7 @@ pub fn inventory(text: &str) -> Result<Inventory, String> {
     Ok(inventory)
 }
 
-/// What a message says of `arm` and `grip`.
+/// Reads the state of `arm` and `grip` from a message.
 ///
 /// # Errors
 /// In words, when it does not say where the arm is.

@@ -67,7 +67,7 @@ pub(crate) use look::look;
 /// How to find the device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct HaplyOptions {
-    /// Where the service listens: `ws://HOST:PORT`.
+    /// Address of the service: `ws://HOST:PORT`.
     pub address: String,
     /// Allows a service on another machine.
     pub beyond_loopback: bool,
@@ -99,7 +99,7 @@ pub enum HaplyError {
     NoService {
         /// Where.
         address: String,
-        /// What happened instead.
+        /// The reason.
         why: String,
     },
     /// Somebody answers, but not as the service does.
@@ -107,7 +107,7 @@ pub enum HaplyError {
     NotUnderstood {
         /// Where.
         address: String,
-        /// What it did.
+        /// The reason.
         why: String,
     },
     /// The service has no arm, or not the one that was asked for.
@@ -115,7 +115,7 @@ pub enum HaplyError {
     NoDevice {
         /// Where.
         address: String,
-        /// What it has.
+        /// The reason.
         why: String,
     },
     /// It has one that cannot be used yet.
@@ -123,7 +123,7 @@ pub enum HaplyError {
     NotReady {
         /// Which.
         device: String,
-        /// What it lacks.
+        /// The reason.
         why: String,
     },
 }
@@ -134,11 +134,11 @@ pub struct HaplyDevice {
     notes: Vec<String>,
     states: Newest<Sensed>,
     commands: Publisher<Command>,
-    /// Of the state that was read last.
+    /// Number of the last state that was read.
     known: u64,
     /// The last interruption of the force that was told.
     gap: u64,
-    /// Of the last command.
+    /// Number of the last command.
     serial: u64,
     /// Messages of no force that had been sent for want of a command at the last one.
     idle: u64,
@@ -168,7 +168,7 @@ struct Counts {
     idle: AtomicU64,
 }
 
-/// What happened on the line so far.
+/// Counts of the line so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct HaplyCounts {
     /// States that were understood.
@@ -223,12 +223,12 @@ impl HaplyDevice {
         })
     }
 
-    /// What is worth writing down of service and device: versions, filters, what else there is.
+    /// Facts about service and device for the recording: versions, filters and others.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
 
-    /// What happened on the line so far.
+    /// Counts of the line so far.
     pub fn counts(&self) -> HaplyCounts {
         let Counts { states, late, bad, extra, otherwise, withheld, idle } = &self.shared.counts;
         let read = |count: &AtomicU64| count.load(Ordering::Relaxed);

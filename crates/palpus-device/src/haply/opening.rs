@@ -237,7 +237,7 @@ impl Talk {
         message::inventory(text).ok()?.arms.into_iter().find(|arm| arm.id == self.arm)?.trouble
     }
 
-    /// What `text` says of the arm and its grip.
+    /// Reads the arm and its grip from `text`.
     pub(super) fn sample(&self, text: &str) -> Result<Sample, String> {
         message::sample(text, &self.arm, self.grip.as_deref())
     }

@@ -14,7 +14,7 @@ const GRIP_QUIET_TIME: f64 = 0.05;
 /// s without an orientation after which the grip is lost.
 const GRIP_LOST_TIME: f64 = 0.25;
 
-/// What is kept of earlier samples.
+/// Earlier samples.
 pub(super) struct Senses {
     origin: Instant,
     filter: Option<GripFilter>,

@@ -23,7 +23,7 @@ impl Spelling {
     }
 }
 
-/// What a service says of itself.
+/// Name and version of a service.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(super) struct Identity {
     /// As the service writes it; `None` when it does not say.

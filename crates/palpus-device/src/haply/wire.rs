@@ -75,7 +75,7 @@ impl Write for Line {
     }
 }
 
-/// What came of listening.
+/// Result of listening.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Heard {
     /// A message.

@@ -17,7 +17,7 @@ mod linux;
 
 use std::fmt;
 
-/// What to claim. The default is everything.
+/// Claims to make. The default is all of them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RealTimeOptions {
     /// `SCHED_FIFO` priority, 1 to 98 (the watchdog has one more); `None` leaves the thread as it
@@ -36,7 +36,7 @@ impl Default for RealTimeOptions {
     }
 }
 
-/// What became of one claim.
+/// Outcome of one claim.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Claimed {
     /// Granted, in words.
@@ -45,7 +45,7 @@ pub enum Claimed {
     Refused {
         /// The reason.
         why: String,
-        /// What to do about it, in one line.
+        /// Advice, in one line.
         mend: String,
     },
     /// It was not asked for, or means nothing here.
@@ -62,7 +62,7 @@ impl fmt::Display for Claimed {
     }
 }
 
-/// What became of all claims.
+/// Outcomes of all claims.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct RealTimeClaims {
     /// See [`RealTimeOptions::priority`].

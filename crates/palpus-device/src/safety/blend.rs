@@ -14,7 +14,7 @@ const TIME: f64 = 0.25;
 /// little of the contact.
 const LARGEST_RATIO: f64 = 3.0;
 
-/// What is left of the wrench under the last settings.
+/// Remaining difference from the wrench under the last settings.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Blend {
     /// The wrench of the last tick.

@@ -45,7 +45,7 @@ pub enum Cut {
     /// The device itself gives no force, whatever it is told: see
     /// [`DeviceState::withheld`](crate::DeviceState).
     Withheld,
-    /// Of the loop's ticks in a quarter of a second, more than a tenth were late.
+    /// More than a tenth of the loop's ticks in a quarter of a second were late.
     Overrun,
     /// The machine was suspended since the last tick.
     Suspended,
@@ -128,7 +128,7 @@ pub struct Cuts(u32);
 impl Cuts {
     /// Nothing was cut.
     pub const NONE: Self = Self(0);
-    /// Those after which there is no force until engaged again.
+    /// Faults: there is no force until engaged again.
     pub const FAULTS: Self = Self(
         Cut::NonFiniteState.bit()
             | Cut::NonFiniteWrench.bit()
@@ -148,7 +148,7 @@ impl Cuts {
     /// to end.
     pub const TOLD: Self =
         Self(Self::FAULTS.0 | Cut::Paused.bit() | Cut::Withheld.bit() | Cut::Settings.bit() | Cut::Ending.bit());
-    /// Those that make the state's velocity a number not to be relied on.
+    /// Faults after which the state's velocity is unreliable.
     pub(super) const BLIND: Self = Self(
         Cut::NonFiniteState.bit()
             | Cut::PoseJump.bit()
@@ -182,7 +182,7 @@ impl Cuts {
         !self.and(Self::FAULTS).is_none()
     }
 
-    /// Those that are also among `others`.
+    /// Returns the cuts that are also among `others`.
     #[must_use]
     pub fn and(self, others: Self) -> Self {
         Self(self.0 & others.0)

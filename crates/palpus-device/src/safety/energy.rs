@@ -97,7 +97,7 @@ impl ContactAccount {
     }
 }
 
-/// What can be taken back from one kind of motion.
+/// Energy that can be taken back from one kind of motion.
 #[derive(Clone, Copy, Debug)]
 struct Port {
     /// N·s/m or N·m·s/rad.

@@ -38,7 +38,7 @@ pub const REARM_KEY: u32 = 1 << 30;
 /// The bits that are a device's own.
 pub const DEVICE_BUTTONS: u32 = !(HOLD_KEY | REARM_KEY);
 
-/// Who gives the force back after three faults in ten seconds.
+/// What enables the force after three faults in ten seconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Rearm {
     /// A person, by pressing a button of the device or a key.
@@ -48,7 +48,7 @@ pub enum Rearm {
     Automatic,
 }
 
-/// Where the engagement stands.
+/// Phase of the engagement.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Phase {
     /// Nobody has asked for forces.
@@ -93,7 +93,7 @@ impl Phase {
     }
 }
 
-/// What happens after a fault that the loop survives.
+/// Reaction to a fault that the loop survives.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AfterFault {
     /// Engaged again as at the beginning, once free of faults for a while.
@@ -103,7 +103,7 @@ pub enum AfterFault {
     Stop,
 }
 
-/// What one tick brings to the engagement.
+/// Input of the engagement in one tick.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Event {
     pub(super) buttons: u32,

@@ -19,7 +19,7 @@ use super::{Cut, Cuts, SafetyLimits};
 use crate::device::DeviceState;
 use palpus::algebra::rotation_between;
 
-/// What the gate remembers of the device.
+/// State of the gate between ticks.
 #[derive(Clone, Debug)]
 pub struct Gate {
     limits: SafetyLimits,

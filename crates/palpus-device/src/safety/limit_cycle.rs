@@ -26,7 +26,7 @@ use palpus::algebra::{Pose, Wrench, rotation_between};
 use super::SafetyLimits;
 use crate::acting::Acting;
 
-/// Of the peak: below this a swing is noise. Encoder steps in contact reach 0.01 of it.
+/// Share of the peak below which a swing is noise. Encoder steps in contact reach 0.01 of it.
 const LEAST_SWING: f64 = 0.025;
 /// s: half of the longest period that is looked for (0.1 s), and a fifth more for one that is not
 /// even.
@@ -63,7 +63,7 @@ pub(super) struct LimitCycle {
     ramp: f64,
     acting: Acting,
     pose: Option<Pose>,
-    /// Where the path has come to, which follows `History::place` with some play.
+    /// End of the path, which follows `History::place` with some play.
     trail: [DVec3; 2],
     history: History,
     axes: [[Axis; 3]; 2],

@@ -53,7 +53,7 @@ const STALL_LONGEST: f64 = 50e-3;
 /// s and periods: not even a strong device's watchdog bites on one late tick.
 const STALL_SHORTEST: f64 = 10e-3;
 const STALL_PERIODS: f64 = 5.0;
-/// Of the peak: what may be felt at once when it is engaged.
+/// Largest wrench at which it engages, as a share of the peak.
 const ENGAGE_SHARE: f64 = 0.1;
 /// s from engagement to the full wrench: longer than a hand's reaction (0.15 to 0.2 s).
 const RAMP_TIME: f64 = 0.25;
@@ -65,7 +65,7 @@ const HOLD_TIME: f64 = 0.25;
 const REST_DAMPING: f64 = 0.25;
 /// s/rad, likewise, over peak torque: 9.4e-4 N·m·s/rad at 0.188 N·m.
 const REST_ANGULAR_DAMPING: f64 = 5e-3;
-/// Of the peak: the most that damping at rest may push with.
+/// Largest damping wrench at rest, as a share of the peak.
 const REST_SHARE: f64 = 0.1;
 /// m: peak force over it is the energy that a port may give. What a slow oscillation of a
 /// millimetre at an eighth of the peak turns over; steps of encoders (0.03 mm) stay far below it.
@@ -113,7 +113,7 @@ pub struct SafetyLimits {
     pub ramp: f64,
     /// Free of faults before it may be engaged again, s.
     pub hold: f64,
-    /// Of the grip while a fault lasts, N·s/m.
+    /// Damping of the grip while a fault lasts, N·s/m.
     pub damping: f64,
     /// N·m·s/rad.
     pub angular_damping: f64,
@@ -123,18 +123,18 @@ pub struct SafetyLimits {
     pub rest_torque: f64,
     /// From a write until it acts, beyond being held for a tick, s.
     pub delay: f64,
-    /// What translation, and what rotation, may have given to the hand before it is damped, J.
+    /// Energy that translation, and rotation, may have given to the hand before it is damped, J.
     pub allowance: f64,
 }
 
 /// One threshold for people.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LimitLine {
-    /// What it bounds.
+    /// Name of the threshold.
     pub name: &'static str,
     /// In SI units.
     pub value: f64,
-    /// Of the value.
+    /// Unit of the value.
     pub unit: &'static str,
     /// How it follows from the device, and why.
     pub why: &'static str,

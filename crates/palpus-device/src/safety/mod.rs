@@ -81,14 +81,14 @@ pub(crate) use watchdog::watch_until_over;
 /// A step's length may be this much beyond the slew limit, relatively: rounding, not motion.
 const SLEW_ROUNDING: f64 = 1e-9;
 
-/// What the chain lets through.
+/// Output of the chain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shaped {
     /// For the device.
     pub wrench: Wrench,
-    /// What was cut on the way, and what the chain was told.
+    /// Interventions, and the facts that the chain got.
     pub cuts: Cuts,
-    /// Where the engagement stands.
+    /// Phase of the engagement.
     pub phase: Phase,
     /// What the motors can give in the next tick, as far as their heat limits it; for the coupling
     /// that the next wrench comes from.
@@ -107,7 +107,7 @@ pub struct SafetyChain {
     machine: Machine,
     motion: Motion,
     blend: Blend,
-    /// What an end that is near leaves of the wrench.
+    /// Share of the wrench that remains shortly before the end.
     fade: f64,
     withholding: Withholding,
     heat_force: Heat,
@@ -162,7 +162,7 @@ impl SafetyChain {
         &self.limits
     }
 
-    /// Where the engagement stands.
+    /// Phase of the engagement.
     pub fn phase(&self) -> Phase {
         self.machine.phase()
     }
@@ -347,7 +347,7 @@ impl SafetyChain {
         }
     }
 
-    /// What is left when a fault has taken the wrench away.
+    /// Damping that remains after a fault has removed the wrench.
     fn damping(&self, state: &DeviceState, cuts: Cuts) -> Wrench {
         if !cuts.and(Cuts::BLIND).is_none() {
             return Wrench::ZERO;

@@ -23,7 +23,7 @@ pub struct SafetyOptions {
     pub rearm: Rearm,
 }
 
-/// What happens after a panic in the step.
+/// Reaction to a panic in the step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AfterPanic {
     /// The run ends, after a moment of damping.

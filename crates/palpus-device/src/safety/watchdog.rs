@@ -18,7 +18,7 @@ const CHECKS: u32 = 4;
 /// The beat of a loop that rests: later than any.
 const RESTING: u64 = u64::MAX;
 
-/// What the loop and the watchdog share.
+/// State that the loop and the watchdog share.
 pub struct Watch {
     brake: Arc<dyn Brake>,
     /// ns for which a wrench may be held.

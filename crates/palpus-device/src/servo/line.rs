@@ -169,7 +169,7 @@ impl<'a, D: HapticDevice + ?Sized> Line<'a, D> {
         Ok(true)
     }
 
-    /// What the device itself counted.
+    /// Counts of the device itself.
     pub(super) fn counts(&self) -> Vec<(&'static str, u64)> {
         self.end.device.counts()
     }

@@ -70,7 +70,7 @@ pub use reins::Reins;
 pub use statistics::{Energy, LATE, Percentiles, RunEnd, RunStatistics};
 pub use time::{LoopTime, VirtualTime, WallTime};
 
-/// What a step answers.
+/// Answer of a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepOutcome<T = ()> {
     /// For the device: about the grip's origin, in the device's frame.
@@ -97,7 +97,7 @@ impl StepOutcome {
     }
 }
 
-/// What happened to one device in one turn of the loop.
+/// Record of one device in one turn of the loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ServoTick {
     /// Which of the loop's devices: 0, 1, 2, …
@@ -106,19 +106,19 @@ pub struct ServoTick {
     pub index: u64,
     /// Index times the nominal period, s.
     pub time: f64,
-    /// What the step was given: as read, or the last state that was one, at rest.
+    /// Input of the step: the state as read, or the last valid one, at rest.
     pub state: DeviceState,
     /// As the device gave it, believed or not.
     pub read: DeviceState,
-    /// What the step answered; zero if it panicked or was not asked.
+    /// Wrench of the step; zero if it panicked or was not called.
     pub computed: Wrench,
-    /// What was written.
+    /// Wrench that was written.
     pub wrench: Wrench,
-    /// What the safety chain cut.
+    /// Interventions of the safety chain.
     pub cuts: Cuts,
-    /// Where the engagement stands.
+    /// Phase of the engagement.
     pub phase: Phase,
-    /// What the motors can give in the next tick: [`crate::Shaped::available`].
+    /// Limits of the motors in the next tick: [`crate::Shaped::available`].
     pub available: Limits,
     /// The step said that it cut the wrench.
     pub saturated: bool,
@@ -139,9 +139,9 @@ pub trait TickObserver<T = ()> {
     /// `detail` is what the step answered beside its wrench.
     fn observe(&mut self, tick: &ServoTick, detail: &T);
 
-    /// A tick in which the step answered nothing: it panicked ([`crate::Cut::Panic`] is among the cuts),
-    /// or the loop damps the grip for a moment after that or after a last fault, and did not ask
-    /// it.
+    /// A tick in which the step answered nothing: it panicked ([`crate::Cut::Panic`] is among the
+    /// cuts), or the loop damps the grip for a moment after that or after a last fault, and did not
+    /// ask it.
     fn unanswered(&mut self, _: &ServoTick) {}
 }
 

@@ -25,7 +25,7 @@ pub struct ServoOptions {
     pub duration: Option<f64>,
     /// In real time: how long before a deadline to stop sleeping and spin; at most half a period.
     pub spin: Duration,
-    /// Of the safety chain.
+    /// Options of the safety chain.
     pub safety: SafetyOptions,
 }
 

@@ -30,7 +30,7 @@ pub(super) struct Pace {
     begin: Duration,
     period: Duration,
     spin: Duration,
-    /// Of the tick that is waited for next.
+    /// Deadline of the next tick.
     deadline: Duration,
     last: Option<Duration>,
     punctuality: Punctuality,

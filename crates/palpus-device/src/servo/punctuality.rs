@@ -6,7 +6,7 @@
 
 /// s.
 const WINDOW: f64 = 0.25;
-/// Of the ticks in the window.
+/// Share of the ticks in the window.
 const SHARE: f64 = 0.1;
 /// Ticks: one stall is late in its own tick and in the next one.
 const LEAST: usize = 3;

@@ -14,7 +14,7 @@ use std::thread::Result;
 
 thread_local! {
     static IN_STEP: Cell<bool> = const { Cell::new(false) };
-    /// Where the last panic in a step was.
+    /// Place of the last panic in a step.
     static PLACE: RefCell<String> = const { RefCell::new(String::new()) };
 }
 
@@ -41,7 +41,7 @@ fn put_in_place() {
     }));
 }
 
-/// What `step` answers, or with what it panics.
+/// Returns the answer of `step`, or its panic.
 pub(super) fn caught<T>(step: impl FnOnce() -> T) -> Result<T> {
     IN_STEP.set(true);
     let outcome = catch_unwind(AssertUnwindSafe(step));
@@ -49,7 +49,7 @@ pub(super) fn caught<T>(step: impl FnOnce() -> T) -> Result<T> {
     outcome
 }
 
-/// What a panic that was just caught said, and where.
+/// Message and place of a panic that was just caught.
 pub(super) fn message(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<&str>().copied().or_else(|| panic.downcast_ref::<String>().map(String::as_str));
     let text = text.unwrap_or("a panic without a message");

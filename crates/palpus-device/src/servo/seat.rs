@@ -13,7 +13,7 @@ use super::{ServoOptions, ServoTick, StepOutcome};
 use crate::device::{DeviceError, DeviceState, HapticDevice};
 use crate::safety::{AfterFault, Cut, Cuts, Passivity, Phase, SafetyLimits, SafetyOptions, Shaped};
 
-/// What a loop keeps of a device from run to run.
+/// State of a device that is kept from run to run.
 pub(super) struct Kept {
     pub(super) safety: SafetyOptions,
     /// In place of the usual stage, which is made anew for each run's device.
@@ -27,7 +27,7 @@ pub(super) struct Seat<'a, D: HapticDevice + ?Sized> {
     /// `None` from when a lost device has its zero.
     line: Option<Line<'a, D>>,
     tally: &'a mut Tally,
-    /// Where a passivity stage that was lent goes back to.
+    /// Destination of a passivity stage that was lent.
     passivity: Option<&'a mut Option<Box<dyn Passivity>>>,
     /// A loss of the device ends the run, as any fault does.
     fragile: bool,
@@ -39,25 +39,25 @@ pub(super) struct Seat<'a, D: HapticDevice + ?Sized> {
     seen: bool,
     /// This tick is to be answered.
     due: bool,
-    /// Of the state of this tick.
+    /// Faults of this tick's state.
     cuts: Cuts,
-    /// Of this turn, for the observer.
+    /// Record of this turn, for the observer.
     tick: Option<ServoTick>,
     /// The device is there no more.
     lost: bool,
     /// Why it ended, if it did.
     end: Option<RunEnd>,
-    /// What the device itself counted.
+    /// Counts of the device itself.
     counts: Vec<(&'static str, u64)>,
 }
 
-/// What a turn knows before its devices are answered.
+/// Facts of a turn before its devices are answered.
 pub(super) struct Turn {
     pub(super) start: Start,
     pub(super) index: u64,
     pub(super) period: f64,
     pub(super) step_s: f64,
-    /// What holds for all devices.
+    /// Faults of the whole loop in this turn.
     pub(super) found: Cuts,
     pub(super) panicked: bool,
 }
@@ -143,7 +143,7 @@ impl<'a, D: HapticDevice + ?Sized> Seat<'a, D> {
         }
     }
 
-    /// What other tools and objects gave this one's, by moving it and by turning it, J.
+    /// Energy that other tools and objects gave this one's tool by translation and rotation, J.
     pub(super) fn receive(&mut self, from_others: [f64; 2], own: [f64; 2]) {
         if let Some(line) = self.line() {
             line.receive([from_others[0] + own[0], from_others[1] + own[1]]);

@@ -103,11 +103,11 @@ pub struct RunStatistics {
     pub torque_step_max: f64,
     /// Ticks whose step said that it cut the wrench.
     pub saturated_ticks: u64,
-    /// What the safety chain cut.
+    /// Interventions of the safety chain.
     pub safety: SafetyCounters,
-    /// What the device itself counted, by name ([`crate::HapticDevice::counts`]).
+    /// Counts of the device itself, by name ([`crate::HapticDevice::counts`]).
     pub device: Vec<(&'static str, u64)>,
-    /// What the last panic in a step said.
+    /// Message of the last panic in a step.
     pub panic: Option<String>,
     /// Why it ended.
     pub end: RunEnd,

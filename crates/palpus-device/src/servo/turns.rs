@@ -32,7 +32,7 @@ pub(super) struct Turns<'a, D: HapticDevice + ?Sized, T> {
     reins: &'a Reins,
     /// All devices stand still while they are not read.
     stands: bool,
-    /// Of the next tick.
+    /// Number of the next tick.
     index: u64,
     /// s since the reins ended the run.
     ending: f64,

@@ -149,7 +149,7 @@ fn steps(period: f64, longest: f64) -> f64 {
     (period / longest).ceil().max(1.0)
 }
 
-/// Where a steady velocity brings `pose` in `seconds`.
+/// Returns `pose` after `seconds` at a steady velocity.
 fn drift(pose: &Pose, linear: DVec3, angular: DVec3, seconds: f64) -> Pose {
     Pose {
         rotation: (DQuat::from_scaled_axis(angular * seconds) * pose.rotation).normalize(),

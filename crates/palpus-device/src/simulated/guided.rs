@@ -20,7 +20,7 @@ use palpus::algebra::{Pose, Twist, rotation_between};
 use super::hand::Intent;
 use crate::latest::Newest;
 
-/// What a person at the window does with a simulated hand.
+/// Actions of a person at the window on a simulated hand.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Guide {
     /// Nothing: the hand follows its script.
@@ -59,7 +59,7 @@ pub struct Guided<I> {
     offset: Option<Offset>,
 }
 
-/// What the offset is counted from.
+/// Reference of the offset.
 #[derive(Clone, Copy, Debug)]
 enum Goal {
     /// The script, this much behind time, s.
@@ -85,7 +85,7 @@ impl<I: Intent> Guided<I> {
         Self { script, guide, guided: Guide::Script, from: 0.0, goal: Goal::Playing { lag: 0.0 }, offset: None }
     }
 
-    /// Where the script stands at `time`, s, and how fast its time runs.
+    /// Time of the script at `time`, s, and how fast it runs.
     fn script_time(&self, time: f64) -> (f64, f64) {
         let passed = time - self.from;
         match self.goal {
@@ -190,7 +190,7 @@ impl<I: Intent> Intent for Guided<I> {
 }
 
 impl Offset {
-    /// Of a hand at `pose` with `twist` from a `goal` that moves as well.
+    /// Offset of a hand at `pose` with `twist` from a `goal` that moves as well.
     fn of(pose: &Pose, twist: &Twist, goal: &Pose, goal_twist: &Twist) -> Self {
         Self {
             place: [pose.translation - goal.translation, twist.linear - goal_twist.linear],
@@ -198,7 +198,7 @@ impl Offset {
         }
     }
 
-    /// What it has become `seconds` later.
+    /// Returns the offset `seconds` later.
     fn after(&self, seconds: f64) -> Self {
         let fading = (-FOLLOW * seconds).exp();
         let later = |[offset, rate]: [DVec3; 2]| {
@@ -266,7 +266,7 @@ mod tests {
         all
     }
 
-    /// What is told at which ticks: a grip that is taken, thrown about, let go of and taken again.
+    /// Messages at ticks: a grip that is taken, thrown about, released and taken again.
     const TOLD: [(u32, Option<f64>); 8] = [
         (200, Some(0.0)),
         (400, Some(0.5)),

@@ -2,7 +2,7 @@
 
 use palpus::algebra::Pose;
 
-/// Where a hand intends the grip to be.
+/// Pose of the grip that a hand intends.
 pub trait Intent {
     /// The intended pose at `time` (s) in the device's frame: a pure function of time, until the
     /// next tick begins.

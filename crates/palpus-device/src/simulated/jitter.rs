@@ -21,7 +21,7 @@ pub struct Jitter {
     pub late_share: f64,
     /// A late tick takes from the first to the second, in nominal periods.
     pub late: [f64; 2],
-    /// What the periods are drawn from.
+    /// Seed of the periods.
     pub seed: u64,
 }
 

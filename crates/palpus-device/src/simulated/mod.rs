@@ -39,14 +39,14 @@ pub use hand::{HAND_PRESETS, HandImpedance, Intent, hand_preset};
 pub use jitter::Jitter;
 use jitter::Periods;
 
-/// What a simulated device is made of.
+/// Settings of a simulated device.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulationSettings {
-    /// What it says of itself; written wrenches are clipped to its limits, force and torque each.
+    /// Its description; written wrenches are clipped to its limits, force and torque each.
     pub spec: DeviceSpec,
     /// Reads per simulated second, Hz.
     pub rate_hz: f64,
-    /// Who holds it.
+    /// The hand that holds it.
     pub hand: HandImpedance,
     /// Its own mechanics.
     pub apparatus: Apparatus,
@@ -190,7 +190,7 @@ impl<I: Intent> SimulatedDevice<I> {
         }
     }
 
-    /// Where the grip truly is, before the encoders.
+    /// True pose of the grip, before the encoders.
     pub fn true_pose(&self) -> Pose {
         self.pose
     }
@@ -206,7 +206,7 @@ impl<I: Intent> SimulatedDevice<I> {
         self.written[self.settings.delay_ticks]
     }
 
-    /// Where the hand intends the grip to be.
+    /// Pose of the grip that the hand intends.
     pub fn intended_pose(&self) -> Pose {
         self.intent.pose(self.time())
     }
@@ -229,7 +229,7 @@ impl<I: Intent> SimulatedDevice<I> {
         self.sensed_twist = self.settings.encoder.estimate(&self.sensed_twist, &before, &self.sensed, period);
     }
 
-    /// What the device does by itself while its brake is applied: it damps as it would at a fault.
+    /// Damping of the device while its brake is applied: the same as at a fault.
     fn braking(&self) -> Wrench {
         let limits = SafetyLimits::of(&self.settings.spec, self.settings.rate_hz);
         Wrench {

@@ -20,7 +20,7 @@ const EARLIER_PRODUCTS: [u16; 11] =
 /// Begins the descriptor of a device for several axes: usage page 1 (desktop), usage 8.
 const SEVERAL_AXES: [u8; 4] = [0x05, 0x01, 0x09, 0x08];
 
-/// Where the kernel lists HID devices.
+/// Folder in which the kernel lists HID devices.
 pub(super) const LIST: &str = "/sys/class/hidraw";
 
 /// A device that is plugged in.

@@ -58,7 +58,7 @@ pub enum SpaceMouseError {
     Denied {
         /// Its file.
         path: String,
-        /// What the system says.
+        /// Error of the system.
         why: String,
         /// One line for a shell.
         mend: String,
@@ -68,7 +68,7 @@ pub enum SpaceMouseError {
     Unusable {
         /// Its file.
         path: String,
-        /// What the system says.
+        /// Error of the system.
         why: String,
     },
     /// Not on this system.
@@ -192,7 +192,7 @@ fn spec_of(name: String) -> DeviceSpec {
     }
 }
 
-/// What a deflection asks for.
+/// Speed that a deflection asks for.
 fn speed(cap: &Cap) -> Twist {
     let shaped = |axes: DVec3| {
         let beyond = |share: f64| share.signum() * ((share.abs() - DEAD_ZONE) / (1.0 - DEAD_ZONE)).clamp(0.0, 1.0);

@@ -196,7 +196,7 @@ impl Dhd {
         code >= 0
     }
 
-    /// The status words; `None` when there are none.
+    /// Returns the status words; `None` if the library has none.
     pub(crate) fn status(&self, id: i8) -> Option<[i32; STATUS_ROOM]> {
         let mut status = [0; STATUS_ROOM];
         // SAFETY: room for more than any SDK writes.

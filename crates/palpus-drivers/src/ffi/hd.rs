@@ -28,15 +28,15 @@ const INVALID_HANDLE: u32 = 0xffff_ffff;
 /// However many numbers a parameter has (16 at most), it is less.
 const ROOM: usize = 32;
 
-/// What went wrong, as the library tells it.
+/// An error of the library.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ErrorInfo {
     /// 0: nothing.
     pub(crate) code: c_uint,
-    /// Of the driver below.
+    /// Error code of the driver.
     pub(crate) internal: c_int,
-    /// Of the device.
+    /// Handle of the device.
     pub(crate) handle: c_uint,
 }
 
@@ -96,7 +96,7 @@ impl Hd {
         }
     }
 
-    /// Where the library lies: another one lies elsewhere.
+    /// Address of the library, different for each loaded library.
     pub(crate) fn place(&self) -> usize {
         self.start as usize
     }
@@ -198,7 +198,7 @@ impl Hd {
     }
 }
 
-/// Who is called by the library's thread.
+/// Callbacks of the library's thread.
 pub(crate) trait Servant: Send + 'static {
     /// One turn. False: the last one.
     fn serve(&mut self) -> bool;
@@ -237,7 +237,7 @@ impl<S: Servant> Scheduled<S> {
         // SAFETY: the handle is what `schedule` returned.
         unsafe { (self.api.unschedule)(self.handle) };
         if is_done {
-            // SAFETY: from `Box::into_raw`, and nobody calls it any more.
+            // SAFETY: from `Box::into_raw`, and it is not called any more.
             drop(unsafe { Box::from_raw(self.servant) });
         }
     }
@@ -250,7 +250,7 @@ unsafe extern "system" fn turn<S: Servant>(data: *mut c_void) -> c_uint {
     match catch_unwind(AssertUnwindSafe(|| servant.serve())) {
         Ok(true) => return CONTINUE,
         Ok(false) => {}
-        // There is nobody to tell; the loop will see that no states come any more.
+        // There is no caller to report to; the loop sees that no more states come.
         Err(_) => _ = catch_unwind(AssertUnwindSafe(|| servant.panicked())),
     }
     // The flag outlives the servant, which is not touched after it.

@@ -15,7 +15,7 @@
 //!    before each switching on, the status says what the cause was. The switch is watched, and
 //!    while it is off the state is withheld, so that the loop returns from zero when it is on
 //!    again.
-//! 6. The library is told the largest force and torque, and gives no more.
+//! 6. The library gets the largest force and torque, and gives no more.
 //! 7. Whatever ends it, the last wrench is zero and the force is off.
 
 mod switch;
@@ -74,10 +74,10 @@ pub(crate) const LIBRARY: Known = Known {
 
 const MEND: &str = "install the Force Dimension SDK (forcedimension.com/software/sdk) and set FORCEDIM_SDK to its folder, or name the file: --device force-dimension:LIBRARY";
 
-/// What to open.
+/// The device to open.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ForceDimensionOptions {
-    /// Where the library is.
+    /// Path of the library.
     pub library: Place,
     /// Take a device that the library simulates if there is no other.
     pub simulator: bool,
@@ -197,7 +197,7 @@ impl ForceDimension {
         let is_on = words[status::FORCE] != 0;
         self.knows_switch |= is_on;
         if is_on {
-            // By the person who holds it, if it was off.
+            // The user has switched it on, if it was off.
             *state = State::Driven;
             shared.withheld.store(false, Ordering::Release);
         } else if matches!(words[status::FORCE_OFF_CAUSE], cause::WATCHDOG | cause::SOFTWARE) {
@@ -258,7 +258,7 @@ impl ForceDimension {
         match (angular, linear) {
             (Some(angular), Some(linear)) => Twist { angular, linear },
             (angular, linear) => {
-                // A state that is none would spoil all that follow.
+                // An invalid state would affect all later estimates.
                 let is_one = |last: &&DeviceState| {
                     last.pose.is_valid() && last.twist.angular.is_finite() && last.twist.linear.is_finite()
                 };
@@ -343,7 +343,7 @@ impl Drop for ForceDimension {
     fn drop(&mut self) {
         let Shared { api, id, .. } = &*self.shared;
         let mut line = self.shared.line();
-        // What these answer changes nothing any more.
+        // The results of these calls do not matter any more.
         if *line == State::Driven {
             let _ = api.set_wrench([0.0; 3], [0.0; 3], *id);
             let _ = api.enable_force(false, *id);
@@ -353,7 +353,7 @@ impl Drop for ForceDimension {
     }
 }
 
-/// What is known of the device by its name; the library says no limits.
+/// Known properties of the device, by its name; the library states no limits.
 fn spec(api: &Dhd, id: i8) -> DeviceSpec {
     let name = api.system_name(id);
     let wanted = name.to_lowercase();

@@ -28,7 +28,7 @@ pub(super) mod cause {
     pub(in super::super) const SOFTWARE: i32 = 4;
 }
 
-/// What the loop's thread and the watchdog's share.
+/// State that the threads of the loop and of the watchdog share.
 pub(super) struct Shared {
     pub(super) api: Dhd,
     pub(super) id: i8,
@@ -41,7 +41,7 @@ pub(super) struct Shared {
     pub(super) withheld: AtomicBool,
 }
 
-/// What came of switching the force on.
+/// Result of switching the force on.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Switched {
     On,

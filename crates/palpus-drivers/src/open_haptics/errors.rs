@@ -13,7 +13,7 @@ pub(super) fn gives_none(code: u32) -> bool {
 /// The motors are too warm for what was asked.
 pub(super) const WARM_MOTORS: u32 = 0x0200;
 
-/// What happened, and what to do about it.
+/// Meaning of an error, and advice.
 pub(super) fn in_words(code: u32) -> (String, &'static str) {
     let (what, mend) = match code {
         WARM_MOTORS => ("the motors are warm", "let the device rest for some minutes"),

@@ -112,7 +112,7 @@ const TOO_OLD: &str = "install OpenHaptics 3.4 or later";
 /// The devices that HDAPI's scheduler calls.
 static SCHEDULER: Mutex<Called> = Mutex::new(Called { library: 0, open: Vec::new() });
 
-/// What the process has open of HDAPI.
+/// Devices of HDAPI that the process has open.
 struct Called {
     /// Which library, by the place of a function of it.
     library: usize,
@@ -123,7 +123,7 @@ struct Called {
 /// Which device to open: the one of this name, as the maker's tool calls it, or the default one.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct OpenHapticsOptions {
-    /// Where the library is.
+    /// Path of the library.
     pub library: Place,
     /// The device's name; `None`: whichever the driver takes.
     pub device: Option<String>,
@@ -148,7 +148,7 @@ pub struct OpenHaptics {
     commands: Publisher<Command>,
     samples: Newest<Sample>,
     scheduled: Option<Scheduled<Touch>>,
-    /// The last interruption of the wrench that was told.
+    /// Number of the last interruption of the wrench that was reported.
     gap: u64,
     /// Turns with a wrench that was too old, at the last write.
     stale: u64,
@@ -198,7 +198,7 @@ impl OpenHaptics {
         Ok(device)
     }
 
-    /// What there is, without its thread and so without a force.
+    /// Describes the device without starting its thread, so without a force.
     ///
     /// # Errors
     /// As [`OpenHaptics::open`]; and while another device is open.
@@ -215,7 +215,7 @@ impl OpenHaptics {
         Ok(spec)
     }
 
-    /// What the device refused so far.
+    /// Refusals of the device so far.
     pub fn force_errors(&self) -> ForceErrors {
         self.shared.force_errors()
     }

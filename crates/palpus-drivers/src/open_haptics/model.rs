@@ -1,4 +1,4 @@
-//! What a device of the maker's can do.
+//! Capabilities of the maker's devices.
 
 use std::borrow::Cow;
 
@@ -8,7 +8,7 @@ use palpus_device::{Axes, DeviceSpec, known_devices};
 use super::{BUTTONS, DELAY, MILLI, forget_errors, number};
 use crate::ffi::hd::Hd;
 
-/// What the device says of itself, as far as it fits what is known of its model.
+/// Description of the device, within the known limits of its model.
 pub(super) fn spec(api: &Hd) -> DeviceSpec {
     let model = api.string(number::MODEL);
     let six = api.integer(number::OUTPUT_DOF) >= 6;
@@ -32,7 +32,7 @@ pub(super) fn spec(api: &Hd) -> DeviceSpec {
     spec
 }
 
-/// What is known of a model by the name that its driver gives it.
+/// Known limits of a model, by the name in its driver.
 fn known_model(model: &str, six: bool) -> DeviceSpec {
     let lower = model.to_lowercase();
     let has = |part: &str| lower.contains(part);

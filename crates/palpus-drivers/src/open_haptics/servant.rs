@@ -1,4 +1,4 @@
-//! What HDAPI's thread does in each of its turns.
+//! Work of HDAPI's thread in each of its turns.
 //!
 //! 1. Begin a frame; read transform, velocity and buttons; turn them into our units and axes.
 //! 2. Take the newest wrench. One that is too old counts as zero; with the brake applied, damping
@@ -217,7 +217,7 @@ impl Touch {
         last.twist.angular + (raw - last.twist.angular) * share
     }
 
-    /// What is given in this turn.
+    /// Returns the wrench of this turn.
     fn wrench(&mut self, state: &DeviceState) -> Wrench {
         let Command { wrench, time, gap } = *self.commands.get();
         if self.shared.failure().is_some() {
@@ -294,7 +294,7 @@ impl Servant for Touch {
 
     fn panicked(&mut self) {
         self.api.make_current(self.handle);
-        // The frame may be open still; a second begin is an error that nobody looks at any more.
+        // The frame may still be open; the error of a second begin is ignored.
         self.api.begin_frame(self.handle);
         self.give(&Wrench::ZERO);
         self.api.end_frame(self.handle);

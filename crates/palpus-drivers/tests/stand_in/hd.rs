@@ -26,7 +26,7 @@ struct Job(Callback, *mut c_void);
 unsafe impl Send for Job {}
 
 static ERRORS: Mutex<VecDeque<c_uint>> = Mutex::new(VecDeque::new());
-/// What the thread calls, by number.
+/// Functions that the thread calls, by number.
 static JOBS: Mutex<Vec<(c_ulong, Job)>> = Mutex::new(Vec::new());
 /// For the whole process, as the worst reading of the maker's manual has it.
 static CURRENT: AtomicU64 = AtomicU64::new(0);

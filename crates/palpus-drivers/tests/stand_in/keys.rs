@@ -1,4 +1,4 @@
-// What the tests and a stand-in library say to each other: numbers by number. Included by both.
+// Numbers that the tests and a stand-in library exchange, by their keys. Included by both.
 
 pub const SLOTS: usize = 96;
 

@@ -19,13 +19,13 @@ pub struct StandIn {
 }
 
 impl StandIn {
-    /// Of Force Dimension's.
+    /// Force Dimension's library.
     pub fn dhd() -> Self {
         static BUILT: OnceLock<PathBuf> = OnceLock::new();
         Self::copy(BUILT.get_or_init(|| build("dhd")))
     }
 
-    /// Of OpenHaptics'.
+    /// OpenHaptics' library.
     pub fn hd() -> Self {
         static BUILT: OnceLock<PathBuf> = OnceLock::new();
         Self::copy(BUILT.get_or_init(|| build("hd")))

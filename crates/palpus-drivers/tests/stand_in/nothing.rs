@@ -1,4 +1,4 @@
-// A library that is none of ours.
+// A library without any of the expected functions.
 
 #[unsafe(no_mangle)]
 pub extern "C" fn dhdGetDeviceCount() -> i32 {

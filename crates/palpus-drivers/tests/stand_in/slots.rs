@@ -10,7 +10,7 @@ use keys::*;
 
 static VALUES: [AtomicU64; SLOTS] = [const { AtomicU64::new(0) }; SLOTS];
 
-/// Who cannot call in sets the numbers by a variable: `0=1,6=0.01`.
+/// Processes that cannot call in set the numbers by a variable: `0=1,6=0.01`.
 fn begin() {
     static BEGUN: std::sync::Once = std::sync::Once::new();
     BEGUN.call_once(|| {

@@ -1,17 +1,17 @@
 //! Prepared bodies on disk, so that a model is decomposed once.
 //!
 //! * A body's name is the hash of the mesh's content, the settings, the engine's sources and this
-//!   format: what was prepared from anything else has another name and is never asked for.
-//! * A file holds its own name and hashes of all that follows, so that a file that was cut, changed
-//!   or renamed is known as such: batches, and behind them an index with each batch's length and
-//!   hash. Batches are read, checked and made polytopes of by all hands at once, and the whole is
-//!   never in memory. A file is written beside its place and then moved there: nobody meets a
+//!   format: a body prepared from anything else has another name.
+//! * A file contains its own name and hashes of all that follows, so that a truncated, changed or
+//!   renamed file is detected: batches, and after them an index with each batch's length and hash.
+//!   All workers read and check batches at once and build their polytopes; the whole file is never
+//!   in memory. A file is written beside its place and then moved there, so that no reader sees a
 //!   half-written one.
-//! * What a file says is believed only as far as it is checked: counts against the bytes that are
-//!   left, indices against counts, polytopes as they are put together (`PolytopeRestorer`), all
-//!   together by [`Body::restore`]. Any bytes give a body or a [`CacheMiss`].
-//! * The folder holds at most [`LARGEST_FOLDER`] bytes of bodies; those not used for longest go
-//!   first.
+//! * All content is checked: counts against the remaining bytes, indices against counts, polytopes
+//!   while they are built (`PolytopeRestorer`), the body as a whole by [`Body::restore`]. Any bytes
+//!   give a body or a [`CacheMiss`].
+//! * The folder holds at most [`LARGEST_FOLDER`] bytes of bodies; the least recently used ones are
+//!   deleted first.
 
 mod bytes;
 mod parts;
@@ -24,7 +24,7 @@ use std::time::SystemTime;
 
 use etcetera::BaseStrategy;
 use palpus::algebra::{Workers, both};
-use palpus::body::{Body, BodySettings, Ground, PolygonSoup};
+use palpus::body::{Body, BodyError, BodySettings, Ground, PolygonSoup};
 
 use crate::ContentHash;
 
@@ -33,7 +33,7 @@ const FORMAT: u32 = 2;
 const MAGIC: &[u8; 8] = b"palpus b";
 /// Magic, name, length of the index and its hash.
 const HEADER_BYTES: usize = 8 + 32 + 8 + 32;
-/// What the index says of a batch: its length and its hash.
+/// Index entry of a batch: its length and its hash.
 const ENTRY_BYTES: usize = 8 + 32;
 /// The largest file that is read or written.
 const LARGEST_FILE: u64 = 1 << 32;
@@ -41,7 +41,7 @@ const LARGEST_FILE: u64 = 1 << 32;
 pub const LARGEST_FOLDER: u64 = 1 << 32;
 const EXTENSION: &str = "body";
 
-/// What a prepared body is called.
+/// Name of a prepared body in the cache.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct BodyKey(ContentHash);
 
@@ -71,18 +71,18 @@ pub enum CacheMiss {
     /// The file cannot be read.
     #[error("{file} cannot be read: {source}")]
     Unreadable {
-        /// Where it is.
+        /// Path of the file.
         file: String,
-        /// What the system says.
+        /// Error of the system.
         #[source]
         source: io::Error,
     },
     /// The file is not what was written.
     #[error("{file} is damaged: {what}")]
     Damaged {
-        /// Where it is.
+        /// Path of the file.
         file: String,
-        /// What is wrong.
+        /// Reason.
         what: String,
     },
 }
@@ -91,6 +91,29 @@ pub enum CacheMiss {
 #[derive(Clone, Debug)]
 pub struct BodyCache {
     folder: PathBuf,
+}
+
+/// Returns the body of `soup`: the one that `cache` has, or a new one that is then kept there.
+/// `progress` gets the part that is done, 0 to 1.
+///
+/// # Errors
+/// Fails if no body can be made of the polygons.
+pub fn prepared(
+    soup: &PolygonSoup,
+    settings: &BodySettings,
+    cache: Option<&BodyCache>,
+    workers: &dyn Workers,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Body, BodyError> {
+    let Some(cache) = cache else { return Body::from_soup_with(soup, settings, workers, progress) };
+    let key = BodyKey::new(&ContentHash::of_soup(soup), settings);
+    if let Ok(body) = cache.load(&key, soup, settings, workers) {
+        return Ok(body);
+    }
+    let body = Body::from_soup_with(soup, settings, workers, progress)?;
+    // A folder that cannot be written to only costs the time to prepare the body again.
+    let _ = cache.store(&key, &body);
+    Ok(body)
 }
 
 impl BodyCache {
@@ -106,7 +129,7 @@ impl BodyCache {
         Some(Self::in_folder(base.cache_dir().join("palpus").join("bodies")))
     }
 
-    /// Where the bodies lie.
+    /// Folder of the bodies.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
@@ -290,7 +313,7 @@ fn little_endian(bytes: &[u8]) -> u64 {
     bytes.iter().rev().fold(0, |number, &byte| number << 8 | u64::from(byte))
 }
 
-/// What a lock guards; one whose holder has panicked guards nothing that could be half done here.
+/// Locks; a panic of another holder is ignored, since it cannot leave this data half changed.
 fn held<T>(lock: &Mutex<T>) -> MutexGuard<'_, T> {
     lock.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -62,7 +62,7 @@ pub(super) fn encode(body: &Body, sink: &mut dyn FnMut(&[u8]) -> io::Result<()>)
     Ok(())
 }
 
-/// What one batch holds.
+/// Content of one batch.
 enum Batch {
     Pieces(Vec<Polytope>, Vec<Piece>),
     Hulls(Vec<Polytope>),
@@ -276,7 +276,7 @@ fn write_piece(out: &mut Writer, piece: &Piece, face_count: usize) {
         let inside = piece.face_triangles(f);
         out.count(inside.len());
         for t in inside {
-            // Those of the faces are among them.
+            // This includes the vertices of the faces.
             out.count(triangles.partition_point(|other| other < t));
         }
     }

@@ -1,4 +1,4 @@
-//! What is kept comes back bit for bit, and no bytes but those that were written give a body.
+//! Stored bodies come back bit for bit, and no other bytes than those written give a body.
 
 use glam::DVec3;
 use palpus::algebra::{Alone, Random};
@@ -134,7 +134,7 @@ fn bytes_with_a_right_hash_and_wrong_contents_give_an_error_and_no_panic() {
                 _ => bytes.insert(k, random(256) as u8),
             }
         }
-        // What gets through is sound: it differs in a coordinate or bound only.
+        // A file that is accepted is valid: it differs in a coordinate or bound only.
         let with_batch = |k: usize, read: &mut dyn FnMut(&[u8])| -> Result<(), ()> {
             read(&batches[k]);
             Ok(())

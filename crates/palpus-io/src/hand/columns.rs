@@ -1,15 +1,15 @@
 //! Which column of a CSV file is what.
 
-/// Where a time, a position and a quaternion stand among the columns, and their units.
+/// Places of time, position and quaternion among the columns, and their units.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Columns {
     /// The time's place, and seconds in its unit; `None`: poses without times.
     pub(super) time: Option<(usize, f64)>,
-    /// Of x, y and z.
+    /// Columns of x, y and z.
     pub(super) position: [usize; 3],
     /// Metres in their unit; `None` when the names have none.
     pub(super) metres: Option<f64>,
-    /// Of x, y, z and w.
+    /// Columns of x, y, z and w.
     pub(super) quaternion: [usize; 4],
 }
 
@@ -34,7 +34,7 @@ pub(super) fn find(header: &str) -> Result<Columns, String> {
     for (into, name) in quaternion.iter_mut().zip(QUATERNION) {
         *into = place(name).ok_or_else(|| format!("the header has no column {name}"))?;
     }
-    // Of one beginning and one ending, all three.
+    // All three have the same prefix and suffix.
     let position = POSITIONS.iter().find_map(|beginning| {
         LENGTH_UNITS.iter().find_map(|(unit, metres)| {
             let axis = |letter: &str| place(&format!("{beginning}{letter}{unit}"));

@@ -24,12 +24,12 @@ use palpus::algebra::Pose;
 
 pub use read::{read_hand, read_hand_from};
 
-/// What a file says of a hand.
+/// Content of a hand's file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum HandFile {
     /// Poses without times, in the scene's unit.
     Poses(Vec<Pose>),
-    /// Where a hand was, and when.
+    /// A pose of a hand, with its time.
     Recorded(RecordedHand),
 }
 

@@ -20,14 +20,15 @@ const MOST_SAMPLES: usize = 4_000_000;
 const QUATERNION_SLACK: f64 = 1e-3;
 /// Names of TUM's columns, for errors.
 const TUM: [&str; 8] = ["timestamp", "tx", "ty", "tz", "qx", "qy", "qz", "qw"];
-/// m, s: what is beyond is no hand's.
+/// Largest plausible position (m) and time (s) of a hand.
 const FARTHEST: f64 = 1e6;
 const LATEST: f64 = 1e12;
 
 /// Reads a file that a hand follows; see [`read_hand_from`].
 ///
 /// # Errors
-/// When the file cannot be read, is too large, or is none of the kinds above; with line and column.
+/// Fails if the file cannot be read, is too large, or has none of these formats; the error has line
+/// and column.
 pub fn read_hand(path: &Path) -> Result<HandFile, TableError> {
     let name = path.display().to_string();
     let unreadable = |error| TableError::at(&name, 0, format!("cannot be read ({error}); check the path"));

@@ -1,4 +1,4 @@
-//! What a body is made of, as 32 bytes: the same vertices and faces give the same hash on every
+//! Content hash of a mesh, 32 bytes: the same vertices and faces give the same hash on every
 //! machine.
 
 use std::fmt;

@@ -1,4 +1,4 @@
-//! What can be wrong with a mesh file: what, where, and what to do about it, in one sentence.
+//! Errors of mesh files: each says in one sentence what is wrong, where, and what to do.
 
 use std::fmt;
 use std::io;
@@ -12,9 +12,9 @@ use std::io;
 pub struct MeshFileError {
     /// The file as the caller named it.
     pub file: String,
-    /// Where in the file.
+    /// Place in the file.
     pub place: Place,
-    /// What is wrong there; already part of the sentence, so not a `source`.
+    /// The problem; already part of the sentence, so not a `source`.
     pub problem: Box<MeshProblem>,
 }
 
@@ -43,7 +43,7 @@ impl fmt::Display for Place {
     }
 }
 
-/// What is wrong with a mesh file.
+/// A problem of a mesh file.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshProblem {
     /// The file cannot be opened or read.
@@ -98,7 +98,7 @@ pub enum MeshProblem {
          it is damaged or cut off: copy or export it again"
     )]
     AbsurdCount {
-        /// Of what.
+        /// The counted items.
         element: String,
         /// How many are announced.
         count: u64,

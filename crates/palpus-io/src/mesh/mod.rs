@@ -41,7 +41,7 @@ const MAX_FILE_BYTES: u64 = 1 << 33;
 const MAX_UNPACKED_BYTES: u64 = 1 << 32;
 /// How a file compressed by gzip begins.
 const GZIP: &[u8] = b"\x1F\x8B";
-/// How much of a file without a known extension is looked at to find out what it is.
+/// Bytes of a file that are examined to guess its format.
 const SNIFFED: usize = 1 << 16;
 
 /// A format of mesh files.
@@ -90,7 +90,7 @@ impl MeshFormat {
         }
     }
 
-    /// What the format is called.
+    /// Name of the format.
     pub fn name(self) -> &'static str {
         match self {
             Self::Obj => "OBJ",
@@ -102,8 +102,21 @@ impl MeshFormat {
     }
 }
 
-/// Reads a mesh file: the format is the extension's, or else what the content looks like.
+/// Reads a mesh file. Its content decides the format, or its extension where the content fits no
+/// format.
+///
+/// # Errors
+/// Fails if the file cannot be read, or is not a mesh of that format; the error says where.
 pub fn read_mesh(path: &Path) -> Result<PolygonSoup, MeshFileError> {
+    read_mesh_noting(path, &mut |_| ())
+}
+
+/// Reads a mesh file like [`read_mesh`], and calls `note` with a notice if its content is of
+/// another format than its extension says.
+///
+/// # Errors
+/// Like [`read_mesh`].
+pub fn read_mesh_noting(path: &Path, note: &mut dyn FnMut(String)) -> Result<PolygonSoup, MeshFileError> {
     let name = path.display().to_string();
     let error = |problem| MeshFileError { file: name.clone(), place: Place::File, problem: Box::new(problem) };
     let bytes = read_file(path, MAX_FILE_BYTES + 1).map_err(|e| error(MeshProblem::Unreadable(e)))?;
@@ -120,24 +133,25 @@ pub fn read_mesh(path: &Path) -> Result<PolygonSoup, MeshFileError> {
     if bytes.is_empty() {
         return Err(error(MeshProblem::Malformed("the file is empty; export the mesh again".to_owned())));
     }
-    let content = MeshFormat::of_content(&bytes);
-    let Some(format) = MeshFormat::of_extension(path).or(content) else {
-        return Err(error(MeshProblem::Unsupported(unknown_format(path, &bytes))));
-    };
-    let read = match format {
+    let parse = |format| match format {
         MeshFormat::Obj => obj::parse(&bytes, &name),
         MeshFormat::Stl => stl::parse(&bytes, &name),
         MeshFormat::Ply => ply::parse(&bytes, &name),
         MeshFormat::Off => off::parse(&bytes, &name),
         MeshFormat::Gltf => gltf::parse_with(&bytes, &name, &mut |uri, length| fetch_beside(path, uri, length)),
     };
-    match content {
-        Some(content) if content != format && read.is_err() => {
-            let (is, should) = (content.name(), format.name());
-            let what = format!("the file is named as {should}, but its content looks like {is}; rename it");
-            Err(error(MeshProblem::Malformed(what)))
-        }
-        _ => read,
+    match (MeshFormat::of_content(&bytes), MeshFormat::of_extension(path)) {
+        (Some(content), Some(extension)) if content != extension => match parse(content) {
+            Ok(soup) => {
+                let (is, named) = (content.name(), extension.name());
+                note(format!("{name} is named as {named}, but its content is {is}; it was read as {is}"));
+                Ok(soup)
+            }
+            // The format of the content is a guess: the extension may still be right.
+            Err(error) => parse(extension).map_err(|_| error),
+        },
+        (Some(format), _) | (None, Some(format)) => parse(format),
+        (None, None) => Err(error(MeshProblem::Unsupported(unknown_format(path, &bytes)))),
     }
 }
 
@@ -165,7 +179,7 @@ fn read_file(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// What to say about a file of no known kind.
+/// Error text for a file of unknown format.
 fn unknown_format(path: &Path, bytes: &[u8]) -> String {
     let read = "OBJ, STL, PLY, OFF, glTF and GLB are";
     if bytes.starts_with(b"PK\x03\x04") {

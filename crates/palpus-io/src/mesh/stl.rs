@@ -83,7 +83,7 @@ fn read_binary(bytes: &[u8]) -> Result<PolygonSoup, Fault> {
     soup.finish()
 }
 
-/// Where in the nested blocks of an ASCII file the reader stands.
+/// Position of the reader in the nested blocks of an ASCII file.
 #[derive(Clone, Copy, PartialEq)]
 enum Inside {
     Nothing,

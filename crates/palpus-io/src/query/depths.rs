@@ -52,7 +52,7 @@ impl<W: Write> DepthWriter<W> {
 }
 
 /// How files say which body lies in the other: 0 neither, 1 a in b, 2 b in a.
-pub(super) fn containment_number(containment: Containment) -> u8 {
+pub fn containment_number(containment: Containment) -> u8 {
     match containment {
         Containment::Neither => 0,
         Containment::AInB => 1,

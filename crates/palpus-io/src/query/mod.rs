@@ -13,6 +13,6 @@ mod depths;
 mod poses;
 mod results;
 
-pub use depths::{DEPTH_COLUMNS, DepthWriter};
+pub use depths::{DEPTH_COLUMNS, DepthWriter, containment_number};
 pub use poses::{POSE_COLUMNS, pose_of, read_poses, read_poses_from};
 pub use results::{CONTACT_COLUMNS, ContactWriter, QueryRow, QueryWriter, RESULT_COLUMNS};

@@ -51,7 +51,7 @@ pub fn read_poses_from(bytes: &[u8], name: &str) -> Result<Vec<Pose>, TableError
         .collect()
 }
 
-/// Where each of [`POSE_COLUMNS`] stands, or the first that is missing.
+/// Returns the places of [`POSE_COLUMNS`], or the first missing column.
 fn columns(header: &str) -> Result<[usize; 7], &'static str> {
     let mut places = [0; 7];
     for (place, column) in places.iter_mut().zip(POSE_COLUMNS) {
@@ -83,7 +83,8 @@ fn pose(text: &str, places: &[usize; 7], width: usize) -> Result<Pose, (Option<&
 /// The pose of these numbers, in the order of [`POSE_COLUMNS`].
 ///
 /// # Errors
-/// Fails with a sentence if a number is not finite, or the quaternion not of unit length within 1e-3.
+/// Fails with a sentence if a number is not finite, or the quaternion not of unit length within
+/// 1e-3.
 pub fn pose_of(numbers: [f64; 7]) -> Result<Pose, String> {
     if let Some((number, column)) = numbers.iter().zip(POSE_COLUMNS).find(|(number, _)| !number.is_finite()) {
         return Err(format!("{column} is {number:?}, which is not a finite number; correct it"));

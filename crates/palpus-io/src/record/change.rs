@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::header::valid_settings;
 
-/// What a change is called in every format.
+/// Key of a change of settings in every format.
 pub(super) const KEY: &str = "change";
 
 #[derive(Serialize, Deserialize)]
@@ -53,7 +53,7 @@ impl Pending {
         }
     }
 
-    /// Those that are to be written before the row of `tick`.
+    /// Returns the changes to write before the row of `tick`.
     pub(super) fn before(&mut self, tick: u64) -> impl Iterator<Item = (u64, Settings)> {
         let due = self.0.partition_point(|(from, _)| *from <= tick);
         self.0.drain(..due)

@@ -1,5 +1,6 @@
-//! The columns of a recording: [`visit`] lists them, with their names, their kinds and what of a row stands in each, in one order for
-//! all formats. A new column is one line there, in a new version of the format.
+//! The columns of a recording: [`visit`] lists them, with their names, their kinds and what of a
+//! row stands in each, in one order for all formats. A new column is one line there, in a new
+//! version of the format.
 
 use std::convert::Infallible;
 use std::num::NonZeroU64;
@@ -42,7 +43,7 @@ fn visit<V: Visit>(format: u32, row: &mut RecordRow, to: &mut V) -> Result<(), V
     Ok(())
 }
 
-/// What the loop knew of the tick.
+/// Values that the loop adds to the tick.
 fn visit_servo<V: Visit>(servo: &mut ServoRecord, to: &mut V) -> Result<(), V::Error> {
     to.long("utc_ns", &mut servo.utc_ns)?;
     to.double("lateness_s", &mut servo.lateness_s)?;
@@ -126,9 +127,9 @@ trait Visit {
 
 /// Takes the values of a row, in the order of the columns.
 pub(super) trait Put {
-    /// Of tick and times.
+    /// For tick and times.
     fn long(&mut self, value: u64);
-    /// Of counts and bits.
+    /// For counts and bits.
     fn whole(&mut self, value: u32);
     /// Keeps all 64 bits.
     fn double(&mut self, value: f64);
@@ -249,7 +250,7 @@ const NO_ROW: RecordRow = RecordRow {
     servo: None,
 };
 
-/// What stands in a column.
+/// A value of a column.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     /// 64 bits, no sign.

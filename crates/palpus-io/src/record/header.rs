@@ -1,4 +1,4 @@
-//! What a recording says about itself.
+//! Header of a recording.
 
 use std::io;
 
@@ -11,7 +11,7 @@ use super::FORMAT;
 use crate::mesh::ContentHash;
 use crate::one_line::one_line;
 
-/// What was run, on what, and how.
+/// Describes a run: scene, device, settings.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordingHeader {
     /// Version of the recording's format, from 1 to [`FORMAT`](super::FORMAT).
@@ -35,10 +35,10 @@ pub struct RecordingHeader {
 /// A scene, as far as a replay needs it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RecordedScene {
-    /// Where it came from.
+    /// Source of the scene.
     pub source: SceneSource,
-    /// The text of the scene's file, so that the recording can be replayed without it; `None` for a built-in scene, a text
-    /// of more than [`MOST_SCENE_TEXT`] bytes, and before format 3.
+    /// The text of the scene's file, so that the recording can be replayed without it; `None` for a
+    /// built-in scene, a text of more than [`MOST_SCENE_TEXT`] bytes, and before format 3.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
     /// Metres for each unit of the mesh files.
@@ -47,7 +47,7 @@ pub struct RecordedScene {
     pub probe: RecordedBody,
     /// Body b.
     pub environment: RecordedBody,
-    /// What nobody holds, beside the environment; empty before there was any.
+    /// Objects beside the environment; empty in recordings from before there were any.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub objects: Vec<RecordedBody>,
     /// The engine's settings.
@@ -58,7 +58,7 @@ pub struct RecordedScene {
     pub more: toml::Table,
 }
 
-/// Where a scene came from.
+/// Source of a scene.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SceneSource {
@@ -73,7 +73,7 @@ pub enum SceneSource {
 pub struct RecordedBody {
     /// Its mesh file or built-in name.
     pub mesh: String,
-    /// Of its mesh before scaling: a replay refuses another mesh.
+    /// Content hash of the mesh before scaling: a replay refuses another mesh.
     pub content: ContentHash,
     /// Its placement in the world at the start, m.
     pub pose: Pose,
@@ -93,15 +93,16 @@ pub(super) const MOST_TEXT: usize = 1 << 20;
 
 /// Why a header was not read.
 pub(super) struct HeaderError {
-    /// Of the header's text, from 1; 0 when unknown.
+    /// Line of the header's text, from 1; 0 if unknown.
     pub(super) line: u64,
-    /// What is wrong, on one line.
+    /// The problem, in one line.
     pub(super) problem: String,
 }
 
 impl RecordingHeader {
     /// True if the recorded device poses are those of the grip, as devices report them. In format 1
-    /// they are those of the origin of the probe's mesh, which is the same only if the grip is there.
+    /// they are those of the origin of the probe's mesh, which is the same only if the grip is
+    /// there.
     pub fn has_grip_poses(&self) -> bool {
         self.format >= 2 || self.scene.render.grip_a == DVec3::ZERO
     }

@@ -1,16 +1,18 @@
-//! Recordings of runs: tables that other programs open, and from which a run can be repeated bit for bit.
+//! Recordings of runs: tables that other programs open, and from which a run can be repeated bit
+//! for bit.
 //!
-//! What a recording holds, whatever its format: a header ([`RecordingHeader`]: what was run, on what, how), one row a tick
-//! ([`RecordRow`], [`column_names`]), and the changes of the engine's settings between ticks ([`Recording::changes`]). Three formats
-//! hold it, to the bit ([`RecordingFormat`]):
+//! What a recording holds, whatever its format: a header ([`RecordingHeader`]: what was run, on
+//! what, how), one row a tick ([`RecordRow`], [`column_names`]), and the changes of the engine's
+//! settings between ticks ([`Recording::changes`]). Three formats hold it, to the bit
+//! ([`RecordingFormat`]):
 //!
-//! 1. CSV: the header in TOML, each line behind `# `; a line with the names of the columns; one line a tick. A change of settings is
-//!    a line `# change = { tick = N, settings = { … } }` between the ticks. Numbers have the fewest digits that read back as the
-//!    same double.
-//! 2. Parquet: the columns, and a column `change` that is empty but for the ticks from which other settings hold; the header is
-//!    the file's metadata `palpus`.
-//! 3. MCAP: ROS 2 messages for robotics tools (pose, twist, wrench), the whole rows on a channel of their own, changes of settings on
-//!    another; the header is the metadata record `palpus`.
+//! 1. CSV: the header in TOML, each line behind `# `; a line with the names of the columns; one
+//!    line a tick. A change of settings is a line `# change = { tick = N, settings = { … } }`
+//!    between the ticks. Numbers have the fewest digits that read back as the same double.
+//! 2. Parquet: the columns, and a column `change` that is empty but for the ticks from which other
+//!    settings hold; the header is the file's metadata `palpus`.
+//! 3. MCAP: ROS 2 messages for robotics tools (pose, twist, wrench), the whole rows on a channel of
+//!    their own, changes of settings on another; the header is the metadata record `palpus`.
 //!
 //! | columns | meaning |
 //! |---|---|
@@ -26,16 +28,19 @@
 //! | `tool_tx` … `tool_qw` | pose of the probe's mesh in the world where the engine rendered it, m and quaternion |
 //! | `utc_ns` … `raw_linear_z` | what the loop knew of the tick: see [`ServoRecord`] |
 //!
-//! **Formats.** Format 2 ends with `tool_qw`. Format 1 ends with `faults`, and its device pose is that of the origin of the probe's mesh
-//! instead of the grip ([`RecordingHeader::has_grip_poses`]). Both are read, and written again in their own format.
+//! **Formats.** Format 2 ends with `tool_qw`. Format 1 ends with `faults`, and its device pose is
+//! that of the origin of the probe's mesh instead of the grip
+//! ([`RecordingHeader::has_grip_poses`]). Both are read, and written again in their own format.
 //!
-//! A program that is killed loses what [`RecordingWriter`] has not handed over: less than a second. What it leaves behind is
-//! whole up to there in every format; a piece that was being written at that very moment is left out, with a notice.
+//! A program that is killed loses what [`RecordingWriter`] has not handed over: less than a second.
+//! What it leaves behind is whole up to there in every format; a piece that was being written at
+//! that very moment is left out, with a notice.
 //!
-//! Recordings may come from strangers. No reader panics, and memory stays within a small multiple of the file's size: nothing is
-//! compressed (a file that is, is refused), no length in a file is trusted before its bytes are there, no bytes are read twice, and
-//! nesting is bounded (TOML's by its parser, Thrift's by ours). The crates `parquet` and `mcap` panic or
-//! reserve gigabytes on damaged files: docs/dependencies.md has the comparison.
+//! Recordings may come from strangers. No reader panics, and memory stays within a small multiple
+//! of the file's size: nothing is compressed (a file that is, is refused), no length in a file is
+//! trusted before its bytes are there, no bytes are read twice, and nesting is bounded (TOML's by
+//! its parser, Thrift's by ours). The crates `parquet` and `mcap` panic or reserve gigabytes on
+//! damaged files: docs/dependencies.md has the comparison.
 
 mod change;
 mod columns;
@@ -60,7 +65,7 @@ pub const FORMAT: u32 = 3;
 
 /// Bytes for a place in a file.
 struct Piece {
-    /// Where they go; what stands there is written over.
+    /// Where the bytes go in the file; they overwrite what is there.
     at: u64,
     bytes: Vec<u8>,
 }
@@ -82,7 +87,7 @@ pub struct RecordRow {
     pub twist: Twist,
     /// The device's buttons, one bit each.
     pub buttons: u32,
-    /// What was sent to the device.
+    /// Wrench sent to the device.
     pub wrench: Wrench,
     /// Contacts within the tolerance.
     pub contacts: u32,
@@ -96,19 +101,19 @@ pub struct RecordRow {
     pub depth_us: Option<f64>,
     /// µs.
     pub force_us: f64,
-    /// Of the whole tick, µs.
+    /// Duration of the whole tick, µs.
     pub total_us: f64,
     /// True when the wrench was cut to the device's limits.
     pub saturated: bool,
-    /// What the safety chain cut, one bit each, in the order of the chain.
+    /// Interventions of the safety chain, one bit each, in the order of the chain.
     pub faults: u32,
     /// The pose of the probe's mesh in the world, where the engine rendered it; `None` in format 1.
     pub tool: Option<Pose>,
-    /// What the loop knew of the tick; `None` before format 3.
+    /// Timing and phase of the loop; `None` before format 3.
     pub servo: Option<ServoRecord>,
 }
 
-/// What the loop knew of a tick, beside what went into the engine and came out.
+/// Timing and phase of the loop in a tick, beside input and output of the engine.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ServoRecord {
     /// When the tick was recorded by the clock on the wall: ns since 1970-01-01 UTC.
@@ -117,10 +122,12 @@ pub struct ServoRecord {
     pub lateness_s: f64,
     /// Time since the last tick began, s: what the safety chain reckons with.
     pub elapsed_s: f64,
-    /// Where the engagement stood after the tick: 0 idle, 1 waiting, 2 ramping, 3 engaged, 4 faulted, 5 stopped.
+    /// Phase of the engagement after the tick: 0 idle, 1 waiting, 2 ramping, 3 engaged, 4 faulted,
+    /// 5 stopped.
     pub phase: u32,
-    /// True if the engine's step gave its answer. False if it panicked, and while the loop only damps the grip after that
-    /// or after a last fault: the engine's columns are then empty of meaning, and the chain was given a wrench of zero.
+    /// True if the engine's step gave its answer. False if it panicked, and while the loop only
+    /// damps the grip after that or after a last fault: the engine's columns are then empty of
+    /// meaning, and the chain was given a wrench of zero.
     pub stepped: bool,
     /// Units of work that the engine's query did.
     pub work: u64,
@@ -132,7 +139,7 @@ pub struct ServoRecord {
     pub raw: Option<RawState>,
 }
 
-/// A device's state as it was read, believed or not: in the world, at the grip.
+/// A device's state as read, valid or not: in the world, at the grip.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RawState {
     /// m and quaternion.

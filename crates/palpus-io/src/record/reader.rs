@@ -12,12 +12,12 @@ use crate::table::TableError;
 /// A recording, whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// What was run.
+    /// The header.
     pub header: RecordingHeader,
     /// Its ticks, as recorded.
     pub rows: Vec<RecordRow>,
-    /// From which tick on the engine had other settings than before, and which: in the order of the ticks. Those before the first
-    /// are in the header.
+    /// From which tick on the engine had other settings than before, and which: in the order of the
+    /// ticks. Those before the first are in the header.
     pub changes: Vec<(u64, Settings)>,
     /// Says what was cut off and left out, if so.
     pub notice: Option<String>,

@@ -10,7 +10,8 @@ use palpus::render::Settings;
 use super::change::{self, Pending};
 use super::{Piece, RecordRow, RecordingHeader, csv, mcap, parquet};
 
-/// The most that a program that is killed loses of its recording, with what is still on its way to the writer: under a second.
+/// The most that a program that is killed loses of its recording, with what is still on its way to
+/// the writer: under a second.
 const BETWEEN_PIECES: Duration = Duration::from_millis(500);
 
 /// Rows that wait at most: a run that goes as fast as it can makes many in no time.
@@ -35,7 +36,8 @@ impl RecordingFormat {
         formats.iter().find(|(name, _)| extension.eq_ignore_ascii_case(name)).map(|(_, format)| *format)
     }
 
-    /// The format of a file that begins like this. What is neither Parquet nor MCAP can only be CSV.
+    /// The format of a file that begins like this. What is neither Parquet nor MCAP can only be
+    /// CSV.
     pub fn of_content(beginning: &[u8]) -> Self {
         if beginning.starts_with(parquet::MAGIC) {
             Self::Parquet
@@ -49,7 +51,8 @@ impl RecordingFormat {
 
 /// Writes a recording. Not for the servo thread: it allocates and waits for the stream.
 ///
-/// Rows are gathered and handed over in one piece, which leaves a whole file each time; see [`RecordingWriter::flush`].
+/// Rows are gathered and handed over in one piece, which leaves a whole file each time; see
+/// [`RecordingWriter::flush`].
 pub struct RecordingWriter<W: Write + Seek> {
     out: W,
     encoder: Encoder,
@@ -58,7 +61,7 @@ pub struct RecordingWriter<W: Write + Seek> {
     handed_over: Instant,
     /// Bytes of the file.
     length: u64,
-    /// Of the file, where there is one that can be made smaller at its end.
+    /// Length of the file, if it can be truncated.
     path: Option<PathBuf>,
 }
 
@@ -69,8 +72,9 @@ enum Encoder {
 }
 
 impl RecordingWriter<File> {
-    /// Creates a file for a recording in the format that its name asks for, and writes the header. Fails if there is such a file already
-    /// (a recording is never written over), and with errors of the file, a name that asks for no format, or a header that TOML cannot hold.
+    /// Creates a file for a recording in the format that its name asks for, and writes the header.
+    /// Fails if there is such a file already (a recording is never written over), and with errors
+    /// of the file, a name that asks for no format, or a header that TOML cannot hold.
     pub fn create(path: &Path, header: &RecordingHeader) -> io::Result<Self> {
         let format = RecordingFormat::of_name(path).ok_or_else(|| {
             io::Error::new(
@@ -84,8 +88,8 @@ impl RecordingWriter<File> {
 }
 
 impl<W: Write + Seek> RecordingWriter<W> {
-    /// Writes the header to `out`, which must be empty and need not be buffered. Errors are those of `out`, or a header that TOML
-    /// cannot hold (a very large integer in `more`).
+    /// Writes the header to `out`, which must be empty and need not be buffered. Errors are those
+    /// of `out`, or a header that TOML cannot hold (a very large integer in `more`).
     pub fn new(out: W, format: RecordingFormat, header: &RecordingHeader) -> io::Result<Self> {
         let text = header.to_text()?;
         let encoder = match format {
@@ -99,8 +103,9 @@ impl<W: Write + Seek> RecordingWriter<W> {
         Ok(writer)
     }
 
-    /// The engine was told other settings between two ticks: those from tick `tick` on are stepped with them. Written with the next
-    /// row from there on, and not at all when none follows; of several before the same tick, only the last.
+    /// The engine was told other settings between two ticks: those from tick `tick` on are stepped
+    /// with them. Written with the next row from there on, and not at all when none follows; of
+    /// several before the same tick, only the last.
     pub fn change(&mut self, tick: u64, settings: &Settings) {
         self.pending.add(tick, settings);
     }
@@ -124,7 +129,8 @@ impl<W: Write + Seek> RecordingWriter<W> {
         self.flush_when_due()
     }
 
-    /// Hands over what has gathered, if it has waited for long: to be called now and then where no rows come.
+    /// Hands over what has gathered, if it has waited for long: to be called now and then where no
+    /// rows come.
     pub fn flush_when_due(&mut self) -> io::Result<()> {
         let due = self.waiting >= MOST_WAITING || (self.waiting > 0 && self.handed_over.elapsed() >= BETWEEN_PIECES);
         if due { self.flush() } else { Ok(()) }
@@ -145,13 +151,14 @@ impl<W: Write + Seek> RecordingWriter<W> {
         self.out.flush()
     }
 
-    /// Returns the length of the file so far, in bytes, without what has gathered since the last [`Self::flush`].
+    /// Returns the length of the file so far, in bytes, without what has gathered since the last
+    /// [`Self::flush`].
     pub fn length(&self) -> u64 {
         self.length
     }
 
-    /// Hands over the rest and gives `out` back. A Parquet file is then made smaller: into a new file beside it, which takes its
-    /// place.
+    /// Hands over the rest and gives `out` back. A Parquet file is then made smaller: into a new
+    /// file beside it, which takes its place.
     pub fn finish(mut self) -> io::Result<W> {
         self.flush()?;
         if let (Some(path), Encoder::Parquet(writer)) = (&self.path, &self.encoder) {

@@ -43,7 +43,7 @@ impl<'a> Section<'a> {
         Ok(section)
     }
 
-    /// The table under a key, without any entry if there is none.
+    /// Returns the table under a key; an empty one if the key is missing.
     pub(super) fn section(&self, key: &str, keys: &[&str]) -> Result<Section<'a>, SceneError> {
         let title = if self.title.is_empty() { format!("[{key}]") } else { format!("{}, {key}", self.title) };
         let (table, span) = match self.find(key) {
@@ -92,7 +92,7 @@ impl<'a> Section<'a> {
         table.keys().any(|name| keys.contains(&name.get_ref().as_ref()))
     }
 
-    /// Where the value under `key` stands, if it is there.
+    /// Returns the place of the value under `key`; `None` if the key is missing.
     pub(super) fn place(&self, key: &str) -> Option<Range<usize>> {
         self.find(key).map(Spanned::span)
     }
@@ -129,7 +129,7 @@ impl<'a> Section<'a> {
             table.keys().filter(|key| !keys.contains(&key.get_ref().as_ref())).min_by_key(|key| key.span().start);
         let Some(key) = unknown else { return Ok(()) };
         let name: String = key.get_ref().chars().take(40).collect();
-        let nearest = keys.iter().min_by_key(|known| edits(&name, known)).copied().unwrap_or_default();
+        let nearest = nearest_name(&name, keys).unwrap_or_default();
         let here = if self.title.is_empty() { "a scene" } else { self.title.as_str() };
         let problem =
             format!("{here} has no key {name:?}; did you mean {nearest:?}? (it may have {})", keys.join(", "));
@@ -213,6 +213,17 @@ fn number_of(value: &DeValue<'_>) -> Option<f64> {
     }
 }
 
+/// Returns the one of `known` that `name` is probably a misspelling of; `None` if all are too different.
+pub fn similar_name<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
+    let most = 1 + name.chars().count() / 3;
+    nearest_name(name, known).filter(|nearest| edits(name, nearest) <= most)
+}
+
+/// Returns the one of `known` with the fewest edits to `name`; `None` if `known` is empty.
+fn nearest_name<'k>(name: &str, known: &[&'k str]) -> Option<&'k str> {
+    known.iter().min_by_key(|known| edits(name, known)).copied()
+}
+
 /// Letters to insert, delete or replace to make one word of the other (Levenshtein).
 fn edits(a: &str, b: &str) -> usize {
     let b: Vec<char> = b.chars().collect();
@@ -231,7 +242,17 @@ fn edits(a: &str, b: &str) -> usize {
 
 #[cfg(test)]
 mod tests {
-    use super::edits;
+    use super::{edits, similar_name};
+
+    #[test]
+    fn only_a_misspelling_is_similar() {
+        let known = ["spoon-cup", "stack", "peg-hole"];
+        for (name, expected) in
+            [("spon-cup", Some("spoon-cup")), ("stak", Some("stack")), ("no-such", None), ("", None)]
+        {
+            assert_eq!(similar_name(name, &known), expected, "{name}");
+        }
+    }
 
     #[test]
     fn edits_between_words() {

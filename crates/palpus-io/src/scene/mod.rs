@@ -2,12 +2,12 @@
 //! two meshes may be left out.
 //!
 //! ```toml
-//! unit = "mm"               # of the meshes and of every length here: um, mm, cm, dm, m, km, inch, ft — or metres as a number
-//! gravity = [0, 0, -9.81]   # m/s²; this where there are free objects and nothing is said, else none
+//! unit = "mm"               # of meshes and lengths: um, mm, cm, dm, m, km, inch, ft, or metres as a number
+//! gravity = [0, 0, -9.81]   # m/s²; the default if there are free objects, else none
 //!
 //! [probe]                   # body a, held in the hand
 //! mesh = "spoon.obj"        # beside this file or below
-//! unit = "mm"               # of this mesh alone, if it has another one; lengths here stay in the scene's
+//! unit = "mm"               # of this mesh alone; lengths here stay in the scene's unit
 //! position = [0, 0, 0]      # where it starts: its mesh's origin in the world
 //! orientation = [0, 0, 0, 1]   # unit quaternion x, y, z, w
 //! grip = [0, 0, 0]          # where the hand holds it, in its mesh's frame: what a device moves
@@ -23,14 +23,14 @@
 //! cluster_radius = 4.0      # else 4 mm; of linkage, and how far friction holds on
 //! clustering = "smooth"     # forces that never jump when contacts meet; or "linkage", the paper's
 //! split_angle = 130         # degrees, or false for no cut; of linkage
-//! stiffness = 800           # N/m, as felt; left out, coupled: the device's largest force at half the skin; direct: 800
+//! stiffness = 800           # N/m, as felt; else coupled: the largest force at half the skin; direct: 800
 //! damping = 0               # N·s/m
-//! friction = { static = 0.4, dynamic = 0.3, stiffness = 800 }   # else none; stiffness (N/m) is the contact's if left out
-//! material = "wood"         # impacts ring: rubber, wood, steel, or { frequency = 90, decay = 80, gain = 15 } (Hz, 1/s, N·s/m); else they don't
+//! friction = { static = 0.4, dynamic = 0.3, stiffness = 800 }   # else none; N/m, else the contact's
+//! material = "wood"         # rubber, wood, steel or { frequency = 90, decay = 80, gain = 15 } (Hz, 1/s, N·s/m); else none
 //! shading = true            # else false
 //! crease_angle = 40         # degrees: sharper edges stay sharp
 //! shading_limit = 45        # degrees: the farthest that shading turns a force
-//! time_budget = 300         # µs that a step should take, else 0.6 of the period; what is not reached is carried along
+//! time_budget = 300         # µs that a step should take, else 0.6 of the period; other contacts are extrapolated
 //!
 //! [coupling]
 //! mode = "coupled"          # or "direct"
@@ -38,8 +38,8 @@
 //! damping = 2               # N·s/m
 //! angular_stiffness = 2     # N·m/rad
 //! angular_damping = 0.005   # N·m·s/rad
-//! skin = 0.1                # contacts push from here on, and are looked ahead for as far as the probe can move in a step
-//! mass = 0                  # kg, of the probe; 0 unless said: it is where all forces balance
+//! skin = 0.1                # contact offset: contacts push from this separation on
+//! mass = 0                  # kg, of the probe; with 0 it is where all forces balance
 //!
 //! [device]
 //! force_limit = 8.5         # N
@@ -49,7 +49,7 @@
 //!
 //! [hand]
 //! preset = "normal"         # or relaxed, firm, tight, none
-//! path = "stir.csv"         # what the mesh's frame is to follow: poses half a second apart, or a recorded hand ([`crate::hand`])
+//! path = "stir.csv"         # poses half a second apart, or a recorded hand ([`crate::hand`])
 //! path_scale = 1            # of a recorded hand's way
 //! path_speed = 1            # so many times as fast
 //! tremor = 0                # a length
@@ -62,7 +62,7 @@
 //! [second.hand]             # as [hand]
 //! preset = "firm"
 //!
-//! [[object]]                # as many as there are; not held by anyone
+//! [[object]]                # any number; not held by a hand
 //! mesh = "nut.obj"
 //! position = [20, 0, 0]     # and orientation, unit, as of the probe
 //! motion = "free"           # it falls, slides and can be pushed; or "driven", or "fixed"
@@ -82,8 +82,8 @@
 //! [[tool]]                  # the first is what [probe] is, the second what [second] is
 //! mesh = "lid.obj"          # and position, orientation, grip, unit, as of the probe
 //! hand = { preset = "firm" }            # as [hand]
-//! coupling = { stiffness = 500 }        # as [coupling], which holds for what is not said here
-//! device = { force_limit = 3.0 }        # as [device], likewise; but for the rate, which is that of the loop
+//! coupling = { stiffness = 500 }        # as [coupling], which has the other values
+//! device = { force_limit = 3.0 }        # as [device], likewise, without rate
 //! ```
 //!
 //! 1. The text is parsed with the place of every key and value, so that whatever is wrong is named
@@ -97,8 +97,10 @@
 //!    the caller says [`FilePolicy::Anywhere`]: a scene from elsewhere must not make the program
 //!    read other files.
 
+mod coupling;
 mod keys;
 mod objects;
+mod open;
 mod read;
 mod unit;
 
@@ -109,6 +111,8 @@ use palpus::algebra::{Pose, Twist};
 use palpus::render::{Limits, Saturation, Settings};
 use serde::{Deserialize, Serialize};
 
+pub use keys::similar_name;
+pub use open::{OpenError, SceneWorld};
 pub use read::{parse_scene, read_scene};
 pub use unit::metres;
 
@@ -131,20 +135,20 @@ pub struct SceneFile {
     pub rate_hz: f64,
     /// The simulated hand.
     pub hand: SceneHand,
-    /// What the file does not say, and what depends on the meshes.
+    /// Values that the file leaves out and that depend on the meshes.
     pub gaps: SceneGaps,
-    /// What other hands hold, each on a device of its own.
+    /// Tools beside the probe, each on a device of its own.
     pub others: Vec<SceneTool>,
-    /// What nobody holds, beside the environment.
+    /// Objects beside the environment.
     pub objects: Vec<SceneObject>,
     /// m/s², along the world's axes.
     pub gravity: DVec3,
 }
 
-/// A body that nobody holds.
+/// A body that no hand holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneObject {
-    /// What it is and where it starts.
+    /// Mesh and start pose.
     pub body: SceneBody,
     /// How it moves.
     pub motion: ObjectMotion,
@@ -163,29 +167,29 @@ pub enum ObjectMotion {
     FreeOfMass(f64),
 }
 
-/// What a scene file leaves open: what stands in its place is usual, but may not suit the meshes.
+/// Values that a scene file leaves out: the defaults in their place may not suit the meshes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneGaps {
     /// The contact tolerance.
     pub tolerance: bool,
-    /// Where the two bodies are: neither is placed.
+    /// The poses of the two bodies: neither has a position or an orientation.
     pub places: bool,
-    /// Where the probe is held.
+    /// The grip of the probe.
     pub grip: bool,
 }
 
 /// A tool beside the probe, and its hand.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SceneTool {
-    /// What it is and where it starts.
+    /// Mesh and start pose.
     pub body: SceneBody,
-    /// Where the hand holds it, m, in its mesh's frame; `None` if the file does not say.
+    /// Grip, m, in the frame of its mesh; `None` if the file does not set it.
     pub grip: Option<DVec3>,
     /// The simulated hand.
     pub hand: SceneHand,
     /// Between its device and the tool.
     pub coupling: SceneCoupling,
-    /// What its device is to give at the most.
+    /// Largest force and torque of its device.
     pub limits: Limits,
     /// How a wrench beyond them is cut.
     pub saturation: Saturation,
@@ -202,7 +206,7 @@ pub struct SceneBody {
     pub pose: Pose,
 }
 
-/// How device and probe are tied. What is `None` is the program's to choose.
+/// Coupling between device and probe. The program chooses values that are `None`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SceneCoupling {
     /// How the probe follows the device.
@@ -217,11 +221,11 @@ pub struct SceneCoupling {
     pub angular_damping: Option<f64>,
     /// m: contacts push from this separation on.
     pub skin: Option<f64>,
-    /// Of the probe, kg; 0 for none.
+    /// Mass of the probe, kg; 0 for none.
     pub mass: Option<f64>,
-    /// Of contacts, N/m; also in [`SceneFile::render`], or what is usual there.
+    /// Contact stiffness, N/m; [`SceneFile::render`] has this or the default.
     pub contact_stiffness: Option<f64>,
-    /// Of contacts that stick, N/m; also in [`SceneFile::render`].
+    /// Tangential stiffness of sticking contacts, N/m; also in [`SceneFile::render`].
     pub friction_stiffness: Option<f64>,
 }
 
@@ -245,13 +249,13 @@ pub struct SceneHand {
     /// for the scene's own motion. Poses without times are in the scene's unit: multiply their
     /// translations by [`SceneFile::metres_per_unit`].
     pub path: Option<PathBuf>,
-    /// What a recorded hand's way is multiplied by.
+    /// Factor of the translations of a recorded hand.
     pub path_scale: Option<f64>,
     /// How many times as fast as recorded.
     pub path_speed: Option<f64>,
     /// Amplitude of its tremor, m; 0 for none.
     pub tremor: f64,
-    /// Of everything random in it.
+    /// Seed of the tremor.
     pub seed: u32,
 }
 
@@ -307,7 +311,7 @@ pub struct SceneError {
     pub line: usize,
     /// Counted from 1, in characters; 0 with the line.
     pub column: usize,
-    /// What is wrong and what to do.
+    /// The problem, and what to do.
     pub problem: String,
 }
 

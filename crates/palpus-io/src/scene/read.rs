@@ -51,7 +51,7 @@ pub fn parse_scene(text: &str, path: &Path, policy: FilePolicy) -> Result<SceneF
     parse(text, path, policy, &|_| Ok(()))
 }
 
-/// What a file that the scene names must satisfy, or why it doesn't.
+/// Checks a file that the scene names; fails with the reason.
 type Check<'a> = &'a dyn Fn(&Path) -> Result<(), String>;
 
 /// The scene being read: where its files are.
@@ -142,7 +142,7 @@ fn read_unit(section: &Section<'_>) -> Result<Option<f64>, SceneError> {
     section.number("unit", "the metres in one unit, from 1e-9 to 1e9", |x| (1e-9..=1e9).contains(&x))
 }
 
-/// What a table of a tool may say.
+/// Keys of a tool's table.
 const TOOL_KEYS: [&str; 8] = ["mesh", "unit", "position", "orientation", "grip", "hand", "coupling", "device"];
 /// The most tools of a scene: each has to do with each, and every one needs a device.
 const MOST_TOOLS: usize = 16;
@@ -320,7 +320,7 @@ fn read_material(contact: &Section<'_>) -> Result<Option<Material>, SceneError> 
     }
 }
 
-/// What holds for tools whose own tables do not say it.
+/// Values for tools whose own tables leave them out.
 struct Usual {
     coupling: SceneCoupling,
     limits: Limits,
@@ -346,7 +346,7 @@ fn read_coupling(top: &Section<'_>, unit: f64, usual: &SceneCoupling) -> Result<
     })
 }
 
-/// What `saturation` may be called.
+/// Names of the values of `saturation`.
 const SATURATIONS: [(&str, Saturation); 3] =
     [("separate", Saturation::Separate), ("joint", Saturation::Joint), ("under-actuated", Saturation::UnderActuated)];
 

@@ -31,7 +31,7 @@ fn parser(extension: &str) -> Parse {
     }
 }
 
-/// What a reader promises of a soup.
+/// Checks the invariants of a soup that a reader returns.
 fn check(soup: &PolygonSoup) {
     assert!(soup.vertices.iter().all(|v| v.is_finite()));
     assert!(soup.face_vertices.iter().all(|&v| (v as usize) < soup.vertices.len()));
@@ -39,7 +39,7 @@ fn check(soup: &PolygonSoup) {
     assert_eq!(soup.face_starts.last(), Some(&(soup.face_vertices.len() as u32)));
 }
 
-/// What an error promises.
+/// Checks the invariants of an error.
 fn check_error(error: &MeshFileError) {
     let text = error.to_string();
     assert!(text.starts_with("x") && !text.contains('\n') && text.len() < 400, "{text}");

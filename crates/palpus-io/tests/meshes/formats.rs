@@ -8,7 +8,7 @@ use data_encoding::BASE64;
 use glam::DVec3;
 use palpus::body::PolygonSoup;
 use palpus_io::mesh::{MeshFormat, gltf, obj, off, ply, stl};
-use palpus_io::{ContentHash, read_mesh, write_obj_groups};
+use palpus_io::{ContentHash, read_mesh, read_mesh_noting, write_obj_groups};
 
 use crate::samples::{self, loops, prism, triangle_loops};
 
@@ -61,11 +61,21 @@ fn a_packed_file_is_read_as_what_is_in_it() {
 }
 
 #[test]
-fn a_file_under_the_name_of_another_format_is_named() {
+fn content_decides_the_format() {
     let path = folder("misnamed").join("prism.obj");
-    std::fs::write(&path, samples::stl_binary(&prism())).unwrap();
-    let error = read_mesh(&path).unwrap_err().to_string();
-    assert!(error.ends_with("the file is named as OBJ, but its content looks like STL; rename it"), "{error}");
+    let stl = samples::stl_binary(&prism());
+    std::fs::write(&path, &stl).unwrap();
+    let mut notes = Vec::new();
+    let soup = read_mesh_noting(&path, &mut |note| notes.push(note)).unwrap();
+    assert_eq!(loops(&soup), loops(&stl::parse(&stl, "prism.stl").unwrap()));
+    assert!(
+        notes.len() == 1 && notes[0].ends_with("is named as OBJ, but its content is STL; it was read as STL"),
+        "{notes:?}"
+    );
+
+    let plain = path.with_extension("stl");
+    std::fs::write(&plain, &stl).unwrap();
+    read_mesh_noting(&plain, &mut |note| panic!("{note}")).unwrap();
 }
 
 #[test]

@@ -21,7 +21,8 @@ pub fn runner(cases: u32) -> TestRunner {
     TestRunner::new_with_rng(config, TestRng::from_seed(RngAlgorithm::ChaCha, &SEED))
 }
 
-/// Every field of the settings, none at its default: a field that the header forgets comes back changed.
+/// Every field of the settings, none at its default: a field that the header forgets comes back
+/// changed.
 pub fn settings() -> Settings {
     Settings {
         contact_tolerance: 0.1 + 0.2,

@@ -1,4 +1,5 @@
 import os
+from types import TracebackType
 from typing import ClassVar, Literal, Protocol, TypeAlias, TypedDict, final, type_check_only
 
 import numpy as np
@@ -9,6 +10,7 @@ __all__ = [
     "depth",
     "contacts",
     "distance",
+    "Loop",
     "main",
     "query",
     "Error",
@@ -47,6 +49,31 @@ class _Health(TypedDict):
     non_manifold_edges: int
     self_intersecting_triangles: int
     notices: list[str]
+
+@type_check_only
+class _Status(TypedDict):
+    tick: int
+    time: float
+    tool: _Floats
+    grip: _Floats
+    wrench: _Floats
+    contacts: int
+    phase: Literal["idle", "waiting", "ramping", "engaged", "faulted", "stopped", "latched"]
+    running: bool
+
+@type_check_only
+class _Summary(TypedDict):
+    ticks: int
+    duration: float
+    rate: float
+    late: int
+    skipped: int
+    step_us: tuple[float, float, float, float]
+    force_max: float
+    torque_max: float
+    faults: int
+    allocations: int
+    end: str
 
 class Error(ValueError): ...
 
@@ -198,3 +225,35 @@ class World:
     def pose(self, body: int) -> _Floats: ...
     def twist(self, body: int) -> _Floats: ...
     def clear(self) -> None: ...
+
+@final
+class Loop:
+    def __new__(
+        cls,
+        world: World,
+        start: npt.ArrayLike,
+        *,
+        device: str = "simulated",
+        hand: str = "normal",
+        rate: float = 1000.0,
+        duration: float | None = None,
+        real_time: bool = True,
+        priority: bool = False,
+    ) -> Loop: ...
+    def start(self) -> None: ...
+    def stop(self) -> _Summary: ...
+    def wait(self) -> _Summary: ...
+    @property
+    def is_running(self) -> bool: ...
+    def status(self) -> _Status: ...
+    @property
+    def wrench(self) -> _Floats: ...
+    def lead(self, pose: npt.ArrayLike) -> None: ...
+    def drive(self, body: int, pose: npt.ArrayLike, twist: npt.ArrayLike | None = None) -> None: ...
+    def set_settings(self, settings: Settings) -> None: ...
+    def __enter__(self) -> Loop: ...
+    def __exit__(
+        self,
+        *_raised: type[BaseException] | BaseException | TracebackType | None,
+    ) -> None: ...
+    def summary(self) -> _Summary: ...

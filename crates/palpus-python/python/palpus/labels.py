@@ -10,7 +10,8 @@ on any machine, by any engine, or once more; the bytes are the same. `palpus.ray
 
 Poses have the columns tx, ty, tz, qx, qy, qz, qw: body a in body b's frame. In the folder that the job names, `nearest`,
 `contacts` and `depth` have a file for each block, with the fields of palpus.DISTANCE, CONTACT and DEPTH as columns;
-vectors have three (normal_x, normal_y, normal_z). The column `pose` is the row's number in the file of poses.
+vectors have three (normal_x, normal_y, normal_z). The column `pose` is the row's number in the file of poses. With a
+`stiffness`, `wrench` has what a tool of direct rendering feels: force_x … torque_z (N, N·m) about body a's origin.
 """
 
 import dataclasses
@@ -24,7 +25,7 @@ import numpy.typing as npt
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from ._native import Body, Error, depth, query
+from ._native import Body, Error, Settings, World, depth, query
 
 __all__ = ["Block", "Job", "Labeller", "blocks"]
 
@@ -41,6 +42,8 @@ class Job:
     unit: str | None = None
     tolerance: float | None = None
     depth: bool = False
+    # N/m: of contacts, which push from the tolerance on. Needs a unit, since forces are SI.
+    stiffness: float | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -90,6 +93,8 @@ class Labeller:
         self.job, self.workers = job, workers
         self.a, self.b = (Body.load(name, unit=job.unit, workers=workers) for name in (job.a, job.b))
         self.out = pathlib.Path(job.out)
+        if job.stiffness is not None and (job.unit is None or job.tolerance is None):
+            raise Error("wrenches need a unit and a tolerance (m): forces are SI; give both with the stiffness")
         _agree(self.out, job)
 
     def is_done(self, block: Block) -> bool:
@@ -108,6 +113,10 @@ class Labeller:
         if self.job.depth:
             bounds = depth(self.a, self.b, poses, workers=self.workers)
             self._write("depth", block, {"pose": numbers, **_columns(bounds)})
+        if self.job.stiffness is not None:
+            names = ("force_x", "force_y", "force_z", "torque_x", "torque_y", "torque_z")
+            columns = dict(zip(names, np.ascontiguousarray(self._wrenches(poses).T)))
+            self._write("wrench", block, {"pose": numbers, **columns})
         of_contacts = _columns(contacts)
         of_contacts["pose"] = of_contacts["pose"] + np.uint64(block.first)
         self._write("contacts", block, of_contacts)
@@ -115,6 +124,14 @@ class Labeller:
         self._write("nearest", block, {"pose": numbers, **_columns(nearest)})
         overlapping = int((nearest["separation"] < 0).sum())
         return {**counts, "contacts": len(contacts), "overlapping": overlapping, "done_before": False}
+
+    def _wrenches(self, poses: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """The wrench at each pose. A block begins anew, so that its bytes do not depend on who answers it."""
+        settings = Settings.direct(tolerance=self.job.tolerance or 0.0, stiffness=self.job.stiffness or 0.0)
+        world = World(settings)
+        world.add_fixed(self.b, [0, 0, 0, 0, 0, 0, 1])
+        world.add_tool(self.a, settings)
+        return np.concatenate([world.step(pose) for pose in poses]) if len(poses) else np.empty((0, 6))
 
     def _write(self, kind: str, block: Block, columns: dict[str, npt.NDArray[Any]]) -> None:
         folder = self.out / kind

@@ -130,7 +130,7 @@ pub(super) fn fine_rollers() -> Parts {
 /// A tooth of one gear stands in a gap of the other.
 const GEAR_PHASE: f64 = PI / GEAR_TEETH as f64;
 
-/// Where the gear stands without load, rolled by `angle` from the top.
+/// Pose of the gear without load, rolled by `angle` from the top.
 #[cfg(test)]
 pub(super) fn meshed_gears(angle: f64) -> Pose {
     rolling(angle, 2.0 * GEAR_PITCH_RADIUS, GEAR_PHASE)

@@ -1,4 +1,4 @@
-//! Scenes with bodies that nobody holds: they fall, slide, are pushed, carried and picked up.
+//! Scenes with free and driven bodies, which fall, slide, are pushed, carried and picked up.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -148,7 +148,7 @@ pub(super) fn conveyor() -> Parts {
 pub(super) fn drawer_slides() -> Parts {
     let fit = Fit::Drawer.usual().scene();
     let drawer = Arc::new(fit.probe);
-    // In the middle of its play, half way in.
+    // In the middle of its play, half inserted.
     let start = Pose::from_translation(DVec3::X * -0.010);
     let push = |x: f64, y: f64, z: f64| at(x, y, z, 0.0);
     let keys = [

@@ -41,15 +41,15 @@ impl SceneEntry {
     }
 }
 
-/// What a scene's own file answers.
+/// Content of a scene, as its own file gives it.
 struct Parts {
     probe: palpus::body::PolygonSoup,
     environment: palpus::body::PolygonSoup,
     contact: ContactSettings,
     path: crate::HandPath,
-    /// What a second hand holds, and where it moves it.
+    /// A second tool and the path of its hand.
     second: Option<(palpus::body::PolygonSoup, crate::HandPath)>,
-    /// What nobody holds, beside the environment.
+    /// Objects beside the environment.
     objects: Vec<Object>,
 }
 
@@ -99,7 +99,7 @@ const SCENES: [SceneEntry; 13] = [
     },
     SceneEntry {
         name: "stack",
-        summary: "three blocks that nobody holds stand on each other; a finger pushes them",
+        summary: "three free blocks stand on each other; a finger pushes them",
         parts: many::stack,
     },
     SceneEntry {

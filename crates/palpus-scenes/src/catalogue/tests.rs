@@ -7,7 +7,7 @@ use palpus::algebra::Pose;
 use super::*;
 use crate::overlap::{SampledSolid, overlap};
 
-/// Separations are told up to this, m.
+/// Largest separation that the samples can measure, m.
 const FAR: f64 = 0.01;
 
 /// Least signed distance of `samples`, placed by `pose`, to the solid; at most [`FAR`].
@@ -24,7 +24,7 @@ fn profile(scene: &Scene, count: usize) -> Vec<f64> {
     let (a, b) = (sampled(&scene.probe), sampled(&scene.environment));
     let at = |k: usize| {
         let pose = scene.path.pose(scene.path.duration() * k as f64 / count as f64);
-        // Of a large environment only the samples near the probe can matter.
+        // For a large environment only the samples near the probe can matter.
         let back = pose.inverse();
         let reach = a.points().iter().map(|p| p.length()).fold(0.0, f64::max) + FAR;
         let near: Vec<_> = b.points().iter().copied().filter(|p| p.distance(pose.translation) < reach).collect();

@@ -47,7 +47,7 @@ impl Key {
     }
 }
 
-/// What the hand intends, from its first key to its last; see the module's outline.
+/// Intended motion of the hand, from its first key to its last; see the module's outline.
 #[derive(Clone, Debug)]
 pub struct HandPath {
     /// Start of each segment, s, strictly increasing.

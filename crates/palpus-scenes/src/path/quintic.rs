@@ -2,7 +2,7 @@
 
 use std::ops::{Add, Mul, Sub};
 
-/// What a coordinate does at an instant.
+/// Value and derivatives of a coordinate at an instant.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reach<V> {
     pub(super) position: V,

@@ -21,7 +21,7 @@ use super::{HandPath, Key};
 /// How a recorded hand is set down.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
-    /// Where it begins.
+    /// Start pose.
     pub start: Pose,
     /// Its positions are scaled by this.
     pub scale: f64,
@@ -45,7 +45,7 @@ pub enum RecordedPathError {
     /// Or a pose or a time is not finite.
     #[error("the times of the samples must increase, and all numbers must be finite")]
     Samples,
-    /// Of the placement.
+    /// Values of the placement.
     #[error("scale and speed of a recorded hand must be from 0.001 to 1000")]
     Placement,
     /// A path of so many keys would take gigabytes, or times are so late that they have no digits
@@ -62,7 +62,7 @@ const WIDTH: f64 = 0.015;
 const POINTS: i32 = 5;
 /// s: a median distance of samples up to which they are dense.
 const DENSE: f64 = 0.02;
-/// s, and medians: what is longer is a gap. Over shorter ones the hand goes straight.
+/// s, and in medians: longer intervals are gaps. Over shorter ones the hand moves straight.
 const GAP: f64 = 1.0;
 const GAP_MEDIANS: f64 = 8.0;
 /// s in which the hand comes to rest before a gap, and sets out after it; at most a third of the
@@ -70,7 +70,7 @@ const GAP_MEDIANS: f64 = 8.0;
 const STOP: f64 = 0.3;
 /// s: a sample that comes sooner after another is the same one.
 const SAME: f64 = 1e-4;
-/// What scale and speed may be at the most; and at least, one over it.
+/// Largest value of scale and speed; the smallest is its inverse.
 const FACTOR: f64 = 1e3;
 /// s: thirty years. Later than that, keys would fall together.
 const LATEST: f64 = 1e9;
@@ -81,7 +81,8 @@ impl HandPath {
     /// The path of a hand of which samples were recorded: seconds and poses, times increasing.
     ///
     /// # Errors
-    /// When there are too few or too many samples, times do not increase, or a number is none.
+    /// Fails if there are too few or too many samples, times do not increase, or a number is not
+    /// finite.
     pub fn recorded(samples: &[(f64, Pose)], placement: &Placement) -> Result<Self, RecordedPathError> {
         let samples = placed(samples, placement)?;
         let mut gaps: Vec<f64> = samples.windows(2).map(|pair| pair[1].time - pair[0].time).collect();
@@ -202,7 +203,7 @@ fn joined(keys: &mut Vec<Key>, begin: usize) {
     }
     let (before, after) = (keys[begin - 1], keys[begin]);
     let stop = STOP.min((after.time - before.time) / 3.0);
-    // What decelerates evenly goes half as far.
+    // An even deceleration covers half of the distance.
     let ended = moved(&before, begin.checked_sub(2).map(|k| &keys[k]), stop);
     let begun = moved(&after, keys.get(begin + 1), -stop);
     keys.splice(begin..begin, [ended, begun]);

@@ -15,7 +15,7 @@ const HIGHEST_HZ: f64 = 12.0;
 pub struct Tremor {
     /// Amplitude of each sine, m.
     share: f64,
-    /// Of each axis: (angular frequency in rad/s, phase in rad).
+    /// For each axis: (angular frequency in rad/s, phase in rad).
     sines: [[(f64, f64); SINES]; 3],
 }
 
@@ -32,7 +32,7 @@ impl Tremor {
         Self { share: amplitude / SINES as f64, sines }
     }
 
-    /// Where the tremor has the hand at `time` (s), m.
+    /// Displacement by the tremor at `time` (s), m.
     pub fn displacement(&self, time: f64) -> DVec3 {
         DVec3::from_array(self.sines.map(|axis| axis.iter().map(|&(w, p)| (w * time + p).sin()).sum::<f64>()))
             * self.share

@@ -11,7 +11,7 @@ use palpus::body::PolygonSoup;
 
 use super::skin::{Skin, circle};
 
-/// Of the peg's circumscribed circle, m (an 8 mm peg).
+/// Radius of the peg's circumscribed circle, m (an 8 mm peg).
 pub const PEG_RADIUS: f64 = 0.004;
 /// Hole diameter minus peg diameter, m: 0.05 mm on 8 mm.
 pub const DEFAULT_CLEARANCE: f64 = 0.05e-3;

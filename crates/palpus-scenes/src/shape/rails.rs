@@ -10,7 +10,7 @@ const HALF_LENGTH: f64 = 0.030;
 /// Half the distance between the ridges at their two ends, m.
 const WIDE: f64 = 0.005;
 const NARROW: f64 = 0.0010;
-/// Of a ridge, m: half its width, and its height.
+/// Half the width of a ridge, and its height, m.
 const RIDGE_HALF_WIDTH: f64 = 0.0005;
 const RIDGE_HEIGHT: f64 = 0.001;
 

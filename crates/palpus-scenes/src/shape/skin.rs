@@ -24,7 +24,7 @@ impl Skin {
         self.vertices.len() as u32 - 1
     }
 
-    /// Where a vertex stands.
+    /// Position of a vertex.
     pub(super) fn at(&self, vertex: u32) -> DVec3 {
         self.vertices[vertex as usize]
     }

@@ -1,4 +1,4 @@
-//! What every shape promises, checked.
+//! Checks of the properties that every shape has.
 
 use std::collections::HashMap;
 use std::ops::ControlFlow;

@@ -33,7 +33,7 @@ const SECTIONS: [Section; 14] = [
     Section(69.2, 3.0, -6.0, -0.5, 0.8, 1.2),
 ];
 
-/// Where a section's vertices stand across, from edge to edge, as parts of the half width.
+/// Positions of a section's vertices across, from edge to edge, as shares of the half width.
 const ACROSS: [f64; 6] = [-1.0, -0.62, -0.22, 0.22, 0.62, 1.0];
 
 /// A spoon of 120 mm along x, its tip at [`SPOON_TIP`], the bowl's cavity opening towards +z,

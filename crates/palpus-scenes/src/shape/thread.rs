@@ -21,7 +21,7 @@ pub const THREAD_CLEARANCE: f64 = 0.0002;
 /// How high the nut's grip is over where its thread would begin on the bolt's, m.
 pub const NUT_GRIP: f64 = 0.004;
 
-/// Of the bolt's root and crest, m.
+/// Radii of the bolt's root and crest, m.
 const ROOT: f64 = 0.0069;
 const CREST: f64 = 0.0079;
 /// Vertices a turn.
@@ -72,7 +72,7 @@ pub fn nut() -> PolygonSoup {
 struct Thread {
     /// m on the radius.
     offset: f64,
-    /// Where it begins, m.
+    /// Height at which it begins, m.
     base: f64,
     turns: usize,
     rows: [Row; 4],

@@ -9,7 +9,7 @@ use super::skin::{Skin, circle};
 
 /// From the axis to the tube's centre line, m.
 pub const TORUS_MAJOR_RADIUS: f64 = 0.040;
-/// Of the tube, m.
+/// Radius of the tube, m.
 pub const TORUS_MINOR_RADIUS: f64 = 0.012;
 
 const SECTIONS: usize = 50;

@@ -1,4 +1,4 @@
-//! What sweeps come to, in numbers.
+//! Results of sweeps, in numbers.
 
 use palpus::algebra::quantile;
 
@@ -15,7 +15,7 @@ pub const RATIO_ENDS: [f64; 8] = [0.5, 0.8, 0.9, 0.98, 1.02, 1.1, 1.25, f64::INF
 /// How much more than the true distance a depth may be at most.
 pub const HONEST: f64 = 1.25;
 
-/// Of pushes.
+/// Results of pushes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PopThrough {
     /// How many pushes.
@@ -46,7 +46,7 @@ impl PopThrough {
     }
 }
 
-/// Of points inside.
+/// Results of points inside.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Honesty {
     /// How many points.

@@ -41,7 +41,7 @@ const THINNEST: f64 = 1e-4;
 /// One push.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Push {
-    /// Where on the surface it began.
+    /// Point on the surface where it began.
     pub point: DVec3,
     /// From there along the inward normal to the next wall, m.
     pub thickness: f64,
@@ -63,7 +63,7 @@ pub struct Judged {
     pub point: DVec3,
     /// From the nearest surface, m.
     pub distance: f64,
-    /// That of the deepest contact; zero without contact.
+    /// Depth of the deepest contact; zero without contact.
     pub depth: f64,
     /// Angle between the contact's normal and the direction to the nearest surface, rad; π without
     /// contact.
@@ -191,7 +191,7 @@ fn opposite_wall(body: &Body, triangle: u32, point: DVec3, inward: DVec3) -> f64
     wall
 }
 
-/// What the deepest contact of `contacts` is, if bodies overlap.
+/// Returns the deepest contact of `contacts`, if the bodies overlap.
 fn deepest(contacts: &[Contact]) -> Option<Contact> {
     let overlapping = contacts.iter().filter(|contact| contact.separation < 0.0);
     overlapping.min_by(|x, y| x.separation.total_cmp(&y.separation)).copied()

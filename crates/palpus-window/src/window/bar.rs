@@ -14,6 +14,8 @@ use crate::style::{Style, Theme};
 /// Points.
 pub(super) const HEIGHT: f32 = 44.0;
 const BUTTON: [f32; 2] = [102.0, 32.0];
+/// In a narrower bar buttons are icons alone.
+const NARROW_BAR: f32 = 860.0;
 const NARROW: [f32; 2] = [52.0, 32.0];
 const VIEWS: [(View, &str); 6] = [
     (View::Front, "front (1)"),
@@ -30,6 +32,8 @@ pub(super) struct Bar<'a> {
     pub(super) style: &'a mut Style,
     pub(super) bodies: &'a mut [ShownBody],
     pub(super) frozen: bool,
+    /// The panel at the right is there.
+    pub(super) side: bool,
 }
 
 impl Bar<'_> {
@@ -37,8 +41,10 @@ impl Bar<'_> {
     pub(super) fn show(&mut self, ui: &mut Ui, actions: &mut Vec<Action>) {
         ui.horizontal_centered(|ui| {
             let text = ui.visuals().text_color();
+            let is_narrow = ui.available_width() < NARROW_BAR;
             let mut button = |ui: &mut Ui, icon, words: &str, is_on, ink, hint: &str, action: Action| {
-                if icon::button(ui, icon, words, is_on, ink, BUTTON).on_hover_text(hint).clicked() {
+                let (words, size) = if is_narrow { ("", [34.0, BUTTON[1]]) } else { (words, BUTTON) };
+                if icon::button(ui, icon, words, is_on, ink, size).on_hover_text(hint).clicked() {
                     actions.push(action);
                 }
             };
@@ -68,6 +74,8 @@ impl Bar<'_> {
                     }
                 };
                 button(ui, "?", "all keys (?)", Action::Scene(SceneAction::Keys));
+                let side = if self.side { "hide" } else { "settings" };
+                button(ui, side, "state and settings at the right (M)", Action::Side);
                 let light = if self.style.theme == Theme::Dark { "light" } else { "dark" };
                 button(ui, light, "light or dark (L)", Action::Scene(SceneAction::Theme));
                 let config = MenuConfig::new().close_behavior(PopupCloseBehavior::CloseOnClickOutside);

@@ -2,7 +2,8 @@
 //! in each pixel, so that edges are smooth.
 //!
 //! Several samples cost an adapter little, and a processor much. So a canvas begins with
-//! [`SAMPLES`], and goes on with one if frames then take longer than [`SLOW`].
+//! [`SAMPLES`], and if frames then take longer than [`SLOW`] bodies are drawn into the window, with
+//! one.
 #![allow(unsafe_code)] // As in `gl`.
 
 use std::time::{Duration, Instant};
@@ -14,7 +15,7 @@ use super::shader::compiled;
 /// In each pixel.
 const SAMPLES: i32 = 4;
 /// Frames that come more seldom have one sample in each pixel.
-const SLOW: Duration = Duration::from_millis(42);
+const SLOW: Duration = Duration::from_millis(36);
 /// Over so many frames.
 const FRAMES: u32 = 24;
 
@@ -62,24 +63,25 @@ impl Canvas {
     }
 
     /// Has `draw` fill a canvas of `size` pixels, and lays that over what is in the window's
-    /// `viewport`. Without a canvas of that size `draw` draws into the window.
+    /// `viewport`. With one sample, or without a canvas of that size, `draw` draws into the window.
+    /// It is told from which pixel (from the left, from below) on.
     ///
     /// # Safety
     /// The context is current.
-    pub(super) unsafe fn show(&mut self, gl: &glow::Context, viewport: [i32; 4], draw: impl FnOnce()) {
+    pub(super) unsafe fn show(&mut self, gl: &glow::Context, viewport: [i32; 4], draw: impl FnOnce([i32; 2])) {
         self.count();
         let [left, below, width, height] = viewport;
         // SAFETY: the caller's; what is bound here is unbound before the end.
         unsafe {
             self.fit(gl, [width, height]);
-            let Some(target) = &self.target else { return draw() };
+            let Some(target) = &self.target else { return draw([left, below]) };
             let window = gl.get_parameter_framebuffer(glow::DRAW_FRAMEBUFFER_BINDING);
             gl.bind_framebuffer(glow::FRAMEBUFFER, Some(target.drawn));
             gl.viewport(0, 0, width, height);
             gl.disable(glow::SCISSOR_TEST);
             gl.clear_color(0.0, 0.0, 0.0, 0.0);
             gl.clear(glow::COLOR_BUFFER_BIT);
-            draw();
+            draw([0, 0]);
             gl.bind_framebuffer(glow::READ_FRAMEBUFFER, Some(target.drawn));
             gl.bind_framebuffer(glow::DRAW_FRAMEBUFFER, Some(target.resolved));
             gl.blit_framebuffer(0, 0, width, height, 0, 0, width, height, glow::COLOR_BUFFER_BIT, glow::NEAREST);
@@ -116,7 +118,7 @@ impl Canvas {
     /// The context is current.
     unsafe fn fit(&mut self, gl: &glow::Context, size: [i32; 2]) {
         let wanted = (size, self.samples);
-        if self.target.as_ref().is_some_and(|target| (target.size, target.samples) == wanted) {
+        if self.target.as_ref().map(|target| (target.size, target.samples)) == Some(wanted) {
             return;
         }
         // SAFETY: the caller's.
@@ -124,8 +126,8 @@ impl Canvas {
             if let Some(target) = self.target.take() {
                 target.destroy(gl);
             }
-            // Without room for one, bodies are drawn into the window.
-            self.target = Target::new(gl, size, self.samples).ok();
+            // Without room for one, bodies are drawn into the window too.
+            self.target = if self.samples > 1 { Target::new(gl, size, self.samples).ok() } else { None };
         }
     }
 
@@ -160,7 +162,6 @@ impl Target {
             for (format, attachment) in parts {
                 let buffer = gl.create_renderbuffer()?;
                 gl.bind_renderbuffer(glow::RENDERBUFFER, Some(buffer));
-                let samples = if samples > 1 { samples } else { 0 };
                 gl.renderbuffer_storage_multisample(glow::RENDERBUFFER, samples, format, width, height);
                 gl.framebuffer_renderbuffer(glow::FRAMEBUFFER, attachment, glow::RENDERBUFFER, Some(buffer));
                 buffers.push(buffer);

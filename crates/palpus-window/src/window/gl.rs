@@ -259,14 +259,14 @@ impl Artist {
 
     /// Draws over what is in the window's `viewport` (left, below, width, height; pixels).
     pub(crate) fn draw(&mut self, gl: &glow::Context, drawing: &Drawing, viewport: [i32; 4]) {
-        let Some(mut canvas) = self.canvas.take() else { return self.draw_here(gl, drawing) };
+        let Some(mut canvas) = self.canvas.take() else { return };
         // SAFETY: as in `new`.
-        unsafe { canvas.show(gl, viewport, || self.draw_here(gl, drawing)) };
+        unsafe { canvas.show(gl, viewport, |first| self.draw_from(gl, drawing, first)) };
         self.canvas = Some(canvas);
     }
 
-    /// Draws into the viewport and the scissor that are set.
-    fn draw_here(&mut self, gl: &glow::Context, drawing: &Drawing) {
+    /// Draws into the viewport and the scissor that are set, which begin at pixel `first`.
+    fn draw_from(&mut self, gl: &glow::Context, drawing: &Drawing, first: [i32; 2]) {
         // SAFETY: as in `new`; the objects belong to this context, and buffers are as long as their
         // counts say.
         unsafe {
@@ -282,7 +282,7 @@ impl Artist {
             for body in &drawing.bodies {
                 self.apart(gl, body);
             }
-            self.xrays(gl, &drawing.xrays);
+            self.xrays(gl, &drawing.xrays, first);
             for body in drawing.bodies.iter().filter(|body| !body.is_glass()) {
                 self.body(gl, body, if body.xray { BodyPart::Solid } else { BodyPart::All });
             }
@@ -292,7 +292,10 @@ impl Artist {
             gl.enable(glow::CULL_FACE);
             for hidden_side in [glow::FRONT, glow::BACK] {
                 gl.cull_face(hidden_side);
-                for body in drawing.bodies.iter().filter(|body| body.glass.is_some()) {
+                // A processor leaves the inner sides of what is only glass around a probe out.
+                let is_left_out = |body: &&DrawnBody| self.by_processor && body.xray && hidden_side == glow::FRONT;
+                let glass = drawing.bodies.iter().filter(|body| body.glass.is_some());
+                for body in glass.filter(|body| !is_left_out(body)) {
                     self.body(gl, body, if body.xray { BodyPart::Glass } else { BodyPart::All });
                 }
             }
@@ -361,12 +364,13 @@ impl Artist {
 
     /// # Safety
     /// The context is current and the program in use.
-    unsafe fn xrays(&self, gl: &glow::Context, xrays: &[XRay]) {
+    unsafe fn xrays(&self, gl: &glow::Context, xrays: &[XRay], first: [i32; 2]) {
+        let first = DVec3::new(f64::from(first[0]), f64::from(first[1]), 0.0);
         // Those that are not there are far from every pixel.
         let (mut ends, mut sizes) = ([-1e6f32; 6 * XRAYS], [0.0; 2 * XRAYS]);
         for (k, xray) in xrays.iter().take(XRAYS).enumerate() {
             for (end, place) in xray.ends.iter().enumerate() {
-                ends[6 * k + 3 * end..][..3].copy_from_slice(&place.as_vec3().to_array());
+                ends[6 * k + 3 * end..][..3].copy_from_slice(&(*place + first).as_vec3().to_array());
             }
             sizes[2 * k..][..2].copy_from_slice(&[xray.radius as f32, xray.reach as f32]);
         }

@@ -8,9 +8,12 @@
 //! 3. *SpaceMouse*: along and about the view's axes, as fast as it is pushed.
 //!
 //! The first of these takes the probe over from the script where the device holds it then. When the
-//! mouse lets go, the hand lets go: no force stays. What keys or a SpaceMouse moved stays where it
-//! was left. Both last until the probe is given back. The probe follows by its springs, so it feels
+//! mouse lets go, the hand lets go: no force stays; a few seconds later the script takes the probe
+//! again. What keys or a SpaceMouse moved stays where it
+//! was left, until the probe is given back. The probe follows by its springs, so it feels
 //! what is in its way: the drawn spring goes from where it is to where it is to be.
+
+use std::time::{Duration, Instant};
 
 use eframe::egui::{self, Key, PointerButton, Pos2, Stroke};
 use glam::{DQuat, DVec3};
@@ -24,6 +27,8 @@ use super::view3d::{Area, View3d, colour};
 use crate::picture::Rgb;
 use crate::scene::Scene;
 
+/// After the mouse has let go of the probe for so long, the script takes it again.
+const COMES_BACK: Duration = Duration::from_secs(4);
 /// rad the probe turns for a point of the mouse.
 const TURN: f64 = 0.01;
 /// Points beside the probe at which it still is taken.
@@ -50,6 +55,8 @@ pub(super) struct Hand {
     /// What the hand does; a pose is the probe's, world.
     guide: Guide,
     grabbed: Option<Grab>,
+    /// When the mouse let go of the probe.
+    released: Option<Instant>,
     over_probe: bool,
     /// Where the spring ends on the probe, in its frame.
     spring_a: DVec3,
@@ -89,6 +96,7 @@ impl Hand {
     /// The hand follows its script again.
     pub(super) fn give_back(&mut self, run: &mut dyn Run) {
         self.grabbed = None;
+        self.released = None;
         if std::mem::take(&mut self.guide) != Guide::Script {
             run.guide(Guide::Script);
         }
@@ -132,6 +140,10 @@ impl Hand {
                 }
             }
         }
+        if self.released.is_some_and(|released| released.elapsed() > COMES_BACK) {
+            self.give_back(run);
+            return false;
+        }
         if self.guide != before {
             run.guide(self.guide);
         }
@@ -152,6 +164,7 @@ impl Hand {
                 let turns = button == PointerButton::Secondary || modifiers.shift || modifiers.alt || modifiers.ctrl;
                 self.grabbed = Some(Grab { button, turns });
                 self.spring_a = point_a;
+                self.released = None;
                 self.guide = Guide::Held(self.held().unwrap_or_else(|| of_device(scene)));
             }
         }
@@ -183,6 +196,7 @@ impl Hand {
     /// The mouse does not hold the probe any more, and so nobody does.
     fn let_go(&mut self) {
         self.grabbed = None;
+        self.released = Some(Instant::now());
         self.guide = Guide::Released;
     }
 
@@ -202,6 +216,7 @@ impl Hand {
             self.spring_a = grip_a(scene);
             of_device(scene)
         });
+        self.released = None;
         let pivot = held.point(self.spring_a);
         let translation = pivot + motion.turn * (held.translation - pivot) + motion.linear;
         self.guide = Guide::Held(Pose { rotation: (motion.turn * held.rotation).normalize(), translation });

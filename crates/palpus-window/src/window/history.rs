@@ -157,14 +157,14 @@ mod tests {
     fn what_is_too_old_is_forgotten() {
         let mut history = History::default();
         for k in 0..200 {
-            history.push(at(f64::from(k) * 0.1, State::Free));
-            history.push_moment(&Moment { time: f64::from(k) * 0.1, ..Moment::new(1) });
+            history.push(at(f64::from(k) * 0.125, State::Free));
+            history.push_moment(&Moment { time: f64::from(k) * 0.125, ..Moment::new(1) });
         }
-        assert_eq!(history.ticks().count(), 101);
+        assert_eq!(history.ticks().count(), 81);
         let first = history.ticks().next().expect("there are some").time;
         assert!((first - (history.end() - SPAN)).abs() < 1e-9);
-        assert!((history.moment(15.0).expect("it is kept").time - 15.0).abs() < 0.11);
-        assert!((history.at(Some(15.0)).expect("it is kept").time - 15.0).abs() < 0.11);
+        assert!((history.moment(15.0).expect("it is kept").time - 15.0).abs() < 0.13);
+        assert!((history.at(Some(15.0)).expect("it is kept").time - 15.0).abs() < 0.13);
         // Time begins anew with another run.
         history.push(at(0.0, State::Free));
         assert_eq!(history.ticks().count(), 1);

@@ -27,6 +27,9 @@ use crate::style::{Style, Theme};
 
 /// Points.
 const SIDE: f32 = 340.0;
+const STATE: f32 = 28.0;
+/// Narrower windows have the panel at the right only if it is asked for.
+const ROOMY: f32 = 900.0;
 const PLOTS: f32 = 176.0;
 /// In a low window the plots are lower, and the scene keeps its room.
 const LOW: f32 = 760.0;
@@ -55,6 +58,10 @@ pub(super) struct Interface<'a> {
     /// The scene's widget: what it has of the keyboard is the hand's.
     view_id: Option<egui::Id>,
     frozen: bool,
+    /// The probe has been taken by a person: no hint is needed any more.
+    was_taken: bool,
+    /// The panel at the right, if a person chose; else where there is room.
+    side: Option<bool>,
     help: bool,
     /// What was told of the start of this run.
     start: Option<String>,
@@ -93,6 +100,8 @@ impl<'a> Interface<'a> {
             failure: None,
             view_id: None,
             frozen: false,
+            was_taken: false,
+            side: None,
             help: false,
             start: None,
             way_out: None,
@@ -176,11 +185,13 @@ impl<'a> Interface<'a> {
     fn turn_beside(&mut self) {
         if self.beside.take().is_some() {
             beside::end(self.run, &mut self.history, &self.notices);
+            self.view.reframe();
             return;
         }
         let (names, settings) = self.feel.other(&self.run.settings());
         let begun = Beside::begin(names, &settings, &self.scene, self.run);
         self.beside = self.notices.check(begun);
+        self.view.reframe();
     }
 
     /// Another scene, seen in the way that the last one was.
@@ -213,6 +224,10 @@ impl<'a> Interface<'a> {
                 }
             }
             Action::Record => self.record(),
+            Action::Restart => {
+                self.notices.check(self.run.restart());
+            }
+            Action::Side => self.side = Some(!self.has_side(context)),
             Action::Open => self.opening = Some(Opening::new(None, self.run)),
             Action::Script if self.help => self.help = false,
             Action::Script => self.hand.give_back(self.run),
@@ -236,6 +251,11 @@ impl<'a> Interface<'a> {
                 self.notices.check(self.feel.act(of_settings, self.run));
             }
         }
+    }
+
+    /// True if the panel at the right is there.
+    fn has_side(&self, context: &egui::Context) -> bool {
+        self.side.unwrap_or(context.content_rect().width() >= ROOMY)
     }
 
     fn act_on_scene(&mut self, context: &egui::Context, action: SceneAction) {
@@ -323,9 +343,11 @@ impl<'a> Interface<'a> {
                 beside::title(ui, area.rect, beside.names[0], true, &self.style);
                 beside::title(ui, other.rect, beside.names[1], false, &self.style);
             }
-            _ => {
-                overlay::whose(ui, area.rect, self.run.can_guide(), self.hand.holds(), self.hand.cap_trouble(), actions)
-            }
+            _ => overlay::whose(ui, area.rect, self.hand.holds(), self.hand.cap_trouble(), actions),
+        }
+        self.was_taken |= self.hand.holds();
+        if self.run.can_guide() && !self.was_taken && self.beside.is_none() {
+            overlay::hint(ui, &area, &self.view, &self.scene, &self.style);
         }
         overlay::told(ui, area.rect, self.run, &self.notices);
         if ui.input(|input| !input.raw.hovered_files.is_empty()) {
@@ -367,12 +389,19 @@ impl eframe::App for Interface<'_> {
             |side: i8, upright: i8| Frame::side_top_panel(ui.style()).inner_margin(Margin::symmetric(side, upright));
         let (of_bar, of_side, of_plots) = (margin(10, 0), margin(SIDE_MARGIN, 8), margin(4, 2));
         Panel::top("bar").exact_size(bar::HEIGHT).frame(of_bar).show(ui, |ui| {
+            let side = self.has_side(&context);
             let Self { run, style, scene, frozen, .. } = self;
-            Bar { run: &**run, style, bodies: &mut scene.bodies, frozen: *frozen }.show(ui, &mut actions);
+            Bar { run: &**run, style, bodies: &mut scene.bodies, frozen: *frozen, side }.show(ui, &mut actions);
         });
-        Panel::right("side").exact_size(SIDE).resizable(false).frame(of_side).show(ui, |ui| {
-            ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| self.side(ui, &mut actions));
-        });
+        if self.has_side(&context) {
+            Panel::right("side").exact_size(SIDE).resizable(false).frame(of_side).show(ui, |ui| {
+                ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| self.side(ui, &mut actions));
+            });
+        } else {
+            Panel::top("state").exact_size(STATE).resizable(false).show(ui, |ui| {
+                self.status.brief(ui, self.run, self.style.theme);
+            });
+        }
         let plots_height = if height < LOW { LOW_PLOTS } else { PLOTS };
         Panel::bottom("plots").exact_size(plots_height).resizable(false).frame(of_plots).show(ui, |ui| {
             let names = self.beside.as_ref().map(|beside| beside.names);

@@ -56,16 +56,23 @@ pub(super) fn pressed(context: &egui::Context) -> Vec<Pressed> {
     if context.text_edit_focused() {
         return Vec::new();
     }
+    // A slow frame may see several presses of a key that was only held.
+    let mut seen: Vec<Key> = Vec::new();
     let pressed = |event: &Event| match *event {
         Event::Key { key, pressed: true, repeat: again, modifiers, .. }
             if !(modifiers.ctrl || modifiers.command || modifiers.alt) =>
         {
+            let again = again || seen.contains(&key);
+            seen.push(key);
             Some(Pressed { key, shift: modifiers.shift, again })
         }
         _ => None,
     };
     context.input(|input| input.events.iter().filter_map(pressed).collect())
 }
+
+/// Letters of the name of a single key.
+const LONGEST_KEY: usize = 5;
 
 /// Lists `own` keys and mouse buttons, then those of every window.
 pub(super) fn list<'a>(ui: &mut egui::Ui, own: impl IntoIterator<Item = (&'a str, &'a str)>) {
@@ -86,7 +93,10 @@ pub(super) fn grid<'a>(
 ) {
     egui::Grid::new(name).num_columns(2).spacing(spacing).show(ui, |ui| {
         for (key, words) in lines {
-            ui.label(RichText::new(key).strong());
+            let is_key = key.chars().count() <= LONGEST_KEY;
+            let name = RichText::new(if is_key { format!(" {key} ") } else { key.to_owned() }).strong();
+            // As a cap, what is one key.
+            ui.label(if is_key { name.background_color(ui.visuals().extreme_bg_color) } else { name });
             ui.label(words);
             ui.end_row();
         }

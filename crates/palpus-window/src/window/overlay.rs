@@ -22,6 +22,9 @@ const TOLD_ERROR: Duration = Duration::from_secs(15);
 const MARGIN: f32 = 14.0;
 const LINE: f32 = 21.0;
 const LETTERS: f32 = 14.5;
+/// Lines of the legend's height, and points of width, that a picture has beside the legend.
+const LEAST_LINES: f32 = 10.0;
+const LEAST_WIDTH: f32 = 460.0;
 const PROGRESS: f32 = 420.0;
 const LEAST_ARROW: f32 = 36.0;
 
@@ -78,6 +81,10 @@ pub(super) fn way_out(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, way: D
 pub(super) fn legend(ui: &Ui, rect: Rect, scene: &Scene, style: &Style) {
     let colours = style.theme.colours();
     let lines = meanings(scene, style, &colours);
+    // In a small picture they would lie over what they explain.
+    if rect.height() < LINE * (lines.len() as f32 + LEAST_LINES) || rect.width() < LEAST_WIDTH {
+        return;
+    }
     let painter = ui.painter_at(rect);
     for (k, (rgb, words)) in lines.iter().rev().enumerate() {
         let left = rect.left() + MARGIN;
@@ -110,14 +117,7 @@ fn meanings(scene: &Scene, style: &Style, colours: &Colours) -> Vec<(Rgb, &'stat
 }
 
 /// Above at the left: whose the probe is, and how to change that.
-pub(super) fn whose(
-    ui: &mut Ui,
-    rect: Rect,
-    can_guide: bool,
-    holds: bool,
-    cap: Option<&str>,
-    actions: &mut Vec<Action>,
-) {
+pub(super) fn whose(ui: &mut Ui, rect: Rect, holds: bool, cap: Option<&str>, actions: &mut Vec<Action>) {
     let place = Rect::from_min_max(rect.min + vec2(MARGIN, MARGIN), pos2(rect.right() - MARGIN, rect.top() + 90.0));
     let mut ui = ui.new_child(UiBuilder::new().max_rect(place));
     if holds {
@@ -127,13 +127,44 @@ pub(super) fn whose(
                 actions.push(Action::Script);
             }
         });
-    } else if can_guide {
-        ui.label("drag the probe, or move it with the arrow keys");
     }
     if let Some(why) = cap {
         ui.label(RichText::new(why).small().color(ui.visuals().warn_fg_color));
     }
 }
+
+/// Beside the probe, until it has been taken once: how that is done.
+pub(super) fn hint(ui: &Ui, area: &Area, view: &View3d, scene: &Scene, style: &Style) {
+    let Some(probe) = scene.bodies.first() else { return };
+    let (low, high) = probe.solid.bounds();
+    let corners = (0..8u32).map(|k| {
+        let pick = |bit: u32, low: f64, high: f64| if k >> bit & 1 == 1 { high } else { low };
+        probe.pose.point(DVec3::new(pick(0, low.x, high.x), pick(1, low.y, high.y), pick(2, low.z, high.z)))
+    });
+    let seen: Vec<_> = corners.filter_map(|corner| view.seen_at(area, corner)).collect();
+    let box_of = seen.iter().fold(Rect::NOTHING, |all, at| all.union(Rect::from_min_max(*at, *at)));
+    if !box_of.is_finite() || !area.rect.intersects(box_of) {
+        return;
+    }
+    let colours = style.theme.colours();
+    let painter = ui.painter_at(area.rect);
+    let words = painter.layout_no_wrap(HINT.to_owned(), FontId::proportional(LETTERS), colour(colours.ink));
+    let at = Align2::CENTER_BOTTOM.anchor_size(pos2(box_of.center().x, box_of.top() - 10.0), words.size());
+    let room = area.rect.shrink(MARGIN);
+    let at = at.translate(room.clamp(at.min) - at.min);
+    let at = at.translate((room.max - at.max).min(egui::Vec2::ZERO));
+    painter.rect_filled(at.expand2(vec2(8.0, 4.0)), 6.0, thin(colours.below, 0.85));
+    painter.rect_stroke(
+        at.expand2(vec2(8.0, 4.0)),
+        6.0,
+        Stroke::new(1.0, thin(colours.faint, 0.9)),
+        egui::StrokeKind::Inside,
+    );
+    painter.galley(at.min, words, colour(colours.ink));
+}
+
+/// What it says.
+const HINT: &str = "drag me";
 
 /// Below in the middle: what is being prepared, and what there is to tell.
 pub(super) fn told(ui: &mut Ui, rect: Rect, run: &mut dyn Run, notices: &Notices) {

@@ -113,6 +113,12 @@ pub trait Run {
     /// In words, when it cannot even begin. What goes wrong later is told by [`Run::loading`].
     fn load(&mut self, wanted: Wanted) -> Result<(), String>;
 
+    /// Begins the scene anew: everything stands where it stood at first.
+    ///
+    /// # Errors
+    /// As [`Run::load`].
+    fn restart(&mut self) -> Result<(), String>;
+
     /// How far that has come. A failure is told until the next [`Run::load`].
     fn loading(&mut self) -> Loading;
 

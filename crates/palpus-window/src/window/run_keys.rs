@@ -11,6 +11,7 @@ pub(super) enum Action {
     Pause,
     Tick,
     Record,
+    Restart,
     Open,
     Script,
     Freeze,
@@ -34,6 +35,8 @@ pub(super) enum Action {
     LaterSetting,
     Less,
     More,
+    /// The panel at the right.
+    Side,
     Scene(SceneAction),
 }
 
@@ -65,10 +68,11 @@ const fn held(group: Group, key: Key, action: Action, name: &'static str, words:
 }
 
 /// The window's own. A second key for the same has no words.
-const SHORTCUTS: [Shortcut; 28] = [
+const SHORTCUTS: [Shortcut; 30] = [
     once(Group::Run, Key::Space, Action::Pause, "Space", "pause, go on"),
     held(Group::Run, Key::Period, Action::Tick, ".", "one tick, while it stands"),
     once(Group::Run, Key::E, Action::Record, "E", "begin and end a recording"),
+    once(Group::Run, Key::Backspace, Action::Restart, "Back", "begin the scene anew"),
     once(Group::Run, Key::O, Action::Open, "O", "open a mesh or a scene"),
     once(Group::Run, Key::Escape, Action::Script, "Esc", "the hand goes back to its script"),
     once(Group::Run, Key::Z, Action::Freeze, "Z", "hold the picture; the loop goes on"),
@@ -89,6 +93,7 @@ const SHORTCUTS: [Shortcut; 28] = [
     held(Group::Settings, Key::Equals, Action::More, "=", ""),
     once(Group::View, Key::Home, Action::Scene(SceneAction::Everything), "Home", ""),
     once(Group::View, Key::Q, Action::PlotKind, "Q", "plots: size, axes, spectrum"),
+    once(Group::View, Key::M, Action::Side, "M", "state and settings at the right"),
     once(Group::View, Key::C, Action::Contacts, "C", "contacts"),
     once(Group::View, Key::A, Action::Clusters, "A", "the force of each cluster"),
     once(Group::View, Key::F, Action::Wrench, "F", "force and torque on the hand"),
@@ -101,7 +106,7 @@ pub(super) const HOLD: Key = Key::G;
 
 /// What the mouse does, and the keys that are held.
 const MOUSE: [(&str, &str); 14] = [
-    ("G, held", "force, where a button is to be held; or after faults"),
+    ("G, held", "force: after faults, or as a button"),
     ("drag the probe", "moves it, by a spring"),
     ("right drag, Shift drag", "turns it; with Ctrl, rolls it"),
     ("wheel while dragging", "nearer, farther"),
@@ -119,7 +124,7 @@ const MOUSE: [(&str, &str); 14] = [
 
 /// Points that the list leaves of the window, and what it takes whole.
 const MARGIN: f32 = 60.0;
-const WHOLE: [f32; 2] = [900.0, 520.0];
+const WHOLE: [f32; 2] = [960.0, 580.0];
 
 /// What is asked for in this frame. Keys that controls know too are theirs while `elsewhere`, that
 /// is, while one of them is chosen.

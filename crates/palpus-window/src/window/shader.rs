@@ -147,7 +147,7 @@ float solidity(vec3 one, vec3 other, vec2 sizes) {
     float part = clamp(dot(gl_FragCoord.xy - one.xy, along) / max(dot(along, along), 1e-6), 0.0, 1.0);
     vec3 nearest = mix(one, other, part);
     float beside = smoothstep(sizes.x, 1.45 * sizes.x, length(gl_FragCoord.xy - nearest.xy));
-    float behind = smoothstep(nearest.z - 0.4 * sizes.y, nearest.z + sizes.y, 1.0 / gl_FragCoord.w);
+    float behind = smoothstep(nearest.z - 0.2 * sizes.y, nearest.z + 2.0 * sizes.y, 1.0 / gl_FragCoord.w);
     return max(beside, behind);
 }
 void main() {

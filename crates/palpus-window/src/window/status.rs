@@ -8,6 +8,7 @@ use palpus_device::{Cut, Phase};
 use super::dress::{large, small};
 use super::run::{Numbers, Run};
 use super::view3d::colour;
+use crate::picture::Rgb;
 use crate::style::Theme;
 
 /// Over which time the rate is counted.
@@ -53,8 +54,18 @@ impl Status {
         })
     }
 
-    /// The panel.
-    pub(super) fn show(&self, ui: &mut Ui, run: &dyn Run, theme: Theme) {
+    /// The state in one line, where there is no panel.
+    pub(super) fn brief(&self, ui: &mut Ui, run: &dyn Run, theme: Theme) {
+        let (words, lamp) = self.state(run, theme);
+        ui.horizontal(|ui| {
+            let (rect, _) = ui.allocate_exact_size(egui::vec2(12.0, 18.0), egui::Sense::hover());
+            ui.painter().circle_filled(rect.center(), 5.0, colour(lamp));
+            ui.label(RichText::new(format!("{words} · {:.0} Hz", self.rate)).strong());
+        });
+    }
+
+    /// The state in words, and the colour of its lamp.
+    fn state(&self, run: &dyn Run, theme: Theme) -> (&'static str, Rgb) {
         let (words, is_well) = if run.is_over() {
             ("the run has ended", true)
         } else if run.is_paused() {
@@ -62,13 +73,19 @@ impl Status {
         } else {
             said(self.now.phase)
         };
-        let waits_for = run.waits_for();
         let colours = theme.colours();
         let lamp = match (is_well, run.is_paused() || run.is_over()) {
             (true, false) => colours.disjoint,
             (true, true) => colours.faint,
             (false, _) => colours.sliding,
         };
+        (words, lamp)
+    }
+
+    /// The panel.
+    pub(super) fn show(&self, ui: &mut Ui, run: &dyn Run, theme: Theme) {
+        let (words, lamp) = self.state(run, theme);
+        let waits_for = run.waits_for();
         ui.horizontal(|ui| {
             let (rect, _) = ui.allocate_exact_size(egui::vec2(16.0, 34.0), egui::Sense::hover());
             ui.painter().circle_filled(rect.center(), 7.0, colour(lamp));

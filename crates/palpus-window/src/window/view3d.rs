@@ -149,6 +149,11 @@ impl View3d {
         self.camera.look(View::Oblique);
     }
 
+    /// The same from the side that is looked from.
+    pub(super) fn reframe(&mut self) {
+        self.framed = false;
+    }
+
     /// The bodies are others from now on, or in other colours; the eye stays where it is.
     pub(super) fn replace(&mut self, scene: &Scene, style: &Style) {
         self.shadowed = shadowed(scene);

@@ -1,4 +1,5 @@
-//! Who runs: palpus' walk, its proof and its march, and parry's GJK and EPA. Each remembers what its interface lets it remember.
+//! Who runs: palpus' walk, its proof and its march, and parry's GJK and EPA. Each remembers what
+//! its interface lets it remember.
 
 use glam::DVec3;
 use palpus::algebra::Placement;

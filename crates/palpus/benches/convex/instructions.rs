@@ -1,6 +1,8 @@
-//! Instructions per query of the hot paths, counted by valgrind: a figure that no other load on the machine moves.
+//! Instructions per query of the hot paths, counted by valgrind: a figure that no other load on the
+//! machine moves.
 //!
-//! As in the times, the first pose of a coherent stretch is not counted. The bench starts itself under callgrind once per row; only what runs inside [`counted_query`] is counted.
+//! As in the times, the first pose of a coherent stretch is not counted. The bench starts itself
+//! under callgrind once per row; only what runs inside [`counted_query`] is counted.
 
 use std::fmt::Write;
 use std::path::Path;

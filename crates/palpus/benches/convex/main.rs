@@ -1,20 +1,25 @@
-//! Convex pairs beside parry in one run: penetration depth and distance, cold and along coherent paths.
+//! Convex pairs beside parry in one run: penetration depth and distance, cold and along coherent
+//! paths.
 //!
 //! `cargo bench -p palpus --bench convex` prints a table within a minute. Options after `--`:
 //!
 //! * `--only TEXT`: only rows whose shape or motion contains the text;
 //! * `--out FILE`: the figures as CSV too, for `benches/peers/convex_peers.py`;
-//! * `--dump FOLDER`: the shapes and poses of the run as text, for the same script, and nothing is measured;
+//! * `--dump FOLDER`: the shapes and poses of the run as text, for the same script, and nothing is
+//!   measured;
 //! * `--instructions FILE`: instruction counts per query by valgrind instead of times.
 //!
-//! How it measures: every contender runs the same stretch of poses in turn, so that noise of the machine hits all; the
-//! whole is done for several rounds, and each pose counts with its fastest round. So p50 and p99 are over poses, not over the
-//! machine's moods. The cost of reading the clock is subtracted. In coherent motions the first pose of a stretch is
-//! cold for everyone and not counted. Ratios are of p50, palpus over parry.
+//! How it measures: every contender runs the same stretch of poses in turn, so that noise of the
+//! machine hits all; the whole is done for several rounds, and each pose counts with its fastest
+//! round. So p50 and p99 are over poses, not over the machine's moods. The cost of reading the
+//! clock is subtracted. In coherent motions the first pose of a stretch is cold for everyone and
+//! not counted. Ratios are of p50, palpus over parry.
 //!
-//! "Beaten" is the share of the poses at which another contender found a smaller depth or distance. Where palpus' proof is beaten (some
-//! poses of needles and cylinders, by 0.3 % to 3 % of the depth), parry is wrong: trying all face normals and edge pairs gives palpus' depth to the last digits,
-//! and parry's is less than any way out. So the proof is not beaten in truth; the walk alone is.
+//! "Beaten" is the share of the poses at which another contender found a smaller depth or distance.
+//! Where palpus' proof is beaten (some poses of needles and cylinders, by 0.3 % to 3 % of the
+//! depth), parry is wrong: trying all face normals and edge pairs gives palpus' depth to the last
+//! digits, and parry's is less than any way out. So the proof is not beaten in truth; the walk
+//! alone is.
 
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "a bench is run to be read")]
 

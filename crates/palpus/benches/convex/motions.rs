@@ -14,7 +14,8 @@ const POSES: usize = 101;
 const TRAVEL: f64 = 1e-3;
 /// Radians that a rolling body turns per pose.
 const TURN: f64 = 2e-3;
-/// Relative to the sum of radii: how far the bodies overlap when they slide or roll, and how far they are apart.
+/// Relative to the sum of radii: how far the bodies overlap when they slide or roll, and how far
+/// they are apart.
 const OVERLAP: f64 = 0.05;
 const GAP: f64 = 0.05;
 

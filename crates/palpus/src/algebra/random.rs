@@ -48,7 +48,7 @@ impl Random {
         DVec3::new(self.signed(), self.signed(), self.signed())
     }
 
-    /// Of length 1, uniform on the sphere.
+    /// Unit vector, uniform on the sphere.
     pub fn direction(&mut self) -> DVec3 {
         loop {
             let v = self.vector();

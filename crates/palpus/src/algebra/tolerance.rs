@@ -838,7 +838,7 @@ pub const CELL_PLANES: usize = 96;
 /// The corners are drawn into all planes afterwards, so this costs no truth, only that share of the cell.
 pub const CELL_DUAL: f64 = 1e-12;
 
-/// Relative to the body's size: a solid whose vertices lie this near to corners of its one cell is convex.
+/// Relative to the body's size: a solid is convex if its one piece reaches beyond it by no more.
 ///
 /// Rounding of coordinates in a file. Larger makes the bounds of convex pairs differ by more than 1e-8 of the size.
 pub const CONVEX_SHORTFALL: f64 = 4e-9;

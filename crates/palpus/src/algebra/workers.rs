@@ -7,7 +7,7 @@
 
 use std::sync::OnceLock;
 
-/// Who does the parts of a job, one after the other or at once.
+/// Runs the parts of a job, one after the other or at once.
 pub trait Workers: Sync {
     /// Calls `work(k)` once for each `k` below `count`, in any order and on any threads, and
     /// returns when all are done.
@@ -39,7 +39,7 @@ impl<W: Workers + ?Sized> Workers for &W {
 /// The answers of `work(k)` for each `k` below `count`, in that order; `batch` of them (at least
 /// one) are one part.
 ///
-/// `progress` is told the fraction done, rising to one.
+/// `progress` gets the fraction done, rising to one.
 pub fn map_in_order<T: Send + Sync>(
     workers: &dyn Workers,
     count: usize,

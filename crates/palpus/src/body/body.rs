@@ -67,7 +67,7 @@ pub enum BodyError {
         piece: usize,
         /// A triangle of it.
         triangle: u32,
-        /// What the hull says.
+        /// The fault of the hull.
         #[source]
         source: HullError,
     },
@@ -150,7 +150,7 @@ impl Body {
         Ok(body)
     }
 
-    /// What follows from the mesh and the pieces.
+    /// Computes what follows from the mesh and the pieces.
     fn finish(ground: Ground, parts: BodyParts, workers: &dyn Workers) -> Self {
         let Ground { mesh, cleaning, half_edges, tree, step, flatness } = ground;
         let BodyParts { polytopes, pieces, hierarchy } = parts;
@@ -226,7 +226,7 @@ impl Body {
         &self.mass
     }
 
-    /// What the mesh is like; self-intersections are not looked for (see [`Health::full`]).
+    /// Health of the mesh, without the test for self-intersections (see [`Health::full`]).
     pub fn health(&self) -> &Health {
         &self.health
     }
@@ -250,7 +250,7 @@ pub struct Ground {
 }
 
 impl Ground {
-    /// That of polygons as read from a file.
+    /// Prepares polygons as read from a file.
     pub fn new(soup: &PolygonSoup, settings: &BodySettings) -> Result<Self, BodyError> {
         let (mesh, cleaning) = Mesh::from_soup(soup)?;
         Self::of_mesh(mesh, cleaning, settings)
@@ -271,7 +271,7 @@ impl Ground {
     }
 }
 
-/// What of a body takes long to compute and is worth keeping.
+/// Parts of a body that take long to compute and are worth caching.
 #[derive(Clone, Debug)]
 pub struct BodyParts {
     /// See [`Body::polytopes`].
@@ -283,7 +283,7 @@ pub struct BodyParts {
 }
 
 impl BodyParts {
-    /// What is wrong with them as parts of a body with so many triangles, if anything.
+    /// Returns the fault of these as parts of a body with so many triangles, if any.
     fn check(&self, triangles: usize, workers: &dyn Workers) -> Result<(), &'static str> {
         let count = self.polytopes.len();
         if self.pieces.len() != count || self.hierarchy.nodes().len() != (2 * count).saturating_sub(1) {

@@ -52,7 +52,7 @@ pub(crate) struct Patch {
     pub(crate) facets: Vec<u32>,
 }
 
-/// Partitions all facets into patches; `progress` is told the fraction that is done, rising to one.
+/// Partitions all facets into patches; `progress` gets the fraction done, rising to one.
 pub(crate) fn decompose(grower: &mut Grower<'_>, progress: &mut dyn FnMut(f64)) -> Vec<Patch> {
     let facets = grower.facets();
     let mut partition = Partition { owner: vec![NONE; facets.len()], patches: Vec::new() };

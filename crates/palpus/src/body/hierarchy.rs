@@ -30,7 +30,7 @@ use bounds::{OrientedBox, Sphere};
 
 pub use validate::HierarchyFault;
 
-/// What a node stands for.
+/// Content of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodeKind {
     /// One convex piece.
@@ -79,7 +79,7 @@ pub enum HierarchyError {
     Hull {
         /// Pieces below the node.
         pieces: usize,
-        /// What the hull says.
+        /// The fault of the hull.
         #[source]
         source: HullError,
     },

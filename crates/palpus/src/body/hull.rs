@@ -37,7 +37,7 @@ use crate::algebra::tolerance::{HULL_LARGEST, HULL_SMALLEST};
 pub enum Hull {
     /// All points lie within the merge distance of one.
     Point {
-        /// That point.
+        /// Index of that point.
         input: u32,
     },
     /// All points lie within the merge distance of a segment.
@@ -162,7 +162,7 @@ impl Cloud {
     }
 }
 
-/// What the points span.
+/// Affine hull of the points.
 enum Span {
     Point(u32),
     Segment(u32, u32),

@@ -15,7 +15,7 @@ use glam::{DMat3, DVec3};
 use super::{Hull, Mesh, convex_hull};
 use crate::algebra::{eigen, tolerance};
 
-/// What the mass properties were taken of.
+/// Source of the mass properties.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MassSource {
     /// The solid that the closed mesh encloses.
@@ -45,7 +45,7 @@ pub struct MassProperties {
     pub center_of_mass: DVec3,
     /// About the centre of mass, along the model's axes; symmetric. Model units to the fifth.
     pub inertia: DMat3,
-    /// What it is the mass of.
+    /// Source of these properties.
     pub source: MassSource,
 }
 

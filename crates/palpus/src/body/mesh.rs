@@ -89,7 +89,7 @@ pub enum MeshError {
     },
 }
 
-/// What was done to a soup to make a mesh of it. All are counts.
+/// Changes that made a mesh of a soup. All are counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Cleaning {
     /// Vertices that were welded onto an earlier one.

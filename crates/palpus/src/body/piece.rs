@@ -18,7 +18,7 @@ use crate::algebra::Plane;
 use crate::algebra::tolerance::{COVERED_HALF, FLAT_PATCH, FOLDED, ON_FACE};
 use crate::body::decompose::facet::{Facets, NONE, Surface};
 
-/// What a convex piece has to do with the source mesh.
+/// Relation of a convex piece to the source mesh.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Piece {
     /// The triangles, where the faces' triangles begin and end (one more than faces), and the
@@ -81,7 +81,7 @@ impl Piece {
 /// The polytope of a patch and of further corners inside the solid (see `thicken`), and its ties to
 /// the mesh.
 ///
-/// Where the hull with the inner corners fails or loses a facet, they are left out.
+/// Inner corners with which the hull fails or loses a facet are left out.
 pub(crate) fn build_piece(
     surface: &Surface<'_>,
     facets: &Facets,

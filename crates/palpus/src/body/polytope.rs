@@ -36,7 +36,7 @@ use numbers::{Numbers, SPOKE};
 pub use build::PolytopeRestorer;
 pub use numbers::{Loop, LoopIter, Ring, RingIter};
 
-/// Where a face of a piece comes from \[K02 §3.4\].
+/// Provenance of a face of a piece \[K02 §3.4\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Provenance {
     /// Lies on the surface of the source mesh.
@@ -105,7 +105,7 @@ pub struct Polytope {
 #[derive(Clone, Debug)]
 struct Lists {
     all: Numbers,
-    /// Where the rings' beginnings, the edges and the bits begin.
+    /// Offsets of the rings' beginnings, the edges and the bits.
     ring_starts: u32,
     edges: u32,
     originals: u32,
@@ -114,14 +114,14 @@ struct Lists {
 }
 
 impl Lists {
-    /// Where the spokes of vertex `v` are.
+    /// Range of the spokes of vertex `v`.
     #[inline]
     fn ring(&self, v: u32) -> Range<usize> {
         let [from, to] = self.all.some((self.ring_starts + v) as usize);
         from as usize..to as usize
     }
 
-    /// Where the vertices of face `f` are.
+    /// Range of the vertices of face `f`.
     #[inline]
     fn face(&self, f: u32) -> Range<usize> {
         let [from, to] = self.all.some(f as usize);
@@ -271,13 +271,13 @@ impl Polytope {
         self.flat
     }
 
-    /// Where face `f` comes from.
+    /// Provenance of face `f`.
     #[inline]
     pub fn face_provenance(&self, f: u32) -> Provenance {
         if self.lists.is_original(f) { Provenance::Original } else { Provenance::Virtual }
     }
 
-    /// Where edge `e` comes from: original when at least one of its faces is.
+    /// Provenance of edge `e`: original if at least one of its faces is.
     #[inline]
     pub fn edge_provenance(&self, e: u32) -> Provenance {
         let Edge { left, right, .. } = self.edge(e);

@@ -1,7 +1,8 @@
 //! Cheap conservative bounds in front of hull tests.
 //!
-//! Each function answers with a *lower bound* of the distance between two node volumes; a bound may be negative or
-//! loose, never above the true distance. They only save work: whatever they let through is decided by the hulls.
+//! Each function answers with a *lower bound* of the distance between two node volumes; a bound may
+//! be negative or loose, never above the true distance. They only save work: whatever they let
+//! through is decided by the hulls.
 
 use glam::{DMat3, DVec3};
 
@@ -14,7 +15,8 @@ pub(crate) fn sphere_gap(a: &Sphere, b: &Sphere, pose_ba: &Placement) -> f64 {
     pose_ba.point(a.center).distance(b.center) - a.radius - b.radius
 }
 
-/// Lower bound of the distance between two oriented boxes: the widest gap along the fifteen separating axes.
+/// Lower bound of the distance between two oriented boxes: the widest gap along the fifteen
+/// separating axes.
 ///
 /// Ends early once a gap above `enough` is found, since no caller asks for more.
 /// After Gottschalk, Lin, Manocha, *OBB-Tree*, 1996, with gaps instead of signs.
@@ -44,7 +46,8 @@ pub(crate) fn box_gap(a: &OrientedBox, b: &OrientedBox, pose_ba: &Placement, eno
         let (a1, a2) = ((k + 1) % 3, (k + 2) % 3);
         for j in 0..3 {
             let (j1, j2) = ((j + 1) % 3, (j + 2) % 3);
-            // The axis e_j × axis_a has the components 0 (along j), −axis_a[j2] (along j1) and axis_a[j1] (along j2).
+            // The axis e_j × axis_a has the components 0 (along j), −axis_a[j2] (along j1) and
+            // axis_a[j1] (along j2).
             let length_squared = axis_a[j1] * axis_a[j1] + axis_a[j2] * axis_a[j2];
             if length_squared < crate::algebra::tolerance::PARALLEL_AXES {
                 continue;

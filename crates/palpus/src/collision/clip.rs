@@ -18,9 +18,10 @@ pub(super) struct SegmentParameters {
 
 /// The closest points of the segments `p + s d` and `q + t e`, s and t in \[0, 1\].
 ///
-/// The least-squares system is solved by orthogonalising `d` against `e` instead of by its determinant, and once more
-/// for the remainder when the segments are nearly parallel. The residual then is of the order of rounding, whatever the angle
-/// \[Ericson, *Real-Time Collision Detection*, §5.1.9, loses half of the digits at 1e-8 rad\].
+/// The least-squares system is solved by orthogonalising `d` against `e` instead of by its
+/// determinant, and once more for the remainder when the segments are nearly parallel. The residual
+/// then is of the order of rounding, whatever the angle \[Ericson, *Real-Time Collision Detection*,
+/// §5.1.9, loses half of the digits at 1e-8 rad\].
 #[inline]
 pub(super) fn closest_parameters(p: DVec3, d: DVec3, q: DVec3, e: DVec3) -> SegmentParameters {
     let r = p - q;
@@ -55,15 +56,16 @@ pub(super) enum OverFace {
     Tail,
     /// At the edge's second end.
     Head,
-    /// Where it enters or leaves the prism, or it misses the prism: over this side (index into the face's loop).
+    /// Where it enters or leaves the prism, or it misses the prism: over this side (index into the
+    /// face's loop).
     Side(usize),
 }
 
-/// Clips the edge `tail`–`head` (in the polytope's frame) to the prism over face `f` (a rim has none) and looks where it is
-/// nearest.
+/// Clips the edge `tail`–`head` (in the polytope's frame) to the prism over face `f` (a rim has
+/// none) and looks where it is nearest.
 ///
-/// `hint` is a point of the edge; when the edge misses the prism, the answer is the side of the face nearest to that point,
-/// or without a hint the side nearest to the edge.
+/// `hint` is a point of the edge; when the edge misses the prism, the answer is the side of the
+/// face nearest to that point, or without a hint the side nearest to the edge.
 #[inline]
 pub(super) fn over_face(
     polytope: &Polytope,

@@ -1,8 +1,8 @@
-//! What the search for near pairs cost.
+//! Cost of the search for near pairs.
 
 use crate::algebra::tolerance::{WORK_MARCH, WORK_STEP};
 
-/// What a search for near pairs cost.
+/// Cost of a search for near pairs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TraversalCounters {
     /// Node pairs looked at, by bounds or hulls.
@@ -25,7 +25,8 @@ pub struct TraversalCounters {
     pub merged: u32,
     /// Pairs that were searched without memory since the front had no room to split them.
     pub crowded: u32,
-    /// Pairs of the front that were due or awake and were left for the next query, since the work allowed was done.
+    /// Pairs of the front that were due or awake and were left for the next query, since the work
+    /// allowed was done.
     pub postponed: u32,
     /// Node pairs in the tree down to the front's cut.
     pub front: u32,
@@ -36,7 +37,7 @@ pub struct TraversalCounters {
 }
 
 impl TraversalCounters {
-    /// What all this comes to, in units of [`crate::algebra::Work`].
+    /// Total cost, in units of [`crate::algebra::Work`].
     pub fn work(&self) -> u64 {
         let marches = WORK_MARCH * (u64::from(self.hull_tests) + u64::from(self.leaf_tests));
         u64::from(self.node_pairs) + marches + WORK_STEP * u64::from(self.march_steps)

@@ -1,32 +1,41 @@
 //! The sleeping front: the cut of the tree of node pairs, kept from tick to tick.
 //!
-//! The pairs of pieces within tolerance can be found by walking down a tree of node pairs \[K02 §3.2; EL01\], whose shape does
-//! not depend on the pose: which side of a pair is split, its nodes say. Below some cut of this tree everything is too far
-//! apart. From one tick to the next that cut hardly moves, and most of what lies on it need not even be looked at:
+//! The pairs of pieces within tolerance can be found by walking down a tree of node pairs \[K02
+//! §3.2; EL01\], whose shape does not depend on the pose: which side of a pair is split, its nodes
+//! say. Below some cut of this tree everything is too far apart. From one tick to the next that cut
+//! hardly moves, and most of what lies on it need not even be looked at:
 //!
-//! 1. A pair on the cut at distance D more than the tolerance t *sleeps*. It cannot matter before the bodies have moved D − t
-//!    against each other; the [`Odometer`] sums up the motion, and the [`WakeBoard`] knows who is due.
-//! 2. A pair that is due is measured again: by spheres, by the gap along the normal that separated it last, by boxes when these promise a
-//!    short sleep only, by hulls when those do. When it is still apart, it goes on sleeping; otherwise it is split and its halves are measured.
-//! 3. A pair of leaves within tolerance is *awake*: it is marched every tick, from the features on which it ended last time.
-//! 4. Halves that both sleep long are *merged*: the pair that they came from is measured, and when it is far enough it sleeps
-//!    in their place. When it is not, it says itself after how much motion it makes sense to try again.
+//! 1. A pair on the cut at distance D more than the tolerance t *sleeps*. It cannot matter before
+//!    the bodies have moved D − t against each other; the [`Odometer`] sums up the motion, and the
+//!    [`WakeBoard`] knows who is due.
+//! 2. A pair that is due is measured again: by spheres, by the gap along the normal that separated
+//!    it last, by boxes when these promise a short sleep only, by hulls when those do. When it is
+//!    still apart, it goes on sleeping; otherwise it is split and its halves are measured.
+//! 3. A pair of leaves within tolerance is *awake*: it is marched every tick, from the features on
+//!    which it ended last time.
+//! 4. Halves that both sleep long are *merged*: the pair that they came from is measured, and when
+//!    it is far enough it sleeps in their place. When it is not, it says itself after how much
+//!    motion it makes sense to try again.
 //!
 //! Steps 2 to 4 have a file each (`due`, `awake`, `merge`).
 //!
-//! A frame so costs what is in contact and what is due, however large the models. The answer is that of a walk from the root in each
-//! frame: both split the same pairs by the same tests, but the front knows for most that their test would fail.
+//! A frame so costs what is in contact and what is due, however large the models. The answer is
+//! that of a walk from the root in each frame: both split the same pairs by the same tests, but the
+//! front knows for most that their test would fail.
 //!
-//! A query may be given a [`Quota`] of work. Due pairs have the first half of it, since what they find is new; then those awake are
-//! marched, in turns from query to query, for a quarter of the rest, since what follows costs more than a march does. What is left is as
-//! overdue next time, and is looked at then; meanwhile
-//! [`Front::unseen_separation`] says how near a pair that was not looked at can be, and the list of those unvisited which contacts were not.
+//! A query may be given a [`Quota`] of work. Due pairs have the first half of it, since what they
+//! find is new; then those awake are marched, in turns from query to query, for a quarter of the
+//! rest, since what follows costs more than a march does. What is left is as overdue next time, and
+//! is looked at then; meanwhile [`Front::unseen_separation`] says how near a pair that was not
+//! looked at can be, and the list of those unvisited which contacts were not.
 //!
-//! All memory is obtained at construction. A pair for which there is no room to split stays due every tick, and what is below it is searched
-//! without memory (`below`); that is slower, and counted. After a jump the front begins anew at the roots.
+//! All memory is obtained at construction. A pair for which there is no room to split stays due
+//! every tick, and what is below it is searched without memory (`below`); that is slower, and
+//! counted. After a jump the front begins anew at the roots.
 //!
-//! After the *front* of [Ehmann and Lin 2001, §5.2] and [Li and Chen, *Incremental 3D collision detection*, 1998], who keep the cut but
-//! measure all of it each frame; and the wake times of [Hubbard 1995] and [Mirtich 1996], there for pairs of objects.
+//! After the *front* of [Ehmann and Lin 2001, §5.2] and [Li and Chen, *Incremental 3D collision
+//! detection*, 1998], who keep the cut but measure all of it each frame; and the wake times of
+//! [Hubbard 1995] and [Mirtich 1996], there for pairs of objects.
 
 mod awake;
 mod below;
@@ -53,12 +62,13 @@ use pair::{NONE, Pair, State};
 /// The cut between what is looked at and what sleeps, for one pair of bodies.
 #[derive(Clone, Debug)]
 pub struct Front {
-    /// The tree of node pairs down to the cut; the root is at place 0, halves are neighbours at places 2k and 2k + 1.
+    /// The tree of node pairs down to the cut; the root is at place 0, halves are neighbours at
+    /// places 2k and 2k + 1.
     pairs: Vec<Pair>,
     memories: Vec<WarmStart>,
     wakes: WakeBoard,
     odometer: Odometer,
-    /// Of a and of b.
+    /// Thicknesses of a and of b.
     thickness: [Thickness; 2],
     /// Places of leaf pairs within tolerance.
     awake: Vec<u32>,
@@ -77,7 +87,8 @@ pub struct Front {
     unvisited: usize,
     /// Where the board is searched first.
     first_block: usize,
-    /// There was no room for some pair since the front began: being due then says nothing about its distance.
+    /// There was no room for some pair since the front began: being due then says nothing about its
+    /// distance.
     was_crowded: bool,
     /// Of a search below a pair of nodes.
     below: Vec<NodePair>,
@@ -124,14 +135,14 @@ impl Front {
 
     /// Writes to `found` every leaf pair that overlaps or is nearer than the tolerance.
     ///
-    /// The bodies are those of [`Self::new`]. `found` is cleared first; of more pairs than it has room for it keeps the deepest,
-    /// and the others are counted as dropped.
+    /// The bodies are those of [`Self::new`]. `found` is cleared first; of more pairs than it has
+    /// room for it keeps the deepest, and the others are counted as dropped.
     pub fn within(&mut self, placed: &PlacedPair<'_>, found: &mut LeafPairs) -> TraversalCounters {
         self.within_quota(placed, &Work::unlimited().all(), found)
     }
 
-    /// The same, as far as one gets with `quota`, and at least one pair farther than last time. Pairs that are too thick for what is
-    /// asked are as overdue at the next query.
+    /// The same, as far as one gets with `quota`, and at least one pair farther than last time.
+    /// Pairs that are too thick for what is asked are as overdue at the next query.
     pub fn within_quota(
         &mut self,
         query: &PlacedPair<'_>,
@@ -158,7 +169,8 @@ impl Front {
         counters
     }
 
-    /// The thickness of the thinner of two pieces, model units: the least width along one of its faces' normals.
+    /// The thickness of the thinner of two pieces, model units: the least width along one of its
+    /// faces' normals.
     pub(crate) fn thickness(&self, piece_a: u32, piece_b: u32) -> f64 {
         self.thickness[0].of_piece(piece_a).min(self.thickness[1].of_piece(piece_b))
     }
@@ -168,14 +180,15 @@ impl Front {
         self.thickness[0].of_all().min(self.thickness[1].of_all())
     }
 
-    /// How far the bodies have moved against each other since the last query, model units: at least as far as any distance of two
-    /// points has changed. `None` before the first query.
+    /// How far the bodies have moved against each other since the last query, model units: at least
+    /// as far as any distance of two points has changed. `None` before the first query.
     pub(crate) fn motion_to(&self, pose_ba: &Placement) -> Option<f64> {
         self.odometer.motion_to(pose_ba)
     }
 
-    /// Every pair of pieces that was neither found nor left for a later turn is at least this far apart (model units); minus
-    /// infinity when nothing is known yet. Not less than the tolerance unless the quota was spent.
+    /// Every pair of pieces that was neither found nor left for a later turn is at least this far
+    /// apart (model units); minus infinity when nothing is known yet. Not less than the tolerance
+    /// unless the quota was spent.
     pub fn unseen_separation(&self) -> f64 {
         let least = self.wakes.least(self.blocks());
         if least >= self.odometer.sum() {
@@ -187,7 +200,8 @@ impl Front {
         }
     }
 
-    /// How many pairs of pieces were within tolerance at their last visit and not visited by the last query.
+    /// How many pairs of pieces were within tolerance at their last visit and not visited by the
+    /// last query.
     pub(crate) fn unvisited(&self) -> usize {
         self.unvisited
     }
@@ -202,7 +216,8 @@ impl Front {
         self.pairs.len()
     }
 
-    /// The next query begins with the leaf pair at `place`, for which nothing was left after its march.
+    /// The next query begins with the leaf pair at `place`, for which nothing was left after its
+    /// march.
     pub(crate) fn resume_at(&mut self, place: u32) {
         if let Some(k) = self.awake.iter().position(|&awake| awake == place) {
             self.awake.rotate_left(k);
@@ -210,8 +225,9 @@ impl Front {
         self.unvisited = 0;
     }
 
-    /// Keeps where the pair's depth walk ended, or its march when it is apart, for the next tick's walk: the normal (b's frame), vertices that support it or nearly
-    /// so, and the features that it rests on.
+    /// Keeps where the pair's depth walk ended, or its march when it is apart, for the next tick's
+    /// walk: the normal (b's frame), vertices that support it or nearly so, and the features that
+    /// it rests on.
     pub fn remember_depth(&mut self, pair: &LeafPair, normal: DVec3, hub: [u32; 2], facet: FeaturePair) {
         if let Some(place) = pair.place {
             let memory = &mut self.memories[place as usize];
@@ -219,14 +235,16 @@ impl Front {
         }
     }
 
-    /// Keeps the features of the pair's depth along a normal that both pieces own, where its walk ended on another.
+    /// Keeps the features of the pair's depth along a normal that both pieces own, where its walk
+    /// ended on another.
     pub fn remember_admissible(&mut self, pair: &LeafPair, admissible: Option<FeaturePair>) {
         if let Some(place) = pair.place {
             self.memories[place as usize].admissible = admissible;
         }
     }
 
-    /// The pair has no normal that both pieces own before the bodies have turned by `angle` (rad) more, wherever they are.
+    /// The pair has no normal that both pieces own before the bodies have turned by `angle` (rad)
+    /// more, wherever they are.
     pub(crate) fn remember_barren(&mut self, pair: &LeafPair, angle: f64) {
         if let Some(place) = pair.place {
             let barren_until = self.odometer.turned() + angle;
@@ -246,7 +264,8 @@ impl Front {
         self.fresh as usize - 2 * self.free.len() - 1
     }
 
-    /// Step 1: what has moved since the last query is spent. A wider tolerance spends clearances just so.
+    /// Step 1: what has moved since the last query is spent. A wider tolerance spends clearances
+    /// just so.
     fn move_on(&mut self, query: &PlacedPair<'_>, counters: &mut TraversalCounters) {
         let moved = self.odometer.advance(query.pose_ba);
         let wider = query.tolerance - self.tolerance;

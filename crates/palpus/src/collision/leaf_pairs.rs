@@ -1,11 +1,12 @@
 //! The leaf pairs that a query found, as many as there is room for: of more, the deepest.
 //!
 //! 1. Pairs are kept in the order in which they are found.
-//! 2. When there is no room any more, each newcomer takes the place of the pair that is least deep, if that one is less
-//!    deep than itself; what was left out is counted.
+//! 2. When there is no room any more, each newcomer takes the place of the pair that is least deep,
+//!    if that one is less deep than itself; what was left out is counted.
 //!
-//! How deep an overlapping pair is, is not known before its depth walk. It is told from the direction in which it was deep
-//! last tick, or in which the march noticed the overlap: how far the pieces overlap along that direction.
+//! How deep an overlapping pair is, is not known before its depth walk. It is told from the
+//! direction in which it was deep last tick, or in which the march noticed the overlap: how far the
+//! pieces overlap along that direction.
 
 use std::collections::BinaryHeap;
 
@@ -166,7 +167,8 @@ mod tests {
                 Proximity::Overlapping(Overlap { features, direction: DVec3::Z })
             };
             let (place, piece_a, piece_b) = (Some(0), 0, k as u32);
-            // Overlapping pairs are measured at this pose: all as deep as a cube, and deeper than what is apart.
+            // Overlapping pairs are measured at this pose: all as deep as a cube, and deeper than
+            // what is apart.
             found.push(LeafPair { piece_a, piece_b, place, proximity, memory: None }, &placed);
         }
         let overlapping = separations.iter().filter(|&&separation| separation <= 0.0).count();

@@ -1,27 +1,34 @@
-//! Separation distance of two convex polytopes by Voronoi marching \[K02 §3.2; Lin and Canny 1991; Mirtich 1998\].
+//! Separation distance of two convex polytopes by Voronoi marching \[K02 §3.2; Lin and Canny 1991;
+//! Mirtich 1998\].
 //!
-//! The state is a pair of closed features, one on each body, and nothing else. A step finds the closest points of the two
-//! features, then:
+//! The state is a pair of closed features, one on each body, and nothing else. A step finds the
+//! closest points of the two features, then:
 //!
-//! 1. When a point lies on the boundary of its feature, the feature shrinks to that boundary (edge → vertex, face → edge).
-//! 2. When a point violates a Voronoi plane of the other's feature, that feature grows across the most violated plane
-//!    (vertex → edge, edge → face). The distance of the closed features strictly decreases.
-//! 3. When an edge would pair with a face, it is clipped to the prism over the face. It crosses the face (the bodies overlap),
-//!    or the derivative of its height names the end that is nearest: a vertex over the face, or an edge along a side.
-//! 4. A vertex below a face is a local minimum. Either the vertex is inside of the whole body (they overlap), or some
-//!    other face sees it from above and the march goes on there.
-//! 5. Otherwise the pair is closest. The answer is not believed but proven: no vertex of either body may reach farther
-//!    along the normal than the closest points do, which one ring per body decides. When one does, by little, a second walk
-//!    looks below the rounding that the first one ignores.
+//! 1. When a point lies on the boundary of its feature, the feature shrinks to that boundary (edge
+//!    → vertex, face → edge).
+//! 2. When a point violates a Voronoi plane of the other's feature, that feature grows across the
+//!    most violated plane (vertex → edge, edge → face). The distance of the closed features
+//!    strictly decreases.
+//! 3. When an edge would pair with a face, it is clipped to the prism over the face. It crosses the
+//!    face (the bodies overlap), or the derivative of its height names the end that is nearest: a
+//!    vertex over the face, or an edge along a side.
+//! 4. A vertex below a face is a local minimum. Either the vertex is inside of the whole body (they
+//!    overlap), or some other face sees it from above and the march goes on there.
+//! 5. Otherwise the pair is closest. The answer is not believed but proven: no vertex of either
+//!    body may reach farther along the normal than the closest points do, which one ring per body
+//!    decides. When one does, by little, a second walk looks below the rounding that the first one
+//!    ignores.
 //!
-//! The next state depends on the state alone, so a repeated state means a cycle. A cycle, an exhausted budget or a failed proof
-//! falls back to GJK, which answers under the same contract, and the stop reason says so. An overlap is always
-//! witnessed: a vertex inside, an edge through a face, or features within touching distance.
+//! The next state depends on the state alone, so a repeated state means a cycle. A cycle, an
+//! exhausted budget or a failed proof falls back to GJK, which answers under the same contract, and
+//! the stop reason says so. An overlap is always witnessed: a vertex inside, an edge through a
+//! face, or features within touching distance.
 //!
-//! Deviations from V-Clip: features are closed and their closest points explicit, so that progress is a decrease of distance
-//! rather than a chain of region tests; growth needs a gain above rounding and shrinking does not, so that parallel features
-//! don't cycle; the scan of all faces at a local minimum is a climb over adjacent faces (a support query on the polar dual).
-//! Plates need no case of their own but one: below the front is above the back.
+//! Deviations from V-Clip: features are closed and their closest points explicit, so that progress
+//! is a decrease of distance rather than a chain of region tests; growth needs a gain above
+//! rounding and shrinking does not, so that parallel features don't cycle; the scan of all faces at
+//! a local minimum is a climb over adjacent faces (a support query on the polar dual). Plates need
+//! no case of their own but one: below the front is above the back.
 
 mod validate;
 
@@ -39,10 +46,12 @@ use crate::algebra::tolerance::{MARCH_NOISE, MARCH_STEPS};
 use crate::body::Feature::{Edge, Face, Vertex};
 use crate::body::{Feature, FeaturePair, Polytope};
 
-/// Finds the closest points of a and b; all of the answer is in b's frame. `pose_ba` is the frame of a in b.
+/// Finds the closest points of a and b; all of the answer is in b's frame. `pose_ba` is the frame
+/// of a in b.
 ///
-/// `start` may be any features of the two; the last answer's make the query cheap. Bodies nearer than
-/// [`TOUCHING`](crate::algebra::tolerance::TOUCHING) times the sum of their radii count as overlapping.
+/// `start` may be any features of the two; the last answer's make the query cheap. Bodies nearer
+/// than [`TOUCHING`](crate::algebra::tolerance::TOUCHING) times the sum of their radii count as
+/// overlapping.
 pub fn march(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -> March {
     let answer = proven(a, b, pose_ba, start);
     debug_assert!(
@@ -80,8 +89,9 @@ fn proven(a: &Polytope, b: &Polytope, pose_ba: &Placement, start: FeaturePair) -
     second_look(&mut field, &scale, candidate, steps)
 }
 
-/// Something reaches past the closest points, by little: features of the two are parallel but for an angle that the dead
-/// zone of growth hides. Goes on without it, and believes what then is apart within the rounding of its direction.
+/// Something reaches past the closest points, by little: features of the two are parallel but for
+/// an angle that the dead zone of growth hides. Goes on without it, and believes what then is apart
+/// within the rounding of its direction.
 #[cold]
 fn second_look(field: &mut Field<'_>, scale: &Scale, first: Candidate, steps: u32) -> March {
     field.noise = 0.0;
@@ -133,7 +143,8 @@ enum Walk {
 #[derive(Clone, Copy)]
 struct Candidate {
     closest: Closest,
-    /// How far the bodies reach past the closest points along the normal, in sum: the distance is at most that much too long.
+    /// How far the bodies reach past the closest points along the normal, in sum: the distance is
+    /// at most that much too long.
     excess: f64,
 }
 
@@ -209,8 +220,9 @@ impl Field<'_> {
         }
     }
 
-    /// The nearest of the pairs in the cycle through `pair`: parallel features may hand each other a distance that differs only in
-    /// rounding. None when no pair of the cycle has closest points off its boundaries.
+    /// The nearest of the pairs in the cycle through `pair`: parallel features may hand each other
+    /// a distance that differs only in rounding. None when no pair of the cycle has closest points
+    /// off its boundaries.
     #[cold]
     fn best_of_cycle(&self, pair: FeaturePair) -> Option<Candidate> {
         let mut best: Option<Candidate> = None;
@@ -243,10 +255,11 @@ impl Field<'_> {
         best
     }
 
-    /// The same points with the normal of a face that holds one of them, or one square to an edge that does, if that leaves
-    /// less beyond them.
+    /// The same points with the normal of a face that holds one of them, or one square to an edge
+    /// that does, if that leaves less beyond them.
     ///
-    /// A vertex that overhangs the end of a parallel face or edge by the last digit tilts the line between near points.
+    /// A vertex that overhangs the end of a parallel face or edge by the last digit tilts the line
+    /// between near points.
     #[cold]
     fn straightened(&self, candidate: Candidate) -> Candidate {
         let Closest { point_a, point_b, features, .. } = candidate.closest;
@@ -268,7 +281,8 @@ impl Field<'_> {
         best
     }
 
-    /// The closest points of a pair, with how far other vertices reach past them: one ring per body shows it.
+    /// The closest points of a pair, with how far other vertices reach past them: one ring per body
+    /// shows it.
     #[inline]
     fn candidate(&self, pair: FeaturePair, points: &ClosestPoints) -> Candidate {
         let ClosestPoints { on_p, on_q, normal } = *points;
@@ -308,7 +322,8 @@ fn for_each_edge(polytope: &Polytope, feature: Feature, mut visit: impl FnMut(DV
     }
 }
 
-/// The feature itself when the polytope has it, otherwise its first vertex: a stale start is slow, not wrong.
+/// The feature itself when the polytope has it, otherwise its first vertex: a stale start is slow,
+/// not wrong.
 fn within(polytope: &Polytope, feature: Feature) -> Feature {
     let exists = match feature {
         Vertex(v) => (v as usize) < polytope.vertices().len(),

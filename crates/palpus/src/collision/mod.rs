@@ -1,4 +1,5 @@
-//! Distance between convex pieces by Voronoi marching, and the descent through two hierarchies \[K02 §3.2\].
+//! Distance between convex pieces by Voronoi marching, and the descent through two hierarchies
+//! \[K02 §3.2\].
 
 mod bounds;
 mod clip;

@@ -1,16 +1,19 @@
 //! How far two bodies can have moved against each other: a sum that only grows, in whole steps.
 //!
-//! 1. From one tick to the next, no point of a body moves farther than the farthest corner of a box that holds the body: the
-//!    displacement field of a rigid motion is affine, and the norm of an affine field is convex.
-//! 2. Distances between the bodies change by no more than that, whether a is seen from b or b from a. The smaller of the two
-//!    is added to the sum S.
-//! 3. A pair that is `D` apart while the sum is S₀ cannot be nearer than `t` before the sum exceeds S₀ + (D − t).
+//! 1. From one tick to the next, no point of a body moves farther than the farthest corner of a box
+//!    that holds the body: the displacement field of a rigid motion is affine, and the norm of an
+//!    affine field is convex.
+//! 2. Distances between the bodies change by no more than that, whether a is seen from b or b from
+//!    a. The smaller of the two is added to the sum S.
+//! 3. A pair that is `D` apart while the sum is S₀ cannot be nearer than `t` before the sum exceeds
+//!    S₀ + (D − t).
 //!
 //! Turns are summed up beside it, in radians.
 //!
-//! S counts whole *quanta*, a fixed small fraction of the bodies' size. A motion is rounded up to whole quanta and one more is added, a
-//! clearance is rounded down; so that the sum is exact however long it runs, and the added quantum outweighs the rounding of
-//! placed points a thousandfold.
+//! S counts whole *quanta*, a fixed small fraction of the bodies' size. A motion is rounded up to
+//! whole quanta and one more is added, a clearance is rounded down; so that the sum is exact
+//! however long it runs, and the added quantum outweighs the rounding of placed points a
+//! thousandfold.
 
 use glam::{DMat3, DVec3};
 
@@ -52,8 +55,8 @@ impl Odometer {
         self.sum = 0;
     }
 
-    /// Adds the motion since the last call and answers it in model units; none before the first call, or when the sum is
-    /// exhausted: then nothing that was known of distances holds any more.
+    /// Adds the motion since the last call and answers it in model units; none before the first
+    /// call, or when the sum is exhausted: then nothing that was known of distances holds any more.
     pub(super) fn advance(&mut self, pose_ba: &Placement) -> Option<f64> {
         let moved = self.motion_to(pose_ba);
         if let Some(last) = &self.last {
@@ -64,13 +67,15 @@ impl Odometer {
         self.spend(moved + ODOMETER_NOISE * (self.size + pose_ba.translation.length())).then_some(moved)
     }
 
-    /// The sum of all turns so far, rad: by no more have the bodies turned against each other in between.
+    /// The sum of all turns so far, rad: by no more have the bodies turned against each other in
+    /// between.
     #[inline]
     pub(super) fn turned(&self) -> f64 {
         self.turned
     }
 
-    /// The motion since the last call of [`Self::advance`], model units; `None` before the first call.
+    /// The motion since the last call of [`Self::advance`], model units; `None` before the first
+    /// call.
     pub(super) fn motion_to(&self, pose_ba: &Placement) -> Option<f64> {
         let last = self.last.as_ref()?;
         let moved = displacement(&self.box_a, last, pose_ba);
@@ -78,7 +83,8 @@ impl Odometer {
         Some(moved.min(displacement(&self.box_b, &last.inverse(), &pose_ba.inverse())))
     }
 
-    /// Adds a length (model units) that clearances have lost otherwise; false if the sum is exhausted.
+    /// Adds a length (model units) that clearances have lost otherwise; false if the sum is
+    /// exhausted.
     pub(super) fn spend(&mut self, length: f64) -> bool {
         let quanta = (length / self.quantum).ceil() + 1.0;
         if quanta.is_nan() || quanta >= EXHAUSTED as f64 || self.sum >= EXHAUSTED {
@@ -89,7 +95,8 @@ impl Odometer {
         true
     }
 
-    /// The sum at which a pair has to be looked at that now has `clearance` (not negative, model units) to spend.
+    /// The sum at which a pair has to be looked at that now has `clearance` (not negative, model
+    /// units) to spend.
     #[inline]
     pub(super) fn due(&self, clearance: f64) -> u64 {
         // A cast saturates; the shift keeps the sum of two from overflowing.

@@ -1,8 +1,9 @@
 //! Test bodies and the exhaustive distance oracle that the march and GJK are held against.
 //!
-//! The oracle's weakness: it looks at every vertex against every polygon and every edge against every edge, so it shares
-//! with its subjects only the closed forms of `algebra::closest`; edges that are parallel within 1e-8 are answered there
-//! with an error of up to 1e-8 of their length, but then a vertex against a face answers too.
+//! The oracle's weakness: it looks at every vertex against every polygon and every edge against
+//! every edge, so it shares with its subjects only the closed forms of `algebra::closest`; edges
+//! that are parallel within 1e-8 are answered there with an error of up to 1e-8 of their length,
+//! but then a vertex against a face answers too.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -27,8 +28,8 @@ impl Random {
     }
 }
 
-/// A solid from its loops. A plane's normal comes from the squarest corner of its face: Newell's sum over a sliver would tilt
-/// by the rounding of the diagonals.
+/// A solid from its loops. A plane's normal comes from the squarest corner of its face: Newell's
+/// sum over a sliver would tilt by the rounding of the diagonals.
 pub(crate) fn solid(vertices: Vec<DVec3>, loops: &[Vec<u32>]) -> Polytope {
     let planes = loops
         .iter()
@@ -131,7 +132,8 @@ pub(crate) fn plate(sides: u32, squeeze: f64) -> Polytope {
     Polytope::from_polygon(vertices, DVec3::Z, Provenance::Original).unwrap()
 }
 
-/// The hull of random points: on an ellipsoid, in a cube, on a lattice (many coplanar), or near a plane.
+/// The hull of random points: on an ellipsoid, in a cube, on a lattice (many coplanar), or near a
+/// plane.
 pub(crate) fn random_hull(random: &mut Random, points: usize) -> Polytope {
     let kind = random.below(4);
     let points: Vec<_> = (0..points)
@@ -183,15 +185,16 @@ pub(crate) fn scaled(p: &Polytope, scale: f64) -> Polytope {
     mapped(p, DMat3::from_diagonal(DVec3::splat(scale)), DVec3::ZERO)
 }
 
-/// A placement of a in b's frame that puts their centroids `apart` times the sum of radii from each other.
+/// A placement of a in b's frame that puts their centroids `apart` times the sum of radii from each
+/// other.
 pub(crate) fn random_pose(random: &mut Random, a: &Polytope, b: &Polytope, apart: f64) -> Placement {
     let rotation = random.rotation();
     let centre = b.centroid() + random.direction() * apart * (a.radius() + b.radius());
     Pose::new(rotation, centre - rotation * a.centroid()).placement()
 }
 
-/// The largest gap over all directions that can separate two polytopes (face normals and crossed edges); negative when
-/// they overlap by that much.
+/// The largest gap over all directions that can separate two polytopes (face normals and crossed
+/// edges); negative when they overlap by that much.
 pub(crate) fn widest_gap(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> f64 {
     let va: Vec<_> = a.vertices().iter().map(|v| pose_ba.point(*v)).collect();
     let gap = |n: DVec3| {
@@ -262,7 +265,8 @@ fn distance_from_feature(p: DVec3, polytope: &Polytope, f: Feature) -> f64 {
             tail.lerp(head, closest_on_segment(p, tail, head)).distance(p)
         }
         Feature::Face(f) => {
-            // By heights over the face and its sides: closed forms on triangles lose digits on slivers.
+            // By heights over the face and its sides: closed forms on triangles lose digits on
+            // slivers.
             let normal = polytope.plane(f).normal;
             let corners = polytope.face_vertices(f);
             let beyond = (0..corners.len()).map(|k| {
@@ -274,10 +278,10 @@ fn distance_from_feature(p: DVec3, polytope: &Polytope, f: Feature) -> f64 {
     }
 }
 
-/// Checks an answer by itself: its points lie on its features, which bounds the distance from above, and its normal
-/// separates the bodies by nearly the distance, which bounds it from below. Returns how much the lower bound falls short.
-/// An overlap is checked against another algorithm elsewhere. `off` is how far off its features a point may lie, relative to
-/// the coordinates.
+/// Checks an answer by itself: its points lie on its features, which bounds the distance from
+/// above, and its normal separates the bodies by nearly the distance, which bounds it from below.
+/// Returns how much the lower bound falls short. An overlap is checked against another algorithm
+/// elsewhere. `off` is how far off its features a point may lie, relative to the coordinates.
 pub(crate) fn judge(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &March, off: f64) -> Result<f64, String> {
     let Proximity::Disjoint(closest) = answer.proximity else { return Ok(0.0) };
     let size = a.radius() + b.radius();
@@ -298,7 +302,8 @@ pub(crate) fn judge(a: &Polytope, b: &Polytope, pose_ba: &Placement, answer: &Ma
     let low = a.vertices().iter().map(|v| closest.normal.dot(pose_ba.point(*v))).fold(f64::INFINITY, f64::min);
     let high = b.vertices().iter().map(|v| closest.normal.dot(*v)).fold(f64::NEG_INFINITY, f64::max);
     let missing = distance - (low - high);
-    // The direction between two near points is known to the rounding of the points over their distance.
+    // The direction between two near points is known to the rounding of the points over their
+    // distance.
     let allowed = off.max(1e-10) * distance + off * size + 4e-15 * reach * size / distance;
     if missing > allowed {
         return Err(format!("distance {distance} is {missing:e} more than the normal proves, allowed {allowed:e}"));

@@ -13,7 +13,8 @@ pub enum Proximity {
     Overlapping(Overlap),
 }
 
-/// The closest points of two disjoint polytopes, in b's frame; `point_a − point_b = distance · normal`.
+/// The closest points of two disjoint polytopes, in b's frame;
+/// `point_a − point_b = distance · normal`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Closest {
     /// On a.
@@ -33,7 +34,8 @@ pub struct Closest {
 pub struct Overlap {
     /// The feature pair at which the overlap was noticed.
     pub features: FeaturePair,
-    /// A direction, from b into a and in b's frame, along which the depth is likely small; need not be unit.
+    /// A direction, from b into a and in b's frame, along which the depth is likely small; need not
+    /// be unit.
     pub direction: DVec3,
 }
 

@@ -28,14 +28,16 @@ impl Scale {
         MARCH_PROOF * distance + self.noise
     }
 
-    /// How far at most: the direction between near points is only known to the rounding of the points over their distance, and
-    /// merged faces are only planar within their merge distance. Never so far that the distance would be in doubt.
+    /// How far at most: the direction between near points is only known to the rounding of the
+    /// points over their distance, and merged faces are only planar within their merge distance.
+    /// Never so far that the distance would be in doubt.
     pub(super) fn loose(&self, distance: f64) -> f64 {
         (COPLANAR * (self.size + distance) + self.noise * self.size / distance).min(MARCH_DOUBT * distance)
     }
 }
 
-/// How far rounding may move a placed vertex: the unit of the tests that must not chase noise, in metres.
+/// How far rounding may move a placed vertex: the unit of the tests that must not chase noise, in
+/// metres.
 fn position_noise(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> f64 {
     let reach = |p: &Polytope| p.centroid().abs().element_sum() + p.radius();
     MARCH_NOISE * (reach(a) + reach(b) + pose_ba.translation.abs().element_sum())

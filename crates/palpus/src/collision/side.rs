@@ -41,7 +41,8 @@ impl<'a> PlacedPair<'a> {
         Self { a, b, pose_ba, tolerance, thinner_than: f64::INFINITY }
     }
 
-    /// A lower bound of the distance of two nodes: by their spheres, and by their boxes where that is not `enough`.
+    /// A lower bound of the distance of two nodes: by their spheres, and by their boxes where that
+    /// is not `enough`.
     pub(super) fn bound(&self, nodes: [u32; 2], enough: f64) -> f64 {
         let (a, b) = (self.a.hierarchy.node(nodes[0]), self.b.hierarchy.node(nodes[1]));
         let gap = sphere_gap(&a.sphere, &b.sphere, self.pose_ba);
@@ -53,7 +54,8 @@ impl<'a> PlacedPair<'a> {
         (self.a.polytope(nodes[0]), self.b.polytope(nodes[1]))
     }
 
-    /// The two halves of a pair of nodes, of which the larger that can be split is; `None` for leaves.
+    /// The two halves of a pair of nodes, of which the larger that can be split is; `None` for
+    /// leaves.
     pub(super) fn halves(&self, nodes: [u32; 2]) -> Option<[[u32; 2]; 2]> {
         let (node_a, node_b) = (self.a.hierarchy.node(nodes[0]), self.b.hierarchy.node(nodes[1]));
         match (node_a.kind, node_b.kind) {

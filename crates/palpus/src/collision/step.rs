@@ -1,7 +1,8 @@
 //! One step of the march, by the kinds of the two features.
 //!
-//! Each kind of pair is written once, for a feature of p against one of q in q's frame, and used both ways round. Features
-//! are closed: a step first finds their closest points, then says where to go or that these are the answer.
+//! Each kind of pair is written once, for a feature of p against one of q in q's frame, and used
+//! both ways round. Features are closed: a step first finds their closest points, then says where
+//! to go or that these are the answer.
 
 use glam::DVec3;
 
@@ -11,7 +12,8 @@ use crate::algebra::Placement;
 use crate::body::Feature::{Edge, Face, Vertex};
 use crate::body::{Feature, Polytope};
 
-/// Body p seen from body q's frame; each kind of feature pair is written once and used both ways round.
+/// Body p seen from body q's frame; each kind of feature pair is written once and used both ways
+/// round.
 pub(super) struct View<'a> {
     pub(super) p: &'a Polytope,
     pub(super) q: &'a Polytope,
@@ -80,7 +82,8 @@ pub(super) fn vertex_vertex(view: &View<'_>, v: u32, w: u32) -> Step {
     Step::Apart(points)
 }
 
-/// The points of vertex `v` of p and the line of edge `e` of q, or the end beyond which the vertex lies.
+/// The points of vertex `v` of p and the line of edge `e` of q, or the end beyond which the vertex
+/// lies.
 #[inline]
 pub(super) fn vertex_over_edge(view: &View<'_>, v: u32, e: u32) -> Result<ClosestPoints, u32> {
     let on_p = view.p_in_q.point(view.p.vertex(v));
@@ -98,7 +101,8 @@ pub(super) fn vertex_over_edge(view: &View<'_>, v: u32, e: u32) -> Result<Closes
     Ok(ClosestPoints { on_p, on_q, normal: across(on_p - on_q, d) })
 }
 
-/// Unit along `r` made perpendicular to `d`: the rounding of two near points must not tilt a normal along an edge.
+/// Unit along `r` made perpendicular to `d`: the rounding of two near points must not tilt a normal
+/// along an edge.
 #[inline]
 pub(super) fn across(r: DVec3, d: DVec3) -> DVec3 {
     (r - d * (r.dot(d) / d.length_squared())).normalize_or_zero()
@@ -158,7 +162,8 @@ pub(super) fn vertex_over_face(view: &View<'_>, v: u32, f: u32) -> Option<Closes
     over.then(|| ClosestPoints { on_p, on_q: on_p - plane.normal * height, normal: plane.normal })
 }
 
-/// The edge of vertex `v` of p that descends most steeply along `normal` (in q's frame), if by more than rounding.
+/// The edge of vertex `v` of p that descends most steeply along `normal` (in q's frame), if by more
+/// than rounding.
 #[inline]
 fn descending_edge(view: &View<'_>, v: u32, normal: DVec3) -> Option<u32> {
     let down = -view.q_in_p.vector(normal);
@@ -179,10 +184,12 @@ fn descending_edge(view: &View<'_>, v: u32, normal: DVec3) -> Option<u32> {
     best
 }
 
-/// A vertex under a face and within its prism, the local minimum of the march: inside of q, or over another face.
+/// A vertex under a face and within its prism, the local minimum of the march: inside of q, or over
+/// another face.
 fn below_face(view: &View<'_>, v: u32, f: u32, on_p: DVec3) -> Step {
     if view.q.is_flat() {
-        // Nothing is inside of a plate, nor over its rims: below the front (0) is above the back (1).
+        // Nothing is inside of a plate, nor over its rims: below the front (0) is above the back
+        // (1).
         return Step::Move(Vertex(v), Face(u32::from(f == 0)));
     }
     let cover = lowest_cover(view.q, f, on_p);
@@ -208,8 +215,8 @@ pub(super) fn between_edges(view: &View<'_>, e: u32, g: u32) -> Result<ClosestPo
     }
     let (on_p, on_q) = (tail_p + dp * s, tail_q + dq * t);
     let r = on_p - on_q;
-    // The edges' cross product is known to an ulp over the sine of their angle, the points' line to ulps of the reach over
-    // its length.
+    // The edges' cross product is known to an ulp over the sine of their angle, the points' line to
+    // ulps of the reach over its length.
     let cross = dp.cross(dq);
     let lengths = dp.length_squared() * dq.length_squared();
     let normal = if cross.length_squared() * (view.reach * view.reach) > r.length_squared() * lengths {

@@ -5,8 +5,9 @@ use glam::DVec3;
 use crate::algebra::Placement;
 use crate::body::Polytope;
 
-/// Returns the gap between the supports of two pieces along `normal` (unit, from b into a, in b's frame), negative by how far they
-/// overlap along it, model units; and the supports, vertices of a and of b. Never above the distance of the pieces.
+/// Returns the gap between the supports of two pieces along `normal` (unit, from b into a, in b's
+/// frame), negative by how far they overlap along it, model units; and the supports, vertices of a
+/// and of b. Never above the distance of the pieces.
 ///
 /// Climbs begin at the vertices `hub`. `pose_ba` places a's frame in b's.
 #[inline]

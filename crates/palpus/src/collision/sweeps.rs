@@ -11,11 +11,13 @@ use crate::body::{Feature, FeaturePair, Polytope};
 
 const SEED: u64 = 0x4D41_5243;
 
-/// March against its own proof and against GJK; also how much the proof falls short, relative to the distance.
+/// March against its own proof and against GJK; also how much the proof falls short, relative to
+/// the distance.
 fn check(a: &Polytope, b: &Polytope, pose: &Placement, start: FeaturePair, what: &str) -> (March, f64) {
     let answer = march(a, b, pose, start);
     let expected = gjk(a, b, pose, start);
-    // Hulls merge faces that are planar within COPLANAR only; the other bodies' faces are planar within rounding.
+    // Hulls merge faces that are planar within COPLANAR only; the other bodies' faces are planar
+    // within rounding.
     let flat_faces = !what.contains("hull");
     let context = || format!("{what}, seed {SEED:#x}\n{answer:?}\n{expected:?}");
     let off = if flat_faces { OFF_MARCH } else { OFF_MERGED };
@@ -90,7 +92,8 @@ fn the_direction_of_a_shallow_overlap_leads_out() {
 /// What is proven before a march, or the march.
 enum Bounded {
     Within(March),
-    /// The bodies are at least this far apart, in metres, more than the bound; shown by the unit direction, from b into a, in b's frame.
+    /// The bodies are at least this far apart, in metres, more than the bound; shown by the unit
+    /// direction, from b into a, in b's frame.
     Beyond {
         lower: f64,
         normal: DVec3,
@@ -145,7 +148,8 @@ fn a_bound_is_proven_or_the_answer_is_whole() {
     assert!(beyond > zoo.len() * zoo.len(), "{beyond} proofs, seed {SEED:#x}");
 }
 
-/// A pose of `a` that is special to `b`: aligned, quarter-turned or a hair off, at a chosen gap (negative: overlapping).
+/// A pose of `a` that is special to `b`: aligned, quarter-turned or a hair off, at a chosen gap
+/// (negative: overlapping).
 fn contact_pose(random: &mut Random, a: &Polytope, b: &Polytope) -> Placement {
     let quarter = std::f64::consts::FRAC_PI_2;
     let turns = DVec3::new(random.below(5) as f64, random.below(5) as f64, random.below(5) as f64) * quarter * 0.5;

@@ -1,17 +1,21 @@
-//! Voronoi regions of the features of a polytope: which of a feature's planes does a point violate most?
+//! Voronoi regions of the features of a polytope: which of a feature's planes does a point violate
+//! most?
 //!
-//! The region of a feature is the set of points outside of the polytope that are nearest to it. It is bounded by planes
-//! through the feature, each shared with the region of a neighbouring feature \[Mirtich 1998, §2\]:
+//! The region of a feature is the set of points outside of the polytope that are nearest to it. It
+//! is bounded by planes through the feature, each shared with the region of a neighbouring feature
+//! \[Mirtich 1998, §2\]:
 //!
 //! * vertex: one plane per spoke, perpendicular to it; beyond lies the edge;
-//! * edge: two planes at its ends (clamping handles those), and one per face, perpendicular to the face; beyond lies the face;
+//! * edge: two planes at its ends (clamping handles those), and one per face, perpendicular to the
+//!   face; beyond lies the face;
 //! * face: one plane per side, perpendicular to the face; beyond lies the side's edge.
 //!
-//! A feature is left for a *larger* one only when the gain exceeds the rounding of the positions (`noise`, metres), and
-//! for a *smaller* one at any sign. The dead zone between the two keeps parallel features from handing a walk back and forth.
+//! A feature is left for a *larger* one only when the gain exceeds the rounding of the positions
+//! (`noise`, metres), and for a *smaller* one at any sign. The dead zone between the two keeps
+//! parallel features from handing a walk back and forth.
 //!
-//! A face has a second kind of nearest point: one below its plane. [`lowest_cover`] tells whether such a point lies inside
-//! of the whole polytope, without looking at all faces.
+//! A face has a second kind of nearest point: one below its plane. [`lowest_cover`] tells whether
+//! such a point lies inside of the whole polytope, without looking at all faces.
 //!
 //! All points are in the polytope's own frame.
 
@@ -41,9 +45,11 @@ pub(super) fn beyond_vertex(polytope: &Polytope, v: u32, x: DVec3, noise: f64) -
     best
 }
 
-/// The face of edge `e` into whose region `toward` leads (from a point of the edge), if by more than `noise`.
+/// The face of edge `e` into whose region `toward` leads (from a point of the edge), if by more
+/// than `noise`.
 ///
-/// When both faces are violated, the point lies low beside the edge; a face that sees it from above is preferred.
+/// When both faces are violated, the point lies low beside the edge; a face that sees it from above
+/// is preferred.
 #[inline]
 pub(super) fn beyond_edge(polytope: &Polytope, e: u32, toward: DVec3, noise: f64) -> Option<u32> {
     let Edge { tail, head, left, right } = polytope.edge(e);
@@ -69,10 +75,12 @@ pub(super) fn beyond_edge(polytope: &Polytope, e: u32, toward: DVec3, noise: f64
     }
 }
 
-/// The side (index into the loop) of face `f` whose plane `x` violates most; `None` when `x` is over the face.
+/// The side (index into the loop) of face `f` whose plane `x` violates most; `None` when `x` is
+/// over the face.
 ///
-/// For a convex polygon, the side that is violated most carries the point of the closed face nearest to `x`. Nothing is over
-/// a rim, which has no width: one of its two sides answers always, and their ends bound it.
+/// For a convex polygon, the side that is violated most carries the point of the closed face
+/// nearest to `x`. Nothing is over a rim, which has no width: one of its two sides answers always,
+/// and their ends bound it.
 #[inline]
 pub(super) fn beyond_face(polytope: &Polytope, f: u32, x: DVec3) -> Option<usize> {
     let corners = polytope.face_vertices(f);
@@ -109,12 +117,14 @@ pub(super) struct Cover {
     pub(super) inside: bool,
 }
 
-/// The face through which the ray from the centroid through `x` leaves the solid, found by climbing from face `from`.
+/// The face through which the ray from the centroid through `x` leaves the solid, found by climbing
+/// from face `from`.
 ///
-/// The face maximises the gauge `normal · (x − c) / height of the face over c`. That is a support query on the polar dual
-/// polytope, whose vertices are the faces and whose edges are the edges: a climb over adjacent faces ends at the global maximum.
-/// The point is inside exactly when the gauge is at most 1. An inside point then gets the nearest face that a climb by
-/// height reaches, as the better guess of a way out. Not for plates.
+/// The face maximises the gauge `normal · (x − c) / height of the face over c`. That is a support
+/// query on the polar dual polytope, whose vertices are the faces and whose edges are the edges: a
+/// climb over adjacent faces ends at the global maximum. The point is inside exactly when the gauge
+/// is at most 1. An inside point then gets the nearest face that a climb by height reaches, as the
+/// better guess of a way out. Not for plates.
 pub(super) fn lowest_cover(polytope: &Polytope, from: u32, x: DVec3) -> Cover {
     let centre = polytope.centroid();
     let gauge = |f: u32| {

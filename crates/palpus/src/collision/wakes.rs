@@ -1,11 +1,13 @@
 //! When each sleeping pair has to be looked at: a board of wake values, searched block by block.
 //!
-//! A pair's wake value is the odometer's sum up to which it may sleep. The board keeps one value a place and the least value
-//! of each block of places; a tick reads one number a block and opens only the blocks in which something is due.
-//! Setting and silencing a value touch two numbers, so that pairs come and go for nothing.
+//! A pair's wake value is the odometer's sum up to which it may sleep. The board keeps one value a
+//! place and the least value of each block of places; a tick reads one number a block and opens
+//! only the blocks in which something is due. Setting and silencing a value touch two numbers, so
+//! that pairs come and go for nothing.
 //!
-//! A heap would hand out the due pairs in order, which nobody needs, and would have to be repaired along a path for each of
-//! them; a wheel of buckets moves many entries at once when it turns over, which a loop at 1 kHz feels.
+//! A heap would hand out the due pairs in order, which nobody needs, and would have to be repaired
+//! along a path for each of them; a wheel of buckets moves many entries at once when it turns over,
+//! which a loop at 1 kHz feels.
 
 /// Places that share a least value.
 pub(super) const BLOCK: usize = 32;
@@ -60,7 +62,8 @@ impl WakeBoard {
         self.least[from..to].iter().position(|&least| least < sum).map(|k| from + k)
     }
 
-    /// Writes the places of a block whose values are less than `sum` to `due`, corrects the block's least value, and answers how many there are.
+    /// Writes the places of a block whose values are less than `sum` to `due`, corrects the block's
+    /// least value, and answers how many there are.
     pub(super) fn open(&mut self, block: usize, sum: u64, due: &mut [u32; BLOCK]) -> usize {
         let begin = block * BLOCK;
         let (mut count, mut least) = (0, NEVER);

@@ -11,17 +11,19 @@ use crate::body::{Feature, FeaturePair};
 pub struct WarmStart {
     /// The last closest features: where the march starts.
     pub features: FeaturePair,
-    /// The normal of the last depth or of the last closest points: unit, from b into a, in b's frame; zero when there is none.
-    /// Without a `facet` it only has separated the two.
+    /// The normal of the last depth or of the last closest points: unit, from b into a, in b's
+    /// frame; zero when there is none. Without a `facet` it only has separated the two.
     pub normal: DVec3,
     /// Vertices of a and b that support that normal.
     pub hub: [u32; 2],
-    /// The features that the last depth, or the last closest points within tolerance, rest on: where a depth walk starts; none
-    /// when there are none.
+    /// The features that the last depth, or the last closest points within tolerance, rest on:
+    /// where a depth walk starts; none when there are none.
     pub facet: Option<FeaturePair>,
-    /// The features of the last depth along a normal that both pieces own, where that was not the least depth.
+    /// The features of the last depth along a normal that both pieces own, where that was not the
+    /// least depth.
     pub admissible: Option<FeaturePair>,
-    /// The sum of the bodies' turns (rad) up to which no normal is owned by both pieces; minus infinity when nothing is known.
+    /// The sum of the bodies' turns (rad) up to which no normal is owned by both pieces; minus
+    /// infinity when nothing is known.
     pub(crate) barren_until: f64,
 }
 

@@ -1,27 +1,35 @@
 //! The depth along normals that the pieces own on their meshes \[K02 §3.4\].
 //!
-//! A hull adds faces that are not surface, and a depth along the normal of such a face would push out of a surface that
-//! nobody sees. So the depth that becomes a contact is the least h over the *admissible* facets of the CSO alone:
+//! A hull adds faces that are not surface, and a depth along the normal of such a face would push
+//! out of a surface that nobody sees. So the depth that becomes a contact is the least h over the
+//! *admissible* facets of the CSO alone:
 //!
-//! * a normal of b (of an own face, or borrowed at the end of an arc) against a vertex of a that owns the opposite one, and the reverse;
+//! * a normal of b (of an own face, or borrowed at the end of an arc) against a vertex of a that
+//!   owns the opposite one, and the reverse;
 //! * two edges whose own arcs cross.
 //!
-//! Both bodies own such a normal where they touch. The depth is never less than the unconstrained one, and while a piece owns
-//! its facets it depends continuously on the pose: h does along every normal, a crossing moves continuously, and where it ceases to be, at
-//! an end of an arc, the end itself is admissible and has the same h. Only where a vertex ceases to own a normal, since a neighbour on
-//! the mesh rises above it, a facet goes; then the piece of that neighbour has it, at the same h.
+//! Both bodies own such a normal where they touch. The depth is never less than the unconstrained
+//! one, and while a piece owns its facets it depends continuously on the pose: h does along every
+//! normal, a crossing moves continuously, and where it ceases to be, at an end of an arc, the end
+//! itself is admissible and has the same h. Only where a vertex ceases to own a normal, since a
+//! neighbour on the mesh rises above it, a facet goes; then the piece of that neighbour has it, at
+//! the same h.
 //!
 //! 1. If the walk has ended on an admissible facet, that is the least of all and stands.
-//! 2. Else every admissible facet is tried that is no deeper than the one of last time. A normal outside of the cap of all that the other
-//!    piece owns is none ([`Cap`]). h along a normal is at least n·c for any
-//!    vertex c of the CSO, so that one known support sorts most of the others out: a normal by one product, an arc by its two
-//!    ends (along an arc n·c is concave where it is not negative).
-//! 3. The arcs that are left are crossed, a's with b's; the least facet is measured with true supports.
-//! 4. If there is no admissible facet, the least normal that one of the pieces owns can be asked for
-//!    ([`half_admissible_depth`]): no contact, unless nothing else holds two overlapping bodies apart.
+//! 2. Else every admissible facet is tried that is no deeper than the one of last time. A normal
+//!    outside of the cap of all that the other piece owns is none ([`Cap`]). h along a normal is at
+//!    least n·c for any vertex c of the CSO, so that one known support sorts most of the others
+//!    out: a normal by one product, an arc by its two ends (along an arc n·c is concave where it is
+//!    not negative).
+//! 3. The arcs that are left are crossed, a's with b's; the least facet is measured with true
+//!    supports.
+//! 4. If there is no admissible facet, the least normal that one of the pieces owns can be asked
+//!    for ([`half_admissible_depth`]): no contact, unless nothing else holds two overlapping bodies
+//!    apart.
 //!
-//! Deviation from \[K02\], which moves a depth from virtual features to an original one next to them, and then lets the
-//! walk go on for one step: that jumps where the neighbourhood changes, and may miss the least.
+//! Deviation from \[K02\], which moves a depth from virtual features to an original one next to
+//! them, and then lets the walk go on for one step: that jumps where the neighbourhood changes, and
+//! may miss the least.
 
 mod arcs;
 mod points;
@@ -45,14 +53,15 @@ pub struct AdmissibleDepth {
     pub point_a: DVec3,
     /// In b's supporting plane.
     pub point_b: DVec3,
-    /// The two points on the features themselves: where the one that owns the normal is nearest to the other.
+    /// The two points on the features themselves: where the one that owns the normal is nearest to
+    /// the other.
     pub facing: (DVec3, DVec3),
     /// Unit, from b into a.
     pub normal: DVec3,
     /// `max_b n·b − min_a n·a` along `normal`.
     pub depth: f64,
-    /// The features that own the normal, and what they meet: a vertex and a face, a vertex and an edge (with the normal that
-    /// ends its arc), or two edges.
+    /// The features that own the normal, and what they meet: a vertex and a face, a vertex and an
+    /// edge (with the normal that ends its arc), or two edges.
     pub features: FeaturePair,
     /// True if the walk had ended elsewhere.
     pub moved: bool,
@@ -74,8 +83,9 @@ impl AdmissibleScratch {
     }
 }
 
-/// The least depth over the admissible facets of a pair; `walked` is its unconstrained depth, `last` the features of the
-/// answer at the last, near pose. None if no normal is owned by both pieces.
+/// The least depth over the admissible facets of a pair; `walked` is its unconstrained depth,
+/// `last` the features of the answer at the last, near pose. None if no normal is owned by both
+/// pieces.
 pub fn admissible_depth(
     a: &OwnNormals<'_>,
     b: &OwnNormals<'_>,
@@ -101,8 +111,8 @@ pub fn admissible_depth(
     search.answer(&mut walk.clip)
 }
 
-/// The least depth along the normals of faces that one of the pieces owns, whether the other does or not; climbs begin at
-/// `hub`. None if neither piece owns a normal.
+/// The least depth along the normals of faces that one of the pieces owns, whether the other does
+/// or not; climbs begin at `hub`. None if neither piece owns a normal.
 pub fn half_admissible_depth(
     a: &OwnNormals<'_>,
     b: &OwnNormals<'_>,
@@ -116,10 +126,11 @@ pub fn half_admissible_depth(
     search.answer(&mut walk.clip)
 }
 
-/// The angle (rad) by which the pieces may turn against each other without coming to own a normal of a facet together, wherever they are; 0
-/// where that is not known.
+/// The angle (rad) by which the pieces may turn against each other without coming to own a normal
+/// of a facet together, wherever they are; 0 where that is not known.
 ///
-/// Each normal of one piece must come to what the other owns, or the ends of an arc to an arc of the other: these ends are normals.
+/// Each normal of one piece must come to what the other owns, or the ends of an arc to an arc of
+/// the other: these ends are normals.
 pub(crate) fn barren_angle(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f64 {
     let mut least = f64::INFINITY;
     for normal in normals(b) {
@@ -207,8 +218,8 @@ impl<'s> Search<'s> {
         }
     }
 
-    /// Nothing beyond the facet of last time needs to be looked at. It is not taken itself: of facets of the same depth the answer
-    /// is the first, whatever was before.
+    /// Nothing beyond the facet of last time needs to be looked at. It is not taken itself: of
+    /// facets of the same depth the answer is the first, whatever was before.
     fn no_deeper_than(&mut self, last: FeaturePair) {
         self.try_again(last);
         self.found = None;

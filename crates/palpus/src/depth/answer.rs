@@ -5,7 +5,8 @@ use glam::DVec3;
 use crate::body::FeaturePair;
 use crate::collision::StopReason;
 
-/// A pair of vertices whose normal cones overlap: the hub about which the CSO is extended locally \[K02 §3.3.1\].
+/// A pair of vertices whose normal cones overlap: the hub about which the CSO is extended locally
+/// \[K02 §3.3.1\].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct HubPair {
     /// Vertex of a.
@@ -83,8 +84,8 @@ pub struct Depth {
     pub point_b: DVec3,
     /// Unit, from b into a.
     pub normal: DVec3,
-    /// `max_b n·b − min_a n·a` along `normal`. Not negative for pairs that overlap; a negative value means that the pair
-    /// turned out to be apart by at least that much.
+    /// `max_b n·b − min_a n·a` along `normal`. Not negative for pairs that overlap; a negative
+    /// value means that the pair turned out to be apart by at least that much.
     pub depth: f64,
     /// The features that span the facet of the CSO on which the answer lies.
     pub antipodal: Antipodal,

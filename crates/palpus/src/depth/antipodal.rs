@@ -1,15 +1,17 @@
 //! From a corner of the overlay to a facet of the CSO, and on to its hubs \[K02 §3.3.3, step 4\].
 //!
-//! The facet of the CSO along n is the planar sum of the features of b and −a that lie in the supporting plane: a
-//! vertex and a face give a copy of the face, two crossing edges a parallelogram, and flush features (a box on a table)
-//! whatever polygon their sum is. Its corners are hub pairs, those that the walk may move to.
+//! The facet of the CSO along n is the planar sum of the features of b and −a that lie in the
+//! supporting plane: a vertex and a face give a copy of the face, two crossing edges a
+//! parallelogram, and flush features (a box on a table) whatever polygon their sum is. Its corners
+//! are hub pairs, those that the walk may move to.
 //!
-//! The facet also shows where to go: if the origin, projected onto its plane, lies beyond one of its sides, then h falls
-//! in that side's direction, and the two hubs at the ends of the side know a lower facet. If it lies within, the
-//! facet is a local minimum of h.
+//! The facet also shows where to go: if the origin, projected onto its plane, lies beyond one of
+//! its sides, then h falls in that side's direction, and the two hubs at the ends of the side know
+//! a lower facet. If it lies within, the facet is a local minimum of h.
 //!
 //! 1. Find the features of a and b that are flush with the supporting plane.
-//! 2. Run around the sum of the two polygons, merging their sides by direction, and report each side.
+//! 2. Run around the sum of the two polygons, merging their sides by direction, and report each
+//!    side.
 
 use glam::DVec3;
 
@@ -19,7 +21,8 @@ use super::{Antipodal, HubPair};
 use crate::body::{Feature, Loop, Polytope};
 
 impl Antipodal {
-    /// The pair of features that has these three corners of a facet of the CSO. None if flush features or rounding are in the way.
+    /// The pair of features that has these three corners of a facet of the CSO. None if flush
+    /// features or rounding are in the way.
     pub(super) fn spanned(a: &Polytope, b: &Polytope, hubs: [HubPair; 3]) -> Option<Self> {
         match (spanned(a, hubs.map(|hub| hub.a))?, spanned(b, hubs.map(|hub| hub.b))?) {
             (Feature::Vertex(a), Feature::Face(b)) => Some(Self::VertexFace { a, b }),
@@ -90,7 +93,8 @@ pub(super) struct Facet<'p> {
 }
 
 impl<'p> Facet<'p> {
-    /// The facet at a corner of an overlap, with the features that lie in its plane within the angle `within` (radians).
+    /// The facet at a corner of an overlap, with the features that lie in its plane within the
+    /// angle `within` (radians).
     pub(super) fn at(cso: &Cso<'p>, corner: &Corner, within: f64) -> Self {
         let toward_b = cso.toward_b(corner.normal);
         let (feature_a, feature_b) = match corner.antipodal {
@@ -109,8 +113,8 @@ impl<'p> Facet<'p> {
         Self { normal: corner.normal, a: Flush::new(cso.a, features.a), b: Flush::new(cso.b, features.b) }
     }
 
-    /// The side beyond which the origin's projection lies farthest, or nearest to which it lies within; none if the
-    /// facet has no sides, which no corner of an overlap has.
+    /// The side beyond which the origin's projection lies farthest, or nearest to which it lies
+    /// within; none if the facet has no sides, which no corner of an overlap has.
     pub(super) fn farthest_side(&self, cso: &Cso<'_>) -> Option<Side> {
         let mut farthest: Option<Side> = None;
         self.for_each_side(cso, |side| {
@@ -123,8 +127,9 @@ impl<'p> Facet<'p> {
 
     /// Calls `visit` for each side of the facet in turn.
     pub(super) fn for_each_side(&self, cso: &Cso<'_>, mut visit: impl FnMut(Side)) {
-        // Counter-clockwise about the normal: b's loop as it is; so is a's, which runs clockwise about the normal since
-        // its outward normal is the opposite one, once it is reflected and read backwards.
+        // Counter-clockwise about the normal: b's loop as it is; so is a's, which runs clockwise
+        // about the normal since its outward normal is the opposite one, once it is reflected and
+        // read backwards.
         let (mut start_a, mut start_b) = (0, 0);
         if self.a.count > 1 && self.b.count > 1 {
             let along = self.normal.any_orthonormal_vector();
@@ -154,7 +159,8 @@ pub(super) struct Side {
     pub(super) to: HubPair,
     /// In the facet's plane, away from the facet; not unit.
     pub(super) outward: DVec3,
-    /// How far the origin's projection lies beyond the side, squared, with its sign: negative within.
+    /// How far the origin's projection lies beyond the side, squared, with its sign: negative
+    /// within.
     pub(super) beyond: f64,
 }
 
@@ -197,7 +203,8 @@ impl<'l, 'p, P: Fn(u32) -> DVec3> Lap<'l, 'p, P> {
     }
 }
 
-/// The largest feature around vertex `v` that is flush with the plane that `direction` (unit, local) supports there.
+/// The largest feature around vertex `v` that is flush with the plane that `direction` (unit,
+/// local) supports there.
 pub(super) fn flush_at_vertex(polytope: &Polytope, v: u32, direction: DVec3, within: f64) -> Feature {
     let at = polytope.vertex(v);
     let mut feature = Feature::Vertex(v);
@@ -214,7 +221,8 @@ pub(super) fn flush_at_vertex(polytope: &Polytope, v: u32, direction: DVec3, wit
     feature
 }
 
-/// The face beside edge `e` that is flush with the plane that `direction` (unit, local) supports, or the edge.
+/// The face beside edge `e` that is flush with the plane that `direction` (unit, local) supports,
+/// or the edge.
 fn flush_at_edge(polytope: &Polytope, e: u32, direction: DVec3, within: f64) -> Feature {
     let edge = polytope.edge(e);
     [edge.left, edge.right]

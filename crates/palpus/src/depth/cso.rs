@@ -1,7 +1,8 @@
 //! A pair of polytopes seen as one convex body: the Minkowski difference (CSO) of \[K02 §3.3\].
 //!
-//! Written with the reflection of a, the CSO is the sum of b and −a: its vertices are `b − a` over hub pairs, and its
-//! support offset along a unit n is `h(n) = max_b n·b − min_a n·a`. All of it is in b's frame.
+//! Written with the reflection of a, the CSO is the sum of b and −a: its vertices are `b − a` over
+//! hub pairs, and its support offset along a unit n is `h(n) = max_b n·b − min_a n·a`. All of it is
+//! in b's frame.
 
 use glam::DVec3;
 
@@ -43,7 +44,8 @@ impl Cso<'_> {
         -self.b.plane(f).height(self.point_a(v))
     }
 
-    /// h along the reversed normal of face `f` of a, which is `normal` in b's frame, where vertex `v` of b supports it.
+    /// h along the reversed normal of face `f` of a, which is `normal` in b's frame, where vertex
+    /// `v` of b supports it.
     #[inline]
     pub(super) fn offset_at_face_of_a(&self, f: u32, v: u32, normal: DVec3) -> f64 {
         normal.dot(self.b.vertex(v) - self.pose_ba.translation) + self.a.plane(f).offset

@@ -1,25 +1,29 @@
-//! From facet to neighbouring facet of the CSO, downhill: the coherent half of the walk \[K02 §3.3.3\].
+//! From facet to neighbouring facet of the CSO, downhill: the coherent half of the walk \[K02
+//! §3.3.3\].
 //!
-//! Last tick's facet is nearly always this tick's, or a neighbour of it. So nothing is searched: the facet is set up at
-//! the new pose, and the facets across its sides are looked at, each found by turning the supporting plane about that side
-//! until it meets the next vertex. On the Gauss map, the plane's normal runs along the arc of an edge of one body, from the
-//! facet's corner to the next corner of the overlay, which is the far end of the arc or the first arc of the other body
-//! that it crosses.
+//! Last tick's facet is nearly always this tick's, or a neighbour of it. So nothing is searched:
+//! the facet is set up at the new pose, and the facets across its sides are looked at, each found
+//! by turning the supporting plane about that side until it meets the next vertex. On the Gauss
+//! map, the plane's normal runs along the arc of an edge of one body, from the facet's corner to
+//! the next corner of the overlay, which is the far end of the arc or the first arc of the other
+//! body that it crosses.
 //!
-//! 1. Set the facet up: climb to the vertex that supports its face; or see whether its two edges still cross, and if
-//!    not, take the best face beside them.
-//! 2. Unless a proof follows, glance, at first and at last, at the normals around it: mostly those of one body tell that all facets which share as much
-//!    as a corner with this one are higher. Then this is the end.
-//! 3. Otherwise look across each side (of a face of many sides, across the one beyond which the origin lies); move to
-//!    the lowest facet that is lower than the present one, and look again.
-//! 4. With none there, no facet is nearer that shares a side. The hubs at which the glance could not tell are for the walk over
-//!    hubs to look at.
+//! 1. Set the facet up: climb to the vertex that supports its face; or see whether its two edges
+//!    still cross, and if not, take the best face beside them.
+//! 2. Unless a proof follows, glance, at first and at last, at the normals around it: mostly those
+//!    of one body tell that all facets which share as much as a corner with this one are higher.
+//!    Then this is the end.
+//! 3. Otherwise look across each side (of a face of many sides, across the one beyond which the
+//!    origin lies); move to the lowest facet that is lower than the present one, and look again.
+//! 4. With none there, no facet is nearer that shares a side. The hubs at which the glance could
+//!    not tell are for the walk over hubs to look at.
 //! 5. The offset is measured with true supports.
 //!
-//! Flush features (a box on a table) make facets of many corners, and turning about their sides leads nowhere. As soon as
-//! one is met, and whenever anything else is odd, there is no answer, and the walk over hubs gives it, which costs some times as
-//! much. That walk also sees facets that share only a corner with the present one; this one doesn't, which makes no
-//! difference along coherent motion (as measured) but does from a cold start.
+//! Flush features (a box on a table) make facets of many corners, and turning about their sides
+//! leads nowhere. As soon as one is met, and whenever anything else is odd, there is no answer, and
+//! the walk over hubs gives it, which costs some times as much. That walk also sees facets that
+//! share only a corner with the present one; this one doesn't, which makes no difference along
+//! coherent motion (as measured) but does from a cold start.
 
 mod glance;
 mod spokes;
@@ -46,8 +50,8 @@ pub(super) struct Bottom {
     pub(super) doubt: Doubt,
 }
 
-/// Goes downhill from the facet of `antipodal`. None if flush features or rounding are in the way. Not `thorough`, it does not ask
-/// for facets that share no more than a corner with the last.
+/// Goes downhill from the facet of `antipodal`. None if flush features or rounding are in the way.
+/// Not `thorough`, it does not ask for facets that share no more than a corner with the last.
 #[inline]
 pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool) -> Option<Bottom> {
     let pose_ab = cso.pose_ba.inverse();
@@ -72,7 +76,8 @@ pub(super) fn descend(cso: &Cso<'_>, antipodal: Antipodal, thorough: bool) -> Op
     None
 }
 
-/// The facet of `antipodal` at this pose, for one who knows that none is lower. None as in [`descend`].
+/// The facet of `antipodal` at this pose, for one who knows that none is lower. None as in
+/// [`descend`].
 pub(super) fn settle(cso: &Cso<'_>, antipodal: Antipodal) -> Option<Walked> {
     let pose_ab = cso.pose_ba.inverse();
     let downhill = Downhill { cso, pose_ab: &pose_ab, decrease: WALK_DECREASE * cso.size() };
@@ -88,7 +93,8 @@ struct Here {
     alone: bool,
 }
 
-/// The corner with its true offset: merged faces are flat only within a tolerance, and none of their corners speaks for all.
+/// The corner with its true offset: merged faces are flat only within a tolerance, and none of
+/// their corners speaks for all.
 fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     let hub = HubPair {
         a: cso.a.climb(corner.hub.a, cso.toward_b(corner.normal)).0,
@@ -121,7 +127,8 @@ impl Downhill<'_, '_> {
         View { p: a, q: b, q_in_p: self.pose_ab, p_in_q: pose_ba, p_is_a: true }
     }
 
-    /// The walk that ends at a facet, measured unless that tells nothing new. None if the facet turns out not to support its normal.
+    /// The walk that ends at a facet, measured unless that tells nothing new. None if the facet
+    /// turns out not to support its normal.
     #[inline]
     fn end(&self, here: &Here, steps: u32) -> Option<Walked> {
         let Cso { a, b, .. } = *self.cso;
@@ -163,7 +170,8 @@ impl Downhill<'_, '_> {
         Here { corner, supported: true, alone }
     }
 
-    /// The facet of two edges if they cross on the Gauss map, else that of the lowest face beside them.
+    /// The facet of two edges if they cross on the Gauss map, else that of the lowest face beside
+    /// them.
     fn on_edges(&self, e: u32, g: u32) -> Option<Here> {
         let Cso { a, b, pose_ba } = *self.cso;
         let (edge_a, edge_b) = (a.edge(e), b.edge(g));
@@ -182,7 +190,8 @@ impl Downhill<'_, '_> {
             let normal = edge_normal(along_a, along_b, across)?;
             let antipodal = Antipodal::EdgeEdge { a: e, b: g };
             let corner = Corner { normal, offset: normal.dot(c), antipodal, hub };
-            // Unit vectors that differ by an angle have half its square less than one as their product; twice the angle, for rounding.
+            // Unit vectors that differ by an angle have half its square less than one as their
+            // product; twice the angle, for rounding.
             let flush = 1.0 - 2.0 * FLUSH_WITNESS * FLUSH_WITNESS;
             let alone = normals_a.iter().chain(&normals_b).all(|n| n.dot(normal) < flush);
             return Some(Here { corner, supported: true, alone });
@@ -242,7 +251,8 @@ impl Downhill<'_, '_> {
         Ok(())
     }
 
-    /// Both ways from an edge pair along the arc of edge `g` of p: about the two ends of edge `e` of q.
+    /// Both ways from an edge pair along the arc of edge `g` of p: about the two ends of edge `e`
+    /// of q.
     #[inline]
     fn around_edges(&self, view: &View<'_>, g: u32, e: u32, normal: DVec3, lowest: &mut Lowest) -> Result<(), Odd> {
         let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
@@ -296,7 +306,8 @@ fn edge_normal(along_a: DVec3, along_b: DVec3, across: DVec3) -> Option<DVec3> {
     if across.length_squared() <= PARALLEL_EDGES * PARALLEL_EDGES * length_a * length_b {
         return None;
     }
-    // The rounding of a product of nearly parallel edges lies partly along them; without it the plane supports both.
+    // The rounding of a product of nearly parallel edges lies partly along them; without it the
+    // plane supports both.
     let normal = across - along_a * (across.dot(along_a) / length_a);
     Some(normal / normal.length())
 }

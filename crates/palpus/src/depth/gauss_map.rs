@@ -1,13 +1,13 @@
 //! The normal cone of a vertex, as a spherical polygon: the local Gauss map of \[K02 §3.3.1\].
 //!
-//! The faces around a vertex are the polygon's corners (their normals), the edges its arcs. A vertex supports a unit n
-//! exactly if no edge leaves it upward: `n · edge ≤ 0` for all. Nothing is projected to a plane, so there is no horizon:
-//! cones wider than a hemisphere and needle tips are cones like any other (deviation from \[K02\], which projects
-//! centrally onto z = 1).
+//! The faces around a vertex are the polygon's corners (their normals), the edges its arcs. A
+//! vertex supports a unit n exactly if no edge leaves it upward: `n · edge ≤ 0` for all. Nothing is
+//! projected to a plane, so there is no horizon: cones wider than a hemisphere and needle tips are
+//! cones like any other (deviation from \[K02\], which projects centrally onto z = 1).
 //!
-//! Body a enters reflected, as −a placed in b's frame, so that both cones are made of upward directions and the overlay
-//! treats them alike. Maps are read from the polytopes into flat pages once per query and vertex; a vertex with more
-//! edges than fit a page has several.
+//! Body a enters reflected, as −a placed in b's frame, so that both cones are made of upward
+//! directions and the overlay treats them alike. Maps are read from the polytopes into flat pages
+//! once per query and vertex; a vertex with more edges than fit a page has several.
 
 use glam::DVec3;
 
@@ -26,7 +26,8 @@ const PAGES: usize = 4;
 pub(super) struct Arc {
     /// From the vertex to the neighbour; not unit.
     pub(super) edge: DVec3,
-    /// Outward normal of the face on the left of the edge; for a, left is as the unreflected body has it.
+    /// Outward normal of the face on the left of the edge; for a, left is as the unreflected body
+    /// has it.
     pub(super) left: DVec3,
     /// Outward normal of the face on the right.
     pub(super) right: DVec3,

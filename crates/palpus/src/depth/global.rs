@@ -50,7 +50,7 @@ use cell::Cell;
 use cones::{Goal, Search};
 pub use containment::Containment;
 pub use containment_query::ContainmentQuery;
-use convex::{ConvexMemory, convex_depth};
+use convex::{ConvexMemory, ConvexPair, convex_pair};
 pub use interior::Interior;
 use obstacle::Gate;
 use scene::{Leaf, Ray, Scene};
@@ -104,6 +104,21 @@ pub struct DepthBracket {
     pub evaluations: u64,
 }
 
+impl DepthBracket {
+    /// Of free bodies.
+    fn free(distance: f64) -> Self {
+        Self {
+            lower: 0.0,
+            upper: 0.0,
+            translation: DVec3::ZERO,
+            certified: true,
+            containment: Containment::Neither,
+            distance: Some(distance),
+            evaluations: 1,
+        }
+    }
+}
+
 /// The last answer of a search and the cones and obstacles that proved it, as a start for the next
 /// pose. It changes how soon a search ends, never whether its bounds hold.
 #[derive(Clone, Debug, Default)]
@@ -148,32 +163,43 @@ impl<'a> GlobalDepth<'a> {
     /// Bounds the depth with a at `pose_ba` in b's frame.
     pub fn run(&self, pose_ba: &Pose, settings: &GlobalSettings, memory: &mut GlobalMemory) -> DepthBracket {
         let size = self.a.size().min(self.b.size());
+        let convex = convex_pair(self, pose_ba, &mut memory.convex);
+        if let Some(ConvexPair::Apart(distance)) = convex {
+            return DepthBracket::free(distance);
+        }
+        if let Some(ConvexPair::Overlap { lower, free, partly: true, evaluations }) = convex {
+            return self.bracket(lower, free, settings, (Containment::Neither, None), evaluations);
+        }
         let mut scene = Scene::new(self, pose_ba, DEPTH_HAIR * size, settings.outside);
         let (mut containment, mut distance) = (Containment::Neither, None);
         if scene.surfaces.crossings(DVec3::ZERO, 1).is_empty() {
             distance = Some(scene.surfaces.distance(DVec3::ZERO));
             if !scene.surfaces.nested(DVec3::ZERO) && (!settings.outside || scene.surfaces.escapes(DVec3::ZERO)) {
                 memory.translation = None;
-                return DepthBracket {
-                    lower: 0.0,
-                    upper: 0.0,
-                    translation: DVec3::ZERO,
-                    certified: true,
-                    containment,
-                    distance,
-                    evaluations: 1,
-                };
+                return DepthBracket::free(distance.unwrap_or_default());
             }
             containment = scene.containment();
         }
-        let (lower, translation) = match convex_depth(self, pose_ba, &mut scene, memory) {
-            Some(answer) => answer,
-            None => self.search(&mut scene, settings, pose_ba, memory),
-        };
+        if let Some(ConvexPair::Overlap { lower, free, evaluations, .. }) = convex {
+            return self.bracket(lower, free, settings, (containment, distance), evaluations);
+        }
+        let (lower, translation) = self.search(&mut scene, settings, pose_ba, memory);
         memory.translation = Some(translation);
         memory.pose_ba = Some(*pose_ba);
         let evaluations = scene.evaluations;
         (memory.kept, memory.gates) = scene.keep(&mut memory.leaves);
+        self.bracket(lower, translation, settings, (containment, distance), evaluations)
+    }
+
+    /// The answer for bodies that are not free.
+    fn bracket(
+        &self,
+        lower: f64,
+        translation: DVec3,
+        settings: &GlobalSettings,
+        (containment, distance): (Containment, Option<f64>),
+        evaluations: u64,
+    ) -> DepthBracket {
         let upper = translation.length();
         let rounding = DEPTH_ROUNDING * self.a.size().max(self.b.size());
         let lower = (lower - rounding).clamp(0.0, upper);

@@ -1,23 +1,28 @@
-//! A closed surface of triangles within the CSO, grown about the origin: what a proof of a depth rests on.
+//! A closed surface of triangles within the CSO, grown about the origin: what a proof of a depth
+//! rests on.
 //!
-//! Its corners are differences of vertices of the two bodies, so the CSO holds them and their hull, whatever the surface
-//! looks like. If no triangle comes nearer to the origin than u and the surface winds around the origin, it winds around
-//! every point of the ball of radius u; so the CSO holds that ball, and no direction has h(n) < u. The surface
-//! need not be convex for that, nor need it be one sheet: it only has to be closed, with every edge run through
-//! once in each direction, which all that is done here preserves. It winds around the origin if every triangle sees the origin on
-//! its inner side.
+//! Its corners are differences of vertices of the two bodies, so the CSO holds them and their hull,
+//! whatever the surface looks like. If no triangle comes nearer to the origin than u and the
+//! surface winds around the origin, it winds around every point of the ball of radius u; so the CSO
+//! holds that ball, and no direction has h(n) < u. The surface need not be convex for that, nor
+//! need it be one sheet: it only has to be closed, with every edge run through once in each
+//! direction, which all that is done here preserves. It winds around the origin if every triangle
+//! sees the origin on its inner side.
 //!
-//! 1. Begin with a tetrahedron of supports (cold), or with what an earlier proof left, its corners moved along with the bodies.
-//! 2. Judge each triangle: its unit normal and the least height of its corners along it, by which the triangle keeps off
-//!    the origin even where rounding tilts the normal.
-//! 3. Grow it from a triangle to a further corner: take away the triangles around that face the corner, and close
-//!    the hole with a fan about it. A triangle that already has the corner is taken away with them; that flips an edge
-//!    when motion has folded the surface.
+//! 1. Begin with a tetrahedron of supports (cold), or with what an earlier proof left, its corners
+//!    moved along with the bodies.
+//! 2. Judge each triangle: its unit normal and the least height of its corners along it, by which
+//!    the triangle keeps off the origin even where rounding tilts the normal.
+//! 3. Grow it from a triangle to a further corner: take away the triangles around that face the
+//!    corner, and close the hole with a fan about it. A triangle that already has the corner is
+//!    taken away with them; that flips an edge when motion has folded the surface.
 //!
-//! Triangles lie without gaps: those that a growth makes take the places of those that it has taken away.
+//! Triangles lie without gaps: those that a growth makes take the places of those that it has taken
+//! away.
 //!
-//! A triangle of no height lies, as far as the proof can tell, on edges that others have too, and those are judged. It counts as seen from
-//! everywhere, so that it goes together with its neighbours.
+//! A triangle of no height lies, as far as the proof can tell, on edges that others have too, and
+//! those are judged. It counts as seen from everywhere, so that it goes together with its
+//! neighbours.
 
 mod grow;
 mod validate;
@@ -35,7 +40,8 @@ pub(super) struct Tip {
     pub(super) at: DVec3,
 }
 
-/// Edge `side` of a triangle, from its tip `side` to the next. [`PROOF_TRIANGLES`] leaves room for both in one number.
+/// Edge `side` of a triangle, from its tip `side` to the next. [`PROOF_TRIANGLES`] leaves room for
+/// both in one number.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Half(u16);
 
@@ -56,7 +62,8 @@ impl Half {
     }
 }
 
-/// A triangle's corners, counter-clockwise seen from outside, and what lies across the edge from tip k to the next.
+/// A triangle's corners, counter-clockwise seen from outside, and what lies across the edge from
+/// tip k to the next.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Joint {
     pub(super) tips: [u16; 3],
@@ -65,7 +72,8 @@ pub(super) struct Joint {
     alive: bool,
 }
 
-/// An edge around a hole: from one tip to the next, and the edge of the triangle outside, which runs the other way.
+/// An edge around a hole: from one tip to the next, and the edge of the triangle outside, which
+/// runs the other way.
 #[derive(Clone, Copy, Debug)]
 struct Rim {
     from: u16,
@@ -97,11 +105,13 @@ pub(super) struct Surface {
     joints: Vec<Joint>,
     /// Of each triangle: outward and unit; zero for one of no height.
     normals: Vec<DVec3>,
-    /// Of each triangle, the least height of its tips along the normal; infinite for one of no height, and for one that was taken away.
+    /// Of each triangle, the least height of its tips along the normal; infinite for one of no
+    /// height, and for one that was taken away.
     offsets: Vec<f64>,
     /// Lengths below this are rounding.
     slack: f64,
-    /// Motion may have folded it, so that a support can be a tip that it has. One grown from nothing is convex.
+    /// Motion may have folded it, so that a support can be a tip that it has. One grown from
+    /// nothing is convex.
     folded: bool,
     /// Places of triangles that were taken away.
     free: Vec<u16>,
@@ -128,8 +138,8 @@ impl Surface {
         }
     }
 
-    /// Empties the surface; `slack` is the length below which a height is rounding, and `folded` tells that what follows
-    /// was moved since it was grown.
+    /// Empties the surface; `slack` is the length below which a height is rounding, and `folded`
+    /// tells that what follows was moved since it was grown.
     pub(super) fn clear(&mut self, slack: f64, folded: bool) {
         self.tips.clear();
         self.joints.clear();
@@ -179,7 +189,8 @@ impl Surface {
         true
     }
 
-    /// The triangle that comes nearest to the origin, or has it farthest outside. Its offset is infinite if no triangle has a height.
+    /// The triangle that comes nearest to the origin, or has it farthest outside. Its offset is
+    /// infinite if no triangle has a height.
     #[inline]
     pub(super) fn nearest(&self) -> Nearest {
         let offset = least(&self.offsets);
@@ -260,8 +271,8 @@ impl Surface {
     }
 }
 
-/// The unit normal of the triangle p, q, r and the least height of its corners along it; zero and infinity if it is lower than
-/// about `slack`.
+/// The unit normal of the triangle p, q, r and the least height of its corners along it; zero and
+/// infinity if it is lower than about `slack`.
 #[inline]
 pub(super) fn judged([p, q, r]: [DVec3; 3], slack: f64) -> (DVec3, f64) {
     judged_from(p, [q, r], [q - p, r - p], slack * slack)

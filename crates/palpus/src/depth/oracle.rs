@@ -1,8 +1,9 @@
 //! The exhaustive depth, for tests: no walk, no Gauss map, no tolerance that decides.
 //!
-//! The least h lies at a normal of a face or at a common perpendicular of two edges. All are tried; for each the
-//! true support offset is taken, so that no candidate can make the answer too small, whatever its validity. Weakness: the
-//! support mapping and the vertices are shared with the engine.
+//! The least h lies at a normal of a face or at a common perpendicular of two edges. All are tried;
+//! for each the true support offset is taken, so that no candidate can make the answer too small,
+//! whatever its validity. Weakness: the support mapping and the vertices are shared with the
+//! engine.
 
 use glam::DVec3;
 
@@ -11,7 +12,8 @@ use super::cso::Cso;
 use crate::algebra::Placement;
 use crate::body::Polytope;
 
-/// The global depth of the pair (negative when apart, and then only a bound) and its normal from b into a, in b's frame.
+/// The global depth of the pair (negative when apart, and then only a bound) and its normal from b
+/// into a, in b's frame.
 pub(crate) fn exhaustive_depth(a: &Polytope, b: &Polytope, pose_ba: &Placement) -> (f64, DVec3) {
     let cso = Cso { a, b, pose_ba };
     let mut oracle = Oracle { cso, hub: HubPair { a: 0, b: 0 }, best: (f64::INFINITY, DVec3::ZERO) };
@@ -74,7 +76,8 @@ impl Oracle<'_> {
                 let unit = across / length;
                 let offset = unit.dot(b.tail - a.tail);
                 for normal in [unit, -unit] {
-                    // n·(b − a) never exceeds h(n); nor can n support an edge whose faces rise above it.
+                    // n·(b − a) never exceeds h(n); nor can n support an edge whose faces rise
+                    // above it.
                     let lower = if normal == unit { offset } else { -offset };
                     let slack = |v: DVec3| 1e-7 * v.length();
                     if lower < self.best.0

@@ -1,18 +1,20 @@
 //! Where two normal cones overlap on the sphere \[K02 §3.3.3, steps 1–4\].
 //!
-//! The facets of the CSO around its vertex `c = b − a` are the corners of the overlap of b's normal cone and that of the
-//! reflected a. Over the overlap h(n) = n·c, which is concave along every arc on which it is not negative; so its least
-//! value lies at a corner, and an arc both of whose ends lie higher than the best known offset holds nothing better.
+//! The facets of the CSO around its vertex `c = b − a` are the corners of the overlap of b's normal
+//! cone and that of the reflected a. Over the overlap h(n) = n·c, which is concave along every arc
+//! on which it is not negative; so its least value lies at a corner, and an arc both of whose ends
+//! lie higher than the best known offset holds nothing better.
 //!
-//! 1. Score all face normals of both rings; those below the bar are tested against the other cone (VF, FV). The score of
-//!    a face that passes is taken from its plane: merged faces are flat only within a tolerance, and the corners of one
-//!    would give one facet several offsets.
+//! 1. Score all face normals of both rings; those below the bar are tested against the other cone
+//!    (VF, FV). The score of a face that passes is taken from its plane: merged faces are flat only
+//!    within a tolerance, and the corners of one would give one facet several offsets.
 //! 2. Keep the arcs that have an end below the bar.
-//! 3. Cross the kept arcs of a with those of b (EE). Two arcs cross if each has its ends on both sides of the other's
-//!    great circle, and on matching sides: four signs of dot products. Offsets are compared squared.
+//! 3. Cross the kept arcs of a with those of b (EE). Two arcs cross if each has its ends on both
+//!    sides of the other's great circle, and on matching sides: four signs of dot products. Offsets
+//!    are compared squared.
 //!
-//! Cones that only touch (aligned boxes) meet in face normals, which step 1 accepts within a tolerance; so step 3 needs
-//! none and leaves nearly parallel edges out.
+//! Cones that only touch (aligned boxes) meet in face normals, which step 1 accepts within a
+//! tolerance; so step 3 needs none and leaves nearly parallel edges out.
 
 use glam::DVec3;
 
@@ -144,7 +146,8 @@ impl Search<'_> {
         {
             return;
         }
-        // The rounding of a product of nearly parallel edges lies partly along them; without it the plane supports both.
+        // The rounding of a product of nearly parallel edges lies partly along them; without it the
+        // plane supports both.
         let normal = (across - a.edge * (across.dot(a.edge) / length_a)).normalize_or_zero();
         let offset = normal.dot(self.c);
         // Signs of nearly parallel edges are a matter of rounding, and so may be a crossing.
@@ -159,8 +162,8 @@ impl Search<'_> {
 
 /// The direction in which the arcs of two edges cross, not unit; None if they don't.
 ///
-/// Each arc has its ends on both sides of the other's great circle. The reflected a's ring runs clockwise, hence the same sign pattern
-/// on both sides.
+/// Each arc has its ends on both sides of the other's great circle. The reflected a's ring runs
+/// clockwise, hence the same sign pattern on both sides.
 #[inline]
 pub(super) fn crossing(
     [left_a, right_a]: [DVec3; 2],

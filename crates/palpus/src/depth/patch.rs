@@ -1,29 +1,31 @@
-//! Contact patches: where two pieces are flush or nearly flush, the corners of their overlap \[K02 §3.3.3 leaves it open\].
+//! Contact patches: where two pieces are flush or nearly flush, the corners of their overlap \[K02
+//! §3.3.3 leaves it open\].
 //!
 //! Many points of a face on a face are equally close. One of them says nothing about how the pair
-//! resists a tilt, and the exact witness jumps between them. The patch has them all: its corners, each
-//! with its own gap, span the overlap, and a load anywhere on it is a load on corners.
+//! resists a tilt, and the exact witness jumps between them. The patch has them all: its corners,
+//! each with its own gap, span the overlap, and a load anywhere on it is a load on corners.
 //!
-//! In the *contact frame*, z along the normal, the gap between the two surfaces is a convex function
-//! of the place (x, y): a's lower surface minus b's upper one, over the common part of their shadows.
-//! It is linear between its corners, so the corners carry all of it:
+//! In the *contact frame*, z along the normal, the gap between the two surfaces is a convex
+//! function of the place (x, y): a's lower surface minus b's upper one, over the common part of
+//! their shadows. It is linear between its corners, so the corners carry all of it:
 //!
 //! 1. *Outlines*: the original faces of each piece around the contact's feature whose slope against
 //!    the contact plane is less than the patch's, each a polygon; without such a face, the edges at
 //!    the feature that are as flat. A steep feature has none, and the witness alone is the contact.
-//! 2. *Overlap*: each outline of a is clipped by each of b, in their shadows; the gap at a corner is
-//!    the height of a's plane over b's.
-//! 3. *Sides beside each other*: nearly parallel sides that pass outside each other give the ends of
-//!    their common stretch, the gap being height plus lateral distance. An edge along an edge has
-//!    no overlap, and its patch is that stretch.
-//! 4. *One of each*: corners that coincide are one; the exact witness joins if none of them is as deep.
+//! 2. *Overlap*: each outline of a is clipped by each of b, in their shadows; the gap at a corner
+//!    is the height of a's plane over b's.
+//! 3. *Sides beside each other*: nearly parallel sides that pass outside each other give the ends
+//!    of their common stretch, the gap being height plus lateral distance. An edge along an edge
+//!    has no overlap, and its patch is that stretch.
+//! 4. *One of each*: corners that coincide are one; the exact witness joins if none of them is as
+//!    deep.
 //!
-//! How much a corner counts is not decided here. [`crate::force::TiltShares`] does, for all contacts of a
-//! pair of bodies at once, by the range of tilts (up to the slope) for which the bodies would stand on
-//! it. A corner that comes or goes, by sliding, turning or tilting, does so with a share of zero:
-//! it then coincides with another one, lies on the line between two, or its face is as steep as the slope.
-//! Where a piece has more such faces than a patch holds, the slope shrinks to that of the first face
-//! that is left out, which changes continuously too.
+//! How much a corner counts is not decided here. [`crate::force::TiltShares`] does, for all
+//! contacts of a pair of bodies at once, by the range of tilts (up to the slope) for which the
+//! bodies would stand on it. A corner that comes or goes, by sliding, turning or tilting, does so
+//! with a share of zero: it then coincides with another one, lies on the line between two, or its
+//! face is as steep as the slope. Where a piece has more such faces than a patch holds, the slope
+//! shrinks to that of the first face that is left out, which changes continuously too.
 //!
 //! Outlines with many sides are thinned to every n-th corner, the same ones at any pose.
 
@@ -55,7 +57,8 @@ pub struct Touch {
 pub struct Corner {
     /// Half way between the two surfaces.
     pub midpoint: DVec3,
-    /// Distance between the surfaces along the contact's normal, minus the depth where they overlap, model units.
+    /// Distance between the surfaces along the contact's normal, minus the depth where they
+    /// overlap, model units.
     pub separation: f64,
     /// The faces or edges between which it lies.
     pub features: FeaturePair,
@@ -99,8 +102,8 @@ impl Patch {
         }
     }
 
-    /// Finds the corners of the contact `touch` nearer than `within` (model units), for tilts up to `slope` (tangent of
-    /// an angle); returns the slope up to which they are all there.
+    /// Finds the corners of the contact `touch` nearer than `within` (model units), for tilts up to
+    /// `slope` (tangent of an angle); returns the slope up to which they are all there.
     ///
     /// The witness, or the corner that is as deep, is the first of [`Self::corners`].
     pub fn find(
@@ -190,7 +193,8 @@ impl Patch {
         }
     }
 
-    /// Adds the place between p, on a side of `a`, and q, on one of `b`, if the two sides are beside each other there.
+    /// Adds the place between p, on a side of `a`, and q, on one of `b`, if the two sides are
+    /// beside each other there.
     fn add_beside(
         &mut self,
         a: &Outline,
@@ -229,7 +233,8 @@ impl Patch {
         let found = &self.found[..self.count];
         let corner = |found: &Found| {
             let midpoint = frame.origin + frame.x * found.place.x + frame.y * found.place.y + frame.z * found.height;
-            // No gap is less than the separation; planes of faces that were merged are true to the flatness only.
+            // No gap is less than the separation; planes of faces that were merged are true to the
+            // flatness only.
             Corner { midpoint, separation: found.gap.max(separation), features: found.features }
         };
         let deepest = (0..found.len()).min_by(|&i, &j| found[i].gap.total_cmp(&found[j].gap));
@@ -260,7 +265,8 @@ fn crossing([p, q]: [DVec2; 2], [r, s]: [DVec2; 2]) -> Option<DVec2> {
     ((0.0..=1.0).contains(&t) && (0.0..=1.0).contains(&u)).then(|| p + along * t)
 }
 
-/// Keeps the part of a convex polygon or segment where `height` is not negative; returns how many corners it has.
+/// Keeps the part of a convex polygon or segment where `height` is not negative; returns how many
+/// corners it has.
 fn clip(points: &[DVec2], kept: &mut [DVec2], height: impl Fn(DVec2) -> f64) -> usize {
     let Some(&last) = points.last() else { return 0 };
     let mut count = 0;

@@ -1,14 +1,15 @@
 //! The penetration depth of two overlapping convex polytopes \[K02 §3.3\].
 //!
 //! 1. Every seed becomes a start: a hub pair and an upper bound of the depth.
-//! 2. With the pair's previous answer among the seeds (warm), go downhill from its facet; where that is not possible, or
-//!    another seed is lower still, walk from the lowest start. Without (cold), walk from each, and from the lowest of some face normals.
-//! 3. Measure the end of the walk with true supports; if they say more than the walk did, walk on from them. If the end
-//!    is no local minimum, walk on from a tilted normal.
+//! 2. With the pair's previous answer among the seeds (warm), go downhill from its facet; where
+//!    that is not possible, or another seed is lower still, walk from the lowest start. Without
+//!    (cold), walk from each, and from the lowest of some face normals.
+//! 3. Measure the end of the walk with true supports; if they say more than the walk did, walk on
+//!    from them. If the end is no local minimum, walk on from a tilted normal.
 //! 4. Give it its witness points.
 //!
-//! Whatever the walk does, step 3 makes the depth the exact h of the normal that is returned: moving a by it separates the
-//! pair. What a walk can miss is only a direction of still smaller h.
+//! Whatever the walk does, step 3 makes the depth the exact h of the normal that is returned:
+//! moving a by it separates the pair. What a walk can miss is only a direction of still smaller h.
 
 mod validate;
 
@@ -29,7 +30,8 @@ use crate::algebra::tolerance::{
 use crate::body::Polytope;
 use crate::collision::StopReason;
 
-/// Working memory of depth queries, of fixed size; one may serve any number of pairs, one after another.
+/// Working memory of depth queries, of fixed size; one may serve any number of pairs, one after
+/// another.
 #[derive(Clone, Debug)]
 pub struct WalkScratch {
     pub(super) trail: Trail,
@@ -51,8 +53,8 @@ impl Default for WalkScratch {
 
 /// The penetration depth of `a` and `b`, in b's frame, with `p_b = pose_ba.point(p_a)`.
 ///
-/// The pair should overlap; for one that does not, the depth is negative and the pair apart by at least that much.
-/// Without any seed the line between the centroids is one.
+/// The pair should overlap; for one that does not, the depth is negative and the pair apart by at
+/// least that much. Without any seed the line between the centroids is one.
 pub fn depth(a: &Polytope, b: &Polytope, pose_ba: &Placement, seeds: &[Seed], scratch: &mut WalkScratch) -> Depth {
     let cso = Cso { a, b, pose_ba };
     scratch.trail.clear();
@@ -87,7 +89,8 @@ pub(super) fn depth_once(
     answer_at(&cso, &walked, &mut scratch.clip)
 }
 
-/// The lowest start of all seeds; without any, or if none has a direction, that along the line between the centroids, or any.
+/// The lowest start of all seeds; without any, or if none has a direction, that along the line
+/// between the centroids, or any.
 pub(super) fn lowest_start(cso: &Cso<'_>, seeds: &[Seed]) -> Start {
     let starts = seeds.iter().filter_map(|seed| Start::of(cso, seed, FIRST));
     let lowest = starts.reduce(|lowest, start| if start.offset < lowest.offset { start } else { lowest });
@@ -97,8 +100,8 @@ pub(super) fn lowest_start(cso: &Cso<'_>, seeds: &[Seed]) -> Start {
     })
 }
 
-/// Downhill from the last facet, or else one walk from the lowest of the seeds. Not `thorough`, facets beyond corners are
-/// left to a proof.
+/// Downhill from the last facet, or else one walk from the lowest of the seeds. Not `thorough`,
+/// facets beyond corners are left to a proof.
 #[inline]
 fn walk_warm(cso: &Cso<'_>, seeds: &[Seed], thorough: bool, trail: &mut Trail) -> Option<Walked> {
     let last = seeds.iter().find_map(|seed| match *seed {
@@ -225,8 +228,9 @@ pub(super) fn walk_to_end(cso: &Cso<'_>, start: Start, trail: &mut Trail) -> Opt
 
 /// A lower start next to a corner that is no local minimum of h; none if it is one.
 ///
-/// Overlaps of cones are only as true as the faces are flat, and where they leave a gap a walk stops early. Then the
-/// origin lies beyond a side of the facet, and h falls if the normal is tilted that way.
+/// Overlaps of cones are only as true as the faces are flat, and where they leave a gap a walk
+/// stops early. Then the origin lies beyond a side of the facet, and h falls if the normal is
+/// tilted that way.
 fn lower_beside(cso: &Cso<'_>, corner: &Corner) -> Option<Start> {
     let side = Facet::at(cso, corner, FLUSH_WITNESS).farthest_side(cso)?;
     let size = cso.size();
@@ -260,8 +264,8 @@ pub(super) fn measured(cso: &Cso<'_>, corner: &Corner) -> Corner {
     Corner { hub, offset, ..*corner }
 }
 
-/// The face of all along whose normal the bodies separate soonest, with its true support. The one way to an answer that
-/// needs no hub.
+/// The face of all along whose normal the bodies separate soonest, with its true support. The one
+/// way to an answer that needs no hub.
 fn lowest_face(cso: &Cso<'_>) -> Option<Corner> {
     let mut found: Option<Corner> = None;
     let mut hub = FIRST;

@@ -1,8 +1,9 @@
 //! Where a walk starts \[K02 §3.3.2\].
 //!
-//! 1. Each seed gives a direction and a vertex of each body from which to climb to the supports along it.
-//! 2. The supports make a hub pair, which is valid by construction, and the offset h of the direction, which is an upper
-//!    bound of the depth already.
+//! 1. Each seed gives a direction and a vertex of each body from which to climb to the supports
+//!    along it.
+//! 2. The supports make a hub pair, which is valid by construction, and the offset h of the
+//!    direction, which is an upper bound of the depth already.
 
 use glam::DVec3;
 
@@ -12,8 +13,8 @@ use super::{Antipodal, Depth, HubPair};
 /// A guess of the direction of least depth.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Seed {
-    /// The pair's last answer, by the walk or by the distance search: its normal in b's frame (b into a, need not be
-    /// unit), vertices of its features, and by the walk its facet.
+    /// The pair's last answer, by the walk or by the distance search: its normal in b's frame (b
+    /// into a, need not be unit), vertices of its features, and by the walk its facet.
     Previous {
         /// The facet of the CSO on which the walk ended; none if the distance search answered.
         antipodal: Option<Antipodal>,
@@ -22,7 +23,8 @@ pub enum Seed {
         /// From b into a, in b's frame.
         normal: DVec3,
     },
-    /// The direction in which a distance search noticed the overlap: from b into a, in b's frame, need not be unit.
+    /// The direction in which a distance search noticed the overlap: from b into a, in b's frame,
+    /// need not be unit.
     Witness {
         /// From b into a, in b's frame.
         direction: DVec3,

@@ -1,11 +1,14 @@
 //! The walk over hub pairs \[K02 §3.3.3\].
 //!
 //! 1. Take the corner of least offset in the overlap at the first hub.
-//! 2. Look at the hubs of its facet, each once: the least corner below the present one becomes the next.
-//! 3. Stop when there is none. Offsets decrease strictly, so the walk ends; a cap on moves stands behind it.
+//! 2. Look at the hubs of its facet, each once: the least corner below the present one becomes the
+//!    next.
+//! 3. Stop when there is none. Offsets decrease strictly, so the walk ends; a cap on moves stands
+//!    behind it.
 //!
-//! Deviations from \[K02\]: the overlay is on the sphere; a facet of many corners (flush faces) is left by the side
-//! beyond which the origin lies instead of by trying every corner, which finds a lower facet whenever there is one next to it.
+//! Deviations from \[K02\]: the overlay is on the sphere; a facet of many corners (flush faces) is
+//! left by the side beyond which the origin lies instead of by trying every corner, which finds a
+//! lower facet whenever there is one next to it.
 
 use super::HubPair;
 use super::antipodal::Facet;
@@ -51,7 +54,8 @@ impl Trail {
         lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, hub, bar)
     }
 
-    /// Walks from a start. None if no facet of the CSO was found there (then its hub supports no direction).
+    /// Walks from a start. None if no facet of the CSO was found there (then its hub supports no
+    /// direction).
     pub(super) fn walk(&mut self, cso: &Cso<'_>, start: &Start) -> Option<Walked> {
         self.visited.clear();
         self.visited.insert(start.hub);
@@ -68,7 +72,8 @@ impl Trail {
 
     /// The least corner at the start's hub.
     pub(super) fn first_corner(&mut self, cso: &Cso<'_>, start: &Start) -> Option<Corner> {
-        // The overlap holds the start's normal, so it has a corner that is not higher: a bar that spares most of it.
+        // The overlap holds the start's normal, so it has a corner that is not higher: a bar that
+        // spares most of it.
         [start.offset + OFFSET_SLACK * cso.size(), f64::INFINITY]
             .into_iter()
             .find_map(|bar| lowest_corner(cso, &mut self.maps_a, &mut self.maps_b, start.hub, bar))
@@ -111,8 +116,8 @@ impl Look<'_, '_> {
     }
 }
 
-/// The hubs that were looked at. Two hubs may share a place, and the later one then overwrites the earlier: a hub may be
-/// looked at twice, which costs time and changes nothing.
+/// The hubs that were looked at. Two hubs may share a place, and the later one then overwrites the
+/// earlier: a hub may be looked at twice, which costs time and changes nothing.
 #[derive(Clone, Debug)]
 struct Visited {
     places: [(HubPair, u32); Self::PLACES],

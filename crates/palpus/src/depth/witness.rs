@@ -1,13 +1,14 @@
-//! Witness points of a CSO facet: where the two bodies would touch once they are separated along its normal.
+//! Witness points of a CSO facet: where the two bodies would touch once they are separated along
+//! its normal.
 //!
-//! With a moved by `depth · normal`, the flush features of both lie in one plane; their common points there are the
-//! witnesses. Vertex against face: the vertex. Crossing edges: the crossing. Flush features (edge on face, face on face,
-//! edges along one line) share a segment or a polygon: its centroid, so that a box on a table is held under its middle and
-//! not at one of its corners.
+//! With a moved by `depth · normal`, the flush features of both lie in one plane; their common
+//! points there are the witnesses. Vertex against face: the vertex. Crossing edges: the crossing.
+//! Flush features (edge on face, face on face, edges along one line) share a segment or a polygon:
+//! its centroid, so that a box on a table is held under its middle and not at one of its corners.
 //!
-//! If the features have no common point, the facet is not a local minimum of h (the walk ran out of steps, or the
-//! facet was chosen for being original): then the nearest point of the supporting feature of b is given, and a's point
-//! lies in a's supporting plane but off a.
+//! If the features have no common point, the facet is not a local minimum of h (the walk ran out of
+//! steps, or the facet was chosen for being original): then the nearest point of the supporting
+//! feature of b is given, and a's point lies in a's supporting plane but off a.
 
 use glam::DVec3;
 

@@ -3,8 +3,8 @@
 //! 1. The poses are cut into runs of a fixed length.
 //! 2. Each run is answered by one worker, in order, and begins without memory of any other run.
 //!
-//! So the answers are the same to the bit for any number of workers, and most poses still profit from
-//! the one before, if the poses are those of a motion.
+//! So the answers are the same to the bit for any number of workers, and most poses still profit
+//! from the one before, if the poses are those of a motion.
 
 use std::ops::Range;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -32,7 +32,8 @@ impl ContactBatch {
         Self { a, b, settings, spare: Mutex::default() }
     }
 
-    /// Calls `answer` for each run of the poses numbered `numbers`, and returns its answers in order.
+    /// Calls `answer` for each run of the poses numbered `numbers`, and returns its answers in
+    /// order.
     ///
     /// Runs end at multiples of [`Self::RUN`], so ranges that begin there give the answers that one
     /// range over all of them gives. `progress` is told the fraction done.

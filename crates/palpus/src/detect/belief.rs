@@ -9,6 +9,10 @@
 //! 1. a's point lies inside b, and no surface of b is nearer than nearly D, or
 //! 2. b's point lies inside a, and no surface of a is nearer than nearly D.
 //!
+//! Of a depth that is the least of its two pieces along any direction, surfaces of the piece itself deny nothing: the way out through one that is
+//! nearer to the point is longer for the other piece as a whole. A peg in a wall that its middle has passed is still pushed out to the side
+//! that it came from. (Of a depth that was moved to an admissible normal that cannot be said: the nearer surface may not have been tried.)
+//!
 //! Depths that rest on the pieces' first choice of a direction are asked only when they are larger than the contact tolerance: a
 //! smaller one is within the skin that contacts have anyway, and asking costs a search for the nearest surface. A body that is
 //! not closed has no inside to ask about and is believed.
@@ -31,7 +35,7 @@ use crate::body::{Body, Feature, FeaturePair, Polytope};
 
 /// True if the contact's depth is one that a solid can have there.
 pub(super) fn is_believed(asked: &Asked<'_>, contact: &Contact) -> bool {
-    has_depth(asked, contact, BELIEVED_SHARE * -contact.separation)
+    has_depth(asked, contact, BELIEVED_SHARE * -contact.separation, false)
 }
 
 /// The same of a contact along the least depth of its pieces: where it is deeper than the tolerance, and one of the bodies has
@@ -46,17 +50,20 @@ pub(super) fn is_believed_beyond(asked: &Asked<'_>, contact: &Contact) -> bool {
     }
     let edges = matches!(contact.features, FeaturePair { a: Feature::Edge(_), b: Feature::Edge(_) });
     let share = if edges { BELIEVED_EDGE_SHARE } else { BELIEVED_SHARE };
-    has_depth(asked, contact, share * depth)
+    has_depth(asked, contact, share * depth, true)
 }
 
-/// True if one of the contact's points is inside the other body, and `depth` from its surface or farther.
-fn has_depth(asked: &Asked<'_>, contact: &Contact, depth: f64) -> bool {
+/// True if one of the contact's points is inside the other body, and `depth` from its surface or farther; `but_of_piece`: from its surface but
+/// that of the contact's piece.
+fn has_depth(asked: &Asked<'_>, contact: &Contact, depth: f64, but_of_piece: bool) -> bool {
     let Asked { a, b, place, .. } = asked;
+    let [own_a, own_b] = [(a, contact.piece_a), (b, contact.piece_b)]
+        .map(|(body, piece)| if but_of_piece { body.pieces()[piece as usize].triangles() } else { &[] });
     if !a.mesh().is_closed() && !b.mesh().is_closed() {
         return true;
     }
     let [point_a, point_b] = on_features(asked, contact);
-    lies_within(b, point_a, depth) || lies_within(a, place.inverse_point(point_b), depth)
+    lies_within(b, own_b, point_a, depth) || lies_within(a, own_a, place.inverse_point(point_b), depth)
 }
 
 /// The points of the contact's features that are nearest to its witness points, which may lie beside them; in b's frame.
@@ -85,9 +92,10 @@ fn on_feature(piece: &Polytope, feature: Feature, point: DVec3) -> DVec3 {
     }
 }
 
-/// True if `point` (in the body's frame) is inside the body and `depth` from its surface, or farther.
-fn lies_within(body: &Body, point: DVec3, depth: f64) -> bool {
-    body.mesh().is_closed() && body.tree().nearest_within(point, depth).is_none() && body.tree().inside(point)
+/// True if `point` (in the body's frame) is inside the body, and `depth` or farther from all of its triangles but those of `own`.
+fn lies_within(body: &Body, own: &[u32], point: DVec3, depth: f64) -> bool {
+    let denies = |triangle: u32| own.binary_search(&triangle).is_err();
+    body.mesh().is_closed() && body.tree().nearest_among(point, depth, denies).is_none() && body.tree().inside(point)
 }
 
 /// The same contact as the solids themselves have it: the deeper of its witness points, out to the nearest surface. As it is if

@@ -22,10 +22,11 @@ pub struct Contact {
     pub point_b: DVec3,
     /// Unit, from b into a.
     pub normal: DVec3,
-    /// d of \[K02\]: distance when apart, minus the depth when overlapping, in model units (metres in a scene).
+    /// d of \[K02\]: distance when apart, minus the depth when overlapping, in model units (metres
+    /// in a scene).
     pub separation: f64,
-    /// Tangent of the angle of tilt up to which the other corners of the contact's patch are contacts too
-    /// ([`crate::depth::Patch`]); 0 where no patches are looked for.
+    /// Tangent of the angle of tilt up to which the other corners of the contact's patch are
+    /// contacts too ([`crate::depth::Patch`]); 0 where no patches are looked for.
     pub slope: f64,
 }
 
@@ -40,13 +41,15 @@ impl Contact {
         self.slope > 0.0 && (self.piece_a, self.piece_b) == (other.piece_a, other.piece_b)
     }
 
-    /// True unless a place or a size in it is no number: of bodies absurdly far apart, squares of distances are none.
+    /// True unless a place or a size in it is no number: of bodies absurdly far apart, squares of
+    /// distances are none.
     pub fn is_finite(&self) -> bool {
         self.point_a.is_finite() && self.point_b.is_finite() && self.normal.is_finite() && self.separation.is_finite()
     }
 }
 
-/// The points on a and on b of a contact of this middle: half the separation from it, along the normal and against it.
+/// The points on a and on b of a contact of this middle: half the separation from it, along the
+/// normal and against it.
 #[inline]
 pub(super) fn points_about(midpoint: DVec3, normal: DVec3, separation: f64) -> [DVec3; 2] {
     [midpoint + normal * (0.5 * separation), midpoint - normal * (0.5 * separation)]

@@ -16,21 +16,26 @@ pub struct QueryCounters {
     pub walk_stops: u32,
     /// Depths that are not proven globally least: all of them unless the query was made to prove.
     pub unproven: u32,
-    /// Depths whose direction is not the unconstrained one, since not both pieces own that on their meshes.
+    /// Depths whose direction is not the unconstrained one, since not both pieces own that on their
+    /// meshes.
     pub moved: u32,
     /// Moved depths that the solids' own surfaces deny, left out.
     pub disbelieved: u32,
-    /// Contacts of a witness point with the nearest surface, for want of a depth of pieces that is believed; 0 or 1.
+    /// Contacts of a witness point with the nearest surface, for want of a depth of pieces that is
+    /// believed; 0 or 1.
     pub stood_in: u32,
     /// Overlaps without an admissible depth, left out: there is no normal that both pieces own.
     pub inadmissible: u32,
     /// Searches for an admissible depth that did not look at all edge pairs.
     pub admissible_stops: u32,
-    /// Closest points that are not of the surface, or do not face the way that it does, which are no contact.
+    /// Closest points that are not of the surface, or do not face the way that it does, which are
+    /// no contact.
     pub virtual_closest: u32,
-    /// Contacts that were carried from the last tick along their normals, since the quota was spent.
+    /// Contacts that were carried from the last tick along their normals, since the quota was
+    /// spent.
     pub held: u32,
-    /// Overlapping pairs that were not answered at all, since the quota was spent and nothing was known of them.
+    /// Overlapping pairs that were not answered at all, since the quota was spent and nothing was
+    /// known of them.
     pub unseen: u32,
     /// Sub-steps into which a fast tick's motion was cut; 0 when it was taken whole.
     pub sub_steps: u32,
@@ -49,7 +54,8 @@ pub struct QueryCounters {
 }
 
 impl QueryCounters {
-    /// What all this comes to, in units of [`crate::algebra::Work`], but for the answers themselves.
+    /// What all this comes to, in units of [`crate::algebra::Work`], but for the answers
+    /// themselves.
     pub(super) fn work(&self) -> u64 {
         self.traversal.work()
             + WORK_WALK * u64::from(self.walks)

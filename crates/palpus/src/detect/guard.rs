@@ -1,21 +1,27 @@
-//! The guard against tunnelling: a contact is not jumped over when a tick's motion is as large as a part is thin.
+//! The guard against tunnelling: a contact is not jumped over when a tick's motion is as large as a
+//! part is thin.
 //!
-//! 1. A tick in which no point moves farther than a share of the tolerance is taken as it is. A faster one is cut into
-//!    *sub-steps* of about that length, and contacts of thin pieces are looked for at each: those that are thinner than a few times the
-//!    tick's motion. So every such contact is met within the tolerance on the side from which it is entered, and its depth is
-//!    walked from there. Whoever enters a thicker piece in one tick is still near the side from which they came; only the
-//!    tip of an edge can be cut.
-//! 2. In fast ticks each contact is *traced*: where its two points go from one pose to the next. A point of a that goes through b's piece, or leaves it
-//!    by a face that looks away from the side it came from, has tunnelled; so has one of b in a's piece.
-//!    So has a pair that overlaps before or after a sub-step and whose normal turns over in it.
-//! 3. Such a pair is put on the list of *sides*. As long as it is there, it is a contact along the normal of the side that it
-//!    came from, whatever its march says: its separation is the gap between the two supports along that normal.
-//! 4. A side is let go when the pair is apart along it, when its point is no longer below the piece (it has slid off the
-//!    edge), when the query finds a contact on the same side again, and when it has been pushed a fixed number of tolerances
-//!    deeper than where it tunnelled: whoever pushes on that far is through.
+//! 1. A tick in which no point moves farther than a share of the tolerance is taken as it is. A
+//!    faster one is cut into *sub-steps* of about that length, and contacts of thin pieces are
+//!    looked for at each: those that are thinner than a few times the tick's motion. So every such
+//!    contact is met within the tolerance on the side from which it is entered, and its depth is
+//!    walked from there. Whoever enters a thicker piece in one tick is still near the side from
+//!    which they came; only the tip of an edge can be cut.
+//! 2. In fast ticks each contact is *traced*: where its two points go from one pose to the next. A
+//!    point of a that goes through b's piece, or leaves it by a face that looks away from the side
+//!    it came from, has tunnelled; so has one of b in a's piece. So has a pair that overlaps before
+//!    or after a sub-step and whose normal turns over in it.
+//! 3. Such a pair is put on the list of *sides*. As long as it is there, it is a contact along the
+//!    normal of the side that it came from, whatever its march says: its separation is the gap
+//!    between the two supports along that normal.
+//! 4. A side is let go when the pair is apart along it, when its point is no longer below the piece
+//!    (it has slid off the edge), when the query finds a contact on the same side again, and when
+//!    it has been pushed a fixed number of tolerances deeper than where it tunnelled: whoever
+//!    pushes on that far is through.
 //!
-//! A direct rendering has no proxy that could stay behind on the surface. This gives it the one thing of a proxy that matters for
-//! thin parts, the memory of a side, for the pairs that need it only.
+//! A direct rendering has no proxy that could stay behind on the surface. This gives it the one
+//! thing of a proxy that matters for thin parts, the memory of a side, for the pairs that need it
+//! only.
 
 use glam::{DQuat, DVec3, DVec4};
 
@@ -82,7 +88,8 @@ impl Guard {
         self.before.clear();
     }
 
-    /// Lists the pairs among `contacts`, those at the pose `from`, whose points tunnel on the way to the pose asked about.
+    /// Lists the pairs among `contacts`, those at the pose `from`, whose points tunnel on the way
+    /// to the pose asked about.
     pub(super) fn trace<'c>(
         &mut self,
         asked: &Asked<'_>,
@@ -141,7 +148,8 @@ impl Guard {
         });
     }
 
-    /// Adds to `contacts` those that are held on their sides, in place of what was found of their pairs; how many.
+    /// Adds to `contacts` those that are held on their sides, in place of what was found of their
+    /// pairs; how many.
     pub(super) fn hold(&mut self, asked: &Asked<'_>, contacts: &mut Vec<Contact>) -> u32 {
         let mut held = 0;
         self.sides.retain_mut(|side| {
@@ -192,7 +200,8 @@ impl KeptSide {
     }
 }
 
-/// True if the way of a point leaves the polytope by a face that looks away from `outward`, the side from which it came.
+/// True if the way of a point leaves the polytope by a face that looks away from `outward`, the
+/// side from which it came.
 fn leaves_behind(polytope: &Polytope, from: DVec3, to: DVec3, outward: DVec3) -> bool {
     through(polytope, from, to).is_some_and(|face| polytope.plane(face).normal.dot(outward) < 0.0)
 }
@@ -296,7 +305,8 @@ mod tests {
                 if p.z < 0.0 {
                     let contact = contact.unwrap_or_else(|| panic!("nothing felt at {p}"));
                     assert!((contact.normal - DVec3::Z).length() < 1e-9, "{contact:?}");
-                    // The cube's lowest face is 1 mm below its middle, the wall's top at most 0.1 mm above z = 0.
+                    // The cube's lowest face is 1 mm below its middle, the wall's top at most 0.1
+                    // mm above z = 0.
                     assert!((contact.separation - (p.z - 1e-3)).abs() < 1.1e-4, "{contact:?} at {p}");
                     let gap = contact.point_a - contact.point_b - contact.normal * contact.separation;
                     assert!(gap.length() < 1e-12);

@@ -1,7 +1,8 @@
 //! The contacts of the last query, by pair: what is felt of a pair that was not looked at anew.
 //!
-//! A contact, or each corner of a patch, is remembered as a [`PairMemory`] and extrapolated to the next pose. All that it says is what was
-//! true of this pair, so no contact pushes that was not there.
+//! A contact, or each corner of a patch, is remembered as a [`PairMemory`] and extrapolated to the
+//! next pose. All that it says is what was true of this pair, so no contact pushes that was not
+//! there.
 
 use super::Contact;
 use super::memory::PairMemory;
@@ -50,7 +51,8 @@ impl HeldContacts {
         self.tick += 2;
     }
 
-    /// Keeps which contacts the pair of pieces at `place` has; of more than there is room for, the first.
+    /// Keeps which contacts the pair of pieces at `place` has; of more than there is room for, the
+    /// first.
     pub(super) fn keep(&mut self, place: u32, pieces: [u32; 2], contacts: &[Contact], pose_ba: &Placement) {
         let Some(entry) = self.entries.get_mut(place as usize) else { return };
         let contacts = &contacts[..contacts.len().min(self.capacity - self.now.len())];
@@ -58,8 +60,9 @@ impl HeldContacts {
         self.now.extend(contacts.iter().map(|contact| PairMemory::of(contact, pose_ba)));
     }
 
-    /// Adds to `found` the contacts nearer than `tolerance` that were kept of the pair in the last tick, at this tick's pose, until `found`
-    /// has `most` of them, and keeps them in this tick as well. Returns how many it added; `None` if nothing is known of the pair.
+    /// Adds to `found` the contacts nearer than `tolerance` that were kept of the pair in the last
+    /// tick, at this tick's pose, until `found` has `most` of them, and keeps them in this tick as
+    /// well. Returns how many it added; `None` if nothing is known of the pair.
     pub(super) fn carry(
         &mut self,
         place: u32,

@@ -8,10 +8,12 @@ use super::search::{Asked, PairSearch};
 use crate::collision::{LeafPair, Proximity, support_gap};
 
 impl PairSearch {
-    /// The quota was spent before leaf pair `first`: it and those after it are answered from the last tick.
+    /// The quota was spent before leaf pair `first`: it and those after it are answered from the
+    /// last tick.
     #[cold]
     pub(super) fn hold_the_rest(&mut self, asked: &Asked<'_>, first: usize, counters: &mut QueryCounters) {
-        // Those that woke just now come first and are not in turn; the others go on where the quota ended.
+        // Those that woke just now come first and are not in turn; the others go on where the quota
+        // ended.
         let mut resumed = false;
         let count = self.leaves.as_slice().len();
         for k in first..count {
@@ -46,7 +48,8 @@ impl PairSearch {
         }
     }
 
-    /// Answers a pair from the last tick, and leaves room for one contact of each of the pairs `left`; false if nothing is known of it.
+    /// Answers a pair from the last tick, and leaves room for one contact of each of the pairs
+    /// `left`; false if nothing is known of it.
     fn hold(
         &mut self,
         asked: &Asked<'_>,
@@ -61,7 +64,8 @@ impl PairSearch {
         carried.is_some()
     }
 
-    /// A pair of which the last tick knew nothing: the march's answer if it is apart, otherwise only how deep it is at most.
+    /// A pair of which the last tick knew nothing: the march's answer if it is apart, otherwise
+    /// only how deep it is at most.
     fn answer_unheld(&mut self, asked: &Asked<'_>, leaf: &LeafPair, left: usize, counters: &mut QueryCounters) {
         let Proximity::Overlapping(overlap) = leaf.proximity else {
             let known = self.contacts.len();

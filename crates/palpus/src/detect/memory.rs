@@ -1,8 +1,9 @@
 //! What is remembered of one contact, and where it is at a later pose.
 //!
-//! The two points go with their bodies, each in its own frame, and the normal with the body whose face it is (else with b).
-//! Extrapolated, the separation is the distance of the two points along the normal. A distance changes as its witness points move
-//! apart along its normal, and so does a depth: the separation is right to first order in the motion.
+//! The two points go with their bodies, each in its own frame, and the normal with the body whose
+//! face it is (else with b). Extrapolated, the separation is the distance of the two points along
+//! the normal. A distance changes as its witness points move apart along its normal, and so does a
+//! depth: the separation is right to first order in the motion.
 
 use glam::DVec3;
 
@@ -85,7 +86,8 @@ mod tests {
                 let same = memory.extrapolate(&pose.placement());
                 assert!((same.separation - separation).abs() < 1e-12, "seed {SEED:#x}: {same:?}");
                 assert!(same.point_a.distance(point_a) < 1e-12 && same.normal.distance(normal) < 1e-12);
-                // A turn about the contact changes its separation in second order only; a shift by its part along the normal.
+                // A turn about the contact changes its separation in second order only; a shift by
+                // its part along the normal.
                 let step = 1e-5;
                 let turn = DQuat::from_scaled_axis(random.direction() * step);
                 let shift = random.direction() * step;

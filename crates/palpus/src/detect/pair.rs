@@ -16,7 +16,8 @@ pub(super) enum Found {
     Nothing,
     /// A contact along the direction of least distance or depth.
     Admissible(Contact),
-    /// A contact along another direction, the least that the pieces own; and with its points on its features, to be believed or not.
+    /// A contact along another direction, the least that the pieces own; and with its points on its
+    /// features, to be believed or not.
     Moved(Contact, Contact),
     /// An overlap without a normal that both pieces own.
     Inadmissible,
@@ -99,7 +100,8 @@ impl PairSearch {
         }
     }
 
-    /// The contact of an overlap that has no admissible depth, along the best normal that one of the pieces owns.
+    /// The contact of an overlap that has no admissible depth, along the best normal that one of
+    /// the pieces owns.
     pub(super) fn half_admissible(&mut self, asked: &Asked<'_>, leaf: &LeafPair) -> Option<Contact> {
         let Asked { a, b, place, .. } = asked;
         let (normals_a, normals_b) = (a.own_normals(leaf.piece_a), b.own_normals(leaf.piece_b));
@@ -107,9 +109,10 @@ impl PairSearch {
         half_admissible_depth(&normals_a, &normals_b, place, hub, &mut self.scratch).map(|half| at(leaf, &half))
     }
 
-    /// Adds the other corners of the contact that a leaf pair has added to those `known`, and keeps them for when the
-    /// quota is spent. Each of the leaf pairs `left` keeps room for one contact: the list of leaf pairs holds the deepest, so
-    /// none of them may be dropped for the corners of another.
+    /// Adds the other corners of the contact that a leaf pair has added to those `known`, and keeps
+    /// them for when the quota is spent. Each of the leaf pairs `left` keeps room for one contact:
+    /// the list of leaf pairs holds the deepest, so none of them may be dropped for the corners of
+    /// another.
     pub(super) fn keep(
         &mut self,
         asked: &Asked<'_>,
@@ -132,7 +135,8 @@ impl PairSearch {
 }
 
 impl PairSearch {
-    /// Replaces `contact`, the last one, by the corners of its patch, if there are at most `room` of them.
+    /// Replaces `contact`, the last one, by the corners of its patch, if there are at most `room`
+    /// of them.
     fn spread(&mut self, asked: &Asked<'_>, contact: &Contact, slope: f64, room: usize, counters: &mut QueryCounters) {
         let Contact { features, point_a, point_b, normal, .. } = *contact;
         let (piece_a, piece_b) = asked.pieces(contact.piece_a, contact.piece_b);
@@ -180,8 +184,8 @@ fn at(leaf: &LeafPair, real: &AdmissibleDepth) -> Contact {
     }
 }
 
-/// True if the closest points lie on the surfaces of both meshes and their direction is one that both own there: else they are a
-/// contact of another pair of pieces, or of none.
+/// True if the closest points lie on the surfaces of both meshes and their direction is one that
+/// both own there: else they are a contact of another pair of pieces, or of none.
 fn is_surface(asked: &Asked<'_>, leaf: &LeafPair, closest: &Closest) -> bool {
     let Asked { a, b, place, .. } = asked;
     let Closest { point_a, point_b, normal, features, .. } = *closest;

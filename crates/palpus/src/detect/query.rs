@@ -26,26 +26,30 @@ pub struct QuerySettings {
     pub capacity: usize,
     /// Whether depths are proven globally least.
     pub proof: Proof,
-    /// Contacts at the corners of flush pieces' patches, for tilts up to this angle (rad, above 0 and below a right angle);
-    /// `None`: one exact contact for each pair of pieces. See [`Patch`](crate::depth::Patch).
+    /// Contacts at the corners of flush pieces' patches, for tilts up to this angle (rad, above 0
+    /// and below a right angle); `None`: one exact contact for each pair of pieces. See
+    /// [`Patch`](crate::depth::Patch).
     pub patch_angle: Option<f64>,
     /// Guards against tunnelling: a fast body does not jump over a thin part between two queries.
     pub guard: bool,
-    /// Keeps contacts from query to query, for pairs that a quota of work leaves out: see [`ContactQuery::run_within`].
+    /// Keeps contacts from query to query, for pairs that a quota of work leaves out: see
+    /// [`ContactQuery::run_within`].
     pub holding: bool,
 }
 
 impl Default for QuerySettings {
-    /// Contacts within 1 mm, if the model unit is the metre; at most 4096, not proven, for single poses in any order.
+    /// Contacts within 1 mm, if the model unit is the metre; at most 4096, not proven, for single
+    /// poses in any order.
     fn default() -> Self {
         Self { tolerance: 1e-3, capacity: 4096, proof: Proof::None, patch_angle: None, guard: false, holding: false }
     }
 }
 
-/// The contacts of a body a with a body b: both bodies, what is looked for, the memory that it takes, and what is remembered from
-/// query to query.
+/// The contacts of a body a with a body b: both bodies, what is looked for, the memory that it
+/// takes, and what is remembered from query to query.
 ///
-/// Queries at poses near the last one are fast, but any pose may follow any other. Only [`Self::new`] obtains memory.
+/// Queries at poses near the last one are fast, but any pose may follow any other. Only
+/// [`Self::new`] obtains memory.
 ///
 /// ```
 /// use glam::DVec3;
@@ -77,32 +81,35 @@ impl ContactQuery {
         Self { a, b, settings, search, counters: QueryCounters::default() }
     }
 
-    /// Returns every contact nearer than the tolerance; `pose_ba` places a in b's frame, and contacts are in b's frame.
+    /// Returns every contact nearer than the tolerance; `pose_ba` places a in b's frame, and
+    /// contacts are in b's frame.
     pub fn contacts(&mut self, pose_ba: &Pose) -> &[Contact] {
         self.run(pose_ba, &NoClock);
         self.found()
     }
 
-    /// Finds the contacts as [`Self::contacts`] does, times its stages by `clock`, and returns what it cost.
+    /// Finds the contacts as [`Self::contacts`] does, times its stages by `clock`, and returns what
+    /// it cost.
     pub fn run(&mut self, pose_ba: &Pose, clock: &impl Clock) -> &QueryCounters {
         self.run_within(pose_ba, &Work::unlimited().all(), clock)
     }
 
-    /// The same with at most about `quota` of work: pairs that were not reached are answered from the last query and come first in the
-    /// next.
+    /// The same with at most about `quota` of work: pairs that were not reached are answered from
+    /// the last query and come first in the next.
     ///
-    /// A contact of the last query is *held*, if the settings ask for holding: extrapolated along with the bodies, its separation measured
-    /// anew along its normal, which is right to first order in the motion. Pairs that were not in contact may be nearer by now than the
-    /// tolerance, but not nearer than [`Self::unseen_separation`]. No contact is made of the hulls of whole parts: that of a cup is
-    /// full, and a spoon in it would be thrown out.
+    /// A contact of the last query is *held*, if the settings ask for holding: extrapolated along
+    /// with the bodies, its separation measured anew along its normal, which is right to first
+    /// order in the motion. Pairs that were not in contact may be nearer by now than the tolerance,
+    /// but not nearer than [`Self::unseen_separation`]. No contact is made of the hulls of whole
+    /// parts: that of a cup is full, and a spoon in it would be thrown out.
     pub fn run_within(&mut self, pose_ba: &Pose, quota: &Quota<'_>, clock: &impl Clock) -> &QueryCounters {
         let asked = Asked::new(&self.a, &self.b, pose_ba, self.settings.tolerance);
         self.counters = self.search.run(&asked, quota, clock);
         &self.counters
     }
 
-    /// Runs the query, and returns the nearest pair of points of the two bodies, whatever the distance; when bodies overlap,
-    /// the deepest contact. `None` if a body has no pieces.
+    /// Runs the query, and returns the nearest pair of points of the two bodies, whatever the
+    /// distance; when bodies overlap, the deepest contact. `None` if a body has no pieces.
     pub fn nearest(&mut self, pose_ba: &Pose) -> Option<Contact> {
         self.run(pose_ba, &NoClock);
         let asked = Asked::new(&self.a, &self.b, pose_ba, self.settings.tolerance);
@@ -119,17 +126,17 @@ impl ContactQuery {
         &self.counters
     }
 
-    /// What the last query did not look at since its quota was spent is at least this far apart, model units: infinite when it
-    /// looked at everything, minus infinite when it had just begun.
+    /// What the last query did not look at since its quota was spent is at least this far apart,
+    /// model units: infinite when it looked at everything, minus infinite when it had just begun.
     ///
-    /// Contacts that are held, and pairs that were none at their last visit since only virtual features were near, are looked at in this
-    /// sense.
+    /// Contacts that are held, and pairs that were none at their last visit since only virtual
+    /// features were near, are looked at in this sense.
     pub fn unseen_separation(&self) -> f64 {
         self.search.unseen_separation()
     }
 
-    /// The same of the pairs that may have come near since they were last looked at: not of those that were within tolerance then, and whose
-    /// contacts are extrapolated or dropped.
+    /// The same of the pairs that may have come near since they were last looked at: not of those
+    /// that were within tolerance then, and whose contacts are extrapolated or dropped.
     pub fn unlooked_separation(&self) -> f64 {
         self.search.unlooked_separation()
     }
@@ -160,8 +167,9 @@ impl ContactQuery {
         self.search.set_patch_angle(angle);
     }
 
-    /// The bodies were not looked at for some time, since they were far from each other, and lay at `pose_ba` just before they are
-    /// looked at again: what is remembered of contacts is forgotten, and the motion from there on is a motion like any other.
+    /// The bodies were not looked at for some time, since they were far from each other, and lay at
+    /// `pose_ba` just before they are looked at again: what is remembered of contacts is forgotten,
+    /// and the motion from there on is a motion like any other.
     pub fn came_from(&mut self, pose_ba: &Pose) {
         self.search.came_from(pose_ba);
     }

@@ -1,25 +1,30 @@
 //! All contacts of two bodies within the tolerance \[K02 §3.4, §4.1\].
 //!
 //! 1. The sleeping front over both hierarchies ([`Front`]) answers the leaf pairs within tolerance.
-//! 2. A pair of pieces that is apart is a contact at its closest points, unless those are not of the surface or their direction is
-//!    none that both meshes have there ([`Body::owns`]): the far side of a thin wall, seen from within the wall, is no surface to
-//!    touch, and beyond the end of an edge's arc the neighbouring piece is the nearer one.
-//! 3. A pair that overlaps is a contact at its penetration depth, walked from the pair's last normal, the witness of the
-//!    march and the line of centroids; where the walk ends on a normal that not both meshes have, it is the least depth along one that
-//!    both pieces own ([`admissible_depth`](crate::depth::admissible_depth)), and then left out unless it is believed (`belief`); a pair without such a normal is no
-//!    contact. When nothing else is left of an overlap, the shallowest of these stays.
+//! 2. A pair of pieces that is apart is a contact at its closest points, unless those are not of
+//!    the surface or their direction is none that both meshes have there ([`Body::owns`]): the far
+//!    side of a thin wall, seen from within the wall, is no surface to touch, and beyond the end of
+//!    an edge's arc the neighbouring piece is the nearer one.
+//! 3. A pair that overlaps is a contact at its penetration depth, walked from the pair's last
+//!    normal, the witness of the march and the line of centroids; where the walk ends on a normal
+//!    that not both meshes have, it is the least depth along one that both pieces own
+//!    ([`admissible_depth`](crate::depth::admissible_depth)), and then left out unless it is
+//!    believed (`belief`); a pair without such a normal is no contact. When nothing else is left of
+//!    an overlap, the shallowest of these stays.
 //!
-//! Asked to ([`Proof::Prove`]), the query proves each depth globally least for its pair of pieces, or replaces it by a better one that
-//! it proves, before virtual features are looked at. A depth that was moved to a normal of the meshes afterwards is therefore not
-//! the least of the pair, but the least is known.
+//! Asked to ([`Proof::Prove`]), the query proves each depth globally least for its pair of pieces,
+//! or replaces it by a better one that it proves, before virtual features are looked at. A depth
+//! that was moved to a normal of the meshes afterwards is therefore not the least of the pair, but
+//! the least is known.
 //!
-//! When the pose has jumped since the last query, what is remembered of a pair's depth is a guess like any other: the walk
-//! then starts cold, from several seeds, and keeps the best end.
+//! When the pose has jumped since the last query, what is remembered of a pair's depth is a guess
+//! like any other: the walk then starts cold, from several seeds, and keeps the best end.
 //!
-//! A pair of pieces is one contact, at its exact witness points, or on request the corners of its *patch* ([`Patch`]): as many contacts
-//! as it takes to say where flush features touch.
+//! A pair of pieces is one contact, at its exact witness points, or on request the corners of its
+//! *patch* ([`Patch`]): as many contacts as it takes to say where flush features touch.
 //!
-//! Contacts come in the order in which they began; after a jump, in that of the descent. The same history gives the same order.
+//! Contacts come in the order in which they began; after a jump, in that of the descent. The same
+//! history gives the same order.
 
 use super::belief::{LastOverlap, corrected, is_believed, is_believed_beyond};
 use super::guard::Guard;
@@ -58,8 +63,8 @@ pub(super) struct PairSearch {
     pub(super) unlooked: f64,
 }
 
-/// Node pairs of the front. A spoon in a cup has hundreds, two 30 000-triangle scans some thousands, a nut on its thread some ten
-/// thousands.
+/// Node pairs of the front. A spoon in a cup has hundreds, two 30 000-triangle scans some
+/// thousands, a nut on its thread some ten thousands.
 const NODE_PAIRS: usize = 1 << 17;
 
 impl PairSearch {
@@ -126,7 +131,8 @@ impl PairSearch {
         counters
     }
 
-    /// The contacts of the leaf pairs, as far as the quota goes; answers the shallowest of those that were not believed.
+    /// The contacts of the leaf pairs, as far as the quota goes; answers the shallowest of those
+    /// that were not believed.
     fn answer_leaves(&mut self, asked: &Asked<'_>, quota: &Quota<'_>, counters: &mut QueryCounters) -> Option<Contact> {
         self.contacts.clear();
         self.inadmissible.clear();
@@ -177,7 +183,8 @@ impl PairSearch {
             None if counters.traversal.postponed == 0 => self.last_overlap.still(asked),
             None => None,
         };
-        // Within the memory made at construction: full of contacts that are apart, the bodies are held by those.
+        // Within the memory made at construction: full of contacts that are apart, the bodies are
+        // held by those.
         let room = self.capacity - self.contacts.len();
         counters.stood_in += u32::from(stands_in.is_some() && room > 0);
         self.contacts.extend(stands_in.into_iter().take(room));
@@ -198,7 +205,8 @@ impl PairSearch {
         &self.contacts
     }
 
-    /// The nearest pair of points, whatever the distance, or the deepest contact. `asked` is what the last [`Self::run`] was asked.
+    /// The nearest pair of points, whatever the distance, or the deepest contact. `asked` is what
+    /// the last [`Self::run`] was asked.
     pub(super) fn nearest(&mut self, asked: &Asked<'_>, counters: &mut QueryCounters) -> Option<Contact> {
         let least = |x: &&Contact, y: &&Contact| x.separation.total_cmp(&y.separation);
         let contact = self.contacts.iter().min_by(least).copied();

@@ -9,10 +9,11 @@ use crate::algebra::tolerance::{GUARD_THICK, WORK_ANSWER};
 use crate::collision::PlacedPair;
 
 impl PairSearch {
-    /// A fast tick's poses on the way, so that nothing thin is jumped over; the quota may cut them short. What is thin then, if
-    /// the tick is fast and anything is.
+    /// A fast tick's poses on the way, so that nothing thin is jumped over; the quota may cut them
+    /// short. What is thin then, if the tick is fast and anything is.
     ///
-    /// Only pairs one of whose pieces is thin are looked at on the way; the others have the whole tick to go.
+    /// Only pairs one of whose pieces is thin are looked at on the way; the others have the whole
+    /// tick to go.
     pub(super) fn sub_steps(
         &mut self,
         asked: &Asked<'_>,
@@ -52,7 +53,8 @@ impl PairSearch {
         Some(thin)
     }
 
-    /// Notes the pose, and which of the last contacts of pieces thinner than `thin` tunnel on the way to it.
+    /// Notes the pose, and which of the last contacts of pieces thinner than `thin` tunnel on the
+    /// way to it.
     pub(super) fn move_to(&mut self, asked: &Asked<'_>, thin: Option<f64>) {
         let last = self.last_pose.replace(asked.pose_ba);
         if let (Some(last), Some(guard), Some(thin)) = (last, &mut self.guard, thin) {

@@ -1,22 +1,29 @@
-//! Clusters of contacts: exact single linkage of midpoints, cut where normals oppose each other \[K02 §4.2\].
+//! Clusters of contacts: exact single linkage of midpoints, cut where normals oppose each other
+//! \[K02 §4.2\].
 //!
-//! 1. *Admit* contacts that are finite and nearer than the tolerance. Of more than fit, the deepest stay; the rest are
-//!    counted.
-//! 2. *Order* them by value (pieces first), so that permuting the input changes no bit of any later sum.
-//! 3. *Link* every two whose midpoints are nearer than the radius δ (eq. 2, strictly nearer): a group is a connected
-//!    component of that relation, exactly. A grid of cells of diagonal δ only saves work: midpoints in one cell are
-//!    linked through its first, and a cell is held against all cells that a distance below δ can reach.
-//!    The corners of one patch are one contact of two pieces: each is linked as if it were in the patch's middle.
-//! 4. *Cut* a group whose normals do not fit into one cone of opening `split_angle`: its deepest contact leads a first
-//!    cone and takes every member within half the opening of it; of the rest, the one whose normal is farthest from all
-//!    leaders leads the next, and so on. (Farthest, so that the cones around a peg come out opposite each other.)
-//! 5. *Link again* inside each cone, since a group may have held two parts together only by contacts of another cone.
+//! 1. *Admit* contacts that are finite and nearer than the tolerance. Of more than fit, the deepest
+//!    stay; the rest are counted.
+//! 2. *Order* them by value (pieces first), so that permuting the input changes no bit of any later
+//!    sum.
+//! 3. *Link* every two whose midpoints are nearer than the radius δ (eq. 2, strictly nearer): a
+//!    group is a connected component of that relation, exactly. A grid of cells of diagonal δ only
+//!    saves work: midpoints in one cell are linked through its first, and a cell is held against
+//!    all cells that a distance below δ can reach. The corners of one patch are one contact of two
+//!    pieces: each is linked as if it were in the patch's middle.
+//! 4. *Cut* a group whose normals do not fit into one cone of opening `split_angle`: its deepest
+//!    contact leads a first cone and takes every member within half the opening of it; of the rest,
+//!    the one whose normal is farthest from all leaders leads the next, and so on. (Farthest, so
+//!    that the cones around a peg come out opposite each other.)
+//! 5. *Link again* inside each cone, since a group may have held two parts together only by
+//!    contacts of another cone.
 //!
-//! Deviations. The paper fills an octree whose cells *are* the clusters; two contacts a hair apart on either side of a
-//! cell's wall then stay apart, against eq. 2. The cut (4, 5) is ours: eq. 3 has no answer in a slot narrower than δ, or
-//! around a peg, where a chain of neighbours joins opposed normals that cancel. After the cut any two normals of a
-//! cluster differ by at most `split_angle`, and all by at most half of it from one direction, so that their weighted sum
-//! is at least `cos(split_angle / 2)` of the weights. With `split_angle: None` it is the paper's eq. 2 alone.
+//! Deviations. The paper fills an octree whose cells *are* the clusters; two contacts a hair apart
+//! on either side of a cell's wall then stay apart, against eq. 2. The cut (4, 5) is ours: eq. 3
+//! has no answer in a slot narrower than δ, or around a peg, where a chain of neighbours joins
+//! opposed normals that cancel. After the cut any two normals of a cluster differ by at most
+//! `split_angle`, and all by at most half of it from one direction, so that their weighted sum is
+//! at least `cos(split_angle / 2)` of the weights. With `split_angle: None` it is the paper's eq. 2
+//! alone.
 //!
 //! All memory is obtained by [`Linkage::new`].
 
@@ -32,26 +39,28 @@ use super::tilt::{TiltShares, Tilted};
 use crate::detect::Contact;
 use link::{Cell, Run};
 
-/// What makes contacts one cluster.
+/// Parameters of clustering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LinkageSettings {
     /// t of \[K02\], m: contacts at this separation or farther are none.
     pub tolerance: f64,
     /// δ of \[K02\], m: midpoints nearer than this are linked. 0 links nothing.
     pub radius: f64,
-    /// rad, at most π: opening of the cone that must hold the normals of a cluster; `None` never cuts.
+    /// rad, at most π: opening of the cone that must hold the normals of a cluster; `None` never
+    /// cuts.
     pub split_angle: Option<f64>,
-    /// The most contacts that are clustered. Of more, half are the deepest, and half the deepest of those that push
-    /// elsewhere than these: what stops the tool when it is thrown back.
+    /// The most contacts that are clustered. Of more, half are the deepest, and half the deepest of
+    /// those that push elsewhere than these: what stops the tool when it is thrown back.
     pub most: usize,
 }
 
-/// What happened to the contacts of one run.
+/// Counts of one run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LinkageCounters {
     /// Contacts that found a cluster.
     pub admitted: u32,
-    /// Contacts left out because there were more than the capacity, or than [`LinkageSettings::most`].
+    /// Contacts left out because there were more than the capacity, or than
+    /// [`LinkageSettings::most`].
     pub dropped: u32,
     /// Contacts left out because one of their numbers was not finite.
     pub non_finite: u32,
@@ -133,8 +142,8 @@ impl Linkage {
         }
     }
 
-    /// Clusters `contacts`. `direction` says in which direction an admitted contact pushes a (unit): its normal, or the
-    /// shaded stand-in for it.
+    /// Clusters `contacts`. `direction` says in which direction an admitted contact pushes a
+    /// (unit): its normal, or the shaded stand-in for it.
     pub fn run(
         &mut self,
         contacts: &[Contact],
@@ -173,7 +182,7 @@ impl Linkage {
         self.len() == 0
     }
 
-    /// Where the members of cluster `k` stand in [`Self::members`] and [`Self::directions`].
+    /// Range of the members of cluster `k` in [`Self::members`] and [`Self::directions`].
     pub fn range(&self, k: usize) -> std::ops::Range<usize> {
         self.starts[k] as usize..self.starts[k + 1] as usize
     }
@@ -188,7 +197,8 @@ impl Linkage {
         &self.directions
     }
 
-    /// Step 1. Keeps at most twice the capacity, and of these the deepest when full, so that the work stays linear.
+    /// Step 1. Keeps at most twice the capacity, and of these the deepest when full, so that the
+    /// work stays linear.
     fn admit(&mut self, contacts: &[Contact], settings: &LinkageSettings) -> LinkageCounters {
         let mut counters = LinkageCounters::default();
         self.order.clear();
@@ -270,7 +280,8 @@ impl Linkage {
         }
     }
 
-    /// Lists the components one after the other, each in canonical order, ordered by their first members.
+    /// Lists the components one after the other, each in canonical order, ordered by their first
+    /// members.
     fn gather(&mut self) {
         let n = self.order.len();
         self.group_of.clear();
@@ -292,7 +303,8 @@ impl Linkage {
         }
         self.ranks.clear();
         self.ranks.resize(n, 0);
-        // `starts[group + 1]` is where the group ends; filling from the back moves it to where the group begins.
+        // `starts[group + 1]` is where the group ends; filling from the back moves it to where the
+        // group begins.
         for rank in (0..n).rev() {
             let end = &mut self.starts[self.group_of[rank] as usize + 1];
             *end -= 1;

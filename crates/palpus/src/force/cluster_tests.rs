@@ -1,4 +1,5 @@
-//! Clusters against quadratic single linkage, which shares no step with the grid but the comparison itself.
+//! Clusters against quadratic single linkage, which shares no step with the grid but the comparison
+//! itself.
 
 use glam::DVec3;
 
@@ -13,7 +14,8 @@ const PAPER: LinkageSettings =
     LinkageSettings { tolerance: TOLERANCE, radius: RADIUS, split_angle: None, most: usize::MAX };
 const CUT: LinkageSettings = LinkageSettings { split_angle: Some(2.269), ..PAPER };
 
-/// Components of eq. 2 by repeated relabelling: every contact within the tolerance gets the least index that it reaches.
+/// Components of eq. 2 by repeated relabelling: every contact within the tolerance gets the least
+/// index that it reaches.
 fn quadratic(contacts: &[Contact], radius: f64) -> Vec<Vec<u32>> {
     let mut label: Vec<usize> = (0..contacts.len()).collect();
     loop {
@@ -73,7 +75,8 @@ fn equals_quadratic_single_linkage() {
     let mut random = Random::new(SEED);
     for round in 0..400 {
         let n = 1 + random.below(90);
-        // From all in one cluster to all alone; sometimes far from the origin, sometimes in a plane.
+        // From all in one cluster to all alone; sometimes far from the origin, sometimes in a
+        // plane.
         let half = RADIUS * random.between(0.3, 12.0);
         let mut contacts = cloud(&mut random, n, half);
         let far = if round % 5 == 0 { random.point(1e3) } else { DVec3::ZERO };
@@ -102,7 +105,8 @@ fn chains_join_and_a_link_of_exactly_delta_does_not() {
 
 #[test]
 fn a_cell_wall_separates_nobody() {
-    // Pairs just under δ apart, in every direction and at every offset to the grid, which begins at the first contact.
+    // Pairs just under δ apart, in every direction and at every offset to the grid, which begins at
+    // the first contact.
     let mut random = Random::new(SEED ^ 1);
     for round in 0..2000 {
         let p = random.point(10.0 * RADIUS);

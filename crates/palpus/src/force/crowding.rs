@@ -1,39 +1,48 @@
 //! Smooth clustering: how much of its own force a contact keeps among those that push the same way.
 //!
-//! Single linkage ([`super::Linkage`]) gives a cluster the force of its deepest member. When two clusters meet, one of their
-//! forces is gone from one tick to the next, and a hand feels a tick; and how many clusters there are depends on how far the
-//! mesh's pieces happen to lie apart. Here there is no cluster and no event. Every contact pushes along its own direction, and
-//! those that push the same way have together the force of the deepest of them,
+//! Single linkage ([`super::Linkage`]) gives a cluster the force of its deepest member. When two
+//! clusters meet, one of their forces is gone from one tick to the next, and a hand feels a tick;
+//! and how many clusters there are depends on how far the mesh's pieces happen to lie apart. Here
+//! there is no cluster and no event. Every contact pushes along its own direction, and those that
+//! push the same way have together the force of the deepest of them,
 //!
-//! F = Σᵢ k αᵢ wᵢ · (maxⱼ κᵢⱼ wⱼ / Σⱼ κᵢⱼ αⱼ wⱼ) · nᵢ, with w the engagements (t − d, or with a tool its skin less d, where
-//! positive), κᵢⱼ = (nᵢ·nⱼ)²₊, and α the tilt shares ([`TiltShares`]), 1 for a contact that is no corner of a patch.
+//! F = Σᵢ k αᵢ wᵢ · (maxⱼ κᵢⱼ wⱼ / Σⱼ κᵢⱼ αⱼ wⱼ) · nᵢ, with w the engagements (t − d, or with a
+//! tool its skin less d, where positive), κᵢⱼ = (nᵢ·nⱼ)²₊, and α the tilt shares ([`TiltShares`]),
+//! 1 for a contact that is no corner of a patch.
 //!
-//! * κᵢᵢ = 1: a contact alone keeps all of its force. k contacts with one direction push as one: what eq. 3–5 of \[K02\] say of a
-//!   cluster, force, direction and point, holds of them exactly.
-//! * κ is 0 for directions at a right angle or more: the walls of a groove and of a slot push as if each were alone.
-//! * Every term is continuous in every position, direction and engagement, and a contact that enters at w = 0 changes
-//!   nothing.
-//! * Contacts of which every two have κ ≥ c push together with at most the deepest one's force over c: each sum over j is at
-//!   least c Σ αw, no maximum exceeds the deepest w, and Σ αw max w/(c Σ αw) = max w / c.
-//! * So a surface is as stiff however many pieces and triangles it is made of, and wherever they end: two bodies that approach
-//!   along n resist with k for each independent direction, whatever lies between them. (Of a crowd with many contacts, not so
-//!   deep, the places still say where the force acts, and so how two bodies resist a tilt.)
+//! * κᵢᵢ = 1: a contact alone keeps all of its force. k contacts with one direction push as one:
+//!   what eq. 3–5 of \[K02\] say of a cluster, force, direction and point, holds of them exactly.
+//! * κ is 0 for directions at a right angle or more: the walls of a groove and of a slot push as if
+//!   each were alone.
+//! * Every term is continuous in every position, direction and engagement, and a contact that
+//!   enters at w = 0 changes nothing.
+//! * Contacts of which every two have κ ≥ c push together with at most the deepest one's force over
+//!   c: each sum over j is at least c Σ αw, no maximum exceeds the deepest w, and Σ αw max w/(c Σ
+//!   αw) = max w / c.
+//! * So a surface is as stiff however many pieces and triangles it is made of, and wherever they
+//!   end: two bodies that approach along n resist with k for each independent direction, whatever
+//!   lies between them. (Of a crowd with many contacts, not so deep, the places still say where the
+//!   force acts, and so how two bodies resist a tilt.)
 //!
-//! **Why not by distance as well**, as a cluster of linkage reaches to δ and the kernel of an earlier version did? Contacts stand for
-//! pieces of a convex decomposition: one for a whole flat side, dozens for the same side if it is rough. With a kernel that ends at a
-//! distance, contacts that lie farther apart than that each add a stiffness: a ring of 50 pieces on a table was 48 times as stiff as
-//! a disc, with four times the triangles 58 times, and no device is stable at that. Measured, the force of one motion with one, four
-//! and sixteen times the triangles: `palpus-scenes/tests/area.rs`.
+//! **Why not by distance as well**, as a cluster of linkage reaches to δ and the kernel of an
+//! earlier version did? Contacts stand for pieces of a convex decomposition: one for a whole flat
+//! side, dozens for the same side if it is rough. With a kernel that ends at a distance, contacts
+//! that lie farther apart than that each add a stiffness: a ring of 50 pieces on a table was 48
+//! times as stiff as a disc, with four times the triangles 58 times, and no device is stable at
+//! that. Measured, the force of one motion with one, four and sixteen times the triangles:
+//! `palpus-scenes/tests/area.rs`.
 //!
-//! **Not a gradient.** A potential whose forces do not pull, to which a contact at w = 0 adds nothing, and that takes two equal
-//! contacts for one, is ½ k (max w)²: E(w, 0) = E(w, w) leaves nothing for a second contact to add on the way. Its force acts at
-//! the deepest contact and jumps to the next. Continuity is paid for with a field that can do work around a loop.
+//! **Not a gradient.** A potential whose forces do not pull, to which a contact at w = 0 adds
+//! nothing, and that takes two equal contacts for one, is ½ k (max w)²: E(w, 0) = E(w, w) leaves
+//! nothing for a second contact to add on the way. Its force acts at the deepest contact and jumps
+//! to the next. Continuity is paid for with a field that can do work around a loop.
 //!
 //! 1. *Tilt*: the tilt share of each.
-//! 2. *Share*: every contact looks at every other. Where none of its direction pushes yet, as if the nearest did.
+//! 2. *Share*: every contact looks at every other. Where none of its direction pushes yet, as if
+//!    the nearest did.
 //!
-//! The contacts come in canonical order, so that sums do not depend on how the query found them. All memory is obtained by
-//! [`Crowding::new`].
+//! The contacts come in canonical order, so that sums do not depend on how the query found them.
+//! All memory is obtained by [`Crowding::new`].
 
 use glam::DVec3;
 
@@ -69,8 +78,9 @@ impl Crowding {
         }
     }
 
-    /// The share of its own force that each contact keeps; 0 for those that others of their surface surround. Contacts that do not push yet get the share that they will have when they do, together with all that are no
-    /// more than `ahead` (m) farther than the nearest.
+    /// The share of its own force that each contact keeps; 0 for those that others of their surface
+    /// surround. Contacts that do not push yet get the share that they will have when they do,
+    /// together with all that are no more than `ahead` (m) farther than the nearest.
     ///
     /// They stand in [`Self::shares`] until the next run.
     pub fn run(&mut self, crowd: &[Tilted], ahead: f64) -> &[f64] {
@@ -84,8 +94,9 @@ impl Crowding {
         &self.shares
     }
 
-    /// What each contact of the last run's crowd is left to bear where `bears` says what one of an engagement and a separation (both in m) would
-    /// bear alone: all that push the same way bear together as much as the one that bears most.
+    /// What each contact of the last run's crowd is left to bear where `bears` says what one of an
+    /// engagement and a separation (both in m) would bear alone: all that push the same way bear
+    /// together as much as the one that bears most.
     pub fn loads<'a>(
         &'a self,
         crowd: &'a [Tilted],
@@ -218,7 +229,8 @@ mod tests {
             let before = push(&crowd);
             for engagement in [1e-12, 1e-9, 1e-7] {
                 crowd.push(single(random.direction(), engagement));
-                // It takes from each neighbour at most κ of its own engagement, and there are twenty of them.
+                // It takes from each neighbour at most κ of its own engagement, and there are
+                // twenty of them.
                 assert!((push(&crowd) - before).length() <= 21.0 * engagement, "seed {SEED:#x}, round {round}");
                 crowd.pop();
             }
@@ -227,7 +239,8 @@ mod tests {
 
     #[test]
     fn what_moves_a_little_changes_the_force_a_little() {
-        // All engagements and directions move; where the deepest of a crowd changes, and where directions pass a right angle.
+        // All engagements and directions move; where the deepest of a crowd changes, and where
+        // directions pass a right angle.
         let mut random = Random::new(SEED ^ 5);
         for round in 0..200 {
             let crowd = crowd(&mut random, 12);
@@ -239,7 +252,8 @@ mod tests {
                     single(direction, c.engagement + random.between(-motion, motion))
                 })
                 .collect();
-            // Each share of w·max/Σ has a slope of at most 3 by each engagement, and of 6 w by each direction.
+            // Each share of w·max/Σ has a slope of at most 3 by each engagement, and of 6 w by each
+            // direction.
             let most = 12.0 * (3.0 * 12.0 * motion + 7.0 * 12.0 * turn * 2e-3);
             assert!((push(&moved) - push(&crowd)).length() <= most, "seed {SEED:#x}, round {round}");
         }

@@ -1,48 +1,57 @@
 //! Stick–slip friction, tracked in time \[K02 §4.4.2; Hayward and Armstrong 2000, "HA00"\].
 //!
-//! Each contact keeps an *adhesion*: the point w of b at which it holds, and the point x of a that holds there. The strain
-//! is z = x − w in the tangent plane. Each tick, for every contact of every cluster:
+//! Each contact keeps an *adhesion*: the point w of b at which it holds, and the point x of a that
+//! holds there. The strain is z = x − w in the tangent plane. Each tick, for every contact of every
+//! cluster:
 //!
-//! 1. *Find* the contact's adhesion of the last tick: the one of the same two pieces (of several, the nearest); else the
-//!    nearest one within reach whose normal is not opposed, whose strain it takes over (a probe that slides from one piece
-//!    onto the next keeps its friction); else a new one without strain.
-//! 2. *Carry* it: x moves with a, w rests on b, and z is their difference in the cluster's tangent plane. The normal part
-//!    is no strain; w follows it.
-//! 3. *Stick or slide*: z_max = μ F_n / k_t for a cluster alone, with μ static while sticking. Beyond it the contact slides, and w
-//!    is dragged so that ‖z‖ is z_max; x comes to the present contact point in the same measure. μ falls to the dynamic one
-//!    evenly over a slip of the static z_max (*slip weakening*, Ida 1972), so that nothing snaps, and contacts of one body that
-//!    reach their limit one after the other still hold with the static μ together. A sliding contact sticks again, with all of
-//!    its strength, as soon as it is no longer dragged.
-//! 4. *Force* on a: −k_t z at x. While it sticks, that is the gradient of ½ k_t z²: at any other point, as at the contact's, which
-//!    moves while a block rocks, it would feed a swing.
+//! 1. *Find* the contact's adhesion of the last tick: the one of the same two pieces (of several,
+//!    the nearest); else the nearest one within reach whose normal is not opposed, whose strain it
+//!    takes over (a probe that slides from one piece onto the next keeps its friction); else a new
+//!    one without strain.
+//! 2. *Carry* it: x moves with a, w rests on b, and z is their difference in the cluster's tangent
+//!    plane. The normal part is no strain; w follows it.
+//! 3. *Stick or slide*: z_max = μ F_n / k_t for a cluster alone, with μ static while sticking.
+//!    Beyond it the contact slides, and w is dragged so that ‖z‖ is z_max; x comes to the present
+//!    contact point in the same measure. μ falls to the dynamic one evenly over a slip of the
+//!    static z_max (*slip weakening*, Ida 1972), so that nothing snaps, and contacts of one body
+//!    that reach their limit one after the other still hold with the static μ together. A sliding
+//!    contact sticks again, with all of its strength, as soon as it is no longer dragged.
+//! 4. *Force* on a: −k_t z at x. While it sticks, that is the gradient of ½ k_t z²: at any other
+//!    point, as at the contact's, which moves while a block rocks, it would feed a swing.
 //!
-//! **Twist.** A flush contact is as many contacts as its patch has corners, and each holds where it is: together they resist a
-//! twist about the normal. They hold at points drawn towards the patch's middle
-//! ([`FRICTION_SPREAD`](crate::algebra::tolerance::FRICTION_SPREAD)), so that a
-//! spinning block is braked as by an evenly loaded patch and not as by its rim. Corners that slide share one limit: pushing
-//! and turning go together as on the limit surface of the patch (Goyal, Ruina, Papadopoulos 1991).
+//! **Twist.** A flush contact is as many contacts as its patch has corners, and each holds where it
+//! is: together they resist a twist about the normal. They hold at points drawn towards the patch's
+//! middle ([`FRICTION_SPREAD`](crate::algebra::tolerance::FRICTION_SPREAD)), so that a spinning
+//! block is braked as by an evenly loaded patch and not as by its rim. Corners that slide share one
+//! limit: pushing and turning go together as on the limit surface of the patch (Goyal, Ruina,
+//! Papadopoulos 1991).
 //!
-//! Strain is a function of two stored points, not a sum of velocities: while it sticks, a contact that returns to its
-//! place returns to its force, after any number of ticks.
+//! Strain is a function of two stored points, not a sum of velocities: while it sticks, a contact
+//! that returns to its place returns to its force, after any number of ticks.
 //!
-//! **Clusters.** The normal force belongs to a cluster, whose members share it in proportion to their engagement and tilt share:
-//! s_i = α_i w_i / Σ α w. Each member's load and tangential stiffness are the cluster's times s_i, so its z_max is the cluster's
-//! own, μ F_n / k_t, and the friction of the members together is at most μ F_n of the cluster, in its tangent plane, for any
-//! number of members. That many members also give a cluster a resistance to spinning about its normal, as far as they lie
-//! apart.
+//! **Clusters.** The normal force belongs to a cluster, whose members share it in proportion to
+//! their engagement and tilt share: s_i = α_i w_i / Σ α w. Each member's load and tangential
+//! stiffness are the cluster's times s_i, so its z_max is the cluster's own, μ F_n / k_t, and the
+//! friction of the members together is at most μ F_n of the cluster, in its tangent plane, for any
+//! number of members. That many members also give a cluster a resistance to spinning about its
+//! normal, as far as they lie apart.
 //!
-//! **Several clusters** share in the same way. The one that is pressed hardest (before smooth clustering leaves it a part) has all of
-//! k_t, any other as much of it as of that load: k_t F_n / F_most. All have one z_max, μ F_most / k_t, so that a block slides as a
-//! whole when it pulls with more than μ times its whole load, however that is spread; with a k_t for each, lightly loaded
-//! contacts would let go one by one, at less. And a cluster that enters without load enters without stiffness.
+//! **Several clusters** share in the same way. The one that is pressed hardest (before smooth
+//! clustering leaves it a part) has all of k_t, any other as much of it as of that load: k_t F_n /
+//! F_most. All have one z_max, μ F_most / k_t, so that a block slides as a whole when it pulls with
+//! more than μ times its whole load, however that is spread; with a k_t for each, lightly loaded
+//! contacts would let go one by one, at less. And a cluster that enters without load enters without
+//! stiffness.
 //!
-//! **An implicit step** (behind a coupling) presses contacts that did not touch at its beginning: a tool that slides over the edge of a
-//! facet is off the surface for a tick, and pressed all the same. So there the load of a contact is at least its share of what was
-//! pressed at the end of the last step; what it really comes to hold is found in the step. However many contacts bear a load, together they are
-//! as stiff as one.
+//! **An implicit step** (behind a coupling) presses contacts that did not touch at its beginning: a
+//! tool that slides over the edge of a facet is off the surface for a tick, and pressed all the
+//! same. So there the load of a contact is at least its share of what was pressed at the end of the
+//! last step; what it really comes to hold is found in the step. However many contacts bear a load,
+//! together they are as stiff as one.
 //!
-//! Deviations from HA00: static and dynamic coefficients, with the slip between (their elasto-plastic transition blends them); and
-//! both points are taken along, strain kept, where the contact wanders farther than the reach from x (the probe rolls).
+//! Deviations from HA00: static and dynamic coefficients, with the slip between (their
+//! elasto-plastic transition blends them); and both points are taken along, strain kept, where the
+//! contact wanders farther than the reach from x (the probe rolls).
 
 use glam::DVec3;
 
@@ -64,7 +73,7 @@ pub struct FrictionSettings {
     pub tangential_stiffness: f64,
 }
 
-/// Where a contact holds.
+/// Anchor of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adhesion {
     /// Piece of a.
@@ -96,11 +105,12 @@ pub struct Grasp<'a> {
     pub clusters: &'a [Cluster],
     /// Weights of the members in their clusters, m.
     pub weights: &'a [f64],
-    /// Where the members hold, in b's frame.
+    /// Anchors of the members, in b's frame.
     pub holds: &'a [DVec3],
     /// N: the normal force that the friction of each cluster rests on.
     pub loads: &'a [f64],
-    /// N: the largest normal force that a cluster would have alone, before others that push the same way leave it a share.
+    /// N: the largest normal force that a cluster would have alone, before others that push the
+    /// same way leave it a share.
     pub most: f64,
     /// m: how far a contact may be from its predecessor or from its own holding point.
     pub reach: f64,
@@ -123,7 +133,7 @@ pub struct Grip {
     pub sliding: bool,
 }
 
-/// What happened to the adhesions in one tick.
+/// Counts of the adhesions in one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FrictionCounters {
     /// Contacts that slide.
@@ -182,7 +192,8 @@ impl FrictionTracker {
         &self.grips
     }
 
-    /// One tick; the answer is in [`Self::grips`]. There are at most as many members as the capacity.
+    /// One tick; the answer is in [`Self::grips`]. There are at most as many members as the
+    /// capacity.
     pub fn update(&mut self, grasp: &Grasp<'_>, settings: &FrictionSettings) -> FrictionCounters {
         debug_assert!(grasp.members.len() <= self.capacity);
         let mut counters = FrictionCounters::default();
@@ -280,7 +291,7 @@ impl Grasp<'_> {
     }
 }
 
-/// What a cluster's friction rests on.
+/// Load that a cluster's friction rests on.
 #[derive(Clone, Copy, Debug)]
 struct Load {
     /// N: of the cluster that is pressed hardest.

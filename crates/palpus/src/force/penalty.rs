@@ -3,21 +3,22 @@
 //! 1. The normal force of a cluster: its engagement times the stiffness, plus damping.
 //! 2. Its wrench on each body about that body's centre of mass, summed.
 //!
-//! Deviations. The paper's eq. 6 has no stiffness: its unit of force is a metre; k in N/m is written out here. Damping is
-//! ours: it opposes the speed of approach at the midpoint, but never with more than the elastic force. The total is
-//! then between 0 and 2 k w: a contact never pulls, and one that begins or ends (w = 0) does so without a jump.
+//! Deviations. The paper's eq. 6 has no stiffness: its unit of force is a metre; k in N/m is
+//! written out here. Damping is ours: it opposes the speed of approach at the midpoint, but never
+//! with more than the elastic force. The total is then between 0 and 2 k w: a contact never pulls,
+//! and one that begins or ends (w = 0) does so without a jump.
 
 use glam::DVec3;
 
 use super::Cluster;
 use crate::algebra::Wrench;
 
-/// What a cluster's normal force is made of.
+/// Parameters of a cluster's normal force.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PenaltySettings {
     /// k, N/m.
     pub stiffness: f64,
-    /// Of the normal motion, N·s/m; 0 for none.
+    /// Damping of the normal motion, N·s/m; 0 for none.
     pub damping: f64,
 }
 
@@ -39,8 +40,9 @@ pub struct NetWrench {
     pub on_b: Wrench,
 }
 
-/// The size of the cluster's normal force, N, never negative; `separating_speed` is that of a from b at the midpoint
-/// along the normal, m/s. The cluster has this `share` of stiffness and damping: 1 if no other pushes the same way.
+/// The size of the cluster's normal force, N, never negative; `separating_speed` is that of a from
+/// b at the midpoint along the normal, m/s. The cluster has this `share` of stiffness and damping:
+/// 1 if no other pushes the same way.
 pub fn normal_force(cluster: &Cluster, share: f64, separating_speed: f64, settings: &PenaltySettings) -> f64 {
     let elastic = settings.stiffness * (share * cluster.engagement);
     elastic + (-settings.damping * share * separating_speed).clamp(-elastic, elastic)

@@ -1,9 +1,10 @@
 //! One contact for each cluster \[K02 §4.2, eq. 3–5\].
 //!
-//! The weights are t − d with t the tolerance of the query, so that deeper contacts count more; of the corners of a patch, times
-//! their tilt shares, so that all of them together count as one. Normals that cancel leave eq. 3 without an
-//! answer; the deepest member's direction then stands in, and the caller is told. Clusters cut by normals
-//! ([`super::LinkageSettings::split_angle`]) cannot cancel.
+//! The weights are t − d with t the tolerance of the query, so that deeper contacts count more; of
+//! the corners of a patch, times their tilt shares, so that all of them together count as one.
+//! Normals that cancel leave eq. 3 without an answer; the deepest member's direction then stands
+//! in, and the caller is told. Clusters cut by normals ([`super::LinkageSettings::split_angle`])
+//! cannot cancel.
 
 use glam::DVec3;
 
@@ -20,13 +21,14 @@ pub struct Cluster {
     pub normal: DVec3,
     /// d (eq. 5): the separation of the deepest member, m.
     pub separation: f64,
-    /// t − d, m, with t the separation from which contacts push: the tolerance, or the skin of a coupling. 0 beyond it.
+    /// t − d, m, with t the separation from which contacts push: the tolerance, or the skin of a
+    /// coupling. 0 beyond it.
     pub engagement: f64,
     /// Sum of the members' weights, m.
     pub weight: f64,
     /// Index of the deepest member among the contacts.
     pub deepest: u32,
-    /// Where the cluster's members begin in the list of all members.
+    /// Begin of the cluster's members in the list of all members.
     pub first_member: u32,
     /// How many members it has.
     pub member_count: u32,
@@ -41,7 +43,7 @@ impl Cluster {
     }
 }
 
-/// What is wrong with a representative.
+/// A fault of a representative.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 enum ClusterFault {
     /// The normal is not unit.
@@ -56,8 +58,8 @@ enum ClusterFault {
 }
 
 impl Cluster {
-    /// Returns what is wrong with it as the representative of these members: eq. 3 gives a unit normal, eq. 4 a point between theirs, eq. 5
-    /// the deepest of their separations.
+    /// Returns what is wrong with it as the representative of these members: eq. 3 gives a unit
+    /// normal, eq. 4 a point between theirs, eq. 5 the deepest of their separations.
     fn validate(&self, contacts: &[Contact], members: &[u32]) -> Result<(), ClusterFault> {
         let of_members = || members.iter().map(|&i| &contacts[i as usize]);
         let (low, high) = of_members().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), contact| {
@@ -78,8 +80,9 @@ impl Cluster {
     }
 }
 
-/// The representative of the contacts that `members` names: indices into `contacts`, at least one; parallel to `members` are
-/// their force `directions` and positive `weights` (m). Contacts push from a separation of `offset` (m) on.
+/// The representative of the contacts that `members` names: indices into `contacts`, at least one;
+/// parallel to `members` are their force `directions` and positive `weights` (m). Contacts push
+/// from a separation of `offset` (m) on.
 ///
 /// The sums run in the order of `members`. `first_member` is stored as it is given.
 pub fn represent(
@@ -92,7 +95,8 @@ pub fn represent(
 ) -> Cluster {
     debug_assert!(!members.is_empty() && members.len() == directions.len());
     let separation = |k: usize| contacts[members[k] as usize].separation;
-    // Midpoints are summed relative to one of them: a small cluster far from the origin keeps its digits.
+    // Midpoints are summed relative to one of them: a small cluster far from the origin keeps its
+    // digits.
     let origin = contacts[members[0] as usize].midpoint();
     let mut weight = 0.0;
     let mut weighted_normal = DVec3::ZERO;
@@ -123,7 +127,8 @@ pub fn represent(
         member_count: members.len() as u32,
         cancelled,
     };
-    // Beyond these, at absurd tolerances, products with the weights overflow or lose their digits, and nothing is promised.
+    // Beyond these, at absurd tolerances, products with the weights overflow or lose their digits,
+    // and nothing is promised.
     let [least, most] = SANE_WEIGHTS;
     let is_sane = (least..most).contains(&weight);
     debug_assert!(

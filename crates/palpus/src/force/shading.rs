@@ -1,21 +1,25 @@
-//! Force shading \[K02 §4.4.1; Morgenbesser and Srinivasan 1996\]: the force of a contact points along smoothed normals.
+//! Force shading \[K02 §4.4.1; Morgenbesser and Srinivasan 1996\]: the force of a contact points
+//! along smoothed normals.
 //!
-//! A mesh stands for a smooth surface, but its normal jumps at every edge, and a hand feels the edges. As Gouraud does
-//! with light, the direction of a contact's force is taken from normals interpolated between the corners of the triangles
-//! under its two points; its depth, and so its size, stay those of the true contact.
+//! A mesh stands for a smooth surface, but its normal jumps at every edge, and a hand feels the
+//! edges. As Gouraud does with light, the direction of a contact's force is taken from normals
+//! interpolated between the corners of the triangles under its two points; its depth, and so its
+//! size, stay those of the true contact.
 //!
-//! 1. On each body, the smooth outward normal at the witness point, and how fast it turns there (`curvature`). A body
-//!    whose feature is a crease has none: it takes the other body's, as far as that is a direction between its faces
-//!    ([`super::SmoothBody::confine`]).
-//! 2. *Combine* b's normal with the opposite of a's. On spheres of radius r, the centres are apart by r_b n_b − r_a n_a:
-//!    so each side weighs as its radius, 1 / curvature. A flat side decides alone, two equally round ones have equal say.
-//!    Whatever the features, this moves continuously with the witness points as long as each surface is smooth there.
-//! 3. *Believe* a side as far as it agrees with the true normal: wholly within half of `most_turn`, less and less beyond,
-//!    and not at all from `most_turn` on; what is not believed goes to the true normal. (A deep contact may rest on a rim of
-//!    a piece, far from where its surface looks.) The result is then within `most_turn` of the true normal.
+//! 1. On each body, the smooth outward normal at the witness point, and how fast it turns there
+//!    (`curvature`). A body whose feature is a crease has none: it takes the other body's, as far
+//!    as that is a direction between its faces ([`super::SmoothBody::confine`]).
+//! 2. *Combine* b's normal with the opposite of a's. On spheres of radius r, the centres are apart
+//!    by r_b n_b − r_a n_a: so each side weighs as its radius, 1 / curvature. A flat side decides
+//!    alone, two equally round ones have equal say. Whatever the features, this moves continuously
+//!    with the witness points as long as each surface is smooth there.
+//! 3. *Believe* a side as far as it agrees with the true normal: wholly within half of `most_turn`,
+//!    less and less beyond, and not at all from `most_turn` on; what is not believed goes to the
+//!    true normal. (A deep contact may rest on a rim of a piece, far from where its surface looks.)
+//!    The result is then within `most_turn` of the true normal.
 //!
-//! Deviation: the paper says "Gouraud" and no more; \[MS96\] has a point against one surface. The rule for two surfaces is
-//! ours.
+//! Deviation: the paper says "Gouraud" and no more; \[MS96\] has a point against one surface. The
+//! rule for two surfaces is ours.
 
 use glam::DVec3;
 
@@ -39,7 +43,8 @@ pub struct SmoothNormal {
     pub curvature: f64,
 }
 
-/// The direction of the force on a, unit: the stand-in for the contact normal `normal` (unit, from b into a).
+/// The direction of the force on a, unit: the stand-in for the contact normal `normal` (unit, from
+/// b into a).
 pub fn shade(normal: DVec3, side_a: Option<SmoothNormal>, side_b: Option<SmoothNormal>, most_turn: f64) -> DVec3 {
     let (share_a, share_b) = match (&side_a, &side_b) {
         (None, None) => return normal,
@@ -60,7 +65,8 @@ pub fn shade(normal: DVec3, side_a: Option<SmoothNormal>, side_b: Option<SmoothN
     direction.normalize_or(normal)
 }
 
-/// How far `smooth` is believed: 1 within half of `most_turn` of `normal`, falling to 0 at `most_turn`.
+/// How far `smooth` is believed: 1 within half of `most_turn` of `normal`, falling to 0 at
+/// `most_turn`.
 fn belief(smooth: DVec3, normal: DVec3, most_turn: f64) -> f64 {
     let (none, all) = (most_turn.cos(), (0.5 * most_turn).cos());
     let cosine = smooth.dot(normal);

@@ -1,8 +1,9 @@
 //! The smooth surface of a body under each feature of each of its convex pieces.
 //!
-//! Once per body, the triangles of the mesh that really lie in each face of each piece (a face may also list triangles that
-//! only touch it, and a virtual one has some that lie in it by a part: a contact is on neither, and its point may be no
-//! nearer to one than to another), and the answer at each vertex.
+//! Once per body, the triangles of the mesh that really lie in each face of each piece (a face may
+//! also list triangles that only touch it, and a virtual one has some that lie in it by a part: a
+//! contact is on neither, and its point may be no nearer to one than to another), and the answer at
+//! each vertex.
 
 use glam::DVec3;
 
@@ -11,7 +12,7 @@ use super::smooth_surface::SmoothSurface;
 use crate::algebra::tolerance::SHADING_IN_FACE;
 use crate::body::{Body, Feature, Piece, Polytope, Provenance, ShadingNormals};
 
-/// What shading has to know of a body.
+/// Data of a body for shading.
 #[derive(Clone, Debug)]
 pub struct SmoothBody {
     surface: SmoothSurface,
@@ -22,7 +23,7 @@ pub struct SmoothBody {
     vertices: Vec<Option<SmoothNormal>>,
 }
 
-/// Where a piece's faces and vertices begin among those of all pieces.
+/// Begin of a piece's faces and vertices among those of all pieces.
 #[derive(Clone, Copy, Debug)]
 struct First {
     face: u32,
@@ -30,7 +31,8 @@ struct First {
 }
 
 impl SmoothBody {
-    /// The smooth surface of `body`, whose edges that bend by more than `crease_angle` (rad) stay sharp.
+    /// The smooth surface of `body`, whose edges that bend by more than `crease_angle` (rad) stay
+    /// sharp.
     pub fn new(body: &Body, crease_angle: f64) -> Self {
         let normals = ShadingNormals::new(body.mesh(), body.half_edges(), crease_angle);
         let mut answer = Self {
@@ -46,8 +48,9 @@ impl SmoothBody {
         answer
     }
 
-    /// The surface at `point` (in the body's frame), where a contact rests on `feature` of piece `piece`; `None` on a
-    /// crease, and where the feature lies on no triangle of the mesh, or on too many.
+    /// The surface at `point` (in the body's frame), where a contact rests on `feature` of piece
+    /// `piece`; `None` on a crease, and where the feature lies on no triangle of the mesh, or on
+    /// too many.
     pub fn at(&self, body: &Body, piece: u32, feature: Feature, point: DVec3) -> Option<SmoothNormal> {
         let first = self.pieces[piece as usize];
         let on = |face: u32| self.on_face(first, face).iter().copied();
@@ -61,11 +64,12 @@ impl SmoothBody {
         }
     }
 
-    /// The unit `direction` as far as the crease allows on which a contact with the true outward `normal` rests, in the body's frame; for
-    /// features where [`Self::at`] answers nothing.
+    /// The unit `direction` as far as the crease allows on which a contact with the true outward
+    /// `normal` rests, in the body's frame; for features where [`Self::at`] answers nothing.
     ///
-    /// A crease takes the directions between those of its faces. Where the true normal leaves them, the contact goes over to a face,
-    /// which has one direction: so the turn is at most the angle that is left to the nearest of its bounds.
+    /// A crease takes the directions between those of its faces. Where the true normal leaves them,
+    /// the contact goes over to a face, which has one direction: so the turn is at most the angle
+    /// that is left to the nearest of its bounds.
     pub fn confine(body: &Body, piece: u32, feature: Feature, normal: DVec3, direction: DVec3) -> DVec3 {
         let polytope = &body.polytopes()[piece as usize];
         match feature {

@@ -1,14 +1,18 @@
-//! The smooth surface that a mesh stands for: its normal, and how fast that turns, at any point of the mesh.
+//! The smooth surface that a mesh stands for: its normal, and how fast that turns, at any point of
+//! the mesh.
 //!
 //! Once per mesh:
-//! 1. every triangle's curvature: the fastest that the normals of its corners turn along one of its sides;
-//! 2. every corner's: the mean over the corners of its vertex that share its normal, so that it is the same on both sides
-//!    of a smooth edge;
-//! 3. the creases: sides of triangles across which corner normals differ, or where the mesh ends, and their vertices.
+//! 1. every triangle's curvature: the fastest that the normals of its corners turn along one of its
+//!    sides;
+//! 2. every corner's: the mean over the corners of its vertex that share its normal, so that it is
+//!    the same on both sides of a smooth edge;
+//! 3. the creases: sides of triangles across which corner normals differ, or where the mesh ends,
+//!    and their vertices.
 //!
 //! Per point:
 //! 4. the triangle, of those on which the feature lies, that is nearest to the point;
-//! 5. nothing, if the vertex or edge is a crease; else normal and curvature interpolated between its corners.
+//! 5. nothing, if the vertex or edge is a crease; else normal and curvature interpolated between
+//!    its corners.
 
 use glam::DVec3;
 
@@ -26,8 +30,9 @@ pub(super) struct SmoothSurface {
 }
 
 impl SmoothSurface {
-    /// The smooth surface of `mesh`, whose triangle `t` has the unit normal `normal(t, k)` at its corner `k`: corners of one
-    /// vertex have the same normal wherever the surface is smooth between them.
+    /// The smooth surface of `mesh`, whose triangle `t` has the unit normal `normal(t, k)` at its
+    /// corner `k`: corners of one vertex have the same normal wherever the surface is smooth
+    /// between them.
     pub(super) fn new(mesh: &Mesh, half_edges: &HalfEdges, normal: impl Fn(u32, usize) -> DVec3) -> Self {
         let triangles = mesh.triangles().len() as u32;
         let normals: Vec<[DVec3; 3]> = (0..triangles).map(|t| [0, 1, 2].map(|k| normal(t, k))).collect();
@@ -38,8 +43,8 @@ impl SmoothSurface {
         surface
     }
 
-    /// Steps 4 and 5: the surface at `point` of a feature that lies on the triangles `covered`; `None` on a crease, and where
-    /// there are no triangles or too many.
+    /// Steps 4 and 5: the surface at `point` of a feature that lies on the triangles `covered`;
+    /// `None` on a crease, and where there are no triangles or too many.
     pub(super) fn at(
         &self,
         mesh: &Mesh,
@@ -66,7 +71,8 @@ impl SmoothSurface {
         let creases = self.creases[t as usize];
         let creased = match feature {
             Feature::Face(_) => false,
-            // The side opposite to the corner with the least say: side k runs from corner k to corner k + 1.
+            // The side opposite to the corner with the least say: side k runs from corner k to
+            // corner k + 1.
             Feature::Edge(_) => creases & (1 << ((extreme(shares.map(|s| -s)) + 1) % 3)) != 0,
             Feature::Vertex(_) => creases & (8 << extreme(shares)) != 0,
         };
@@ -114,7 +120,8 @@ impl SmoothSurface {
             }
         }
         for corners in at_vertex {
-            // A vertex is on a crease when either side that leaves it, in any of its triangles, is one.
+            // A vertex is on a crease when either side that leaves it, in any of its triangles, is
+            // one.
             let creased = corners.iter().any(|&(t, k)| self.creases[t as usize] & (1 << k | 1 << ((k + 2) % 3)) != 0);
             for &(t, k) in corners {
                 self.creases[t as usize] |= u8::from(creased) << (3 + k);

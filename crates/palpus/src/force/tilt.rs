@@ -1,33 +1,35 @@
 //! Tilt shares: how much each contact counts in the patch that it belongs to.
 //!
 //! Imagine the bodies pressed together and tilted a little, in any direction and by any slope up to
-//! r. For each tilt they would stand on one contact: the one that is lowest then. The *tilt share* αᵢ
-//! of contact i is the share of tilts, by area of the disc of slopes, for which that is i:
+//! r. For each tilt they would stand on one contact: the one that is lowest then. The *tilt share*
+//! αᵢ of contact i is the share of tilts, by area of the disc of slopes, for which that is i:
 //!
 //! cellᵢ = { s, |s| ≤ r : s·(xⱼ − xᵢ) ≤ dⱼ − dᵢ + eᵢⱼ for all j },  αᵢ = |cellᵢ| / (π r²),
 //!
 //! where j runs over the corners of i's own patch and of the patches that share i's corner with it,
-//! with x the places across i's direction, d the separations, and the allowance e, see below. Without it
-//! the cells are a power diagram, and the shares the Monge–Ampère measure of the lower hull of the
-//! contacts. So:
+//! with x the places across i's direction, d the separations, and the allowance e, see below.
+//! Without it the cells are a power diagram, and the shares the Monge–Ampère measure of the lower
+//! hull of the contacts. So:
 //!
-//! * The corners of a flush polygon count by their exterior angle, and their mean is its Steiner point:
-//!   the middle of a stretch or of a rectangle.
-//! * A corner that patches of neighbouring pieces share counts once, and for nothing inside the surface that they make up or on
-//!   the line between two corners: where a flat surface is cut into pieces, its rim bears the load.
-//! * Patches that do not meet know nothing of each other: each foot of a table has corners of its own.
+//! * The corners of a flush polygon count by their exterior angle, and their mean is its Steiner
+//!   point: the middle of a stretch or of a rectangle.
+//! * A corner that patches of neighbouring pieces share counts once, and for nothing inside the
+//!   surface that they make up or on the line between two corners: where a flat surface is cut into
+//!   pieces, its rim bears the load.
+//! * Patches that do not meet know nothing of each other: each foot of a table has corners of its
+//!   own.
 //! * A contact without a patch counts fully.
 //! * No frame and no order enter.
 //!
-//! **Continuity.** Each bound of a cell is continuous in both contacts, so the areas are. A corner that
-//! splits in two splits its cell, one that appears on the line between two has an empty one; so what
-//! the shares say of places is continuous even where the number of contacts changes.
+//! **Continuity.** Each bound of a cell is continuous in both contacts, so the areas are. A corner
+//! that splits in two splits its cell, one that appears on the line between two has an empty one;
+//! so what the shares say of places is continuous even where the number of contacts changes.
 //!
-//! **The allowance.** e = |x| (|nᵢ × nⱼ| + r (1 − wⱼ/wᵢ)³₊): contacts that push along other directions
-//! are other surfaces, and a contact that bears no load takes no share from one that does. Without the
-//! second part the top of a slightly crowned face would lose its load to corners that are not touching.
-//! The cube leaves contacts with similar loads alone: shares are those of the last tick to the tool's step, and
-//! one that answered loads strongly would swing.
+//! **The allowance.** e = |x| (|nᵢ × nⱼ| + r (1 − wⱼ/wᵢ)³₊): contacts that push along other
+//! directions are other surfaces, and a contact that bears no load takes no share from one that
+//! does. Without the second part the top of a slightly crowned face would lose its load to corners
+//! that are not touching. The cube leaves contacts with similar loads alone: shares are those of
+//! the last tick to the tool's step, and one that answered loads strongly would swing.
 
 use std::f64::consts::PI;
 
@@ -36,10 +38,10 @@ use glam::{DVec2, DVec3};
 use crate::algebra::tolerance::TILT_SAME;
 use crate::detect::Contact;
 
-/// What a contact brings to the tilt shares.
+/// Data of a contact for the tilt shares.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tilted {
-    /// Where it is, b's frame.
+    /// Position, b's frame.
     pub place: DVec3,
     /// Unit: where it pushes a.
     pub direction: DVec3,
@@ -74,7 +76,7 @@ impl Tilted {
 pub struct TiltShares {
     /// By their first coordinate: those at one place stand near each other.
     sorted: Vec<u32>,
-    /// Where the patch of each contact begins and ends.
+    /// Begin and end of the patch of each contact.
     patches: Vec<[u32; 2]>,
     shares: Vec<f64>,
     cell: Cell,
@@ -135,7 +137,7 @@ impl TiltShares {
         &self.shares
     }
 
-    /// Those of the last run.
+    /// Shares of the last run.
     pub fn shares(&self) -> &[f64] {
         &self.shares
     }
@@ -153,8 +155,8 @@ impl TiltShares {
         self.sorted.sort_unstable_by(|i, j| first(i).total_cmp(&first(j)).then(i.cmp(j)));
     }
 
-    /// The patches that have a corner where the `k`-th sorted contact is; `None` if the corner of one of them stands for it, being
-    /// deeper, or as deep and the first.
+    /// The patches that have a corner where the `k`-th sorted contact is; `None` if the corner of
+    /// one of them stands for it, being deeper, or as deep and the first.
     fn met(&self, k: usize, contacts: &[Tilted]) -> Option<Met> {
         let i = self.sorted[k] as usize;
         let one = &contacts[i];
@@ -280,8 +282,9 @@ impl Cell {
         (self.count, self.now) = (count, 1 - self.now);
     }
 
-    /// The area within the unit disc, over that of the disc: triangles from the origin to where sides run in the disc, and sectors
-    /// from where one side leaves it to where the next enters it.
+    /// The area within the unit disc, over that of the disc: triangles from the origin to where
+    /// sides run in the disc, and sectors from where one side leaves it to where the next enters
+    /// it.
     fn share(&self) -> f64 {
         let corners = &self.corners[self.now][..self.count];
         let mut twice = 0.0;
@@ -338,8 +341,9 @@ fn within_disc(p: DVec2, q: DVec2) -> Option<[DVec2; 2]> {
 /// Of the disc's radius: a line that is in the disc for less than twice this cuts nothing off.
 const GRAZE: f64 = 1e-7;
 
-/// Twice the area of the disc between two directions, counterclockwise from `p` to `q`. Where they are nearly one, rounding does
-/// not say which comes first; it is not all of the disc, since whatever was cut off is at least as wide as [`GRAZE`].
+/// Twice the area of the disc between two directions, counterclockwise from `p` to `q`. Where they
+/// are nearly one, rounding does not say which comes first; it is not all of the disc, since
+/// whatever was cut off is at least as wide as [`GRAZE`].
 fn sector(p: DVec2, q: DVec2) -> f64 {
     if p == q {
         return 0.0;

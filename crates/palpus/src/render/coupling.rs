@@ -20,16 +20,15 @@
 //! 5. *Contact stiffness* so that the largest force comes half way into the skin: the bodies then never overlap, and distances
 //!    decide, not depths.
 //!
-//! A scene may ask for softer contacts ([`Settings::stiffness`]). That is how they feel, not how far the tool sinks in: the
+//! A scene may ask for softer contacts ([`Settings::stiffness`](super::Settings::stiffness)). That is how they feel, not how far the tool sinks in: the
 //! tool is held as hard as by 5, and the coupling is softened so that both in a row are as stiff as that contact and the coupling
 //! would have been. A tool that sinks into a wall by millimetres would leave a thin part on its other side.
 
-use super::{Limits, Saturation, Settings, SettingsError};
+use super::Limits;
 use crate::algebra::tolerance::{
     APPARENT_INERTIA, APPARENT_MASS, COUPLING_ALIGNMENT, COUPLING_LEAD, COUPLING_SAMPLED, COUPLING_STRETCH,
     COUPLING_TURN, TOOL_SINKS, TOOL_SKIN,
 };
-use crate::force::FrictionSettings;
 
 /// A spring and damper for translation between the grip of the device and that of the tool, another for rotation, and the
 /// mass of the tool.
@@ -50,45 +49,6 @@ pub struct VirtualCoupling {
     /// Of the tool, kg. Its inertia is that of the probe's mesh with this mass. 0: the tool has none and is where all
     /// forces balance.
     pub mass: f64,
-}
-
-impl Settings {
-    /// For a tool on a device of these limits, whose loop turns every `period` seconds, with contacts of this tolerance (m):
-    /// coupled, and as hard as the device can show. What a scene that names two meshes and nothing else gets.
-    ///
-    /// A good tolerance is a hundredth of the smaller body.
-    #[must_use]
-    pub fn coupled(limits: Limits, period: f64, contact_tolerance: f64) -> Self {
-        let default = Self::default();
-        let stiffness = VirtualCoupling::contact_stiffness(&limits, contact_tolerance).unwrap_or(default.stiffness);
-        let coupling = Some(VirtualCoupling::tuned(&limits, period, contact_tolerance));
-        // A torque that nobody can feel is shown, and not missed every tick.
-        let saturation = if limits.torque > 0.0 { default.saturation } else { Saturation::UnderActuated };
-        Self { contact_tolerance, stiffness, coupling, limits, saturation, ..default }
-    }
-
-    /// The same with friction of these coefficients, which holds what sticks as hard as contacts push.
-    #[must_use]
-    pub fn with_friction(self, static_coefficient: f64, dynamic_coefficient: f64) -> Self {
-        let tangential_stiffness = self.stiffness;
-        let friction = FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness };
-        Self { friction: Some(friction), ..self }
-    }
-
-    /// The settings of contacts as they hold. With a coupling, at least so hard that the largest force comes half way into
-    /// the skin, sideways too; what is softer of it is in the coupling ([`VirtualCoupling::softened`]).
-    pub(super) fn held(&self) -> Self {
-        let hard = self.coupling.map_or(0.0, |coupling| self.limits.force / (TOOL_SINKS * coupling.skin));
-        if !(hard.is_finite() && hard > self.stiffness) {
-            return *self;
-        }
-        let mut held = Self { stiffness: hard, ..*self };
-        if let Some(friction) = &mut held.friction {
-            let left = 1.0 / friction.tangential_stiffness - 1.0 / self.stiffness;
-            friction.tangential_stiffness = 1.0 / (left.max(0.0) + 1.0 / hard);
-        }
-        held
-    }
 }
 
 impl VirtualCoupling {
@@ -125,19 +85,5 @@ impl VirtualCoupling {
         let compliance = 1.0 / self.stiffness + 1.0 / stiffness - 1.0 / hard;
         let share = 1.0 / (self.stiffness * compliance);
         Self { stiffness: self.stiffness * share, damping: self.damping * share, ..self }
-    }
-
-    pub(super) fn validate(&self, contact_tolerance: f64) -> Result<(), SettingsError> {
-        let check = |field, value: f64, holds: bool, rule| {
-            if holds && value.is_finite() { Ok(()) } else { Err(SettingsError { field, value, rule }) }
-        };
-        let (positive, not_negative) = ("finite and greater than 0", "finite and not negative");
-        check("coupling.stiffness", self.stiffness, self.stiffness > 0.0, positive)?;
-        check("coupling.damping", self.damping, self.damping >= 0.0, not_negative)?;
-        check("coupling.angular_stiffness", self.angular_stiffness, self.angular_stiffness > 0.0, positive)?;
-        check("coupling.angular_damping", self.angular_damping, self.angular_damping >= 0.0, not_negative)?;
-        let within = self.skin > 0.0 && self.skin <= contact_tolerance;
-        check("coupling.skin", self.skin, within, "greater than 0 and at most contact_tolerance")?;
-        check("coupling.mass", self.mass, self.mass >= 0.0, not_negative)
     }
 }

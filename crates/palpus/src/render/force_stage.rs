@@ -1,13 +1,15 @@
 //! From contacts to the wrenches on both bodies \[K02 §4.2–4.4\].
 //!
 //! 1. *Cluster* the contacts, by their midpoints and (shaded) directions.
-//! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents itself.
-//! 3. *Push*: the normal force of each cluster, at its midpoint; with smooth clustering, by the share of the stiffness that the
-//!    crowd of those that push the same way leaves to it.
-//! 4. *Rub*: the friction of each member, where it holds. Corners of a patch stand for all of it, and hold where an
-//!    evenly loaded patch would: nearer to its middle, by [`FRICTION_SPREAD`].
+//! 2. *Represent* each cluster by one contact. With smooth clustering every contact represents
+//!    itself.
+//! 3. *Push*: the normal force of each cluster, at its midpoint; with smooth clustering, by the
+//!    share of the stiffness that the crowd of those that push the same way leaves to it.
+//! 4. *Rub*: the friction of each member, where it holds. Corners of a patch stand for all of it,
+//!    and hold where an evenly loaded patch would: nearer to its middle, by [`FRICTION_SPREAD`].
 //!
-//! Everything is in b's frame. Sums run in the canonical order of the clusters and of their members.
+//! Everything is in b's frame. Sums run in the canonical order of the clusters and of their
+//! members.
 
 use glam::DVec3;
 
@@ -19,7 +21,7 @@ use crate::force::{
     Centers, Cluster, FrictionCounters, Grasp, Grip, LinkageCounters, NetWrench, Tilted, normal_force, represent,
 };
 
-/// Where the bodies are and how the probe moves, in b's frame.
+/// Pose of the bodies and motion of the probe, in b's frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Motion {
     /// a placed in b's frame.
@@ -28,7 +30,8 @@ pub struct Motion {
     pub centers: Centers,
     /// Velocity of a with respect to b, its linear part that of a's centre of mass.
     pub twist: Twist,
-    /// N: what the hardest pressed contact bore alone at the end of the last step, if that was implicit; else 0.
+    /// N: what the hardest pressed contact bore alone at the end of the last step, if that was
+    /// implicit; else 0.
     pub pressed: f64,
 }
 
@@ -47,7 +50,7 @@ pub struct Forces {
     pub directions: Vec<DVec3>,
     /// Weights of the members in their clusters, m: what [`represent`] was told.
     pub weights: Vec<f64>,
-    /// Where each member holds by friction, b's frame; empty without friction.
+    /// Anchors of the members, b's frame; empty without friction.
     pub holds: Vec<DVec3>,
     /// N, of each cluster, along its normal on a; not negative.
     pub normal_forces: Vec<f64>,
@@ -57,9 +60,9 @@ pub struct Forces {
     pub grips: Vec<Grip>,
     /// On both bodies.
     pub net: NetWrench,
-    /// What happened to the contacts.
+    /// Counts of the contacts.
     pub linkage: LinkageCounters,
-    /// What happened to the adhesions.
+    /// Counts of the adhesions.
     pub adhesion: FrictionCounters,
     /// Clusters whose normals cancelled, so that their deepest member's stood in.
     pub cancelled_normals: u32,
@@ -105,7 +108,8 @@ impl Forces {
     }
 }
 
-/// The force stage of one tick. `direction` says where a contact pushes a (unit): its normal, or the shaded stand-in.
+/// The force stage of one tick. `direction` says where a contact pushes a (unit): its normal, or
+/// the shaded stand-in.
 ///
 /// `settings` are valid and of the capacity that `scratch` and `forces` were made for.
 pub fn force(
@@ -140,8 +144,8 @@ pub fn force(
     rub(contacts, motion, settings, scratch, forces);
 }
 
-/// What contacts leave to each other: the weights of members in their clusters, and with smooth clustering, where every
-/// contact is a cluster of its own, the shares of the crowd.
+/// What contacts leave to each other: the weights of members in their clusters, and with smooth
+/// clustering, where every contact is a cluster of its own, the shares of the crowd.
 fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, forces: &mut Forces) {
     let Scratch { crowd, crowding, tilts, .. } = scratch;
     let (skin, tolerance) = (settings.skin(), settings.contact_tolerance);
@@ -167,7 +171,8 @@ fn share(contacts: &[Contact], settings: &Settings, scratch: &mut Scratch, force
     }
 }
 
-/// Of the skin: contacts that are so much farther than the nearest share a load that is only coming.
+/// Of the skin: contacts that are so much farther than the nearest share a load that is only
+/// coming.
 const AHEAD: f64 = 0.5;
 
 /// The corners of one patch stand side by side among the `members`: their ranges.
@@ -222,10 +227,11 @@ fn rub(contacts: &[Contact], motion: &Motion, settings: &Settings, scratch: &mut
     }
 }
 
-/// N: what the friction of each cluster rests on, into `scratch.loads`; answers what the hardest pressed one would bear alone.
+/// N: what the friction of each cluster rests on, into `scratch.loads`; answers what the hardest
+/// pressed one would bear alone.
 ///
-/// After an implicit step a contact bears at least what falls to it where all together are pressed as at the end of that step. At rest that is
-/// its own force, so that all let go at once.
+/// After an implicit step a contact bears at least what falls to it where all together are pressed
+/// as at the end of that step. At rest that is its own force, so that all let go at once.
 fn bear(motion: &Motion, settings: &Settings, scratch: &mut Scratch, forces: &Forces) -> f64 {
     let Forces { clusters, normal_forces, stiffnesses, .. } = forces;
     let hard = settings.stiffness;

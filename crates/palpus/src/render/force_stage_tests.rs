@@ -201,7 +201,8 @@ fn numbers_that_are_none_do_not_reach_the_wrench() {
     assert!(forces.net.on_a.is_finite() && forces.net.on_b.is_finite());
 }
 
-/// Load sharing divides the stiffness, and friction the loads; the engagement is t − d of the cluster whatever is beside it.
+/// Load sharing divides the stiffness, and friction the loads; the engagement is t − d of the
+/// cluster whatever is beside it.
 #[test]
 fn engagement_is_that_of_the_cluster_alone() {
     let mut random = Random::new(SEED ^ 9);

@@ -33,7 +33,6 @@ pub use renderer::Renderer;
 pub use saturate::{Limits, Saturated, Saturation, saturate};
 pub use scratch::Scratch;
 pub use settings::{Clustering, Settings, SettingsError};
-pub use tick::{Counters, ProbeState, StageTimes, Tick, TickSummary};
-pub use tool::ToolCounters;
+pub use tick::{Counters, ProbeState, StageTimes, Tick, TickSummary, ToolCounters};
 pub use transient::Material;
 pub use world::{BodyId, Object, ToolId, World, WorldCounters};

@@ -1,7 +1,7 @@
 //! How much work a step may do so that it keeps to its time.
 //!
-//! The engine counts work and knows no clock ([`crate::algebra::Work`]). A pacer looks at what each step
-//! took and says how much the next may do:
+//! The engine counts work and knows no clock ([`crate::algebra::Work`]). A pacer looks at what each
+//! step took and says how much the next may do:
 //!
 //! 1. *Price*: what a unit of work costs, ns. It follows a step that was dearer within a few steps,
 //!    and one that was cheaper slowly, so that one quick step promises nothing.

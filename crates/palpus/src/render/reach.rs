@@ -1,8 +1,8 @@
 //! How far a body that an implicit step moves may go in one step.
 //!
-//! Contacts are looked ahead for by need: as far as the body may go in the next step, which is twice
-//! the way of the last one and at least two skins. No step goes farther, so no step jumps over what
-//! was not looked at.
+//! Contacts are looked ahead for by need: as far as the body may go in the next step, which is
+//! twice the way of the last one and at least two skins. No step goes farther, so no step jumps
+//! over what was not looked at.
 
 use crate::algebra::Twist;
 use crate::algebra::tolerance::{REACH_CREEP, REACH_FADE, REACH_GROWTH, REACH_LEAST, TOOL_FASTEST};
@@ -21,7 +21,8 @@ pub(super) struct Reach {
 }
 
 impl Reach {
-    /// Of a body at rest whose points are within `radius` of its centre of mass; contacts push from `skin` on; both in m.
+    /// Of a body at rest whose points are within `radius` of its centre of mass; contacts push from
+    /// `skin` on; both in m.
     pub(super) fn new(radius: f64, skin: f64) -> Self {
         Self { radius, skin, most: REACH_LEAST * skin, clear: f64::INFINITY }
     }
@@ -52,8 +53,9 @@ impl Reach {
         self.clear = self.clear.max(REACH_CREEP * self.skin);
     }
 
-    /// The share of a step of `h` seconds with `twist`, at most 1, that keeps the body within its reach, and away from what nobody
-    /// looked at. What it was looked ahead for then is all that it can meet.
+    /// The share of a step of `h` seconds with `twist`, at most 1, that keeps the body within its
+    /// reach, and away from what nobody looked at. What it was looked ahead for then is all that it
+    /// can meet.
     pub(super) fn share(&self, twist: &Twist, h: f64) -> f64 {
         let (travel, most) = (self.travel(twist, h), self.most.min(self.clear));
         if travel > most { most / travel } else { 1.0 }

@@ -5,12 +5,13 @@
 //! 1. *Query*: all contacts of the two bodies within the tolerance; and in the same pass
 //! 2. *depth*: how deep those that overlap do.
 //! 3. *Force*: clusters, penalty, shading, friction; the wrenches on both bodies.
-//! 4. *Couple*: what of it the device is to feel. Direct rendering, the paper's: the wrench itself, about the grip. With a
-//!    virtual coupling, contacts were looked for where the *tool* is; it moves on under them and the coupling, and the device
-//!    feels the coupling.
+//! 4. *Couple*: what of it the device is to feel. Direct rendering, the paper's: the wrench itself,
+//!    about the grip. With a virtual coupling, contacts were looked for where the *tool* is; it
+//!    moves on under them and the coupling, and the device feels the coupling.
 //! 5. *Saturate*: within the device's limits.
 //!
-//! With an allowance of work ([`Renderer::allow`]), what the query did not reach is felt as it was, carried along.
+//! With an allowance of work ([`Renderer::allow`]), what the query did not reach is felt as it was,
+//! carried along.
 
 use std::sync::Arc;
 
@@ -18,7 +19,8 @@ use super::{Limits, Object, ProbeState, Settings, SettingsError, Tick, ToolId, W
 use crate::algebra::{Clock, Pose};
 use crate::body::Body;
 
-/// Renders the contact of a probe (a) with an environment (b). The environment's frame is the scene's.
+/// Renders the contact of a probe (a) with an environment (b). The environment's frame is the
+/// scene's.
 #[derive(Clone, Debug)]
 pub struct Renderer {
     world: World,
@@ -36,8 +38,8 @@ impl Renderer {
         Ok(Self { world, tool, probe: a, environment: b })
     }
 
-    /// The same, able to take up shading at this crease angle (rad) later on, by [`Self::set_settings`]. Makes no difference where shading is on
-    /// from the start.
+    /// The same, able to take up shading at this crease angle (rad) later on, by
+    /// [`Self::set_settings`]. Makes no difference where shading is on from the start.
     #[must_use]
     pub fn with_surfaces(mut self, crease_angle: f64) -> Self {
         self.world.prepare_shading(self.tool, crease_angle);
@@ -52,7 +54,8 @@ impl Renderer {
         self.world.set_tool_settings(self.tool, settings)
     }
 
-    /// One turn of the loop: what the probe's state feels like. `dt` is the time since the last step, s.
+    /// One turn of the loop: what the probe's state feels like. `dt` is the time since the last
+    /// step, s.
     pub fn step(&mut self, probe: &ProbeState, dt: f64, clock: &impl Clock) -> &Tick {
         self.world.step(std::slice::from_ref(probe), dt, clock);
         self.tick()

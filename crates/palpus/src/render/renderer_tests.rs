@@ -68,7 +68,8 @@ fn a_cube_over_a_floor_is_pushed_straight_up_by_its_engagement() {
         let tick = renderer.step(&at(0.0123, height), DT, &NoClock);
         let expected = 800.0 * (1e-3 - height).max(0.0);
         assert!((tick.commanded.force - DVec3::Z * expected).length() < 1e-9, "at {height}: {:?}", tick.commanded);
-        // The grip is over the middle of the faces, and the corners of flush faces bear the load alike.
+        // The grip is over the middle of the faces, and the corners of flush faces bear the load
+        // alike.
         assert!(tick.commanded.torque.length() < 1e-9, "at {height}: {:?}", tick.commanded);
         assert_eq!(tick.contacts.len(), if expected > 0.0 { 4 } else { 0 });
         assert_eq!(tick.summary().clusters as usize, tick.forces.clusters.len());
@@ -165,7 +166,8 @@ fn a_dragged_cube_sticks_and_slides() {
     assert!((drag(4.9e-3) - DVec3::new(-0.38, 0.0, 1.6)).length() < 1e-9);
 }
 
-/// The largest angle by which the force turns between steps while a cube's corner goes around a drum's side.
+/// The largest angle by which the force turns between steps while a cube's corner goes around a
+/// drum's side.
 fn largest_turn(shading: Option<ShadingSettings>) -> f64 {
     let probe = cuboid(DVec3::splat(-0.004), DVec3::splat(0.004));
     let drum = drum(0.02, 0.05, 20);

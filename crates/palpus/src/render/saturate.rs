@@ -29,10 +29,11 @@ pub enum Saturation {
     /// Force and torque each keep their direction and lose only size: the paper's rule.
     #[default]
     Separate,
-    /// One factor for both, so that the wrench keeps its line of action; where the torque is weak, the force gets weak too.
+    /// One factor for both, so that the wrench keeps its line of action; where the torque is weak,
+    /// the force gets weak too.
     Joint,
-    /// For devices that sense six degrees of freedom and drive three: the force alone, about the grip. The torque stands in
-    /// the tick to be seen, and is not felt.
+    /// For devices that sense six degrees of freedom and drive three: the force alone, about the
+    /// grip. The torque stands in the tick to be seen, and is not felt.
     UnderActuated,
 }
 
@@ -94,8 +95,8 @@ fn share(v: DVec3, limit: f64) -> f64 {
     limit * (1.0 - SATURATION_ROUNDING) / length / v.abs().max_element()
 }
 
-/// If `v` is longer than `limit`: `v` over its largest component, and the length of that. The square of a finite number need
-/// not be finite.
+/// If `v` is longer than `limit`: `v` over its largest component, and the length of that. The
+/// square of a finite number need not be finite.
 fn beyond(v: DVec3, limit: f64) -> Option<(DVec3, f64)> {
     let largest = v.abs().max_element();
     if largest <= 0.0 {

@@ -33,7 +33,7 @@ impl Scratch {
         self.friction.clear();
     }
 
-    /// What friction remembers.
+    /// State of friction.
     pub fn friction(&self) -> &FrictionTracker {
         &self.friction
     }

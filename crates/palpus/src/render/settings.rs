@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::{Limits, Material, Saturation, VirtualCoupling};
-use crate::algebra::tolerance::CROWD_MOST;
+use crate::algebra::tolerance::{CROWD_MOST, TOOL_SINKS};
 use crate::force::{FrictionSettings, LinkageSettings, PenaltySettings, ShadingSettings};
 
 /// Everything that can be chosen about rendering; checked before it is taken up, by [`Settings::validate`].
@@ -120,6 +120,43 @@ const MOST_CONTACTS: usize = 1 << 20;
 const LEAST_BUDGET: u64 = 1000;
 
 impl Settings {
+    /// For a tool on a device of these limits, whose loop turns every `period` seconds, with contacts of this tolerance (m):
+    /// coupled, and as hard as the device can show. What a scene that names two meshes and nothing else gets.
+    ///
+    /// A good tolerance is a hundredth of the smaller body.
+    #[must_use]
+    pub fn coupled(limits: Limits, period: f64, contact_tolerance: f64) -> Self {
+        let default = Self::default();
+        let stiffness = VirtualCoupling::contact_stiffness(&limits, contact_tolerance).unwrap_or(default.stiffness);
+        let coupling = Some(VirtualCoupling::tuned(&limits, period, contact_tolerance));
+        // A torque that nobody can feel is shown, and not missed every tick.
+        let saturation = if limits.torque > 0.0 { default.saturation } else { Saturation::UnderActuated };
+        Self { contact_tolerance, stiffness, coupling, limits, saturation, ..default }
+    }
+
+    /// The same with friction of these coefficients, which holds what sticks as hard as contacts push.
+    #[must_use]
+    pub fn with_friction(self, static_coefficient: f64, dynamic_coefficient: f64) -> Self {
+        let tangential_stiffness = self.stiffness;
+        let friction = FrictionSettings { static_coefficient, dynamic_coefficient, tangential_stiffness };
+        Self { friction: Some(friction), ..self }
+    }
+
+    /// The settings of contacts as they hold. With a coupling, at least so hard that the largest force comes half way into
+    /// the skin, sideways too; what is softer of it is in the coupling ([`VirtualCoupling::softened`]).
+    pub(super) fn held(&self) -> Self {
+        let hard = self.coupling.map_or(0.0, |coupling| self.limits.force / (TOOL_SINKS * coupling.skin));
+        if !(hard.is_finite() && hard > self.stiffness) {
+            return *self;
+        }
+        let mut held = Self { stiffness: hard, ..*self };
+        if let Some(friction) = &mut held.friction {
+            let left = 1.0 / friction.tangential_stiffness - 1.0 / self.stiffness;
+            friction.tangential_stiffness = 1.0 / (left.max(0.0) + 1.0 / hard);
+        }
+        held
+    }
+
     /// Says which setting cannot be, if one can't.
     pub fn validate(&self) -> Result<(), SettingsError> {
         positive("contact_tolerance", self.contact_tolerance)?;
@@ -151,7 +188,13 @@ impl Settings {
             check((0.0..=1e3).contains(&gain), "material.gain", gain, "from 0 to 1000 N·s/m")?;
         }
         if let Some(coupling) = &self.coupling {
-            coupling.validate(self.contact_tolerance)?;
+            positive("coupling.stiffness", coupling.stiffness)?;
+            not_negative("coupling.damping", coupling.damping)?;
+            positive("coupling.angular_stiffness", coupling.angular_stiffness)?;
+            not_negative("coupling.angular_damping", coupling.angular_damping)?;
+            let within = coupling.skin > 0.0 && coupling.skin <= self.contact_tolerance;
+            check(within, "coupling.skin", coupling.skin, "greater than 0 and at most contact_tolerance")?;
+            not_negative("coupling.mass", coupling.mass)?;
         }
         check(self.limits.force >= 0.0, "limits.force", self.limits.force, "0 or more (infinite for none)")?;
         check(self.limits.torque >= 0.0, "limits.torque", self.limits.torque, "0 or more (infinite for none)")?;

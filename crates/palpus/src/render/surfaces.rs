@@ -1,4 +1,4 @@
-//! Where contacts push when force shading is on: the smooth surfaces of two bodies.
+//! Directions of contact forces with force shading: the smooth surfaces of two bodies.
 
 use glam::DVec3;
 
@@ -20,7 +20,7 @@ impl Surfaces {
         Self { a: smooth(a), b: smooth(b) }
     }
 
-    /// Where `contact` pushes a, in b's frame.
+    /// Returns the direction in which `contact` pushes a, in b's frame.
     pub(super) fn direction(&self, contact: &Contact, [a, b]: [&Body; 2], pose_ba: &Pose, most_turn: f64) -> DVec3 {
         let point_a = pose_ba.inverse().point(contact.point_a);
         let mut side_a = self.a.at(a, contact.piece_a, contact.features.a, point_a);

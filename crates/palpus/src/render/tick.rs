@@ -8,7 +8,7 @@
 
 use glam::DVec3;
 
-use super::{Forces, ToolCounters};
+use super::Forces;
 use crate::algebra::{Pose, Twist, Wrench};
 use crate::detect::{Contact, QueryCounters};
 use crate::force::{FrictionCounters, LinkageCounters};
@@ -52,6 +52,21 @@ pub struct StageTimes {
     pub saturate: u64,
     /// The whole step.
     pub total: u64,
+}
+
+/// What happened in one step of the tool.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ToolCounters {
+    /// Times that the system was solved.
+    pub rounds: u32,
+    /// Clusters that let go within the step.
+    pub released: u32,
+    /// 1 if the last round still changed something.
+    pub unsettled: u32,
+    /// 1 if the step was cut, so that nothing moves beyond what was looked ahead for.
+    pub bounded: u32,
+    /// 1 if the system had no finite solution; the tool was put to where the device is.
+    pub reset: u32,
 }
 
 /// What happened in a tick, counted.

@@ -32,21 +32,6 @@ use super::{Limits, ProbeState, Settings, VirtualCoupling};
 use crate::algebra::{Pose, SpatialMatrix, Twist, Wrench};
 use crate::body::Body;
 
-/// What happened in one step of the tool.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct ToolCounters {
-    /// Times that the system was solved.
-    pub rounds: u32,
-    /// Clusters that let go within the step.
-    pub released: u32,
-    /// 1 if the last round still changed something.
-    pub unsettled: u32,
-    /// 1 if the step was cut, so that nothing moves beyond what was looked ahead for.
-    pub bounded: u32,
-    /// 1 if the system had no finite solution; the tool was put to where the device is.
-    pub reset: u32,
-}
-
 /// The probe as a body of its own.
 #[derive(Clone, Debug)]
 pub(super) struct Tool {

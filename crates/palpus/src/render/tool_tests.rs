@@ -233,7 +233,8 @@ fn what_a_device_allows_is_what_a_coupling_is() {
     for limits in [(8.5, 0.188), (3.3, 0.0), (12.0, 0.0), (0.0, 0.0), (f64::INFINITY, f64::INFINITY), (22.0, 0.188)] {
         for period in [1e-4, 1e-3, 2e-3] {
             let coupling = of(limits.0, limits.1, period);
-            assert_eq!(coupling.validate(1e-3), Ok(()), "{limits:?} {period}");
+            let settings = Settings { coupling: Some(coupling), contact_tolerance: 1e-3, ..Settings::default() };
+            assert_eq!(settings.validate(), Ok(()), "{limits:?} {period}");
             assert_eq!(coupling.mass, 0.0);
         }
     }

@@ -1,7 +1,8 @@
-//! Contacts as a tool's implicit step sees them: linear in the velocity at the end of the step (outline in `tool.rs`, 3 and 4).
+//! Contacts as a tool's implicit step sees them: linear in the velocity at the end of the step
+//! (outline in `tool.rs`, 3 and 4).
 //!
-//! All are about one point, the tool's centre of mass. Whose velocity it is does not matter here: that of a tool over a resting environment,
-//! or that of one tool with respect to another.
+//! All are about one point, the tool's centre of mass. Whose velocity it is does not matter here:
+//! that of a tool over a resting environment, or that of one tool with respect to another.
 
 use glam::DVec3;
 
@@ -17,7 +18,7 @@ pub(super) struct Touches {
     rubs: Vec<Rub>,
 }
 
-/// What a cluster bears.
+/// Load of a cluster.
 #[derive(Clone, Copy, Debug)]
 struct Load {
     /// N/m.
@@ -26,8 +27,9 @@ struct Load {
     predicted: f64,
 }
 
-/// A member's normal force, with its part of the cluster's stiffness, by its weight; linearised. It acts where the member is, so a
-/// cluster that is wide resists turning, and lets go where it is lifted.
+/// A member's normal force, with its part of the cluster's stiffness, by its weight; linearised. It
+/// acts where the member is, so a cluster that is wide resists turning, and lets go where it is
+/// lifted.
 #[derive(Clone, Copy, Debug)]
 struct Push {
     /// From the centre of mass, m.
@@ -79,7 +81,8 @@ impl Touches {
         self.rubs.clear();
     }
 
-    /// What `forces` are now, about `center`; contacts push from a separation of `skin` on. As far as it does not depend on the solution.
+    /// What `forces` are now, about `center`; contacts push from a separation of `skin` on. As far
+    /// as it does not depend on the solution.
     pub(super) fn gather(&mut self, forces: &Forces, center: DVec3, skin: f64) {
         self.clear();
         for (k, (cluster, &stiffness)) in forces.clusters.iter().zip(&forces.stiffnesses).enumerate() {
@@ -114,7 +117,8 @@ impl Touches {
         }
     }
 
-    /// Adds what presses and holds to a step of `h` seconds; `lag` (s) is the contacts' damping over their stiffness.
+    /// Adds what presses and holds to a step of `h` seconds; `lag` (s) is the contacts' damping
+    /// over their stiffness.
     pub(super) fn add_to(&self, system: &mut SpatialMatrix, load: &mut Wrench, h: f64, lag: f64) {
         for push in self.pushes.iter().filter(|push| push.predicted > 0.0) {
             system.add_along(push.normal, push.offset, h * push.stiffness * (h + lag));
@@ -127,12 +131,14 @@ impl Touches {
         }
     }
 
-    /// Of each contact that presses at the end of the step: its normal, and where it is from the centre of mass.
+    /// Of each contact that presses at the end of the step: its normal, and where it is from the
+    /// centre of mass.
     pub(super) fn pressing(&self) -> impl Iterator<Item = (DVec3, DVec3)> {
         self.pushes.iter().filter(|push| push.predicted > 0.0).map(|push| (push.normal, push.offset))
     }
 
-    /// What pushes and rubs are at the end of the step if the tool moves with `twist`; true if that is news.
+    /// What pushes and rubs are at the end of the step if the tool moves with `twist`; true if that
+    /// is news.
     pub(super) fn revise(&mut self, twist: &Twist, h: f64, lag: f64) -> bool {
         let mut news = false;
         self.clusters.iter_mut().for_each(|cluster| cluster.predicted = 0.0);
@@ -155,8 +161,8 @@ impl Touches {
         news
     }
 
-    /// N·s and N·m·s about the tool's centre of mass: what contacts gave the tool in the step of `h` seconds whose solution was `twist`, as the
-    /// system had it that was solved.
+    /// N·s and N·m·s about the tool's centre of mass: what contacts gave the tool in the step of
+    /// `h` seconds whose solution was `twist`, as the system had it that was solved.
     pub(super) fn impulse(&self, twist: &Twist, h: f64, lag: f64) -> Wrench {
         let pushes = self.pushes.iter().filter(|push| push.acts).map(|push| {
             let speed = push.normal.dot(twist.at(push.offset));
@@ -169,7 +175,8 @@ impl Touches {
         pushes.chain(rubs).fold(Wrench::ZERO, |sum, given| sum + given)
     }
 
-    /// N: what the contact that is pressed hardest at the end of the step would bear alone, at `stiffness` (N/m).
+    /// N: what the contact that is pressed hardest at the end of the step would bear alone, at
+    /// `stiffness` (N/m).
     pub(super) fn pressed(&self, stiffness: f64) -> f64 {
         let alone =
             |load: &Load| if load.stiffness > 0.0 { load.predicted * (stiffness / load.stiffness) } else { 0.0 };

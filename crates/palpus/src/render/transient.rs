@@ -1,15 +1,18 @@
-//! What a tap sounds like to the hand: a decaying vibration at each impact, by the material and the speed of approach
-//! \[Okamura, Cutkosky, Dennerlein 2001; Kuchenbecker, Fiene, Niemeyer 2006\].
+//! What a tap sounds like to the hand: a decaying vibration at each impact, by the material and the
+//! speed of approach \[Okamura, Cutkosky, Dennerlein 2001; Kuchenbecker, Fiene, Niemeyer 2006\].
 //!
-//! No device is as stiff as wood or steel, so every surface feels soft at the tick of impact. The real thing rings, and a device can ring: an
-//! impact at speed v adds the force n g v e^(−βt) sin ωt, open loop, to what contacts and coupling make. It is the answer of one damped
-//! oscillator to one push, so impacts add up by themselves, and nothing of it lasts.
+//! No device is as stiff as wood or steel, so every surface feels soft at the tick of impact. The
+//! real thing rings, and a device can ring: an impact at speed v adds the force n g v e^(−βt) sin
+//! ωt, open loop, to what contacts and coupling make. It is the answer of one damped oscillator to
+//! one push, so impacts add up by themselves, and nothing of it lasts.
 //!
-//! *What an impact is.* A contact that presses where none has pressed in a direction like its own for the last few milliseconds
-//! ([`IMPACT_REST`]). So a tool that rests, slides or rolls does not ring; one that slides along a floor into a wall does. Its speed
-//! is that of the hand towards the other body at the contact.
+//! *What an impact is.* A contact that presses where none has pressed in a direction like its own
+//! for the last few milliseconds ([`IMPACT_REST`]). So a tool that rests, slides or rolls does not
+//! ring; one that slides along a floor into a wall does. Its speed is that of the hand towards the
+//! other body at the contact.
 //!
-//! The vibration is a force at the grip: what reaches a hand through a stylus has no direction of turning that it could tell.
+//! The vibration is a force at the grip: what reaches a hand through a stylus has no direction of
+//! turning that it could tell.
 
 use glam::DVec3;
 
@@ -34,7 +37,8 @@ impl Material {
     pub const RUBBER: Self = Self { frequency: 30.0, decay: 60.0, gain: 6.0 };
     /// A knock.
     pub const WOOD: Self = Self { frequency: 90.0, decay: 80.0, gain: 15.0 };
-    /// A high ring. As high as a loop of 1 kHz and the arms that people own can show; real steel is higher.
+    /// A high ring. As high as a loop of 1 kHz and the arms that people own can show; real steel is
+    /// higher.
     pub const STEEL: Self = Self { frequency: 180.0, decay: 90.0, gain: 25.0 };
 
     /// The materials that scenes know by name.
@@ -69,7 +73,8 @@ impl Transient {
         pressed: [Pressed { normal: DVec3::ZERO, rested: f64::INFINITY, approach: 0.0 }; DIRECTIONS],
     };
 
-    /// A contact presses the tool along `normal`, which the hand approaches with `approach` (m/s; negative: leaves).
+    /// A contact presses the tool along `normal`, which the hand approaches with `approach` (m/s;
+    /// negative: leaves).
     pub(super) fn press(&mut self, normal: DVec3, approach: f64) {
         let known = self.pressed.iter_mut().filter(|pressed| pressed.rested < IMPACT_REST);
         let alike =
@@ -114,7 +119,8 @@ impl Transient {
     }
 }
 
-/// m/s: how fast a point of the hand that moves with `hand` about `grip` comes nearer, against `normal`, to a body that moves there with `other`.
+/// m/s: how fast a point of the hand that moves with `hand` about `grip` comes nearer, against
+/// `normal`, to a body that moves there with `other`.
 pub(super) fn approach(hand: &Twist, grip: DVec3, point: DVec3, normal: DVec3, other: DVec3) -> f64 {
     (other - hand.at(point - grip)).dot(normal)
 }
@@ -153,7 +159,8 @@ mod tests {
         let turned = |k: usize| DVec3::new((0.01 * k as f64).sin(), 0.0, (0.01 * k as f64).cos());
         transient.press(DVec3::Z, 0.0);
         for k in 0..600 {
-            // Pressed ever harder on a facet that follows on the last one, with a tick off the surface now and then.
+            // Pressed ever harder on a facet that follows on the last one, with a tick off the
+            // surface now and then.
             if k % 7 != 3 {
                 transient.press(turned(k), 0.05);
             }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// For each file, those that it needs.
 pub(crate) type Needs = BTreeMap<String, BTreeSet<String>>;
 
-/// Sets of files each of which reaches all others of its set; sets of one are none.
+/// Sets of files each of which reaches all others of its set; single files are left out.
 pub(crate) fn circles(needs: &Needs) -> Vec<BTreeSet<String>> {
     let reached: BTreeMap<&String, BTreeSet<&String>> = needs.keys().map(|file| (file, reach(needs, file))).collect();
     let mut found: Vec<BTreeSet<String>> = Vec::new();

@@ -1,10 +1,11 @@
-//! What the crates' manifests import of each other.
+//! Imports of the crates, from their manifests.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
-/// For each crate of the folder, the crates of the house that it needs, and those that only its tests and benches need.
+/// For each crate of the folder, the crates of the house that it needs, and those that only its
+/// tests and benches need.
 pub(crate) fn arrows(crates: &Path) -> BTreeMap<String, [Vec<String>; 2]> {
     let folders = fs::read_dir(crates).expect("the folder of the crates").map(|entry| entry.expect("an entry").path());
     let manifests = folders.map(|folder| folder.join("Cargo.toml")).filter(|manifest| manifest.is_file());

@@ -9,7 +9,7 @@ use super::source::{Token, tokens, without_tests};
 pub(crate) struct Named {
     pub(crate) segments: Vec<String>,
     pub(crate) line: usize,
-    /// What the path is called in its module, if a `use` names it.
+    /// Name of the path in its module, if a `use` gives one.
     binding: Option<String>,
     /// A `pub use`: it shows where something is, and needs nothing of it.
     pub(crate) is_shown: bool,
@@ -29,8 +29,9 @@ pub(crate) struct Module {
 pub(crate) struct Modules(pub(crate) BTreeMap<Vec<String>, Module>);
 
 impl Modules {
-    /// Reads all modules below `lib.rs`; `text_of` gives the text of a file by its path below the source folder, if there is such a
-    /// file. Without `tests`, what stands behind `#[cfg(test)]` is left out, with its files.
+    /// Reads all modules below `lib.rs`; `text_of` gives the text of a file by its path below the
+    /// source folder, if there is such a file. Without `tests`, what stands behind `#[cfg(test)]`
+    /// is left out, with its files.
     pub(crate) fn read(text_of: &dyn Fn(&str) -> Option<String>, tests: bool) -> Self {
         let mut modules = Self(BTreeMap::new());
         let text = text_of("lib.rs").expect("a crate has a lib.rs");
@@ -60,7 +61,8 @@ impl Modules {
         self.0.insert(path, Module { file, named: named(&read), children });
     }
 
-    /// The module in whose file the path ends that is written in module `from`; `None` if it leaves the crate.
+    /// The module in whose file the path ends that is written in module `from`; `None` if it leaves
+    /// the crate.
     pub(crate) fn home(&self, from: &[String], segments: &[String]) -> Option<&Vec<String>> {
         self.home_within(from, segments, 0)
     }

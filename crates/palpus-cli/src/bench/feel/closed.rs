@@ -1,5 +1,5 @@
-//! The closed loop: a simulated hand holds a simulated device, which feels what the method says one tick late, at the pace of a
-//! logged servo.
+//! The closed loop: a simulated hand holds a simulated device, which feels what the method says one
+//! tick late, at the pace of a logged servo.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};
@@ -29,20 +29,20 @@ pub(super) const HANDS: [(&str, HandImpedance); 4] = [
 pub(super) struct LoopTick {
     /// s.
     pub(super) time: f64,
-    /// Where the probe truly is.
+    /// True pose of the probe.
     pub(super) pose: Pose,
-    /// Where the method shows it.
+    /// Pose at which the method shows the probe.
     pub(super) shown: Pose,
-    /// What the method said in this tick.
+    /// Answer of the method in this tick.
     pub(super) felt: Wrench,
     /// Net work that forces and torques of the method have done on the hand until now, J.
     pub(super) work: [f64; 2],
 }
 
-/// What moves the device beside the method.
+/// The device's motion, apart from the method.
 pub(super) struct Drive<'a> {
     pub(super) hand: HandImpedance,
-    /// Where the hand wants the probe, by the time in seconds.
+    /// Pose of the probe that the hand intends, by the time in seconds.
     pub(super) intent: &'a dyn Fn(f64) -> Pose,
     /// A steady wrench about the grip beside the hand's, as a weight.
     pub(super) load: Wrench,
@@ -54,7 +54,8 @@ fn limits() -> Limits {
     Limits { force: spec.force_max, torque: spec.torque_max }
 }
 
-/// Runs the method, which knows the device's limits, in the hand for `seconds`. It ends early when a number is not finite.
+/// Runs the method, which knows the device's limits, in the hand for `seconds`. It ends early when
+/// a number is not finite.
 pub(super) fn run(
     ground: &Ground,
     entry: &Entry,
@@ -113,7 +114,7 @@ fn plus(wrench: &Wrench, load: &Wrench, factor: f64) -> Wrench {
     Wrench { torque: wrench.torque + torque * factor, force: wrench.force + force * factor }
 }
 
-/// What the device can push with, of methods that do not look at it themselves.
+/// Limits of the device, for methods that do not apply them themselves.
 fn within_limits(felt: &Wrench) -> Wrench {
     let Limits { force, torque } = limits();
     Wrench { torque: felt.torque.clamp_length_max(torque), force: felt.force.clamp_length_max(force) }

@@ -1,6 +1,7 @@
 //! The columns of the page's tables: which measures stand in them, and in which unit.
 
-/// A column: its head, the measures in it (parted by a stroke), by what they are multiplied, and how many digits matter.
+/// A column: its head, its measures (separated by a stroke), their factor, and how many digits
+/// count.
 pub(super) struct Column {
     pub(super) head: &'static str,
     pub(super) measures: &'static [&'static str],

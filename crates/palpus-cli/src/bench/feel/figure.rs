@@ -1,11 +1,12 @@
-//! The plots of a scene: what every method felt on the same poses, and what the normal hand felt while it held still.
+//! The plots of a scene: what every method felt on the same poses, and what the normal hand felt
+//! while it held still.
 
 use super::Outcome;
 use super::ground::{Ground, JUDGED};
 use crate::bench::TICK;
 use crate::plots::{self, BLUE, Drawn, Figure, GREEN, Ink, Panel, Series, VERMILION, bands};
 
-/// Of the methods, in their order.
+/// Colours of the methods, in their order.
 fn color(k: usize) -> Ink {
     match k {
         0 => VERMILION,

@@ -3,7 +3,7 @@
 use super::held::HARDEST;
 use super::row::Row;
 
-/// What a line says, of which scene, in which hand, of which measure, by what it is multiplied, and its unit.
+/// A row of the table: its title, scene, hand, measure, factor and unit.
 struct Line {
     what: &'static str,
     scene: &'static str,

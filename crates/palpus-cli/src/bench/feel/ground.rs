@@ -50,9 +50,11 @@ pub(super) struct Ground {
     pub(super) begin: f64,
     /// The probe at every millisecond from then on.
     pub(super) script: Vec<ProbeState>,
-    /// How deep the bodies truly overlap at every [`JUDGED`]th of them, m; negative when apart, by no more than the tolerance.
+    /// How deep the bodies truly overlap at every [`JUDGED`]th of them, m; negative when apart, by
+    /// no more than the tolerance.
     pub(super) depths: Vec<f64>,
-    /// How a hand that presses leans at each of these, as parts of a full press in the environment's frame.
+    /// How a hand that presses leans at each of these, as parts of a full press in the
+    /// environment's frame.
     pub(super) presses: Vec<DVec3>,
     pub(super) rest: Option<Rest>,
     /// Costly to make, and the same for every stiffness.
@@ -61,21 +63,21 @@ pub(super) struct Ground {
 
 /// Ticks from one judgement to the next.
 pub(super) const JUDGED: usize = 5;
-/// Where on its path a shortened script begins: what is left out is parted so, or sooner.
+/// Share of the omitted part of a script that comes before its shortened form, at most.
 const LATER: f64 = 0.7;
 /// s.
 const LEAN_IN: f64 = 0.3;
 /// s: steps of the search for a free pose to begin at.
 const SEARCH: f64 = 0.02;
 
-/// Where a probe is pressed against the environment and held.
+/// A pose in which the probe is pressed against the environment and held.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rest {
     /// In contact.
     pub(super) pose: Pose,
     /// Unit, in the environment's frame: where the hand presses.
     pub(super) press: DVec3,
-    /// It stays where it is when nobody holds it and only its weight presses.
+    /// True if it stays in place without a hand, pressed by its weight alone.
     pub(super) stable: bool,
 }
 
@@ -136,13 +138,14 @@ impl Ground {
         at(k).lerp(at(k + 1), place - place.floor()) * (s * s * (3.0 - 2.0 * s))
     }
 
-    /// Who says how deep the bodies truly overlap.
+    /// Returns the judge of the true overlap of the bodies.
     pub(super) fn judge(&self) -> Judge {
         Judge::new(&self.probe, &self.environment, self.settings.contact_tolerance)
     }
 }
 
-/// Where the scene's probe is held: at the middle of what its script does, or where that presses deepest.
+/// Pose in which the scene's probe is held: at the middle of its script, or where the script
+/// presses deepest.
 fn rest(name: &str, path: &HandPath, judged: &[(Pose, Option<Contact>)]) -> Option<Rest> {
     let down = |time: f64, stable| Some(Rest { pose: path.pose(time), press: -DVec3::Z, stable });
     match name {
@@ -164,14 +167,16 @@ fn rest(name: &str, path: &HandPath, judged: &[(Pose, Option<Contact>)]) -> Opti
     }
 }
 
-/// The last time until `latest` at which nothing touches, so that no energy is there from the start.
+/// The last time until `latest` at which nothing touches, so that no energy is there from the
+/// start.
 fn begin(path: &HandPath, judge: &mut Judge, latest: f64) -> f64 {
     let steps = (latest / SEARCH) as usize;
     let times = (0..=steps).rev().map(|k| k as f64 * SEARCH);
     times.into_iter().find(|time| judge.deepest(&path.pose(*time)).is_none()).unwrap_or(0.0)
 }
 
-/// Scenes whose hand does not press beyond its script: parts are put together with as little force as it takes.
+/// Scenes whose hand does not press beyond its script: parts are put together with as little force
+/// as it takes.
 const UNPRESSED: [&str; 2] = ["peg-hole", "nut-bolt"];
 /// Over how many judgements a press comes and goes, to either side: a tenth of a second.
 const PRESS_BLUR: usize = 20;
@@ -188,7 +193,7 @@ fn presses(name: &str, judged: &[(Pose, Option<Contact>)]) -> Vec<DVec3> {
         presses = (0..presses.len())
             .map(|k| {
                 let around = &presses[k.saturating_sub(PRESS_BLUR)..(k + PRESS_BLUR + 1).min(presses.len())];
-                // Before and after the script nobody presses.
+                // Before and after the script the hand does not press.
                 around.iter().sum::<DVec3>() / (2 * PRESS_BLUR + 1) as f64
             })
             .collect();
@@ -196,8 +201,8 @@ fn presses(name: &str, judged: &[(Pose, Option<Contact>)]) -> Vec<DVec3> {
     presses
 }
 
-/// Says how deep two bodies overlap at a pose, whoever brought them there: the engine's own query, asked without any memory of what was
-/// before, so that it is the same for all methods.
+/// Says how deep two bodies overlap at a pose, whoever brought them there: the engine's own query,
+/// asked without any memory of what was before, so that it is the same for all methods.
 pub(super) struct Judge {
     query: ContactQuery,
 }

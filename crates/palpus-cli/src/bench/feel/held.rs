@@ -1,9 +1,11 @@
 //! The probe held in contact: does it lie still?
 //!
-//! 1. The hand wants the probe as far inside as presses with one newton; without a hand a weight presses with as much.
-//! 2. The *limit cycle* is what is left of the force above 10 Hz after it had time to settle, as root of the mean square. It is nothing to speak of
-//!    below a hundredth of the mean force.
-//! 3. The *greatest stable stiffness* is searched from 100 N/m upward, doubling until the probe does not lie still, then halving the gap.
+//! 1. The hand wants the probe as far inside as presses with one newton; without a hand a weight
+//!    presses with as much.
+//! 2. The *limit cycle* is what is left of the force above 10 Hz after it had time to settle, as
+//!    root of the mean square. It is nothing to speak of below a hundredth of the mean force.
+//! 3. The *greatest stable stiffness* is searched from 100 N/m upward, doubling until the probe
+//!    does not lie still, then halving the gap.
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Wrench};
@@ -32,7 +34,7 @@ const KEPT: f64 = 0.3;
 const SOFTEST: f64 = 100.0;
 pub(super) const HARDEST: f64 = 51_200.0;
 
-/// What a held probe feels like.
+/// Measures of a held probe.
 pub(super) struct Held {
     pub(super) ticks: Vec<LoopTick>,
     /// N.
@@ -65,7 +67,7 @@ impl Held {
 enum State {
     Still,
     Moving,
-    /// It has gone through what it was pressed against, and feels little or nothing.
+    /// True if it went through the surface and feels little or nothing.
     Lost,
 }
 
@@ -106,7 +108,8 @@ pub(super) fn hold(
     })
 }
 
-/// Half the width of the mean that is taken off, in ticks: a tenth of a second in all, so that 10 Hz and more are left whole.
+/// Half the width of the mean that is taken off, in ticks: a tenth of a second in all, so that 10
+/// Hz and more are left whole.
 const HALF_WINDOW: usize = 50;
 
 /// Root of the mean square of what is above 10 Hz.
@@ -120,7 +123,8 @@ pub(super) fn cycle(felt: &[Wrench], of: impl Fn(&Wrench) -> DVec3) -> f64 {
     super::row::mean(&squares).sqrt()
 }
 
-/// The greatest stiffness at which the probe lies still, N/m; 0 if it does not even at the softest. `halvings` of the gap that doubling leaves.
+/// The greatest stiffness at which the probe lies still, N/m; 0 if it does not even at the softest.
+/// `halvings` of the gap that doubling leaves.
 pub(super) fn greatest_stiffness(
     ground: &Ground,
     entry: &Entry,

@@ -1,4 +1,5 @@
-//! The methods that are measured, behind one seam: the probe's state in, what the hand would feel out.
+//! The methods that are measured, behind one seam: the probe's state in, what the hand would feel
+//! out.
 
 use std::sync::Arc;
 
@@ -11,14 +12,14 @@ use palpus_baselines::{
 
 use super::ground::Ground;
 
-/// What a step feels like.
+/// Answer of a method in one step.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct FeltTick {
     /// On the probe, about its grip, in the environment's frame.
     pub(super) wrench: Wrench,
-    /// Of the deepest contact as the method sees it, m; infinite without contacts.
+    /// Separation of the deepest contact by the method, m; infinite without contacts.
     pub(super) separation: f64,
-    /// Where the method has the probe, and shows it.
+    /// Pose at which the method has and shows the probe.
     pub(super) shown: Pose,
 }
 
@@ -28,12 +29,12 @@ pub(super) trait Method {
     fn step(&mut self, probe: &ProbeState, dt: f64) -> FeltTick;
 }
 
-/// What a method is told beside the scene.
+/// Parameters of a method beside the scene.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tuning {
-    /// Of contacts, N/m; `None`: the scene's, or what the device allows.
+    /// Contact stiffness, N/m; `None` for the scene's, or the one that the device allows.
     pub(super) stiffness: Option<f64>,
-    /// Of contacts, N·s/m.
+    /// Contact damping, N·s/m.
     pub(super) damping: f64,
     /// Friction as the scene has it, or none.
     pub(super) friction: bool,
@@ -70,7 +71,8 @@ pub(super) struct Entry {
     pub(super) skin: Skin,
     /// It has dampers in its contacts.
     pub(super) has_damping: bool,
-    /// Its energy is accounted for, and taken back from the first bit on. The poses of the open loop take no work, so that it has none.
+    /// Its energy is accounted for, and taken back from the first bit on. The poses of the open
+    /// loop take no work, so that it has none.
     pub(super) is_passive: bool,
     /// A step takes so long that it is not tried in every hand.
     pub(super) is_costly: bool,

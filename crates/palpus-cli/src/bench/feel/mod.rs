@@ -1,11 +1,15 @@
-//! `palpus bench feel`: what contact feels like, in figures: every method on every scene, in every hand.
+//! `palpus bench feel`: what contact feels like, in figures: every method on every scene, in every
+//! hand.
 //!
 //! 1. *Open loop* (`open`): all methods feel the same poses. Steps, directions, truth, pop-through.
-//! 2. *Closed loop* (`scripted`): a simulated hand follows the scene's script. Energy, depth, insertion.
+//! 2. *Closed loop* (`scripted`): a simulated hand follows the scene's script. Energy, depth,
+//!    insertion.
 //! 3. *Flush* (`flush`): flush faces, play and machine parts in the closed loop; the flush sweep.
-//! 4. *Held* (`held`): the probe rests in contact. Limit cycles, the greatest stable stiffness, and that over damping and hands (Z-width).
+//! 4. *Held* (`held`): the probe rests in contact. Limit cycles, the greatest stable stiffness, and
+//!    that over damping and hands (Z-width).
 //!
-//! Nothing here reads a clock: the same seed gives the same numbers. Scenes and methods are shared out among threads, a pair at a time.
+//! Nothing here reads a clock: the same seed gives the same numbers. Scenes and methods are shared
+//! out among threads, a pair at a time.
 
 mod closed;
 mod columns;
@@ -34,7 +38,7 @@ use self::method::{Entry, METHODS, Tuning};
 use self::row::{Row, Rows};
 use crate::{files, output};
 
-/// What was typed.
+/// Arguments of the command.
 pub(super) struct Wanted<'a> {
     pub(super) out: &'a Path,
     pub(super) scene: Option<&'a str>,
@@ -45,7 +49,7 @@ pub(super) struct Wanted<'a> {
     pub(super) seed: Option<u64>,
 }
 
-/// What one method did on one scene.
+/// Measures of one method on one scene.
 struct Outcome {
     rows: Vec<Row>,
     curve: open::Curve,
@@ -113,13 +117,13 @@ fn chosen(option: &str, only: Option<&str>, all: &[&'static str]) -> anyhow::Res
 
 /// How much is done.
 struct Effort {
-    /// Of each script, s.
+    /// Length of each script, s.
     seconds: f64,
     hands: &'static [&'static str],
     /// Scenes on which the greatest stable stiffness is searched, and how finely.
     searched: &'static [&'static str],
     halvings: usize,
-    /// Those that methods take part with whose steps take long.
+    /// Hands in which slow methods are measured.
     costly_hands: &'static [&'static str],
     /// Contact dampings of the Z-width map, N·s/m; none: no map.
     dampings: &'static [(f64, &'static str)],
@@ -153,7 +157,7 @@ const Z_WIDTH: [(f64, &str); 5] = [
     (4.0, "Z-width at 4 N·s/m"),
 ];
 
-/// The scene of the Z-width map: flat contact, which also lies still when nobody holds it.
+/// Scene of the Z-width map: flat contact, which is also stable without a hand.
 const Z_WIDTH_SCENE: &str = "box-rest";
 
 fn measure_all(grounds: &[Ground], entries: &[Entry], effort: &Effort) -> anyhow::Result<Vec<Outcome>> {

@@ -1,13 +1,17 @@
-//! The open loop: every method feels the same poses, a thousand times a second, and nothing answers.
+//! The open loop: every method feels the same poses, a thousand times a second, and nothing
+//! answers.
 //!
-//! * *Steps*: how much force and torque change from one millisecond to the next, and by which angle the force turns.
-//! * *Step over motion*: the force step over stiffness times the farthest way that a point of the probe went in that millisecond. A contact
-//!   that is felt as it is steps by 1, a sum of contacts by their number; a jump by any number.
-//! * *Step while merging*, on the rails: the largest while depth stays the same and two contacts become one, over the mean force.
-//! * *Truth*, where there is one: the angle to the true force; its size, once the one factor that fits best is allowed for; how far the
-//!   line of action passes from the true one.
-//! * *Pop-through*: episodes in which the bodies overlap by more than a tenth of a millimetre, and less than a tenth of the force (or of
-//!   torque over reach) that belongs to it is felt.
+//! * *Steps*: how much force and torque change from one millisecond to the next, and by which angle
+//!   the force turns.
+//! * *Step over motion*: the force step over stiffness times the farthest way that a point of the
+//!   probe went in that millisecond. A contact that is felt as it is steps by 1, a sum of contacts
+//!   by their number; a jump by any number.
+//! * *Step while merging*, on the rails: the largest while depth stays the same and two contacts
+//!   become one, over the mean force.
+//! * *Truth*, where there is one: the angle to the true force; its size, once the one factor that
+//!   fits best is allowed for; how far the line of action passes from the true one.
+//! * *Pop-through*: episodes in which the bodies overlap by more than a tenth of a millimetre, and
+//!   less than a tenth of the force (or of torque over reach) that belongs to it is felt.
 
 use glam::DVec3;
 use palpus::algebra::Wrench;
@@ -20,7 +24,8 @@ use crate::bench::TICK;
 
 /// Forces of less than this part of the largest have no direction worth naming.
 const FAINT: f64 = 0.05;
-/// Steps of less than this part of the largest force are not set against the motion: both would be rounding.
+/// Steps of less than this part of the largest force are not set against the motion: both would be
+/// rounding.
 const SMALL_STEP: f64 = 0.002;
 /// m: probes that move less than this in a millisecond are taken to move this far.
 const LEAST_MOTION: f64 = 1e-6;
@@ -29,7 +34,7 @@ const MUST_BE_FELT: f64 = 1e-4;
 /// The part of k times depth that must be felt.
 const FELT_PART: f64 = 0.1;
 
-/// What was felt, tick by tick.
+/// Measures of all ticks.
 #[derive(Default)]
 pub(super) struct Curve {
     /// s.
@@ -39,7 +44,7 @@ pub(super) struct Curve {
 
 /// Feels the scene's script.
 pub(super) fn measure(ground: &Ground, entry: &Entry, rows: &mut Rows) -> anyhow::Result<Curve> {
-    // What is true is known without friction.
+    // The truth is known without friction only.
     let tuning = Tuning { friction: ground.truth.is_none(), ..Tuning::of(ground) };
     let mut method = entry.build(ground, &tuning)?;
     let mut wrenches = Vec::with_capacity(ground.script.len());
@@ -103,7 +108,8 @@ fn steps(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
 /// s: when the knife on the rails has settled at its depth, and when it leaves it.
 const MERGING: [f64; 2] = [0.9, 3.5];
 
-/// The largest step while the knife stays at its depth and nothing happens but that its two contacts draw together.
+/// The largest step while the knife stays at its depth and nothing happens but that its two
+/// contacts draw together.
 fn merging(ground: &Ground, wrenches: &[Wrench], add: Add<'_>) {
     let [first, last] = MERGING.map(|time| (((time - ground.begin) / TICK).max(0.0) as usize).min(wrenches.len()));
     let within = &wrenches[first..last.max(first)];
@@ -147,7 +153,8 @@ fn against_truth(ground: &Ground, entry: &Entry, wrenches: &[Wrench], add: Add<'
         Skin::Tolerance => ground.settings.contact_tolerance,
         Skin::Tool => ground.coupled.skin(),
     };
-    // The true force on a contact of unit stiffness, and the true torque about the grip where there is one.
+    // The true force on a contact of unit stiffness, and the true torque about the grip where there
+    // is one.
     let true_of = |probe: &ProbeState| {
         let grip = probe.pose_ba.point(ground.settings.grip_a);
         let mut force = DVec3::ZERO;

@@ -1,4 +1,5 @@
-//! The page: a table of everything a scene said, as Markdown and as self-contained HTML with the plots; and the raw numbers.
+//! The page: a table of everything a scene said, as Markdown and as self-contained HTML with the
+//! plots; and the raw numbers.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -23,7 +24,7 @@ struct Table {
     rows: Vec<Vec<String>>,
 }
 
-/// A part of the page: a heading, what is to be said, tables, and plots.
+/// A part of the page: a heading, text, tables and plots.
 struct Section<'a> {
     title: String,
     text: String,
@@ -38,7 +39,7 @@ struct Document<'a> {
     rows: &'a [Row],
 }
 
-/// What was measured, and of what.
+/// The measures and their subjects.
 #[derive(Clone, Copy)]
 pub(super) struct Measured<'a> {
     pub(super) grounds: &'a [Ground],
@@ -236,7 +237,7 @@ fn stiffness(value: f64, column: &Column) -> String {
     }
 }
 
-/// What is less than this in the unit that is shown is rounding.
+/// Values below this, in the unit of the table, are rounding.
 const NOTHING: f64 = 1e-7;
 
 /// The value with that many digits that matter.

@@ -1,10 +1,14 @@
-//! The closed loop along the scene's script, by hands that hold the device more or less firmly. Where the script overlaps, the hand wants
-//! the probe so much deeper that it presses with two newtons; but parts are put together without that.
+//! The closed loop along the scene's script, by hands that hold the device more or less firmly.
+//! Where the script overlaps, the hand wants the probe so much deeper that it presses with two
+//! newtons; but parts are put together without that.
 //!
-//! * *Energy generated*: the most net work that the method has done on the hand at any time; more than nothing means that it gave what it
-//!   was never given. Of forces, of torques, and of both together.
-//! * *Deepest shown*, *pop-throughs*: as in the open loop, by the judge, where the method shows the probe; and how deep the hand itself went.
-//! * *Peg*: whether and when its tip has gone nine tenths of the way into the hole that the hand wants, and with which force.
+//! * *Energy generated*: the most net work that the method has done on the hand at any time; more
+//!   than nothing means that it gave what it was never given. Of forces, of torques, and of both
+//!   together.
+//! * *Deepest shown*, *pop-throughs*: as in the open loop, by the judge, where the method shows the
+//!   probe; and how deep the hand itself went.
+//! * *Peg*: whether and when its tip has gone nine tenths of the way into the hole that the hand
+//!   wants, and with which force.
 
 use palpus::algebra::{Pose, Wrench};
 use palpus_scenes::shape::PEG_TIP;
@@ -31,7 +35,7 @@ pub(super) fn measure(
     rows: &mut Rows,
 ) -> anyhow::Result<Vec<LoopTick>> {
     let mut last = Vec::new();
-    // Without a hand nobody follows a script.
+    // Without a hand there is no script to follow.
     for &(name, hand) in HANDS.iter().filter(|(name, _)| hands.contains(name) && *name != "none") {
         let seconds = ground.script.len() as f64 * TICK;
         let intent = |time: f64| {
@@ -83,7 +87,8 @@ fn of_run(ground: &Ground, ticks: &[LoopTick], add: Add<'_>) {
     add("finite", "", f64::from(u8::from(ticks.len() > expected)));
 }
 
-/// The tip has arrived when it has gone this part of the way that the hand wants: a hand that meets friction stays behind.
+/// The tip has arrived when it has gone this part of the way that the hand wants: a hand that meets
+/// friction stays behind.
 const ARRIVED: f64 = 0.9;
 /// The tip is in the hole below this, m.
 const IN_HOLE: f64 = -0.5e-3;

@@ -16,7 +16,7 @@ use crate::bodies;
 use crate::plots::{BLUE, Drawn, Figure, GREEN, Panel, Series, VERMILION, write_svg};
 use palpus::algebra::Random;
 
-/// Of the sides from which the ball comes.
+/// Seed of the sides from which the ball comes.
 const SEED: u64 = 0x5ca1_e002;
 /// From a part drawn by hand to a CT scan.
 const TRIANGLES: [usize; 6] = [1_000, 3_000, 10_000, 30_000, 100_000, 906_000];
@@ -129,7 +129,7 @@ fn tolerance_for(bodies: &Bodies, touches: &Touches) -> f64 {
 
 /// How far the ball slides to each side, m: at most 6 mm/s.
 const SIDEWAYS: f64 = 0.000_5;
-/// Of the tolerance: how deep it sinks in.
+/// Depth of the ball, as a share of the tolerance.
 const SINKS: f64 = 0.2;
 /// m: near enough to count as touching is a hundredth of it.
 const GAP: f64 = 0.000_01;

@@ -1,5 +1,5 @@
-//! What a bounded step costs in truth: the wrench in the hand with an allowance of work beside the one
-//! without, on the same motion of the device, both coupled as by default.
+//! What a bounded step costs in truth: the wrench in the hand with an allowance of work beside the
+//! one without, on the same motion of the device, both coupled as by default.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -16,22 +16,23 @@ use crate::bench::TICK;
 pub(super) const ALLOWED: u64 = 6000;
 /// Ticks of the comparison: without an allowance, a tick of a thread takes a tenth of a second.
 const TICKS: usize = 600;
-/// Of the smaller body: the tolerance of a scene that names none.
+/// Tolerance of a scene without one, as a share of the smaller body.
 const TOLERANCE: f64 = 0.01;
 
-/// What came of one pair.
+/// Results for one pair.
 #[derive(Debug, Serialize)]
 pub(super) struct Hurried {
     name: &'static str,
     ticks: usize,
-    /// Share of the ticks in which the allowance did not suffice, and of the contacts that were carried then.
+    /// Share of the ticks in which the allowance did not suffice, and of the contacts that were
+    /// carried then.
     late: f64,
     held: f64,
     force: Difference,
     torque: Difference,
 }
 
-/// Of force (N) or torque (N·m).
+/// Errors of force (N) or torque (N·m).
 #[derive(Debug, Serialize)]
 pub(super) struct Difference {
     /// The largest without an allowance.
@@ -55,7 +56,8 @@ pub(super) fn measure(pair: &Pair, files: &[PathBuf; 2], ticks: usize) -> anyhow
     for stretch in &stretches {
         full.clear();
         hurried.clear();
-        // The first step begins at the roots of both bodies; no force is on then, and it is not what is compared.
+        // The first step begins at the roots of both bodies; no force is on then, and it is not
+        // what is compared.
         hurried.allow(None);
         for renderer in [&mut full, &mut hurried] {
             renderer.step(&ProbeState::at(stretch[0]), TICK, &NoClock);

@@ -1,14 +1,15 @@
 //! `palpus bench scale`: what a step costs, and what it does not depend on.
 //!
-//! 1. *Against triangles*: a ball on a scanned torus of 1 k to 906 k triangles. The tolerance is chosen so that the same
-//!    number of contacts is felt at each size.
+//! 1. *Against triangles*: a ball on a scanned torus of 1 k to 906 k triangles. The tolerance is
+//!    chosen so that the same number of contacts is felt at each size.
 //! 2. *Against contacts*: the ball on one size of it, the tolerance growing.
-//! 3. *Pairs*: scanned and constructed parts in contact, with the poses left beside the times, so that others can be asked
-//!    the same (`benches/peers/coal_scale.py`).
-//! 4. *Hurried*: the same pairs, coupled, with the work of a step bounded, beside the same without a bound.
+//! 3. *Pairs*: scanned and constructed parts in contact, with the poses left beside the times, so
+//!    that others can be asked the same (`benches/peers/coal_scale.py`).
+//! 4. *Hurried*: the same pairs, coupled, with the work of a step bounded, beside the same without
+//!    a bound.
 //!
-//! Every tick of contact is computed in several passes and the least of its times kept: the engine does the same in each,
-//! and what differs is what the operating system did meanwhile.
+//! Every tick of contact is computed in several passes and the least of its times kept: the engine
+//! does the same in each, and what differs is what the operating system did meanwhile.
 
 mod growth;
 mod hurried;
@@ -84,7 +85,7 @@ fn bound(out: &Path, models: Option<&Path>, effort: Effort) -> anyhow::Result<()
 pub(super) struct Effort {
     /// Ticks of contact per pair.
     pub(super) ticks: usize,
-    /// Of each tick the least time of so many passes is kept.
+    /// Passes over the same ticks; the smallest time of each tick counts.
     pub(super) passes: u32,
 }
 

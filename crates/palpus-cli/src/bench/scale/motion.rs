@@ -13,13 +13,14 @@ use palpus::algebra::Random;
 /// How a probe moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Motion {
-    /// Approaches from a random side until it touches, then goes in and out between touching and an amplitude deep, and
-    /// sideways: along the approach it never backs off, so that the median tick is one of contact as the slowest are.
+    /// Approaches from a random side until it touches, then goes in and out between touching and an
+    /// amplitude deep, and sideways: along the approach it never backs off, so that the median tick
+    /// is one of contact as the slowest are.
     Orbit,
-    /// Turns to and fro about an axis of the environment's frame through `center`, advances with the turn as a screw does,
-    /// and sways.
+    /// Turns to and fro about an axis of the environment's frame through `center`, advances with
+    /// the turn as a screw does, and sways.
     Screw {
-        /// Where the probe's frame stands at rest, m.
+        /// Position of the probe's frame at rest, m.
         rest: DVec3,
         /// A point of the axis (its direction is z), m.
         center: DVec3,
@@ -90,7 +91,7 @@ pub(in crate::bench) fn nearest_query(a: &Arc<Body>, b: &Arc<Body>) -> ContactQu
 /// About a place where the bodies touch.
 pub(super) struct Orbit {
     touch: Pose,
-    /// Of the probe, in its frame.
+    /// Centre of the probe, in its frame.
     middle: DVec3,
     outward: DVec3,
     sideways: DVec3,
@@ -102,7 +103,7 @@ pub(super) struct Orbit {
 const ORBIT_TURN: f64 = 0.02;
 /// Steps of the search for first touch; the gap shrinks geometrically.
 const MOST_ADVANCES: usize = 200;
-/// Of the amplitude: a gap that counts as touching.
+/// Gap that counts as touching, as a share of the amplitude.
 const TOUCHING: f64 = 0.01;
 
 impl Orbit {
@@ -141,8 +142,8 @@ impl Orbit {
         Pose { translation: self.touch.translation + shift, ..self.touch }
     }
 
-    /// At phase 0 the bodies touch, at half a turn they are an amplitude deeper along the normal. The sideways way and the
-    /// turn may still part them on curved surfaces.
+    /// At phase 0 the bodies touch, at half a turn they are an amplitude deeper along the normal.
+    /// The sideways way and the turn may still part them on curved surfaces.
     fn pose(&self, phase: f64) -> Pose {
         let (sin, cos) = phase.sin_cos();
         let spin = DQuat::from_scaled_axis(self.spin * (ORBIT_TURN * sin));

@@ -34,13 +34,14 @@ pub(in crate::bench) struct Pair {
     amplitude: f64,
 }
 
-/// Of the sides from which bodies meet.
+/// Seed of the sides from which bodies meet.
 const SEED: u64 = 0x5ca1_e001;
 
 /// Newell's tea set at the size of a tea set.
 const TEA: f64 = 0.08;
 
-/// What is timed. Sizes are those of hand-held things; tolerances what a user would choose for them.
+/// The pairs. Sizes are those of hand-held things; tolerances are what a user would choose for
+/// them.
 pub(in crate::bench) const PAIRS: [Pair; 6] = [
     // As the paper has it, at about 1 % of the smaller body.
     Pair {
@@ -59,7 +60,8 @@ pub(in crate::bench) const PAIRS: [Pair; 6] = [
         tolerance: 0.002,
         amplitude: 0.002,
     },
-    // Seated against the upper flank of the thread, turned to and fro by 3 degrees: 0.06 mm of play, used up on one side.
+    // Seated against the upper flank of the thread, turned to and fro by 3 degrees: 0.06 mm of
+    // play, used up on one side.
     Pair {
         name: "nut-bolt",
         a: Model { file: "nut_m16_loose.obj", scale: 1.0 },
@@ -116,7 +118,7 @@ impl Pair {
     }
 }
 
-/// What somebody else needs to ask the same.
+/// What another library needs to compute the same poses.
 #[derive(Debug, Serialize)]
 pub(super) struct Repeat {
     a: PathBuf,

@@ -8,7 +8,7 @@ use super::Bodies;
 use crate::bench::{TICK, settings};
 use crate::clock::WallClock;
 
-/// What the ticks of a motion took, µs.
+/// Times of the steps of a motion, µs.
 #[derive(Clone, Copy, Debug, Serialize)]
 pub(super) struct Times {
     /// Ticks that were timed.
@@ -21,8 +21,9 @@ pub(super) struct Times {
     pub(super) max: f64,
 }
 
-/// Times the step along stretches of coherent motion. A renderer is at rest before each stretch: the first tick of a stretch
-/// places the probe and is not counted. Of each tick the least time of so many passes is kept.
+/// Times the step along stretches of coherent motion. A renderer is at rest before each stretch:
+/// the first tick of a stretch places the probe and is not counted. Of each tick the least time of
+/// so many passes is kept.
 pub(super) fn time(bodies: &Bodies, stretches: &[Vec<Pose>], tolerance: f64, passes: u32) -> anyhow::Result<Times> {
     let mut renderer = Renderer::new(bodies.a.clone(), bodies.b.clone(), settings(tolerance))?;
     let clock = WallClock::new();

@@ -1,4 +1,4 @@
-//! What the steps left behind, as the page needs it. What is not there is simply none.
+//! Reads the files that the steps left, for the page. Missing files give `None`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -30,7 +30,7 @@ impl Data<'_> {
         serde_json::from_str(&self.text(id, file)?).ok()
     }
 
-    /// What came of a step.
+    /// Outcome of a step.
     pub(super) fn ran(&self, id: &str) -> Option<Ran> {
         self.json(id, FILE)
     }
@@ -56,7 +56,7 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    /// The values under a name; none if it is not there.
+    /// Returns the values under a name; empty if the name is missing.
     pub(super) fn of(&self, name: &str) -> Vec<f64> {
         let place = self.names.iter().position(|known| known == name);
         let value = |row: &Vec<f64>| place.and_then(|place| row.get(place)).copied();

@@ -1,10 +1,11 @@
-//! What ran, and on what. All of it is what a reader needs to judge the figures; nothing names the machine or its user.
+//! Machine and program of a reproduction, for readers who judge the figures. Neither the machine
+//! nor its user is named.
 
 use std::fs::read_to_string;
 
 type Facts = Vec<(String, String)>;
 
-/// Processor, memory, system; what is not known here is left out.
+/// Processor, memory, system; unknown facts are left out.
 pub(super) fn facts() -> Facts {
     let mut facts = Facts::new();
     let mut add = |name: &str, value: Option<String>| facts.extend(value.map(|value| (name.to_owned(), value)));

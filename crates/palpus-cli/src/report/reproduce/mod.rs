@@ -1,10 +1,13 @@
-//! The page of the whole reproduction: every table and figure of the paper beside what is measured here, and what goes beyond it.
+//! The page of the whole reproduction: every table and figure of the paper beside what is measured
+//! here, and what goes beyond it.
 //!
 //! 1. *Plan* ([`plan`]): one command a step, as a user would type it.
-//! 2. *Run* ([`ran`]): one after another, since most of them measure times. What came of a step is kept beside its files.
-//! 3. *Page* ([`page`], [`paper`], [`sections`]): made of these files ([`data`]), so that it can be made again without measuring. Every section says whether
-//!    its figures were measured in this run, by which command, and how long that took; figures from the documents ([`stored`]) are marked
-//!    as such.
+//! 2. *Run* ([`ran`]): one after another, since most of them measure times. What came of a step is
+//!    kept beside its files.
+//! 3. *Page* ([`page`], [`paper`], [`sections`]): made of these files ([`data`]), so that it can be
+//!    made again without measuring. Every section says whether its figures were measured in this
+//!    run, by which command, and how long that took; figures from the documents ([`stored`]) are
+//!    marked as such.
 
 mod data;
 mod machine;
@@ -28,7 +31,7 @@ use crate::args::ReportArguments;
 use crate::durations::duration;
 use crate::output;
 
-/// What a reproduction says of itself.
+/// Description of a reproduction.
 #[derive(Debug, Serialize, Deserialize)]
 struct Reproduction {
     /// When it began; names it.

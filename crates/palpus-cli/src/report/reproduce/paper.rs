@@ -1,4 +1,5 @@
-//! The sections that stand beside the paper's own: Table 1, Figures 4, 5 and 6. Its pictures are not ours to copy: they are told.
+//! Sections on the paper's Table 1 and Figures 4, 5 and 6. Its pictures are described, since we may
+//! not copy them.
 
 use serde_json::Value;
 
@@ -216,7 +217,7 @@ pub(super) fn figure_6(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// What the paper says, beside what was measured here.
+/// Statements of the paper beside what was measured here.
 pub(super) fn claims(html: &mut Html, data: &Data<'_>) {
     let pieces = |model: &str| {
         let rows = data.json::<Vec<Value>>("figures", "table1.json")?;

@@ -1,11 +1,11 @@
-//! What is run for a reproduction: one command of this program a step, or a script that sets others beside it. Steps run one after another:
-//! most of them measure times.
+//! What is run for a reproduction: one command of this program a step, or a script that sets others
+//! beside it. Steps run one after another: most of them measure times.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// What a reproduction is to do.
+/// What a reproduction measures, and where it writes.
 pub(super) struct Wanted<'a> {
     /// Absolute.
     pub(super) out: &'a Path,
@@ -14,14 +14,14 @@ pub(super) struct Wanted<'a> {
     pub(super) quick: bool,
 }
 
-/// A command, and what it is for.
+/// A command and its purpose.
 pub(super) struct Step {
     /// Also the name of its folder in `data`.
     pub(super) id: &'static str,
     pub(super) what: &'static str,
     /// About so many seconds on two quiet cores.
     pub(super) about: f64,
-    /// What to run, or why not.
+    /// The command, or the reason to skip the step.
     pub(super) command: Result<Invocation, String>,
     /// Less than the whole is measured.
     pub(super) is_quick: bool,
@@ -52,7 +52,7 @@ impl Invocation {
         arguments.iter().fold(self, |invocation, argument| invocation.arg(argument))
     }
 
-    /// A path that is shown by another name: where things lie is nobody's business.
+    /// Adds a path that is shown under another name, since pages must not tell where files lie.
     fn path(mut self, path: impl Into<OsString>, shown: &str) -> Self {
         self.arguments.push(path.into());
         self.shown += " ";
@@ -61,7 +61,8 @@ impl Invocation {
     }
 }
 
-/// Pairs that are timed beside Coal, with ticks of palpus and of Coal, and about how long that takes, s. Coal needs up to a second a tick.
+/// Pairs that are timed beside Coal, with ticks of palpus and of Coal, and about how long that
+/// takes, s. Coal needs up to a second a tick.
 pub(super) const PAIRS: [(&str, &str, [u32; 2], f64); 6] = [
     ("coal-spoon-cup", "spoon-cup", [20_000, 2000], 6.0),
     ("coal-armadillo-intestine", "armadillo-intestine", [20_000, 1000], 25.0),
@@ -120,7 +121,7 @@ pub(super) fn plan(wanted: &Wanted<'_>) -> Vec<Step> {
 }
 
 impl Wanted<'_> {
-    /// Where a step leaves its files.
+    /// Folder of a step's files.
     pub(super) fn folder(&self, id: &str) -> PathBuf {
         self.out.join("data").join(id)
     }
@@ -131,8 +132,8 @@ impl Wanted<'_> {
     }
 }
 
-/// This program. One that has been replaced since it was started, or that Python runs, is found by its name, as a user
-/// would.
+/// This program. One that has been replaced since it was started, or that Python runs, is found by
+/// its name, as a user would.
 fn program() -> PathBuf {
     let running = std::env::current_exe().ok().filter(|path| path.file_stem().is_some_and(|name| name == "palpus"));
     running.unwrap_or_else(|| "palpus".into())

@@ -1,4 +1,5 @@
-//! Runs a step and keeps what came of it beside its files, so that a page can be made of them at any time.
+//! Runs a step and keeps what came of it beside its files, so that a page can be made of them at
+//! any time.
 
 use std::fs;
 use std::path::Path;
@@ -13,7 +14,7 @@ use crate::doctor::load::load_average;
 use crate::when;
 use crate::{files, output};
 
-/// What came of a step.
+/// Outcome of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub(super) enum Outcome {
@@ -25,7 +26,7 @@ pub(super) enum Outcome {
 /// A step that was dealt with.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub(super) struct Ran {
-    /// Of the reproduction: when it began. What has the same was measured in the same run.
+    /// Begin of the reproduction. Steps with the same value were measured in the same run.
     pub(super) run: String,
     pub(super) command: String,
     pub(super) outcome: Outcome,
@@ -40,13 +41,13 @@ pub(super) struct Ran {
 
 /// The file in a step's folder.
 pub(super) const FILE: &str = "ran.json";
-/// What the command printed.
+/// Output of the command.
 pub(super) const SAID: &str = "said.txt";
 
 /// Runs the step. It may fail: that is said on the page, and the others go on.
 pub(super) fn run(step: &Step, wanted: &Wanted<'_>, run: &str) -> anyhow::Result<Ran> {
     let folder = wanted.folder(step.id);
-    // What an earlier run left must not stand for this one.
+    // Files of an earlier run must not be taken for those of this one.
     if folder.exists() {
         fs::remove_dir_all(&folder).with_context(|| format!("{} could not be emptied", folder.display()))?;
     }

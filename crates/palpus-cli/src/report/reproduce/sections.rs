@@ -1,4 +1,5 @@
-//! The sections beyond the paper: a run in real time, feel, scale, peers, penetration depth; and what all of it ran on.
+//! The sections beyond the paper: a run in real time, feel, scale, peers, penetration depth; and
+//! what all of it ran on.
 
 use palpus_io::scene::FilePolicy;
 use serde_json::Value;
@@ -224,7 +225,7 @@ pub(super) fn convex(html: &mut Html, data: &Data<'_>, run: &str) {
     });
 }
 
-/// What the bench alone leaves, where Python's peers are not here.
+/// Table of the bench alone, without Python's peers.
 fn parry_alone(data: &Data<'_>) -> Option<Table> {
     let text = data.text("convex", "convex.csv")?;
     let row = |line: &str| {
@@ -289,7 +290,7 @@ pub(super) fn made(html: &mut Html, data: &Data<'_>, reproduction: &Reproduction
     });
 }
 
-/// Of everything that is random.
+/// All random seeds.
 const SEEDS: [(&str, &str); 6] = [
     ("scripted hands' tremor", "5 and others, in palpus-scenes"),
     ("the servo's pace in the feel suite", "0xfee1_0001"),
@@ -311,7 +312,7 @@ fn command_row(id: &str, ran: &Ran, run: &str) -> Vec<String> {
     vec![id.to_owned(), command, what, took, ran.load.map_or(String::new(), |load| said(load, 2))]
 }
 
-/// What the doctor found.
+/// Facts that the doctor measured.
 fn from_doctor(data: &Data<'_>) -> Vec<(String, String)> {
     let Some(found) = data.json::<Value>("doctor", SAID) else { return Vec::new() };
     let mut facts = Vec::new();

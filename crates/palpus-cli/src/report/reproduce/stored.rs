@@ -1,13 +1,15 @@
-//! Figures of an earlier run, from the documents. The page shows them, marked as such, where this machine cannot measure them.
+//! Figures of an earlier run, from the documents. The page shows them, marked as such, where this
+//! machine cannot measure them.
 
 use super::super::html::Table;
 
 /// The step on real pairs, beside Coal.
-pub(super) const PAIRS_MEASURED: &str = include_str!("../../../../../docs/benchmarks.md");
+pub(super) const PAIRS_MEASURED: &str = include_str!("benchmarks.md");
 /// Depth and distance of convex pairs beside parry, Coal and MuJoCo.
-pub(super) const CONVEX: &str = include_str!("../../../../../docs/benchmarks/convex/convex.md");
+pub(super) const CONVEX: &str = include_str!("convex_peers.md");
 
-/// The tables of a Markdown text that stand under the heading `section`, or all if it is empty. A table's title is the line before it.
+/// The tables of a Markdown text that stand under the heading `section`, or all if it is empty. A
+/// table's title is the line before it.
 pub(super) fn tables(text: &str, section: &str) -> Vec<Table> {
     let mut tables: Vec<Table> = Vec::new();
     let (mut within, mut before, mut open) = (section.is_empty(), "", false);

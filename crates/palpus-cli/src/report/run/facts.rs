@@ -1,4 +1,4 @@
-//! What a recording says of itself, as names and values.
+//! Facts of a recording's header, as names and values.
 
 use palpus::render::{Clustering, Saturation, Settings};
 use palpus_io::RecordingHeader;
@@ -41,7 +41,8 @@ pub(super) fn name(header: &RecordingHeader) -> &str {
     }
 }
 
-/// Without the folders, which are nobody's business who gets the page. Recordings may come from systems with other separators.
+/// Returns the name without folders, for privacy. Recordings may come from systems with other
+/// separators.
 fn file_name(path: &str) -> &str {
     path.rsplit(['/', '\\']).next().unwrap_or(path)
 }
@@ -133,7 +134,7 @@ pub(super) fn of_settings(settings: &Settings) -> Facts {
     facts
 }
 
-/// Settings that differ between two, by name: what it was, what it is.
+/// Lists settings that differ between two, by name: old and new value.
 pub(super) fn changed(before: &Settings, after: &Settings) -> String {
     let pairs = of_settings(before).into_iter().zip(of_settings(after));
     let each = pairs.filter(|(then, now)| then != now).map(|(then, now)| format!("{}: {} → {}", then.0, then.1, now.1));

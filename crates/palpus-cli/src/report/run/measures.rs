@@ -1,4 +1,4 @@
-//! What the rows of a recording say of the run.
+//! Measures of a run, from the rows of its recording.
 
 use palpus::algebra::quantile_of_sorted;
 use palpus_device::{Cut, Cuts};
@@ -39,7 +39,7 @@ pub(super) struct CutTime {
 pub(super) struct Measures {
     pub(super) ticks: u64,
     pub(super) duration_s: f64,
-    /// Of the ticks' own lengths.
+    /// Rate by the ticks' own lengths, Hz.
     pub(super) rate_hz: f64,
     pub(super) step: Micros,
     pub(super) query: Micros,

@@ -1,10 +1,13 @@
 //! The page of one recorded run.
 //!
 //! 1. The recording is read, and measured from its rows ([`measures`]).
-//! 2. The engine runs again from it: every wrench is compared bit for bit, and moments worth a picture are kept.
-//! 3. Pictures are painted without a display; plots, tables and facts ([`facts`]) stand around them.
+//! 2. The engine runs again from it: every wrench is compared bit for bit, and moments worth a
+//!    picture are kept.
+//! 3. Pictures are painted without a display; plots, tables and facts ([`facts`]) stand around
+//!    them.
 //!
-//! What cannot be done is said on the page, which is made in any case: a recording whose meshes are gone still has its rows.
+//! What cannot be done is said on the page, which is made in any case: a recording whose meshes are
+//! gone still has its rows.
 
 mod facts;
 mod measures;
@@ -26,7 +29,7 @@ use crate::rerun::Rerun;
 use crate::rerun::places::Places;
 use crate::stage::Stage;
 
-/// A run, ready to be told.
+/// A run with everything that its page shows.
 pub(super) struct Run {
     file: String,
     recording: Recording,
@@ -35,7 +38,7 @@ pub(super) struct Run {
     again: Result<Again, String>,
 }
 
-/// What came of running it again.
+/// Results of running it again.
 struct Again {
     stage: Stage,
     moments: Vec<Moment>,

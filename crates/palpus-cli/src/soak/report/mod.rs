@@ -52,7 +52,7 @@ impl Micros {
 pub(super) struct Stretch {
     turns: u64,
     pub(super) late_us: Micros,
-    /// Of all turns, those late by over half a millisecond.
+    /// Share of the turns that were late by more than half a millisecond.
     pub(super) late_share: f64,
     /// µs, and the share of turns that were later.
     pub(super) beyond: Vec<(f64, f64)>,
@@ -186,7 +186,8 @@ impl Report {
         let load = load::between(self.load.take(), now.clone());
         self.load = now;
         let all = ticks as f64;
-        // The memory of the rows is there from the start; a run that goes on beyond its time is an end.
+        // The memory of the rows is there from the start; a run that goes on beyond its time is an
+        // end.
         if self.rows.len() < self.rows.capacity() {
             self.rows.push(Row {
                 begin_s: begin,
@@ -210,7 +211,8 @@ impl Report {
         }
     }
 
-    /// The loop is over. What it knows of cuts and faults counts: it also knows those of ticks without a step.
+    /// The loop is over. What it knows of cuts and faults counts: it also knows those of ticks
+    /// without a step.
     pub(super) fn end(&mut self, devices: &[RunStatistics], claims: Option<&RealTimeClaims>) {
         self.cuts.clear();
         devices.iter().for_each(|device| count_cuts(&mut self.cuts, &device.safety));
@@ -230,7 +232,7 @@ impl Report {
         });
     }
 
-    /// What speaks against the loop; empty when it held.
+    /// Reasons why the loop did not hold; empty if it held.
     pub(super) fn failures(&self) -> Vec<String> {
         let mut failures = Vec::new();
         if self.failed {

@@ -12,7 +12,7 @@ use crate::markup::escaped;
 use crate::soak::figures;
 
 impl Report {
-    /// Writes everything anew; whoever reads meanwhile reads the last one.
+    /// Rewrites all files; a reader sees either the old or the new one.
     pub(in crate::soak) fn write(&self) -> anyhow::Result<()> {
         let [time, late] = figures::of(self);
         replace(&self.folder.join("soak.json"), &serde_json::to_string_pretty(&self.document())?)?;

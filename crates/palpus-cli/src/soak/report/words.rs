@@ -20,7 +20,7 @@ impl Stretch {
 }
 
 impl Report {
-    /// What is going to happen.
+    /// Announcement of the run.
     pub(in crate::soak) fn announced(&self) -> String {
         format!(
             "{}: {} in real time at {:.0} Hz, a {} hand that wanders (seed {}), no window; Ctrl-C ends it with the report, which is kept in {}",
@@ -117,7 +117,8 @@ impl Report {
         lines
     }
 
-    /// At the first sample after a tenth of the run, when everything has been used once, and at the last.
+    /// At the first sample after a tenth of the run, when everything has been used once, and at the
+    /// last.
     fn memory_in_words(&self) -> String {
         let Some((last, sample)) = self.samples.last() else { return "not known here".to_owned() };
         let early =

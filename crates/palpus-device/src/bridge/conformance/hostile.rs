@@ -7,7 +7,7 @@ use super::{VALID_FOR_US, nonce_but};
 use crate::bridge::frame::{self, Body, Command, Frame, LONGEST, State};
 
 const SEED: u64 = 0xb41d_6e00;
-/// Where the CRC-32 stands.
+/// Offset of the CRC-32.
 const CHECK: std::ops::Range<usize> = 12..16;
 
 /// A source of such frames, each with a wrench in it that would be seen.
@@ -75,7 +75,7 @@ impl Hostile {
         &self.bytes
     }
 
-    /// What the last one was, in words.
+    /// Description of the last frame.
     pub(super) fn last(&self) -> &'static str {
         match self.kind {
             0 => "a command with another nonce",

@@ -13,7 +13,7 @@ use super::{assert_no_force_twice, drive, drive_until_lost};
 /// A name or a reason, and what the service does.
 type Case = (&'static str, fn() -> Act);
 
-/// What goes wrong once, at message 20, after which the service behaves.
+/// A single failure at message 20, after which the service behaves well.
 fn goes_wrong(wrong: fn() -> Act) -> Vec<Told> {
     let service = Service::usual(move |count| if count == 20 { wrong() } else { Act::Answer });
     let mut device = service.open();

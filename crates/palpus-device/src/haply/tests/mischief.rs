@@ -45,7 +45,7 @@ const MISCHIEF_SEED: u64 = 0x11ae_57a1;
 /// Messages of a service that is up to mischief.
 const MISCHIEFS: usize = 700;
 
-/// What a message is answered with: mostly as it should be.
+/// Answer to a message: mostly a correct one.
 fn mischief() -> Vec<u8> {
     let mut random = Random::new(MISCHIEF_SEED);
     // Opening goes well.

@@ -21,7 +21,7 @@ pub(super) struct Told {
     pub(super) session: Option<String>,
 }
 
-/// What a scripted service does with message `k` (0 is the one of opening).
+/// Action of a scripted service at message `k` (0 is the one of opening).
 pub(super) enum Act {
     /// Answers as it should.
     Answer,

@@ -9,7 +9,7 @@ use super::*;
 use crate::simulated::SimulationSettings;
 
 const PERIOD: f64 = 1e-3;
-/// Of the oscillation, relative to the peak: 0.85 N, 19 mN·m from end to end.
+/// Amplitude relative to the peak: 0.85 N, 19 mN·m from end to end.
 const AMPLITUDE: f64 = 0.05;
 /// m: an encoder's step.
 const STEP: f64 = 3e-5;

@@ -229,7 +229,7 @@ fn damping_after_a_fault_only_takes_energy() {
 #[test]
 fn a_panic_is_told_of_when_the_wrench_is_zero() {
     use std::sync::Mutex;
-    /// What happened in the loop's thread, in order.
+    /// Events in the loop's thread, in order.
     static SEEN: Mutex<Vec<&str>> = Mutex::new(Vec::new());
     std::thread::spawn(|| {
         let (this, usual) = (std::thread::current().id(), std::panic::take_hook());

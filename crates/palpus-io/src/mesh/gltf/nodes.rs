@@ -1,4 +1,4 @@
-//! Where the nodes of a glTF scene are.
+//! Transforms of the nodes of a glTF scene.
 
 use glam::{DMat4, DQuat, DVec3};
 
@@ -39,7 +39,7 @@ fn reach(node: usize, parent: Option<usize>, seen: &mut [bool]) -> Result<(), Fa
     }
 }
 
-/// The root nodes of the default scene; without scenes, the nodes that are nobody's child.
+/// The root nodes of the default scene; without scenes, the nodes without a parent.
 fn roots(root: &Root) -> Result<Vec<usize>, Fault> {
     if root.scenes.is_empty() && root.scene.is_none() {
         let mut is_child = vec![false; root.nodes.len()];

@@ -39,7 +39,7 @@ fn read(bytes: &[u8]) -> Result<PolygonSoup, Fault> {
     soup.finish()
 }
 
-/// What an element is read as; the numbers are indices of properties.
+/// Meaning of an element's properties; the numbers are indices of properties.
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
     Vertices { axes: [usize; 3] },
@@ -48,7 +48,7 @@ enum Role {
     Other,
 }
 
-/// How an element is to be read.
+/// Layout of an element.
 fn role(element: &Element) -> Result<Role, Fault> {
     let list = || {
         let index = element.properties.iter().position(|property| {

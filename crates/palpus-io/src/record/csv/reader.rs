@@ -1,7 +1,7 @@
 //! Reads a recording of text.
 //!
-//! A file from a stranger: no line may be longer than [`LONGEST_LINE`], so that memory stays within a small multiple of the
-//! file's own size.
+//! A file from a stranger: no line may be longer than [`LONGEST_LINE`], so that memory stays within
+//! a small multiple of the file's own size.
 
 use std::io::{BufRead, Read};
 
@@ -16,7 +16,8 @@ const LONGEST_LINE: u64 = MOST_TEXT as u64;
 
 /// Reads a recording; `name` is how errors call the file.
 ///
-/// A last line without a line break was being written when the program ended: it is left out, with a notice.
+/// A last line without a line break was being written when the program ended: it is left out, with
+/// a notice.
 pub(in crate::record) fn read(input: impl BufRead, name: &str) -> Result<Recording, TableError> {
     let mut lines = Lines { input, name, line: 0, text: String::new() };
     let header = header(&mut lines)?;

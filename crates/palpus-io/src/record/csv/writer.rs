@@ -6,7 +6,7 @@ use crate::table::Line;
 
 /// Makes lines of rows.
 pub(in crate::record) struct Writer {
-    /// Of the recording.
+    /// Header of the recording.
     format: u32,
     line: Line,
     lines: Vec<u8>,
@@ -15,7 +15,8 @@ pub(in crate::record) struct Writer {
 }
 
 impl Writer {
-    /// The file so far: the header, each line behind `# `, and the names of the columns of `format`.
+    /// The file so far: the header, each line behind `# `, and the names of the columns of
+    /// `format`.
     pub(in crate::record) fn new(header: &str, format: u32) -> Self {
         let mut writer = Self { format, line: Line::default(), lines: Vec::new(), written: 0 };
         header.lines().for_each(|line| writer.comment(line));
@@ -45,7 +46,7 @@ impl Writer {
         self.lines.extend(self.line.end());
     }
 
-    /// What has come since the last time.
+    /// Bytes since the last piece.
     pub(in crate::record) fn flush(&mut self) -> Piece {
         let bytes = std::mem::take(&mut self.lines);
         let at = self.written;

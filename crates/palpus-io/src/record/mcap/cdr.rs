@@ -1,4 +1,5 @@
-//! Messages in CDR, little-endian: each number at a multiple of its own size, counted from behind the four bytes of the head.
+//! Messages in CDR, little-endian: each number at a multiple of its own size, counted from behind
+//! the four bytes of the head.
 
 use crate::record::columns::{Kind, Put, Take, columns_of};
 
@@ -8,7 +9,7 @@ const HEAD: [u8; 4] = [0, 1, 0, 0];
 /// A message being written.
 pub(super) struct Message<'a> {
     out: &'a mut Vec<u8>,
-    /// Where the head ends.
+    /// Offset of the end of the head.
     begin: usize,
 }
 

@@ -1,9 +1,10 @@
-//! Reads a recording of MCAP from its beginning to its end, record by record; index and footer are not needed.
+//! Reads a recording of MCAP from its beginning to its end, record by record; index and footer are
+//! not needed.
 //!
 //! 1. The header comes from the metadata record `palpus`, which stands before all messages.
 //! 2. Channels are known by topic, encoding and definition.
-//! 3. Chunks are taken whole, with their checksum, or not at all: the first that is cut off or damaged ends the recording, with a
-//!    notice.
+//! 3. Chunks are taken whole, with their checksum, or not at all: the first that is cut off or
+//!    damaged ends the recording, with a notice.
 
 use std::io::{BufRead, Read};
 
@@ -57,7 +58,7 @@ pub(in crate::record) fn read(mut input: impl BufRead, name: &str) -> Result<Rec
     Ok(recording)
 }
 
-/// What comes next in a file.
+/// Next item of a file.
 enum Next {
     Record(u8, Vec<u8>),
     CutOff,
@@ -79,13 +80,13 @@ fn next(input: &mut impl BufRead) -> std::io::Result<Next> {
 
 /// Why reading ends before the data does.
 enum End {
-    /// What is there so far is good.
+    /// The file is damaged from here on; everything before is valid.
     Damaged,
     /// It is not a recording that can be read.
     Wrong(String),
 }
 
-/// What has been read so far.
+/// The content read so far.
 #[derive(Default)]
 struct State {
     recording: Option<Recording>,

@@ -1,9 +1,10 @@
-//! The records of which an MCAP file is made: a byte that says which, the length of what follows, and that.
+//! The records of which an MCAP file is made: a byte that says which, the length of what follows,
+//! and that.
 
 /// First and last bytes of a file.
 pub(in crate::record) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 
-/// What a record begins with.
+/// Head of a record.
 pub(super) mod opcode {
     pub(crate) const HEADER: u8 = 0x01;
     pub(crate) const FOOTER: u8 = 0x02;

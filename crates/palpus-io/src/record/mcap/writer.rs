@@ -60,21 +60,21 @@ const OF_TOOLS: usize = 5;
 
 /// Gathers messages into chunks.
 pub(in crate::record) struct Writer {
-    /// Of the recording.
+    /// Header of the recording.
     format: u32,
-    /// Where the next piece goes: the summary there is written over.
+    /// Offset of the next piece, which overwrites the summary.
     data_end: u64,
-    /// What goes before the next chunk: the beginning of the file, once.
+    /// Bytes before the next chunk: the beginning of the file, once.
     beginning: Vec<u8>,
     metadata: (u64, u64),
     chunk: Vec<u8>,
     /// Time and place of each message in the chunk, by channel.
     indices: [Vec<(u64, u64)>; CHANNELS.len()],
-    /// What the summary says of each chunk, ready to be written.
+    /// Entries of the chunks in the summary, encoded.
     chunk_index: Vec<u8>,
     chunks: u32,
     counts: [u64; CHANNELS.len()],
-    /// Of all messages, ns.
+    /// Times of the first and last message, ns.
     times: Option<(u64, u64)>,
 }
 
@@ -158,7 +158,7 @@ impl Writer {
         });
     }
 
-    /// What has come since the last time as a chunk, and the end of the file.
+    /// Returns the new messages as a chunk, followed by the end of the file.
     pub(in crate::record) fn flush(&mut self) -> Piece {
         let at = self.data_end;
         let mut bytes = std::mem::take(&mut self.beginning);
@@ -283,7 +283,7 @@ impl Writer {
 /// How chunks are compressed.
 pub(super) const NOT_COMPRESSED: &str = "";
 
-/// A channel's number, and its schema's: 0 is none.
+/// Number of a channel and of its schema; schema 0 means no schema.
 fn number(channel: usize) -> u16 {
     channel as u16 + 1
 }

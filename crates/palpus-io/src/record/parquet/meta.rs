@@ -1,4 +1,4 @@
-//! What a Parquet file says of itself in its footer, and each page in its header.
+//! Metadata of a Parquet file: its footer, and the header of each page.
 
 use super::thrift::{self, Fields, Input, Kind as Thrift};
 
@@ -8,10 +8,10 @@ use crate::record::{FORMAT, RecordingHeader};
 /// First and last bytes of a file.
 pub(in crate::record) const MAGIC: &[u8] = b"PAR1";
 
-/// Of the file's metadata, under which the header stands.
+/// Key of the header in the file's metadata.
 const KEY: &str = "palpus";
 
-/// What a column of a file is.
+/// Type of a column.
 pub(super) struct Column {
     pub(super) name: &'static str,
     /// `None`: text.
@@ -36,7 +36,7 @@ impl Column {
         }
     }
 
-    /// What it stands for: text, or a number without a sign.
+    /// Logical type: text, or an unsigned number.
     fn converted(&self) -> Option<i32> {
         match self.kind {
             None => Some(0),
@@ -70,11 +70,11 @@ pub(super) struct Chunk {
     pub(super) length: u64,
 }
 
-/// Where a row group is.
+/// Place of a row group.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Group {
     pub(super) rows: u64,
-    /// Of each column, one behind the other.
+    /// Sizes of the columns, in their order.
     pub(super) chunks: Vec<Chunk>,
 }
 
@@ -84,7 +84,7 @@ impl Group {
         self.chunks.first().map_or(0, |chunk| chunk.at)
     }
 
-    /// Of all columns.
+    /// Total size of all columns.
     pub(super) fn length(&self) -> u64 {
         self.chunks.iter().map(|chunk| chunk.length).sum()
     }
@@ -145,7 +145,7 @@ fn write_group(group: &Group, columns: &[Column], out: &mut Fields<'_>) {
         out.long(2, chunk.at);
         out.structure(3, |out| {
             out.int(1, column.physical());
-            // Plain; run lengths for what is there and what is not.
+            // Plain values; run lengths for the definition levels.
             out.ints(2, &[0, 3]);
             out.texts(3, column.name);
             // Not compressed.

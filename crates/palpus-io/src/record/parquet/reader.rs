@@ -1,7 +1,8 @@
 //! Reads a recording of Parquet: what [`Writer`](super::Writer) writes, and nothing more.
 //!
 //! 1. The footer at the end, or the last whole one before it.
-//! 2. Each row group, column by column. Groups must stand one behind the other: so no byte is read twice, whatever a footer claims.
+//! 2. Each row group, column by column. Groups must stand one behind the other: so no byte is read
+//!    twice, whatever a footer claims.
 //! 3. The rows from their columns.
 
 use std::io::{self, Read, Seek, SeekFrom};
@@ -12,7 +13,8 @@ use crate::TableError;
 use crate::record::columns::{Kind, Take, take};
 use crate::record::{Recording, change};
 
-/// Bytes from the end in which a whole footer is looked for: more than any piece that could be cut off.
+/// Bytes from the end in which a whole footer is looked for: more than any piece that could be cut
+/// off.
 const MOST_CUT_OFF: u64 = 1 << 26;
 
 /// How many that look like a footer's end are tried.
@@ -85,7 +87,8 @@ fn bytes(input: &mut (impl Read + Seek), at: u64, length: u64) -> io::Result<Vec
     Ok(bytes)
 }
 
-/// The bytes of a group; `None` when it is not behind what was read before and before the footer. `read_to` goes on to its end.
+/// The bytes of a group; `None` when it is not behind what was read before and before the footer.
+/// `read_to` goes on to its end.
 fn group_bytes(
     input: &mut (impl Read + Seek),
     group: &Group,
@@ -117,7 +120,8 @@ fn rows(group: &Group, bytes: &[u8], recording: &mut Recording) -> Result<(), St
     for (chunk, column) in group.chunks.iter().zip(&columns) {
         let at = (chunk.at - group.at()) as usize;
         let chunk = bytes.get(at..at + chunk.length as usize).ok_or_else(|| damaged(column))?;
-        // The first column has eight bytes a row: from there on the number of rows is more than a claim.
+        // The first column has eight bytes a row: from there on the number of rows is more than a
+        // claim.
         values.push(read_column(column, chunk, rows).ok_or_else(|| damaged(column))?);
     }
     let texts = values.pop();
@@ -136,12 +140,12 @@ fn rows(group: &Group, bytes: &[u8], recording: &mut Recording) -> Result<(), St
 
 /// The values of a column.
 enum Values<'a> {
-    /// Of equal width.
+    /// Values of equal width.
     Plain(&'a [u8]),
     Optional(Vec<Option<f64>>),
     /// Packed bits.
     Flags(&'a [u8]),
-    /// Of the rows that have one.
+    /// Values of the rows that have one.
     Texts(Vec<&'a str>),
 }
 
@@ -211,7 +215,7 @@ struct Cursor<'a> {
     row: usize,
 }
 
-/// A value that is not there.
+/// A missing value.
 struct Missing;
 
 impl Cursor<'_> {

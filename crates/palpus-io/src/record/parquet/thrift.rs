@@ -1,6 +1,6 @@
 //! Thrift's compact protocol, as far as Parquet's footers and page headers need it.
 
-/// What a field holds.
+/// A value of a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
 pub(super) enum Kind {
@@ -151,7 +151,8 @@ impl<'a> Input<'a> {
         std::str::from_utf8(text).ok()
     }
 
-    /// Reads a struct: `each` is asked to read the field of a number and kind, and answers whether it did.
+    /// Reads a struct: `each` is asked to read the field of a number and kind, and answers whether
+    /// it did.
     pub(super) fn structure(&mut self, mut each: impl FnMut(i64, u8, &mut Self) -> Option<bool>) -> Option<()> {
         let mut last = 0;
         while let Some((number, kind)) = self.field(&mut last)? {
@@ -224,7 +225,8 @@ impl<'a> Input<'a> {
         Some(())
     }
 
-    /// Of a list or a map, where true and false have a byte of their own: every item has one, so that no claimed length goes on for long.
+    /// Of a list or a map, where true and false have a byte of their own: every item has one, so
+    /// that no claimed length goes on for long.
     fn skip_item(&mut self, kind: u8, depth: u32) -> Option<()> {
         if matches!(kind, 1 | 2) { self.byte().map(|_| ()) } else { self.skip(kind, depth) }
     }

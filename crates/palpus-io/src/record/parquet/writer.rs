@@ -15,7 +15,7 @@ pub(super) const MERGED: usize = 1 << 16;
 /// Gathers rows into groups.
 pub(in crate::record) struct Writer {
     header: String,
-    /// Of the recording.
+    /// Header of the recording.
     format: u32,
     /// Bytes handed out.
     written: u64,
@@ -60,7 +60,7 @@ impl Writer {
         self.tail.rows.push(*row);
     }
 
-    /// What has come since the last time, as a group, and a footer over all.
+    /// Returns the new rows as a group, followed by a footer over all groups.
     pub(in crate::record) fn flush(&mut self) -> Piece {
         let at = self.written;
         let mut bytes = if at == 0 { MAGIC.to_vec() } else { Vec::new() };
@@ -79,8 +79,8 @@ impl Writer {
     }
 }
 
-/// Copies the living groups of a finished recording into a new file, which takes its place. Where that does not go, the file stays
-/// as it is: larger than need be, and whole.
+/// Copies the living groups of a finished recording into a new file, which takes its place. Where
+/// that does not go, the file stays as it is: larger than need be, and whole.
 pub(in crate::record) fn compact(writer: &Writer, path: &Path) {
     let mut name = path.as_os_str().to_owned();
     name.push(".part");

@@ -111,7 +111,8 @@ impl Viewer {
         let context = &creation.egui_ctx;
         dress(context, theme);
         let look = Look { pieces: true, ..Look::default() };
-        let scene = Scene { bodies: bodies(&body, spread, piece, look, theme), title: name, ..Scene::default() };
+        let bodies = bodies(&body, spread, piece, look, theme);
+        let scene = Scene { bodies, title: name, unit, ..Scene::default() };
         let style = Style { theme, ..Style::default() };
         let view = View3d::new(creation, &scene, &style)?;
         let (for_gauss, for_section) = (context.clone(), context.clone());
@@ -163,6 +164,7 @@ impl Viewer {
             Action::Explode => {
                 self.spread = if self.spread > 0.0 { 0.0 } else { APART };
                 self.rebuild();
+                self.view.reframe();
             }
             Action::Earlier => self.pick(Some(self.piece.map_or(0, |k| (k + pieces - 1) % pieces.max(1)))),
             Action::Later => self.pick(Some(self.piece.map_or(0, |k| (k + 1) % pieces.max(1)))),

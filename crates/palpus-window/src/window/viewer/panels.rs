@@ -36,6 +36,7 @@ impl Viewer {
             let slider = egui::Slider::new(&mut self.spread, 0.0..=MOST_APART).fixed_decimals(2);
             if ui.add(slider).changed() {
                 self.rebuild();
+                self.view.reframe();
             }
         });
         ui.horizontal(|ui| {

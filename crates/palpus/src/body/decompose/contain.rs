@@ -43,7 +43,7 @@ impl Cuts {
         self.polygon.iter().sum::<DVec3>() / self.polygon.len().max(1) as f64
     }
 
-    /// Keeps what is deeper than `depth` below a plane; false when nothing is left.
+    /// Keeps the part deeper than `depth` below a plane; false if nothing is left.
     pub(in crate::body) fn cut(&mut self, plane: Plane, depth: f64) -> bool {
         self.clipped.clear();
         let n = self.polygon.len();

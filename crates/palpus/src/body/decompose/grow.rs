@@ -29,7 +29,7 @@ use crate::body::decompose::trial_hull::TrialHull;
 use crate::body::decompose::wide_hull::WideHull;
 use crate::body::{Aabb, TriangleTree};
 
-/// What became of an attempt to join.
+/// Result of an attempt to join.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
     Joined,

@@ -1,4 +1,4 @@
-//! Growing one patch from a seed over facets that nobody owns \[EL01\].
+//! Growing one patch from a seed over facets without a patch \[EL01\].
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;

@@ -29,7 +29,7 @@ use crate::algebra::tolerance::{
 use crate::body::decompose::facet::NONE;
 use crate::body::decompose::grow::Grower;
 
-/// Makes fewer patches of a partition; `progress` is told the fraction that is done.
+/// Reduces the number of patches of a partition; `progress` gets the fraction done.
 pub(super) fn improve(
     grower: &mut Grower<'_>,
     growth: &mut Growth,

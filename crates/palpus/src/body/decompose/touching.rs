@@ -2,7 +2,7 @@
 
 use crate::body::decompose::facet::{Bend, Facets};
 
-/// Who is asked to join a patch.
+/// A candidate to join a patch.
 #[derive(Clone, Copy)]
 pub(super) enum Neighbours<'a> {
     /// Facets across sides that are not reflex.

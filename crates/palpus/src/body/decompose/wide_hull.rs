@@ -31,7 +31,7 @@ struct WideFace {
     depth: f64,
 }
 
-/// What an insertion did, to be taken back from the last to the first.
+/// Changes of an insertion, to be undone from the last to the first.
 #[derive(Clone, Copy, Debug)]
 enum Change {
     Buried(u32),
@@ -228,7 +228,7 @@ impl WideHull {
         }
         let mut cuts = std::mem::take(&mut self.cuts);
         cuts.begin(triangle);
-        // What comes in new comes in below the new faces.
+        // Gained parts lie below the new faces.
         if !fence.iter().all(|&plane| cuts.cut(plane, depth)) {
             self.cuts = cuts;
             return false;

@@ -51,7 +51,7 @@ const SUBTREE_SHARE: f64 = 0.65;
 struct Crown {
     /// The root first, then level by level.
     parts: Vec<Part>,
-    /// Where each level begins among the parts, and where the last one ends.
+    /// Begin of each level among the parts, and the end of the last one.
     levels: Vec<usize>,
 }
 
@@ -236,7 +236,7 @@ impl Subtree {
     }
 }
 
-/// What nodes are made from.
+/// Parts from which nodes are made.
 struct Maker<'a> {
     pieces: &'a [Polytope],
     coplanar: f64,

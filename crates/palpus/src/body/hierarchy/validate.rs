@@ -14,7 +14,7 @@ use crate::algebra::Plane;
 use crate::algebra::tolerance::{VALIDATED_HEIGHTS, VALIDATED_PIECES, WELL_FORMED_ROUNDING};
 use crate::body::Polytope;
 
-/// What is broken in a hierarchy.
+/// A broken invariant of a hierarchy.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum HierarchyFault {
     /// A child does not stand before its parent, or has two of them, or the tree has several roots.
@@ -31,7 +31,7 @@ pub enum HierarchyFault {
     Depth {
         /// Counted.
         found: usize,
-        /// What the tree says.
+        /// The fault of the tree.
         said: usize,
     },
     /// A vertex of a child's hull lies above a face of the node's hull.

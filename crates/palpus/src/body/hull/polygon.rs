@@ -41,7 +41,7 @@ pub(super) fn fitted_normal(polygon: &[DVec3], roughly: DVec3) -> DVec3 {
     }
 }
 
-/// Whether three points lie on one line; exact.
+/// Returns true if three points lie on one line; exact.
 pub(super) fn collinear(a: DVec3, b: DVec3, c: DVec3) -> bool {
     (0..3).all(|axis| {
         let [a, b, c] = [a, b, c].map(|p| robust::Coord { x: p[(axis + 1) % 3], y: p[(axis + 2) % 3] });

@@ -24,10 +24,10 @@ use components::{Fans, components};
 pub use notice::Notice;
 pub use self_intersections::SelfIntersections;
 
-/// What a mesh is like.
+/// Health of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Health {
-    /// What was done to make a mesh of the file.
+    /// Changes that made a mesh of the file.
     pub cleaning: Cleaning,
     /// Each component, in the order of its first triangle.
     pub components: Vec<ComponentHealth>,

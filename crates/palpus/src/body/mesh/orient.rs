@@ -19,7 +19,7 @@ use crate::algebra::tolerance;
 use crate::body::mesh::edge_uses::EdgeUses;
 use crate::body::{Aabb, TriangleTree};
 
-/// What orienting found and did.
+/// Findings and changes of orienting.
 #[derive(Clone, Debug, Default)]
 pub(in crate::body) struct Orientation {
     /// For each triangle its component.

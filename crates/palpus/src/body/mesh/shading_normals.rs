@@ -75,7 +75,7 @@ fn corner_angle(mesh: &Mesh, t: u32, k: usize) -> f64 {
     u.angle_between(v)
 }
 
-/// What walking around vertices needs.
+/// Memory for walks around vertices.
 struct Fans<'a> {
     edges: &'a HalfEdges,
     normals: Vec<DVec3>,

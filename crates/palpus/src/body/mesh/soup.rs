@@ -1,4 +1,4 @@
-//! What a mesh file says, before anyone has judged it.
+//! The unchecked content of a mesh file.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! What becomes of soups.
+//! Meshes made of soups.
 
 use super::*;
 

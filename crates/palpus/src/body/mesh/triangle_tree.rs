@@ -57,7 +57,7 @@ impl Node {
 #[derive(Clone, Debug)]
 pub struct TriangleTree {
     pub(crate) nodes: Vec<Node>,
-    /// What a far point sees of each node.
+    /// Far-field approximation of each node.
     dipoles: Vec<Dipole>,
     /// Corners in leaf order.
     pub(crate) corners: Vec<[DVec3; 3]>,

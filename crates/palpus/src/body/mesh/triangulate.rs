@@ -195,7 +195,7 @@ impl<'a> EarCutter<'a> {
         None
     }
 
-    /// Of the corners left, the one with the largest left turn relative to its sides.
+    /// Returns the remaining corner with the largest left turn relative to its sides.
     fn sharpest(&self, start: usize) -> usize {
         let sharpness = |i: usize| {
             let (a, b, c) = (self.flat[self.previous[i]], self.flat[i], self.flat[self.next[i]]);

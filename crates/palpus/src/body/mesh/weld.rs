@@ -1,4 +1,4 @@
-//! Vertices that are one, triangles that are none.
+//! Welding of equal vertices, removal of degenerate triangles.
 //!
 //! 1. [`weld`]: vertices closer than the register's tolerance become one; the first in the list
 //!    wins.

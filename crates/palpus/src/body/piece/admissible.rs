@@ -52,7 +52,7 @@ pub struct Admissible {
     noise: f64,
 }
 
-/// Where a piece's entries end in each array.
+/// Ends of a piece's entries in each array.
 #[derive(Clone, Copy, Debug, Default)]
 struct Range {
     faces: u32,
@@ -104,7 +104,7 @@ impl Admissible {
             borrowed: &self.borrowed[from.borrowed as usize..to.borrowed as usize],
             arcs: &self.arcs[from.arcs as usize..to.arcs as usize],
             corners: &self.corners[from.corners as usize..to.corners as usize],
-            // While the caps are being found there are none.
+            // There are none while the caps are being found.
             cap: self.caps.get(k as usize).copied().unwrap_or(Cap::WHOLE),
         }
     }

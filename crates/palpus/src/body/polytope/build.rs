@@ -183,7 +183,7 @@ impl PolytopeRestorer {
         }
     }
 
-    /// Ends a face; `None` when it is none, or its edges are not those that were met before.
+    /// Ends a face; `None` if it is degenerate, or its edges differ from those met before.
     pub fn end_face(&mut self, original: bool) -> Option<()> {
         let face = self.originals.len() as u32;
         let begin = *self.skin.loop_starts.last()? as usize;
@@ -241,7 +241,7 @@ struct Skin {
     edges: Vec<Edge>,
 }
 
-/// What assembling needs on the way.
+/// Memory for assembling.
 #[derive(Debug, Default)]
 struct Room {
     /// For each edge, the corner at which it was met first; later any.
@@ -258,7 +258,7 @@ struct Room {
 }
 
 impl Skin {
-    /// The polytope with this surface; its bulge is still to be told.
+    /// The polytope with this surface; its bulge is not set yet.
     fn assembled(
         &self,
         room: &mut Room,
@@ -286,7 +286,7 @@ impl Skin {
         Ok(polytope)
     }
 
-    /// Where the way around each vertex begins, and how it goes on.
+    /// Begin and continuation of the ring around each vertex.
     fn pair_corners(&self, room: &mut Room, vertices: usize) {
         const NONE: u32 = u32::MAX;
         let corners = self.loop_vertices.len();

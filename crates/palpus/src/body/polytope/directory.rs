@@ -13,7 +13,7 @@ use glam::DVec3;
 /// about 30).
 const SCAN_BELOW: usize = 32;
 
-/// What a support query begins with.
+/// Start of a support query.
 #[derive(Clone, Debug)]
 pub(in crate::body) enum Directory {
     /// All the vertices, by fours; the last four are filled up with the first vertex.
@@ -41,7 +41,7 @@ impl Four {
     }
 }
 
-/// What a directory knows about a direction.
+/// A directory's answer for a direction.
 pub(in crate::body) enum Known {
     /// The farthest vertex.
     Farthest(u32),
@@ -50,7 +50,7 @@ pub(in crate::body) enum Known {
 }
 
 impl Directory {
-    /// That of `vertices`; `climb` takes a vertex and a direction to the farthest vertex.
+    /// Directory of `vertices`; `climb` takes a vertex and a direction to the farthest vertex.
     pub(in crate::body) fn new(vertices: &[DVec3], climb: impl Fn(u32, DVec3) -> u32) -> Self {
         if vertices.len() <= SCAN_BELOW {
             let (whole, rest) = vertices.as_chunks();
@@ -87,7 +87,7 @@ impl Directory {
         }
     }
 
-    /// What is known about `direction`, which need not be unit.
+    /// Returns the start for `direction`, which need not be unit.
     #[inline]
     pub(in crate::body) fn look(&self, direction: DVec3) -> Known {
         match self {

@@ -6,7 +6,7 @@
 use crate::algebra::tolerance::WELL_FORMED_ROUNDING;
 use crate::body::{Edge, Polytope, Provenance};
 
-/// What is broken in a polytope.
+/// A broken invariant of a polytope.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Malformed {
     /// A position, plane or bound is NaN or infinite.
@@ -37,7 +37,7 @@ pub enum Malformed {
     NotUnit {
         /// The face.
         face: u32,
-        /// Of its normal.
+        /// Length of its normal.
         length: f64,
     },
     /// A corner of a face is not in its plane.
@@ -178,7 +178,7 @@ impl Polytope {
                 let [first, second, third] = corners.map(|v| self.vertex(v));
                 (second - first).cross(third - first).dot(plane.normal)
             });
-            // Of a face no wider than the rounding, the sign is noise.
+            // The sign is noise for a face no wider than the rounding.
             if area.sum::<f64>() < -rounding * self.radius() {
                 return Err(Malformed::Reversed(face));
             }

@@ -5,7 +5,8 @@ use super::{Front, PlacedPair};
 use crate::algebra::Quota;
 
 impl Front {
-    /// Step 3, of the first `count` pairs; those that are not visited come first, here and next time.
+    /// Step 3, of the first `count` pairs; those that are not visited come first, here and next
+    /// time.
     pub(super) fn visit_awake(
         &mut self,
         query: &PlacedPair<'_>,

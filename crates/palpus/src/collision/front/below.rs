@@ -1,11 +1,12 @@
-//! Searches below a pair of nodes, without memory: what the front has no room for, and the nearest pair.
+//! Searches below a pair of nodes, without memory: what the front has no room for, and the nearest
+//! pair.
 //!
-//! 1. From the pair of nodes, nearer half first, drop every pair that is farther apart than the limit: first by spheres, then by
-//!    boxes, then by the nodes' hulls.
+//! 1. From the pair of nodes, nearer half first, drop every pair that is farther apart than the
+//!    limit: first by spheres, then by boxes, then by the nodes' hulls.
 //! 2. A pair of leaves is marched; what it answers may lower the limit.
 //!
-//! The nearest pair is searched so from the pairs on the cut, best bound first. That of a sleeping pair is known from when it was last
-//! measured, so most of them are not looked at.
+//! The nearest pair is searched so from the pairs on the cut, best bound first. That of a sleeping
+//! pair is known from when it was last measured, so most of them are not looked at.
 
 use super::super::march::{initial_features, march};
 use super::super::wakes::NEVER;
@@ -21,7 +22,8 @@ pub(super) struct NodePair {
 }
 
 impl Front {
-    /// Adds to `found` the leaf pairs below a pair of nodes that overlap or are nearer than the tolerance.
+    /// Adds to `found` the leaf pairs below a pair of nodes that overlap or are nearer than the
+    /// tolerance.
     pub(super) fn search_below(
         &mut self,
         query: &PlacedPair<'_>,
@@ -38,10 +40,12 @@ impl Front {
         });
     }
 
-    /// The nearest leaf pair of all, or an overlapping one when there is any; `query` is the last one, of all pairs.
+    /// The nearest leaf pair of all, or an overlapping one when there is any; `query` is the last
+    /// one, of all pairs.
     pub fn nearest(&mut self, query: &PlacedPair<'_>, counters: &mut TraversalCounters) -> Option<LeafPair> {
         let (mut best, mut limit) = (None, f64::INFINITY);
-        // Near the last answer, and then where the bound is best, there is a limit that makes the rest short.
+        // Near the last answer, and then where the bound is best, there is a limit that makes the
+        // rest short.
         if let Some(nodes) = self.last_nearest {
             limit = self.nearer(query, NodePair { nodes, bound: 0.0 }, limit, &mut best, counters);
         }
@@ -103,7 +107,8 @@ impl Front {
         least
     }
 
-    /// Visits the leaf pairs below a pair that are no farther apart than the limit, which each visit sets anew. Returns the last limit.
+    /// Visits the leaf pairs below a pair that are no farther apart than the limit, which each
+    /// visit sets anew. Returns the last limit.
     fn descend(
         &mut self,
         query: &PlacedPair<'_>,

@@ -1,4 +1,5 @@
-//! Step 2 of the front: the pairs that are due, measured again; they go on sleeping, wake, or are split.
+//! Step 2 of the front: the pairs that are due, measured again; they go on sleeping, wake, or are
+//! split.
 
 use glam::DVec3;
 
@@ -10,7 +11,7 @@ use crate::algebra::Quota;
 use crate::algebra::tolerance::{BOX_NAP, SPHERE_NAP};
 use crate::body::NodeKind;
 
-/// What measuring a pair found.
+/// Result of measuring a pair.
 enum Measured {
     /// At least this distance, not less than the tolerance.
     Apart(f64),
@@ -110,8 +111,8 @@ impl Front {
         }
     }
 
-    /// The pair's distance, or a bound of it from below that lets it sleep for a while: the cheaper the bound the longer must the sleep be that
-    /// it promises, or the next is tried.
+    /// The pair's distance, or a bound of it from below that lets it sleep for a while: the cheaper
+    /// the bound the longer must the sleep be that it promises, or the next is tried.
     fn measure(&mut self, query: &PlacedPair<'_>, place: u32, counters: &mut TraversalCounters) -> Measured {
         counters.node_pairs += 1;
         let Pair { a, b, .. } = self.pairs[place as usize];
@@ -142,7 +143,8 @@ impl Front {
         }
     }
 
-    /// The gap along the normal that separated the pair at its last march, never above its distance; `None` without one.
+    /// The gap along the normal that separated the pair at its last march, never above its
+    /// distance; `None` without one.
     fn gap_along_last(&mut self, query: &PlacedPair<'_>, place: u32) -> Option<f64> {
         let Pair { a, b, known, .. } = self.pairs[place as usize];
         let memory = &mut self.memories[place as usize];
@@ -164,7 +166,7 @@ impl Front {
         let parent = place;
         for (half, place) in halves.into_iter().zip([first, first + 1]) {
             self.pairs[place as usize] = Pair::of(half[0], half[1], parent);
-            // What held for the whole holds for its halves: they are as overdue.
+            // The halves keep the wake time of the whole.
             self.wakes.set(place, wake);
             self.stack.push(place);
         }

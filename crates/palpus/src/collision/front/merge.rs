@@ -6,7 +6,8 @@ use super::{Front, NONE, Pair, PlacedPair, State};
 use crate::algebra::tolerance::{MERGE_CLEARANCE, MERGE_RETRY};
 
 impl Front {
-    /// Step 4: merges the pair with its other half as long as both sleep long and what they came from may.
+    /// Step 4: merges the pair with its other half as long as both sleep long and what they came
+    /// from may.
     pub(super) fn merge(&mut self, query: &PlacedPair<'_>, mut place: u32, counters: &mut TraversalCounters) {
         let long = MERGE_CLEARANCE * query.tolerance;
         loop {

@@ -8,7 +8,7 @@ pub(super) struct Pair {
     /// Place of the pair that this is a half of.
     pub(super) parent: u32,
     pub(super) state: State,
-    /// Whether something is remembered of the pair.
+    /// True if the pair has memory.
     pub(super) known: bool,
     /// The odometer's sum up to which this is not to be merged back.
     pub(super) retry: u64,

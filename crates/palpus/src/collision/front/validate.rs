@@ -1,13 +1,15 @@
 //! The walker of the front's invariants.
 //!
-//! 1. The cut: below the roots, every pair that is split has its two halves at its places and nothing else, so that what is not split covers
-//!    each pair of pieces exactly once. Places are in that tree or free.
-//! 2. States: pairs awake are leaves, are on the list of those awake, and are never due; split ones are never due; all others are on the
-//!    wake board, whose blocks know of them.
-//! 3. Sleep: a pair that sleeps for another while is at least that much farther apart than the tolerance.
+//! 1. The cut: below the roots, every pair that is split has its two halves at its places and
+//!    nothing else, so that what is not split covers each pair of pieces exactly once. Places are
+//!    in that tree or free.
+//! 2. States: pairs awake are leaves, are on the list of those awake, and are never due; split ones
+//!    are never due; all others are on the wake board, whose blocks know of them.
+//! 3. Sleep: a pair that sleeps for another while is at least that much farther apart than the
+//!    tolerance.
 //!
-//! Nothing is allocated, so that it may run within a step. In debug builds each query looks at all of a small front, and at a window of a
-//! large one, with one sleeping pair measured.
+//! Nothing is allocated, so that it may run within a step. In debug builds each query looks at all
+//! of a small front, and at a window of a large one, with one sleeping pair measured.
 
 use super::super::PlacedPair;
 use super::super::march::{initial_features, march};
@@ -22,13 +24,16 @@ pub(super) enum FrontFault {
     /// The places below a split pair do not hold its two halves.
     #[error("the places below the split pair at {0} do not hold its halves")]
     Halves(u32),
-    /// As many places are in the tree and free as are not in use, or the free list names one that is in use.
+    /// As many places are in the tree and free as are not in use, or the free list names one that
+    /// is in use.
     #[error("the places in the tree and the free ones are not all places up to {0}")]
     Places(u32),
-    /// A pair awake is no pair of leaves, or is not on the list, or the list names one that is not awake.
+    /// A pair awake is no pair of leaves, or is not on the list, or the list names one that is not
+    /// awake.
     #[error("the pair at {0} and the list of those awake disagree")]
     Awake(u32),
-    /// A pair that needs no waking has a wake value, or one that does has none, or its block does not know.
+    /// A pair that needs no waking has a wake value, or one that does has none, or its block does
+    /// not know.
     #[error("the pair at {0} has a wake value that does not fit its state, or that its block does not know")]
     Wake(u32),
     /// A pair is nearer than its wake value says.
@@ -126,7 +131,8 @@ impl Front {
         if fits { Ok(()) } else { Err(FrontFault::Wake(place)) }
     }
 
-    /// By how much a pair's wake value says that its distance exceeds the tolerance, model units; 0 or less if it is due, or no sleeping pair.
+    /// By how much a pair's wake value says that its distance exceeds the tolerance, model units; 0
+    /// or less if it is due, or no sleeping pair.
     fn promised(&self, place: u32) -> f64 {
         let sleeps = self.pairs[place as usize].state == State::Asleep && self.is_in_tree(place);
         if sleeps { -self.odometer.since(self.wakes.get(place)) } else { 0.0 }

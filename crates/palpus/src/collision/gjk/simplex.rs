@@ -50,8 +50,8 @@ impl Simplex {
 
     /// Unit, from the origin to the nearest point.
     ///
-    /// A triangle knows it from its plane, and a segment at least from being perpendicular to it, free of the rounding
-    /// of a nearest point that is close to the origin.
+    /// A triangle knows it from its plane, and a segment at least from being perpendicular to it,
+    /// free of the rounding of a nearest point that is close to the origin.
     pub(super) fn normal(&self) -> DVec3 {
         let nearest = self.nearest();
         let p = self.corners[0].difference;
@@ -59,7 +59,8 @@ impl Simplex {
         if self.count == 3 {
             let e = self.corners[2].difference - p;
             let cross = d.cross(e);
-            // A cross product is known to an ulp over the sine of its angle, the nearest point to ulps of the reach.
+            // A cross product is known to an ulp over the sine of its angle, the nearest point to
+            // ulps of the reach.
             let sine_reach = cross.length() * self.noise / MARCH_NOISE;
             if sine_reach * sine_reach > nearest.length_squared() * (d.length_squared() * e.length_squared()) {
                 return cross.normalize() * cross.dot(nearest).signum();
@@ -86,7 +87,8 @@ impl Simplex {
 
     /// Adds `corner` and finds the nearest point again.
     ///
-    /// The nearest point of what was there is known, so only sub-simplices with the new corner can be better.
+    /// The nearest point of what was there is known, so only sub-simplices with the new corner can
+    /// be better.
     pub(super) fn add(&mut self, corner: Corner) -> Reduction {
         let n = self.count;
         self.corners[n] = corner;
@@ -133,8 +135,8 @@ impl Simplex {
 
     /// The origin's projection onto the plane of three corners, when it falls into their triangle.
     ///
-    /// Solved by orthogonalising one side against the other, then once more for the remainder: a sliver's Gram
-    /// determinant would cancel, the remainder does not.
+    /// Solved by orthogonalising one side against the other, then once more for the remainder: a
+    /// sliver's Gram determinant would cancel, the remainder does not.
     fn in_triangle(&self, i: usize, j: usize, k: usize) -> Option<[f64; 4]> {
         let p = self.corners[i].difference;
         let (d, e) = (self.corners[j].difference - p, self.corners[k].difference - p);
@@ -161,7 +163,8 @@ impl Simplex {
         })
     }
 
-    /// When four corners enclose the origin: the outward normal (not unit) of the triangle nearest to it.
+    /// When four corners enclose the origin: the outward normal (not unit) of the triangle nearest
+    /// to it.
     fn enclosing(&self) -> Option<DVec3> {
         let mut nearest = f64::INFINITY;
         let mut outward = DVec3::ZERO;
@@ -172,7 +175,8 @@ impl Simplex {
             let length = normal.length();
             let apex_height = normal.dot(self.corners[apex].difference - p);
             let height = -normal.dot(p) * apex_height.signum();
-            // A tetrahedron flatter than the rounding of its normals has no inside; its triangles answer then.
+            // A tetrahedron flatter than the rounding of its normals has no inside; its triangles
+            // answer then.
             let rounding = self.noise * (d.length_squared() * e.length_squared()).sqrt();
             if apex_height.abs() <= rounding || height < rounding {
                 return None;

@@ -2,8 +2,9 @@
 //!
 //! 1. The normal is unit and leads over the distance from point b to point a.
 //! 2. Each point lies on its feature.
-//! 3. The planes through the points, square to the normal, keep the bodies apart: no vertex of either reaches farther, but for the
-//!    rounding that the march excuses. The fallback, which may stop short of the closest points, still proves the bodies apart.
+//! 3. The planes through the points, square to the normal, keep the bodies apart: no vertex of
+//!    either reaches farther, but for the rounding that the march excuses. The fallback, which may
+//!    stop short of the closest points, still proves the bodies apart.
 
 use glam::DVec3;
 
@@ -40,7 +41,8 @@ pub(super) enum MarchFault {
 }
 
 impl March {
-    /// True for one answer in [`VALIDATED_ANSWERS`], chosen by the last digits of the distance, so that it is always the same one.
+    /// True for one answer in [`VALIDATED_ANSWERS`], chosen by the last digits of the distance, so
+    /// that it is always the same one.
     pub(super) fn is_sampled(&self) -> bool {
         match self.proximity {
             Proximity::Disjoint(Closest { distance, .. }) => {
@@ -60,7 +62,8 @@ impl March {
         if off.is_nan() || off > 2.0 * scale.noise + WELL_FORMED_ROUNDING * distance {
             return Err(MarchFault::Points(off));
         }
-        // Merged faces are flat within their bulge; what is nearly parallel has its points where rounding puts them.
+        // Merged faces are flat within their bulge; what is nearly parallel has its points where
+        // rounding puts them.
         let allowed = scale.noise + COPLANAR * scale.size + a.bulge() + b.bulge();
         let on_a = (a, features.a, pose_ab.point(point_a), "a");
         for (polytope, feature, point, body) in [on_a, (b, features.b, point_b, "b")] {
@@ -81,19 +84,22 @@ impl March {
     }
 }
 
-/// About how far a point is from a feature: from its plane and beyond its sides for a face.
+/// About how far a point is from a feature: for a face, off its plane or above those of its neighbours.
+///
+/// Above, and not beyond the edge: where a merged face bends by its bulge and a neighbour is nearly as flat, their edge is not where
+/// their planes meet, by far more than the bulge.
 fn from_feature(polytope: &Polytope, feature: Feature, point: DVec3) -> f64 {
     match feature {
         Vertex(v) => polytope.vertex(v).distance(point),
         Edge(e) => from_edge(polytope, e, point),
         Face(f) => {
             let height = polytope.plane(f).height(point).abs();
-            let outside = polytope.face_edges(f).iter().filter(|&e| {
+            let above = polytope.face_edges(f).iter().map(|e| {
                 let edge = polytope.edge(e);
                 let other = if edge.left == f { edge.right } else { edge.left };
-                polytope.plane(other).height(point) > 0.0
+                polytope.plane(other).height(point)
             });
-            outside.map(|e| from_edge(polytope, e, point)).fold(height, f64::max)
+            above.fold(height, f64::max)
         }
     }
 }
@@ -156,5 +162,24 @@ mod tests {
             assert!(matches!(fault(farthest), MarchFault::NotSeparating { .. }), "{what}");
         }
         assert!(apart > 100, "seed {SEED:#x}: {apart}");
+    }
+
+    #[test]
+    fn a_point_on_a_bent_merged_face_is_on_it() {
+        let mut random = Random::new(SEED);
+        let tip = ball(&mut random);
+        for case in 0..2000 {
+            // Nearly flat, with faces that are merged although they bend.
+            let mut cap: Vec<DVec3> = (0..40)
+                .map(|_| DVec3::new(random.between(-1.0, 1.0), random.between(-1.0, 1.0), 0.0))
+                .map(|at| DVec3 { z: -0.02 * at.length_squared(), ..at })
+                .collect();
+            cap.push(DVec3::NEG_Z);
+            let (cap, _) = convex_hull(&cap, 1e-3).ok().and_then(Hull::into_polytope).unwrap();
+            let place = DVec3::new(random.between(-0.8, 0.8), random.between(-0.8, 0.8), 1.0);
+            let pose_ba = Pose::new(random.rotation(), place).placement();
+            let answer = march(&tip, &cap, &pose_ba, initial_features(&tip, &cap, &pose_ba));
+            assert_eq!(answer.validate(&tip, &cap, &pose_ba), Ok(()), "seed {SEED:#x}, case {case}");
+        }
     }
 }

@@ -1,4 +1,5 @@
-//! The own arcs in steps 2 and 3 of the search: which of them are looked at, and where a's cross b's.
+//! The own arcs in steps 2 and 3 of the search: which of them are looked at, and where a's cross
+//! b's.
 
 use glam::DVec3;
 
@@ -36,8 +37,8 @@ impl Arc {
     }
 }
 
-/// True if the other body's vertex at `point` (in the piece's frame) lies less than `bar` below the plane at an end of the arc. If it
-/// does not, h is not below the bar anywhere on the arc.
+/// True if the other body's vertex at `point` (in the piece's frame) lies less than `bar` below the
+/// plane at an end of the arc. If it does not, h is not below the bar anywhere on the arc.
 #[inline]
 fn dips(normals: &OwnNormals<'_>, arc: &OwnArc, point: DVec3, bar: f64) -> bool {
     -normals.plane(arc.left).height(point) < bar || -normals.plane(arc.right).height(point) < bar

@@ -1,4 +1,5 @@
-//! What a proof hands on to the next tick: its surface, and how far the bodies have moved since it was measured.
+//! What a proof hands on to the next tick: its surface, and how far the bodies have moved since it
+//! was measured.
 
 use super::super::HubPair;
 use super::super::cso::Cso;
@@ -6,13 +7,14 @@ use super::super::inner::{Joint, Surface};
 use crate::algebra::Placement;
 use crate::algebra::tolerance::{KEPT_CORNERS, KEPT_TRIANGLES, PROOF_GATHERED};
 
-/// What the proofs of one pair of polytopes hand on from tick to tick. It holds for that pair only; any pose will do, near
-/// ones save time.
+/// What the proofs of one pair of polytopes hand on from tick to tick. It holds for that pair only;
+/// any pose will do, near ones save time.
 #[derive(Clone, Debug)]
 pub struct CertificateMemory {
     pub(super) hubs: Vec<HubPair>,
     pub(super) triangles: Vec<Joint>,
-    /// Of each triangle: its distance from the origin when it was measured, plus `moved` as it was then.
+    /// Of each triangle: its distance from the origin when it was measured, plus `moved` as it was
+    /// then.
     pub(super) awake_at: Vec<f64>,
     /// At least how far any point has moved since the surface was judged whole.
     pub(super) moved: f64,
@@ -25,7 +27,8 @@ pub struct CertificateMemory {
 }
 
 impl CertificateMemory {
-    /// Empty, with room for a surface of [`KEPT_CORNERS`] corners (about 12 kB). What needs more is proven from nothing each time.
+    /// Empty, with room for a surface of [`KEPT_CORNERS`] corners (about 12 kB). What needs more is
+    /// proven from nothing each time.
     pub fn new() -> Self {
         Self {
             hubs: Vec::with_capacity(KEPT_CORNERS),

@@ -154,8 +154,9 @@ impl<'s, 'p> Search<'s, 'p> {
         0.25 * if self.answer.is_some() { self.tolerance() } else { self.rounding }
     }
 
-    /// Goes on from where a walk ends that starts from the best direction. With the depth known exactly, fewer triangles come near enough to be
-    /// grown, and those of nearly flush features, which rounding may tear, mostly not.
+    /// Goes on from where a walk ends that starts from the best direction. With the depth known
+    /// exactly, fewer triangles come near enough to be grown, and those of nearly flush features,
+    /// which rounding may tear, mostly not.
     fn believe_walk(&mut self) {
         let Depth { hub, normal, depth, .. } = self.answer();
         self.best = Start { hub, normal, offset: depth };
@@ -195,8 +196,8 @@ impl<'s, 'p> Search<'s, 'p> {
         Ok(self.surface.close_tetrahedron())
     }
 
-    /// The support along ± `direction` on the side of `from` where the origin is, or on the other if there is none off
-    /// `from`; `known` if there is no direction.
+    /// The support along ± `direction` on the side of `from` where the origin is, or on the other
+    /// if there is none off `from`; `known` if there is no direction.
     fn support_off(&mut self, known: HubPair, from: DVec3, direction: DVec3) -> HubPair {
         let Some(normal) = direction.try_normalize() else { return known };
         let normal = if normal.dot(from) <= 0.0 { normal } else { -normal };
@@ -213,7 +214,8 @@ impl<'s, 'p> Search<'s, 'p> {
     #[inline]
     fn support(&mut self, normal: DVec3) -> HubPair {
         let (hub, offset) = self.cso.support_anew(normal);
-        // What is lower by no more than rounding is no better than the answer with its exact normal.
+        // What is lower by no more than rounding is no better than the answer with its exact
+        // normal.
         if offset < self.best.offset - 0.5 * self.tolerance() {
             self.best = Start { hub, normal, offset };
             self.answer = None;
@@ -223,8 +225,9 @@ impl<'s, 'p> Search<'s, 'p> {
 
     /// The answer at the best direction: where a walk from there ends.
     ///
-    /// Where features are parallel but for rounding, the walk tells corners apart less finely than the proof does and may
-    /// end a little above where it began. Then the direction itself is the answer, next to the features where the walk ended.
+    /// Where features are parallel but for rounding, the walk tells corners apart less finely than
+    /// the proof does and may end a little above where it began. Then the direction itself is the
+    /// answer, next to the features where the walk ended.
     fn answer(&mut self) -> Depth {
         if let Some(answer) = self.answer {
             return answer;

@@ -9,8 +9,9 @@ use crate::algebra::tolerance::FACET_HUBS;
 
 /// A glance at a facet's hubs: the normals of one body alone may tell that there is nothing to see.
 ///
-/// The directions along which a hub's vertex of the CSO has an offset of at least the bar make a circular cone. Being convex,
-/// it holds the whole normal cone of one body's vertex as soon as it holds the normals of its faces; and the overlap is part of that.
+/// The directions along which a hub's vertex of the CSO has an offset of at least the bar make a
+/// circular cone. Being convex, it holds the whole normal cone of one body's vertex as soon as it
+/// holds the normals of its faces; and the overlap is part of that.
 pub(super) struct Glance {
     pub(super) bar: f64,
     pub(super) doubt: Doubt,
@@ -33,14 +34,16 @@ impl Glance {
         }
     }
 
-    /// True if no normal of vertex `v` of p but that of face `f` has an offset below the bar, with the vertex of q at `origin`.
+    /// True if no normal of vertex `v` of p but that of face `f` has an offset below the bar, with
+    /// the vertex of q at `origin`.
     #[inline]
     fn is_above(&self, view: &View<'_>, v: u32, f: u32, origin: DVec3) -> bool {
         let is_above = |face: u32| face == f || -view.p.plane(face).height(origin) >= self.bar;
         self.bar >= 0.0 && view.p.ring(v).iter().all(|spoke| is_above(spoke.left))
     }
 
-    /// The hubs of a facet of edge `g` of p and edge `e` of q; `mirror` is the view the other way round.
+    /// The hubs of a facet of edge `g` of p and edge `e` of q; `mirror` is the view the other way
+    /// round.
     #[inline]
     pub(super) fn around_edges(&mut self, view: &View<'_>, mirror: &View<'_>, g: u32, e: u32) {
         let (edge_p, edge_q) = (view.p.edge(g), view.q.edge(e));
@@ -60,8 +63,9 @@ impl Glance {
         }
     }
 
-    /// True if no normal of vertex `v` of p has an offset below the bar at the hubs of `v` and the two ends of an edge of q
-    /// (in p's frame): at that of them, for each normal, whose end supports it. The facet itself lies on the arc of p's edge `own`.
+    /// True if no normal of vertex `v` of p has an offset below the bar at the hubs of `v` and the
+    /// two ends of an edge of q (in p's frame): at that of them, for each normal, whose end
+    /// supports it. The facet itself lies on the arc of p's edge `own`.
     #[inline]
     fn is_clear(&self, view: &View<'_>, v: u32, own: u32, [tail, head]: [DVec3; 2]) -> bool {
         let (planes, ring, bar) = (view.p.planes(), view.p.ring(v), self.bar);
@@ -69,7 +73,8 @@ impl Glance {
             return false;
         }
         let along = head - tail;
-        // Offsets at the tail, and how much lower the head stands: where it is negative, the head supports.
+        // Offsets at the tail, and how much lower the head stands: where it is negative, the head
+        // supports.
         let sight = |face: u32| {
             let plane = &planes[face as usize];
             (plane.offset - plane.normal.dot(tail), plane.normal.dot(along))
@@ -81,7 +86,8 @@ impl Glance {
             if offset - drop.min(0.0) < bar {
                 return false;
             }
-            // Between normals of different ends, the offset is least, if less than at both, where the ends change.
+            // Between normals of different ends, the offset is least, if less than at both, where
+            // the ends change.
             if offset.min(last_offset) < bar && drop * last_drop < 0.0 && spoke.edge != own {
                 let (here, there) = (last_drop.abs(), drop.abs());
                 let between = view.p.plane(spoke.left).normal * here + view.p.plane(last_face).normal * there;
@@ -109,7 +115,8 @@ impl Doubt {
         &self.hubs[..self.count]
     }
 
-    /// Facets of more hubs than there is room for are not looked around wholly, as their sides are not.
+    /// Facets of more hubs than there is room for are not looked around wholly, as their sides are
+    /// not.
     #[inline]
     fn push(&mut self, hub: HubPair) {
         if self.count < FACET_HUBS {

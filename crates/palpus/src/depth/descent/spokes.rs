@@ -1,4 +1,5 @@
-//! A supporting plane turned about a side of its facet until a spoke of the other polytope's vertex meets it.
+//! A supporting plane turned about a side of its facet until a spoke of the other polytope's vertex
+//! meets it.
 
 use glam::DVec3;
 
@@ -14,7 +15,8 @@ use crate::body::Polytope;
 pub(super) struct Met {
     pub(super) antipodal: Antipodal,
     pub(super) hub: HubPair,
-    /// The plane's normal, not unit, from b into a and in b's frame; for an edge pair within rounding.
+    /// The plane's normal, not unit, from b into a and in b's frame; for an edge pair within
+    /// rounding.
     pub(super) normal: DVec3,
 }
 
@@ -24,7 +26,8 @@ pub(super) struct Lowest {
     pub(super) met: Option<Met>,
 }
 
-/// The spokes of a vertex of q and how far each lies above the supporting plane (not at all: all are below it).
+/// The spokes of a vertex of q and how far each lies above the supporting plane (not at all: all
+/// are below it).
 pub(super) struct Spokes {
     vertex: u32,
     normal: DVec3,
@@ -34,8 +37,8 @@ pub(super) struct Spokes {
 }
 
 impl Spokes {
-    /// The spokes of vertex `w` over the plane of p's `normal`; `within` is the edge that lies in it. Odd if the vertex does
-    /// not support it or another spoke is flush with it.
+    /// The spokes of vertex `w` over the plane of p's `normal`; `within` is the edge that lies in
+    /// it. Odd if the vertex does not support it or another spoke is flush with it.
     #[inline]
     pub(super) fn of(view: &View<'_>, w: u32, normal: DVec3, within: Option<u32>) -> Result<Self, Odd> {
         let ring = view.q.ring(w);
@@ -56,12 +59,14 @@ impl Spokes {
         Ok(Self { vertex: w, normal, heights, within })
     }
 
-    /// Turns the plane about edge `edge` of p (of which `corner` is an end) toward face `face` of p, until a spoke meets it.
+    /// Turns the plane about edge `edge` of p (of which `corner` is an end) toward face `face` of
+    /// p, until a spoke meets it.
     #[inline]
     pub(super) fn turn(&self, view: &View<'_>, edge: u32, face: u32, corner: u32, lowest: &mut Lowest) {
         let end = view.p.plane(face).normal;
         let (facing, at) = (view.facing(end), view.q.vertex(self.vertex));
-        // The first spoke to rise above the plane: the least share of the way at which its height is zero.
+        // The first spoke to rise above the plane: the least share of the way at which its height
+        // is zero.
         let mut first: Option<u32> = None;
         let (mut below_by, mut rises_by) = (1.0, 0.0);
         for (&height, spoke) in self.heights.iter().zip(view.q.ring(self.vertex)) {

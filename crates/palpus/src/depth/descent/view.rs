@@ -6,8 +6,9 @@ use super::super::{Antipodal, HubPair};
 use crate::algebra::Placement;
 use crate::body::Polytope;
 
-/// One polytope, whose face or edge the plane turns on, and the other, which it meets; each kind of facet is written
-/// once and used both ways round. Directions are outward ones of p in p's frame; their opposites are outward ones of q.
+/// One polytope, whose face or edge the plane turns on, and the other, which it meets; each kind of
+/// facet is written once and used both ways round. Directions are outward ones of p in p's frame;
+/// their opposites are outward ones of q.
 pub(super) struct View<'v> {
     pub(super) p: &'v Polytope,
     pub(super) q: &'v Polytope,
@@ -23,7 +24,8 @@ impl View<'_> {
         -self.p_in_q.vector(normal)
     }
 
-    /// The vertex of the CSO that vertex `v` of p and `w` of q make, in p's frame and outward with p's normals.
+    /// The vertex of the CSO that vertex `v` of p and `w` of q make, in p's frame and outward with
+    /// p's normals.
     #[inline]
     pub(super) fn vertex(&self, v: u32, w: u32) -> DVec3 {
         self.p.vertex(v) - self.q_in_p.point(self.q.vertex(w))

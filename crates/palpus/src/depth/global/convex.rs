@@ -1,46 +1,92 @@
-//! Two convex solids: the certified depth of the pair is the answer.
+//! Two convex solids: the certified depth, or the distance, of their pieces is the answer.
 //!
-//! A piece may reach beyond the solid by rounding of the file. The cell lies within the solid, and the
-//! lower bound is that of the cells.
+//! A plane between all vertices of the two meshes verifies each free translation. A piece may reach beyond its solid by
+//! rounding of the file. The cell lies within the solid, and the lower bound is that of the cells.
 
 use glam::DVec3;
 
-use super::scene::Scene;
-use super::{GlobalDepth, GlobalMemory};
+use super::GlobalDepth;
 use crate::algebra::Pose;
+use crate::algebra::tolerance::DEPTH_HAIR;
+use crate::body::{Body, FeaturePair, Polytope};
+use crate::collision::{Proximity, initial_features, march};
 use crate::depth::{Certainty, CertificateMemory, ProofScratch, WalkScratch, depth_proven};
 
 /// Working memory of the certified depth.
 #[derive(Clone, Debug)]
 pub(super) struct ConvexMemory {
+    features: Option<FeaturePair>,
     certificate: CertificateMemory,
     proof: ProofScratch,
     walk: WalkScratch,
 }
 
-/// The lower bound and a verified free translation, if both bodies are convex and the depth is
-/// proven.
-pub(super) fn convex_depth(
+/// What is proven of two convex bodies at a pose.
+pub(super) enum ConvexPair {
+    /// They are free, with this distance.
+    Apart(f64),
+    /// They overlap.
+    Overlap {
+        /// Of the depth.
+        lower: f64,
+        /// A verified free translation.
+        free: DVec3,
+        /// Neither lies in the other.
+        partly: bool,
+        evaluations: u64,
+    },
+}
+
+/// The answer for `pose_ba`, if both bodies are convex and it is proven.
+pub(super) fn convex_pair(
     query: &GlobalDepth<'_>,
     pose_ba: &Pose,
-    scene: &mut Scene<'_>,
-    memory: &mut GlobalMemory,
-) -> Option<(f64, DVec3)> {
+    memory: &mut Option<Box<ConvexMemory>>,
+) -> Option<ConvexPair> {
     let shortfall = query.interior_a.convex? + query.interior_b.convex?;
-    let memory = memory.convex.get_or_insert_with(|| {
+    let (a, b) = (&query.a.polytopes()[0], &query.b.polytopes()[0]);
+    let ConvexMemory { features, certificate, proof, walk } = &mut **memory.get_or_insert_with(|| {
         Box::new(ConvexMemory {
+            features: None,
             certificate: CertificateMemory::default(),
             proof: ProofScratch::new(),
             walk: WalkScratch::new(),
         })
     });
-    let (a, b) = (&query.a.polytopes()[0], &query.b.polytopes()[0]);
-    let ConvexMemory { certificate, proof, walk } = &mut **memory;
-    let answer = depth_proven(a, b, &pose_ba.placement(), &[], certificate, proof, walk);
+    let place = pose_ba.placement();
+    let start = features.unwrap_or_else(|| initial_features(a, b, &place));
+    let found = march(a, b, &place, start);
+    *features = Some(found.features);
+    if let Proximity::Disjoint(closest) = found.proximity {
+        let free = parted(query, pose_ba, closest.normal, DVec3::ZERO);
+        return free.then_some(ConvexPair::Apart(closest.distance));
+    }
+    let answer = depth_proven(a, b, &place, &[], certificate, proof, walk);
     if answer.certainty != Certainty::GloballyOptimal || answer.depth <= 0.0 {
         return None;
     }
-    scene.evaluations += u64::from(answer.steps) + 1;
-    let free = answer.normal * (answer.depth + scene.hair);
-    scene.verified(free).then_some((answer.depth - shortfall, free))
+    let free = answer.normal * (answer.depth + DEPTH_HAIR * query.a.size().min(query.b.size()));
+    parted(query, pose_ba, answer.normal, free).then(|| ConvexPair::Overlap {
+        lower: answer.depth - shortfall,
+        free,
+        partly: sticks_out(query.a, b, pose_ba) && sticks_out(query.b, a, &pose_ba.inverse()),
+        evaluations: u64::from(answer.steps) + 1,
+    })
+}
+
+/// True if a plane across `normal` lies between all vertices of b's mesh and those of a's, with a moved by `t`.
+fn parted(query: &GlobalDepth<'_>, pose_ba: &Pose, normal: DVec3, t: DVec3) -> bool {
+    let normal_a = pose_ba.inverse().vector(normal);
+    let (a, b) = (query.a.mesh().vertices(), query.b.mesh().vertices());
+    let low = a.iter().map(|p| normal_a.dot(*p)).fold(f64::INFINITY, f64::min);
+    let high = b.iter().map(|q| normal.dot(*q)).fold(f64::NEG_INFINITY, f64::max);
+    low + normal.dot(pose_ba.translation + t) > high
+}
+
+/// True if a vertex of `body`, placed at `pose` in the frame of `other`, clearly lies outside of that.
+fn sticks_out(body: &Body, other: &Polytope, pose: &Pose) -> bool {
+    let hair = DEPTH_HAIR * body.size();
+    let place = pose.placement();
+    let outside = |p: DVec3| other.planes().iter().any(|plane| plane.height(p) > hair);
+    body.mesh().vertices().iter().any(|&p| outside(place.point(p)))
 }

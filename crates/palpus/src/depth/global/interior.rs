@@ -32,7 +32,7 @@ pub struct Interior {
     pub(super) tree: BoxTree,
     /// A vertex of each component of the surface.
     pub(super) components: Vec<DVec3>,
-    /// For a convex solid, how far its one piece reaches beyond its one cell at most.
+    /// For a convex solid, how far its one piece reaches beyond it at most.
     pub(super) convex: Option<f64>,
 }
 
@@ -68,12 +68,7 @@ impl Interior {
     fn of_cells(body: &Body, cells: Vec<Cell>, components: Vec<DVec3>) -> Self {
         let slabs: Vec<Slabs> = cells.iter().map(|cell| Slabs::around(cell.corners.iter().copied())).collect();
         let boxes: Vec<_> = slabs.iter().map(Slabs::bounds).collect();
-        let convex = match &cells[..] {
-            [cell] if body.polytopes().len() == 1 && !body.polytopes()[0].is_flat() => {
-                Some(shortfall(cell, body.mesh())).filter(|&gap| gap <= CONVEX_SHORTFALL * body.size())
-            }
-            _ => None,
-        };
+        let convex = shortfall(body).filter(|&gap| gap <= CONVEX_SHORTFALL * body.size());
         Self { cells, slabs, tree: BoxTree::new(&boxes), components, convex }
     }
 
@@ -83,10 +78,26 @@ impl Interior {
     }
 }
 
-/// How far a vertex of the mesh lies at most from a corner of the cell.
-fn shortfall(cell: &Cell, mesh: &Mesh) -> f64 {
-    let squared = |p: &DVec3| cell.corners.iter().map(|q| q.distance_squared(*p)).fold(f64::INFINITY, f64::min);
-    mesh.vertices().iter().map(squared).fold(0.0, f64::max).sqrt()
+/// How far the one piece of a convex body reaches beyond its solid at most; `None` for other bodies.
+///
+/// If the piece reaches beyond the planes of the triangles by no more than e, the surface lies within e of the piece's,
+/// and the solid holds the piece without its outermost e. That holds the piece drawn towards its centroid by the share
+/// e / r, where r is the radius of a ball about the centroid in the piece.
+fn shortfall(body: &Body) -> Option<f64> {
+    let mesh = body.mesh();
+    let [piece] = body.polytopes() else { return None };
+    if piece.is_flat() || !mesh.is_closed() || mesh.component_count() != 1 {
+        return None;
+    }
+    let center = piece.centroid();
+    let inner = piece.planes().iter().map(|plane| -plane.height(center)).fold(f64::INFINITY, f64::min);
+    let outer = piece.vertices().iter().map(|p| p.distance(center)).fold(0.0, f64::max);
+    let beyond = |t: u32| {
+        let (normal, corner) = (mesh.triangle_normal(t), mesh.triangle_points(t)[0]);
+        normal.dot(piece.vertices()[piece.support(normal) as usize] - corner)
+    };
+    let beyond = (0..mesh.triangles().len() as u32).map(beyond).fold(0.0, f64::max);
+    (beyond < inner && body.tree().inside(center)).then(|| beyond / inner * outer)
 }
 
 /// Points of the surface with their outward normals.

@@ -43,7 +43,8 @@ pub(super) struct Exit {
     pub(super) offset: f64,
 }
 
-/// A support point as the corners of both cells, by their numbers: the moving one's, the fixed one's.
+/// A support point as the corners of both cells, by their numbers: the moving one's, the fixed
+/// one's.
 type Name = [u32; 2];
 
 /// Three support points by name: the triangle through which a ray was found to leave an obstacle.
@@ -88,7 +89,8 @@ impl Obstacle<'_> {
         self.exit_by(from, along, &mut None)
     }
 
-    /// The same. Begins at `gate`, the one of a near ray or pose, if the ray passes it, and leaves the one found there.
+    /// The same. Begins at `gate`, the one of a near ray or pose, if the ray passes it, and leaves
+    /// the one found there.
     pub(super) fn exit_by(&self, from: DVec3, along: DVec3, gate: &mut Option<Gate>) -> Option<Exit> {
         if self.moving.is_empty() {
             return self.exit_of_ball(from, along);

@@ -204,8 +204,8 @@ impl<'a> Scene<'a> {
         Obstacle { moving, fixed, center, inner, outer }
     }
 
-    /// How far the ray along `along` (unit) from the origin runs inside of the obstacle from `from` on, a point of
-    /// both.
+    /// How far the ray along `along` (unit) from the origin runs inside of the obstacle from `from`
+    /// on, a point of both.
     pub(super) fn run_inside(&mut self, key: Key, from: DVec3, along: DVec3) -> f64 {
         let mut gate = None;
         let ray = match key {

@@ -5,8 +5,8 @@
 //! translations blocked: exact predicates on pairs of triangles ([`TrianglePair`]) and exact
 //! winding numbers.
 //!
-//! Boxes of the moving body are placed where they are met, a little too large; after some questions at
-//! a pose all are placed once, exactly.
+//! Boxes of the moving body are placed where they are met, a little too large; after some questions
+//! at a pose all are placed once, exactly.
 
 use std::cell::{Cell, OnceCell};
 use std::cmp::Reverse;
@@ -38,8 +38,8 @@ pub(super) struct Surfaces<'a> {
     components_a: &'a [DVec3],
     components_b: &'a [DVec3],
     placement: Placement,
-    /// Questions asked so far, and the exact boxes of the moving body's tree in b's frame, made when
-    /// they are worth it.
+    /// Questions asked so far, and the exact boxes of the moving body's tree in b's frame, made
+    /// when they are worth it.
     questions: Cell<u32>,
     exact: OnceCell<Vec<Aabb>>,
 }

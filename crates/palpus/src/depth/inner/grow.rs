@@ -1,4 +1,5 @@
-//! Growing the inner surface to a further corner: a hole around it, closed by a fan about the corner.
+//! Growing the inner surface to a further corner: a hole around it, closed by a fan about the
+//! corner.
 
 use glam::DVec3;
 
@@ -42,15 +43,17 @@ impl Surface {
         self.tips.iter().position(|tip| tip.at.distance_squared(at) <= near).map(|tip| tip as u16)
     }
 
-    /// Takes away the triangles around `seed` that see the point `at` or have the tip `known` there, and lists the rim of the hole.
+    /// Takes away the triangles around `seed` that see the point `at` or have the tip `known`
+    /// there, and lists the rim of the hole.
     ///
-    /// Each is crossed from the edge by which it was reached, counter-clockwise, so that the rim comes in order if the hole
-    /// is a disk.
+    /// Each is crossed from the edge by which it was reached, counter-clockwise, so that the rim
+    /// comes in order if the hole is a disk.
     fn open(&mut self, seed: usize, at: DVec3, known: Option<u16>) -> Result<(), Refusal> {
         const ONWARD: [[usize; 2]; 4] = [[1, 2], [2, 0], [0, 1], [0, 1]];
         let Self { joints, normals, offsets, free, ahead, rim, .. } = self;
-        // The tip of a convex surface may lie in a neighbour's plane and beyond the edge to it: unless that gives way too, it is folded
-        // under. Moved along with the bodies, what lies in the plane may have the tip already.
+        // The tip of a convex surface may lie in a neighbour's plane and beyond the edge to it:
+        // unless that gives way too, it is folded under. Moved along with the bodies, what lies in
+        // the plane may have the tip already.
         let least = if self.folded { self.slack } else { -self.slack };
         rim.clear();
         ahead.clear();
@@ -165,7 +168,8 @@ impl Surface {
         let mut k = begin;
         loop {
             let Rim { from, to, outer } = self.rim[k];
-            // The edges tip → from and to → tip, of the new triangle or, where the rim has the tip itself, of the outer one.
+            // The edges tip → from and to → tip, of the new triangle or, where the rim has the tip
+            // itself, of the outer one.
             let (entry, exit) = if to == tip {
                 (Some(outer), None)
             } else if from == tip {
@@ -193,7 +197,8 @@ impl Surface {
         k
     }
 
-    /// Puts a triangle where one was taken away, or at the end, and joins its first edge to `outer`; the others are yet to be joined.
+    /// Puts a triangle where one was taken away, or at the end, and joins its first edge to
+    /// `outer`; the others are yet to be joined.
     fn place(&mut self, tips: [u16; 3], outer: Half) -> u16 {
         let joint = Joint { tips, across: [outer; 3], alive: true };
         let place = match self.free.pop() {

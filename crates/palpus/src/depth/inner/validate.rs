@@ -1,8 +1,10 @@
 //! The walker of the inner surface's invariants.
 //!
-//! 1. Closed and oriented: across each edge lies a triangle that is alive, runs along it the other way, and knows it.
+//! 1. Closed and oriented: across each edge lies a triangle that is alive, runs along it the other
+//!    way, and knows it.
 //! 2. Support points: each tip lies where its hub pair says, so that the CSO holds it.
-//! 3. Judged: each triangle's normal is unit and its offset no more than the height of its tips along it.
+//! 3. Judged: each triangle's normal is unit and its offset no more than the height of its tips
+//!    along it.
 
 use super::super::cso::Cso;
 use super::{Half, Joint, Surface};
@@ -31,7 +33,8 @@ pub(in crate::depth) enum SurfaceFault {
 }
 
 impl Surface {
-    /// Walks the whole surface, which stands at the pose of `cso`, and returns what is broken first.
+    /// Walks the whole surface, which stands at the pose of `cso`, and returns what is broken
+    /// first.
     pub(in crate::depth) fn validate(&self, cso: &Cso<'_>) -> Result<(), SurfaceFault> {
         (0..self.joints.len()).filter(|&k| self.joints[k].alive).try_for_each(|k| {
             self.validate_joint(k)?;

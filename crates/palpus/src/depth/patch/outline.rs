@@ -151,7 +151,8 @@ impl Outlines {
         &self.list[..self.count]
     }
 
-    /// Step 1, for the piece whose surface looks along `outward` (1: with the normal, −1: against it).
+    /// Step 1, for the piece whose surface looks along `outward` (1: with the normal, −1: against
+    /// it).
     pub(super) fn gather(&mut self, polytope: &Polytope, feature: Feature, frame: &Frame, outward: f64, slope: f64) {
         (self.count, self.slope) = (0, slope);
         if let Feature::Vertex(v) = feature
@@ -216,7 +217,8 @@ fn is_flat(along: DVec3, frame: &Frame, slope: f64) -> bool {
     rise * rise < slope * slope * (along.length_squared() - rise * rise)
 }
 
-/// True if no edge at vertex `v` is flat, and so no face there: most single points of contact are, and cost no more than this.
+/// True if no edge at vertex `v` is flat, and so no face there: most single points of contact are,
+/// and cost no more than this.
 fn is_steep(polytope: &Polytope, v: u32, frame: &Frame, slope: f64) -> bool {
     let from = polytope.vertex(v);
     polytope.ring(v).iter().all(|spoke| !is_flat(polytope.vertex(spoke.neighbour) - from, frame, slope))

@@ -50,7 +50,8 @@ fn corners(a: &Polytope, b: &Polytope, pose: &Pose) -> (Vec<Corner>, f64) {
     (patch.corners().to_vec(), closest.distance)
 }
 
-/// Each expected place (m, in the plane z = 0) is that of exactly one corner, whose separation is given beside it.
+/// Each expected place (m, in the plane z = 0) is that of exactly one corner, whose separation is
+/// given beside it.
 fn assert_corners(found: &[Corner], expected: &[(DVec3, f64)]) {
     assert_eq!(found.len(), expected.len(), "{found:?}");
     for (place, separation) in expected {

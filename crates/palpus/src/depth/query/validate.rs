@@ -2,7 +2,8 @@
 //!
 //! 1. The normal is unit and leads over minus the depth from point b to point a.
 //! 2. The depth is the gap between the two supports along the normal.
-//! 3. The witness points lie in the supporting planes, and that of b within the faces around its support.
+//! 3. The witness points lie in the supporting planes, and that of b within the faces around its
+//!    support.
 
 use super::super::Depth;
 use super::super::cso::Cso;
@@ -28,8 +29,9 @@ pub(in crate::depth) enum DepthFault {
 }
 
 impl Depth {
-    /// True for one answer in [`VALIDATED_ANSWERS`], chosen by the last digits of the depth, so that it is always the same one.
-    /// Never for one at a pose that is no number: no more is promised of it than that nothing panics.
+    /// True for one answer in [`VALIDATED_ANSWERS`], chosen by the last digits of the depth, so
+    /// that it is always the same one. Never for one at a pose that is no number: no more is
+    /// promised of it than that nothing panics.
     pub(in crate::depth) fn is_sampled(&self) -> bool {
         let is_finite = self.point_a.is_finite() && self.point_b.is_finite() && self.depth.is_finite();
         is_finite && self.depth.to_bits().is_multiple_of(VALIDATED_ANSWERS)

@@ -6,7 +6,8 @@ use crate::depth::cso::Cso;
 use crate::depth::oracle::exhaustive_depth;
 use crate::depth::{AdmissibleDepth, AdmissibleScratch, admissible_depth, half_admissible_depth};
 
-/// An octahedron, each triangle cut in four twice, with vertices pushed in and out: half of its edges are reflex.
+/// An octahedron, each triangle cut in four twice, with vertices pushed in and out: half of its
+/// edges are reflex.
 fn bumpy_ball(rng: &mut Random, bumps: f64) -> Body {
     let axes = [DVec3::X, DVec3::Y, DVec3::NEG_X, DVec3::NEG_Y];
     let mut triangles: Vec<[DVec3; 3]> = Vec::new();
@@ -37,7 +38,8 @@ fn bumpy_ball(rng: &mut Random, bumps: f64) -> Body {
     Body::from_soup(&soup, &BodySettings::default(), &mut |_| ()).unwrap()
 }
 
-/// Whether a walk from cold has ended in the global depth; where it has not, what is admissible is as local as the walk.
+/// Whether a walk from cold has ended in the global depth; where it has not, what is admissible is
+/// as local as the walk.
 fn is_global([a, b]: [&OwnNormals<'_>; 2], placement: &Placement, walked: &Depth) -> bool {
     walked.depth - exhaustive_depth(a.polytope(), b.polytope(), placement).0 < 1e-9
 }
@@ -70,7 +72,8 @@ fn exhaustive(a: &OwnNormals<'_>, b: &OwnNormals<'_>, pose_ba: &Placement) -> f6
             let (axis_a, axis_b) = (along(a, arc_a.edge), along(b, arc_b.edge));
             let Some(n) = pose_ba.vector(axis_a).cross(axis_b).try_normalize() else { continue };
             for n in [n, -n] {
-                // With the left face on the left of tail → head, the normal turns from it to the right one the positive way.
+                // With the left face on the left of tail → head, the normal turns from it to the
+                // right one the positive way.
                 if between(a.ends(arc_a), axis_a, cso.toward_b(n)) && between(b.ends(arc_b), axis_b, n) {
                     least = least.min(h(n));
                 }
@@ -165,7 +168,8 @@ fn with_a_convex_probe_it_changes_no_faster_than_the_probe_moves() {
             last = depth;
         }
     }
-    // A vertex comes to own a normal across an edge of a neighbour's patch, whose arc the piece does not have.
+    // A vertex comes to own a normal across an edge of a neighbour's patch, whose arc the piece
+    // does not have.
     assert!(
         jumps <= pairs / 50_000 && pairs > 20_000,
         "{jumps} jumps of {pairs}, up to {worst} motions, seed {SEED:#x}"

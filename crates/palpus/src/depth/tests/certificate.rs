@@ -254,7 +254,8 @@ fn a_cube_nearly_flush_with_a_needle_is_proven() {
     assert_eq!(proven.certainty, Certainty::GloballyOptimal, "{proven:?}, {} growths", proof.growths());
 }
 
-/// Points spread evenly over a sphere, along a spiral of golden angles \[Swinbank and Purser 2006\].
+/// Points spread evenly over a sphere, along a spiral of golden angles \[Swinbank and Purser
+/// 2006\].
 fn ball(n: usize, radius: f64) -> Polytope {
     let point = |k: usize| {
         let z = 1.0 - (2 * k + 1) as f64 / n as f64;

@@ -82,9 +82,10 @@ fn nearly_degenerate(seed: u64, rounds: usize) {
         if exact >= 0.0 {
             assert!(answer.depth >= exact - 1e-12 * size, "{what}: {} below {exact}", answer.depth);
             assert_eq!(answer.stop, crate::collision::StopReason::Converged, "{what}");
-            // Common points after separation are what makes a minimum of h a local one. Flush features lie off each
-            // other's planes by the angle; beyond that angle points that stray by x cost h only x · angle, of which the
-            // walk cannot see what is below rounding.
+            // Common points after separation are what makes a minimum of h a local one. Flush
+            // features lie off each other's planes by the angle; beyond that angle points that
+            // stray by x cost h only x · angle, of which the walk cannot see what is below
+            // rounding.
             let stray = 2e-9 + 3.0 * tilt.min(FLUSH_WITNESS) + 3e-14 / tilt.max(FLUSH_WITNESS);
             assert_points_on_bodies(a, b, &placement, &answer, stray, &what);
             total.add(answer.depth, exact, size);
@@ -179,6 +180,7 @@ fn rough_faces(seed: u64, poses: u32) {
         }
     }
     assert!(total.share() < 0.02, "seed {seed:#x}: {} of {}", total.local, total.poses);
-    // Overlaps of cones over rough faces may contradict each other for as long as a walk is taken up again.
+    // Overlaps of cones over rough faces may contradict each other for as long as a walk is taken
+    // up again.
     assert!(f64::from(stalls) <= 1e-3 * f64::from(poses), "seed {seed:#x}: {stalls} stalls");
 }

@@ -3,14 +3,16 @@
 use super::*;
 use crate::depth::oracle::exhaustive_depth;
 
-/// A support point that moves smoothly with the direction: the mean of the vertices, the higher the heavier.
+/// A support point that moves smoothly with the direction: the mean of the vertices, the higher the
+/// heavier.
 fn soft_support(polytope: &Polytope, direction: DVec3) -> DVec3 {
     let weight = |v: &DVec3| (30.0 * direction.dot(*v - polytope.centroid()) / polytope.radius()).exp();
     let total: f64 = polytope.vertices().iter().map(weight).sum();
     polytope.vertices().iter().map(|v| *v * weight(v)).sum::<DVec3>() / total
 }
 
-/// A pose at which a's support rests on b's and the offset along `normal` is `depth`: an overlap is not deeper.
+/// A pose at which a's support rests on b's and the offset along `normal` is `depth`: an overlap is
+/// not deeper.
 fn pose_at_depth(a: &Polytope, b: &Polytope, rotation: DQuat, normal: DVec3, depth: f64) -> Pose {
     let rest = soft_support(b, normal) - rotation * soft_support(a, rotation.conjugate() * -normal);
     let rested = Pose { rotation, translation: rest };

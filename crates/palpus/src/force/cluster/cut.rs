@@ -7,7 +7,8 @@ use crate::algebra::tolerance::CAP_STEPS;
 use crate::detect::Contact;
 
 impl Linkage {
-    /// Step 4: labels the members of each group by the cone that they fall into; returns how many groups were cut.
+    /// Step 4: labels the members of each group by the cone that they fall into; returns how many
+    /// groups were cut.
     pub(super) fn cut(&mut self, contacts: &[Contact], cos_half: f64) -> u32 {
         let mut cut_groups = 0;
         for group in 0..self.len() {
@@ -59,11 +60,12 @@ impl Linkage {
     }
 }
 
-/// Whether the normals fit into a cone of the given half opening.
+/// Returns true if the normals fit into a cone of the given half opening.
 ///
-/// The cone's axis walks from the mean toward the farthest normal in ever shorter steps (Bădoiu and Clarkson's smallest
-/// enclosing ball, on the sphere), so that the answer follows the set of normals, not how many share one. Two normals
-/// farther apart than the whole opening end the search at once.
+/// The cone's axis walks from the mean toward the farthest normal in ever shorter steps (Bădoiu and
+/// Clarkson's smallest enclosing ball, on the sphere), so that the answer follows the set of
+/// normals, not how many share one. Two normals farther apart than the whole opening end the search
+/// at once.
 pub(super) fn fits_a_cone(ranks: &[u32], normals: &[DVec3], cos_half: f64) -> bool {
     let normal = |&rank: &u32| normals[rank as usize];
     let Some(first) = ranks.first().map(normal) else { return true };

@@ -5,7 +5,7 @@ use glam::DVec3;
 use super::Linkage;
 use crate::algebra::tolerance::CLUSTER_CELLS;
 
-/// Where a contact lies; sorting these puts the contacts of one cell side by side.
+/// Grid cell of a contact; sorting puts the contacts of one cell side by side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Cell {
     label: u32,
@@ -27,8 +27,9 @@ pub(super) struct Run {
 /// Bits of a cell's key for each axis.
 const AXIS_BITS: u32 = 21;
 
-/// Rows of cells along z that hold the forward half of the cells within two of a cell, as (x, y) offsets. A cell's
-/// diagonal is δ, its side δ/√3, so a distance below δ reaches at most two cells along each axis.
+/// Rows of cells along z that hold the forward half of the cells within two of a cell, as (x, y)
+/// offsets. A cell's diagonal is δ, its side δ/√3, so a distance below δ reaches at most two cells
+/// along each axis.
 const ROWS: [(i64, i64); 13] =
     [(0, 0), (0, 1), (0, 2), (1, -2), (1, -1), (1, 0), (1, 1), (1, 2), (2, -2), (2, -1), (2, 0), (2, 1), (2, 2)];
 
@@ -47,7 +48,8 @@ impl Linkage {
         }
         for (dx, dy) in ROWS {
             let offset = (dx << (2 * AXIS_BITS)) + (dy << AXIS_BITS);
-            // From the cell after this one in its own row, else from two cells back; always to two cells ahead.
+            // From the cell after this one in its own row, else from two cells back; always to two
+            // cells ahead.
             let back = if offset == 0 { 1 } else { -2 };
             let mut first = 0;
             for r in 0..self.runs.len() {
@@ -67,8 +69,8 @@ impl Linkage {
         }
     }
 
-    /// Sorts the contacts into cells. Midpoints beyond the grid share its outermost cells, which is slower, not wrong:
-    /// every link is tested.
+    /// Sorts the contacts into cells. Midpoints beyond the grid share its outermost cells, which is
+    /// slower, not wrong: every link is tested.
     fn fill_cells(&mut self, radius: f64) {
         let low = self.points.iter().copied().fold(DVec3::INFINITY, DVec3::min);
         let per_metre = 3f64.sqrt() / radius;

@@ -1,14 +1,17 @@
 //! The walker of the clusters' invariants.
 //!
-//! 1. A partition: each admitted contact is in one cluster; clusters are not empty, and ordered within and by their first members.
-//! 2. Eq. 2: two contacts of one label nearer than the radius are in one cluster. Looked at in runs of few contacts only, since it is quadratic.
-//! 3. Cones: all members of a cluster have one label; with a split angle, their normals fit into one cone.
+//! 1. A partition: each admitted contact is in one cluster; clusters are not empty, and ordered
+//!    within and by their first members.
+//! 2. Eq. 2: two contacts of one label nearer than the radius are in one cluster. Looked at in runs
+//!    of few contacts only, since it is quadratic.
+//! 3. Cones: all members of a cluster have one label; with a split angle, their normals fit into
+//!    one cone.
 
 use super::cut::fits_a_cone;
 use super::{Linkage, LinkageSettings};
 use crate::algebra::tolerance::VALIDATED_CONTACTS;
 
-/// What is broken in clusters.
+/// A broken invariant of clusters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(super) enum ClusterFault {
     /// The clusters' ranges do not follow each other over all admitted contacts, or one is empty.
@@ -41,7 +44,8 @@ impl Linkage {
         Ok(())
     }
 
-    /// Steps 1 and 3 for one cluster. That no rank is in two clusters follows: each is in the one that it was gathered for, once.
+    /// Steps 1 and 3 for one cluster. That no rank is in two clusters follows: each is in the one
+    /// that it was gathered for, once.
     fn validate_cluster(&self, cluster: usize, settings: &LinkageSettings) -> Result<(), ClusterFault> {
         let ranks = &self.ranks[self.range(cluster)];
         let ascend = ranks.windows(2).all(|pair| pair[0] < pair[1]);
@@ -57,7 +61,8 @@ impl Linkage {
         }
         let Some(angle) = settings.split_angle else { return Ok(()) };
         let cos_half = (0.5 * angle).cos();
-        // A cone that was cut is about the normal of the contact that leads it, which may be in another cluster now.
+        // A cone that was cut is about the normal of the contact that leads it, which may be in
+        // another cluster now.
         let axis = self.normals[label as usize];
         let led = ranks.iter().all(|&rank| rank == label || self.normals[rank as usize].dot(axis) >= cos_half);
         if led || fits_a_cone(ranks, &self.normals, cos_half) { Ok(()) } else { Err(ClusterFault::Cone(cluster)) }

@@ -166,8 +166,8 @@ fn the_next_piece_takes_over_the_strain_and_a_lost_contact_is_forgotten() {
     assert_eq!(tick(&mut tracker, &[next], pose, NORMAL_FORCE), DVec3::ZERO);
 }
 
-/// The corners of a square patch, `reach` from its middle, turned by `angle` about the normal and moved by `along`:
-/// the friction on a, and its torque about the middle.
+/// The corners of a square patch, `reach` from its middle, turned by `angle` about the normal and
+/// moved by `along`: the friction on a, and its torque about the middle.
 fn turn(tracker: &mut FrictionTracker, reach: f64, angle: f64, along: DVec3) -> (DVec3, f64) {
     let pose = Pose::new(DQuat::from_rotation_z(angle), along);
     let corners: Vec<Contact> = (0..4)
@@ -225,7 +225,8 @@ fn what_is_pushed_along_turns_easily() {
 
 #[test]
 fn a_crowded_contact_holds_as_stiffly_as_its_share() {
-    // Smooth clustering: the same strain is the most for any share, so that k contacts at one place hold as one.
+    // Smooth clustering: the same strain is the most for any share, so that k contacts at one place
+    // hold as one.
     let shift = DVec3::X * 4e-4;
     let held = |share: f64| {
         let mut tracker = FrictionTracker::new(8);

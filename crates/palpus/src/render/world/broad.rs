@@ -1,4 +1,5 @@
-//! Which bodies may be near each other: boxes along the axes of the world, sorted along x and swept.
+//! Which bodies may be near each other: boxes along the axes of the world, sorted along x and
+//! swept.
 //!
 //! The order of the last tick is nearly right in this one, so that sorting by insertion is linear.
 //! A box has some room to spare, and is made anew when its body has used that up: while no box
@@ -13,7 +14,7 @@ use crate::body::Aabb;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Broad {
     boxes: Vec<Aabb>,
-    /// Where each body was when its box was made, and the box's margin, m.
+    /// Pose of each body when its box was made, and the box's margin, m.
     made: Vec<(Pose, f64)>,
     /// A box changed since pairs were last looked for.
     is_stale: bool,
@@ -31,11 +32,12 @@ impl Broad {
         self.there.push(false);
     }
 
-    /// Body `i` is at `pose`, and no point of its mesh farther than `radius` (m) from its frame's origin: true if its box still holds all
-    /// that is within `margin` (m) of it.
+    /// Body `i` is at `pose`, and no point of its mesh farther than `radius` (m) from its frame's
+    /// origin: true if its box still holds all that is within `margin` (m) of it.
     pub(super) fn holds(&self, i: usize, pose: &Pose, radius: f64, margin: f64) -> bool {
         let (made_at, made_with) = &self.made[i];
-        // A point of the circle moves 2 r sin(θ/2), which is at most 4 r sin(θ/4); unit quaternions are 2 sin(θ/4) apart.
+        // A point of the circle moves 2 r sin(θ/2), which is at most 4 r sin(θ/4); unit quaternions
+        // are 2 sin(θ/4) apart.
         let turned = 2.0 * (pose.rotation - made_at.rotation).length() * radius;
         self.there[i] && (pose.translation - made_at.translation).length() + turned + margin <= *made_with
     }
@@ -45,7 +47,8 @@ impl Broad {
         std::mem::replace(&mut self.is_stale, false)
     }
 
-    /// Body `i`, whose mesh lies within `bounds` in its own frame, is at `pose`; what is within `margin` (m) of it is near.
+    /// Body `i`, whose mesh lies within `bounds` in its own frame, is at `pose`; what is within
+    /// `margin` (m) of it is near.
     pub(super) fn put(&mut self, i: usize, bounds: &Aabb, pose: &Pose, margin: f64) {
         let placement = pose.placement();
         let center = placement.point(0.5 * (bounds.min + bounds.max));
@@ -59,7 +62,7 @@ impl Broad {
         self.is_stale = true;
     }
 
-    /// Body `i` is not there.
+    /// Removes body `i`.
     pub(super) fn take_away(&mut self, i: usize) {
         self.is_stale |= std::mem::replace(&mut self.there[i], false);
     }

@@ -4,13 +4,15 @@
 //! is felt as a step:
 //!
 //! 1. *Chase*: from where the last step took it, with that step's velocity, to where it will be by
-//!    what was said, in [`CHASE`] times the time between the last two updates; position and velocity
-//!    are continuous (Hermite's cubic). A body that moves as it was said to stays exactly on its way.
+//!    what was said, in [`CHASE`] times the time between the last two updates; position and
+//!    velocity are continuous (Hermite's cubic). A body that moves as it was said to stays exactly
+//!    on its way.
 //! 2. *Go on* with the velocity that was said, until the next update.
-//! 3. *Stop*: where none comes for [`DRIVEN_PATIENCE`], the body slows down to rest in as long again.
+//! 3. *Stop*: where none comes for [`DRIVEN_PATIENCE`], the body slows down to rest in as long
+//!    again.
 //!
-//! A tick's velocity is that which takes the body to its next pose, so that the implicit step and the
-//! way agree.
+//! A tick's velocity is that which takes the body to its next pose, so that the implicit step and
+//! the way agree.
 
 use glam::{DQuat, DVec3};
 
@@ -24,7 +26,7 @@ const CHASE: f64 = 1.5;
 /// See the module's description. Twists are of the frame's origin.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Driven {
-    /// Where the last step takes the body, and its velocity in that step.
+    /// Pose after the last step, and the velocity in that step.
     next: (Pose, Twist),
     /// s: the length of the last step.
     step: f64,
@@ -51,7 +53,8 @@ impl Driven {
         let lasts =
             if self.said.1 == Twist::default() && self.since > DRIVEN_PATIENCE { DRIVEN_PERIOD } else { self.since };
         *self = Self {
-            // The implicit step has reckoned with the body being there, one step after the pose that it was told.
+            // The implicit step has reckoned with the body being there, one step after the pose
+            // that it was told.
             from: self.next,
             begins: self.step,
             said: (pose, velocity),
@@ -62,7 +65,8 @@ impl Driven {
         };
     }
 
-    /// `dt` s later, not negative: the new pose, and the twist that leads from it to the pose another `dt` later.
+    /// `dt` s later, not negative: the new pose, and the twist that leads from it to the pose
+    /// another `dt` later.
     pub(super) fn advance(&mut self, dt: f64) -> (Pose, Twist) {
         self.since += dt;
         let pose = self.pose(self.since);

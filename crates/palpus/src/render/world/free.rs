@@ -1,8 +1,8 @@
-//! A body that moves under gravity, contact and friction, and is held by nobody.
+//! A free body, which moves under gravity, contact and friction.
 //!
-//! Its momentum is kept, not its velocity: what contacts give one body they take from another in the
-//! same numbers, so that the momentum of all bodies together is conserved, and a body that tumbles
-//! freely needs no gyroscopic term.
+//! Its momentum is kept, not its velocity: what contacts give one body they take from another in
+//! the same numbers, so that the momentum of all bodies together is conserved, and a body that
+//! tumbles freely needs no gyroscopic term.
 
 use glam::{DMat3, DQuat, DVec3};
 
@@ -35,7 +35,8 @@ impl Free {
         }
     }
 
-    /// The step of `h` s without contacts: its matrix and right side, which are of the velocity at the end of the step.
+    /// The step of `h` s without contacts: its matrix and right side, which are of the velocity at
+    /// the end of the step.
     pub(super) fn begin(&self, pose: &Pose, gravity: DVec3, h: f64) -> (SpatialMatrix, Wrench) {
         let weight = Wrench { torque: DVec3::ZERO, force: gravity * (self.mass * h) };
         (SpatialMatrix::of_body(self.mass, self.inertia_at(pose)), self.momentum + weight)

@@ -18,7 +18,8 @@ pub(super) struct Held {
     pub(super) tool: Tool,
     pub(super) tick: Tick,
     pub(super) transient: Transient,
-    /// Without a coupling: the grip's pose in the last step, and what tools and objects did there, about it.
+    /// Without a coupling: the grip's pose in the last step, and what tools and objects did there,
+    /// about it.
     driven: Option<(Pose, [Wrench; 2])>,
     /// rad: with which shading can be on.
     pub(super) crease_angle: Option<f64>,
@@ -63,8 +64,8 @@ impl Held {
         self.settings = *settings;
     }
 
-    /// Begins a tick: where the probe, or the tool in its place, is looked for, its centre of mass, and the twist of that as far as
-    /// dampers are concerned; `None` if its state means nothing.
+    /// Begins a tick: where the probe, or the tool in its place, is looked for, its centre of mass,
+    /// and the twist of that as far as dampers are concerned; `None` if its state means nothing.
     pub(super) fn begin(
         &mut self,
         index: u64,
@@ -117,8 +118,9 @@ impl Held {
         }
     }
 
-    /// With a coupling: moves the tool with `twist` for `h` s from `pose`, its centre of mass from `center`. `given`: the impulses of other
-    /// tools and of objects that move, about the centre of mass.
+    /// With a coupling: moves the tool with `twist` for `h` s from `pose`, its centre of mass from
+    /// `center`. `given`: the impulses of other tools and of objects that move, about the centre of
+    /// mass.
     pub(super) fn end(
         &mut self,
         (pose, center): (&Pose, DVec3),

@@ -1,13 +1,15 @@
-//! Which bodies one implicit step moves together: those that touch each other, directly or through others that it moves.
+//! Which bodies one implicit step moves together: those that touch each other, directly or through
+//! others that it moves.
 
 /// Groups of bodies; sized when the world is made.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Islands {
-    /// Of each body one of its group; at the end of the way, itself.
+    /// For each body another one of its group; at the end of the path, itself.
     parent: Vec<u32>,
     /// Neighbours that are moved as well.
     neighbours: Vec<u32>,
-    /// The moved bodies, group by group; in a group by the number of their neighbours, then in the order in which they were added.
+    /// The moved bodies, group by group; in a group by the number of their neighbours, then in the
+    /// order in which they were added.
     order: Vec<u32>,
 }
 

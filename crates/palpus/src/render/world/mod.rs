@@ -1,4 +1,5 @@
-//! Many bodies: tools that are held through devices, and objects that are fixed, driven by a host, or free.
+//! Many bodies: tools that are held through devices, and objects that are fixed, driven by a host,
+//! or free.
 //!
 //! ```
 //! # use std::sync::Arc;
@@ -31,27 +32,30 @@
 //!
 //! A turn is one step of all, at one instant:
 //!
-//! 1. *Begin*: tools are where the last step put them, or where their devices are; driven bodies go on
-//!    their way ([`World::drive`]).
+//! 1. *Begin*: tools are where the last step put them, or where their devices are; driven bodies go
+//!    on their way ([`World::drive`]).
 //! 2. *Near*: boxes along the axes say which bodies may touch (`broad.rs`).
 //! 3. *Query* and *force*, for every two that are near, by themselves (`pair.rs`).
-//! 4. *Step*: bodies that touch move together, in one implicit step for each group (`solve.rs`), which is
-//!    linear in the velocities V′ at its end. With Aᵢ, bᵢ those of body i alone (a tool's coupling, a
-//!    free body's mass and weight), K and l those of the contacts between i and j about i's centre of
-//!    mass, and T what makes of j's velocity that of its point there:
+//! 4. *Step*: bodies that touch move together, in one implicit step for each group (`solve.rs`),
+//!    which is linear in the velocities V′ at its end. With Aᵢ, bᵢ those of body i alone (a tool's
+//!    coupling, a free body's mass and weight), K and l those of the contacts between i and j about
+//!    i's centre of mass, and T what makes of j's velocity that of its point there:
 //!
 //!    | Aᵢ + K   −K T        | Vᵢ′ = bᵢ + l
 //!    | −Tᵀ K    Aⱼ + Tᵀ K T | Vⱼ′ = bⱼ − Tᵀ l
 //!
-//!    It is definite at any stiffness, mass and speed. What one body gives the other takes, in the same
-//!    step: the sum of their momenta does not know of K. A tool that touches nothing that is moved
-//!    feels, to the bit, what it would feel alone with what is fixed.
+//!    It is definite at any stiffness, mass and speed. What one body gives the other takes, in the
+//!    same step: the sum of their momenta does not know of K. A tool that touches nothing that is
+//!    moved feels, to the bit, what it would feel alone with what is fixed.
 //! 5. *Feel*: each tool's wrench, with the ring of impacts, within its device's limits.
 //!
-//! Steps that tell each other where bodies were last would be no substitute. Contacts are so stiff that a tool which is pushed along at v would be
-//! held back with 2 k h v by what it has already left (34 N at 0.1 m/s on a usual device); told the other's velocity as well, the two throw each other to and fro.
+//! Steps that tell each other where bodies were last would be no substitute. Contacts are so stiff
+//! that a tool which is pushed along at v would be held back with 2 k h v by what it has already
+//! left (34 N at 0.1 m/s on a usual device); told the other's velocity as well, the two throw each
+//! other to and fro.
 //!
-//! Memory is obtained when bodies are added. A step obtains none, and nothing that a device or a host says makes it panic.
+//! Memory is obtained when bodies are added. A step obtains none, and nothing that a device or a
+//! host says makes it panic.
 
 mod broad;
 mod driven;
@@ -90,7 +94,7 @@ pub use object::{BodyId, Object, ToolId};
 /// Renders the contact of tools with objects and with each other. See the module's description.
 #[derive(Clone, Debug)]
 pub struct World {
-    /// Of contacts between objects.
+    /// Settings of contacts between objects.
     settings: Settings,
     /// m/s².
     gravity: DVec3,
@@ -115,12 +119,12 @@ pub struct World {
     counters: WorldCounters,
 }
 
-/// What happened in a world's step, beside what stands in the ticks of its tools.
+/// Counts of a world's step, beside the ticks of its tools.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct WorldCounters {
     /// Pairs of bodies that were looked at.
     pub pairs: u32,
-    /// Of these, pairs with contacts.
+    /// Pairs among these with contacts.
     pub touching: u32,
     /// Groups of bodies that were moved together.
     pub islands: u32,
@@ -130,7 +134,8 @@ pub struct WorldCounters {
     pub unsettled: u32,
     /// Groups whose step was cut, so that nothing moves beyond what was looked ahead for.
     pub bounded: u32,
-    /// Groups without a solution: their free bodies stand still, their tools are where the devices are.
+    /// Groups without a solution: their free bodies stand still, their tools are where the devices
+    /// are.
     pub reset: u32,
     /// Driven bodies whose host is silent for too long.
     pub overdue: u32,
@@ -146,7 +151,8 @@ const SHOWN: usize = 4;
 impl World {
     /// An empty world without gravity. `settings` hold between objects; tools bring their own.
     ///
-    /// Between objects contacts are as hard as behind a coupling, since an implicit step moves what they push.
+    /// Between objects contacts are as hard as behind a coupling, since an implicit step moves what
+    /// they push.
     ///
     /// # Errors
     /// With the setting that cannot be.
@@ -177,7 +183,7 @@ impl World {
     /// Adds an object.
     ///
     /// # Errors
-    /// When its pose is none, or its density or mass not positive.
+    /// Fails if its pose is invalid, or its density or mass not positive.
     pub fn add(&mut self, object: Object) -> Result<BodyId, SettingsError> {
         let Object { body, pose, kind } = object;
         let refused = |field, value, rule| Err(SettingsError { field, value, rule });
@@ -195,7 +201,8 @@ impl World {
         Ok(self.add_thing(body, role, pose.unstretched()))
     }
 
-    /// Adds a tool with a body and settings of its own; its place among the probe states of [`Self::step`] is the next.
+    /// Adds a tool with a body and settings of its own; its place among the probe states of
+    /// [`Self::step`] is the next.
     ///
     /// # Errors
     /// With the setting that cannot be.
@@ -208,15 +215,18 @@ impl World {
         Ok(ToolId(number))
     }
 
-    /// m/s², along the world's axes: what pulls at free bodies. A vector that is not finite counts as none.
+    /// m/s², along the world's axes: what pulls at free bodies. A vector that is not finite counts
+    /// as none.
     pub fn set_gravity(&mut self, gravity: DVec3) {
         self.gravity = if gravity.is_finite() { gravity } else { DVec3::ZERO };
     }
 
-    /// The host says where a driven body is now and how it moves (m/s and rad/s, the linear part of its frame's origin).
+    /// The host says where a driven body is now and how it moves (m/s and rad/s, the linear part of
+    /// its frame's origin).
     ///
-    /// To be told at the host's own rate; between two updates the body goes on, so that they are not felt as steps. A body that is not driven,
-    /// and numbers that are not finite, change nothing: false.
+    /// To be told at the host's own rate; between two updates the body goes on, so that they are
+    /// not felt as steps. A body that is not driven, and numbers that are not finite, change
+    /// nothing: false.
     pub fn drive(&mut self, body: BodyId, pose: Pose, velocity: Twist) -> bool {
         let Some(thing) = self.things.get_mut(body.0) else { return false };
         let is_finite = velocity.angular.is_finite() && velocity.linear.is_finite();
@@ -228,7 +238,8 @@ impl World {
         true
     }
 
-    /// Puts an object somewhere else, at rest, as if it had always been there. False for a tool, or a pose that is none.
+    /// Puts an object somewhere else, at rest, as if it had always been there. False for a tool, or
+    /// a pose that is none.
     pub fn put(&mut self, body: BodyId, pose: Pose) -> bool {
         let skin = self.settings.skin();
         let Some(thing) = self.things.get_mut(body.0).filter(|_| pose.is_valid()) else { return false };
@@ -248,7 +259,8 @@ impl World {
         true
     }
 
-    /// Gives a free body this velocity (m/s and rad/s, of its centre of mass). False for any other body, and for numbers that are not finite.
+    /// Gives a free body this velocity (m/s and rad/s, of its centre of mass). False for any other
+    /// body, and for numbers that are not finite.
     pub fn throw(&mut self, body: BodyId, twist: Twist) -> bool {
         let Some(Thing { role: Role::Free(free), pose, .. }) = self.things.get_mut(body.0) else { return false };
         let is_finite = twist.angular.is_finite() && twist.linear.is_finite();
@@ -258,7 +270,8 @@ impl World {
         is_finite
     }
 
-    /// Where a body is, in the world; of a tool with a coupling, the tool's pose and not the device's.
+    /// Where a body is, in the world; of a tool with a coupling, the tool's pose and not the
+    /// device's.
     pub fn pose(&self, body: BodyId) -> Pose {
         self.things[body.0].pose
     }
@@ -281,7 +294,8 @@ impl World {
         }
     }
 
-    /// The contacts of two bodies in the last step, in the world's frame, as the first of the two sees them.
+    /// The contacts of two bodies in the last step, in the world's frame, as the first of the two
+    /// sees them.
     pub fn contacts(&self, of: BodyId, with: BodyId) -> impl Iterator<Item = Contact> {
         let pair = self.pair(of.0, with.0).map(|k| &self.pairs[k]);
         let turned = pair.is_some_and(|pair| pair.bodies[0] != of.0);
@@ -289,7 +303,7 @@ impl World {
         contacts.iter().map(move |contact| if turned { mirrored(contact) } else { *contact })
     }
 
-    /// What happened in the last step.
+    /// Counts of the last step.
     pub fn counters(&self) -> &WorldCounters {
         &self.counters
     }
@@ -304,13 +318,15 @@ impl World {
         &self.things[body.0].body
     }
 
-    /// The queries of the next steps may do about so much work together ([`crate::algebra::Work`]); `None`: as much as there is. What is not reached is felt
-    /// as it was, carried along, and comes first in the step after.
+    /// The queries of the next steps may do about so much work together ([`crate::algebra::Work`]);
+    /// `None`: as much as there is. What is not reached is felt as it was, carried along, and comes
+    /// first in the step after.
     pub fn allow(&mut self, work: Option<u64>) {
         self.allowed = work;
     }
 
-    /// Forgets the past, but for where objects are and how they move: the next step is as the first was.
+    /// Forgets the past, but for where objects are and how they move: the next step is as the first
+    /// was.
     pub fn clear(&mut self) {
         self.pairs.iter_mut().for_each(Pair::clear);
         self.tools.iter_mut().for_each(Held::clear);

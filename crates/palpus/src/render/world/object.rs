@@ -1,4 +1,4 @@
-//! What a world is made of: what a user adds, and what becomes of it.
+//! Objects of a world: as a user adds them, and their state.
 
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ impl ToolId {
     }
 }
 
-/// A body that nobody holds, to be added to a [`World`](super::World).
+/// A body that no hand holds, to be added to a [`World`](super::World).
 #[derive(Clone, Debug)]
 pub struct Object {
     pub(super) body: Arc<Body>,
@@ -48,12 +48,14 @@ impl Object {
         Self { body, pose, kind: Kind::Fixed }
     }
 
-    /// A body that a host moves: see [`World::drive`](super::World::drive). It stands at `pose` until then.
+    /// A body that a host moves: see [`World::drive`](super::World::drive). It stands at `pose`
+    /// until then.
     pub fn driven(body: Arc<Body>, pose: Pose) -> Self {
         Self { body, pose, kind: Kind::Driven }
     }
 
-    /// A body of this density (kg/m³) that moves under contact, friction and gravity. At `pose`, at rest.
+    /// A body of this density (kg/m³) that moves under contact, friction and gravity. At `pose`, at
+    /// rest.
     ///
     /// An open mesh has the mass of its [ground](crate::body::MassSource).
     pub fn free(body: Arc<Body>, pose: Pose, density: f64) -> Self {
@@ -130,7 +132,8 @@ impl Part {
 }
 
 impl Part {
-    /// A step begins, which moves the body or not. What it has by itself is set when the step is made.
+    /// A step begins, which moves the body or not. What it has by itself is set when the step is
+    /// made.
     pub(super) fn begin(&mut self, is_moved: bool) {
         self.is_moved = is_moved;
         self.is_touched = false;

@@ -1,8 +1,9 @@
-//! Two bodies of a world: their contacts, the forces between them, and what the implicit step makes of those.
+//! Two bodies of a world: their contacts, the forces between them, and what the implicit step makes
+//! of those.
 //!
-//! Every pair has clusters, shares and friction of its own. So what the one body gives the other takes,
-//! whatever else either of them touches; and a front, a grip or a piece's index never meets one of
-//! another pair. Everything that a tick leaves here is in the world's frame.
+//! Every pair has clusters, shares and friction of its own. So what the one body gives the other
+//! takes, whatever else either of them touches; and a front, a grip or a piece's index never meets
+//! one of another pair. Everything that a tick leaves here is in the world's frame.
 
 use std::sync::Arc;
 
@@ -36,7 +37,7 @@ pub(super) struct Pair {
     /// In the step under way: a placed in b's frame, and how near contacts are looked for, m.
     pose_ba: Pose,
     within: f64,
-    /// What shading needs, whether or not it is on.
+    /// Data for shading, whether or not it is on.
     surfaces: Option<Surfaces>,
     query: ContactQuery,
     scratch: Scratch,
@@ -137,7 +138,8 @@ impl Pair {
         self.query.unlooked_separation() - self.settings.skin()
     }
 
-    /// They were last looked at in an earlier step, and `pose_ba` is how they lay in the step before this one.
+    /// They were last looked at in an earlier step, and `pose_ba` is how they lay in the step
+    /// before this one.
     pub(super) fn came_from(&mut self, pose_ba: &Pose) {
         self.query.came_from(pose_ba);
     }
@@ -152,7 +154,8 @@ impl Pair {
         self.contacts.extend(self.query.found().iter().take(self.settings.capacity));
     }
 
-    /// The wrenches on both, of the contacts that the query found. `implicit`: a step moves one of them under these contacts.
+    /// The wrenches on both, of the contacts that the query found. `implicit`: a step moves one of
+    /// them under these contacts.
     pub(super) fn force(&mut self, a: &Place<'_>, b: &Place<'_>, implicit: bool) {
         if self.contacts.is_empty() {
             self.scratch.clear();
@@ -194,8 +197,8 @@ impl Pair {
         }
     }
 
-    /// Tells `press` the normal on a of each contact that presses, and where it is; a's centre of mass is at `center`. `implicit`: a step has moved
-    /// one of the two.
+    /// Tells `press` the normal on a of each contact that presses, and where it is; a's centre of
+    /// mass is at `center`. `implicit`: a step has moved one of the two.
     pub(super) fn each_pressing(&self, center: DVec3, implicit: bool, mut press: impl FnMut(DVec3, DVec3)) {
         if implicit {
             self.touches.pressing().for_each(|(normal, offset)| press(normal, center + offset));
@@ -208,7 +211,8 @@ impl Pair {
         }
     }
 
-    /// s: damping of contacts over their stiffness, so that those which share a stiffness share a damping alike.
+    /// s: damping of contacts over their stiffness, so that those which share a stiffness share a
+    /// damping alike.
     fn lag(&self) -> f64 {
         self.settings.damping / self.settings.stiffness
     }
@@ -218,12 +222,14 @@ impl Pair {
         self.touches.add_to(system, load, h, self.lag());
     }
 
-    /// N·s and N·m·s: what contacts gave a in the step of `h` s whose solution is the `twist` of a with respect to b; about a's centre of mass.
+    /// N·s and N·m·s: what contacts gave a in the step of `h` s whose solution is the `twist` of a
+    /// with respect to b; about a's centre of mass.
     pub(super) fn impulse(&self, twist: &Twist, h: f64) -> Wrench {
         self.touches.impulse(twist, h, self.lag())
     }
 
-    /// Which contacts press and slide if a moves with `twist` with respect to b; true if that is news.
+    /// Which contacts press and slide if a moves with `twist` with respect to b; true if that is
+    /// news.
     pub(super) fn revise(&mut self, twist: &Twist, h: f64) -> bool {
         let lag = self.lag();
         self.touches.revise(twist, h, lag)
@@ -249,8 +255,8 @@ pub(super) fn relative_twist(a: &Twist, b: &Twist, shift: DVec3) -> Twist {
     Twist { angular: a.angular - b.angular, linear: a.linear - b.at(shift) }
 }
 
-/// What holds between two bodies of these settings: the first one's, as soft as the softer of the two and within the lesser tolerance, so
-/// that both are looked after by one law.
+/// What holds between two bodies of these settings: the first one's, as soft as the softer of the
+/// two and within the lesser tolerance, so that both are looked after by one law.
 pub(super) fn common(settings: [&Settings; 2]) -> Settings {
     let [first, second] = settings.map(Settings::held);
     let [first, second] = [&first, &second];
@@ -321,7 +327,8 @@ impl Forces {
         self.net = NetWrench { on_a: on_a.rotated(pose), on_b: on_b.rotated(pose) };
     }
 
-    /// Adds the wrench of another pair of bodies; `turned`: the body which this is about is that pair's b.
+    /// Adds the wrench of another pair of bodies; `turned`: the body which this is about is that
+    /// pair's b.
     pub(super) fn append_net(&mut self, other: &Self, turned: bool) {
         let (own, others) = if turned { (other.net.on_b, other.net.on_a) } else { (other.net.on_a, other.net.on_b) };
         self.net = NetWrench { on_a: self.net.on_a + own, on_b: self.net.on_b + others };

@@ -1,4 +1,5 @@
-//! The implicit step of a world: groups of bodies that touch, moved together. Outline in `mod.rs`, step 4.
+//! The implicit step of a world: groups of bodies that touch, moved together. Outline in `mod.rs`,
+//! step 4.
 
 use std::ops::Range;
 
@@ -74,13 +75,15 @@ impl World {
         }
     }
 
-    /// The velocities of the group `of` at the end of the step; false if there is no finite solution.
+    /// The velocities of the group `of` at the end of the step; false if there is no finite
+    /// solution.
     fn solve(&mut self, of: Range<usize>, h: f64, counters: &mut ToolCounters) -> bool {
         for (slot, k) in of.clone().enumerate() {
             self.things[self.islands.body(k)].part.slot = slot;
         }
         let group = self.islands.group(self.islands.body(of.start));
-        // What slides in one step mostly slides in the next: to begin with sticking would take all rounds to let go.
+        // What slides in one step mostly slides in the next: to begin with sticking would take all
+        // rounds to let go.
         for &k in &self.near {
             let pair = &mut self.pairs[k as usize];
             if pair.group == group && pair.settings().friction.is_some() {
@@ -128,7 +131,7 @@ impl World {
             let (mut between, mut given) = (SpatialMatrix::ZERO, Wrench::ZERO);
             pair.add_to(&mut between, &mut given, h);
             let shift = things[a].center - things[b].center;
-            // What is known of the velocities stands on the right side.
+            // Terms with known velocities are on the right side.
             let still = |i: usize| if things[i].part.is_moved { Twist::default() } else { things[i].twist };
             given = given + -between.times(&relative_twist(&still(a), &still(b), shift));
             if moved[0] {
@@ -237,7 +240,8 @@ impl World {
     }
 }
 
-/// The velocity of the first body with respect to the second one at the end of the step, about the first one's centre of mass.
+/// The velocity of the first body with respect to the second one at the end of the step, about the
+/// first one's centre of mass.
 fn relative_to(things: &[Thing], [a, b]: [usize; 2]) -> Twist {
     let [a, b] = [&things[a], &things[b]];
     let known = |thing: &Thing| if thing.part.is_moved { thing.part.twist } else { thing.twist };

@@ -2,8 +2,8 @@
 //! one on the diagonal for each body, one beside it for each pair of bodies in contact.
 //!
 //! Symmetric and definite, so Cholesky's factors exist; they are found block by block, and only
-//! blocks that are there, or come to be there, are touched. Bodies with few neighbours had better come
-//! first: a body that is eliminated joins all of its neighbours that are left.
+//! blocks that are there, or come to be there, are touched. Bodies with few neighbours had better
+//! come first: a body that is eliminated joins all of its neighbours that are left.
 
 use glam::DVec3;
 
@@ -17,7 +17,7 @@ const ZERO: Block = [[0.0; 6]; 6];
 /// See the module's description.
 #[derive(Clone, Debug)]
 pub(super) struct BlockSystem {
-    /// Of the lower triangle, row by row.
+    /// Lower triangle, row by row.
     blocks: Vec<Block>,
     /// Which of them are there.
     filled: Vec<bool>,
@@ -48,7 +48,8 @@ impl BlockSystem {
         self.right[i] = [torque.x, torque.y, torque.z, force.x, force.y, force.z];
     }
 
-    /// Takes `block` away from the wrench on body `i` for each twist of body `j`, and the transposed the other way round.
+    /// Takes `block` away from the wrench on body `i` for each twist of body `j`, and the
+    /// transposed the other way round.
     pub(super) fn take_between(&mut self, i: usize, j: usize, block: &Block) {
         let at = place(i.max(j), i.min(j));
         if !std::mem::replace(&mut self.filled[at], true) {
@@ -122,7 +123,7 @@ impl BlockSystem {
     }
 }
 
-/// Of block (i, j), with j not after i.
+/// Index of block (i, j), with j not after i.
 fn place(i: usize, j: usize) -> usize {
     i * (i + 1) / 2 + j
 }

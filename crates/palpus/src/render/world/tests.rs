@@ -85,7 +85,7 @@ fn a_block_on_a_table_and_a_stack_of_three_come_to_rest_and_stay() {
             assert!(drift < 1e-9, "{count} blocks: {drift} m in two seconds");
             assert!(speed(&world, block) < 1e-9, "{count} blocks: {:?}", world.twist(block));
         }
-        // What the table bears is the weight of all.
+        // The table bears the weight of all.
         let weight = f64::from(count) * 700.0 * 0.04f64.powi(3) * -G.z;
         let borne = world.pairs[0].impulse(&Twist::default(), DT).force.z / DT;
         assert!((borne - weight).abs() < 1e-6 * weight, "{borne} N of {weight}");
@@ -103,7 +103,8 @@ fn a_block_and_a_stack_rest_for_ten_minutes() {
         let blocks: Vec<_> =
             (0..count).map(|k| world.add(Object::free(body.clone(), pose(k), 700.0)).unwrap()).collect();
         run(&mut world, 1000);
-        // J: twice the kinetic energy at the most, since a cube's radius of inertia is less than 0.02 m, and that of height.
+        // J: twice the kinetic energy at the most, since a cube's radius of inertia is less than
+        // 0.02 m, and that of height.
         let energy = |world: &World| -> f64 {
             let of = |&id: &BodyId| speed(world, id).powi(2) - G.z * world.pose(id).translation.z;
             mass * blocks.iter().map(of).sum::<f64>()
@@ -122,7 +123,8 @@ fn a_block_and_a_stack_rest_for_ten_minutes() {
     }
 }
 
-/// On a slope just below the angle of friction a block stays; just above it, it slides as Coulomb's does.
+/// On a slope just below the angle of friction a block stays; just above it, it slides as Coulomb's
+/// does.
 #[test]
 fn a_block_on_a_slope_holds_and_slides_as_coulombs() {
     let limit = MU.atan();
@@ -192,7 +194,8 @@ fn squeeze() -> (World, BodyId, [ToolId; 2]) {
     (world, block, fingers)
 }
 
-/// Where the two fingers are meant to be: `in_by` (m) further in than where they touch, lifted and turned about the y axis.
+/// Where the two fingers are meant to be: `in_by` (m) further in than where they touch, lifted and
+/// turned about the y axis.
 fn meant(in_by: f64, lift: f64, turn: f64) -> [ProbeState; 2] {
     let rotation = DQuat::from_rotation_y(turn);
     [-1.0, 1.0].map(|side| {

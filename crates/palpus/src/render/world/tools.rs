@@ -1,4 +1,4 @@
-//! What a world says of its tools, and what can be changed of them between two steps.
+//! State of a world's tools, and changes between two steps.
 
 use super::{BodyId, ToolId, World};
 use crate::force::ShadingSettings;
@@ -10,7 +10,7 @@ impl World {
         BodyId(self.tools[tool.0].thing)
     }
 
-    /// What a tool felt in the last step.
+    /// Answer for a tool in the last step.
     pub fn tick(&self, tool: ToolId) -> &Tick {
         &self.tools[tool.0].tick
     }
@@ -20,8 +20,8 @@ impl World {
         &self.tools[tool.0].settings
     }
 
-    /// A tool can take up shading at this crease angle (rad) later on, by [`Self::set_tool_settings`]. Makes no difference where shading is on
-    /// from the start.
+    /// A tool can take up shading at this crease angle (rad) later on, by
+    /// [`Self::set_tool_settings`]. Makes no difference where shading is on from the start.
     pub fn prepare_shading(&mut self, tool: ToolId, crease_angle: f64) {
         let held = &mut self.tools[tool.0];
         held.crease_angle.get_or_insert(crease_angle);
@@ -35,11 +35,12 @@ impl World {
         self.tools[tool.0].crease_angle
     }
 
-    /// Goes on with other settings of a tool from the next step on. Contacts, friction and the tool are remembered and ticks counted on; a
-    /// coupling that was not there begins where the device is.
+    /// Goes on with other settings of a tool from the next step on. Contacts, friction and the tool
+    /// are remembered and ticks counted on; a coupling that was not there begins where the device
+    /// is.
     ///
-    /// Obtains no memory. What would need some is refused, like what cannot be: another `capacity`, and shading at a crease angle other than
-    /// that at the start or of [`Self::prepare_shading`].
+    /// Obtains no memory. What would need some is refused, like what cannot be: another `capacity`,
+    /// and shading at a crease angle other than that at the start or of [`Self::prepare_shading`].
     ///
     /// # Errors
     /// With the setting that cannot be; all are then as they were.
@@ -66,8 +67,8 @@ impl World {
         Ok(())
     }
 
-    /// A tool's device can give no more than `available` from now on: what the coupling does not hold, the hand takes. Without a
-    /// coupling, nothing changes.
+    /// A tool's device can give no more than `available` from now on: what the coupling does not
+    /// hold, the hand takes. Without a coupling, nothing changes.
     pub fn set_available(&mut self, tool: ToolId, available: &Limits) {
         self.tools[tool.0].set_available(available);
     }

@@ -13,10 +13,10 @@ use crate::render::tool::radius;
 use crate::render::transient::approach;
 
 impl World {
-    /// One turn of the loop: what the states of all tools feel like, in the order in which the tools were added. `dt` is the time since the last
-    /// step, s.
+    /// One turn of the loop: what the states of all tools feel like, in the order in which the
+    /// tools were added. `dt` is the time since the last step, s.
     ///
-    /// A tool whose pose is none feels nothing and is not there for the others.
+    /// A tool with an invalid pose feels nothing, and the others do not feel it.
     pub fn step(&mut self, probes: &[ProbeState], dt: f64, clock: &impl Clock) {
         let begin = clock.now_ns();
         self.begin(probes, dt);
@@ -104,7 +104,8 @@ impl World {
         }
     }
 
-    /// m: how near contacts of a pair are looked for: as near as the two can come to the skin, where that is known.
+    /// m: how near contacts of a pair are looked for: as near as the two can come to the skin,
+    /// where that is known.
     fn looked_ahead(&self, pair: &Pair, dt: f64) -> f64 {
         let settings = pair.settings();
         match pair.bodies.map(|i| self.reach(i, dt)) {
@@ -120,8 +121,8 @@ impl World {
             if matches!(thing.role, Role::Fixed) && self.boxed_with == self.margin {
                 continue;
             }
-            // A hand may be fast and the work allowed little: what a tool comes near to is looked at from
-            // the distance of its own size, so that it is known when the two meet.
+            // A hand may be fast and the work allowed little: what a tool comes near to is looked
+            // at from the distance of its own size, so that it is known when the two meet.
             let ahead = if matches!(thing.role, Role::Tool(_)) { radius(&thing.body) } else { 0.0 };
             let margin = self.reach(i, dt).unwrap_or(0.0) + ahead + self.margin;
             if !thing.there {

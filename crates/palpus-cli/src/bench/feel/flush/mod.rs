@@ -50,14 +50,14 @@ const METHODS: [&str; 2] = ["coupled", "coupled-smooth"];
 /// s: how long the hum at rest is watched, and the hum anywhere.
 const AT_REST: f64 = 1.0;
 const ANYWHERE: f64 = 0.5;
-/// s: the loop has begun, and what the start itself does is over.
+/// s: time after which the effects of the start are over.
 const BEGUN: f64 = 0.8;
 /// s: from one judgement of the overlap to the next, and of meshes of many triangles.
 const JUDGED: f64 = 0.02;
 const JUDGED_LARGE: f64 = 0.1;
 const MANY_TRIANGLES: usize = 10_000;
 
-/// What was felt in one closed loop.
+/// Measures of one closed loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Felt {
     /// Hum at rest: N and N·m.
@@ -153,7 +153,7 @@ fn judged(name: &str) -> anyhow::Result<Judged> {
 
 fn measure(scene: &Judged, entry: &Entry, effort: &Effort) -> anyhow::Result<Vec<Row>> {
     let mut rows = Rows::new(scene.ground.name, entry.name);
-    // Without a hand nobody follows a path.
+    // Without a hand there is no path to follow.
     for &(name, hand) in HANDS.iter().filter(|(name, _)| effort.hands.contains(name) && *name != "none") {
         let intent = |time: f64| scene.ground.path.pose(time);
         let felt = scene.felt(entry, &Tuning::of(&scene.ground), &follow(hand, &intent))?;

@@ -26,14 +26,14 @@ use palpus::algebra::Random;
 pub(in crate::bench) const SEED: u64 = 0xf1a5_4000;
 /// The method that is swept: palpus's default.
 const METHOD: &str = "coupled-smooth";
-/// N: a weight that presses sideways where nobody holds the part.
+/// N: a weight that presses sideways, if no hand holds the part.
 const WEIGHT: f64 = 1.0;
 /// Cases that the page lists.
 const LISTED: usize = 12;
 
 /// Bars: N, N·m, J, m.
 const BARS: [f64; 4] = [1e-3, 0.05e-3, 10e-6, 20e-6];
-/// What a bar is called, its unit in tables, and by what a value is multiplied for it.
+/// A limit: its name, its unit in tables, and the factor for that unit.
 const MEASURES: [(&str, f64); 4] =
     [("hum (mN)", 1e3), ("hum (mN·m)", 1e3), ("energy (µJ)", 1e6), ("true overlap (µm)", 1e6)];
 
@@ -66,7 +66,7 @@ impl Case {
         let entry = METHODS.iter().find(|entry| entry.name == METHOD).context("the default method")?;
         let tuning = Tuning { stiffness: Some(self.stiffness), ..Tuning::of(&judged.ground) };
         let is_held = self.hand.1.stiffness > 0.0;
-        // What nobody holds lies in its play, pressed against a wall.
+        // A part without a hand lies in its play, pressed against a wall.
         let free = self.flush.free();
         let intent = |time: f64| -> Pose { if is_held { judged.ground.path.pose(time) } else { free } };
         let load = if is_held { Wrench::ZERO } else { self.flush.fit.weight(WEIGHT) };
@@ -88,12 +88,12 @@ impl Case {
 
 const CASE_HEAD: [&str; 7] = ["seed", "scene", "hand", "play (mm)", "twist (°)", "tolerance (mm)", "stiffness (kN/m)"];
 
-/// What is judged, in the order of [`BARS`].
+/// The measures, in the order of [`BARS`].
 fn judged_values(felt: &Felt) -> [f64; 4] {
     [felt.rest[0], felt.rest[1], felt.energy, felt.overlap]
 }
 
-/// True if every value is within its bar; what is not a number is not.
+/// Returns true if every value is within its limit; NaN is not.
 fn passes(felt: &Felt) -> bool {
     judged_values(felt).iter().zip(BARS).all(|(value, bar)| *value <= bar)
 }

@@ -29,7 +29,7 @@ use crate::body::TriangleTree;
 use crate::body::decompose::Patch;
 use crate::body::decompose::facet::{Facets, Surface};
 
-/// A point of a way in.
+/// A point of an inward path.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct WayPoint {
     pub(crate) point: DVec3,
@@ -37,7 +37,7 @@ pub(crate) struct WayPoint {
     pub(crate) distance: f64,
 }
 
-/// The ways in from all vertices of a surface.
+/// The inward paths from all vertices of a surface.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct WaysIn {
     starts: Vec<u32>,
@@ -179,7 +179,7 @@ impl Step {
 
     /// How far the promise holds, and the surface that ends it; none if the step is hardly one.
     fn length(&self, tree: &TriangleTree, noise: f64) -> Option<(f64, DVec3)> {
-        // What is hit at once is the surface that the way starts from.
+        // A hit at once is on the surface at which the path starts.
         let mut wall = f64::INFINITY;
         let _ = tree.visit_ray(self.from, self.along, f64::INFINITY, |hit| {
             if hit.t > noise && hit.t < wall {

@@ -2,7 +2,7 @@
 
 use crate::body::{HalfEdges, Mesh};
 
-/// What one component is like.
+/// Health of one component.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ComponentHealth {
     /// Number of triangles.
@@ -49,7 +49,7 @@ impl Fans {
     }
 }
 
-/// What each component is like, in the order of their first triangles.
+/// Health of each component, in the order of their first triangles.
 pub(super) fn components(mesh: &Mesh, edges: &HalfEdges, fans: &Fans) -> Vec<ComponentHealth> {
     let count = mesh.component_count();
     let (mut triangles, mut whole) = (vec![0_usize; count], vec![true; count]);

@@ -1,4 +1,4 @@
-//! What a user should know about a mesh, in plain words.
+//! Notices about a mesh for its user.
 
 use std::fmt;
 

@@ -24,6 +24,11 @@ impl TriangleTree {
 
     /// The point of the surface nearest to `p` if its distance is less than `limit`.
     pub fn nearest_within(&self, p: DVec3, limit: f64) -> Option<SurfacePoint> {
+        self.nearest_among(p, limit, |_| true)
+    }
+
+    /// The same of the triangles that `counts` holds for.
+    pub(crate) fn nearest_among(&self, p: DVec3, limit: f64, counts: impl Fn(u32) -> bool) -> Option<SurfacePoint> {
         let mut best = None;
         let mut best_squared = limit * limit;
         let mut stack = Stack::from_root(&self.nodes);
@@ -44,7 +49,7 @@ impl TriangleTree {
                 let [a, b, c] = self.corners[slot];
                 let point = closest_on_triangle(p, a, b, c);
                 let squared = point.distance_squared(p);
-                if squared < best_squared {
+                if squared < best_squared && counts(self.ids[slot]) {
                     best_squared = squared;
                     best = Some(SurfacePoint { triangle: self.ids[slot], point, distance: squared.sqrt() });
                 }

@@ -1,4 +1,4 @@
-//! Where a ray meets the surface.
+//! Intersection of a ray with the surface.
 
 use std::ops::ControlFlow;
 
@@ -8,7 +8,7 @@ use super::TriangleTree;
 use crate::algebra::tolerance;
 use crate::body::Aabb;
 
-/// Where a ray meets a surface.
+/// Intersection of a ray with a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
     /// Index of the triangle that is met.

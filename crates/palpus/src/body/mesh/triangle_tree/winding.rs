@@ -18,7 +18,7 @@ use crate::algebra::tolerance;
 use crate::body::Aabb;
 use crate::body::mesh::triangle_pair::{holds_coplanar_point, side_of_plane, turn};
 
-/// What a far point sees of a node's triangles.
+/// Far-field approximation of a node's triangles.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Dipole {
     /// Sum of the triangles' normals times their areas.

@@ -1,12 +1,14 @@
 //! How far a direction is from all that a piece owns.
 //!
-//! What a piece owns is a set of directions that turns with the piece. A direction at an angle from all of them is none of them
-//! until the piece has turned by that angle, whatever its place. The angle is bounded from below, part by part:
+//! What a piece owns is a set of directions that turns with the piece. A direction at an angle from
+//! all of them is none of them until the piece has turned by that angle, whatever its place. The
+//! angle is bounded from below, part by part:
 //!
 //! * a normal: by the chord to it;
-//! * an arc: by the sine of the angle to its circle between the ends, else by the chord to the nearer end;
-//! * what a vertex owns: by how high its highest neighbour on the mesh lies along the direction. The sine of that elevation changes
-//!   by no more than the angle by which the direction turns.
+//! * an arc: by the sine of the angle to its circle between the ends, else by the chord to the
+//!   nearer end;
+//! * what a vertex owns: by how high its highest neighbour on the mesh lies along the direction.
+//!   The sine of that elevation changes by no more than the angle by which the direction turns.
 
 use glam::DVec3;
 
@@ -15,10 +17,11 @@ use crate::algebra::tolerance::ADMISSIBLE_ANGLE;
 use crate::body::decompose::facet::NONE;
 
 impl OwnNormals<'_> {
-    /// At most the angle (rad) between `direction` (unit, in the piece's frame) and every direction that the piece owns; not above
-    /// 0 where it owns the direction or nearly so.
+    /// At most the angle (rad) between `direction` (unit, in the piece's frame) and every direction
+    /// that the piece owns; not above 0 where it owns the direction or nearly so.
     pub fn angle_to(&self, direction: DVec3) -> f64 {
-        // The slack with which directions are owned, and as much again for the rounding of those that are asked for.
+        // The slack with which directions are owned, and as much again for the rounding of those
+        // that are asked for.
         const SLACK: f64 = 2.0 * ADMISSIBLE_ANGLE;
         let planes = self.faces.iter().map(|own| self.polytope.plane(own.face));
         let planes = planes.chain(self.borrowed.iter().map(|borrowed| borrowed.plane));

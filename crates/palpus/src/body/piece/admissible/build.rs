@@ -66,7 +66,7 @@ impl Admissible {
         answer
     }
 
-    /// Where the entries of what is there so far end.
+    /// Ends of the entries so far.
     fn end(&self) -> Range {
         Range {
             faces: self.faces.len() as u32,

@@ -86,7 +86,7 @@ fn nothing_faces_into_the_notch_from_its_inner_edge() {
     assert!(inner_edges > 0);
 }
 
-/// Of the directions that are asked for.
+/// Seed of the directions.
 const SEED: u64 = 0xa9_a27;
 
 #[test]

@@ -70,8 +70,8 @@ impl Scene<'_> {
         }
     }
 
-    /// Adds the obstacles of earlier searches, in this pose; `leaves` name what blocked there, and `gates` where rays
-    /// left it.
+    /// Adds the obstacles of earlier searches, in this pose; `leaves` name what blocked there, and
+    /// `gates` where rays left it.
     pub(in super::super) fn restore(&mut self, kept: &[(Cell, Cell)], leaves: &[Leaf], gates: BTreeMap<Ray, Gate>) {
         self.gates[0] = gates;
         let of_leaves = leaves.iter().flat_map(|leaf| leaf.chain.iter().copied());

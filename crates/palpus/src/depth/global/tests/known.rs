@@ -53,7 +53,7 @@ fn convex_pairs_have_their_certified_depth() {
         Body::from_convex(&points).expect("a convex body")
     };
     for case in 0..20 {
-        let (a, b) = (hull(&mut random, 8 + case), hull(&mut random, 30));
+        let (a, b) = (hull(&mut random, 8 + case), hull(&mut random, 20 + 20 * case));
         let (inside_a, inside_b) = (interior(&a), interior(&b));
         let query = GlobalDepth::new(&a, &inside_a, &b, &inside_b);
         let pose = Pose { translation: random.vector() * 0.4, ..random_pose(&mut random, 0.0) };
@@ -68,6 +68,7 @@ fn convex_pairs_have_their_certified_depth() {
             "seed {SEED}, case {case}: {answer:?}, exact {}",
             exact.depth
         );
+        assert!(answer.evaluations <= 64, "seed {SEED}, case {case}: a convex pair needs no search, {answer:?}");
         assert!(
             exact.depth - answer.lower <= 1e-8 * size,
             "seed {SEED}, case {case}: {answer:?}, exact {}",

@@ -11,7 +11,8 @@ const SEED: u64 = 0xd21e_0001;
 /// How a driven body moves: where it is and its velocity, at a time.
 type Way = fn(f64) -> (DVec3, DVec3);
 
-/// The largest change of force (N) from tick to tick where the host says something, and elsewhere; and the last force.
+/// The largest change of force (N) from tick to tick where the host says something, and elsewhere;
+/// and the last force.
 fn steps(way: Way, mut pause: impl FnMut() -> f64) -> (f64, f64, DVec3) {
     let mut world = World::new(settings()).unwrap();
     let said = |t: f64| {
@@ -58,11 +59,11 @@ fn updates_are_not_felt_as_steps() {
     let steady = steps(conveyor, || 1.0 / 60.0);
     let jittery = steps(conveyor, || 0.010 + 0.015 * random.unit());
     let press = steps(press, || 1.0 / 60.0);
-    // Rounding moves a force by less than a micronewton; the press is the coupling's stiffness times its speed.
+    // Rounding moves a force by less than a micronewton; the press is the coupling's stiffness
+    // times its speed.
     for (name, (at_update, between, force), most) in
         [("conveyor", steady, 1e-6), ("conveyor, jittery host", jittery, 1e-6), ("press", press, 0.025)]
     {
-        println!("{name}: {at_update} N at updates, {between} N between");
         assert!(at_update <= between.max(1e-6), "{name}: {at_update} N at updates, {between} N between");
         assert!(between <= most, "{name}: {between} N from tick to tick");
         assert!(force.z > 0.3, "{name}: the tool touches: {force}, seed {SEED:#x}");

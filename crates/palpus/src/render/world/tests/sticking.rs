@@ -6,7 +6,8 @@ use super::{DT, MU, at, cuboid, settings};
 use crate::algebra::NoClock;
 use crate::render::{Object, ProbeState, World};
 
-/// Sideways motion of the foot of a tool that sticks, over its friction force and the stated stiffness, as a share of what it is to be.
+/// Sideways motion of the foot of a tool that sticks, over its friction force and the stated
+/// stiffness, as a share of what it is to be.
 ///
 /// The hand presses from `press` (m) below the contact, and then pulls by `pull` (m).
 fn give(press: f64, pull: f64) -> f64 {
@@ -19,7 +20,8 @@ fn give(press: f64, pull: f64) -> f64 {
         (0..ticks).for_each(|_| world.step(&[ProbeState::at(at(x, 0.0, z))], DT, &NoClock));
         (foot(&world).x, world.tick(tool).commanded.force)
     };
-    // From the air: a tool that begins inside the plate holds at points in the middle of the overlap.
+    // From the air: a tool that begins inside the plate holds at points in the middle of the
+    // overlap.
     hold(0.0, 0.0102, 20);
     let (before, _) = hold(0.0, 0.01 - press, 500);
     let (after, felt) = hold(pull, 0.01 - press, 500);
@@ -33,7 +35,6 @@ fn give(press: f64, pull: f64) -> f64 {
 fn coupled_tool_sticks_as_stiffly_as_stated() {
     for (press, pull) in [(0.004, 5e-4), (0.006, 2e-4), (0.002, -4e-4), (0.007, 1e-3)] {
         let share = give(press, pull);
-        println!("pressed {press} m, pulled {pull} m: gives way {share} of what is stated");
         assert!((share - 1.0).abs() < 0.02, "pressed {press} m, pulled {pull} m: {share}");
     }
 }

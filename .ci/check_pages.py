@@ -1,0 +1,44 @@
+#!/usr/bin/env python3
+"""Checks the Markdown pages: every link within the repository leads to a file and heading, and the book has every page of docs/.
+
+usage: .ci/check_pages.py      (exit 1 if something is wrong)
+"""
+import pathlib
+import re
+import sys
+
+ROOT = pathlib.Path(__file__).resolve().parent.parent
+PAGES = [*ROOT.glob("*.md"), *sorted((ROOT / "docs").glob("*.md"))]
+LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+
+
+def anchors(page):
+    """The names under which the headings of a page can be linked to."""
+    text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.S)
+    headings = re.findall(r"^#+ +(.*)$", text, flags=re.M)
+    return {re.sub(r"[^\w\- ]", "", heading.replace("`", "").strip().lower()).replace(" ", "-") for heading in headings}
+
+
+def main():
+    wrong = []
+    for page in PAGES:
+        text = re.sub(r"```.*?```|`[^`\n]*`", "", page.read_text(encoding="utf-8"), flags=re.S)
+        for target in LINK.findall(text):
+            if re.match(r"[a-z]+:", target):
+                continue
+            path, _, anchor = target.partition("#")
+            file = (page.parent / path).resolve() if path else page
+            if not file.exists():
+                wrong.append(f"{page.relative_to(ROOT)}: there is no {target}")
+            elif anchor and file.suffix == ".md" and anchor not in anchors(file):
+                wrong.append(f"{page.relative_to(ROOT)}: {path or page.name} has no heading {anchor!r}")
+    summary = (ROOT / "docs" / "SUMMARY.md").read_text(encoding="utf-8")
+    for page in sorted((ROOT / "docs").glob("*.md")):
+        if page.name != "SUMMARY.md" and f"({page.name})" not in summary:
+            wrong.append(f"docs/SUMMARY.md does not name {page.name}")
+    print("\n".join(wrong) if wrong else f"{len(PAGES)} pages: all links lead somewhere, and the book has all of them")
+    sys.exit(bool(wrong))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,101 @@
+//! The plots of docs/global-depth.md: a ring that is moved through another one.
+//!
+//! 1. *Along a path*: both bounds of the depth, and the evaluations that each pose took, after the pose before and from nothing.
+//! 2. *Over the budget*: how both bounds at one pose come nearer to each other.
+
+use std::f64::consts::FRAC_PI_2;
+use std::path::Path;
+
+use glam::{DQuat, DVec3};
+use palpus::algebra::Pose;
+use palpus::body::{Body, BodySettings};
+use palpus::depth::{GlobalDepth, GlobalMemory, GlobalSettings, Interior};
+use palpus_io::Threads;
+use palpus_scenes::shape;
+
+use crate::plots::{BLUE, Drawn, Figure, Panel, Series, VERMILION, write_svg};
+
+/// Poses along the path, and its half length as a share of the ring's size.
+const POSES: i32 = 240;
+const HALF_WAY: f64 = 0.75;
+/// Of the ring's size: where on the path the bounds are shown over the budget.
+const PLACE: f64 = 0.02;
+/// The least budget, the factor from one to the next, and how many.
+const BUDGET: f64 = 10.0;
+const FACTOR: f64 = 1.3;
+const BUDGETS: i32 = 30;
+
+/// Writes `depth_path.svg` and `depth_budget.svg` into `out`.
+pub(super) fn write(out: &Path) -> anyhow::Result<()> {
+    let ring = Body::from_soup(&shape::torus(), &BodySettings::default(), &mut |_| ())?;
+    let interior = Interior::new(&ring, &Threads::all(), &mut |_| ());
+    let query = GlobalDepth::new(&ring, &interior, &ring, &interior);
+    let settings = GlobalSettings::new(&ring, &ring);
+    path(&query, &settings, ring.size(), &out.join("depth_path.svg"))?;
+    // A gap that no budget here reaches.
+    let settings = GlobalSettings { gap: 1e-3 * settings.gap, ..settings };
+    budget(&query, &settings, ring.size(), &out.join("depth_budget.svg"))
+}
+
+/// The ring stands across the other one, so far beside its middle.
+fn pose(aside: f64) -> Pose {
+    Pose::new(DQuat::from_rotation_x(FRAC_PI_2), DVec3::X * aside)
+}
+
+fn path(query: &GlobalDepth<'_>, settings: &GlobalSettings, size: f64, file: &Path) -> anyhow::Result<()> {
+    let mut memory = GlobalMemory::default();
+    let (mut lower, mut upper, mut after, mut cold) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+    for k in 0..=POSES {
+        let aside = HALF_WAY * size * (2.0 * f64::from(k) / f64::from(POSES) - 1.0);
+        let coherent = query.run(&pose(aside), settings, &mut memory);
+        let alone = query.run(&pose(aside), settings, &mut GlobalMemory::default());
+        let x = aside * 1e3;
+        lower.push((x, coherent.lower * 1e3));
+        upper.push((x, coherent.upper * 1e3));
+        after.push((x, coherent.evaluations as f64));
+        cold.push((x, alone.evaluations as f64));
+    }
+    let line = |label, color, points| Series { label, color, points };
+    let bounds = vec![line("upper", VERMILION, upper), line("lower", BLUE, lower)];
+    let work = vec![line("from nothing", VERMILION, cold), line("after the pose before", BLUE, after)];
+    let figure = Figure {
+        title: "A ring moves through another one: the proven bounds of the depth".to_owned(),
+        x_label: "distance of the centres (mm)",
+        bands: Vec::new(),
+        log_x: false,
+        marks: Vec::new(),
+        panels: vec![
+            Panel { title: "depth", unit: "mm", series: bounds, drawn: Drawn::Lines },
+            Panel { title: "evaluations of a pose", unit: "", series: work, drawn: Drawn::Lines },
+        ],
+    };
+    write_svg(&figure, file)
+}
+
+fn budget(query: &GlobalDepth<'_>, settings: &GlobalSettings, size: f64, file: &Path) -> anyhow::Result<()> {
+    let (mut lower, mut upper) = (Vec::new(), Vec::new());
+    for k in 0..BUDGETS {
+        let budget = (BUDGET * FACTOR.powi(k)) as u64;
+        let settings = GlobalSettings { budget, ..*settings };
+        let answer = query.run(&pose(PLACE * size), &settings, &mut GlobalMemory::default());
+        lower.push((budget as f64, answer.lower * 1e3));
+        upper.push((budget as f64, answer.upper * 1e3));
+    }
+    let figure = Figure {
+        title: "One pose: the bounds over the budget".to_owned(),
+        x_label: "budget (evaluations)",
+        bands: Vec::new(),
+        log_x: true,
+        marks: Vec::new(),
+        panels: vec![Panel {
+            title: "depth",
+            unit: "mm",
+            series: vec![
+                Series { label: "upper", color: VERMILION, points: upper },
+                Series { label: "lower", color: BLUE, points: lower },
+            ],
+            drawn: Drawn::Lines,
+        }],
+    };
+    write_svg(&figure, file)
+}

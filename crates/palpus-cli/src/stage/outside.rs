@@ -1,0 +1,74 @@
+//! Scene files that name meshes outside their own folder: the user is asked before such a file is
+//! read.
+
+use std::io::{BufRead, IsTerminal, Write};
+use std::path::Path;
+
+use anyhow::{Context, bail};
+use palpus_io::scene::{FilePolicy, SceneFile, read_scene};
+
+/// Reads a scene file. If it names files outside its folder and `policy` does not allow that, the
+/// user is asked; where there is no terminal to ask in, that is an error.
+pub(super) fn read_asking(path: &Path, policy: FilePolicy) -> anyhow::Result<SceneFile> {
+    let terminal = std::io::stdin().is_terminal() && std::io::stderr().is_terminal();
+    let answer = || terminal.then(|| ask(&mut std::io::stdin().lock(), &mut std::io::stderr()));
+    read(path, policy, &answer)
+}
+
+/// See [`read_asking`]; `answer` asks the question, and returns `None` without a terminal.
+fn read(path: &Path, policy: FilePolicy, answer: &dyn Fn() -> Option<bool>) -> anyhow::Result<SceneFile> {
+    let inside = match (read_scene(path, policy), policy) {
+        (Err(error), FilePolicy::Inside) => error,
+        (read, _) => return Ok(read?),
+    };
+    // Only where the file's place is all that is wrong.
+    let Ok(scene) = read_scene(path, FilePolicy::Anywhere) else { return Err(inside.into()) };
+    crate::output::note(format!("note: {inside}"));
+    match answer() {
+        Some(true) => Ok(scene),
+        Some(false) => bail!("{} names files outside its folder, and you did not allow that", path.display()),
+        None => Err(inside).context("the scene names files outside its folder; use --allow-outside if you trust it"),
+    }
+}
+
+/// Puts the question; anything but a yes is a no.
+fn ask(input: &mut dyn BufRead, output: &mut dyn Write) -> bool {
+    let mut line = String::new();
+    let asked = output.write_all(b"Read files outside the scene's folder? [y/N] ").and_then(|()| output.flush());
+    asked.is_ok() && input.read_line(&mut line).is_ok() && matches!(line.trim(), "y" | "Y" | "yes" | "Yes")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A scene in a folder of its own whose meshes lie beside that folder.
+    fn scene() -> std::path::PathBuf {
+        let folder = std::env::temp_dir().join(format!("palpus-outside-{}", std::process::id()));
+        let inner = folder.join("scene");
+        std::fs::create_dir_all(&inner).expect("a folder");
+        std::fs::write(folder.join("a.obj"), "v 0 0 0\n").expect("a mesh");
+        let file = inner.join("scene.toml");
+        let text = "unit = \"mm\"\n[probe]\nmesh = \"../a.obj\"\n[environment]\nmesh = \"../a.obj\"\n";
+        std::fs::write(&file, text).expect("a scene");
+        file
+    }
+
+    #[test]
+    fn outside_files_are_asked_for() {
+        let file = scene();
+        assert!(read(&file, FilePolicy::Inside, &|| Some(true)).is_ok());
+        assert!(read(&file, FilePolicy::Anywhere, &|| panic!("not asked")).is_ok());
+        let refused = read(&file, FilePolicy::Inside, &|| Some(false)).unwrap_err().to_string();
+        assert!(refused.contains("did not allow"), "{refused}");
+        let unasked = read(&file, FilePolicy::Inside, &|| None).unwrap_err().to_string();
+        assert!(unasked.contains("--allow-outside"), "{unasked}");
+    }
+
+    #[test]
+    fn only_a_yes_is_a_yes() {
+        for (typed, is_yes) in [("y\n", true), ("yes\n", true), ("\n", false), ("n\n", false), ("", false)] {
+            assert_eq!(ask(&mut typed.as_bytes(), &mut Vec::new()), is_yes, "{typed:?}");
+        }
+    }
+}

@@ -1,0 +1,96 @@
+//! The command line as a whole: its page, man pages, standard input and output, quiet and verbose.
+
+mod program_run;
+
+use std::fs;
+use std::io::Write;
+use std::process::Stdio;
+
+use program_run::{Folder, assert_success, command, json, palpus, text};
+
+/// A cube of side 2 about the origin.
+const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
+    f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
+const POSES: &str = "tx,ty,tz,qx,qy,qz,qw\n2.5,0,0,0,0,0,1\n1.5,0,0,0,0,0,1\n";
+
+#[test]
+fn the_page_is_what_the_program_says() {
+    let folder = Folder::new("page");
+    let output = palpus(&folder.0, &["man", "--markdown"]);
+    assert_success(&output);
+    let page = include_str!("../../../docs/command-line.md");
+    let said = text(&output.stdout);
+    let differs = said.lines().zip(page.lines()).find(|(said, stands)| said != stands);
+    assert_eq!(differs, None, "write the page anew: palpus man --markdown > docs/command-line.md");
+    assert_eq!(said.lines().count(), page.lines().count());
+}
+
+#[test]
+fn every_command_has_a_man_page() {
+    let folder = Folder::new("man");
+    assert_success(&palpus(&folder.0, &["man", "--out", "pages"]));
+    for page in ["palpus.1", "palpus-run.1", "palpus-query.1", "palpus-bench-scale.1"] {
+        let text = fs::read_to_string(folder.0.join("pages").join(page)).expect(page);
+        assert!(text.contains(".TH") && text.contains("SYNOPSIS"), "{page}");
+    }
+}
+
+#[test]
+fn poses_come_from_standard_input() {
+    let folder = Folder::new("pipe");
+    folder.file("cube.obj", CUBE);
+    let piped = |more: &[&str]| {
+        let line = [&["query", "cube.obj", "cube.obj", "--poses", "-"], more].concat();
+        let mut child = command(&folder.0, &line);
+        let mut child =
+            child.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().expect("starts");
+        child.stdin.take().expect("a pipe").write_all(POSES.as_bytes()).expect("poses are taken");
+        let output = child.wait_with_output().expect("it ends");
+        assert_success(&output);
+        output
+    };
+    for out in [&[][..], &["--out", "-"]] {
+        let table = text(&piped(out).stdout);
+        assert!(table.starts_with("frame,separation,") && table.lines().count() == 3, "{table}");
+    }
+    let document = json(&piped(&["--json", "--tolerance", "1"]));
+    let separations: Vec<f64> =
+        document["results"].as_array().expect("results").iter().filter_map(|row| row["separation"].as_f64()).collect();
+    assert_eq!(separations, [0.5, -0.5]);
+    assert_eq!(document["tolerance"].as_f64(), Some(1.0));
+}
+
+#[test]
+fn quiet_and_verbose_set_how_much_is_said() {
+    let folder = Folder::new("levels");
+    // OBJ content under another name is worth a note.
+    folder.file("cube.stl", CUBE);
+    let said = |more: &[&str]| {
+        let output = palpus(&folder.0, &[&["prepare", "cube.stl"], more].concat());
+        assert_success(&output);
+        text(&output.stderr)
+    };
+    let usual = said(&[]);
+    assert!(usual.contains("named as STL, but its content is OBJ") && !usual.contains("from the cache"), "{usual}");
+    assert_eq!(said(&["-q"]), "");
+    assert!(said(&["-v"]).contains("12 triangles, 1 convex pieces, from the cache"));
+    let wrong = palpus(&folder.0, &["inspect", "none.obj", "--quiet"]);
+    assert!(!wrong.status.success() && text(&wrong.stderr).starts_with("error: "));
+}
+
+#[test]
+fn a_mistyped_scene_has_a_suggestion() {
+    let folder = Folder::new("mistyped");
+    for line in [&["run", "spon-cup", "--headless"][..], &["export", "spon-cup", "mine"]] {
+        let output = palpus(&folder.0, line);
+        assert!(!output.status.success());
+        assert!(text(&output.stderr).contains("did you mean `spoon-cup`?"), "{}", text(&output.stderr));
+    }
+}
+
+#[test]
+fn the_version_names_the_program() {
+    let folder = Folder::new("version");
+    let version = text(&palpus(&folder.0, &["--version"]).stdout);
+    assert_eq!(version.trim(), concat!("palpus ", env!("CARGO_PKG_VERSION")));
+}

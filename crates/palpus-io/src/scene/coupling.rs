@@ -1,0 +1,36 @@
+//! What a scene leaves open of a coupling, from the device's limits and the loop's period.
+
+use palpus::render::{Saturation, Settings, VirtualCoupling};
+
+use super::{CouplingMode, SceneCoupling};
+
+impl SceneCoupling {
+    /// Returns `render` with this coupling, for a loop that turns every `period` seconds.
+    /// `render.limits` are those of device and scene together; they give what the scene leaves open.
+    pub fn settings(&self, render: &Settings, period: f64) -> Settings {
+        let mut settings = *render;
+        let limits = settings.limits;
+        if limits.torque <= 0.0 {
+            // A torque that nobody can feel is shown, and not missed every tick.
+            settings.saturation = Saturation::UnderActuated;
+        }
+        if self.mode == CouplingMode::Direct {
+            return settings;
+        }
+        let tuned = VirtualCoupling::tuned(&limits, period, settings.contact_tolerance);
+        settings.coupling = Some(VirtualCoupling {
+            stiffness: self.stiffness.unwrap_or(tuned.stiffness),
+            damping: self.damping.unwrap_or(tuned.damping),
+            angular_stiffness: self.angular_stiffness.unwrap_or(tuned.angular_stiffness),
+            angular_damping: self.angular_damping.unwrap_or(tuned.angular_damping),
+            skin: self.skin.unwrap_or(tuned.skin).min(settings.contact_tolerance),
+            mass: self.mass.unwrap_or(tuned.mass),
+        });
+        let of_device = VirtualCoupling::contact_stiffness(&limits, settings.contact_tolerance);
+        settings.stiffness = self.contact_stiffness.or(of_device).unwrap_or(settings.stiffness);
+        if let Some(friction) = &mut settings.friction {
+            friction.tangential_stiffness = self.friction_stiffness.unwrap_or(settings.stiffness);
+        }
+        settings
+    }
+}

@@ -1,0 +1,145 @@
+//! From a scene file to a world that a loop can step.
+//!
+//! 1. The file is read ([`super::read_scene`]) and each mesh becomes a body: prepared with all
+//!    cores, or loaded from the cache if there is one. Bodies of the same mesh and unit are shared.
+//! 2. The world gets the environment, the objects in the file's order, and the tools.
+//! 3. Each tool's settings follow from its device's limits ([`super::SceneCoupling::settings`]).
+//!
+//! What the file leaves open ([`super::SceneGaps`]) has its default here. The program looks at the
+//! meshes and chooses a finer tolerance for small bodies, a free place above the environment, and a
+//! grip within the tool; a host that wants that sets these keys in the file.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use palpus::algebra::{Pose, Twist, Workers};
+use palpus::body::{Body, BodyError, BodySettings};
+use palpus::render::{BodyId, Limits, Object, Settings, SettingsError, ToolId, World};
+
+use super::{FilePolicy, ObjectMotion, SceneBody, SceneError, SceneFile, read_scene};
+use crate::cache::{BodyCache, prepared};
+use crate::mesh::{MeshFileError, read_mesh};
+
+/// A scene's world. Its frame is the scene's, in metres.
+pub struct SceneWorld {
+    /// The bodies, ready to be stepped.
+    pub world: World,
+    /// The file as it was read.
+    pub file: SceneFile,
+    /// The probe, then the other tools in the file's order.
+    pub tools: Vec<ToolId>,
+    /// Where each tool's mesh frame starts, world. A device's grip is at `pose.with_origin(grip_a)`
+    /// with [`Settings::grip_a`] of the tool.
+    pub starts: Vec<Pose>,
+    /// The environment.
+    pub environment: BodyId,
+    /// The objects in the file's order.
+    pub objects: Vec<BodyId>,
+    driven: Vec<(BodyId, Twist)>,
+}
+
+/// Why a scene cannot be opened. Its text says which file, what is wrong and what to do.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    /// Of the scene file.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// Of a mesh file.
+    #[error(transparent)]
+    Mesh(#[from] MeshFileError),
+    /// A mesh that no body can be made of.
+    #[error("{} cannot be prepared", .file.display())]
+    Body {
+        /// The mesh file.
+        file: PathBuf,
+        /// What is wrong with it.
+        source: BodyError,
+    },
+    /// The settings that follow from the scene and the device's limits.
+    #[error(transparent)]
+    Settings(#[from] SettingsError),
+}
+
+impl SceneWorld {
+    /// Opens the scene file at `path` for devices that give at most `device` (N, N·m), in a loop at
+    /// the scene's rate. Prepared bodies are kept in `cache` and taken from there.
+    ///
+    /// # Errors
+    /// Fails if a file cannot be read, a mesh cannot be prepared, or a setting is out of range.
+    pub fn open(
+        path: &Path,
+        policy: FilePolicy,
+        device: &Limits,
+        cache: Option<&BodyCache>,
+        workers: &dyn Workers,
+    ) -> Result<Self, OpenError> {
+        let file = read_scene(path, policy)?;
+        let mut meshes = Meshes { known: Vec::new(), cache, workers };
+        let settings = |limits: &Limits, coupling: &super::SceneCoupling, of: Settings| {
+            let limits = Limits { force: limits.force.min(device.force), torque: limits.torque.min(device.torque) };
+            coupling.settings(&Settings { limits, ..of }, 1.0 / file.rate_hz)
+        };
+        let of_probe = settings(&file.render.limits, &file.coupling, file.render);
+
+        let mut world = World::new(of_probe)?;
+        world.set_gravity(file.gravity);
+        let environment = world.add(Object::fixed(meshes.body(&file.environment)?, file.environment.pose))?;
+        let (mut objects, mut driven) = (Vec::new(), Vec::new());
+        for object in &file.objects {
+            let (body, pose) = (meshes.body(&object.body)?, object.body.pose);
+            let id = world.add(match object.motion {
+                ObjectMotion::Fixed => Object::fixed(body, pose),
+                ObjectMotion::Driven(_) => Object::driven(body, pose),
+                ObjectMotion::FreeOfDensity(density) => Object::free(body, pose, density),
+                ObjectMotion::FreeOfMass(mass) => Object::free_of_mass(body, pose, mass),
+            })?;
+            if let ObjectMotion::Driven(velocity) = object.motion {
+                driven.push((id, velocity));
+            }
+            objects.push(id);
+        }
+        let mut tools = vec![world.add_tool(meshes.body(&file.probe)?, of_probe)?];
+        let mut starts = vec![file.probe.pose];
+        for tool in &file.others {
+            let grip_a = tool.grip.unwrap_or_default();
+            let of = Settings { grip_a, saturation: tool.saturation, ..file.render };
+            tools.push(world.add_tool(meshes.body(&tool.body)?, settings(&tool.limits, &tool.coupling, of))?);
+            starts.push(tool.body.pose);
+        }
+        Ok(Self { world, file, tools, starts, environment, objects, driven })
+    }
+
+    /// Tells the world that its driven objects go on as the file says. Call it before each step, or
+    /// at least ten times a second; a driven object that hears nothing comes to rest.
+    pub fn drive(&mut self) {
+        for &(body, velocity) in &self.driven {
+            let pose = self.world.pose(body);
+            self.world.drive(body, pose, velocity);
+        }
+    }
+}
+
+/// Bodies by mesh and unit.
+struct Meshes<'a> {
+    known: Vec<(SceneBody, Arc<Body>)>,
+    cache: Option<&'a BodyCache>,
+    workers: &'a dyn Workers,
+}
+
+impl Meshes<'_> {
+    fn body(&mut self, wanted: &SceneBody) -> Result<Arc<Body>, OpenError> {
+        let alike =
+            |(other, _): &&(SceneBody, _)| other.mesh == wanted.mesh && other.metres_per_unit == wanted.metres_per_unit;
+        if let Some((_, body)) = self.known.iter().find(alike) {
+            return Ok(body.clone());
+        }
+        let settings =
+            BodySettings { scale: wanted.metres_per_unit, flatness: BodySettings::HAPTIC, ..BodySettings::default() };
+        let soup = read_mesh(&wanted.mesh)?;
+        let body = prepared(&soup, &settings, self.cache, self.workers, &mut |_| ())
+            .map_err(|source| OpenError::Body { file: wanted.mesh.clone(), source })?;
+        let body = Arc::new(body);
+        self.known.push((wanted.clone(), body.clone()));
+        Ok(body)
+    }
+}

@@ -1,0 +1,153 @@
+//! The servo thread of a loop: it has the world and the device until it ends. Newest values come
+//! and go through exchanges of three slots and a bounded queue; nothing here waits, locks or
+//! allocates once the loop runs.
+
+use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use palpus::render::Pacer;
+use palpus::{BodyId, Limits, Pose, ProbeState, Settings, ToolId, Twist, World, Wrench};
+use palpus_alloc::allocations_of_this_thread;
+use palpus_cli::WallClock;
+use palpus_device::{
+    Cut, HapticDevice, Newest, Phase, Publisher, RealTimeOptions, RunStatistics, Servo, ServoTick, StepOutcome,
+    TickObserver, claim,
+};
+
+/// What a tick was like.
+#[derive(Clone, Copy)]
+pub(crate) struct Now {
+    pub(crate) tick: u64,
+    pub(crate) time: f64,
+    /// Of the tool's frame, world.
+    pub(crate) tool: Pose,
+    /// Of the grip, as the device said, world.
+    pub(crate) grip: Pose,
+    /// As written to the device.
+    pub(crate) wrench: Wrench,
+    pub(crate) contacts: usize,
+    pub(crate) phase: Phase,
+}
+
+/// A host's word on a driven body.
+pub(crate) type Drive = (BodyId, Pose, Twist);
+
+/// All that the thread needs.
+pub(crate) struct ServoThread {
+    pub(crate) servo: Servo,
+    pub(crate) device: Box<dyn HapticDevice + Send>,
+    pub(crate) world: World,
+    pub(crate) tool: ToolId,
+    pub(crate) rate_hz: f64,
+    pub(crate) claims: bool,
+    pub(crate) settings: Newest<Settings>,
+    pub(crate) drives: rtrb::Consumer<Drive>,
+    pub(crate) now: Publisher<Now>,
+    pub(crate) stop: Arc<AtomicBool>,
+}
+
+/// What it leaves behind.
+pub(crate) struct Ended {
+    pub(crate) world: World,
+    pub(crate) statistics: RunStatistics,
+    /// Times that a tick obtained memory.
+    pub(crate) allocations: u64,
+}
+
+/// What a step tells the observer.
+struct Detail {
+    tool: Pose,
+    contacts: usize,
+    allocations: u64,
+}
+
+impl ServoThread {
+    /// The loop, from its first tick to its last.
+    pub(crate) fn turn(self) -> Ended {
+        let Self { mut servo, mut device, mut world, tool, rate_hz, claims, mut settings, mut drives, now, stop } =
+            self;
+        if claims {
+            claim(&RealTimeOptions::default());
+        }
+        let clock = WallClock::new();
+        let mut pacer = Pacer::of(world.tool_settings(tool), rate_hz);
+        let told = Told { available: Cell::new(Limits::UNLIMITED), panicked: Cell::new(false) };
+        let step = |state: &palpus_device::DeviceState, dt: f64| {
+            let before = allocations_of_this_thread();
+            if told.panicked.take() {
+                world.clear();
+            }
+            world.set_available(tool, &told.available.get());
+            let asked = settings.take().is_some_and(|asked| world.set_tool_settings(tool, asked).is_ok());
+            while let Ok((body, pose, twist)) = drives.pop() {
+                world.drive(body, pose, twist);
+            }
+            let probe = ProbeState::of_grip(&state.pose, &state.twist, world.tool_settings(tool).grip_a);
+            world.allow(Some(pacer.allowance()));
+            world.step(&[probe], dt, &clock);
+            let tick = world.tick(tool);
+            pacer.learn(tick);
+            let allocations = allocations_of_this_thread() - before;
+            let cut = tick.counters.saturated_force + tick.counters.saturated_torque > 0;
+            StepOutcome {
+                wrench: tick.commanded,
+                saturated: cut,
+                changed: asked,
+                received: tick.work_from_objects,
+                from_others: tick.work_from_other,
+                detail: Detail { tool: tick.tool_ba, contacts: tick.contacts.len(), allocations },
+            }
+        };
+        let mut watcher = Watcher { now, told: &told, last: None, allocations: 0 };
+        let statistics = servo.run(&mut *device, step, &mut watcher, &stop);
+        let allocations = watcher.allocations;
+        Ended { world, statistics, allocations }
+    }
+}
+
+/// What the next step is told of the last tick.
+struct Told {
+    available: Cell<Limits>,
+    panicked: Cell<bool>,
+}
+
+/// Publishes every tick.
+struct Watcher<'a> {
+    now: Publisher<Now>,
+    told: &'a Told,
+    /// The last tool and its contacts.
+    last: Option<(Pose, usize)>,
+    allocations: u64,
+}
+
+impl Watcher<'_> {
+    fn see(&mut self, tick: &ServoTick) {
+        self.told.available.set(tick.available);
+        if tick.cuts.has(Cut::Panic) {
+            self.told.panicked.set(true);
+        }
+        let (tool, contacts) = self.last.unwrap_or((Pose::IDENTITY, 0));
+        self.now.publish(Now {
+            tick: tick.index,
+            time: tick.time,
+            tool,
+            grip: tick.state.pose,
+            wrench: tick.wrench,
+            contacts,
+            phase: tick.phase,
+        });
+    }
+}
+
+impl TickObserver<Detail> for Watcher<'_> {
+    fn observe(&mut self, tick: &ServoTick, detail: &Detail) {
+        self.last = Some((detail.tool, detail.contacts));
+        self.allocations += detail.allocations;
+        self.see(tick);
+    }
+
+    fn unanswered(&mut self, tick: &ServoTick) {
+        self.see(tick);
+    }
+}
