@@ -66,9 +66,13 @@ impl PairSearch {
             self.front.remember_admissible(leaf, moved);
         }
         let Some(real) = real else {
-            let angle = barren_angle(&normals_a, &normals_b, place);
-            if angle >= BARREN_LEAST {
-                self.front.remember_barren(leaf, angle);
+            // The angle costs about as much as the walk that it saves, so it is not asked for at a
+            // pose without history.
+            if leaf.memory.is_some_and(|memory| memory.facet.is_some() || memory.barren_until.is_finite()) {
+                let angle = barren_angle(&normals_a, &normals_b, place);
+                if angle >= BARREN_LEAST {
+                    self.front.remember_barren(leaf, angle);
+                }
             }
             return Found::Inadmissible;
         };

@@ -24,7 +24,8 @@ pub(super) struct Plan {
 }
 
 enum Kind {
-    /// The M16 nut on its bolt, overlapping by this share of the pitch along the axis, first upward, then downward, turning.
+    /// The M16 nut on its bolt, overlapping by this share of the pitch along the axis, first
+    /// upward, then downward, turning.
     Pressed(f64),
     /// A pair of `palpus bench scale`, moved as there.
     Scale(&'static str),
@@ -161,7 +162,8 @@ fn haptic() -> BodySettings {
     BodySettings { flatness: BodySettings::HAPTIC, ..BodySettings::default() }
 }
 
-/// The nut `depth` (m) beyond first touch along the axis, upward and downward, turned to and fro as on its thread.
+/// The nut `depth` (m) beyond first touch along the axis, upward and downward, turned to and fro as
+/// on its thread.
 fn pressed(nut: &Arc<Body>, bolt: &Arc<Body>, depth: f64, ticks: usize) -> Vec<Vec<Pose>> {
     /// m: amid its play.
     const FREE: f64 = 0.002_098 - 0.000_03;

@@ -2,7 +2,8 @@
 
 use palpus::algebra::Clock;
 
-/// A clock that stands still while the thread does not run. Where the system has none, the clock on the wall.
+/// A clock that stands still while the thread does not run. Where the system has none, the clock on
+/// the wall.
 pub(super) struct CpuClock {
     #[cfg(not(unix))]
     wall: crate::clock::WallClock,

@@ -109,7 +109,8 @@ impl PerTick {
     }
 }
 
-/// Of the net force and torque on the probe, at the 99th percentile of the poses that were compared.
+/// Of the net force and torque on the probe, at the 99th percentile of the poses that were
+/// compared.
 #[derive(Debug, Serialize)]
 pub(super) struct Accuracy {
     /// °: how far the force turns in a tick.

@@ -1,8 +1,10 @@
-//! `palpus bench conformal`: what close-fitting contact costs, what the query does in it, and how true the wrench is.
+//! `palpus bench conformal`: what close-fitting contact costs, what the query does in it, and how
+//! true the wrench is.
 //!
-//! Each case is two bodies and a motion (`cases`). Each tick is timed by the processor time of its thread, so that other
-//! programs count for little. The counters are those of the tick. Some ticks are compared (`truth`) with the same law
-//! without memory, at the same pose, and with what is known of the case by analysis.
+//! Each case is two bodies and a motion (`cases`). Each tick is timed by the processor time of its
+//! thread, so that other programs count for little. The counters are those of the tick. Some ticks
+//! are compared (`truth`) with the same law without memory, at the same pose, and with what is
+//! known of the case by analysis.
 
 mod cases;
 mod cpu;
@@ -20,7 +22,8 @@ use self::cases::Case;
 use self::measure::Row;
 use crate::{files, output};
 
-/// Measures all cases, or the one called `only`; leaves `conformal.txt` and `conformal.json` in `out`.
+/// Measures all cases, or the one called `only`; leaves `conformal.txt` and `conformal.json` in
+/// `out`.
 pub(super) fn conformal(
     out: &Path,
     models: Option<&Path>,

@@ -1,0 +1,39 @@
+//! What is known of overlaps without a normal that both pieces own saves walks, and changes no
+//! answer.
+
+mod bodies;
+
+use bodies::body;
+use palpus::algebra::NoClock;
+use palpus::detect::{ContactQuery, QuerySettings};
+use palpus_scenes::scene;
+
+/// Parts of the scene's path at which queries begin, relative to its duration.
+const PLACES: [f64; 3] = [0.2, 0.6, 0.8];
+
+/// Queries a millisecond apart, at each place.
+const TICKS: usize = 300;
+
+#[test]
+fn overlaps_without_normal_are_not_walked_again() {
+    let scene = scene("spoon-cup").expect("a scene of that name");
+    let [a, b] = [&scene.probe, &scene.environment].map(body);
+    let settings = QuerySettings { tolerance: scene.contact.tolerance, ..QuerySettings::default() };
+    let mut query = ContactQuery::new(a.clone(), b.clone(), settings);
+    let mut fresh = ContactQuery::new(a, b, settings);
+    let (mut barren, mut cold, mut coherent) = (0, 0, 0);
+    for place in PLACES {
+        for tick in 0..TICKS {
+            let pose = scene.path.pose(place * scene.path.duration() + 1e-3 * tick as f64);
+            fresh.clear();
+            let expected = *fresh.run(&pose, &NoClock);
+            let counters = *query.run(&pose, &NoClock);
+            assert_eq!(counters.inadmissible, expected.inadmissible, "place {place}, tick {tick}");
+            barren += expected.inadmissible;
+            cold += expected.walks;
+            coherent += counters.walks;
+        }
+    }
+    assert!(barren > 0, "no such overlaps along the path");
+    assert!(coherent + barren / 2 < cold, "{coherent} walks instead of {cold}, for {barren} overlaps");
+}
