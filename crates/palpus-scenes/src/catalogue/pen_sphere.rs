@@ -34,7 +34,8 @@ pub(super) fn parts() -> Parts {
     }
 }
 
-/// In from free space, over the top, partly under the surface, and out again: `u` runs from −1 to 1.
+/// In from free space, over the top, partly under the surface, and out again: `u` runs from −1 to
+/// 1.
 fn along_arc(u: f64) -> Pose {
     let angle = HALF_ARC * u;
     let gap = -PRESS + (0.012 + PRESS) * u.powi(4);

@@ -665,7 +665,8 @@ pub const CRISP: f64 = 1e-14;
 /// climbs over sound polytopes slower.
 pub const SHORT_EDGE: f64 = 1e-6;
 
-/// Moves after which a walk is ended with what it has. A cold walk over 2000 vertices takes about 30.
+/// Moves after which a walk is ended with what it has. A cold walk over 2000 vertices takes about
+/// 30.
 pub const WALK_STEPS: u32 = 500;
 
 /// Hub pairs of one facet up to which all are looked at; of a facet with more, only the two on the
@@ -833,14 +834,17 @@ pub const CELL_OWN_PLANE: f64 = 0.5;
 /// Planes that a cell can have. Cells that need more are not grown; only speed depends on it.
 pub const CELL_PLANES: usize = 96;
 
-/// Merge distance of the dual hull of a cell, whose points lie within the unit ball: corners that differ by rounding are one.
+/// Merge distance of the dual hull of a cell, whose points lie within the unit ball: corners that
+/// differ by rounding are one.
 ///
-/// The corners are drawn into all planes afterwards, so this costs no truth, only that share of the cell.
+/// The corners are drawn into all planes afterwards, so this costs no truth, only that share of the
+/// cell.
 pub const CELL_DUAL: f64 = 1e-12;
 
 /// Relative to the body's size: a solid is convex if its one piece reaches beyond it by no more.
 ///
-/// Rounding of coordinates in a file. Larger makes the bounds of convex pairs differ by more than 1e-8 of the size.
+/// Rounding of coordinates in a file. Larger makes the bounds of convex pairs differ by more than
+/// 1e-8 of the size.
 pub const CONVEX_SHORTFALL: f64 = 4e-9;
 
 /// Relative to the body's size: how far below the surface a sample must lie in a cell to count as

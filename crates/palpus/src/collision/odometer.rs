@@ -126,7 +126,8 @@ fn displacement(held: &OrientedBox, from: &Placement, to: &Placement) -> f64 {
     let middle = turn * held.center + (to.translation - from.translation);
     let sides = turn * held.axes;
     let (x, y, z) = (sides.x_axis * held.half.x, sides.y_axis * held.half.y, sides.z_axis * held.half.z);
-    // |m + c|² = |m|² + |c|² + 2 m·c: of opposite corners the one along m is farther, so four are enough.
+    // |m + c|² = |m|² + |c|² + 2 m·c: of opposite corners the one along m is farther, so four are
+    // enough.
     let farthest = |corner: DVec3| middle.length_squared() + corner.length_squared() + 2.0 * middle.dot(corner).abs();
     let corners = [x + y + z, x + y - z, x - y + z, x - y - z];
     corners.into_iter().map(farthest).fold(0.0, f64::max).sqrt()

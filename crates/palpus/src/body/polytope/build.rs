@@ -81,7 +81,8 @@ impl Polytope {
     /// points to.
     ///
     /// Face 0 is the front (of the given provenance), face 1 the back (virtual), faces 2 … n + 1
-    /// the rims along the sides (virtual); rim 2 + k lies along the side from vertex k to vertex k + 1.
+    /// the rims along the sides (virtual); rim 2 + k lies along the side from vertex k to vertex
+    /// k + 1.
     pub fn from_polygon(vertices: Vec<DVec3>, normal: DVec3, front: Provenance) -> Result<Self, PolytopeError> {
         let n = vertices.len() as u32;
         if n < 3 {
