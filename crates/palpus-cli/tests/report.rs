@@ -180,7 +180,7 @@ fn a_reproduction_says_what_was_measured_and_what_was_not() {
         "palpus bench depth --out DIR/data/depth",
         "cold walks are only local",
         "data:image/svg+xml;base64,",
-        "not measured in this run: figures of 20",
+        "figures of an earlier run, from",
         "the bench has to be built first",
         "processor",
         "compiler",
