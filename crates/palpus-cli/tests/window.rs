@@ -4,6 +4,7 @@
 mod display;
 
 use std::fs;
+use std::panic::{RefUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::process::Stdio;
 use std::time::{Duration, Instant};
@@ -116,57 +117,68 @@ fn forces(lines: &[String]) -> Vec<f64> {
     .collect()
 }
 
+/// Runs a test up to three times: where a busy processor draws a few pictures a second, a press and
+/// a release of the mouse may fall between two of them.
+fn patiently(test: impl Fn() + RefUnwindSafe) {
+    let passed = (0..2).any(|_| catch_unwind(&test).is_ok());
+    if !passed {
+        test();
+    }
+}
+
 /// The spoon is taken by the mouse and pressed onto the bottom of the cup; meanwhile a recording is
 /// written, and a picture; then a slider is moved. All of it must be in the files, and a contact
 /// and its arrows on the screen.
 #[test]
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn the_probe_is_dragged_into_contact_and_sliders_act() {
-    let display = Display::open("drag");
-    let _run = display.show(&["run", "spoon-cup", "--no-record"]);
-    display.wait_for("spoon", 300, &SCENE, orange);
-    display.focus();
-    mouse_to(&display, [600, 120]);
-    // From the front; a recording.
-    drive(&display, "key 1");
-    drive(&display, "key e");
-    std::thread::sleep(Duration::from_millis(1500));
-    // It is taken while it stands, so that a slow machine does not miss it.
-    drive(&display, "key space");
-    std::thread::sleep(Duration::from_millis(700));
-    let spoon = display.seen(&SCENE, orange);
-    // Its lowest part is behind the cup's wall; the handle is taken.
-    let top = spoon.iter().map(|[_, y]| *y).min().expect("a spoon");
-    let mut handle: Vec<_> = spoon.iter().filter(|[_, y]| *y == top + 30).copied().collect();
-    handle.sort_unstable();
-    let middle = handle[handle.len() / 2];
-    drag(&display, middle, [0, 2], 2);
-    drive(&display, "key space");
-    for k in 1..=12 {
-        mouse_to(&display, [middle[0], middle[1] + 2 + k * 258 / 12]);
-    }
-    std::thread::sleep(Duration::from_millis(1500));
-    // Arrows of clusters are violet, those of the hand's force blue.
-    let arrows = display.seen(&ARROWS, |[r, g, b]| b > 180 && b > g + 50 && b > r + 25);
-    drive(&display, "key s");
-    drive(&display, "mouseup 1");
-    // The first slider: stiffness.
-    drag(&display, [1132, 374], [-40, 0], 4);
-    drive(&display, "mouseup 1");
-    std::thread::sleep(Duration::from_millis(500));
-    drive(&display, "key e");
-    std::thread::sleep(Duration::from_millis(1000));
+    patiently(|| {
+        let display = Display::open("drag");
+        let _run = display.show(&["run", "spoon-cup", "--no-record"]);
+        display.wait_for("spoon", 300, &SCENE, orange);
+        display.focus();
+        mouse_to(&display, [600, 120]);
+        // From the front; a recording.
+        drive(&display, "key 1");
+        drive(&display, "key e");
+        std::thread::sleep(Duration::from_millis(1500));
+        // It is taken while it stands, so that a slow machine does not miss it.
+        drive(&display, "key space");
+        std::thread::sleep(Duration::from_millis(700));
+        let spoon = display.seen(&SCENE, orange);
+        // Its lowest part is behind the cup's wall; the handle is taken.
+        let top = spoon.iter().map(|[_, y]| *y).min().expect("a spoon");
+        let mut handle: Vec<_> = spoon.iter().filter(|[_, y]| *y == top + 30).copied().collect();
+        handle.sort_unstable();
+        let middle = handle[handle.len() / 2];
+        drag(&display, middle, [0, 2], 2);
+        drive(&display, "key space");
+        for k in 1..=12 {
+            mouse_to(&display, [middle[0], middle[1] + 2 + k * 258 / 12]);
+        }
+        std::thread::sleep(Duration::from_millis(1500));
+        // Arrows of clusters are violet, those of the hand's force blue.
+        let arrows = display.seen(&ARROWS, |[r, g, b]| b > 180 && b > g + 50 && b > r + 25);
+        drive(&display, "key s");
+        drive(&display, "mouseup 1");
+        // The first slider: stiffness.
+        drag(&display, [1132, 374], [-40, 0], 4);
+        drive(&display, "mouseup 1");
+        std::thread::sleep(Duration::from_millis(500));
+        drive(&display, "key e");
+        std::thread::sleep(Duration::from_millis(1000));
 
-    let lines = recorded(&display.folder);
-    let forces = forces(&lines);
-    let (before, after) = forces.split_at(1000);
-    let most = |forces: &[f64]| forces.iter().copied().fold(0.0, f64::max);
-    assert!(most(after) > 1.0 && most(after) > 2.0 * most(before), "{} N, then {} N", most(before), most(after));
-    assert!(lines.iter().any(|line| line.starts_with("# change")), "the slider changed nothing");
-    display.wait_for_picture("palpus-out/window-1.png");
-    let picture = fs::read(display.folder.join("palpus-out/window-1.png")).expect("a picture was written");
-    assert!(picture.starts_with(b"\x89PNG") && picture.len() > 20_000, "{} bytes", picture.len());
-    assert!(arrows.len() > 60, "no arrows are shown");
+        let lines = recorded(&display.folder);
+        let forces = forces(&lines);
+        let (before, after) = forces.split_at(1000);
+        let most = |forces: &[f64]| forces.iter().copied().fold(0.0, f64::max);
+        assert!(most(after) > 1.0 && most(after) > 2.0 * most(before), "{} N, then {} N", most(before), most(after));
+        assert!(lines.iter().any(|line| line.starts_with("# change")), "the slider changed nothing");
+        display.wait_for_picture("palpus-out/window-1.png");
+        let picture = fs::read(display.folder.join("palpus-out/window-1.png")).expect("a picture was written");
+        assert!(picture.starts_with(b"\x89PNG") && picture.len() > 20_000, "{} bytes", picture.len());
+        assert!(arrows.len() > 60, "no arrows are shown");
+    });
 }
 
 /// Halves of the scene, and the first chart.
@@ -179,28 +191,30 @@ const FORCE_CHART: Part = Part { low: [12, 722], high: [236, 855] };
 #[test]
 #[ignore = "needs Xvfb, Mesa and xdotool"]
 fn the_papers_way_is_seen_beside_and_plots_look_back() {
-    let display = Display::open("beside");
-    let _run = display.show(&["run", "box-table", "--no-record", "--no-realtime", "--lenient"]);
-    display.wait_for("box", 300, &SCENE, orange);
-    display.focus();
-    mouse_to(&display, [600, 120]);
-    drive(&display, "key y");
-    display.wait_for("box that is felt", 300, &LEFT, orange);
-    display.wait_for("box by the paper", 300, &RIGHT, orange);
-    display.wait_for("force by the paper", 40, &FORCE_CHART, orange);
-    // Looking back: the picture stands still.
-    drag(&display, [60, 800], [20, 0], 2);
-    drive(&display, "mouseup 1");
-    let stands = || {
-        let before = display.seen(&LEFT, orange);
-        std::thread::sleep(Duration::from_millis(2500));
-        before == display.seen(&LEFT, orange)
-    };
-    // A busy machine takes a while to see the mouse.
-    assert!((0..20).any(|_| stands()), "the past moves");
-    drive(&display, "key z");
-    drive(&display, "key y");
-    display.wait_for("one box alone", 300, &SCENE, orange);
+    patiently(|| {
+        let display = Display::open("beside");
+        let _run = display.show(&["run", "box-table", "--no-record", "--no-realtime", "--lenient"]);
+        display.wait_for("box", 300, &SCENE, orange);
+        display.focus();
+        mouse_to(&display, [600, 120]);
+        drive(&display, "key y");
+        display.wait_for("box that is felt", 300, &LEFT, orange);
+        display.wait_for("box by the paper", 300, &RIGHT, orange);
+        display.wait_for("force by the paper", 40, &FORCE_CHART, orange);
+        // Looking back: the picture stands still.
+        drag(&display, [60, 800], [20, 0], 2);
+        drive(&display, "mouseup 1");
+        let stands = || {
+            let before = display.seen(&LEFT, orange);
+            std::thread::sleep(Duration::from_millis(2500));
+            before == display.seen(&LEFT, orange)
+        };
+        // A busy machine takes a while to see the mouse.
+        assert!((0..20).any(|_| stands()), "the past moves");
+        drive(&display, "key z");
+        drive(&display, "key y");
+        display.wait_for("one box alone", 300, &SCENE, orange);
+    });
 }
 
 /// The cores that each thread of a process may have, by the thread's name.
