@@ -45,7 +45,7 @@ def test_simulated_time_gives_the_same_bits() -> None:
         loop = palpus.Loop(touch(), at(0, 0, 0.0602), hand="firm", duration=0.5, real_time=False)
         loop.start()
         summary = loop.wait()
-        assert summary["ticks"] == 500 and summary["end"] == "the time was up" and summary["allocations"] == 0
+        assert summary["ticks"] == 500 and summary["end"] == "ended after the set duration" and summary["allocations"] == 0
         return summary["force_max"], loop.status()["tool"].tobytes()
 
     assert run() == run()
