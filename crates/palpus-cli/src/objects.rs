@@ -1,7 +1,7 @@
 //! The objects of a stage in the engine's world, and the host that moves those which are driven.
 
 use palpus::algebra::{Pose, Twist};
-use palpus::render::{BodyId, Object, SettingsError, World};
+use palpus::render::{BodyId, SettingsError, World};
 use palpus_io::scene::ObjectMotion;
 
 use crate::engine::Frame;
@@ -35,12 +35,7 @@ impl Objects {
         world.set_gravity(frame.directed(stage.gravity));
         for object in &stage.objects {
             let (body, pose) = (object.body.clone(), frame.placed(&object.pose));
-            let id = world.add(match object.motion {
-                ObjectMotion::Fixed => Object::fixed(body, pose),
-                ObjectMotion::Driven(_) => Object::driven(body, pose),
-                ObjectMotion::FreeOfDensity(density) => Object::free(body, pose, density),
-                ObjectMotion::FreeOfMass(mass) => Object::free_of_mass(body, pose, mass),
-            })?;
+            let id = world.add(object.motion.object(body, pose))?;
             if let ObjectMotion::Driven(Twist { angular, linear }) = object.motion {
                 let [angular, linear] = [angular, linear].map(|vector| frame.directed(vector));
                 objects.driven.push(Driven { body: id, start: pose, velocity: Twist { angular, linear } });

@@ -13,7 +13,6 @@ use palpus::algebra::Pose;
 use palpus::body::{Body, BodySettings};
 use palpus::depth::ContainmentQuery;
 use palpus::detect::{Contact, ContactBatch, ContactQuery, Proof, QuerySettings};
-use palpus_io::query::containment_number;
 use palpus_io::{ContactWriter, QueryRow, QueryWriter, Threads};
 use serde::Serialize;
 
@@ -63,7 +62,7 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
                 rows.write(&row)?;
             }
             if arguments.json {
-                results.push(ResultRow::of(&row));
+                results.push(row);
             }
             if let Some(file) = &mut contact_rows {
                 file.write(frame as u64, &answer.contacts)?;
@@ -92,37 +91,7 @@ pub(crate) fn query(arguments: &QueryArguments) -> anyhow::Result<ExitCode> {
 #[derive(Serialize)]
 struct Document {
     tolerance: f64,
-    results: Vec<ResultRow>,
-}
-
-/// A row of the table, under the same names.
-#[derive(Serialize)]
-struct ResultRow {
-    frame: u64,
-    separation: f64,
-    normal: [f64; 3],
-    point_a: [f64; 3],
-    point_b: [f64; 3],
-    contacts: u32,
-    certified: bool,
-    contained: u8,
-    query_us: f64,
-}
-
-impl ResultRow {
-    fn of(row: &QueryRow) -> Self {
-        Self {
-            frame: row.frame,
-            separation: row.separation,
-            normal: row.normal.to_array(),
-            point_a: row.point_a.to_array(),
-            point_b: row.point_b.to_array(),
-            contacts: row.contacts,
-            certified: row.certified,
-            contained: containment_number(row.contained),
-            query_us: row.query_us,
-        }
-    }
+    results: Vec<QueryRow>,
 }
 
 /// The tolerance that was typed, or the default for these two models.

@@ -28,8 +28,10 @@ struct Outcome {
     /// N: largest change from tick to tick, with and without the allowance.
     jump: f64,
     full_jump: f64,
-    /// Contacts of the full answer, and those of them that the late one neither has nor allows for.
+    /// Contacts of the full answer, those of them that the late one has not, and those that it does
+    /// not allow for either.
     contacts: u32,
+    lacking: u32,
     missing: u32,
     /// m: the most by which a contact is said to be farther apart than it is.
     too_far: f64,
@@ -46,7 +48,10 @@ fn compare_contacts(tick: &Tick, full: &Tick, outcome: &mut Outcome) {
                 outcome.too_far = outcome.too_far.max(held.separation - contact.separation);
             }
             Some(_) => {}
-            None => outcome.missing += u32::from(contact.separation < tick.unseen_separation),
+            None => {
+                outcome.lacking += 1;
+                outcome.missing += u32::from(contact.separation < tick.unseen_separation);
+            }
         }
     }
 }
@@ -180,13 +185,15 @@ fn a_third_of_the_work_on_the_armadillo() {
 
 /// What one may rely on. Measured, of the largest force: worst 0.13, mean 0.010 on the scenes,
 /// where the work is enough for a few pairs; 0.04 and 0.006 on the armadillo, where it is enough
-/// for a third of 140 pairs. Missing are contacts that have passed to a neighbouring piece since
-/// their pair was visited, 7 % in the cup, where that neighbour's contact stands beside; too far
-/// are those whose points have slid along a face that they lean on.
+/// for a third of 140 pairs. Lacking are contacts that have passed to a neighbouring piece since
+/// their pair was visited, 9 % in the cup, where that neighbour's contact stands beside. The fewer
+/// pairs are postponed, the more of them are called missing, since less is said to be unseen: 7 %.
+/// Too far are those whose points have slid along a face that they lean on.
 fn assert_near(outcome: &Outcome, what: &str) {
     assert!(outcome.worst <= 0.2 * outcome.most, "{what}: {outcome:?}");
     assert!(outcome.mean <= 0.02 * outcome.most, "{what}: {outcome:?}");
     assert!(outcome.jump <= 1.6 * outcome.full_jump, "{what}: {outcome:?}");
+    assert!(outcome.lacking * 10 <= outcome.contacts, "{what}: {outcome:?}");
     assert!(outcome.missing * 12 <= outcome.contacts, "{what}: {outcome:?}");
     assert!(outcome.too_far <= 6e-5, "{what}: {outcome:?}");
 }

@@ -7,6 +7,7 @@ use glam::DVec3;
 use palpus::body::Feature;
 use palpus::depth::Containment;
 use palpus::detect::Contact;
+use serde::{Serialize, Serializer};
 
 use super::depths::containment_number;
 use crate::table::Line;
@@ -51,8 +52,8 @@ pub const CONTACT_COLUMNS: [&str; 16] = [
 ];
 
 /// The answer for one pose, in b's frame and model units;
-/// `point_a − point_b = separation · normal`.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// `point_a − point_b = separation · normal`. Serialized, it has the names of the table's columns.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct QueryRow {
     /// Index of the pose, from 0.
     pub frame: u64,
@@ -68,11 +69,16 @@ pub struct QueryRow {
     pub contacts: u32,
     /// True when the depth is proven global (and for every distance).
     pub certified: bool,
-    /// The engine call alone, µs.
-    pub query_us: f64,
     /// Does one body lie in the other? The separation is then that of the nearest surfaces or
     /// pieces, not what frees the bodies.
+    #[serde(serialize_with = "as_number")]
     pub contained: Containment,
+    /// The engine call alone, µs.
+    pub query_us: f64,
+}
+
+fn as_number<S: Serializer>(contained: &Containment, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_u8(containment_number(*contained))
 }
 
 /// Writes a file of results.

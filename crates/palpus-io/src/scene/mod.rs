@@ -105,10 +105,12 @@ mod read;
 mod unit;
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use glam::DVec3;
 use palpus::algebra::{Pose, Twist};
-use palpus::render::{Limits, Saturation, Settings};
+use palpus::body::Body;
+use palpus::render::{Limits, Object, Saturation, Settings};
 use serde::{Deserialize, Serialize};
 
 pub use keys::similar_name;
@@ -165,6 +167,18 @@ pub enum ObjectMotion {
     FreeOfDensity(f64),
     /// The same; kg.
     FreeOfMass(f64),
+}
+
+impl ObjectMotion {
+    /// The object of a world that moves like this; the pose is that of its frame at the start.
+    pub fn object(&self, body: Arc<Body>, pose: Pose) -> Object {
+        match *self {
+            Self::Fixed => Object::fixed(body, pose),
+            Self::Driven(_) => Object::driven(body, pose),
+            Self::FreeOfDensity(density) => Object::free(body, pose, density),
+            Self::FreeOfMass(mass) => Object::free_of_mass(body, pose, mass),
+        }
+    }
 }
 
 /// Values that a scene file leaves out: the defaults in their place may not suit the meshes.

@@ -87,12 +87,7 @@ impl SceneWorld {
         let (mut objects, mut driven) = (Vec::new(), Vec::new());
         for object in &file.objects {
             let (body, pose) = (meshes.body(&object.body)?, object.body.pose);
-            let id = world.add(match object.motion {
-                ObjectMotion::Fixed => Object::fixed(body, pose),
-                ObjectMotion::Driven(_) => Object::driven(body, pose),
-                ObjectMotion::FreeOfDensity(density) => Object::free(body, pose, density),
-                ObjectMotion::FreeOfMass(mass) => Object::free_of_mass(body, pose, mass),
-            })?;
+            let id = world.add(object.motion.object(body, pose))?;
             if let ObjectMotion::Driven(velocity) = object.motion {
                 driven.push((id, velocity));
             }

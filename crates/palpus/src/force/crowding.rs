@@ -94,9 +94,9 @@ impl Crowding {
         &self.shares
     }
 
-    /// What each contact of the last run's crowd is left to bear where `bears` says what one of an
-    /// engagement and a separation (both in m) would bear alone: all that push the same way bear
-    /// together as much as the one that bears most.
+    /// The load of each contact of the last run, in the unit of `bears`, which gives the load that
+    /// a contact of this engagement and separation (m) would have alone. Contacts that push the
+    /// same way have together the largest of these loads.
     pub fn loads<'a>(
         &'a self,
         crowd: &'a [Tilted],
